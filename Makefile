@@ -1,0 +1,190 @@
+# libstein - `make help` lists the targets.
+# Products go to build/ (VARIANT=release) or build-VARIANT/ (debug, san); nothing else is written.
+VARIANT ?= release
+PREFIX  ?= /usr/local
+CC      ?= cc
+CXX     ?= c++
+AR      ?= ar
+V       ?= 0
+Q       := $(if $(filter 1,$(V)),,@)
+VERSION := 0.1.0
+
+B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
+
+WARN := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
+        -Wundef -Wvla -Werror
+OPT_release := -O2 -g
+OPT_debug   := -O0 -g3
+OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all
+OPT  := $(OPT_$(VARIANT))
+# -ffp-contract=off: the same bits with and without fused multiply-add
+ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
+ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclude -I$(B)/include \
+                -Isrc/core -Isrc/model -Igen -Isrc/lab -Isrc/cli $(CPPFLAGS)
+
+# ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
+DEBIAN := gcc make pkg-config libyaml-dev libgsl-dev check gnuplot-nox
+PKGS   := yaml-0.1 gsl check
+ifeq ($(filter help deps clean format format-check,$(MAKECMDGOALS)),)
+MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
+endif
+YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
+GSL_LIBS   = $(shell pkg-config --libs gsl)
+CHECK_LIBS = $(shell pkg-config --libs check)
+
+# ---- sources --------------------------------------------------------------------------------------
+CORE_SRC  := $(wildcard src/core/*.c src/load/*.c)
+MODEL_SRC := $(wildcard src/model/*.c)
+GEN_SRC   := $(filter-out gen/main.c,$(wildcard gen/*.c))
+LAB_SRC   := $(wildcard src/lab/*.c)
+CLI_SRC   := $(wildcard src/cli/*.c)
+TEST_SRC  := $(wildcard tests/*.c)
+MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)
+MODEL_NAMES := $(basename $(notdir $(MODELS)))
+GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
+
+obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
+CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o
+LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o
+HEADERS   := $(wildcard include/stein/*.h)
+
+.DEFAULT_GOAL := all
+.PHONY: help all lib models cli run check bench golden install clean deps format format-check tidy
+.SUFFIXES:
+.DELETE_ON_ERROR:
+
+all: lib cli  ## build everything
+lib: $(B)/libstein.a $(B)/libsteinlab.a  ## the two archives
+models: $(GENERATED)  ## generate the equations of models/*.yaml
+cli: $(B)/stein $(B)/steingen  ## the two programs
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile | expand -t 16
+	@echo '  VARIANT=release|debug|san   V=1 (show commands)   PREFIX=/usr/local   TESTS=name (one suite)'
+
+ifneq ($(MISSING),)
+$(info missing: $(MISSING) - run: apt-get install $(DEBIAN)   or: make deps)
+endif
+
+deps:  ## install the Debian packages that are missing
+	$(Q)missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
+	 command -v gnuplot >/dev/null 2>&1 || missing=1; \
+	 if [ -n "$$missing" ]; then \
+	   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN); \
+	   else echo "run: sudo apt-get install $(DEBIAN)"; exit 1; fi; fi
+
+# ---- rules ----------------------------------------------------------------------------------------
+$(B)/.gitignore:
+	$(Q)mkdir -p $(B) && echo '*' > $@
+
+define compile
+$(Q)mkdir -p $(@D)
+@$(if $(filter 1,$(V)),,echo "  CC    $<")
+$(Q)$(CC) $(ALL_CPPFLAGS) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
+endef
+
+$(B)/obj/%.o: %.c | $(B)/.gitignore
+	$(compile)
+$(B)/obj/models/%.o: $(B)/models/%.c
+	$(compile)
+$(B)/obj/models/builtin.o: $(B)/models/builtin.c $(B)/include/stein/models.h
+	$(compile)
+$(B)/obj/model_header.o: $(B)/model_header.c
+	$(compile)
+
+# the equations of the mechanism files
+define generate
+$(B)/models/$(basename $(notdir $(1))).c: $(1) $(B)/steingen
+	@mkdir -p $$(@D) && echo "  GEN   $(1)"
+	$(Q)$(B)/steingen $(1) -o $$@
+endef
+$(foreach m,$(MODELS),$(eval $(call generate,$(m))))
+
+# the list of the models that live in libstein.a
+$(B)/include/stein/models.h: $(MODELS) Makefile | $(B)/.gitignore
+	$(Q)mkdir -p $(@D)
+	$(Q){ echo '/* SPDX-License-Identifier: MIT'; \
+	  echo ' * models.h - the mechanisms whose equations are in libstein.a. Written by make. */'; \
+	  echo '#ifndef STEIN_MODELS_H'; echo '#define STEIN_MODELS_H'; echo '#include "stein/model.h"'; \
+	  echo '#ifdef __cplusplus'; echo 'extern "C" {'; echo '#endif'; \
+	  for m in $(MODEL_NAMES); do echo "extern const stein_model stein_model_$$m;"; done; \
+	  echo '/** All of them, in alphabetical order, closed by NULL. */'; \
+	  echo 'extern const stein_model *const stein_models[];'; \
+	  echo '#ifdef __cplusplus'; echo '}'; echo '#endif'; echo '#endif'; } > $@
+$(B)/models/builtin.c: $(B)/include/stein/models.h
+	$(Q)mkdir -p $(@D)
+	$(Q){ echo '/* SPDX-License-Identifier: MIT */'; echo '#include <stddef.h>'; \
+	  echo '#include "stein/models.h"'; \
+	  echo 'const stein_model *const stein_models[] = {'; \
+	  for m in $(sort $(MODEL_NAMES)); do echo "    &stein_model_$$m,"; done; echo '    NULL};'; } > $@
+
+# model.h as a string, so that equations compiled later need no installed header
+$(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
+	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
+	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
+
+# per-file licence of GSL users is GPL-3: they are only in src/lab
+$(B)/libstein.a: $(CORE_OBJ)
+	@echo "  AR    $@"
+	$(Q)rm -f $@ && $(AR) rcsD $@ $^
+$(B)/libsteinlab.a: $(LAB_OBJ)
+	@echo "  AR    $@"
+	$(Q)rm -f $@ && $(AR) rcsD $@ $^
+
+$(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c)
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) -lm
+$(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+$(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
+$(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off"'
+
+# ---- jobs -----------------------------------------------------------------------------------------
+run: deps  ## build, strike once, compare with the paper, tell where the results are
+	$(Q)$(MAKE) --no-print-directory all
+	$(Q)mkdir -p $(B)/run
+	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
+	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
+
+check: deps  ## build and run every test
+	$(Q)$(MAKE) --no-print-directory all $(B)/check
+	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$(TESTS) $(B)/check
+	$(Q)STEIN_BUILD=$(B) sh tests/test_cli.sh
+	$(Q)STEIN_BUILD=$(B) sh tests/test_install.sh
+
+bench: $(B)/bench  ## cost of evaluations, steps and strokes
+	$(Q)$(B)/bench
+
+golden: $(B)/steingen  ## accept the generated text of the pendulum as the golden one
+	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
+
+install: all  ## install library, headers, programs, models and stein.pc under PREFIX
+	$(Q)install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
+	  $(DESTDIR)$(PREFIX)/include/stein $(DESTDIR)$(PREFIX)/share/stein/models/robotran
+	$(Q)install -m 755 $(B)/stein $(B)/steingen $(DESTDIR)$(PREFIX)/bin
+	$(Q)install -m 644 $(B)/libstein.a $(B)/libsteinlab.a $(DESTDIR)$(PREFIX)/lib
+	$(Q)install -m 644 $(HEADERS) $(B)/include/stein/models.h $(DESTDIR)$(PREFIX)/include/stein
+	$(Q)install -m 644 models/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models
+	$(Q)install -m 644 models/robotran/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models/robotran
+	$(Q)sed 's/@VERSION@/$(VERSION)/' src/load/stein.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/stein.pc
+
+clean:  ## remove everything that was built
+	$(Q)rm -rf build build-debug build-san
+
+SOURCES = $(wildcard src/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] bench/*.[ch])
+format:  ## clang-format every source
+	$(Q)clang-format -i $(SOURCES)
+format-check:  ## fail when clang-format would change a source
+	$(Q)clang-format --dry-run --Werror $(SOURCES)
+tidy:  ## clang-tidy's analyser and bug checks
+	$(Q)clang-tidy --quiet --warnings-as-errors='*' \
+	  --checks='-*,clang-analyzer-*,bugprone-*,-bugprone-easily-swappable-parameters' \
+	  $(CORE_SRC) $(MODEL_SRC) $(GEN_SRC) $(LAB_SRC) -- $(ALL_CPPFLAGS) -std=c11
+
+-include $(shell find $(B)/obj -name '*.d' 2>/dev/null)

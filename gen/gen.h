@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ * gen.h - the generator as a library: a mechanism in, flat C and operation counts out.
+ */
+#ifndef GEN_H
+#define GEN_H
+
+#include <stddef.h>
+
+#include "mechanism.h"
+#include "stein/model.h"
+
+/** What was generated. */
+typedef struct gen_result {
+    char *source;       /* complete text of one C file, NUL-terminated, owned */
+    size_t size;        /* its length in bytes */
+    char equations[17]; /* hash that identifies the equations: independent of parameter values,
+                           tolerances, comments and file name; equal to stein_model.equations */
+    stein_ops setup, mass_bias, inverse, pose, point, energy;
+} gen_result;
+
+/** Generate the equations of a mechanism. Deterministic: equal input, equal bytes.
+ *  @return STEIN_OK, STEIN_ENOMEM or STEIN_EGENERATE; *out is untouched on failure */
+stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err);
+
+void gen_free(gen_result *r);
+
+#endif

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT
+ * recombine.c - inertial parameters recombined once per parameter set.
+ *
+ * A rigid body enters the equations by its mass m, first moment b = m c and inertia K about the
+ * joint's origin. Parts of them can be handed to the parent without changing any joint equation
+ * (Wittenburg 1977, augmented bodies; Gautier & Khalil 1990, base parameters). With hinge vector d
+ * and joint axis e, from the leaves to the root:
+ *
+ *   revolute   mass m:             b' += m d     K' += m (d.d E - d d')
+ *              b along e, be e:    b' += be e    K' += S(be e, d)     own b loses it
+ *              inertia k (E - e e'):             K' += k (E - e e')   own K loses it
+ *   prismatic  all of it while the joint is at 0: b' += b, K' += K (axes stay parallel);
+ *              what sliding adds (m e q, S(b, e) q, m q q) is left to the recursion
+ *   S(u, v) = 2 (u.v) E - u v' - v u'
+ *
+ * Beforehand origins are moved to where they cost least: along the axis of a revolute joint so that
+ * d.e = 0, and onto the parent's origin for a prismatic joint (d = 0). All of this is arithmetic on
+ * constants: the recursion then runs over bodies with fewer non-zero numbers.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "tree.h"
+
+static ex formula_node(ex_graph *g, const tree *t, const mech_formula *f)
+{
+    ex stack[MECH_STACK] = {0};
+    int top = 0;
+    for (int i = 0; i < f->nsteps; i++) {
+        const mech_step *s = &f->steps[i];
+        ex b = top > 0 ? stack[top - 1] : 0, a = top > 1 ? stack[top - 2] : 0;
+        switch (s->op) {
+        case MECH_OP_CONST: stack[top++] = ex_num(g, s->value); break;
+        case MECH_OP_PARAM: stack[top++] = t->param[s->param]; break;
+        case MECH_OP_ADD: stack[--top - 1] = ex_add(g, a, b); break;
+        case MECH_OP_SUB: stack[--top - 1] = ex_sub(g, a, b); break;
+        case MECH_OP_MUL: stack[--top - 1] = ex_mul(g, a, b); break;
+        case MECH_OP_DIV: stack[--top - 1] = ex_div(g, a, b); break;
+        case MECH_OP_NEG: stack[top - 1] = ex_neg(g, b); break;
+        case MECH_OP_SIN: stack[top - 1] = ex_fun(g, EX_SIN, b); break;
+        case MECH_OP_COS: stack[top - 1] = ex_fun(g, EX_COS, b); break;
+        case MECH_OP_TAN: stack[top - 1] = ex_fun(g, EX_TAN, b); break;
+        case MECH_OP_SQRT: stack[top - 1] = ex_fun(g, EX_SQRT, b); break;
+        }
+    }
+    return stack[0];
+}
+
+ex tree_scalar(const tree *t, mech_scalar s)
+{
+    return s.kind == MECH_ZERO ? 0 : s.kind == MECH_PARAM ? t->param[s.index] : t->formula[s.index];
+}
+
+vec tree_vector(const tree *t, const mech_scalar s[3])
+{
+    return (vec){{tree_scalar(t, s[0]), tree_scalar(t, s[1]), tree_scalar(t, s[2])}};
+}
+
+/** Joints, orientations, and the plain vectors of the file. */
+static void read_bodies(tree *t)
+{
+    for (int i = 0; i < t->n; i++) {
+        const mech_body *src = &t->m->bodies[i];
+        rbody *b = &t->body[i];
+        int up = src->parent < 0 ? -1 : t->body[src->parent].orient;
+        *b = (rbody){.parent = src->parent, .turns = src->type == 'R', .axis = src->axis - 'x',
+                     .sign = src->sign};
+        b->orient = b->turns ? i : up;
+        b->base = b->turns && up >= 0 && t->body[up].axis == b->axis ? t->body[up].base : up;
+        b->at = tree_vector(t, src->at);
+        b->centre = tree_vector(t, src->centre);
+        b->mass = tree_scalar(t, src->mass);
+        for (int k = 0; k < 6; k++) {
+            b->inertia.x[k] = tree_scalar(t, src->inertia[k]);
+        }
+    }
+}
+
+/** Move every joint's origin to where it costs least. */
+static void move_origins(tree *t)
+{
+    vec *shift = calloc((size_t)t->n, sizeof *shift);
+    if (!shift) {
+        t->setup->failed = 1;
+        return;
+    }
+    for (int i = 0; i < t->n; i++) {
+        rbody *b = &t->body[i];
+        b->hinge = b->parent < 0 ? b->at : vec_sub(t->setup, b->at, shift[b->parent]);
+        for (int k = 0; k < 3; k++) {
+            if (!b->turns || k == b->axis) {
+                shift[i].x[k] = ex_neg(t->setup, b->hinge.x[k]);
+                b->hinge.x[k] = 0;
+            }
+        }
+        b->centre = vec_sub(t->setup, b->centre, shift[i]);
+    }
+    free(shift);
+}
+
+static void name_constants(const tree *t, int i)
+{
+    static const char *const pair[6] = {"11", "22", "33", "12", "13", "23"};
+    const rbody *b = &t->body[i];
+    ex_name(t->setup, b->mass, "m%d", i + 1);
+    for (int k = 0; k < 3; k++) {
+        ex_name(t->setup, b->first.x[k], "mb%d%d", k + 1, i + 1);
+        ex_name(t->setup, b->centre.x[k], "l%d%d", k + 1, i + 1);
+        ex_name(t->setup, b->hinge.x[k], "dpt%d%d", k + 1, i + 1);
+    }
+    for (int k = 0; k < 6; k++) {
+        ex_name(t->setup, b->inertia.x[k], "K%s%d", pair[k], i + 1);
+    }
+}
+
+/** Hand to the parent what the joint cannot feel. */
+static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
+{
+    ex_graph *g = t->setup;
+    rbody *b = &t->body[i];
+    *mass = ex_add(g, *mass, b->mass);
+    if (!b->turns) {
+        *first = vec_add(g, *first, b->first);
+        *inertia = sym_add(g, *inertia, b->inertia);
+        return;
+    }
+    int e = b->axis, f = (e + 1) % 3, h = (e + 2) % 3;
+    vec along = vec_axis(e, b->first.x[e]);
+    ex k = b->inertia.x[h], half_mass = ex_mul(g, ex_num(g, 0.5), b->mass);
+    sym extra = sym_add(g, sym_cross(g, along, b->hinge),
+                        sym_cross(g, vec_scale(g, half_mass, b->hinge), b->hinge));
+    extra.x[f] = ex_add(g, extra.x[f], k);
+    extra.x[h] = ex_add(g, extra.x[h], k);
+    b->first.x[e] = 0;
+    b->inertia.x[f] = ex_sub(g, b->inertia.x[f], k);
+    b->inertia.x[h] = 0;
+    *first = vec_add(g, *first, vec_add(g, along, vec_scale(g, b->mass, b->hinge)));
+    *inertia = sym_add(g, *inertia, extra);
+}
+
+static void recombine(tree *t)
+{
+    ex_graph *g = t->setup;
+    sym unused = {{0}};
+    for (int i = 0; i < t->n; i++) {
+        rbody *b = &t->body[i];
+        ex half_mass = ex_mul(g, ex_num(g, 0.5), b->mass);
+        b->first = vec_scale(g, b->mass, b->centre);
+        b->inertia = sym_add(g, b->inertia,
+                             sym_cross(g, vec_scale(g, half_mass, b->centre), b->centre));
+    }
+    for (int i = t->n - 1; i >= 0; i--) {
+        int p = t->body[i].parent;
+        rbody *up = p < 0 ? NULL : &t->body[p];
+        hand_up(t, i, up ? &up->mass : &t->mass, up ? &up->first : &t->first,
+                up ? &up->inertia : &unused);
+        name_constants(t, i);
+    }
+}
+
+static void name_formulas(tree *t)
+{
+    for (int i = 0; i < t->m->nformula; i++) {
+        t->formula[i] = formula_node(t->setup, t, &t->m->formulas[i]);
+    }
+}
+
+int tree_build(tree *t, const mechanism *m, ex_graph *setup)
+{
+    *t = (tree){.m = m, .setup = setup, .n = m->nbody};
+    t->body = calloc((size_t)m->nbody + 1, sizeof *t->body);
+    t->param = calloc((size_t)m->nparam + 1, sizeof *t->param);
+    t->formula = calloc((size_t)m->nformula + 1, sizeof *t->formula);
+    if (!t->body || !t->param || !t->formula) {
+        tree_free(t);
+        return -1;
+    }
+    for (int i = 0; i < m->nparam; i++) {
+        t->param[i] = ex_var(setup, EX_P, i);
+    }
+    name_formulas(t);
+    t->gravity = tree_vector(t, m->gravity);
+    read_bodies(t);
+    move_origins(t);
+    recombine(t);
+    return setup->failed ? -1 : 0;
+}
+
+void tree_free(tree *t)
+{
+    free(t->body);
+    free(t->param);
+    free(t->formula);
+    *t = (tree){0};
+}

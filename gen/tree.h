@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT
+ * tree.h - what the generator's passes share: the tree with recombined parameters, symbolic
+ * vectors, frames, and the functions that are to be emitted.
+ *
+ * Body -1 is the fixed frame. Bodies are 0-based here and in all arrays; symbols in the emitted
+ * text count from 1, as ROBOTRAN's do.
+ */
+#ifndef GEN_TREE_H
+#define GEN_TREE_H
+
+#include "expr.h"
+#include "mechanism.h"
+
+typedef struct vec {
+    ex x[3];
+} vec;
+
+/** Symmetric 3x3: xx yy zz xy xz yz. */
+typedef struct sym {
+    ex x[6];
+} sym;
+
+/** A body after recombination (recombine.c). All in nodes of the setup graph, in body axes. */
+typedef struct rbody {
+    int parent, turns; /* turns: 1 revolute, 0 prismatic */
+    int axis;          /* 0 x, 1 y, 2 z */
+    int sign;
+    int orient; /* the revolute body that sets its orientation (itself if it turns), -1 frame */
+    int base;   /* for a turning body: orientation its group of parallel joints stands on */
+    vec at;     /* joint origin from the parent's, as in the file */
+    vec hinge;  /* the same after origins were moved along the joint axes (dynamics only) */
+    vec centre; /* of mass, from the moved origin */
+    ex mass;    /* with all it carries */
+    vec first;  /* recombined first moment about the moved origin */
+    sym inertia; /* recombined inertia about the moved origin */
+} rbody;
+
+typedef struct tree {
+    const mechanism *m;
+    ex_graph *setup;
+    int n;
+    rbody *body;
+    ex mass;     /* everything hung on the frame */
+    vec first;   /* constant part of the whole first moment about the frame's origin */
+    vec gravity; /* setup nodes */
+    ex *param, *formula; /* setup nodes of the parameters and formulas */
+} tree;
+
+enum { PASS_NONE, PASS_TRIG, PASS_FORWARD, PASS_BACKWARD, PASS_MASS, PASS_OUTPUT, PASS_COUNT };
+
+/** One function to be emitted: a graph and its outputs in the order of the C arrays. */
+typedef struct func {
+    ex_graph g;
+    ex *out;
+    int nout;
+    stein_ops ops;
+} func;
+
+/** Choices that leave the result as it is and change the amount of work (search.c). */
+typedef struct choice {
+    signed char *frame; /* [n] turning body: 0 own axes, 1 base of its group, 2 parent's axes */
+    signed char *near;  /* [n] hinge arm is turned to 0 the parent's working frame, 1 the body's */
+    signed char *pair;  /* [n] 1: body and parent as a pair, sharing arm.moment and arm x moment */
+    int gravity; /* 0 as an acceleration of the base, 1 as a force on every body, 2 on composites */
+    int compose; /* 1: sines of angle sums from the parts, 0: from the angle */
+} choice;
+
+/** Everything a pass works with. */
+typedef struct pass {
+    const tree *t;
+    ex_graph *g;
+    const choice *ch;
+    int *frame; /* [n] working frame of a body: orientation index, -1 fixed */
+} pass;
+
+/* recombine.c */
+int tree_build(tree *t, const mechanism *m, ex_graph *setup);
+void tree_free(tree *t);
+/** Setup node of a number of the file. */
+ex tree_scalar(const tree *t, mech_scalar s);
+vec tree_vector(const tree *t, const mech_scalar s[3]);
+
+/* frames.c */
+vec vec_zero(void);
+vec vec_const(ex_graph *g, vec setup_nodes);
+vec vec_add(ex_graph *g, vec a, vec b);
+vec vec_sub(ex_graph *g, vec a, vec b);
+vec vec_scale(ex_graph *g, ex k, vec a);
+vec vec_cross(ex_graph *g, vec a, vec b);
+ex vec_dot(ex_graph *g, vec a, vec b);
+/** k along axis. */
+vec vec_axis(int axis, ex k);
+int vec_is_zero(vec a);
+void vec_name(ex_graph *g, vec a, const char *symbol, int body, int column);
+/** u o v + v o u as an inertia: 2 (u.v) E - u v' - v u'. */
+sym sym_cross(ex_graph *g, vec u, vec v);
+sym sym_add(ex_graph *g, sym a, sym b);
+vec sym_column(sym a, int axis);
+vec sym_apply(ex_graph *g, sym a, vec v);
+void pass_frames(pass *ps);
+/** Sine and cosine of the angle from orientation `to` up to orientation `from` (same group). */
+vec rotate(pass *ps, vec v, int from, int to);
+sym rotate_sym(pass *ps, sym a, int from, int to);
+/** 1 when both orientations differ by turns about `axis` only. */
+int same_group(const tree *t, int a, int b, int axis);
+/** Sum of the joint angles from orientation `top` down to `o` as sine and cosine. */
+void angle_trig(pass *ps, int o, int top, ex *s, ex *c);
+
+/* dyn.c */
+void dyn_mass_bias(pass *ps, ex *out);
+void dyn_inverse(pass *ps, ex *out);
+
+/* kin.c */
+void kin_pose(pass *ps, const int *body, int nframe, ex *out);
+void kin_point(pass *ps, ex *out);
+void kin_energy(pass *ps, const ex *mass_matrix, ex *out);
+
+#endif

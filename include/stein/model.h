@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: MIT
+ * model.h - the descriptor of one mechanism, as the generator emits it.
+ *
+ * A generated file exports exactly one symbol, `const stein_model stein_model_<name>`. It is pure
+ * constant data plus pure functions: any number of simulations on any number of threads share it.
+ *
+ *      p  [np]  parameters, what a user sets by name (SI)
+ *        |
+ *        | setup()            once per parameter set: formulas of the file, recombined inertias,
+ *        v                    and the numbers of every contact, law, spring and initial value
+ *      d  [nd]  derived constants, all that the equations and the runtime read
+ *
+ * Signs, frames and shapes, once for the whole library:
+ *   M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
+ *   q, qd, qdd  [nq]  one coordinate a joint [rad or m], in the order of the bodies
+ *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied terms
+ *   Q           [nq]  generalised forces in the joints [N m or N]
+ *   frc, trq    [3*nbody] external force [N] and moment [N m] on each body at its centre of mass,
+ *               components in that body's own axes
+ *   Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
+ *   against y: its coordinate is counted the other way.
+ *   Contacts are planar, in the x-z plane (x to the right, z up). Plane angles count from +x
+ *   towards +z (anticlockwise as drawn), so a joint about +y turns clockwise as drawn.
+ */
+#ifndef STEIN_MODEL_H
+#define STEIN_MODEL_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Layout version of stein_model; equations compiled against another one are refused. */
+#define STEIN_MODEL_ABI 1
+
+/** One parameter p[i]. */
+typedef struct stein_param {
+    const char *name;  /* dotted path in the file, "hammer.mass" */
+    const char *unit;  /* SI unit, "kg"; "1" when dimensionless */
+    double value;      /* default [unit] */
+    double tolerance;  /* standard deviation stated in the file (+-) [unit], 0 when none */
+} stein_param;
+
+/** One body and the joint that carries it (one coordinate each; index = coordinate index). */
+typedef struct stein_body {
+    const char *name;
+    int parent; /* body index, -1 = fixed frame; always smaller than the own index */
+    char type;  /* 'R' revolute, 'T' prismatic */
+    char axis;  /* 'x', 'y', 'z' */
+    int sign;   /* +1, or -1 for a joint about or along the negative axis */
+    int spring;   /* d index of {k, theta0}, or -1:        tau = -k (q - theta0) */
+    int damping;  /* d index of {b}, or -1:                tau = -b qd */
+    int friction; /* d index of a STEIN_FRICTION block, or -1: tau = -mu(qd), A in N m or N */
+} stein_body;
+
+/** A named point of a body, or of the frame (body -1). */
+typedef struct stein_point {
+    const char *name; /* "hammer.head" */
+    int body;
+} stein_point;
+
+/** A body that carries contacts: its planar pose is evaluated by pose(). */
+typedef struct stein_frame {
+    int body; /* body index */
+    int com;  /* d index of {x, z} of the centre of mass from the body's origin [m] */
+} stein_frame;
+
+/** One pose as pose() writes it; the array is [nframe] of these. */
+typedef struct stein_pose {
+    double x, z;   /* origin of the body (its joint) in the fixed frame [m] */
+    double c, s;   /* cosine and sine of the plane angle, counted from +x towards +z */
+    double vx, vz; /* velocity of the origin [m/s] */
+    double w;      /* angular velocity, positive from +x towards +z [rad/s] */
+} stein_pose;
+
+/** Blocks in d, by offset from their base index. */
+enum { STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C, STEIN_NORMAL_D, STEIN_NORMAL_SIZE };
+enum { STEIN_FRICTION_A, STEIN_FRICTION_VT, STEIN_FRICTION_B1, STEIN_FRICTION_B2, STEIN_FRICTION_SIZE };
+/** Primitive: position [m] and, for a line, its unit normal towards the free side and the extent
+ *  along the tangent (normal turned by -90 deg) from the position, both in the carrier's axes. */
+enum { STEIN_SHAPE_X, STEIN_SHAPE_Z, STEIN_SHAPE_R, STEIN_SHAPE_NX, STEIN_SHAPE_NZ, STEIN_SHAPE_LO,
+       STEIN_SHAPE_HI, STEIN_SHAPE_SIZE };
+
+typedef enum { STEIN_CIRCLE, STEIN_LINE } stein_shape_kind; /* a point is a circle of radius 0 */
+
+/** One side of a spot. */
+typedef struct stein_shape {
+    int frame; /* index into frames, -1 = fixed frame */
+    stein_shape_kind kind;
+    int d; /* base of a STEIN_SHAPE block */
+} stein_shape;
+
+/** A spot: circle against line or circle against circle. side[0] is always a circle. */
+typedef struct stein_spot {
+    int contact; /* owner */
+    stein_shape side[2];
+} stein_spot;
+
+/** A named contact: one or two spots (a line against a line touches at its two ends). */
+typedef struct stein_contact {
+    const char *name;
+    int first_spot, nspot;
+    int normal;   /* d index of a STEIN_NORMAL block */
+    int friction; /* d index of a STEIN_FRICTION block, or -1 when smooth */
+} stein_contact;
+
+/** A notch: the beak of one body in the notched corner of another (see src/core/notch.c). */
+typedef struct stein_notch {
+    const char *name;
+    int catcher; /* frame index of the body with the corner (pawl), -1 = fixed frame */
+    int beak;    /* frame index of the body with the beak (hammer) */
+    int d;       /* base of a STEIN_NOTCH block */
+    int normal, friction; /* d indices as in stein_contact */
+} stein_notch;
+/** Corner position, unit vectors of roof and vertical face away from the corner, in the catcher's
+ *  axes; beak end and the unit vector along the beak's upper face towards the body, in the beak's. */
+enum { STEIN_NOTCH_CX, STEIN_NOTCH_CZ, STEIN_NOTCH_RX, STEIN_NOTCH_RZ, STEIN_NOTCH_VX,
+       STEIN_NOTCH_VZ, STEIN_NOTCH_EX, STEIN_NOTCH_EZ, STEIN_NOTCH_BX, STEIN_NOTCH_BZ,
+       STEIN_NOTCH_SIZE };
+
+/** Straight spring with damper between two points: force k (l - length) + b ldot along the line. */
+typedef struct stein_link {
+    const char *name;
+    int point[2]; /* indices into points */
+    int d;        /* base of {k [N/m], length [m], b [N s/m]} */
+} stein_link;
+
+/** The free load: joint coordinate of its body and the contact it rests on. */
+typedef struct stein_load {
+    int body;    /* -1 when the mechanism has no load */
+    int contact;
+} stein_load;
+
+typedef enum { STEIN_INPUT_JOINT, STEIN_INPUT_POINT, STEIN_INPUT_MOTION } stein_input_kind;
+
+/** An input signal. JOINT: generalised force. POINT: force along a fixed direction. MOTION: q(t). */
+typedef struct stein_input {
+    const char *name, *unit;
+    stein_input_kind kind;
+    int index;     /* JOINT, MOTION: coordinate; POINT: point index */
+    int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame */
+    int hold;      /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
+} stein_input;
+
+typedef enum {
+    STEIN_READ_TIME,
+    STEIN_READ_POSITION, STEIN_READ_SPEED, STEIN_READ_ACCELERATION, /* joint index */
+    STEIN_READ_X, STEIN_READ_Y, STEIN_READ_Z,                       /* point index, position [m] */
+    STEIN_READ_VX, STEIN_READ_VY, STEIN_READ_VZ,                    /* point index, velocity [m/s] */
+    STEIN_READ_GAP, STEIN_READ_FORCE, STEIN_READ_TANGENT,           /* contact index */
+    STEIN_READ_NOTCH_FORCE, STEIN_READ_NOTCH_PHASE, STEIN_READ_NOTCH_OVERLAP, /* notch index */
+    STEIN_READ_INPUT, STEIN_READ_INPUT_FORCE,                       /* input index */
+    STEIN_READ_KINETIC, STEIN_READ_POTENTIAL                        /* whole tree [J] */
+} stein_read_kind;
+
+/** An output channel: sign * (reading - reading in the initial state if from_rest). */
+typedef struct stein_channel {
+    const char *name, *unit;
+    stein_read_kind read;
+    int index;
+    int sign;      /* +1 or -1 */
+    int from_rest; /* 1 = counted from the value in the initial state */
+} stein_channel;
+
+/** What a stroke is made of: the string's contact and the notch (index, or -1). */
+typedef struct stein_stroke {
+    int string, notch;
+} stein_stroke;
+
+/** Operations of one generated function, ROBOTRAN's convention (a sine or cosine counts 1). */
+typedef struct stein_ops {
+    int add, mul, neg, div, trig;
+} stein_ops;
+
+/** The mechanism. */
+typedef struct stein_model {
+    int abi;               /* STEIN_MODEL_ABI */
+    const char *name;
+    const char *equations; /* hash of everything but parameter values: identifies the equations */
+    int nq, np, nd, npoint, nframe, ncontact, nspot, nnotch, nlink, ninput, nchannel;
+    const stein_param *params;     /* [np] */
+    const stein_body *bodies;      /* [nq] */
+    const stein_point *points;     /* [npoint] */
+    const stein_frame *frames;     /* [nframe] */
+    const stein_contact *contacts; /* [ncontact] */
+    const stein_spot *spots;       /* [nspot] */
+    const stein_notch *notches;    /* [nnotch] */
+    const stein_link *links;       /* [nlink] */
+    const stein_input *inputs;     /* [ninput] */
+    const stein_channel *channels; /* [nchannel], channel 0 is "time" */
+    stein_load load;
+    stein_stroke stroke;
+    int initial;      /* d index of {q0, qd0} pairs, 2*nq values */
+    int settle;       /* 1 = start from static equilibrium near q0 */
+    int integrator;   /* 0 RK4, 1 Dormand-Prince 5 */
+    double dt, until; /* default step and duration [s] */
+    stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy;
+
+    /** Derived constants from parameters. p [np] in, d [nd] out. */
+    void (*setup)(const double *p, double *d);
+    /** Mass matrix and nonlinear vector. */
+    void (*mass_bias)(const double *q, const double *qd, const double *d, const double *frc,
+                      const double *trq, double *M, double *c);
+    /** Q = M qdd + c without forming M. */
+    void (*inverse)(const double *q, const double *qd, const double *qdd, const double *d,
+                    const double *frc, const double *trq, double *Q);
+    /** Planar poses of the bodies that carry contacts, [nframe]. NULL when nframe = 0. */
+    void (*pose)(const double *q, const double *qd, const double *d, stein_pose *pose);
+    /** All named points in the fixed frame: x, v [3*npoint], J [3*npoint*nq] row-major with
+     *  v = J qd, jdqd [3*npoint] = Jdot qd. NULL when npoint = 0. */
+    void (*point)(const double *q, const double *qd, const double *d, double *x, double *v,
+                  double *J, double *jdqd);
+    /** e[0] kinetic, e[1] potential energy of gravity [J] (zero where all origins are at z = 0). */
+    void (*energy)(const double *q, const double *qd, const double *d, double *e);
+} stein_model;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT
+ * sim.h - a simulation: one mechanism, one parameter set, one state.
+ *
+ * A stein_sim owns one block of memory, allocated by stein_sim_create; nothing allocates after it.
+ * Different simulations may run on different threads; one simulation belongs to one thread at a
+ * time. All quantities are SI. Names are those of the mechanism file.
+ */
+#ifndef STEIN_SIM_H
+#define STEIN_SIM_H
+
+#include <stddef.h>
+
+#include "stein/model.h"
+#include "stein/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct stein_sim stein_sim;
+
+typedef enum { STEIN_RK4, STEIN_DP5 } stein_integrator;
+
+/** How to simulate. Take stein_sim_def_default(model), change what you need. */
+typedef struct stein_sim_def {
+    stein_integrator integrator; /* fixed-step Runge-Kutta 4 or Dormand-Prince 5(4) */
+    double dt;                   /* step [s], > 0 */
+    void *(*alloc)(void *ctx, size_t size);       /* default malloc; size is never 0 */
+    void (*release)(void *ctx, void *block);      /* default free */
+    void *ctx;                                    /* passed to both */
+} stein_sim_def;
+
+/** The defaults of the mechanism file. */
+stein_sim_def stein_sim_def_default(const stein_model *model);
+
+/** Create a simulation with the model's default parameters, in its initial state (stein_reset).
+ *  @param def  NULL for the defaults
+ *  @return STEIN_OK; EINVAL (a field of def out of range), ESTALE (the equations were compiled for
+ *          another version of libstein), ENOMEM, or what stein_reset returns */
+stein_status stein_sim_create(stein_sim **sim, const stein_model *model, const stein_sim_def *def,
+                              stein_err *err);
+/** Release everything. NULL is fine. */
+void stein_sim_destroy(stein_sim *sim);
+const stein_model *stein_sim_model(const stein_sim *sim);
+
+/* ---- names ---- */
+
+/** Index of a parameter, channel, input or contact by name; -1 when there is none. */
+int stein_find_param(const stein_model *model, const char *name);
+int stein_find_channel(const stein_model *model, const char *name);
+int stein_find_input(const stein_model *model, const char *name);
+int stein_find_contact(const stein_model *model, const char *name);
+int stein_find_body(const stein_model *model, const char *name);
+
+/* ---- parameters ---- */
+
+/** Set a parameter [SI]. Acts from the next step on; the state stays (call stein_reset to start from
+ *  the equilibrium of the new parameters). @return OK, ENAME, EINVAL (not finite) */
+stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err);
+/** Set all parameters at once, p [np] in the order of model->params. @return OK, EINVAL */
+stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
+/** Value of a parameter [SI]. @return OK, ENAME */
+stein_status stein_get(const stein_sim *sim, const char *name, double *value, stein_err *err);
+
+/* ---- running ---- */
+
+/** Back to t = 0: initial values of the file or, where it says `settle`, static equilibrium without
+ *  the load; the load flush on its contact, at rest. Contacts and notch as geometry has them.
+ *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
+stein_status stein_reset(stein_sim *sim, stein_err *err);
+/** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
+ *  as it was before the failing sub-step, for inspection. */
+stein_status stein_step(stein_sim *sim, stein_err *err);
+/** Steps of dt up to exactly t_end [s]; the last one is shorter when t_end is off the grid.
+ *  @return as stein_step; EINVAL when t_end is before the current time or not finite */
+stein_status stein_run(stein_sim *sim, double t_end, stein_err *err);
+double stein_time(const stein_sim *sim);
+/** Coordinates and speeds [nq], valid until the next call that changes the state. */
+const double *stein_q(const stein_sim *sim);
+const double *stein_qd(const stein_sim *sim);
+const double *stein_qdd(stein_sim *sim);
+/** Put the tree into a state of one's own: q, qd [nq] (contact modes as geometry has them; notches
+ *  armed when the beak is below the roof). @return OK, EINVAL (not finite), ESINGULAR */
+stein_status stein_set_state(stein_sim *sim, double t, const double *q, const double *qd,
+                             stein_err *err);
+/** Largest component of Dormand-Prince's embedded error estimate of the last (sub-)step, over q
+ *  [rad or m] and over qd [rad/s or m/s]. @return OK, EINVAL (integrator is RK4, or no step yet) */
+stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err);
+/** Take the free load away at once, or know whether it is there. Models without load: no effect. */
+void stein_load_lift(stein_sim *sim);
+int stein_load_present(const stein_sim *sim);
+
+/* ---- reading ---- */
+
+/** Value of output channel [0, nchannel) in the current state, in the channel's unit. */
+double stein_read(stein_sim *sim, int channel);
+/** Channel by name. @return OK, ENAME */
+stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err);
+
+/* ---- state as a flat block ---- */
+
+/** Bytes that stein_save writes: time, coordinates, speeds, contact and notch memory, load. */
+size_t stein_state_size(const stein_sim *sim);
+void stein_save(const stein_sim *sim, void *block);
+/** Continue from a saved state, bit for bit, in any simulation of the same model (parameters,
+ *  inputs and hooks are not part of it). @return OK, EINVAL (block of another model) */
+stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err);
+
+/* ---- events ---- */
+
+typedef enum {
+    STEIN_EVENT_CONTACT_BEGIN, /* index: contact */
+    STEIN_EVENT_CONTACT_END,   /* index: contact */
+    STEIN_EVENT_IMPACT,        /* index: contact; the stroke's string is touched (follows its begin) */
+    STEIN_EVENT_ESCAPEMENT,    /* index: notch; the beak's end passes the corner under contact */
+    STEIN_EVENT_CAUGHT,        /* index: notch; the beak's end is back below the roof */
+    STEIN_EVENT_PHASE          /* index: notch; `phase` is the new one */
+} stein_event_kind;
+
+typedef struct stein_event {
+    stein_event_kind kind;
+    int index;
+    int phase;   /* PHASE: 0 none, 1..4 as in the paper's fig. 7 */
+    double time; /* located [s] */
+} stein_event;
+
+/** Called at every located event, with the simulation in the state of that instant: it may be read
+ *  and saved, not changed. */
+typedef void stein_event_fn(void *ctx, stein_sim *sim, const stein_event *event);
+/** Subscribe (one subscriber; NULL unsubscribes). */
+void stein_on_event(stein_sim *sim, stein_event_fn *fn, void *ctx);
+/** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the corner,
+ *  4 beak's end on the vertical face. -1 for an index out of range. */
+int stein_notch_phase(const stein_sim *sim, int notch);
+/** 1 when the beak's end is below the roof and overlaps it (ready to strike), else 0. */
+int stein_notch_armed(stein_sim *sim, int notch);
+
+/* ---- inputs and forces of one's own ---- */
+
+/** A signal: u[0] value, u[1] first, u[2] second time derivative at t (only a prescribed motion
+ *  needs the derivatives). Called at every derivative evaluation. */
+typedef void stein_signal_fn(void *ctx, double t, double u[3]);
+/** Bind a signal to an input (NULL unbinds). @return OK, ENAME */
+stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn, void *ctx,
+                         stein_err *err);
+/** Generalised forces of one's own: add to Q [nq] (N m or N). Called at every derivative evaluation
+ *  with t, q, qd [nq]; must not call back into the simulation. NULL unbinds. */
+typedef void stein_force_fn(void *ctx, double t, const double *q, const double *qd, double *Q);
+void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx);
+
+/* ---- equations ---- */
+
+/** M [nq*nq], c [nq] at q, qd; frc, trq [3*nq] per body in body axes at the centre of mass, or NULL
+ *  for none. Contacts, springs and friction are not in c. */
+void stein_mass_bias(stein_sim *sim, const double *q, const double *qd, const double *frc,
+                     const double *trq, double *M, double *c);
+/** Inverse dynamics Q = M qdd + c [nq]. */
+void stein_inverse(stein_sim *sim, const double *q, const double *qd, const double *qdd,
+                   const double *frc, const double *trq, double *Q);
+/** All named points: x, v [3*npoint], J [3*npoint*nq], jdqd [3*npoint]; any of them may be NULL.
+ *  No effect for a model without points. */
+void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v, double *J,
+                  double *jdqd);
+/** Kinetic and potential (gravity) energy of the tree [J]. */
+void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kinetic,
+                  double *potential);
+/** qdd [nq] at (t, q, qd) with all contacts, laws, inputs and hooks; contact and notch memory as in
+ *  the current state. @return OK, ESINGULAR */
+stein_status stein_acceleration(stein_sim *sim, double t, const double *q, const double *qd,
+                                double *qdd, stein_err *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT
+ * stein.h - libstein: equations of motion generated symbolically, simulated with contacts.
+ *
+ * PURPOSE
+ *   A mechanism file (models/NAME.yaml) describes a tree of bodies, its contacts, inputs and outputs.
+ *   The generator turns it into flat C for
+ *
+ *       M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
+ *
+ *   by the recursive Newton-Euler scheme; this library adds contact detection, force laws, the notch
+ *   of a piano action, fixed-step integrators and located events. It allocates once per simulation,
+ *   never prints, never exits, has no globals and is reentrant.
+ *
+ * CONVENTIONS (all in model.h)
+ *   SI units. q, qd, qdd: one coordinate a joint. x to the right, z up, gravity -z. c holds gravity,
+ *   gyroscopic and applied forces; Q the forces in the joints. Names are those of the file.
+ *
+ * EXAMPLE (the program of the README; cc strike.c $(pkg-config --cflags --libs stein))
+ *
+ *   #include <stdio.h>
+ *   #include <stein/stein.h>
+ *
+ *   int main(void)
+ *   {
+ *       stein_sim *sim;
+ *       stein_err err;
+ *       if (stein_sim_create(&sim, &stein_model_stein1788, NULL, &err) != STEIN_OK ||
+ *           stein_set(sim, "pawl.stop_shift", -0.3e-3, &err) != STEIN_OK ||
+ *           stein_reset(sim, &err) != STEIN_OK || stein_run(sim, 0.050, &err) != STEIN_OK) {
+ *           fprintf(stderr, "%s\n", err.msg);
+ *           return 1;
+ *       }
+ *       double distance;
+ *       stein_read_name(sim, "string_distance", &distance, &err);
+ *       printf("head to string after 50 ms: %.3f mm\n", 1e3 * distance);
+ *       stein_sim_destroy(sim);
+ *   }
+ *
+ * HEADERS
+ *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
+ *   law.h force laws  load.h equations compiled later              models.h the built-in models
+ *   lab.h (libsteinlab.a, GPL) mechanism files, strokes, studies
+ */
+#ifndef STEIN_H
+#define STEIN_H
+
+#include "stein/law.h"
+#include "stein/load.h"
+#include "stein/model.h"
+#include "stein/models.h"
+#include "stein/sim.h"
+#include "stein/status.h"
+
+#endif

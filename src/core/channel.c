@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT
+ * channel.c - output channels: what an instrument on the mechanism would show.
+ */
+#include <math.h>
+
+#include "core.h"
+
+static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kind)
+{
+    const stein_contact *c = &sim->model->contacts[contact];
+    double gap = INFINITY, normal = 0.0, tangent = 0.0;
+    for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
+        gap = fmin(gap, sim->spot[i].gap);
+        normal += sim->spot[i].normal;
+        tangent += sim->spot[i].tangent;
+    }
+    return kind == STEIN_READ_GAP ? gap : kind == STEIN_READ_FORCE ? normal : tangent;
+}
+
+static double point_component(stein_sim *sim, int point, stein_read_kind kind)
+{
+    sim->model->point(sim->xq, sim->xqd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    return kind < STEIN_READ_VX ? sim->px[3 * point + (int)(kind - STEIN_READ_X)]
+                                : sim->pv[3 * point + (int)(kind - STEIN_READ_VX)];
+}
+
+/* what the drive of a prescribed joint has to supply: M qdd + c less all other generalised forces */
+static double needed_force(stein_sim *sim, int input)
+{
+    int joint = sim->model->inputs[input].index;
+    sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->d, sim->frc, sim->trq, sim->c);
+    return sim->c[joint] - sim->Q[joint];
+}
+
+/* the reading of a channel before sign and zero */
+static double reading(stein_sim *sim, const stein_channel *channel)
+{
+    const stein_model *model = sim->model;
+    int i = channel->index;
+    double e[2];
+    switch (channel->read) {
+    case STEIN_READ_TIME: return sim->head->t;
+    case STEIN_READ_POSITION: return sim->xq[i];
+    case STEIN_READ_SPEED: return sim->xqd[i];
+    case STEIN_READ_ACCELERATION: return sim->qdd[i];
+    case STEIN_READ_X: case STEIN_READ_Y: case STEIN_READ_Z:
+    case STEIN_READ_VX: case STEIN_READ_VY: case STEIN_READ_VZ:
+        return point_component(sim, i, channel->read);
+    case STEIN_READ_GAP: case STEIN_READ_FORCE: case STEIN_READ_TANGENT:
+        return contact_sum(sim, i, channel->read);
+    case STEIN_READ_NOTCH_FORCE: return sim->beak[i].normal;
+    case STEIN_READ_NOTCH_PHASE: return stein_notch_phase(sim, i);
+    case STEIN_READ_NOTCH_OVERLAP: return sim->beak[i].gap;
+    case STEIN_READ_INPUT: return sim->ustate[3 * i];
+    case STEIN_READ_INPUT_FORCE:
+        return model->inputs[i].kind == STEIN_INPUT_MOTION ? needed_force(sim, i)
+                                                           : sim->ustate[3 * i];
+    case STEIN_READ_KINETIC: case STEIN_READ_POTENTIAL:
+        model->energy(sim->xq, sim->xqd, sim->d, e);
+        return e[channel->read == STEIN_READ_POTENTIAL];
+    }
+    return NAN;
+}
+
+double stein_read(stein_sim *sim, int i)
+{
+    if (i < 0 || i >= sim->model->nchannel || stein__refresh(sim, NULL) != STEIN_OK) {
+        return NAN;
+    }
+    const stein_channel *channel = &sim->model->channels[i];
+    double zero = channel->from_rest ? sim->rest[i] : 0.0;
+    return channel->sign * (reading(sim, channel) - zero);
+}
+
+stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err)
+{
+    int i = stein_find_channel(sim->model, name);
+    if (i < 0) {
+        return stein__fail(err, STEIN_ENAME, "no output channel \"%s\" in model \"%s\"", name,
+                           sim->model->name);
+    }
+    *value = stein_read(sim, i);
+    return STEIN_OK;
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT
+ * core.h - what the files of the core share. Not installed.
+ *
+ *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
+ *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
+ *   contact.c   spots: geometry and forces               channel.c  output channels
+ *   notch.c     the notch and its memory                 law.c, linalg.c, status.c
+ *
+ * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
+ * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
+ * that ends on the other side is cut at the root of g and the mode flips there. Guards are stored
+ * spots first, then four a notch (tip, corner, face, region).
+ */
+#ifndef STEIN_CORE_H
+#define STEIN_CORE_H
+
+#include "stein/law.h"
+#include "stein/sim.h"
+
+enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
+
+typedef struct vec2 {
+    double x, z;
+} vec2;
+
+/** Forces of one spot or of one notch, from the last evaluation. */
+typedef struct spot_force {
+    double gap;     /* [m], > 0 apart */
+    double normal;  /* [N] >= 0 */
+    double tangent; /* [N], signed along the tangent */
+} spot_force;
+
+/** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */
+typedef struct wrench {
+    double x, z, m;
+} wrench;
+
+/** Fixed part of the state block; q, qd [nq], rest [nchannel], mode [nguard], held [nq] follow. */
+typedef struct state_head {
+    char equations[16]; /* whose state it is */
+    double t;           /* [s] */
+    double t0;          /* origin of the step grid: step k ends at t0 + k dt */
+    long long step;     /* steps since t0 */
+    int load_present;
+    int reserved;
+} state_head;
+
+struct stein_sim {
+    const stein_model *model;
+    stein_sim_def def;
+
+    /* the state block: everything stein_save copies */
+    unsigned char *state;
+    size_t state_size;
+    state_head *head;
+    double *q, *qd;      /* [nq] */
+    double *rest;        /* [nchannel] readings in the initial state */
+    unsigned char *mode; /* [nguard] */
+    unsigned char *held; /* [nq] joint locked where it is (the lifted load) */
+    int nguard;
+
+    double *p, *d; /* [np], [nd] */
+
+    /* result of the last evaluation (stein__evaluate) */
+    double *qdd;        /* [nq] */
+    double *guard;      /* [nguard] */
+    spot_force *spot;   /* [nspot] */
+    spot_force *beak;   /* [nnotch] resultant; gap holds the overlap s [m] */
+    double *frc, *trq;  /* [3*nq] */
+    double *Q;          /* [nq] */
+    int fresh;          /* 1: the above belongs to the current state */
+
+    /* workspace */
+    stein_pose *pose;  /* [nframe] */
+    wrench *wrench;    /* [nframe] */
+    double *M, *c;     /* [nq*nq], [nq] */
+    double *xq, *xqd;  /* [nq] coordinates as evaluated: prescribed ones in place */
+    double *ustate;    /* [3*ninput] signals at the last evaluation */
+    double *px, *pv, *pJ, *pa; /* points */
+    double *kq, *kqd;  /* [7*nq] stages */
+    double *q1, *qd1, *qdd0, *qdd1; /* [nq] trial step and end derivatives */
+    double *zero;      /* [3*nq] */
+    double *work;      /* [nq*nq + 2*nq] */
+    double *root;      /* [nguard] */
+    unsigned char *crossed; /* [nguard] guards that switch at the located root */
+
+    double eq, eqd; /* embedded error estimate; negative: none */
+
+    stein_signal_fn **signal; /* [ninput] */
+    void **signal_ctx;
+    stein_event_fn *on_event;
+    void *event_ctx;
+    stein_force_fn *on_force;
+    void *force_ctx;
+};
+
+/* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
+stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
+
+/* linalg.c: solve M x = b in place (b becomes x), M [n*n] symmetric positive definite, overwritten.
+ * Returns -1, or the index of a pivot that vanishes against its diagonal. */
+int stein__solve_spd(int n, double *M, double *b);
+
+/* contact.c */
+double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int spot);
+void stein__spot_forces(stein_sim *sim);
+stein_pose stein__pose_of(const stein_pose *pose, int frame);
+vec2 stein__place(const stein_pose *pose, double x, double z);
+vec2 stein__velocity(const stein_pose *pose, vec2 point);
+void stein__apply(stein_sim *sim, int frame, const stein_pose *pose, vec2 point, vec2 force);
+
+/* notch.c */
+void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int notch, double *g,
+                         double *overlap);
+void stein__notch_forces(stein_sim *sim);
+int stein__notch_phase_of(const unsigned char *mode);
+
+/* dynamics.c */
+stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
+                             double *qdd, stein_err *err);
+void stein__guards(stein_sim *sim, const double *q, double *guard);
+stein_status stein__refresh(stein_sim *sim, stein_err *err);
+int stein__is_driven(const stein_sim *sim, int joint);
+
+/* settle.c */
+stein_status stein__settle(stein_sim *sim, stein_err *err);
+
+#endif

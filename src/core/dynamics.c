@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: MIT
+ * dynamics.c - from (t, q, qd) to all forces and to qdd.
+ *
+ *      M(q) qdd + c(q, qd, frc, trq) = Q
+ *
+ * Contacts and notches act as external wrenches frc, trq on the bodies, which the generated c takes
+ * in; springs, joint friction, inputs and the user's hook act in Q. Point forces (links, inputs at a
+ * point) go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
+ * unknowns: their row becomes qdd_i = given, their column moves to the right-hand side.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+
+/* put prescribed coordinates in place; signals stay in sim->ustate */
+static void drive(stein_sim *sim, double t, const double *q, const double *qd)
+{
+    const stein_model *model = sim->model;
+    memcpy(sim->xq, q, sizeof *q * (size_t)model->nq);
+    memcpy(sim->xqd, qd, sizeof *qd * (size_t)model->nq);
+    for (int i = 0; i < model->ninput; i++) {
+        double *u = sim->ustate + 3 * i;
+        u[0] = u[1] = u[2] = 0.0;
+        if (sim->signal[i] != NULL) {
+            sim->signal[i](sim->signal_ctx[i], t, u);
+            if (model->inputs[i].kind == STEIN_INPUT_MOTION) {
+                sim->xq[model->inputs[i].index] = u[0];
+                sim->xqd[model->inputs[i].index] = u[1];
+            }
+        }
+    }
+}
+
+/* wrench about the body's origin, in fixed axes -> force and moment at the centre of mass, in body
+ * axes; a plane moment counted from +x towards +z is a moment about -y */
+static void wrenches_to_bodies(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nframe; i++) {
+        const stein_frame *frame = &sim->model->frames[i];
+        const stein_pose *p = &sim->pose[i];
+        const wrench *w = &sim->wrench[i];
+        const double *com = sim->d + frame->com;
+        double fx = p->c * w->x + p->s * w->z;
+        double fz = p->c * w->z - p->s * w->x;
+        sim->frc[3 * frame->body] = fx;
+        sim->frc[3 * frame->body + 2] = fz;
+        sim->trq[3 * frame->body + 1] = -(w->m - (com[0] * fz - com[1] * fx));
+    }
+}
+
+/* Q += J^T f for a force f [3] in fixed axes at a named point */
+static void add_point_force(stein_sim *sim, int point, const double f[3])
+{
+    int nq = sim->model->nq;
+    const double *J = sim->pJ + 3 * point * nq;
+    for (int j = 0; j < nq; j++) {
+        sim->Q[j] += J[j] * f[0] + J[nq + j] * f[1] + J[2 * nq + j] * f[2];
+    }
+}
+
+static void link_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nlink; i++) {
+        const stein_link *link = &sim->model->links[i];
+        const double *law = sim->d + link->d;
+        const double *xa = sim->px + 3 * link->point[0], *xb = sim->px + 3 * link->point[1];
+        const double *va = sim->pv + 3 * link->point[0], *vb = sim->pv + 3 * link->point[1];
+        double r[3] = {xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]};
+        double length = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+        if (!(length > 0.0)) {
+            continue; // no direction, no force
+        }
+        double rate = ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) /
+                      length;
+        double pull = (law[0] * (length - law[1]) + law[2] * rate) / length;
+        double fa[3] = {pull * r[0], pull * r[1], pull * r[2]};
+        double fb[3] = {-fa[0], -fa[1], -fa[2]};
+        add_point_force(sim, link->point[0], fa);
+        add_point_force(sim, link->point[1], fb);
+    }
+}
+
+static void joint_forces(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    for (int j = 0; j < model->nq; j++) {
+        const stein_body *body = &model->bodies[j];
+        if (body->spring >= 0) {
+            sim->Q[j] -= sim->d[body->spring] * (sim->xq[j] - sim->d[body->spring + 1]);
+        }
+        if (body->damping >= 0) {
+            sim->Q[j] -= sim->d[body->damping] * sim->xqd[j];
+        }
+        if (body->friction >= 0) {
+            sim->Q[j] -= stein_friction(sim->d + body->friction, sim->xqd[j]);
+        }
+    }
+}
+
+static void input_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->ninput; i++) {
+        const stein_input *input = &sim->model->inputs[i];
+        double u = sim->ustate[3 * i];
+        if (input->kind == STEIN_INPUT_JOINT) {
+            sim->Q[input->index] += u;
+        } else if (input->kind == STEIN_INPUT_POINT) {
+            const double *direction = sim->d + input->direction;
+            double f[3] = {u * direction[0], u * direction[1], u * direction[2]};
+            add_point_force(sim, input->index, f);
+        }
+    }
+}
+
+/* all forces at the coordinates in xq, xqd */
+static void forces(stein_sim *sim, double t)
+{
+    const stein_model *model = sim->model;
+    size_t nq = (size_t)model->nq;
+    memset(sim->Q, 0, sizeof *sim->Q * nq);
+    memset(sim->frc, 0, sizeof *sim->frc * 3 * nq);
+    memset(sim->trq, 0, sizeof *sim->trq * 3 * nq);
+    if (model->nframe > 0) {
+        memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
+        model->pose(sim->xq, sim->xqd, sim->d, sim->pose);
+    }
+    stein__spot_forces(sim);
+    stein__notch_forces(sim);
+    wrenches_to_bodies(sim);
+    if (model->npoint > 0 && (model->nlink > 0 || model->ninput > 0)) {
+        model->point(sim->xq, sim->xqd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+        link_forces(sim);
+    }
+    joint_forces(sim);
+    input_forces(sim);
+    if (sim->on_force != NULL) {
+        sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);
+    }
+}
+
+/* the motion input that drives a joint with a signal or a hold; -1 for a free joint, -2 for held */
+static int driver(const stein_sim *sim, int joint)
+{
+    if (sim->held[joint]) {
+        return -2;
+    }
+    for (int i = 0; i < sim->model->ninput; i++) {
+        const stein_input *input = &sim->model->inputs[i];
+        if (input->kind == STEIN_INPUT_MOTION && input->index == joint) {
+            if (sim->signal[i] != NULL) {
+                return i;
+            }
+            if (input->hold) {
+                return -2;
+            }
+        }
+    }
+    return -1;
+}
+
+int stein__is_driven(const stein_sim *sim, int joint)
+{
+    return driver(sim, joint) != -1;
+}
+
+/* take joint j out of the unknowns of M x = b: x_j = value */
+static void prescribe(int n, double *M, double *b, int j, double value)
+{
+    for (int i = 0; i < n; i++) {
+        b[i] -= M[i * n + j] * value;
+        M[i * n + j] = M[j * n + i] = 0.0;
+    }
+    M[j * n + j] = 1.0;
+    b[j] = value;
+}
+
+stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
+                             double *qdd, stein_err *err)
+{
+    const stein_model *model = sim->model;
+    int nq = model->nq;
+    drive(sim, t, q, qd);
+    forces(sim, t);
+    model->mass_bias(sim->xq, sim->xqd, sim->d, sim->frc, sim->trq, sim->M, sim->c);
+    for (int j = 0; j < nq; j++) {
+        qdd[j] = sim->Q[j] - sim->c[j];
+    }
+    for (int j = 0; j < nq; j++) {
+        int by = driver(sim, j);
+        if (by != -1) {
+            prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);
+        }
+    }
+    int bad = stein__solve_spd(nq, sim->M, qdd);
+    if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
+        return stein__fail(err, STEIN_ESINGULAR, "the mass matrix is singular at joint \"%s\", t = %g s",
+                           model->bodies[bad].name, t);
+    }
+    return STEIN_OK;
+}
+
+void stein__guards(stein_sim *sim, const double *q, double *guard)
+{
+    const stein_model *model = sim->model;
+    if (model->nframe > 0) {
+        model->pose(q, sim->zero, sim->d, sim->pose);
+    }
+    for (int i = 0; i < model->nspot; i++) {
+        int lifted = !sim->head->load_present && model->spots[i].contact == model->load.contact;
+        guard[i] = lifted ? -1.0 : stein__spot_guard(sim, sim->pose, i);
+    }
+    for (int i = 0; i < model->nnotch; i++) {
+        double overlap;
+        stein__notch_guards(sim, sim->pose, i, guard + model->nspot + NOTCH_GUARDS * i, &overlap);
+    }
+}
+
+stein_status stein__refresh(stein_sim *sim, stein_err *err)
+{
+    if (!sim->fresh) {
+        stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        sim->fresh = 1;
+    }
+    return STEIN_OK;
+}

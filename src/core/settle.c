@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: MIT
+ * settle.c - the initial state: static equilibrium, the load flush, contacts as geometry has them.
+ *
+ * Equilibrium is a zero of F(q) = qdd(q, qd = 0), where friction vanishes. Newton alone fails from
+ * afar because contacts that do not touch have no stiffness; so pseudo-transient continuation
+ * (Kelley & Keyes 1998): implicit Euler steps of growing length tau on dq/ds = F(q),
+ *
+ *      (1/tau - dF/dq) delta = F
+ *
+ * which follow the motion downhill while tau is small and become Newton's as it grows. Integrating
+ * the motion until it rests would creep for ever on the smooth friction law.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+
+enum { MAX_SETTLE_STEPS = 600 };
+static const double longest_step = 0.02; /* rad or m in one iteration */
+static const double settled = 1e-13;     /* last Newton correction [rad or m] */
+
+/* contact modes and notch regions as the positions in sim->q have them */
+static void modes_from_geometry(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    memset(sim->mode, 0, (size_t)sim->nguard);
+    stein__guards(sim, sim->q, sim->guard);
+    for (int i = 0; i < model->nnotch; i++) {
+        int region = model->nspot + NOTCH_GUARDS * i + NOTCH_REGION;
+        sim->mode[region] = sim->guard[region] > 0.0;
+    }
+    stein__guards(sim, sim->q, sim->guard);
+    for (int i = 0; i < sim->nguard; i++) {
+        sim->mode[i] = sim->guard[i] > 0.0;
+    }
+    sim->fresh = 0;
+}
+
+/* F(q) at rest; the residual in the metric of M, F.(Q - c), in *norm2 */
+static stein_status residual(stein_sim *sim, double *F, double *norm2, stein_err *err)
+{
+    int nq = sim->model->nq;
+    modes_from_geometry(sim);
+    stein_status status = stein__evaluate(sim, 0.0, sim->q, sim->zero, F, err);
+    *norm2 = 0.0;
+    for (int j = 0; j < nq; j++) {
+        if (!stein__is_driven(sim, j)) {
+            *norm2 += fabs(F[j] * (sim->Q[j] - sim->c[j]));
+        }
+    }
+    return status;
+}
+
+/* A x = b by elimination with row pivoting, A [n*n] and b [n] overwritten; -1 when singular */
+static int solve_general(int n, double *A, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++) {
+            pivot = fabs(A[i * n + k]) > fabs(A[pivot * n + k]) ? i : pivot;
+        }
+        if (!(fabs(A[pivot * n + k]) > 0.0)) {
+            return -1;
+        }
+        for (int j = 0; j < n; j++) {
+            double swap = A[k * n + j];
+            A[k * n + j] = A[pivot * n + j];
+            A[pivot * n + j] = swap;
+        }
+        double swap = b[k];
+        b[k] = b[pivot];
+        b[pivot] = swap;
+        for (int i = k + 1; i < n; i++) {
+            double f = A[i * n + k] / A[k * n + k];
+            for (int j = k; j < n; j++) {
+                A[i * n + j] -= f * A[k * n + j];
+            }
+            b[i] -= f * b[k];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) {
+            b[i] -= A[i * n + j] * b[j];
+        }
+        b[i] /= A[i * n + i];
+    }
+    return 0;
+}
+
+/* delta of one continuation step from F at sim->q; Jacobian by central differences */
+static stein_status correction(stein_sim *sim, const double *F, double tau, double *delta,
+                               stein_err *err)
+{
+    int nq = sim->model->nq;
+    double *A = sim->work, *Fp = sim->work + nq * nq, *Fm = Fp + nq;
+    for (int k = 0; k < nq; k++) {
+        double q = sim->q[k], step = 1e-7, norm2;
+        sim->q[k] = q + step;
+        stein_status status = residual(sim, Fp, &norm2, err);
+        sim->q[k] = q - step;
+        status = status == STEIN_OK ? residual(sim, Fm, &norm2, err) : status;
+        sim->q[k] = q;
+        if (status != STEIN_OK) {
+            return status;
+        }
+        for (int i = 0; i < nq; i++) {
+            int given = stein__is_driven(sim, i) || stein__is_driven(sim, k);
+            double slope = given ? 0.0 : (Fp[i] - Fm[i]) / (2.0 * step);
+            A[i * nq + k] = (i == k ? 1.0 / tau : 0.0) - slope;
+        }
+    }
+    for (int i = 0; i < nq; i++) {
+        delta[i] = stein__is_driven(sim, i) ? 0.0 : F[i];
+    }
+    if (solve_general(nq, A, delta) != 0) {
+        memset(delta, 0, sizeof *delta * (size_t)nq);
+    }
+    return STEIN_OK;
+}
+
+static double largest(const double *x, int n)
+{
+    double m = 0.0;
+    for (int i = 0; i < n; i++) {
+        m = fmax(m, isfinite(x[i]) ? fabs(x[i]) : INFINITY);
+    }
+    return m;
+}
+
+static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
+{
+    int nq = sim->model->nq;
+    size_t bytes = sizeof *sim->q * (size_t)nq;
+    double *F = sim->qdd0, *trial = sim->qdd1, *delta = sim->q1, *start = sim->qd1;
+    double tau = 1e-6, norm2, new_norm2;
+    stein_status status = residual(sim, F, &norm2, err);
+    for (int n = 0; status == STEIN_OK && n < MAX_SETTLE_STEPS; n++) {
+        status = correction(sim, F, tau, delta, err);
+        double size = largest(delta, nq);
+        if (status != STEIN_OK || (size < settled && tau > 1.0) || norm2 == 0.0) {
+            return status;
+        }
+        memcpy(start, sim->q, bytes);
+        double shorten = fmin(1.0, longest_step / size);
+        for (int j = 0; j < nq; j++) {
+            sim->q[j] += shorten * delta[j];
+        }
+        status = residual(sim, trial, &new_norm2, err);
+        if (new_norm2 <= 2.0 * norm2 || size < 1e-11) {
+            memcpy(F, trial, bytes);
+            norm2 = new_norm2;
+            tau = fmin(tau * (shorten < 1.0 ? 1.0 : 4.0), 1e12);
+        } else {
+            memcpy(sim->q, start, bytes);
+            tau *= 0.125;
+        }
+    }
+    if (status == STEIN_OK) {
+        status = stein__fail(err, STEIN_ESETTLE, "no static equilibrium found near the initial "
+                             "positions (residual %g after %d iterations)", sqrt(norm2),
+                             (int)MAX_SETTLE_STEPS);
+    }
+    return status;
+}
+
+/* the load's coordinate at which its contact has gap 0: the guard is linear in it */
+static void place_load_flush(stein_sim *sim)
+{
+    int joint = sim->model->load.body;
+    int spot = sim->model->contacts[sim->model->load.contact].first_spot;
+    sim->q[joint] = 0.0;
+    stein__guards(sim, sim->q, sim->guard);
+    double g0 = sim->guard[spot];
+    sim->q[joint] = 1.0;
+    stein__guards(sim, sim->q, sim->guard);
+    sim->q[joint] = -g0 / (sim->guard[spot] - g0);
+}
+
+stein_status stein__settle(stein_sim *sim, stein_err *err)
+{
+    const stein_model *model = sim->model;
+    int load = model->load.body;
+    if (model->settle) {
+        sim->head->load_present = load < 0;
+        if (load >= 0) {
+            sim->held[load] = 1;
+        }
+        stein_status status = find_equilibrium(sim, err);
+        if (load >= 0) {
+            sim->held[load] = 0;
+        }
+        sim->head->load_present = 1;
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    if (load >= 0) {
+        place_load_flush(sim);
+    }
+    modes_from_geometry(sim);
+    return STEIN_OK;
+}
+
+stein_status stein_set_state(stein_sim *sim, double t, const double *q, const double *qd,
+                             stein_err *err)
+{
+    int nq = sim->model->nq;
+    for (int j = 0; j < nq; j++) {
+        if (!isfinite(t) || !isfinite(q[j]) || !isfinite(qd[j])) {
+            return stein__fail(err, STEIN_EINVAL, "the state given for joint \"%s\" is not finite",
+                               sim->model->bodies[j].name);
+        }
+    }
+    memmove(sim->q, q, sizeof *q * (size_t)nq);
+    memmove(sim->qd, qd, sizeof *qd * (size_t)nq);
+    sim->head->t = sim->head->t0 = t;
+    sim->head->step = 0;
+    modes_from_geometry(sim);
+    return stein__refresh(sim, err);
+}

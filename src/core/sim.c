@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: MIT
+ * sim.c - creation, names, parameters, reset, the state as a block, hooks.
+ *
+ * Memory: one block per simulation, carved twice by the same function - once with a NULL base to
+ * learn the size, once for real - so that sizes and offsets cannot disagree.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core.h"
+
+static void *default_alloc(void *ctx, size_t size)
+{
+    (void)ctx;
+    return malloc(size);
+}
+
+static void default_release(void *ctx, void *block)
+{
+    (void)ctx;
+    free(block);
+}
+
+stein_sim_def stein_sim_def_default(const stein_model *model)
+{
+    return (stein_sim_def){.integrator = model->integrator == 1 ? STEIN_DP5 : STEIN_RK4,
+                           .dt = model->dt,
+                           .alloc = default_alloc,
+                           .release = default_release,
+                           .ctx = NULL};
+}
+
+typedef struct arena {
+    unsigned char *base; /* NULL: only measure */
+    size_t used;
+} arena;
+
+static void *carve(arena *a, size_t size)
+{
+    void *at = a->base == NULL ? NULL : a->base + a->used;
+    a->used += (size + 15u) / 16u * 16u;
+    return at;
+}
+
+static double *doubles(arena *a, int n)
+{
+    return carve(a, sizeof(double) * (size_t)n);
+}
+
+static void carve_state(stein_sim *s, arena *a, const stein_model *m)
+{
+    size_t start = a->used;
+    s->state = carve(a, sizeof *s->head);
+    s->head = (state_head *)(void *)s->state;
+    s->q = doubles(a, m->nq);
+    s->qd = doubles(a, m->nq);
+    s->rest = doubles(a, m->nchannel);
+    s->mode = carve(a, (size_t)s->nguard);
+    s->held = carve(a, (size_t)m->nq);
+    s->state_size = a->used - start;
+}
+
+static void carve_all(stein_sim *s, arena *a, const stein_model *m)
+{
+    int nq = m->nq;
+    carve_state(s, a, m);
+    s->p = doubles(a, m->np);
+    s->d = doubles(a, m->nd);
+    s->qdd = doubles(a, nq);
+    s->guard = doubles(a, s->nguard);
+    s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
+    s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
+    s->frc = doubles(a, 3 * nq);
+    s->trq = doubles(a, 3 * nq);
+    s->Q = doubles(a, nq);
+    s->pose = carve(a, sizeof *s->pose * (size_t)m->nframe);
+    s->wrench = carve(a, sizeof *s->wrench * (size_t)m->nframe);
+    s->M = doubles(a, nq * nq);
+    s->c = doubles(a, nq);
+    s->xq = doubles(a, nq);
+    s->xqd = doubles(a, nq);
+    s->ustate = doubles(a, 3 * m->ninput);
+    s->px = doubles(a, 3 * m->npoint);
+    s->pv = doubles(a, 3 * m->npoint);
+    s->pJ = doubles(a, 3 * m->npoint * nq);
+    s->pa = doubles(a, 3 * m->npoint);
+    s->kq = doubles(a, 7 * nq);
+    s->kqd = doubles(a, 7 * nq);
+    s->q1 = doubles(a, nq);
+    s->qd1 = doubles(a, nq);
+    s->qdd0 = doubles(a, nq);
+    s->qdd1 = doubles(a, nq);
+    s->zero = doubles(a, 3 * nq);
+    s->work = doubles(a, nq * nq + 2 * nq);
+    s->root = doubles(a, s->nguard);
+    s->crossed = carve(a, (size_t)s->nguard);
+    s->signal = carve(a, sizeof *s->signal * (size_t)m->ninput);
+    s->signal_ctx = carve(a, sizeof *s->signal_ctx * (size_t)m->ninput);
+}
+
+static stein_status check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
+{
+    if (model->abi != STEIN_MODEL_ABI) {
+        return stein__fail(err, STEIN_ESTALE,
+                           "model \"%s\" was generated for layout %d, this library reads %d: "
+                           "regenerate it", model->name, model->abi, STEIN_MODEL_ABI);
+    }
+    if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5) {
+        return stein__fail(err, STEIN_EINVAL, "stein_sim_def.integrator is %d: expected STEIN_RK4 or "
+                                              "STEIN_DP5", (int)def->integrator);
+    }
+    if (!(def->dt > 0.0) || !isfinite(def->dt)) {
+        return stein__fail(err, STEIN_EINVAL, "stein_sim_def.dt is %g s: expected a positive step",
+                           def->dt);
+    }
+    if (def->alloc == NULL || def->release == NULL) {
+        return stein__fail(err, STEIN_EINVAL, "stein_sim_def.%s is NULL: start from "
+                           "stein_sim_def_default()", def->alloc == NULL ? "alloc" : "release");
+    }
+    return STEIN_OK;
+}
+
+stein_status stein_sim_create(stein_sim **out, const stein_model *model, const stein_sim_def *def,
+                              stein_err *err)
+{
+    stein_sim_def defaults = stein_sim_def_default(model);
+    def = def != NULL ? def : &defaults;
+    stein_status status = check_def(model, def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    stein_sim layout = {.nguard = model->nspot + NOTCH_GUARDS * model->nnotch};
+    arena a = {NULL, 0};
+    carve(&a, sizeof layout);
+    carve_all(&layout, &a, model);
+    stein_sim *sim = def->alloc(def->ctx, a.used);
+    if (sim == NULL) {
+        return stein__fail(err, STEIN_ENOMEM, "out of memory for a simulation of \"%s\"",
+                           model->name);
+    }
+    memset(sim, 0, a.used);
+    sim->model = model;
+    sim->def = *def;
+    sim->nguard = layout.nguard;
+    a = (arena){(unsigned char *)sim, 0};
+    carve(&a, sizeof *sim);
+    carve_all(sim, &a, model);
+    for (int i = 0; i < model->np; i++) {
+        sim->p[i] = model->params[i].value;
+    }
+    model->setup(sim->p, sim->d);
+    status = stein_reset(sim, err);
+    if (status != STEIN_OK) {
+        stein_sim_destroy(sim);
+        return status;
+    }
+    *out = sim;
+    return STEIN_OK;
+}
+
+void stein_sim_destroy(stein_sim *sim)
+{
+    if (sim != NULL) {
+        sim->def.release(sim->def.ctx, sim);
+    }
+}
+
+const stein_model *stein_sim_model(const stein_sim *sim)
+{
+    return sim->model;
+}
+
+/* ---- names ---- */
+
+#define FIND(function, table, count)                              \
+    int function(const stein_model *model, const char *name)      \
+    {                                                             \
+        for (int i = 0; i < model->count; i++) {                  \
+            if (strcmp(model->table[i].name, name) == 0) {        \
+                return i;                                         \
+            }                                                     \
+        }                                                         \
+        return -1;                                                \
+    }
+
+FIND(stein_find_param, params, np)
+FIND(stein_find_channel, channels, nchannel)
+FIND(stein_find_input, inputs, ninput)
+FIND(stein_find_contact, contacts, ncontact)
+FIND(stein_find_body, bodies, nq)
+#undef FIND
+
+/* ---- parameters ---- */
+
+stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err)
+{
+    int i = stein_find_param(sim->model, name);
+    if (i < 0) {
+        return stein__fail(err, STEIN_ENAME, "no parameter \"%s\" in model \"%s\" (a zero that shaped "
+                           "the equations is none: regenerate them)", name, sim->model->name);
+    }
+    if (!isfinite(value)) {
+        return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
+    }
+    sim->p[i] = value;
+    sim->model->setup(sim->p, sim->d);
+    sim->fresh = 0;
+    return STEIN_OK;
+}
+
+stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
+{
+    for (int i = 0; i < sim->model->np; i++) {
+        if (!isfinite(p[i])) {
+            return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g",
+                               sim->model->params[i].name, p[i]);
+        }
+    }
+    memcpy(sim->p, p, sizeof *p * (size_t)sim->model->np);
+    sim->model->setup(sim->p, sim->d);
+    sim->fresh = 0;
+    return STEIN_OK;
+}
+
+stein_status stein_get(const stein_sim *sim, const char *name, double *value, stein_err *err)
+{
+    int i = stein_find_param(sim->model, name);
+    if (i < 0) {
+        return stein__fail(err, STEIN_ENAME, "no parameter \"%s\" in model \"%s\"", name,
+                           sim->model->name);
+    }
+    *value = sim->p[i];
+    return STEIN_OK;
+}
+
+/* ---- state ---- */
+
+stein_status stein_reset(stein_sim *sim, stein_err *err)
+{
+    const stein_model *model = sim->model;
+    memset(sim->state, 0, sim->state_size);
+    memcpy(sim->head->equations, model->equations, sizeof sim->head->equations);
+    sim->head->load_present = 1;
+    sim->eq = sim->eqd = -1.0;
+    sim->fresh = 0;
+    for (int j = 0; j < model->nq; j++) {
+        sim->q[j] = sim->d[model->initial + 2 * j];
+        sim->qd[j] = sim->d[model->initial + 2 * j + 1];
+    }
+    stein_status status = stein__settle(sim, err);
+    if (status == STEIN_OK) {
+        status = stein__refresh(sim, err);
+    }
+    for (int j = 0; status == STEIN_OK && j < model->nq; j++) {
+        sim->q[j] = sim->xq[j]; // prescribed joints start on their signal
+        sim->qd[j] = sim->xqd[j];
+        if (!isfinite(sim->q[j]) || !isfinite(sim->qdd[j])) {
+            status = stein__fail(err, STEIN_ENONFINITE, "the initial state of joint \"%s\" is not "
+                                 "finite", model->bodies[j].name);
+        }
+    }
+    for (int i = 0; status == STEIN_OK && i < model->nchannel; i++) {
+        sim->rest[i] = 0.0;
+        sim->rest[i] = model->channels[i].sign * stein_read(sim, i);
+    }
+    return status;
+}
+
+double stein_time(const stein_sim *sim)
+{
+    return sim->head->t;
+}
+
+const double *stein_q(const stein_sim *sim)
+{
+    return sim->q;
+}
+
+const double *stein_qd(const stein_sim *sim)
+{
+    return sim->qd;
+}
+
+const double *stein_qdd(stein_sim *sim)
+{
+    return stein__refresh(sim, NULL) == STEIN_OK ? sim->qdd : NULL;
+}
+
+size_t stein_state_size(const stein_sim *sim)
+{
+    return sim->state_size;
+}
+
+void stein_save(const stein_sim *sim, void *block)
+{
+    memcpy(block, sim->state, sim->state_size);
+}
+
+stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err)
+{
+    if (memcmp(block, sim->head->equations, sizeof sim->head->equations) != 0) {
+        return stein__fail(err, STEIN_EINVAL, "the saved state belongs to another model than \"%s\"",
+                           sim->model->name);
+    }
+    memcpy(sim->state, block, sim->state_size);
+    sim->fresh = 0;
+    return STEIN_OK;
+}
+
+void stein_load_lift(stein_sim *sim)
+{
+    const stein_load *load = &sim->model->load;
+    if (load->body < 0) {
+        return;
+    }
+    const stein_contact *contact = &sim->model->contacts[load->contact];
+    sim->head->load_present = 0;
+    sim->held[load->body] = 1;
+    sim->qd[load->body] = 0.0;
+    memset(sim->mode + contact->first_spot, 0, (size_t)contact->nspot);
+    sim->fresh = 0;
+}
+
+int stein_load_present(const stein_sim *sim)
+{
+    return sim->model->load.body >= 0 && sim->head->load_present;
+}
+
+/* ---- hooks ---- */
+
+void stein_on_event(stein_sim *sim, stein_event_fn *fn, void *ctx)
+{
+    sim->on_event = fn;
+    sim->event_ctx = ctx;
+}
+
+void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx)
+{
+    sim->on_force = fn;
+    sim->force_ctx = ctx;
+    sim->fresh = 0;
+}
+
+stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn, void *ctx,
+                         stein_err *err)
+{
+    int i = stein_find_input(sim->model, input);
+    if (i < 0) {
+        return stein__fail(err, STEIN_ENAME, "no input \"%s\" in model \"%s\"", input,
+                           sim->model->name);
+    }
+    sim->signal[i] = fn;
+    sim->signal_ctx[i] = ctx;
+    sim->fresh = 0;
+    return STEIN_OK;
+}
+
+/* ---- equations ---- */
+
+void stein_mass_bias(stein_sim *sim, const double *q, const double *qd, const double *frc,
+                     const double *trq, double *M, double *c)
+{
+    sim->model->mass_bias(q, qd, sim->d, frc != NULL ? frc : sim->zero,
+                          trq != NULL ? trq : sim->zero, M, c);
+}
+
+void stein_inverse(stein_sim *sim, const double *q, const double *qd, const double *qdd,
+                   const double *frc, const double *trq, double *Q)
+{
+    sim->model->inverse(q, qd, qdd, sim->d, frc != NULL ? frc : sim->zero,
+                        trq != NULL ? trq : sim->zero, Q);
+}
+
+static void copy_out(double *out, const double *from, int n)
+{
+    if (out != NULL) {
+        memcpy(out, from, sizeof *from * (size_t)n);
+    }
+}
+
+void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v, double *J,
+                  double *jdqd)
+{
+    const stein_model *model = sim->model;
+    if (model->npoint == 0) {
+        return;
+    }
+    model->point(q, qd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    copy_out(x, sim->px, 3 * model->npoint);
+    copy_out(v, sim->pv, 3 * model->npoint);
+    copy_out(J, sim->pJ, 3 * model->npoint * model->nq);
+    copy_out(jdqd, sim->pa, 3 * model->npoint);
+    sim->fresh = 0;
+}
+
+void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kinetic,
+                  double *potential)
+{
+    double e[2];
+    sim->model->energy(q, qd, sim->d, e);
+    *kinetic = e[0];
+    *potential = e[1];
+}
+
+stein_status stein_acceleration(stein_sim *sim, double t, const double *q, const double *qd,
+                                double *qdd, stein_err *err)
+{
+    sim->fresh = 0;
+    return stein__evaluate(sim, t, q, qd, qdd, err);
+}

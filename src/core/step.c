@@ -1,0 +1,400 @@
+/* SPDX-License-Identifier: MIT
+ * step.c - fixed-step Runge-Kutta with located events.
+ *
+ * One engine runs every explicit tableau on q' = qd, qd' = qdd(t, q, qd):
+ *
+ *   RK4   Kutta 1901, order 4, 4 stages
+ *   DP5   Dormand & Prince 1980, order 5 with embedded order 4, 6 stages
+ *
+ * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
+ * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
+ * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods.
+ *
+ * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
+ * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
+ * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
+ * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
+ * the force jumps, any accuracy at all.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+
+enum { MAX_STAGES = 6, MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
+
+typedef struct tableau {
+    int stages;
+    double c[MAX_STAGES];
+    double a[MAX_STAGES][MAX_STAGES];
+    double b[MAX_STAGES];
+    double e[MAX_STAGES + 1]; /* b - b_embedded, the last for the end derivative; all 0: none */
+    int embedded;
+} tableau;
+
+static const tableau rk4 = {
+    .stages = 4,
+    .c = {0.0, 0.5, 0.5, 1.0},
+    .a = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}},
+    .b = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
+};
+
+static const tableau dp5 = {
+    .stages = 6,
+    .c = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0},
+    .a = {{0.0},
+          {1.0 / 5.0},
+          {3.0 / 40.0, 9.0 / 40.0},
+          {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
+          {19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0},
+          {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0}},
+    .b = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
+    .e = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
+          -1.0 / 40.0},
+    .embedded = 1,
+};
+
+/* sum of w_k k_k over the first n stages, component j */
+static double combine(const double *w, int n, const double *k, int nq, int j)
+{
+    double s = 0.0;
+    for (int i = 0; i < n; i++) {
+        s += w[i] * k[i * nq + j];
+    }
+    return s;
+}
+
+/* Trial step of h from the current state: q1, qd1 and, at its end, qdd1 and all guards. Stage 0 is
+ * the current qdd (fresh). */
+static stein_status trial(stein_sim *sim, double h, stein_err *err)
+{
+    const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
+    int nq = sim->model->nq;
+    double t = sim->head->t;
+    memcpy(sim->kq, sim->qd, sizeof *sim->qd * (size_t)nq);
+    memcpy(sim->kqd, sim->qdd0, sizeof *sim->qdd0 * (size_t)nq);
+    for (int i = 1; i < rk->stages; i++) {
+        double *kq = sim->kq + i * nq;
+        for (int j = 0; j < nq; j++) {
+            sim->q1[j] = sim->q[j] + h * combine(rk->a[i], i, sim->kq, nq, j);
+            kq[j] = sim->qd[j] + h * combine(rk->a[i], i, sim->kqd, nq, j);
+        }
+        stein_status status =
+            stein__evaluate(sim, t + rk->c[i] * h, sim->q1, kq, sim->kqd + i * nq, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    for (int j = 0; j < nq; j++) {
+        sim->q1[j] = sim->q[j] + h * combine(rk->b, rk->stages, sim->kq, nq, j);
+        sim->qd1[j] = sim->qd[j] + h * combine(rk->b, rk->stages, sim->kqd, nq, j);
+    }
+    stein_status status = stein__evaluate(sim, t + h, sim->q1, sim->qd1, sim->qdd1, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    memcpy(sim->q1, sim->xq, sizeof *sim->q1 * (size_t)nq); // prescribed joints exactly on track
+    memcpy(sim->qd1, sim->xqd, sizeof *sim->qd1 * (size_t)nq);
+
+    sim->eq = sim->eqd = rk->embedded ? 0.0 : -1.0;
+    for (int j = 0; rk->embedded && j < nq; j++) {
+        double eq = combine(rk->e, rk->stages, sim->kq, nq, j) + rk->e[rk->stages] * sim->qd1[j];
+        double eqd = combine(rk->e, rk->stages, sim->kqd, nq, j) + rk->e[rk->stages] * sim->qdd1[j];
+        sim->eq = fmax(sim->eq, fabs(h * eq));
+        sim->eqd = fmax(sim->eqd, fabs(h * eqd));
+    }
+    return STEIN_OK;
+}
+
+/* dense output: quintic Hermite at theta in [0, 1] of the trial step of h */
+static void interpolate(const stein_sim *sim, double h, double theta, double *q)
+{
+    double u = theta, v = 1.0 - theta;
+    double u3 = u * u * u, v3 = v * v * v;
+    double p0 = v3 * (1.0 + 3.0 * u + 6.0 * u * u), p1 = u3 * (1.0 + 3.0 * v + 6.0 * v * v);
+    double s0 = v3 * u * (1.0 + 3.0 * u), s1 = -u3 * v * (1.0 + 3.0 * v);
+    double a0 = 0.5 * v3 * u * u, a1 = 0.5 * u3 * v * v;
+    for (int j = 0; j < sim->model->nq; j++) {
+        q[j] = p0 * sim->q[j] + p1 * sim->q1[j] + h * (s0 * sim->qd[j] + s1 * sim->qd1[j]) +
+               h * h * (a0 * sim->qdd0[j] + a1 * sim->qdd1[j]);
+    }
+}
+
+static double guard_at(stein_sim *sim, double h, double theta, int i)
+{
+    interpolate(sim, h, theta, sim->xq);
+    stein__guards(sim, sim->xq, sim->guard);
+    return sim->guard[i];
+}
+
+static int is_crossed(const stein_sim *sim, int i)
+{
+    return (sim->guard[i] > 0.0) != sim->mode[i];
+}
+
+/* root of guard i inside the trial step: regula falsi with the Illinois change, kept in the bracket */
+static double root(stein_sim *sim, double h, int i, double g1)
+{
+    double lo = 0.0, hi = 1.0, glo = guard_at(sim, h, 0.0, i), ghi = g1;
+    if ((glo > 0.0) == (ghi > 0.0)) {
+        return 0.0; // on the wrong side from the start, by rounding: switch at once
+    }
+    int side = 0;
+    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > 1e-13; n++) {
+        double theta = (lo * ghi - hi * glo) / (ghi - glo);
+        if (!(theta > lo && theta < hi) || n % 8 == 7) {
+            theta = 0.5 * (lo + hi);
+        }
+        double g = guard_at(sim, h, theta, i);
+        if (g == 0.0) {
+            return theta;
+        }
+        if ((g > 0.0) == (ghi > 0.0)) {
+            hi = theta;
+            ghi = g;
+            glo *= side == 1 ? 0.5 : 1.0;
+            side = 1;
+        } else {
+            lo = theta;
+            glo = g;
+            ghi *= side == -1 ? 0.5 : 1.0;
+            side = -1;
+        }
+    }
+    return 0.5 * (lo + hi);
+}
+
+static void emit(stein_sim *sim, stein_event_kind kind, int index, int phase)
+{
+    if (sim->on_event != NULL) {
+        stein_event event = {kind, index, phase, sim->head->t};
+        sim->on_event(sim->event_ctx, sim, &event);
+    }
+}
+
+static int spots_on(const stein_sim *sim, int contact)
+{
+    const stein_contact *c = &sim->model->contacts[contact];
+    int n = 0;
+    for (int i = 0; i < c->nspot; i++) {
+        n += sim->mode[c->first_spot + i];
+    }
+    return n;
+}
+
+/* flip one spot and tell when its contact begins or ends as a whole */
+static void flip_spot(stein_sim *sim, int i)
+{
+    int contact = sim->model->spots[i].contact;
+    int before = spots_on(sim, contact);
+    sim->mode[i] = !sim->mode[i];
+    sim->fresh = 0;
+    int after = spots_on(sim, contact);
+    if (before == 0 && after > 0) {
+        emit(sim, STEIN_EVENT_CONTACT_BEGIN, contact, 0);
+        if (contact == sim->model->stroke.string) {
+            emit(sim, STEIN_EVENT_IMPACT, contact, 0);
+        }
+    } else if (before > 0 && after == 0) {
+        emit(sim, STEIN_EVENT_CONTACT_END, contact, 0);
+    }
+}
+
+/* flip the guards of one notch; a change of region decides all its contacts anew */
+static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
+{
+    int first = sim->model->nspot + NOTCH_GUARDS * notch;
+    unsigned char *mode = sim->mode + first;
+    int phase = stein__notch_phase_of(mode);
+    int engaged = mode[NOTCH_TIP] || mode[NOTCH_CORNER];
+    int region = crossed[NOTCH_REGION];
+    sim->fresh = 0;
+    if (region) {
+        mode[NOTCH_REGION] = !mode[NOTCH_REGION];
+        stein__guards(sim, sim->q, sim->guard);
+        for (int k = 0; k < NOTCH_REGION; k++) {
+            mode[k] = sim->guard[first + k] > 0.0;
+        }
+    } else {
+        for (int k = 0; k < NOTCH_REGION; k++) {
+            mode[k] = (unsigned char)(mode[k] ^ crossed[k]);
+        }
+    }
+    int now = stein__notch_phase_of(mode);
+    if (region && !mode[NOTCH_REGION]) {
+        emit(sim, STEIN_EVENT_CAUGHT, notch, now);
+    } else if (region && engaged) {
+        emit(sim, STEIN_EVENT_ESCAPEMENT, notch, now);
+    }
+    if (now != phase) {
+        emit(sim, STEIN_EVENT_PHASE, notch, now);
+    }
+}
+
+/* The first root of the trial step of h; crossed[] marks the guards that switch there. */
+static double first_root(stein_sim *sim, double h)
+{
+    int n = sim->nguard;
+    double *theta = sim->root;
+    double first = 2.0;
+    for (int i = 0; i < n; i++) {
+        sim->crossed[i] = (unsigned char)is_crossed(sim, i);
+        theta[i] = sim->guard[i]; // its value at the end, until the root is known
+    }
+    for (int i = 0; i < n; i++) {
+        if (sim->crossed[i]) {
+            theta[i] = root(sim, h, i, theta[i]);
+            first = fmin(first, theta[i]);
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        sim->crossed[i] = sim->crossed[i] && theta[i] - first <= 1e-12;
+    }
+    return first;
+}
+
+static int any_crossed(const stein_sim *sim)
+{
+    for (int i = 0; i < sim->nguard; i++) {
+        if (is_crossed(sim, i)) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* a trial step that left the numbers is not looked at any further */
+static stein_status check_finite(stein_sim *sim, stein_err *err)
+{
+    for (int j = 0; j < sim->model->nq; j++) {
+        if (!isfinite(sim->q1[j]) || !isfinite(sim->qd1[j]) || !isfinite(sim->qdd1[j])) {
+            return stein__fail(err, STEIN_ENONFINITE,
+                               "the state of joint \"%s\" is no longer finite after t = %g s",
+                               sim->model->bodies[j].name, sim->head->t);
+        }
+    }
+    return STEIN_OK;
+}
+
+/* the trial step becomes the state; its end derivative is the next first stage */
+static void accept(stein_sim *sim, double t1)
+{
+    size_t nq = (size_t)sim->model->nq;
+    memcpy(sim->q, sim->q1, sizeof *sim->q * nq);
+    memcpy(sim->qd, sim->qd1, sizeof *sim->qd * nq);
+    memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
+    sim->head->t = t1;
+    sim->fresh = 1;
+}
+
+/* a trial step of h and the check of its numbers */
+static stein_status checked_trial(stein_sim *sim, double h, stein_err *err)
+{
+    stein_status status = trial(sim, h, err);
+    return status == STEIN_OK ? check_finite(sim, err) : status;
+}
+
+static void flip_crossed(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    for (int i = 0; i < model->nspot; i++) {
+        if (sim->crossed[i]) {
+            flip_spot(sim, i);
+        }
+    }
+    for (int i = 0; i < model->nnotch; i++) {
+        const unsigned char *crossed = sim->crossed + model->nspot + NOTCH_GUARDS * i;
+        if (crossed[0] || crossed[1] || crossed[2] || crossed[3]) {
+            flip_notch(sim, i, crossed);
+        }
+    }
+}
+
+/* one sub-step towards `target`: all the way, or to the first event and its switch */
+static stein_status substep(stein_sim *sim, double target, stein_err *err)
+{
+    stein_status status = stein__refresh(sim, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
+    double h = target - sim->head->t;
+    status = checked_trial(sim, h, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    if (!any_crossed(sim)) {
+        accept(sim, target);
+        return STEIN_OK;
+    }
+    double t1 = sim->head->t + first_root(sim, h) * h;
+    if (t1 > sim->head->t) {
+        status = checked_trial(sim, t1 - sim->head->t, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        accept(sim, t1);
+    }
+    flip_crossed(sim);
+    return STEIN_OK;
+}
+
+/* from the current time to `target`, cut at every event on the way */
+static stein_status advance(stein_sim *sim, double target, stein_err *err)
+{
+    for (int n = 0; sim->head->t < target; n++) {
+        if (n > MAX_EVENTS_PER_STEP) {
+            return stein__fail(err, STEIN_ECHATTER,
+                               "more than %d contact events between t = %g s and %g s",
+                               (int)MAX_EVENTS_PER_STEP, sim->head->t, target);
+        }
+        stein_status status = substep(sim, target, err);
+        if (status != STEIN_OK) {
+            sim->fresh = 0;
+            return status;
+        }
+    }
+    return STEIN_OK;
+}
+
+stein_status stein_step(stein_sim *sim, stein_err *err)
+{
+    double target = sim->head->t0 + (double)(sim->head->step + 1) * sim->def.dt;
+    stein_status status = advance(sim, target, err);
+    if (status == STEIN_OK) {
+        sim->head->step++;
+    }
+    return status;
+}
+
+stein_status stein_run(stein_sim *sim, double t_end, stein_err *err)
+{
+    state_head *head = sim->head;
+    if (!isfinite(t_end) || t_end < head->t) {
+        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end, head->t);
+    }
+    double slack = 1e-9 * sim->def.dt; // a grid point this close to t_end is t_end
+    while (head->t0 + (double)(head->step + 1) * sim->def.dt <= t_end - slack) {
+        stein_status status = stein_step(sim, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    stein_status status = advance(sim, t_end, err);
+    if (status == STEIN_OK) {
+        head->t0 = t_end;
+        head->step = 0;
+    }
+    return status;
+}
+
+stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err)
+{
+    if (sim->eq < 0.0) {
+        return stein__fail(err, STEIN_EINVAL, "no error estimate: it comes with a step of "
+                                              "Dormand-Prince 5(4)");
+    }
+    *eq = sim->eq;
+    *eqd = sim->eqd;
+    return STEIN_OK;
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: MIT
+ * mechanism.h - a mechanism file after reading: the one form shared by generator and runtime.
+ *
+ * Every number of the file becomes a `mech_scalar`: a structural zero, a parameter (named by its
+ * path, "hammer.mass"), or a formula over parameters ("string.height + 2 mm"). Values are SI. All
+ * references by name are resolved to indices; bodies are sorted so that a parent comes first.
+ * The free load and contacts of two lines are already written out as ordinary bodies and spots.
+ */
+#ifndef MECHANISM_H
+#define MECHANISM_H
+
+#include <stddef.h>
+
+#include "stein/status.h"
+
+enum { MECH_NAME = 33, MECH_PATH = 100, MECH_UNIT = 24, MECH_STACK = 16 };
+
+/** Dimension of a quantity: exponents of kg, m, s and of the angle (for units only: an angle is a
+ *  pure number in formulas). */
+typedef struct mech_dim {
+    signed char kg, m, s, rad;
+} mech_dim;
+
+typedef enum { MECH_ZERO, MECH_PARAM, MECH_FORMULA } mech_kind;
+
+/** A number of the file. ZERO: a literal 0 where it vanishes structurally. */
+typedef struct mech_scalar {
+    mech_kind kind;
+    int index;    /* PARAM: into params; FORMULA: into formulas */
+    double value; /* at the file's own parameter values [SI] */
+} mech_scalar;
+
+/** A parameter. declared: from the `parameters` section (symbolic even at 0). */
+typedef struct mech_param {
+    char name[MECH_PATH];
+    char unit[MECH_UNIT]; /* SI, "N/m^3", "1" for none */
+    mech_dim dim;
+    double value, tolerance; /* [SI]; tolerance 0 when none was given */
+    int declared, line, column;
+} mech_param;
+
+typedef enum {
+    MECH_OP_CONST, MECH_OP_PARAM, MECH_OP_ADD, MECH_OP_SUB, MECH_OP_MUL, MECH_OP_DIV, MECH_OP_NEG,
+    MECH_OP_SIN, MECH_OP_COS, MECH_OP_TAN, MECH_OP_SQRT
+} mech_op;
+
+/** One step of a formula in postfix order. */
+typedef struct mech_step {
+    mech_op op;
+    int param;    /* OP_PARAM */
+    double value; /* OP_CONST */
+} mech_step;
+
+/** A formula: steps in postfix order; needs at most MECH_STACK stack cells. */
+typedef struct mech_formula {
+    mech_step *steps;
+    int nsteps;
+    char name[MECH_PATH]; /* path of the quantity it defines */
+    char text[MECH_PATH]; /* as written */
+} mech_formula;
+
+typedef struct mech_friction { /* all scalars absent (present = 0) or all given */
+    int present;
+    mech_scalar A, vt, B1, B2;
+} mech_friction;
+
+typedef struct mech_normal {
+    mech_scalar a, b, c, D;
+} mech_normal;
+
+typedef struct mech_body {
+    char name[MECH_NAME];
+    int parent; /* -1 frame */
+    char type, axis;
+    int sign;
+    mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */
+    mech_scalar mass, centre[3];
+    mech_scalar inertia[6]; /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
+    int has_spring, has_damping;
+    mech_scalar spring_k, spring_theta0, damping;
+    mech_friction friction;
+    mech_scalar q0, qd0; /* initial state */
+    int line, column;
+} mech_body;
+
+typedef struct mech_point {
+    char name[2 * MECH_NAME]; /* "hammer.head" */
+    int body;
+    mech_scalar at[3];
+} mech_point;
+
+/** One side of a spot: circle (radius 0 for a point) or one-sided line. */
+typedef struct mech_shape {
+    int body; /* -1 frame */
+    int is_line;
+    mech_scalar at[3], radius;
+    mech_scalar facing;      /* line: plane angle of the normal towards the free side [rad] */
+    int has_extent;          /* line: without one it is infinite */
+    mech_scalar extent[2];   /* along the tangent (the normal turned by -90 deg) from `at` [m] */
+    int end;                 /* 0; or -1/+1: the point is the lower/upper end of the line `of` below, */
+                             /* i.e. at = position of a line with `facing`, offset by extent[0/1] */
+} mech_shape;
+
+typedef struct mech_spot {
+    mech_shape side[2]; /* side[0] is never a line, except end != 0 (an end of a line) */
+} mech_spot;
+
+typedef struct mech_contact {
+    char name[MECH_NAME];
+    mech_spot spot[2];
+    int nspot;
+    mech_normal normal;
+    mech_friction friction;
+} mech_contact;
+
+typedef struct mech_notch {
+    char name[MECH_NAME];
+    int catcher, beak; /* bodies */
+    mech_scalar corner[3], lean, angle; /* lean: plane angle of the vertical face from +z towards -x */
+    mech_scalar end[3], tilt;           /* beak end; plane angle of its upper face */
+    mech_normal normal;
+    mech_friction friction;
+} mech_notch;
+
+typedef struct mech_link {
+    char name[MECH_NAME];
+    int point[2];
+    mech_scalar k, length, damping;
+} mech_link;
+
+typedef struct mech_input {
+    char name[MECH_NAME];
+    char unit[MECH_UNIT];
+    int kind;  /* stein_input_kind */
+    int index; /* body or point */
+    mech_scalar direction[3];
+    int hold;
+} mech_input;
+
+typedef struct mech_channel {
+    char name[MECH_NAME];
+    char unit[MECH_UNIT];
+    int read; /* stein_read_kind */
+    int index, sign, from_rest;
+} mech_channel;
+
+typedef struct mechanism {
+    char name[MECH_NAME];
+    char *file;             /* as given to the reader */
+    char input_hash[17];    /* fnv1a64 of the file's bytes, hexadecimal */
+    mech_scalar gravity[3]; /* of the fixed frame [m/s^2] */
+    mech_param *params;
+    int nparam;
+    mech_formula *formulas;
+    int nformula;
+    mech_body *bodies;
+    int nbody;
+    mech_point *points;
+    int npoint;
+    mech_contact *contacts;
+    int ncontact;
+    mech_notch *notches;
+    int nnotch;
+    mech_link *links;
+    int nlink;
+    mech_input *inputs;
+    int ninput;
+    mech_channel *channels; /* without "time", which every model has */
+    int nchannel;
+    int load_body, load_contact;     /* -1 when there is no load */
+    int stroke_string, stroke_notch; /* contact and notch index, -1 when absent */
+    int settle;
+    int integrator; /* 0 rk4, 1 dp5 */
+    double dt, until; /* [s] */
+} mechanism;
+
+/** One override of a number of the file, as `--set NAME=VALUE[unit]` gives it. */
+typedef struct mech_set {
+    const char *name, *value;
+} mech_set;
+
+/** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...". */
+typedef void mech_report(void *ctx, const char *message);
+
+/** Read a mechanism file, with nset overrides applied before structure is decided (so that setting
+ *  a structural zero changes the equations). All problems of the file are reported in one run.
+ *  @param report  may be NULL; err then still holds the first problem
+ *  @return STEIN_OK, STEIN_EIO, STEIN_ENOMEM, STEIN_EPARSE; *out untouched on failure */
+stein_status mech_read(mechanism **out, const char *file, const mech_set *set, int nset,
+                       mech_report *report, void *ctx, stein_err *err);
+
+/** The same from memory; `name` stands for the file in messages. */
+stein_status mech_read_text(mechanism **out, const char *name, const char *text, size_t size,
+                            const mech_set *set, int nset, mech_report *report, void *ctx,
+                            stein_err *err);
+
+void mech_free(mechanism *m);
+
+/** Strict number with optional unit, as in the file ("7.2 mm", "0.0072"), for dimension `dim`.
+ *  Locale-free. @return STEIN_OK or STEIN_EPARSE with a message that says what was expected. */
+stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, stein_err *err);
+
+/** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */
+int mech_parse_unit(const char *text, mech_dim *dim, double *factor);
+
+/** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL. */
+int mech_find_param(const mechanism *m, const char *name, const char **suggestion);
+
+/** Value of a scalar for other parameter values p [nparam]. */
+double mech_value(const mechanism *m, mech_scalar s, const double *p);
+
+#endif
