@@ -121,6 +121,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
 void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 int stein__is_driven(const stein_sim *sim, int joint);
+void stein__place_driven(stein_sim *sim);
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

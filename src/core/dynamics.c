@@ -32,6 +32,14 @@ static void drive(stein_sim *sim, double t, const double *q, const double *qd)
     }
 }
 
+/* the state's prescribed joints onto their signals, now */
+void stein__place_driven(stein_sim *sim)
+{
+    drive(sim, sim->head->t, sim->q, sim->qd);
+    memcpy(sim->q, sim->xq, sizeof *sim->q * (size_t)sim->model->nq);
+    memcpy(sim->qd, sim->xqd, sizeof *sim->qd * (size_t)sim->model->nq);
+}
+
 /* wrench about the body's origin, in fixed axes -> force and moment at the centre of mass, in body
  * axes; a plane moment counted from +x towards +z is a moment about -y */
 static void wrenches_to_bodies(stein_sim *sim)

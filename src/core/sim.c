@@ -248,13 +248,12 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
         sim->q[j] = sim->d[model->initial + 2 * j];
         sim->qd[j] = sim->d[model->initial + 2 * j + 1];
     }
+    stein__place_driven(sim);
     stein_status status = stein__settle(sim, err);
     if (status == STEIN_OK) {
         status = stein__refresh(sim, err);
     }
     for (int j = 0; status == STEIN_OK && j < model->nq; j++) {
-        sim->q[j] = sim->xq[j]; // prescribed joints start on their signal
-        sim->qd[j] = sim->xqd[j];
         if (!isfinite(sim->q[j]) || !isfinite(sim->qdd[j])) {
             status = stein__fail(err, STEIN_ENONFINITE, "the initial state of joint \"%s\" is not "
                                  "finite", model->bodies[j].name);

@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_core.c - the public interface of a simulation: names, errors, hooks, inputs, equations.
+ */
+#include <malloc.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support.h"
+
+static void *count_alloc(void *ctx, size_t size)
+{
+    ++*(int *)ctx;
+    return malloc(size);
+}
+
+static void count_release(void *ctx, void *block)
+{
+    --*(int *)ctx;
+    free(block);
+}
+
+static void *no_memory(void *ctx, size_t size)
+{
+    (void)ctx;
+    (void)size;
+    return NULL;
+}
+
+START_TEST(a_simulation_is_one_allocation_and_stepping_none)
+{
+    int live = 0;
+    stein_sim_def def = stein_sim_def_default(&stein_model_stein1788);
+    def.alloc = count_alloc;
+    def.release = count_release;
+    def.ctx = &live;
+    stein_sim *sim;
+    ck_assert_stein(stein_sim_create(&sim, &stein_model_stein1788, &def, err));
+    ck_assert_int_eq(live, 1);
+    size_t before = mallinfo2().uordblks;
+    ck_assert_stein(stein_set(sim, "pawl.stop_shift", -0.137e-3, err));
+    ck_assert_stein(stein_reset(sim, err));
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_int_eq(live, 1);
+    ck_assert_uint_eq(mallinfo2().uordblks, before);
+    stein_sim_destroy(sim);
+    ck_assert_int_eq(live, 0);
+    stein_sim_destroy(NULL);
+}
+END_TEST
+
+START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
+{
+    static const struct {
+        const char *field;
+        double dt;
+        int integrator;
+    } bad[] = {{"dt", 0.0, 0}, {"dt", -1e-5, 0}, {"dt", NAN, 0}, {"dt", INFINITY, 0},
+               {"integrator", 1e-5, 7}};
+    stein_sim *sim = NULL;
+    stein_err err;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
+        def.dt = bad[i].dt;
+        def.integrator = (stein_integrator)bad[i].integrator;
+        ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_EINVAL);
+        ck_assert_int_eq(err.code, STEIN_EINVAL);
+        ck_assert_msg(strstr(err.msg, bad[i].field) != NULL, "%s", err.msg);
+    }
+    stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
+    def.release = NULL;
+    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_EINVAL);
+    ck_assert(strstr(err.msg, "release") != NULL);
+    def = stein_sim_def_default(&stein_model_pendulum);
+    def.alloc = no_memory;
+    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_ENOMEM);
+    stein_model old = stein_model_pendulum;
+    old.abi = STEIN_MODEL_ABI + 1;
+    ck_assert_int_eq(stein_sim_create(&sim, &old, NULL, &err), STEIN_ESTALE);
+    ck_assert(strstr(err.msg, "regenerate") != NULL);
+    ck_assert_ptr_null(sim);
+}
+END_TEST
+
+START_TEST(parameters_are_set_and_read_by_name)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    ck_assert_ptr_eq(stein_sim_model(sim), &stein_model_stein1788);
+    static const char *const names[] = {"pawl.stop_shift", "pawl.notch_angle", "pawl.spring.k",
+                                        "pawl.spring.theta0", "load.mass", "hammer.mass",
+                                        "key.mass", "string.height"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        double value, back;
+        ck_assert_stein(stein_get(sim, names[i], &value, err));
+        ck_assert_stein(stein_set(sim, names[i], 1.0137 * value + 1e-6, err));
+        ck_assert_stein(stein_get(sim, names[i], &back, err));
+        ck_assert(back == 1.0137 * value + 1e-6);
+    }
+    stein_err err;
+    double untouched = 0.125;
+    ck_assert_int_eq(stein_set(sim, "pawl.stop_shfit", 0.0, &err), STEIN_ENAME);
+    ck_assert(strstr(err.msg, "pawl.stop_shfit") != NULL);
+    ck_assert_int_eq(stein_get(sim, "nothing", &untouched, &err), STEIN_ENAME);
+    ck_assert(untouched == 0.125);
+    ck_assert_int_eq(stein_set(sim, "load.mass", NAN, &err), STEIN_EINVAL);
+
+    int np = stein_model_stein1788.np;
+    double *p = malloc(sizeof *p * (size_t)np);
+    for (int i = 0; i < np; i++) {
+        p[i] = stein_model_stein1788.params[i].value;
+    }
+    ck_assert_stein(stein_set_all(sim, p, err));
+    p[np - 1] = INFINITY;
+    ck_assert_int_eq(stein_set_all(sim, p, &err), STEIN_EINVAL);
+    ck_assert(strstr(err.msg, stein_model_stein1788.params[np - 1].name) != NULL);
+    free(p);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(names_are_found_or_minus_one)
+{
+    const stein_model *m = &stein_model_stein1788;
+    ck_assert_int_ge(stein_find_param(m, "hammer.mass"), 0);
+    ck_assert_int_eq(stein_find_param(m, "hammer.maas"), -1);
+    ck_assert_int_eq(stein_find_channel(m, "time"), 0);
+    ck_assert_int_eq(stein_find_channel(m, "tide"), -1);
+    ck_assert_int_ge(stein_find_contact(m, "string"), 0);
+    ck_assert_int_eq(stein_find_contact(m, ""), -1);
+    ck_assert_int_ge(stein_find_body(m, "pawl"), 0);
+    ck_assert_int_eq(stein_find_body(m, "frame"), -1);
+    ck_assert_int_ge(stein_find_input(m, "key_motion"), 0);
+    ck_assert_int_eq(stein_find_input(m, "key"), -1);
+}
+END_TEST
+
+START_TEST(every_channel_of_every_model_reads_a_number)
+{
+    for (int k = 0; stein_models[k] != NULL; k++) {
+        stein_sim *sim = make_sim(stein_models[k], STEIN_RK4, 0.0);
+        for (int i = 0; i < stein_models[k]->nchannel; i++) {
+            const stein_channel *channel = &stein_models[k]->channels[i];
+            double value;
+            ck_assert_msg(isfinite(stein_read(sim, i)), "%s: %s", stein_models[k]->name,
+                          channel->name);
+            ck_assert_stein(stein_read_name(sim, channel->name, &value, err));
+            if (channel->from_rest) {
+                ck_assert(value == 0.0);
+            }
+        }
+        ck_assert(isnan(stein_read(sim, -1)) && isnan(stein_read(sim, stein_models[k]->nchannel)));
+        ck_assert_int_eq(stein_read_name(sim, "no_such", NULL, NULL), STEIN_ENAME);
+        stein_sim_destroy(sim);
+    }
+}
+END_TEST
+
+static void push(void *ctx, double t, const double *q, const double *qd, double *Q)
+{
+    (void)t;
+    (void)q;
+    (void)qd;
+    Q[0] += *(double *)ctx;
+}
+
+START_TEST(the_force_hook_adds_to_Q)
+{
+    stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
+    double q = 0.317, qd = 0.0, free_qdd, qdd, M, c, torque = 0.0237;
+    ck_assert_stein(stein_acceleration(sim, 0.0, &q, &qd, &free_qdd, err));
+    stein_on_force(sim, push, &torque);
+    ck_assert_stein(stein_acceleration(sim, 0.0, &q, &qd, &qdd, err));
+    stein_mass_bias(sim, &q, &qd, NULL, NULL, &M, &c);
+    ck_assert_close(qdd - free_qdd, torque / M, 1e-12, 0.0);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(a_state_that_leaves_the_numbers_stops_with_time_and_joint)
+{
+    stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
+    double bad = NAN;
+    double t = stein_time(sim), q = stein_q(sim)[0];
+    stein_err err = {STEIN_OK, ""};
+    stein_on_force(sim, push, &bad);
+    ck_assert_int_eq(stein_step(sim, &err), STEIN_ENONFINITE);
+    ck_assert(strstr(err.msg, stein_model_pendulum.bodies[0].name) != NULL);
+    ck_assert(strstr(err.msg, "t = ") != NULL);
+    ck_assert(stein_time(sim) == t && stein_q(sim)[0] == q); // kept for inspection
+    ck_assert_int_eq(stein_set_state(sim, 0.0, &bad, &q, &err), STEIN_EINVAL);
+    ck_assert_int_eq(stein_reset(sim, &err), STEIN_ENONFINITE);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(a_singular_mass_matrix_is_named_not_divided_by)
+{
+    stein_sim *sim = make_sim(&stein_model_bouncing_ball, STEIN_RK4, 0.0);
+    ck_assert_stein(stein_set(sim, "ball.mass", 0.0, err));
+    stein_err err = {STEIN_OK, ""};
+    ck_assert_int_eq(stein_step(sim, &err), STEIN_ESINGULAR);
+    ck_assert(strstr(err.msg, "ball") != NULL);
+    double q = 1.0, qd = 0.0, qdd;
+    ck_assert_int_eq(stein_acceleration(sim, 0.0, &q, &qd, &qdd, &err), STEIN_ESINGULAR);
+    ck_assert_ptr_null(stein_qdd(sim));
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(no_equilibrium_is_an_error_not_a_guess)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    ck_assert_stein(stein_set(sim, "gravity.z", 9.81, err)); // everything falls up: the key leaves
+    stein_err err = {STEIN_OK, ""};
+    ck_assert_stein(stein_set(sim, "pawl.spring.k", -0.5, &err)); // and a spring that runs away
+    stein_status status = stein_reset(sim, &err);
+    ck_assert_msg(status == STEIN_ESETTLE, "%d %s", (int)status, err.msg);
+    ck_assert(strstr(err.msg, "equilibrium") != NULL);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+typedef struct sine {
+    double a, w;
+} sine;
+
+static void sine_signal(void *ctx, double t, double u[3])
+{
+    const sine *s = ctx;
+    u[0] = s->a * sin(s->w * t);
+    u[1] = s->a * s->w * cos(s->w * t);
+    u[2] = -s->a * s->w * s->w * sin(s->w * t);
+}
+
+START_TEST(a_prescribed_joint_follows_its_signal_and_tells_the_force)
+{
+    // drive the key of the action downwards and compare the force with inverse dynamics of the tree
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    sine s = {0.011, 23.0};
+    double q0 = stein_q(sim)[stein_find_body(&stein_model_stein1788, "key")];
+    (void)q0;
+    stein_load_lift(sim);
+    ck_assert_stein(stein_drive(sim, "key_motion", sine_signal, &s, err));
+    int key = stein_find_body(&stein_model_stein1788, "key");
+    ck_assert_stein(stein_run(sim, 0.0217, err));
+    double u[3];
+    sine_signal(&s, stein_time(sim), u);
+    ck_assert(stein_q(sim)[key] == u[0]);
+    ck_assert(stein_qd(sim)[key] == u[1]);
+    ck_assert_close(stein_qdd(sim)[key], u[2], 1e-12, 0.0);
+
+    // the same motion without prescription, the needed force applied by the hook: same acceleration
+    double needed, qdd[8];
+    ck_assert_stein(stein_read_name(sim, "key_force", &needed, err));
+    memcpy(qdd, stein_qdd(sim), sizeof *qdd * (size_t)stein_model_stein1788.nq);
+    ck_assert_stein(stein_drive(sim, "key_motion", NULL, NULL, err));
+    ck_assert_int_eq(key, 0);
+    stein_on_force(sim, push, &needed);
+    for (int j = 0; j < stein_model_stein1788.nq; j++) {
+        ck_assert_close(stein_qdd(sim)[j], qdd[j], 1e-9, 1e-6);
+    }
+    ck_assert_int_eq(stein_drive(sim, "no_input", sine_signal, &s, NULL), STEIN_ENAME);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(equations_agree_with_each_other_through_the_interface)
+{
+    unsigned long long seed = 20240607;
+    for (int k = 0; stein_models[k] != NULL; k++) {
+        const stein_model *m = stein_models[k];
+        stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+        double q[64], qd[64], qdd[64], frc[192], trq[192], M[64 * 64], c[64], Q[64];
+        for (int j = 0; j < m->nq; j++) {
+            q[j] = noise(&seed);
+            qd[j] = noise(&seed);
+            qdd[j] = noise(&seed);
+        }
+        for (int j = 0; j < 3 * m->nq; j++) {
+            frc[j] = noise(&seed);
+            trq[j] = noise(&seed);
+        }
+        stein_mass_bias(sim, q, qd, frc, trq, M, c);
+        stein_inverse(sim, q, qd, qdd, frc, trq, Q);
+        for (int i = 0; i < m->nq; i++) {
+            double sum = c[i], scale = fabs(c[i]);
+            for (int j = 0; j < m->nq; j++) {
+                sum += M[i * m->nq + j] * qdd[j];
+                scale = fmax(scale, fabs(M[i * m->nq + j]));
+                ck_assert(M[i * m->nq + j] == M[j * m->nq + i]);
+            }
+            ck_assert_close(Q[i], sum, 1e-12, 1e-12 * scale);
+        }
+        stein_sim_destroy(sim);
+    }
+}
+END_TEST
+
+START_TEST(points_move_as_their_jacobian_says)
+{
+    const stein_model *m = &stein_model_stein1788;
+    stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+    unsigned long long seed = 77;
+    double q[8], qd[8], qp[8], qm[8], h = 1e-6;
+    for (int j = 0; j < m->nq; j++) {
+        q[j] = 0.3 * noise(&seed);
+        qd[j] = noise(&seed);
+        qp[j] = q[j] + h * qd[j];
+        qm[j] = q[j] - h * qd[j];
+    }
+    int n = 3 * m->npoint;
+    double *x = malloc(sizeof *x * (size_t)(n * (6 + m->nq)));
+    double *v = x + n, *a = v + n, *xp = a + n, *xm = xp + n, *J = xm + n;
+    stein_points(sim, q, qd, x, v, J, a);
+    stein_points(sim, qp, qd, xp, NULL, NULL, NULL);
+    stein_points(sim, qm, qd, xm, NULL, NULL, NULL);
+    for (int i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < m->nq; j++) {
+            sum += J[i * m->nq + j] * qd[j];
+        }
+        ck_assert_close(v[i], sum, 1e-12, 1e-15);
+        ck_assert_close(v[i], (xp[i] - xm[i]) / (2.0 * h), 1e-8, 1e-9);
+        ck_assert_close(a[i], (xp[i] - 2.0 * x[i] + xm[i]) / (h * h), 1e-3, 1e-3);
+    }
+    free(x);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(compiled_later_equations_are_checked_before_use)
+{
+    stein_library *library = NULL;
+    const stein_model *model = NULL;
+    stein_err err;
+    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", "x", NULL, &model, &err),
+                     STEIN_ELOAD);
+    ck_assert(strstr(err.msg, "/no/such.so") != NULL);
+    char long_name[80];
+    memset(long_name, 'a', 79);
+    long_name[79] = '\0';
+    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", long_name, NULL, &model, &err),
+                     STEIN_EINVAL);
+    ck_assert_ptr_null(library);
+    stein_library_close(NULL);
+}
+END_TEST
+
+Suite *core_suite(void)
+{
+    Suite *suite = suite_create("core");
+    TCase *tc = tcase_create("core");
+    tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, a_simulation_is_one_allocation_and_stepping_none);
+    tcase_add_test(tc, creation_refuses_what_it_cannot_use_and_says_which_field);
+    tcase_add_test(tc, parameters_are_set_and_read_by_name);
+    tcase_add_test(tc, names_are_found_or_minus_one);
+    tcase_add_test(tc, every_channel_of_every_model_reads_a_number);
+    tcase_add_test(tc, the_force_hook_adds_to_Q);
+    tcase_add_test(tc, a_state_that_leaves_the_numbers_stops_with_time_and_joint);
+    tcase_add_test(tc, a_singular_mass_matrix_is_named_not_divided_by);
+    tcase_add_test(tc, no_equilibrium_is_an_error_not_a_guess);
+    tcase_add_test(tc, a_prescribed_joint_follows_its_signal_and_tells_the_force);
+    tcase_add_test(tc, equations_agree_with_each_other_through_the_interface);
+    tcase_add_test(tc, points_move_as_their_jacobian_says);
+    tcase_add_test(tc, compiled_later_equations_are_checked_before_use);
+    suite_add_tcase(suite, tc);
+    return suite;
+}

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_integrator.c - order, energy, error estimate and determinism of the steppers.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "support.h"
+
+static const double start_q[2] = {0.731, -0.412}, start_qd[2] = {1.27, -0.93};
+
+/* double pendulum after 1 s at step dt, as q0, q1, qd0, qd1 */
+static void swing(stein_integrator integrator, double dt, double out[4])
+{
+    stein_sim *sim = make_sim(&stein_model_double_pendulum, integrator, dt);
+    ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
+    ck_assert_stein(stein_run(sim, 1.0, err));
+    memcpy(out, stein_q(sim), 2 * sizeof *out);
+    memcpy(out + 2, stein_qd(sim), 2 * sizeof *out);
+    stein_sim_destroy(sim);
+}
+
+static double distance(const double a[4], const double b[4])
+{
+    double m = 0.0;
+    for (int i = 0; i < 4; i++) {
+        m = fmax(m, fabs(a[i] - b[i]));
+    }
+    return m;
+}
+
+static double observed_order(stein_integrator integrator, double dt)
+{
+    double reference[4], coarse[4], fine[4];
+    swing(integrator, dt / 16.0, reference);
+    swing(integrator, dt, coarse);
+    swing(integrator, dt / 2.0, fine);
+    double order = log2(distance(coarse, reference) / distance(fine, reference));
+    printf("observed order of %s: %.3f\n", integrator == STEIN_RK4 ? "RK4" : "DP5", order);
+    return order;
+}
+
+START_TEST(rk4_has_order_four)
+{
+    ck_assert_close(observed_order(STEIN_RK4, 1.0 / 256.0), 4.0, 0.0, 0.1);
+}
+END_TEST
+
+START_TEST(dp5_has_order_five)
+{
+    ck_assert_close(observed_order(STEIN_DP5, 1.0 / 128.0), 5.0, 0.0, 0.1);
+}
+END_TEST
+
+START_TEST(frictionless_motion_keeps_its_energy)
+{
+    stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_RK4, 1e-4);
+    ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
+    double T, V, T0, V0, drift = 0.0;
+    stein_energy(sim, start_q, start_qd, &T0, &V0);
+    for (int i = 1; i <= 1000; i++) {
+        ck_assert_stein(stein_run(sim, 0.1 * i, err));
+        stein_energy(sim, stein_q(sim), stein_qd(sim), &T, &V);
+        drift = fmax(drift, fabs(T + V - T0 - V0));
+    }
+    drift /= fabs(T0) + fabs(V0);
+    printf("energy drift of the double pendulum, 100 s, RK4 1e-4 s: %.2e relative\n", drift);
+    ck_assert(drift <= 1e-9);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none)
+{
+    double e[2], ed;
+    for (int i = 0; i < 2; i++) {
+        stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, i == 0 ? 0.02 : 0.01);
+        stein_err err = {STEIN_OK, ""};
+        ck_assert_int_eq(stein_step_error(sim, &e[i], &ed, &err), STEIN_EINVAL); // no step yet
+        ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
+        ck_assert_stein(stein_step(sim, err));
+        ck_assert_stein(stein_step_error(sim, &e[i], &ed, err));
+        ck_assert(ed > 0.0);
+        stein_sim_destroy(sim);
+    }
+    ck_assert_close(log2(e[0] / e[1]), 5.0, 0.0, 0.3);
+    stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_RK4, 0.01);
+    ck_assert_stein(stein_step(sim, err));
+    ck_assert_int_eq(stein_step_error(sim, &e[0], &ed, NULL), STEIN_EINVAL);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(dp5_error_estimate_is_larger_than_the_error)
+{
+    stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, 0.02);
+    stein_sim *fine = make_sim(&stein_model_double_pendulum, STEIN_DP5, 0.0005);
+    double eq, eqd;
+    ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
+    ck_assert_stein(stein_set_state(fine, 0.0, start_q, start_qd, err));
+    ck_assert_stein(stein_step(sim, err));
+    ck_assert_stein(stein_run(fine, 0.02, err));
+    ck_assert_stein(stein_step_error(sim, &eq, &eqd, err));
+    for (int j = 0; j < 2; j++) {
+        ck_assert(fabs(stein_q(sim)[j] - stein_q(fine)[j]) < eq);
+        ck_assert(fabs(stein_qd(sim)[j] - stein_qd(fine)[j]) < eqd);
+    }
+    stein_sim_destroy(sim);
+    stein_sim_destroy(fine);
+}
+END_TEST
+
+START_TEST(a_run_lands_exactly_on_its_end)
+{
+    stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 1e-3);
+    double q = 0.41, qd = 0.0;
+    ck_assert_stein(stein_set_state(sim, 0.0, &q, &qd, err));
+    ck_assert_stein(stein_run(sim, 0.0123456, err));
+    ck_assert(stein_time(sim) == 0.0123456);
+    ck_assert_stein(stein_run(sim, 0.0123456, err)); // nothing to do
+    ck_assert_int_eq(stein_run(sim, 0.01, NULL), STEIN_EINVAL);
+    ck_assert_int_eq(stein_run(sim, NAN, NULL), STEIN_EINVAL);
+    ck_assert(stein_time(sim) == 0.0123456);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(the_same_run_gives_the_same_bits)
+{
+    double a[4], b[4];
+    swing(STEIN_DP5, 0.003, a);
+    swing(STEIN_DP5, 0.003, b);
+    ck_assert_int_eq(memcmp(a, b, sizeof a), 0);
+}
+END_TEST
+
+START_TEST(a_restored_state_continues_bit_for_bit)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 2e-5);
+    stein_sim *other = make_sim(&stein_model_stein1788, STEIN_RK4, 2e-5);
+    size_t size = stein_state_size(sim);
+    void *saved = malloc(size), *end = malloc(size), *again = malloc(size);
+    ck_assert_stein(stein_run(sim, 0.0475, err)); // in the middle of the drive
+    stein_save(sim, saved);
+    ck_assert_stein(stein_run(sim, 0.0901, err));
+    stein_save(sim, end);
+    ck_assert_stein(stein_restore(other, saved, err));
+    ck_assert_stein(stein_run(other, 0.0901, err));
+    stein_save(other, again);
+    ck_assert_int_eq(memcmp(end, again, size), 0);
+
+    stein_sim *pendulum = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
+    stein_err err;
+    ck_assert_int_eq(stein_restore(pendulum, saved, &err), STEIN_EINVAL);
+    ck_assert(strstr(err.msg, "pendulum") != NULL);
+    stein_sim_destroy(pendulum);
+    free(saved);
+    free(end);
+    free(again);
+    stein_sim_destroy(sim);
+    stein_sim_destroy(other);
+}
+END_TEST
+
+Suite *integrator_suite(void)
+{
+    Suite *suite = suite_create("integrator");
+    TCase *tc = tcase_create("integrator");
+    tcase_set_timeout(tc, 120.0);
+    tcase_add_test(tc, rk4_has_order_four);
+    tcase_add_test(tc, dp5_has_order_five);
+    tcase_add_test(tc, frictionless_motion_keeps_its_energy);
+    tcase_add_test(tc, dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none);
+    tcase_add_test(tc, dp5_error_estimate_is_larger_than_the_error);
+    tcase_add_test(tc, a_run_lands_exactly_on_its_end);
+    tcase_add_test(tc, the_same_run_gives_the_same_bits);
+    tcase_add_test(tc, a_restored_state_continues_bit_for_bit);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
