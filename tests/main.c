@@ -9,6 +9,7 @@ Suite *core_suite(void);
 Suite *integrator_suite(void);
 Suite *contact_suite(void);
 Suite *stroke_suite(void);
+Suite *facts_suite(void);
 Suite *mechanism_suite(void);
 Suite *generator_suite(void);
 Suite *lab_suite(void);
@@ -23,6 +24,7 @@ int main(void)
     srunner_add_suite(runner, integrator_suite());
     srunner_add_suite(runner, contact_suite());
     srunner_add_suite(runner, stroke_suite());
+    srunner_add_suite(runner, facts_suite());
     srunner_add_suite(runner, mechanism_suite());
     srunner_add_suite(runner, generator_suite());
     srunner_add_suite(runner, lab_suite());
