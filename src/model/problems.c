@@ -162,6 +162,11 @@ static int distance(const char *a, const char *b)
 void mech__offer(mech__nearest *n, const char *candidate)
 {
     int allowed = 1 + (int)strlen(n->word) / 5;
+    int shorter = (int)strlen(n->word) - (int)strlen(candidate);
+
+    if (abs(shorter) > allowed) {
+        return;
+    }
     int d = distance(n->word, candidate);
 
     if (strlen(n->word) < 3 && d == 1 && strlen(candidate) != strlen(n->word)) {
@@ -176,7 +181,7 @@ void mech__offer(mech__nearest *n, const char *candidate)
 const char *mech__hint(mech__reader *rd, const mech__nearest *n, const char *otherwise)
 {
     if (!n->best) {
-        return otherwise;
+        return otherwise ? otherwise : "";
     }
     const char *text = mech__print(rd, ", did you mean \"%s\"?", n->best);
 

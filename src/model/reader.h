@@ -53,6 +53,7 @@ enum {
     MECH__POSITIVE = 2,
     MECH__NOT_NEGATIVE = 4,
     MECH__DECLARED = 8, /* of the section `parameters`: its own unit decides the dimension */
+    MECH__PLANAR = 32,  /* triple of which y does nothing: a literal 0 there is structural */
     MECH__WEDGE = 16    /* angle between 0 and 180 deg */
 };
 
@@ -77,7 +78,8 @@ typedef struct mech__slot {
     const char *unit; /* SI unit expected; NULL for a declared parameter */
     mech_dim dim;
     unsigned flags;
-    const mech__node *node; /* NULL: absent or made by the reader */
+    const mech__node *node;  /* NULL: absent or made by the reader */
+    const mech__node *named; /* key of a declared parameter */
     const char *text;       /* NULL: absent, use fallback */
     const char *label;      /* short text of a formula made by the reader, or NULL */
     double fallback;
@@ -104,6 +106,7 @@ typedef struct mech__reader {
     char *set_used; /* [nset] */
     mech__slot *slots, *last_slot;
     int nslot, depth;
+    double *values; /* of the parameters found so far */
     mech__copy *copies, *last_copy;
     const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
@@ -199,6 +202,8 @@ void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char 
                     const char *text);
 /** What a reference in a formula stands for. @return 0; -1 unknown, -2 failed before, -3 a loop */
 int mech__reference(mech__reader *rd, const char *path, mech__expr *out);
+/** Did a number of this owner ("hammer") turn out wrong? */
+int mech__failed(const mech__reader *rd, const char *owner);
 void mech__offer_paths(mech__reader *rd, mech__nearest *n);
 void mech__problem_slot(mech__reader *rd, const mech__slot *slot, int from_set, size_t skip,
                         const char *format, ...);

@@ -1,0 +1,452 @@
+/* SPDX-License-Identifier: MIT
+ * section_bodies.c - bodies, their joints and points, the fixed frame, and the free load's body.
+ *
+ * Names come first: bodies are put in the order in which a parent precedes its children (otherwise
+ * that of the file) and all points get their places, before any number is declared. So a joint may
+ * sit at a point of a body that stands further down in the file.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "reader.h"
+
+/** The bodies while they are sorted: indices count entries of the file. */
+typedef struct family {
+    const mech__node *entry[MECH__MAX_BODIES];
+    int parent[MECH__MAX_BODIES]; /* -1 frame */
+    int place[MECH__MAX_BODIES];  /* in the sorted order, -1 not yet */
+    int n;
+} family;
+
+static int find_entry(const family *f, const char *name)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (strcmp(f->entry[i]->key->text, name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static void find_parent(mech__reader *rd, family *f, int i)
+{
+    const mech__node *node = mech__get(f->entry[i], "parent");
+    const char *name = node ? mech__text(rd, node, "parent") : NULL;
+
+    f->parent[i] = -1;
+    if (!name || strcmp(name, "frame") == 0) {
+        return;
+    }
+    f->parent[i] = find_entry(f, name);
+    if (f->parent[i] < 0) {
+        mech__nearest near = {name, NULL, 0};
+
+        for (int k = 0; k < f->n; k++) {
+            mech__offer(&near, f->entry[k]->key->text);
+        }
+        mech__offer(&near, "frame");
+        mech__problem_at(rd, node, "there is no body \"%s\"%s", mech__shown(rd, name),
+                         mech__hint(rd, &near, ", expected frame or a body of this file"));
+    }
+}
+
+/** Every body that is left hangs on a loop: name each loop once and cut it. */
+static void cut_loop(mech__reader *rd, family *f)
+{
+    int i = 0;
+
+    while (f->place[i] >= 0) {
+        i++;
+    }
+    for (int k = 0; k < f->n; k++) {
+        i = f->parent[i];
+    }
+    const char *text = f->entry[i]->key->text;
+
+    for (int k = f->parent[i]; k != i && text; k = f->parent[k]) {
+        text = mech__print(rd, "%s -> %s", text, f->entry[k]->key->text);
+    }
+    mech__problem_at(rd, mech__get(f->entry[i], "parent"), "the parents form a loop: %s -> %s, "
+                     "expected a tree that begins at the frame", text ? text : "",
+                     f->entry[i]->key->text);
+    f->parent[i] = -1;
+}
+
+/** Parents first, otherwise the order of the file. */
+static void sort_bodies(mech__reader *rd, family *f)
+{
+    mechanism *m = rd->m;
+
+    while (m->nbody < f->n) {
+        int i = 0;
+
+        while (i < f->n && (f->place[i] >= 0 || (f->parent[i] >= 0 && f->place[f->parent[i]] < 0))) {
+            i++;
+        }
+        if (i == f->n) {
+            cut_loop(rd, f);
+            continue;
+        }
+        mech_body *b = &m->bodies[m->nbody];
+
+        mech__name_copy(b->name, sizeof b->name, f->entry[i]->key->text);
+        b->parent = f->parent[i] >= 0 ? f->place[f->parent[i]] : -1;
+        b->line = f->entry[i]->key->line;
+        b->column = f->entry[i]->key->column;
+        rd->body_node[m->nbody] = f->entry[i];
+        f->place[i] = m->nbody++;
+    }
+}
+
+/** "R y", "T -z". */
+static int joint_text(const char *s, mech_body *b)
+{
+    b->type = s[0];
+    s += s[0] != '\0';
+    if ((b->type != 'R' && b->type != 'T') || *s != ' ') {
+        return 0;
+    }
+    s += strspn(s, " ");
+    b->sign = *s == '-' ? -1 : 1;
+    s += *s == '-' || *s == '+';
+    b->axis = s[0];
+    return (s[0] == 'x' || s[0] == 'y' || s[0] == 'z') && s[1] == '\0';
+}
+
+static void read_joint(mech__reader *rd, int index)
+{
+    mech_body *b = &rd->m->bodies[index];
+    const mech__node *node = mech__need(rd, rd->body_node[index], "joint", "a body");
+    const char *text = node ? mech__text(rd, node, "joint") : NULL;
+
+    if (!text || !joint_text(text, b)) {
+        if (text) {
+            mech__problem_at(rd, node, "\"%s\" is no joint, expected R or T, a blank and an axis, "
+                             "as in \"R y\" or \"T -z\"", mech__shown(rd, text));
+        }
+        b->type = 'R';
+        b->axis = 'y';
+        b->sign = 1;
+    }
+}
+
+static void name_points(mech__reader *rd, const mech__node *section, int body)
+{
+    const char *owner = body < 0 ? "frame" : rd->m->bodies[body].name;
+    int n = mech__section(rd, section, "a point", MECH__MAX_POINTS);
+    const mech__node *entry = n ? section->first : NULL;
+
+    for (; entry; entry = entry->next) {
+        if (rd->m->npoint == MECH__MAX_POINTS) {
+            mech__problem_at(rd, entry->key, "more than %d points", MECH__MAX_POINTS);
+            return;
+        }
+        mech_point *p = &rd->m->points[rd->m->npoint++];
+        char name[MECH_NAME];
+
+        mech__name_copy(name, sizeof name, entry->key->text);
+        p->body = body;
+        mech__name_copy(p->name, sizeof p->name, owner);
+        mech__name_copy(p->name + strlen(p->name), 1 + sizeof name, ".");
+        mech__name_copy(p->name + strlen(p->name), sizeof name, name);
+    }
+}
+
+static void place_points(mech__reader *rd, const mech__node *section, int body)
+{
+    const mech__node *entry = section && section->kind == MECH__MAP ? section->first : NULL;
+    int i = 0;
+
+    while (i < rd->m->npoint && rd->m->points[i].body != body) {
+        i++;
+    }
+    for (; entry && i < rd->m->npoint && rd->m->points[i].body == body; i++) {
+        mech__vector(rd, rd->m->points[i].at, "m", MECH__VANISHES, entry, rd->m->points[i].name);
+        entry = entry->next;
+    }
+}
+
+int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, int *body)
+{
+    const char *name = mech__text(rd, node, "a body");
+
+    if (!name) {
+        return -1;
+    }
+    mech__nearest near = {name, NULL, 0};
+
+    if (frame_allowed && strcmp(name, "frame") == 0) {
+        *body = -1;
+        return 0;
+    }
+    for (int i = 0; i < rd->m->nbody; i++) {
+        if (strcmp(rd->m->bodies[i].name, name) == 0) {
+            *body = i;
+            return 0;
+        }
+        mech__offer(&near, rd->m->bodies[i].name);
+    }
+    mech__problem_at(rd, node, "there is no body \"%s\"%s", mech__shown(rd, name),
+                     mech__hint(rd, &near, ""));
+    return -1;
+}
+
+int mech__point_ref(mech__reader *rd, const mech__node *node, int *point)
+{
+    const char *name = mech__text(rd, node, "a point");
+
+    if (!name) {
+        return -1;
+    }
+    mech__nearest near = {name, NULL, 0};
+
+    for (int i = 0; i < rd->m->npoint; i++) {
+        if (strcmp(rd->m->points[i].name, name) == 0) {
+            *point = i;
+            return 0;
+        }
+        mech__offer(&near, rd->m->points[i].name);
+    }
+    mech__problem_at(rd, node, "there is no point \"%s\"%s", mech__shown(rd, name),
+                     mech__hint(rd, &near, ", expected a name like body.point or frame.point"));
+    return -1;
+}
+
+void mech__friction(mech__reader *rd, mech_friction *f, const mech__node *node, const char *name,
+                    const char *unit_a, const char *unit_v)
+{
+    if (!mech__keys(rd, node, "friction", "A vt B1 B2")) {
+        return;
+    }
+    f->present = 1;
+    mech__number(rd, &f->A, unit_a, MECH__NOT_NEGATIVE, mech__need(rd, node, "A", "friction"), 0.0,
+                 "%s.friction.A", name);
+    mech__number(rd, &f->vt, unit_v, MECH__POSITIVE, mech__need(rd, node, "vt", "friction"), 1.0,
+                 "%s.friction.vt", name);
+    mech__number(rd, &f->B1, "1", 0, mech__get(node, "B1"), 0.0, "%s.friction.B1", name);
+    mech__number(rd, &f->B2, "1", MECH__NOT_NEGATIVE, mech__get(node, "B2"), 1.0, "%s.friction.B2",
+                 name);
+}
+
+/** Joint origin: three numbers or a point of the parent. */
+static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
+{
+    int point;
+
+    if (!node || node->kind != MECH__SCALAR) {
+        char base[MECH_PATH];
+
+        mech__name_copy(base, sizeof base, b->name);
+        mech__name_copy(base + strlen(base), sizeof base - strlen(base), ".at");
+        mech__vector(rd, b->at, "m", MECH__VANISHES, node, base);
+        return;
+    }
+    if (mech__point_ref(rd, node, &point) != 0) {
+        return;
+    }
+    const mech_point *p = &rd->m->points[point];
+
+    if (p->body != b->parent) {
+        mech__problem_at(rd, node, "the point %s is not on the parent, expected a point of %s",
+                         p->name, b->parent < 0 ? "frame" : rd->m->bodies[b->parent].name);
+        return;
+    }
+    for (int i = 0; i < 3; i++) {
+        mech__repeat(rd, &b->at[i], &p->at[i]);
+    }
+}
+
+/** I_yy from the swing of the body on its joint, as makers measure it:
+ *  I_o = m g d / (2 pi nu)^2 about the joint, I_yy = I_o - m d^2, d from the joint to the centre. */
+static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node)
+{
+    mech_scalar *unused = mech__alloc(rd, 2 * sizeof *unused);
+    const mech__node *g = mech__get(node, "gravity");
+    const char *n = b->name;
+
+    if (!unused || !mech__keys(rd, node, "pendulum", "frequency gravity")) {
+        return;
+    }
+    if (b->type != 'R' || b->axis != 'y') {
+        mech__problem_at(rd, node->key, "a pendulum test needs a joint about y, expected inertia");
+        return;
+    }
+    mech__number(rd, &unused[0], "Hz", MECH__POSITIVE, mech__need(rd, node, "frequency", "pendulum"),
+                 1.0, "%s.pendulum.frequency", n);
+    if (g) {
+        mech__number(rd, &unused[1], "m/s^2", MECH__POSITIVE, g, 9.81, "%s.pendulum.gravity", n);
+    }
+    mech__slot *yy = mech__number(rd, &b->inertia[1], "kg m^2", MECH__VANISHES, NULL, 0.0,
+                                  "%s.inertia.yy", n);
+    const char *gravity = g ? mech__print(rd, "%s.pendulum.gravity", n) : "9.81 m/s^2";
+    const char *d2 = mech__print(rd, "(%s.centre.x * %s.centre.x + %s.centre.z * %s.centre.z)", n, n,
+                                 n, n);
+    const char *nu = mech__print(rd, "%s.pendulum.frequency", n);
+
+    if (yy && gravity && d2 && nu) {
+        yy->node = node;
+        yy->label = "m g d / (2 pi nu)^2 - m d^2";
+        yy->text = mech__print(rd, "%s.mass * (%s * sqrt%s / (39.478417604357434 * %s * %s) - %s)",
+                               n, gravity, d2, nu, nu, d2);
+    }
+}
+
+static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry)
+{
+    static const char *const names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+    const mech__node *inertia = mech__get(entry, "inertia");
+    const mech__node *pendulum = mech__get(entry, "pendulum");
+
+    if (inertia && pendulum) {
+        mech__problem_at(rd, pendulum->key, "inertia and pendulum exclude each other");
+        pendulum = NULL;
+    }
+    mech__keys(rd, inertia, "inertia", "xx yy zz xy xz yz");
+    for (int i = 0; i < 6; i++) {
+        if (i != 1 || !pendulum) {
+            mech__number(rd, &b->inertia[i], "kg m^2", MECH__VANISHES, mech__get(inertia, names[i]),
+                         0.0, "%s.inertia.%s", b->name, names[i]);
+        }
+    }
+    if (pendulum) {
+        read_pendulum(rd, b, pendulum);
+    }
+}
+
+static void read_forces(mech__reader *rd, mech_body *b, const mech__node *entry)
+{
+    int turns = b->type == 'R';
+    const char *zero = turns ? "theta0" : "x0";
+    const mech__node *spring = mech__get(entry, "spring");
+    const mech__node *damping = mech__get(entry, "damping");
+    const char *path = mech__print(rd, "%s.damping", b->name);
+
+    if (mech__keys(rd, spring, turns ? "the spring of a turning joint"
+                                     : "the spring of a sliding joint", turns ? "k theta0" : "k x0")) {
+        b->has_spring = 1;
+        mech__number(rd, &b->spring_k, turns ? "N m/rad" : "N/m", 0,
+                     mech__need(rd, spring, "k", "a spring"), 0.0, "%s.spring.k", b->name);
+        mech__number(rd, &b->spring_theta0, turns ? "rad" : "m", 0, mech__get(spring, zero), 0.0,
+                     "%s.spring.%s", b->name, zero);
+    }
+    if (path && (damping || mech__is_set(rd, path))) {
+        b->has_damping = 1;
+        mech__number(rd, &b->damping, turns ? "N m s/rad" : "N s/m", MECH__NOT_NEGATIVE, damping, 0.0,
+                     "%s", path);
+    }
+    mech__friction(rd, &b->friction, mech__get(entry, "friction"), b->name, turns ? "N m" : "N",
+                   turns ? "rad/s" : "m/s");
+}
+
+static void read_body(mech__reader *rd, int index)
+{
+    mech_body *b = &rd->m->bodies[index];
+    const mech__node *entry = rd->body_node[index];
+    const mech__node *initial = mech__get(entry, "initial");
+    int turns = b->type == 'R';
+    char *base = mech__print(rd, "%s.centre", b->name);
+
+    mech__keys(rd, entry, "a body", "parent joint at mass centre inertia pendulum spring damping "
+                                    "friction initial points");
+    if (!base) {
+        return;
+    }
+    mech__number(rd, &b->mass, "kg", MECH__VANISHES | MECH__NOT_NEGATIVE, mech__get(entry, "mass"),
+                 0.0, "%s.mass", b->name);
+    mech__vector(rd, b->centre, "m", MECH__VANISHES, mech__get(entry, "centre"), base);
+    read_inertia(rd, b, entry);
+    read_at(rd, b, mech__get(entry, "at"));
+    read_forces(rd, b, entry);
+    mech__keys(rd, initial, "initial", "position speed");
+    mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
+                 "%s.initial.position", b->name);
+    mech__number(rd, &b->qd0, turns ? "rad/s" : "m/s", 0, mech__get(initial, "speed"), 0.0,
+                 "%s.initial.speed", b->name);
+    place_points(rd, mech__get(entry, "points"), index);
+}
+
+/** The free load is a body of its own that slides along z; its contact comes with the contacts. */
+static void add_load(mech__reader *rd, const mech__node *load)
+{
+    mech_body *b = &rd->m->bodies[rd->m->nbody];
+
+    mech__name_copy(b->name, sizeof b->name, "load");
+    b->parent = -1;
+    b->type = 'T';
+    b->axis = 'z';
+    b->sign = 1;
+    b->line = load->key->line;
+    b->column = load->key->column;
+    rd->body_node[rd->m->nbody] = load;
+    rd->m->load_body = rd->m->nbody++;
+    mech__number(rd, &b->mass, "kg", MECH__VANISHES | MECH__NOT_NEGATIVE,
+                 mech__need(rd, load, "mass", "the load"), 0.0, "load.mass");
+    mech__number(rd, &b->q0, "m", 0, NULL, 0.0, "load.initial.position");
+    mech__number(rd, &b->qd0, "m/s", 0, NULL, 0.0, "load.initial.speed");
+}
+
+static void read_gravity(mech__reader *rd)
+{
+    const mech__node *node = mech__get(rd->root, "gravity");
+
+    if (node) {
+        mech__vector(rd, rd->m->gravity, "m/s^2", MECH__VANISHES, node, "gravity");
+        return;
+    }
+    for (int i = 0; i < 3; i++) {
+        mech__number(rd, &rd->m->gravity[i], "m/s^2", MECH__VANISHES, NULL, i == 2 ? -9.81 : 0.0,
+                     "gravity.%c", "xyz"[i]);
+    }
+}
+
+/** Entries of the section, with parents found. */
+static void list_bodies(mech__reader *rd, family *f, const mech__node *section, int max)
+{
+    int n = mech__section(rd, section, "a body", max);
+    const mech__node *entry = n ? section->first : NULL;
+
+    for (; entry; entry = entry->next) {
+        const char *name = entry->key->text;
+
+        if (strcmp(name, "frame") == 0 || (strcmp(name, "load") == 0 && max < MECH__MAX_BODIES)) {
+            mech__problem_at(rd, entry->key, "no body can be called \"%s\": it is the name of %s",
+                             name, name[0] == 'f' ? "the fixed frame" : "the free load");
+            continue;
+        }
+        f->place[f->n] = -1;
+        f->entry[f->n++] = entry;
+    }
+    for (int i = 0; i < f->n; i++) {
+        find_parent(rd, f, i);
+    }
+}
+
+void mech__section_bodies(mech__reader *rd)
+{
+    mechanism *m = rd->m;
+    family *f = mech__alloc(rd, sizeof *f);
+    const mech__node *load = mech__get(rd->root, "load");
+    const mech__node *section = mech__need(rd, rd->root, "bodies", "the mechanism");
+    const mech__node *frame = mech__get(rd->root, "points");
+
+    m->bodies = mech__array(rd, MECH__MAX_BODIES, sizeof *m->bodies);
+    m->points = mech__array(rd, MECH__MAX_POINTS, sizeof *m->points);
+    if (rd->nomem) {
+        return;
+    }
+    list_bodies(rd, f, section, load ? MECH__MAX_BODIES - 1 : MECH__MAX_BODIES);
+    sort_bodies(rd, f);
+    for (int i = 0; i < m->nbody; i++) {
+        read_joint(rd, i);
+        name_points(rd, mech__get(rd->body_node[i], "points"), i);
+    }
+    name_points(rd, frame, -1);
+    read_gravity(rd);
+    for (int i = 0; i < f->n && !rd->nomem; i++) {
+        read_body(rd, i);
+    }
+    place_points(rd, frame, -1);
+    if (load) {
+        add_load(rd, load);
+    }
+}

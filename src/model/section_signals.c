@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: MIT
+ * section_signals.c - inputs, outputs, what a stroke is made of, and the simulation's defaults.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "reader.h"
+#include "stein/model.h"
+
+/** What may be read of one kind of thing; the words of `choices` are the keys of `what`. */
+typedef struct readable {
+    const char *key, *what, *choices;
+    int first; /* stein_read_kind of the first choice, the others follow */
+} readable;
+
+static const readable readables[] = {
+    {"joint", "reading of a joint", "position speed acceleration", STEIN_READ_POSITION},
+    {"point", "reading of a point", "x y z vx vy vz", STEIN_READ_X},
+    {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
+    {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
+    {"input", "reading of an input", "value force", STEIN_READ_INPUT},
+};
+enum { JOINT, POINT, CONTACT, NOTCH, INPUT, NREADABLE };
+
+/** Names of all things of one kind, for finding one by name. */
+static const char *name_of(const mechanism *m, int kind, int i)
+{
+    switch (kind) {
+    case JOINT:
+        return i < m->nbody ? m->bodies[i].name : NULL;
+    case POINT:
+        return i < m->npoint ? m->points[i].name : NULL;
+    case CONTACT:
+        return i < m->ncontact ? m->contacts[i].name : NULL;
+    case NOTCH:
+        return i < m->nnotch ? m->notches[i].name : NULL;
+    default:
+        return i < m->ninput ? m->inputs[i].name : NULL;
+    }
+}
+
+/** Index of the thing a scalar names, -1 after noting a problem. */
+static int find_thing(mech__reader *rd, const mech__node *node, int kind)
+{
+    const char *key = readables[kind].key;
+    const char *name = mech__text(rd, node, key), *other;
+
+    if (!name) {
+        return -1;
+    }
+    mech__nearest near = {name, NULL, 0};
+
+    for (int i = 0; (other = name_of(rd->m, kind, i)); i++) {
+        if (strcmp(other, name) == 0) {
+            return i;
+        }
+        mech__offer(&near, other);
+    }
+    mech__problem_at(rd, node, "there is no %s \"%s\"%s", key, mech__shown(rd, name),
+                     mech__hint(rd, &near, ""));
+    return -1;
+}
+
+/** The only key of `keys` that stands in a mapping; -1 after noting a problem. */
+static int only_one(mech__reader *rd, const mech__node *map, const char *const *keys, int n,
+                    const char *what)
+{
+    int found = -1, count = 0;
+
+    for (int i = 0; i < n; i++) {
+        if (mech__get(map, keys[i])) {
+            found = i;
+            count++;
+        }
+    }
+    if (count != 1 && map->kind == MECH__MAP) {
+        mech__problem_at(rd, map->key, "%s", what);
+    }
+    return count == 1 ? found : -1;
+}
+
+static void set_unit(char unit[MECH_UNIT], const char *text)
+{
+    mech__name_copy(unit, MECH_UNIT, text);
+}
+
+static void read_direction(mech__reader *rd, mech_input *in, const mech__node *entry)
+{
+    const mech__node *node = mech__need(rd, entry, "direction", "a force input");
+    char *base = mech__print(rd, "%s.direction", in->name);
+
+    if (base && node) {
+        mech__vector(rd, in->direction, "1", MECH__VANISHES, node, base);
+    }
+}
+
+static void read_motion(mech__reader *rd, mech_input *in, const mech__node *entry)
+{
+    const mech__node *idle = mech__get(entry, "idle");
+    int choice = idle ? mech__choice(rd, idle, "idle state", "free hold") : 0;
+
+    in->hold = choice == 1;
+    for (const mech_input *other = rd->m->inputs; other < in; other++) {
+        if (other->kind == STEIN_INPUT_MOTION && other->index == in->index && in->index >= 0) {
+            mech__problem_at(rd, entry->key, "the joint %s has two motion inputs, expected one",
+                             rd->m->bodies[in->index].name);
+        }
+    }
+}
+
+static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry)
+{
+    static const char *const keys[] = {"torque", "force", "motion"}; /* stein_input_kind */
+    int kind = only_one(rd, entry, keys, 3, "an input needs exactly one of force, torque, motion");
+
+    mech__name_copy(in->name, sizeof in->name, entry->key->text);
+    mech__keys(rd, entry, "an input", kind == 0   ? "torque"
+                                      : kind == 1 ? "force direction"
+                                      : kind == 2 ? "motion idle"
+                                                  : "force direction torque motion idle");
+    in->index = -1;
+    if (kind < 0) {
+        return;
+    }
+    in->kind = kind;
+    in->index = find_thing(rd, mech__get(entry, keys[kind]),
+                           kind == STEIN_INPUT_POINT ? POINT : JOINT);
+    int turns = kind != STEIN_INPUT_POINT && in->index >= 0 && rd->m->bodies[in->index].type == 'R';
+
+    if (kind == STEIN_INPUT_POINT) {
+        set_unit(in->unit, "N");
+        read_direction(rd, in, entry);
+    } else if (kind == STEIN_INPUT_JOINT) {
+        set_unit(in->unit, turns ? "N m" : "N");
+    } else {
+        set_unit(in->unit, turns ? "rad" : "m");
+        read_motion(rd, in, entry);
+    }
+}
+
+static const char *joint_unit(const mechanism *m, int index, const char *const turning[3],
+                              const char *const sliding[3], int which)
+{
+    return m->bodies[index].type == 'R' ? turning[which] : sliding[which];
+}
+
+static const char *channel_unit(const mechanism *m, const mech_channel *c)
+{
+    static const char *const turning[] = {"rad", "rad/s", "rad/s^2"};
+    static const char *const sliding[] = {"m", "m/s", "m/s^2"};
+
+    switch (c->read) {
+    case STEIN_READ_POSITION:
+    case STEIN_READ_SPEED:
+    case STEIN_READ_ACCELERATION:
+        return joint_unit(m, c->index, turning, sliding, c->read - STEIN_READ_POSITION);
+    case STEIN_READ_VX:
+    case STEIN_READ_VY:
+    case STEIN_READ_VZ:
+        return "m/s";
+    case STEIN_READ_FORCE:
+    case STEIN_READ_TANGENT:
+    case STEIN_READ_NOTCH_FORCE:
+        return "N";
+    case STEIN_READ_NOTCH_PHASE:
+        return "1";
+    case STEIN_READ_INPUT:
+        return m->inputs[c->index].unit;
+    case STEIN_READ_INPUT_FORCE:
+        return m->bodies[m->inputs[c->index].index].type == 'R' ? "N m" : "N";
+    case STEIN_READ_KINETIC:
+    case STEIN_READ_POTENTIAL:
+        return "J";
+    default:
+        return "m";
+    }
+}
+
+static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entry)
+{
+    int choice = mech__choice(rd, mech__get(entry, "energy"), "energy", "kinetic potential");
+
+    mech__keys(rd, entry, "an output of energy", "energy sign zero");
+    c->read = STEIN_READ_KINETIC + choice;
+    return choice < 0 ? -1 : 0;
+}
+
+/** What a channel reads, and of which thing. @return 0 when both are known */
+static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
+{
+    static const char *const keys[] = {"joint", "point", "contact", "notch", "input", "energy"};
+    int kind = only_one(rd, entry, keys, NREADABLE + 1, "an output needs exactly one of joint, "
+                                                        "point, contact, notch, input, energy");
+
+    if (kind == NREADABLE) {
+        return read_energy(rd, c, entry);
+    }
+    mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero");
+    if (kind < 0) {
+        return -1;
+    }
+    const readable *r = &readables[kind];
+    const mech__node *read = mech__need(rd, entry, "read", "an output");
+    int choice = read ? mech__choice(rd, read, r->what, r->choices) : -1;
+
+    c->index = find_thing(rd, mech__get(entry, r->key), kind);
+    c->read = r->first + choice;
+    if (choice < 0 || c->index < 0) {
+        return -1;
+    }
+    if (c->read == STEIN_READ_INPUT_FORCE && rd->m->inputs[c->index].kind != STEIN_INPUT_MOTION) {
+        mech__problem_at(rd, read, "only a motion input has a force of its own, expected value");
+        return -1;
+    }
+    return kind == INPUT && rd->m->inputs[c->index].index < 0 ? -1 : 0;
+}
+
+static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *entry)
+{
+    const mech__node *sign = mech__get(entry, "sign");
+    const mech__node *zero = mech__get(entry, "zero");
+
+    mech__name_copy(c->name, sizeof c->name, entry->key->text);
+    if (strcmp(c->name, "time") == 0) {
+        mech__problem_at(rd, entry->key, "every model has the output \"time\", expected another "
+                         "name");
+    }
+    if (!mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero")) {
+        return;
+    }
+    int side = sign ? mech__choice(rd, sign, "sign", "1 -1 +1") : 0;
+
+    c->sign = side == 1 ? -1 : 1;
+    c->from_rest = zero ? mech__choice(rd, zero, "zero", "origin rest") == 1 : 0;
+    if (read_source(rd, c, entry) == 0) {
+        set_unit(c->unit, channel_unit(rd->m, c));
+    }
+}
+
+static void read_stroke(mech__reader *rd)
+{
+    const mech__node *stroke = mech__get(rd->root, "stroke");
+
+    if (!mech__keys(rd, stroke, "stroke", "string notch")) {
+        return;
+    }
+    const mech__node *string = mech__need(rd, stroke, "string", "stroke");
+    const mech__node *notch = mech__get(stroke, "notch");
+
+    rd->m->stroke_string = string ? find_thing(rd, string, CONTACT) : -1;
+    rd->m->stroke_notch = notch ? find_thing(rd, notch, NOTCH) : -1;
+}
+
+/** A time of the section `simulation`: a plain number, since it is no property of the mechanism. */
+static void read_time(mech__reader *rd, const mech__node *map, const char *key, double *value)
+{
+    const mech__node *node = mech__get(map, key);
+    const char *text = node ? mech__text(rd, node, key) : NULL;
+    const mech_dim seconds = {0, 0, 1, 0};
+    stein_err err = {STEIN_OK, ""};
+    double t = 0.0;
+
+    if (!text) {
+        return;
+    }
+    if (mech_parse_quantity(text, seconds, &t, &err) != STEIN_OK) {
+        mech__problem_at(rd, node, "%s = %s", key, err.msg);
+    } else if (!(t > 0.0)) {
+        mech__problem_at(rd, node, "%s = \"%s\": must be greater than zero", key,
+                         mech__shown(rd, text));
+    } else {
+        *value = t;
+    }
+}
+
+static void read_simulation(mech__reader *rd)
+{
+    mechanism *m = rd->m;
+    const mech__node *map = mech__get(rd->root, "simulation");
+    const mech__node *integrator = mech__get(map, "integrator");
+    const mech__node *settle = mech__get(map, "settle");
+
+    m->dt = 1e-5;
+    m->until = 1.0;
+    mech__keys(rd, map, "simulation", "dt until integrator settle");
+    read_time(rd, map, "dt", &m->dt);
+    read_time(rd, map, "until", &m->until);
+    if (integrator) {
+        m->integrator = mech__choice(rd, integrator, "integrator", "rk4 dp5") == 1;
+    }
+    if (settle) {
+        m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;
+    }
+}
+
+void mech__section_signals(mech__reader *rd)
+{
+    mechanism *m = rd->m;
+    const mech__node *inputs = mech__get(rd->root, "inputs");
+    const mech__node *outputs = mech__get(rd->root, "outputs");
+    int n = mech__section(rd, inputs, "an input", MECH__MAX_THINGS);
+    int k = mech__section(rd, outputs, "an output", MECH__MAX_THINGS);
+
+    m->inputs = mech__array(rd, n, sizeof *m->inputs);
+    m->channels = mech__array(rd, k, sizeof *m->channels);
+    for (const mech__node *e = n ? inputs->first : NULL; e && !rd->nomem; e = e->next) {
+        read_input(rd, &m->inputs[m->ninput], e);
+        m->ninput++;
+    }
+    for (const mech__node *e = k ? outputs->first : NULL; e && !rd->nomem; e = e->next) {
+        read_channel(rd, &m->channels[m->nchannel++], e);
+    }
+    read_stroke(rd);
+    read_simulation(rd);
+}
