@@ -16,7 +16,7 @@ extern "C" {
 /** A mechanism file, read, with its equations - built in, or generated, compiled and loaded. */
 typedef struct lab_model lab_model;
 
-/** Receives every problem of a file, "file:line:column: ...". */
+/** Receives every problem of a file, "file:line:column: ...", and what takes a moment. */
 typedef void lab_report_fn(void *ctx, const char *message);
 
 /** Where equations come from and who hears about it. Start from lab_options_default(). */
@@ -35,7 +35,8 @@ lab_options lab_options_default(void);
  *  @return OK, EIO, EPARSE, ENOMEM, EGENERATE, ECOMPILE, ELOAD, ESTALE */
 stein_status lab_open(lab_model **out, const char *file, const lab_options *options, stein_err *err);
 void lab_close(lab_model *model);
-/** The equations; their default parameters may differ from the file's (see lab_parameters). */
+/** The equations, with the values of the file (after overrides) as defaults: parameters, step,
+ *  integrator, duration. Valid until lab_close. */
 const stein_model *lab_equations(const lab_model *model);
 /** The file's parameter values after overrides, [np] in the order of the equations' params. */
 const double *lab_parameters(const lab_model *model);
@@ -48,39 +49,135 @@ stein_sim_def lab_def(const lab_model *model);
 /** Duration the file asks for [s]. */
 double lab_until(const lab_model *model);
 
-typedef enum { LAB_STRUCK, LAB_MISSED_NOTCH, LAB_NO_ESCAPEMENT, LAB_NO_IMPACT } lab_outcome;
+/* ---- strokes ---- */
+
+/** Judged by the notch first, then by the string. */
+typedef enum {
+    LAB_STRUCK,        /* the hammer escaped (or has no notch) and the string was touched */
+    LAB_MISSED_NOTCH,  /* the beak never touched roof or corner (phases 1 to 3) */
+    LAB_NO_ESCAPEMENT, /* it did, but never got out, whether or not the string was touched */
+    LAB_NO_IMPACT      /* the string was never touched */
+} lab_outcome;
 /** "struck", "missed_notch", "no_escapement", "no_impact". */
 const char *lab_outcome_text(lab_outcome outcome);
 
-/** What happened in one stroke [SI]. Times count from the release of the load. */
+/** What happened in one stroke [SI]. Times count from the release of the load, i.e. from the state
+ *  lab_strike was given. Without the event a time, height or speed is NAN. */
 typedef struct lab_stroke {
     lab_outcome outcome;
     int escaped;
-    double escape_time, escape_height; /* head to string at escapement [s], [m] */
+    double escape_time, escape_height; /* head to string at escapement [s], [m] >= 0 */
     int impacts;
     double impact_time, impact_speed; /* first impact [s], closing speed of head and string [m/s] */
     double free_flight;               /* impact - escapement [s]; 0 unless escapement came first */
     int forced_escapement;            /* escaped after the first impact */
     double peak_string_force;         /* [N] */
-    int rearmed;                      /* beak back under the roof at the end */
+    double blow;                      /* head to string at the start [m] */
+    int rearmed;                      /* see lab_strike */
 } lab_stroke;
 
-/** Called after every step (and at t = 0) for recording. @return 0 to go on */
-typedef int lab_sample_fn(void *ctx, stein_sim *sim);
+/** Called after every step (and at t = 0) for recording.
+ *  @return STEIN_OK to go on, else what lab_strike and lab_simulate return */
+typedef stein_status lab_sample_fn(void *ctx, stein_sim *sim);
 
-/** How to run a stroke. */
+/** How to run a stroke. Start from lab_stroke_def_default(model). */
 typedef struct lab_stroke_def {
     double until;   /* [s] */
     double release; /* the load is lifted at this time [s]; NAN: never */
-    double every;   /* sampling interval [s]; 0: every step */
+    double every;   /* sampling interval [s], rounded up to whole steps; 0: every step */
     lab_sample_fn *sample; /* may be NULL */
     void *ctx;
 } lab_stroke_def;
+/** The duration of the file, no release, no samples. */
+lab_stroke_def lab_stroke_def_default(const stein_model *model);
 
-/** Run one stroke from the simulation's present (freshly reset) state.
- *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke */
+/** Run one stroke from the simulation's present (freshly reset) state. Takes over the event
+ *  subscription and gives it up at the end.
+ *
+ *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
+ *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release the
+ *  question is answered on the side: from the final state the load is lifted, the motion goes on
+ *  for 0.5 s, and the final state is put back.
+ *
+ *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke, has no
+ *  output channels for gap and force of its string, or def is out of range */
 stein_status lab_strike(stein_sim *sim, const lab_stroke_def *def, lab_stroke *stroke,
                         stein_err *err);
+/** The same run without looking for a stroke: any mechanism. */
+stein_status lab_simulate(stein_sim *sim, const lab_stroke_def *def, stein_err *err);
+
+/* ---- records ---- */
+
+/** Samples of all output channels. */
+typedef struct lab_record lab_record;
+/** @param every  interval [s], rounded up to whole steps; 0: every sample that is offered */
+stein_status lab_record_create(lab_record **record, const stein_model *model, double every,
+                               stein_err *err);
+void lab_record_destroy(lab_record *record);
+/** Take a sample when one is due (a lab_sample_fn with the record as ctx). @return OK, ENOMEM */
+stein_status lab_record_sample(void *record, stein_sim *sim);
+/** Take the last sample, unless it was taken just now. @return OK, ENOMEM */
+stein_status lab_record_finish(lab_record *record, stein_sim *sim);
+
+/** Write a record in the form of measured data: "# name: value" lines, a header of channel [unit],
+ *  rows. Numbers are the shortest decimals that read back as they are.
+ *  @param notes  "name: value" texts closed by NULL; may be NULL
+ *  @return OK, EIO */
+stein_status lab_write_csv(const char *path, const lab_record *record, const char *const *notes,
+                           stein_err *err);
+/** Draw a record with gnuplot, SVG or PNG by the ending of the path: a stroke as head-string
+ *  distance, key dip, notch phase and forces, anything else as its first channels.
+ *  @param stroke  may be NULL
+ *  @return OK, EIO, EINVAL (other ending) */
+stein_status lab_plot(const char *path, const lab_record *record, const stein_model *model,
+                      const lab_stroke *stroke, stein_err *err);
+
+/* ---- driving ---- */
+
+/** Signals from a CSV file in the form of measured data: every column named like an input of the
+ *  model drives it. Motions are natural cubic splines, forces run straight between the samples;
+ *  outside the samples the first and last value hold. */
+typedef struct lab_drive lab_drive;
+/** @return OK, EIO, EPARSE (file:line), EINVAL (no column is an input), ENOMEM */
+stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_model *model,
+                            stein_err *err);
+/** Bind all signals; the drive must outlive the simulation's use of them. */
+stein_status lab_drive_bind(lab_drive *drive, stein_sim *sim, stein_err *err);
+void lab_drive_close(lab_drive *drive);
+
+/* ---- study: the paper's facts ---- */
+
+/** A stroke of a sweep over dx, the displacement of the pawl's stop (pawl.stop_shift). */
+typedef struct lab_point {
+    double dx; /* [m] */
+    stein_status status;
+    lab_stroke stroke; /* when status is OK */
+} lab_point;
+
+/** One published fact and what the simulation says. */
+typedef struct lab_fact {
+    const char *fact, *paper;
+    char simulated[64];
+    int ok;
+} lab_fact;
+enum { LAB_FACTS_MAX = 24 };
+
+/** Progress: done of total; may be called from several threads, one at a time. */
+typedef void lab_progress_fn(void *ctx, int done, int total);
+
+/** Strokes at n values of dx (point[i].dx), on `threads` threads. Results do not depend on their
+ *  number.
+ *  @return OK, ENAME (no such parameter), EINVAL (no stroke), ENOMEM; numerical failures are kept
+ *  in the points */
+stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int threads,
+                       lab_progress_fn *progress, void *ctx, stein_err *err);
+/** The grid of the study, -1.5 .. 0.3 mm in steps of 0.05 mm: fills point[i].dx.
+ *  @param point  [n] or NULL to ask for the number
+ *  @return the number of points */
+int lab_study_grid(lab_point *point, int n);
+/** The paper's facts on the strokes of the grid. @param fact [LAB_FACTS_MAX] out
+ *  @return their number */
+int lab_facts(lab_fact *fact, const lab_point *point, int n);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * compile.c - equations that are not built in: from the cache, or through the system's compiler.
+ *
+ *   CACHE/VERSION-abiN/stein/model.h            the header the equations include
+ *   CACHE/VERSION-abiN/NAME-HASH.c, .so         one mechanism structure each
+ *
+ * The name holds everything the object depends on, so an entry never has to be updated; what is
+ * found under it is nevertheless checked (layout and hash) and made anew when it does not fit. Each
+ * file is written under a name of its own and renamed, so two processes that need the same
+ * equations at the same time at worst both do the work.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "inner.h"
+#include "model_header.h"
+#include "stein/load.h"
+
+enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 12 };
+
+/* names of one compilation, all owned */
+typedef struct job {
+    char *folder, *include, *header, *source, *object; /* in the cache */
+    char *work, *fresh, *log;                          /* of this process alone */
+} job;
+
+static void free_job(job *j)
+{
+    free(j->folder);
+    free(j->include);
+    free(j->header);
+    free(j->source);
+    free(j->object);
+    free(j->work);
+    free(j->fresh);
+    free(j->log);
+}
+
+/* root of the cache, or NULL when the environment names none */
+static char *cache_root(const lab_options *options)
+{
+    const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    if (options->cache != NULL) {
+        return lab__text("%s", options->cache);
+    }
+    if (xdg != NULL && *xdg == '/') { // the XDG specification ignores relative ones
+        return lab__text("%s/stein", xdg);
+    }
+    return home != NULL && *home != '\0' ? lab__text("%s/.cache/stein", home) : NULL;
+}
+
+static stein_status name_files(job *j, const mechanism *m, const gen_result *equations,
+                               const lab_options *options, stein_err *err)
+{
+    char *root = cache_root(options);
+    if (root == NULL) {
+        return lab__fail(err, STEIN_EIO, "no folder for compiled equations: set XDG_CACHE_HOME or "
+                                         "HOME");
+    }
+    j->folder = lab__text("%s%s/%s-abi%d", strchr(root, '/') == NULL ? "./" : "", root,
+                          STEIN_VERSION, STEIN_MODEL_ABI);
+    free(root);
+    const char *folder = j->folder != NULL ? j->folder : "";
+    char *stem = lab__text("%s/%s-%s", folder, m->name, equations->equations);
+    const char *base = stem != NULL ? stem : "";
+    j->include = lab__text("%s/stein", folder);
+    j->header = lab__text("%s/stein/model.h", folder);
+    j->source = lab__text("%s.c", base);
+    j->object = lab__text("%s.so", base);
+    j->work = lab__text("%s/work-XXXXXX", folder);
+    int complete = stem != NULL && j->folder != NULL && j->include != NULL && j->header != NULL &&
+                   j->source != NULL && j->object != NULL && j->work != NULL;
+    free(stem);
+    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static stein_status write_text(const char *path, const char *const *lines, stein_err *err)
+{
+    lab__file file;
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    for (int i = 0; lines[i] != NULL; i++) {
+        fputs(lines[i], file.stream);
+    }
+    return lab__file_close(&file, 1, err);
+}
+
+/* the compiler's first line that tells of an error */
+static void first_complaint(const char *log, char *text, int size)
+{
+    FILE *f = fopen(log, "r");
+    strcpy(text, "");
+    while (f != NULL && strstr(text, "error") == NULL && fgets(text, size, f) != NULL) {
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    text[strcspn(text, "\n")] = '\0';
+}
+
+static stein_status complain(const job *j, const char *name, const char *cc, int code,
+                             stein_err *err)
+{
+    char line[160];
+    if (code == 127) {
+        return lab__fail(err, STEIN_ECOMPILE, "no C compiler \"%s\" to compile the equations of "
+                         "\"%s\": run apt-get install gcc, or set CC (the C file is %s)", cc, name,
+                         j->source);
+    }
+    first_complaint(j->log, line, (int)sizeof line);
+    return lab__fail(err, STEIN_ECOMPILE, "%s failed on the equations of \"%s\" (exit code %d): %s",
+                     cc, name, code, line);
+}
+
+/* cc -O2 ... -o fresh source; the compiler may bring words of its own ("ccache gcc") */
+static stein_status run_compiler(const job *j, const char *name, const char *cc, stein_err *err)
+{
+    char *words = lab__text("%s", cc), *rest = NULL;
+    char *include = lab__text("-I%s", j->folder);
+    if (words == NULL || include == NULL) {
+        free(words);
+        free(include);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    char *argv[MAX_COMPILER_WORDS + FIXED_WORDS];
+    int n = 0;
+    for (char *w = strtok_r(words, " ", &rest); w != NULL && n < MAX_COMPILER_WORDS;
+         w = strtok_r(NULL, " ", &rest)) {
+        argv[n++] = w;
+    }
+    char *fixed[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", include, "-o",
+                     j->fresh, j->source, "-lm", NULL};
+    memcpy(argv + n, fixed, sizeof fixed);
+
+    int code = 0;
+    stein_status status = n > 0 ? lab__spawn(argv, j->log, &code, err)
+                                : lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty");
+    free(words);
+    free(include);
+    if (status == STEIN_OK && code != 0) {
+        status = complain(j, name, cc, code, err);
+    }
+    if (status == STEIN_OK && rename(j->fresh, j->object) != 0) {
+        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->object, strerror(errno));
+    }
+    return status;
+}
+
+/* run_compiler in a folder of our own */
+static stein_status compile_apart(job *j, const char *name, const char *cc, stein_err *err)
+{
+    if (mkdtemp(j->work) == NULL) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
+    }
+    j->fresh = lab__text("%s/equations.so", j->work);
+    j->log = lab__text("%s/log", j->work);
+    stein_status status = j->fresh != NULL && j->log != NULL
+                              ? run_compiler(j, name, cc, err)
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (j->fresh != NULL && j->log != NULL) {
+        unlink(j->fresh);
+        unlink(j->log);
+    }
+    rmdir(j->work);
+    return status;
+}
+
+static stein_status compile(job *j, const mechanism *m, const gen_result *equations,
+                            const lab_options *options, stein_err *err)
+{
+    const char *source[] = {equations->source, NULL};
+    const char *cc = options->cc != NULL ? options->cc : getenv("CC");
+    cc = cc != NULL && *cc != '\0' ? cc : "cc";
+    stein_status status = lab__folder(j->include, err);
+    if (status == STEIN_OK) {
+        status = write_text(j->header, lab__model_header, err);
+    }
+    if (status == STEIN_OK) {
+        status = write_text(j->source, source, err);
+    }
+    return status == STEIN_OK ? compile_apart(j, m->name, cc, err) : status;
+}
+
+stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
+                           const gen_result *equations, const lab_options *options, stein_err *err)
+{
+    job j = {0};
+    stein_status status = name_files(&j, m, equations, options, err);
+    if (status != STEIN_OK) {
+        free_job(&j);
+        return status;
+    }
+    status = STEIN_ELOAD;
+    if (access(j.object, R_OK) == 0) {
+        status = stein_library_open(library, j.object, m->name, equations->equations, model, err);
+    }
+    if (status == STEIN_ELOAD || status == STEIN_ESTALE) {
+        status = compile(&j, m, equations, options, err);
+        if (status == STEIN_OK) {
+            status =
+                stein_library_open(library, j.object, m->name, equations->equations, model, err);
+        }
+    }
+    free_job(&j);
+    return status;
+}

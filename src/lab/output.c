@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * output.c - messages, numbers, and files that appear whole or not at all.
+ *
+ * Who reads a result while it is written, or after a full disk, must not find half of it under the
+ * final name. So a file is written beside its place and renamed when it is complete. What is no
+ * ordinary file (a device, a pipe) cannot be replaced and is written directly.
+ */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "inner.h"
+
+stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...)
+{
+    if (err != NULL) {
+        va_list list;
+        va_start(list, format);
+        vsnprintf(err->msg, sizeof err->msg, format, list);
+        va_end(list);
+        err->code = code;
+    }
+    return code;
+}
+
+char *lab__text(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    int n = vsnprintf(NULL, 0, format, list);
+    va_end(list);
+    char *text = n < 0 ? NULL : malloc((size_t)n + 1);
+    if (text != NULL) {
+        va_start(list, format);
+        vsnprintf(text, (size_t)n + 1, format, list);
+        va_end(list);
+    }
+    return text;
+}
+
+char *lab__number(char *text, double value)
+{
+    if (!isfinite(value)) {
+        return strcpy(text, isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf");
+    }
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, LAB_NUMBER, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) {
+            break;
+        }
+    }
+    // the decimal sign of the locale, of whatever bytes, becomes a point
+    char *to = text;
+    for (const char *from = text; *from != '\0'; from++) {
+        if (strchr("0123456789+-e", *from) != NULL) {
+            *to++ = *from;
+        } else if (to == text || to[-1] != '.') {
+            *to++ = '.';
+        }
+    }
+    *to = '\0';
+    return text;
+}
+
+int lab__is_stdout(const char *path)
+{
+    return strcmp(path, "-") == 0 || strcmp(path, "/dev/stdout") == 0;
+}
+
+static stein_status cannot_write(stein_err *err, const char *path, int cause)
+{
+    return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", path, strerror(cause));
+}
+
+/* a new file beside `place` with the permissions it will keep; its name in *temporary */
+static FILE *open_beside(const char *place, mode_t mode, char **temporary)
+{
+    for (int n = 0; n < 100; n++) {
+        char *name = lab__text("%s.part-%ld-%d", place, (long)getpid(), n);
+        if (name == NULL) {
+            errno = ENOMEM;
+            return NULL;
+        }
+        int fd = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+        FILE *stream = fd < 0 ? NULL : fdopen(fd, "w");
+        if (stream != NULL) {
+            *temporary = name;
+            return stream;
+        }
+        int cause = errno;
+        if (fd >= 0) {
+            close(fd);
+            unlink(name);
+        }
+        free(name);
+        errno = cause;
+        if (cause != EEXIST) {
+            return NULL;
+        }
+    }
+    return NULL;
+}
+
+static FILE *open_stdout(void)
+{
+    fflush(stdout);
+    int fd = dup(STDOUT_FILENO);
+    FILE *stream = fd < 0 ? NULL : fdopen(fd, "w");
+    if (stream == NULL && fd >= 0) {
+        close(fd);
+    }
+    return stream;
+}
+
+stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
+{
+    struct stat st;
+    int exists = stat(path, &st) == 0;
+    lab__file f = {NULL, NULL, NULL};
+    if (exists && S_ISDIR(st.st_mode)) {
+        return cannot_write(err, path, EISDIR);
+    }
+    if (lab__is_stdout(path)) {
+        f.path = lab__text("standard output");
+        f.stream = open_stdout();
+    } else if ((exists && !S_ISREG(st.st_mode)) || strncmp(path, "/dev/", 5) == 0) {
+        f.path = lab__text("%s", path);
+        f.stream = fopen(path, "w");
+    } else {
+        f.path = exists ? realpath(path, NULL) : lab__text("%s", path); // through symbolic links
+        if (f.path != NULL && exists && access(f.path, W_OK) != 0) {
+            int cause = errno;
+            free(f.path);
+            return cannot_write(err, path, cause);
+        }
+        if (f.path != NULL) {
+            f.stream = open_beside(f.path, exists ? st.st_mode & 0777 : 0666, &f.temporary);
+        }
+    }
+    if (f.stream == NULL) {
+        int cause = errno;
+        free(f.path);
+        return cannot_write(err, path, cause);
+    }
+    *file = f;
+    return STEIN_OK;
+}
+
+stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
+{
+    int bad = ferror(file->stream);
+    int cause = bad ? EIO : 0;
+    if (fclose(file->stream) != 0) {
+        cause = errno;
+    }
+    if (file->temporary != NULL && (cause != 0 || !keep)) {
+        unlink(file->temporary);
+    } else if (file->temporary != NULL && rename(file->temporary, file->path) != 0) {
+        cause = errno;
+        unlink(file->temporary);
+    }
+    stein_status status = cause != 0 && keep ? cannot_write(err, file->path, cause) : STEIN_OK;
+    free(file->path);
+    free(file->temporary);
+    *file = (lab__file){NULL, NULL, NULL};
+    return status;
+}
+
+stein_status lab__folder(const char *path, stein_err *err)
+{
+    char *part = lab__text("%s", path);
+    if (part == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    int failed = 0;
+    for (char *at = part + 1; !failed; at++) {
+        if (*at == '/' || *at == '\0') {
+            char kept = *at;
+            *at = '\0';
+            failed = mkdir(part, 0777) != 0 && errno != EEXIST ? errno : 0;
+            *at = kept;
+            if (kept == '\0') {
+                break;
+            }
+        }
+    }
+    free(part);
+    struct stat st;
+    if (!failed && (stat(path, &st) != 0 || !S_ISDIR(st.st_mode))) {
+        failed = ENOTDIR;
+    }
+    return failed ? lab__fail(err, STEIN_EIO, "folder %s cannot be made: %s", path,
+                              strerror(failed))
+                  : STEIN_OK;
+}

@@ -1,0 +1,376 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * strike.c - one stroke, as a camera and a force gauge would judge it.
+ *
+ * Everything with a time comes from the core's located events, not from samples, so it does not
+ * depend on the sampling. At an event only positions are read; what needs another state (the closing
+ * speed) is worked out after the step, from the coordinates kept at the event, by a central
+ * difference of the gap along the motion
+ *
+ *      dgap/dt = (gap(t + e, q + e qd) - gap(t - e, q - e qd)) / 2e,     e = 1 us
+ *
+ * whose error is of the order e^2 against the time scale of the stroke (1e-8). A channel for the
+ * gap's rate would have to exist in every mechanism file. The peak force is the vertex of the
+ * parabola through the highest step and its neighbours.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "inner.h"
+
+static const double gap_rate_step = 1e-6;   /* [s] */
+static const double rearm_time = 0.5;       /* motion after the load is lifted, on the side [s] */
+static const double hammer_at_rest = 0.5;   /* [rad/s] */
+
+typedef struct sample3 {
+    double t, f;
+} sample3;
+
+typedef struct run {
+    stein_sim *sim;
+    const lab_stroke_def *def;
+    lab_stroke stroke;
+    double start;      /* [s] */
+    double dt;         /* of the simulation [s] */
+    double due;        /* time of the next sample [s] */
+    int string, notch; /* contact and notch */
+    int gap, force;    /* channels */
+    int touched;       /* beak was in contact under the roof */
+    double *hit;       /* q, qd at the first impact, room for a q [3*nq] */
+    void *kept;        /* saved state */
+    sample3 last[3];   /* string force at the last three steps */
+    int nlast;
+} run;
+
+const char *lab_outcome_text(lab_outcome outcome)
+{
+    static const char *const text[] = {"struck", "missed_notch", "no_escapement", "no_impact"};
+    return text[outcome];
+}
+
+lab_stroke_def lab_stroke_def_default(const stein_model *model)
+{
+    return (lab_stroke_def){.until = model->until, .release = NAN, .every = 0.0};
+}
+
+int lab__channel_of(const stein_model *model, stein_read_kind read, int index)
+{
+    for (int i = 0; i < model->nchannel; i++) {
+        const stein_channel *c = &model->channels[i];
+        if (c->read == read && c->index == index && !c->from_rest) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* a channel without the sign the file gives it */
+static double read_plain(stein_sim *sim, int channel)
+{
+    return stein_sim_model(sim)->channels[channel].sign * stein_read(sim, channel);
+}
+
+/* ---- events ---- */
+
+static void on_escapement(run *r, double t)
+{
+    if (!r->stroke.escaped) {
+        r->stroke.escaped = 1;
+        r->stroke.escape_time = t;
+        r->stroke.escape_height = fmax(0.0, read_plain(r->sim, r->gap));
+        r->stroke.forced_escapement = r->stroke.impacts > 0;
+    }
+}
+
+static void on_impact(run *r, double t)
+{
+    size_t nq = (size_t)stein_sim_model(r->sim)->nq;
+    if (r->stroke.impacts++ == 0) {
+        r->stroke.impact_time = t;
+        memcpy(r->hit, stein_q(r->sim), sizeof *r->hit * nq);
+        memcpy(r->hit + nq, stein_qd(r->sim), sizeof *r->hit * nq);
+    }
+}
+
+static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
+{
+    run *r = ctx;
+    (void)sim;
+    double t = event->time - r->start;
+    if (event->kind == STEIN_EVENT_IMPACT && event->index == r->string) {
+        on_impact(r, t);
+    } else if (event->kind == STEIN_EVENT_ESCAPEMENT && event->index == r->notch) {
+        on_escapement(r, t);
+    } else if (event->kind == STEIN_EVENT_PHASE && event->index == r->notch) {
+        r->touched |= event->phase >= 1 && event->phase <= 3;
+    }
+}
+
+/* ---- figures ---- */
+
+static stein_status gap_beside(run *r, double e, double *gap, stein_err *err)
+{
+    int nq = stein_sim_model(r->sim)->nq;
+    double *q = r->hit + 2 * nq, *qd = r->hit + nq;
+    for (int j = 0; j < nq; j++) {
+        q[j] = r->hit[j] + e * qd[j];
+    }
+    stein_status status =
+        stein_set_state(r->sim, r->start + r->stroke.impact_time + e, q, qd, err);
+    *gap = status == STEIN_OK ? read_plain(r->sim, r->gap) : NAN;
+    return status;
+}
+
+/* closing speed at the first impact; the simulation comes back to its state */
+static stein_status find_impact_speed(run *r, stein_err *err)
+{
+    double before = NAN, after = NAN;
+    stein_save(r->sim, r->kept);
+    stein_status status = gap_beside(r, -gap_rate_step, &before, err);
+    if (status == STEIN_OK) {
+        status = gap_beside(r, gap_rate_step, &after, err);
+    }
+    stein_status back = stein_restore(r->sim, r->kept, err);
+    r->stroke.impact_speed = (before - after) / (2.0 * gap_rate_step);
+    return status == STEIN_OK ? back : status;
+}
+
+/* height of the parabola through three samples where the middle one is highest */
+static double vertex(const sample3 s[3])
+{
+    double u = s[0].t - s[1].t, v = s[2].t - s[1].t;
+    double fu = s[0].f - s[1].f, fv = s[2].f - s[1].f;
+    double det = u * v * (v - u);
+    double slope = (fu * v * v - fv * u * u) / det, curve = (fv * u - fu * v) / det;
+    return curve < 0.0 ? s[1].f - 0.25 * slope * slope / curve : s[1].f;
+}
+
+static void note_force(run *r)
+{
+    sample3 now = {stein_time(r->sim), read_plain(r->sim, r->force)};
+    r->stroke.peak_string_force = fmax(r->stroke.peak_string_force, now.f);
+    if (r->nlast == 3) {
+        memmove(r->last, r->last + 1, 2 * sizeof *r->last);
+        r->nlast = 2;
+    }
+    r->last[r->nlast++] = now;
+    const sample3 *s = r->last;
+    if (r->nlast == 3 && s[1].f > 0.0 && s[1].f >= s[0].f && s[1].f >= s[2].f && s[0].t < s[1].t &&
+        s[1].t < s[2].t) {
+        r->stroke.peak_string_force = fmax(r->stroke.peak_string_force, vertex(s));
+    }
+}
+
+/* ---- running ---- */
+
+/* Length of the simulation's step: one is taken unobserved and taken back. */
+static stein_status find_step(run *r, stein_err *err)
+{
+    double t = stein_time(r->sim);
+    stein_save(r->sim, r->kept);
+    stein_status status = stein_step(r->sim, err);
+    r->dt = stein_time(r->sim) - t;
+    stein_status back = stein_restore(r->sim, r->kept, err);
+    return status == STEIN_OK ? back : status;
+}
+
+/* one step, or what is left to `stop` when that is not more */
+static stein_status step_towards(const run *r, double stop, stein_err *err)
+{
+    double left = stop - stein_time(r->sim);
+    return left > r->dt * (1.0 + 1e-6) ? stein_step(r->sim, err) : stein_run(r->sim, stop, err);
+}
+
+/* offer a sample when it is due, by whole steps */
+static stein_status offer(run *r, int last)
+{
+    const lab_stroke_def *def = r->def;
+    double t = stein_time(r->sim);
+    if (def->sample == NULL || (!last && t < r->due - 1e-6 * r->dt)) {
+        return STEIN_OK;
+    }
+    while (def->every > 0.0 && r->due - 1e-6 * r->dt <= t) {
+        r->due += def->every;
+    }
+    return def->sample(def->ctx, r->sim);
+}
+
+/* the loop of both kinds of run; r->string < 0: no stroke to watch */
+static stein_status go(run *r, stein_err *err)
+{
+    double end = r->start + r->def->until, lift = r->start + r->def->release;
+    stein_status status = find_step(r, err);
+    int lifted = !(lift <= end);
+    r->due = r->start;
+    while (status == STEIN_OK) {
+        int last = stein_time(r->sim) >= end;
+        if (!lifted && stein_time(r->sim) >= lift) {
+            stein_load_lift(r->sim);
+            lifted = 1;
+        }
+        if (r->string >= 0) {
+            note_force(r);
+        }
+        status = offer(r, last);
+        if (status != STEIN_OK) {
+            return lab__fail(err, status, "the recording stopped the run: %s",
+                             stein_status_text(status));
+        }
+        if (last) {
+            return STEIN_OK;
+        }
+        status = step_towards(r, lifted ? end : lift, err);
+    }
+    return status;
+}
+
+static stein_status check(const stein_sim *sim, const lab_stroke_def *def, stein_err *err)
+{
+    if (!(def->until > 0.0) || !isfinite(def->until)) {
+        return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.until is %g s: expected a positive "
+                         "duration", def->until);
+    }
+    if (!(def->every >= 0.0) || !isfinite(def->every)) {
+        return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.every is %g s: expected an interval",
+                         def->every);
+    }
+    if (!isnan(def->release) && !(def->release >= 0.0 && def->release <= def->until)) {
+        return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.release is %g s: expected a time from 0 "
+                         "to the end at %g s", def->release, def->until);
+    }
+    if (!isnan(def->release) && stein_sim_model(sim)->load.body < 0) {
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" has no load to release",
+                         stein_sim_model(sim)->name);
+    }
+    return STEIN_OK;
+}
+
+/* memory and start of a run */
+static stein_status prepare(run *r, stein_sim *sim, const lab_stroke_def *def, stein_err *err)
+{
+    const stein_model *model = stein_sim_model(sim);
+    *r = (run){.sim = sim, .def = def, .start = stein_time(sim), .string = -1, .notch = -1};
+    stein_status status = check(sim, def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    r->hit = malloc(sizeof *r->hit * 3 * (size_t)model->nq);
+    r->kept = malloc(stein_state_size(sim));
+    return r->hit != NULL && r->kept != NULL ? STEIN_OK
+                                             : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static void clean_up(run *r)
+{
+    free(r->hit);
+    free(r->kept);
+}
+
+stein_status lab_simulate(stein_sim *sim, const lab_stroke_def *def, stein_err *err)
+{
+    run r;
+    stein_status status = prepare(&r, sim, def, err);
+    if (status == STEIN_OK) {
+        stein_on_event(sim, NULL, NULL);
+        status = go(&r, err);
+    }
+    clean_up(&r);
+    return status;
+}
+
+/* ---- strokes ---- */
+
+static int is_ready(run *r)
+{
+    const stein_model *model = stein_sim_model(r->sim);
+    int beak = r->notch < 0 ? -1 : model->notches[r->notch].beak;
+    int hammer = beak < 0 ? -1 : model->frames[beak].body;
+    return hammer >= 0 && !stein_load_present(r->sim) && stein_notch_armed(r->sim, r->notch) &&
+           fabs(stein_qd(r->sim)[hammer]) < hammer_at_rest;
+}
+
+/* would it re-arm when the load is lifted now? */
+static stein_status find_rearmed(run *r, stein_err *err)
+{
+    if (!stein_load_present(r->sim) || r->notch < 0) {
+        r->stroke.rearmed = is_ready(r);
+        return STEIN_OK;
+    }
+    stein_save(r->sim, r->kept);
+    stein_load_lift(r->sim);
+    stein_status status = stein_run(r->sim, stein_time(r->sim) + rearm_time, err);
+    r->stroke.rearmed = status == STEIN_OK && is_ready(r);
+    stein_status back = stein_restore(r->sim, r->kept, err);
+    return status == STEIN_OK ? back : status;
+}
+
+static lab_outcome judge(const run *r)
+{
+    if (r->notch >= 0 && !r->touched) {
+        return LAB_MISSED_NOTCH;
+    }
+    if (r->notch >= 0 && !r->stroke.escaped) {
+        return LAB_NO_ESCAPEMENT;
+    }
+    return r->stroke.impacts > 0 ? LAB_STRUCK : LAB_NO_IMPACT;
+}
+
+/* what the mechanism file has to name for a stroke */
+static stein_status find_channels(run *r, stein_err *err)
+{
+    const stein_model *model = stein_sim_model(r->sim);
+    r->string = model->stroke.string;
+    r->notch = model->stroke.notch;
+    if (r->string < 0) {
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" names no stroke (stroke: {string: ..., notch: "
+                         "...})", model->name);
+    }
+    r->gap = lab__channel_of(model, STEIN_READ_GAP, r->string);
+    r->force = lab__channel_of(model, STEIN_READ_FORCE, r->string);
+    if (r->gap < 0 || r->force < 0) {
+        return lab__fail(err, STEIN_EINVAL, "a stroke of \"%s\" needs an output {contact: %s, read: "
+                         "%s}", model->name, model->contacts[r->string].name,
+                         r->gap < 0 ? "gap" : "force");
+    }
+    return STEIN_OK;
+}
+
+static stein_status watch(run *r, stein_err *err)
+{
+    int phase = stein_notch_phase(r->sim, r->notch);
+    r->touched = phase >= 1 && phase <= 3;
+    r->stroke = (lab_stroke){.escape_time = NAN, .escape_height = NAN, .impact_time = NAN,
+                             .impact_speed = NAN, .blow = read_plain(r->sim, r->gap)};
+    stein_on_event(r->sim, on_event, r);
+    stein_status status = go(r, err);
+    stein_on_event(r->sim, NULL, NULL);
+    if (status == STEIN_OK && r->stroke.impacts > 0) {
+        status = find_impact_speed(r, err);
+    }
+    if (status == STEIN_OK) {
+        status = find_rearmed(r, err);
+    }
+    if (r->stroke.escaped && r->stroke.impacts > 0 && !r->stroke.forced_escapement) {
+        r->stroke.free_flight = r->stroke.impact_time - r->stroke.escape_time;
+    }
+    r->stroke.outcome = judge(r);
+    return status;
+}
+
+stein_status lab_strike(stein_sim *sim, const lab_stroke_def *def, lab_stroke *stroke,
+                        stein_err *err)
+{
+    run r;
+    stein_status status = prepare(&r, sim, def, err);
+    if (status == STEIN_OK) {
+        status = find_channels(&r, err);
+    }
+    if (status == STEIN_OK) {
+        status = watch(&r, err);
+    }
+    if (status == STEIN_OK) {
+        *stroke = r.stroke;
+    }
+    clean_up(&r);
+    return status;
+}
