@@ -97,8 +97,8 @@ typedef struct mech_shape {
     mech_scalar facing;      /* line: plane angle of the normal towards the free side [rad] */
     int has_extent;          /* line: without one it is infinite */
     mech_scalar extent[2];   /* along the tangent (the normal turned by -90 deg) from `at` [m] */
-    int end;                 /* 0; or -1/+1: the point is the lower/upper end of the line `of` below, */
-                             /* i.e. at = position of a line with `facing`, offset by extent[0/1] */
+    int end;                 /* 0; or -1/+1: not the whole line but its lower/upper end touches (is_line
+                                stays 1): `at` moved by extent[0] or extent[1] along the tangent */
 } mech_shape;
 
 typedef struct mech_spot {
