@@ -200,7 +200,7 @@ static ex like_terms(ex_graph *g, ex a, ex b, int minus)
 {
     ex ra, rb;
     ex ka = coefficient(g, a, &ra), kb = coefficient(g, b, &rb);
-    if (ra != rb || (ra == a && rb == b)) {
+    if (ra != rb || a == b || (ra == a && rb == b)) {
         return -1;
     }
     return ex_mul(g, minus ? ex_sub(g, ka, kb) : ex_add(g, ka, kb), ra);
@@ -281,7 +281,7 @@ ex ex_sub(ex_graph *g, ex a, ex b)
     if (r >= 0) {
         return r;
     }
-    if (a > b) { /* one order only: b - a and a - b are the same work */
+    if (g->setup && a > b) { /* one order only: b - a and a - b are the same work */
         return ex_neg(g, intern(g, EX_SUB, b, a, 0.0));
     }
     return intern(g, EX_SUB, a, b, 0.0);

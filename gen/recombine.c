@@ -126,9 +126,8 @@ static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
     }
     int e = b->axis, f = (e + 1) % 3, h = (e + 2) % 3;
     vec along = vec_axis(e, b->first.x[e]);
-    ex k = b->inertia.x[h], half_mass = ex_mul(g, ex_num(g, 0.5), b->mass);
-    sym extra = sym_add(g, sym_cross(g, along, b->hinge),
-                        sym_cross(g, vec_scale(g, half_mass, b->hinge), b->hinge));
+    ex k = b->inertia.x[h];
+    sym extra = sym_add_cross(g, sym_point(g, b->mass, b->hinge), along, b->hinge);
     extra.x[f] = ex_add(g, extra.x[f], k);
     extra.x[h] = ex_add(g, extra.x[h], k);
     b->first.x[e] = 0;
@@ -144,10 +143,8 @@ static void recombine(tree *t)
     sym unused = {{0}};
     for (int i = 0; i < t->n; i++) {
         rbody *b = &t->body[i];
-        ex half_mass = ex_mul(g, ex_num(g, 0.5), b->mass);
         b->first = vec_scale(g, b->mass, b->centre);
-        b->inertia = sym_add(g, b->inertia,
-                             sym_cross(g, vec_scale(g, half_mass, b->centre), b->centre));
+        b->inertia = sym_add(g, b->inertia, sym_point(g, b->mass, b->centre));
     }
     for (int i = t->n - 1; i >= 0; i--) {
         int p = t->body[i].parent;
@@ -165,13 +162,34 @@ static void name_formulas(tree *t)
     }
 }
 
+/** Bodies that a contact or notch refers to, in ascending order. */
+static void find_carriers(tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->nbody; i++) {
+        int used = 0;
+        for (int c = 0; c < m->ncontact; c++) {
+            for (int k = 0; k < 2 * m->contacts[c].nspot; k++) {
+                used |= m->contacts[c].spot[k / 2].side[k % 2].body == i;
+            }
+        }
+        for (int c = 0; c < m->nnotch; c++) {
+            used |= m->notches[c].catcher == i || m->notches[c].beak == i;
+        }
+        if (used) {
+            t->carrier[t->ncarrier++] = i;
+        }
+    }
+}
+
 int tree_build(tree *t, const mechanism *m, ex_graph *setup)
 {
     *t = (tree){.m = m, .setup = setup, .n = m->nbody};
     t->body = calloc((size_t)m->nbody + 1, sizeof *t->body);
     t->param = calloc((size_t)m->nparam + 1, sizeof *t->param);
     t->formula = calloc((size_t)m->nformula + 1, sizeof *t->formula);
-    if (!t->body || !t->param || !t->formula) {
+    t->carrier = calloc((size_t)m->nbody + 1, sizeof *t->carrier);
+    if (!t->body || !t->param || !t->formula || !t->carrier) {
         tree_free(t);
         return -1;
     }
@@ -180,6 +198,7 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup)
     }
     name_formulas(t);
     t->gravity = tree_vector(t, m->gravity);
+    find_carriers(t);
     read_bodies(t);
     move_origins(t);
     recombine(t);
@@ -191,5 +210,6 @@ void tree_free(tree *t)
     free(t->body);
     free(t->param);
     free(t->formula);
+    free(t->carrier);
     *t = (tree){0};
 }

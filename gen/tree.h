@@ -44,9 +44,10 @@ typedef struct tree {
     vec first;   /* constant part of the whole first moment about the frame's origin */
     vec gravity; /* setup nodes */
     ex *param, *formula; /* setup nodes of the parameters and formulas */
+    int *carrier, ncarrier; /* bodies that carry contacts, ascending */
 } tree;
 
-enum { PASS_NONE, PASS_TRIG, PASS_FORWARD, PASS_BACKWARD, PASS_MASS, PASS_OUTPUT, PASS_COUNT };
+enum { PASS_NONE, PASS_TRIG, PASS_FORWARD, PASS_BACKWARD, PASS_MASS, PASS_POINT, PASS_OUTPUT, PASS_COUNT };
 
 /** One function to be emitted: a graph and its outputs in the order of the C arrays. */
 typedef struct func {
@@ -66,12 +67,12 @@ typedef struct choice {
 } choice;
 
 /** Everything a pass works with. */
-typedef struct pass {
+typedef struct walk {
     const tree *t;
     ex_graph *g;
     const choice *ch;
     int *frame; /* [n] working frame of a body: orientation index, -1 fixed */
-} pass;
+} walk;
 
 /* recombine.c */
 int tree_build(tree *t, const mechanism *m, ex_graph *setup);
@@ -92,27 +93,33 @@ ex vec_dot(ex_graph *g, vec a, vec b);
 vec vec_axis(int axis, ex k);
 int vec_is_zero(vec a);
 void vec_name(ex_graph *g, vec a, const char *symbol, int body, int column);
-/** u o v + v o u as an inertia: 2 (u.v) E - u v' - v u'. */
-sym sym_cross(ex_graph *g, vec u, vec v);
+/** S(u, v) = 2 (u.v) E - u v' - v u' as the sum of two halves with equal diagonals. */
+void sym_cross(ex_graph *g, vec u, vec v, sym half[2]);
+/** a + S(u, v); the order of the sum shares a + half of S with the columns of M. */
+sym sym_add_cross(ex_graph *g, sym a, vec u, vec v);
+/** A point mass at v: m (v.v E - v v'). */
+sym sym_point(ex_graph *g, ex mass, vec v);
+sym sym_const(ex_graph *g, sym setup_nodes);
 sym sym_add(ex_graph *g, sym a, sym b);
 vec sym_column(sym a, int axis);
 vec sym_apply(ex_graph *g, sym a, vec v);
-void pass_frames(pass *ps);
+void walk_frames(walk *ps);
 /** Sine and cosine of the angle from orientation `to` up to orientation `from` (same group). */
-vec rotate(pass *ps, vec v, int from, int to);
-sym rotate_sym(pass *ps, sym a, int from, int to);
+vec rotate(walk *ps, vec v, int from, int to);
+sym rotate_sym(walk *ps, sym a, int from, int to);
 /** 1 when both orientations differ by turns about `axis` only. */
 int same_group(const tree *t, int a, int b, int axis);
 /** Sum of the joint angles from orientation `top` down to `o` as sine and cosine. */
-void angle_trig(pass *ps, int o, int top, ex *s, ex *c);
+void angle_trig(walk *ps, int o, int top, ex *s, ex *c);
 
 /* dyn.c */
-void dyn_mass_bias(pass *ps, ex *out);
-void dyn_inverse(pass *ps, ex *out);
+void dyn_mass_bias(walk *ps, ex *out);
+void dyn_inverse(walk *ps, ex *out);
 
 /* kin.c */
-void kin_pose(pass *ps, const int *body, int nframe, ex *out);
-void kin_point(pass *ps, ex *out);
-void kin_energy(pass *ps, const ex *mass_matrix, ex *out);
+/** Outputs in the order of the C arrays: 7 numbers a pose; x, v, J, jdqd; kinetic, potential. */
+void kin_pose(walk *ps, ex *out);
+void kin_point(walk *ps, ex *out);
+void kin_energy(walk *ps, ex *out);
 
 #endif

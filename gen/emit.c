@@ -1,0 +1,392 @@
+/* SPDX-License-Identifier: MIT
+ * emit.c - one function of the emitted file: single-assignment lines in the order of the derivation.
+ *
+ * A node becomes a line when it has a symbol of the derivation or is used more than once; the rest
+ * is written where it is used. Lines follow the order in which the recursion first needed them,
+ * under a heading that names the pass and the body; sines and cosines come first.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gen_internal.h"
+
+enum { SYMBOL = 48, WIDTH = 100 };
+
+typedef struct printer {
+    text *x;
+    const tree *t;
+    const layout *l;
+    const ex_graph *g;
+    int *uses;
+    char *line;           /* [n] 1: the node has a line of its own */
+    char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
+    int *taken, ntaken;   /* hash set of the symbols in use */
+} printer;
+
+/* ---- expressions ---------------------------------------------------------------------------- */
+
+static void print_expr(text *o, const printer *p, ex e, int level);
+
+static void print_binary(text *o, const printer *p, const ex_node *nd, int level)
+{
+    static const char *const sign[] = {[EX_ADD] = " + ", [EX_SUB] = " - ", [EX_MUL] = "*",
+                                       [EX_DIV] = "/"};
+    int own = nd->op == EX_MUL || nd->op == EX_DIV ? 2 : 1;
+    text_add(o, "%s", own < level ? "(" : "");
+    print_expr(o, p, nd->a, own);
+    text_add(o, "%s", sign[nd->op]);
+    print_expr(o, p, nd->b, own + 1);
+    text_add(o, "%s", own < level ? ")" : "");
+}
+
+static void print_number(text *o, double value)
+{
+    char number[32];
+    if (isinf(value)) {
+        text_add(o, "HUGE_VAL");
+        return;
+    }
+    text_number(number, value);
+    text_add(o, "%s", number);
+}
+
+/** level: 1 sum, 2 product, 3 factor. */
+static void print_expr(text *o, const printer *p, ex e, int level)
+{
+    const ex_node *nd = &p->g->node[e];
+    static const char *const fun[] = {[EX_SIN] = "sin", [EX_COS] = "cos", [EX_TAN] = "tan",
+                                      [EX_SQRT] = "sqrt"};
+    if (p->symbol[e][0]) {
+        text_add(o, "%s", p->symbol[e]);
+    } else if (nd->op == EX_NUM) {
+        print_number(o, nd->value);
+    } else if (nd->op == EX_NEG) {
+        text_add(o, "%s-", level > 1 ? "(" : "");
+        print_expr(o, p, nd->a, 2);
+        text_add(o, "%s", level > 1 ? ")" : "");
+    } else if (nd->op >= EX_ADD && nd->op <= EX_DIV) {
+        print_binary(o, p, nd, level);
+    } else {
+        text_add(o, "%s(", fun[nd->op]);
+        print_expr(o, p, nd->a, 0);
+        text_add(o, ")");
+    }
+}
+
+/** "    left = expression;" broken at blanks to the width of a page. */
+static void print_line(const printer *p, const char *left, ex e, const char *comment)
+{
+    text o;
+    text_init(&o);
+    text_add(&o, "    %s = ", left);
+    if (p->symbol[e][0] && strncmp(left, "const", 5) == 0) { /* a line defines itself */
+        char kept[SYMBOL];
+        memcpy(kept, p->symbol[e], sizeof kept);
+        p->symbol[e][0] = '\0';
+        print_expr(&o, p, e, 0);
+        memcpy(p->symbol[e], kept, sizeof kept);
+    } else {
+        print_expr(&o, p, e, 0);
+    }
+    text_add(&o, ";");
+    p->x->failed |= o.failed;
+    char *s = o.s;
+    for (size_t room = WIDTH; s && strlen(s) > room; room = WIDTH - 8) {
+        size_t cut = room;
+        while (cut > 8 && s[cut] != ' ') {
+            cut--;
+        }
+        if (cut <= 8) {
+            break;
+        }
+        text_add(p->x, "%.*s\n        ", (int)cut, s);
+        s += cut + 1;
+    }
+    text_add(p->x, "%s", s ? s : "");
+    text_quiet(p->x, "%s%s%s", comment[0] ? " /* " : "", comment, comment[0] ? " */" : "");
+    text_add(p->x, "\n");
+    free(o.s);
+}
+
+/* ---- symbols -------------------------------------------------------------------------------- */
+
+static unsigned symbol_hash(const char *s)
+{
+    unsigned h = 2166136261u;
+    for (; *s; s++) {
+        h = (h ^ (unsigned char)*s) * 16777619u;
+    }
+    return h;
+}
+
+/** Make the symbol of node e unique within its function. */
+static void claim(printer *p, ex e, const char *wanted)
+{
+    char name[SYMBOL];
+    for (int again = 0;; again++) {
+        if (again) {
+            snprintf(name, sizeof name, "%.24s_v%d", wanted, again + 1);
+        } else {
+            snprintf(name, sizeof name, "%.24s", wanted);
+        }
+        unsigned at = symbol_hash(name) % (unsigned)p->ntaken;
+        while (p->taken[at] >= 0 && strcmp(p->symbol[p->taken[at]], name) != 0) {
+            at = (at + 1) % (unsigned)p->ntaken;
+        }
+        if (p->taken[at] < 0) {
+            p->taken[at] = e;
+            memcpy(p->symbol[e], name, sizeof name);
+            return;
+        }
+    }
+}
+
+static void leaf_symbol(printer *p, ex e)
+{
+    static const char *const var[EX_NVAR] = {"p", "q", "qd", "qdd", "frc", "trq"};
+    const ex_node *nd = &p->g->node[e];
+    char name[SYMBOL];
+    if (nd->op == EX_VAR) {
+        snprintf(p->symbol[e], SYMBOL, "%s[%d]", var[nd->a], nd->b);
+    } else if (nd->op == EX_CONST) {
+        const ex_node *k = &p->t->setup->node[nd->a];
+        int at = layout_find(p->l, nd->a);
+        if (k->op == EX_NUM) {
+            text o;
+            text_init(&o);
+            print_number(&o, k->value);
+            snprintf(p->symbol[e], SYMBOL, "%s", o.s ? o.s : "");
+            free(o.s);
+            return;
+        }
+        if (k->name[0]) {
+            snprintf(name, sizeof name, "%s", k->name);
+        } else {
+            snprintf(name, sizeof name, k->op == EX_VAR ? "p%d" : "k%d", k->op == EX_VAR ? k->b : at);
+        }
+        claim(p, e, name);
+    }
+}
+
+/** Which nodes get a line, and all symbols. */
+static int printer_init(printer *p, const ex *out, int nout)
+{
+    size_t n = (size_t)p->g->n;
+    p->ntaken = 2 * p->g->n + 16;
+    p->uses = malloc(n * sizeof *p->uses);
+    p->line = calloc(n, 1);
+    p->symbol = calloc(n, sizeof *p->symbol);
+    p->taken = malloc((size_t)p->ntaken * sizeof *p->taken);
+    if (!p->uses || !p->line || !p->symbol || !p->taken) {
+        p->x->failed = 1;
+        return -1;
+    }
+    memset(p->taken, -1, (size_t)p->ntaken * sizeof *p->taken);
+    ex_reach(p->g, out, nout, p->uses);
+    int unnamed = 0;
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        char name[SYMBOL];
+        if (!p->uses[i]) {
+            continue;
+        }
+        if (nd->op <= EX_CONST) {
+            leaf_symbol(p, i);
+        } else if (nd->name[0] || (p->uses[i] > 1 && nd->op != EX_NEG)) {
+            snprintf(name, sizeof name, "t%d", nd->name[0] ? 0 : ++unnamed);
+            claim(p, i, nd->name[0] ? nd->name : name);
+            p->line[i] = 1;
+        }
+    }
+    return 0;
+}
+
+static void printer_free(printer *p)
+{
+    free(p->uses);
+    free(p->line);
+    free(p->symbol);
+    free(p->taken);
+}
+
+/* ---- setup ---------------------------------------------------------------------------------- */
+
+/** Formula of a setup node over parameter names, for comments; cut when long. */
+static void describe(const tree *t, const layout *l, ex node, char out[80])
+{
+    text o;
+    printer p = {.t = t, .l = l, .g = t->setup};
+    text_init(&o);
+    p.symbol = calloc((size_t)p.g->n, sizeof *p.symbol);
+    out[0] = '\0';
+    if (p.symbol) {
+        for (int i = 1; i <= node; i++) {
+            const ex_node *nd = &p.g->node[i];
+            if (nd->op == EX_VAR) {
+                snprintf(p.symbol[i], SYMBOL, "%.47s", text_safe(t->m->params[nd->b].name));
+            } else if (nd->name[0] && i != node) {
+                snprintf(p.symbol[i], SYMBOL, "%s", nd->name);
+            }
+        }
+        print_expr(&o, &p, node, 0);
+        snprintf(out, 80, "%.70s%s", o.s ? o.s : "", o.n > 70 ? " ..." : "");
+    }
+    free(o.s);
+    free(p.symbol);
+}
+
+void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
+{
+    printer p = {.x = x, .t = t, .l = l, .g = t->setup};
+    ex *out = calloc((size_t)l->n + 1, sizeof *out);
+    int used = 0;
+    if (!out) {
+        x->failed = 1;
+        return;
+    }
+    for (int i = 0; i < l->n; i++) {
+        out[i] = l->slot[i].node;
+    }
+    *ops = ex_count(t->setup, out, l->n);
+    if (printer_init(&p, out, l->n) == 0) {
+        text_add(x, "static void setup(const double *p, double *d)\n{\n");
+        for (int i = 1; i < p.g->n; i++) {
+            char left[80];
+            used |= p.uses[i] && p.g->node[i].op == EX_VAR;
+            if (p.line[i]) {
+                snprintf(left, sizeof left, "const double %s", p.symbol[i]);
+                print_line(&p, left, i, "");
+            }
+        }
+        text_add(x, "%s", used ? "" : "    (void)p;\n");
+        for (int i = 0; i < l->n; i++) {
+            char left[24], what[80];
+            snprintf(left, sizeof left, "d[%d]", i);
+            describe(t, l, out[i], what);
+            print_line(&p, left, out[i], i < l->equations ? l->slot[i].legend
+                                         : p.symbol[out[i]][0] ? what : "");
+        }
+        text_add(x, "%s}\n\n", l->n ? "" : "    (void)d;\n");
+    }
+    printer_free(&p);
+    free(out);
+}
+
+/* ---- functions ------------------------------------------------------------------------------ */
+
+static void heading(const printer *p, int pass, int body)
+{
+    static const char *const what[PASS_COUNT] = {"", "trigonometric terms", "forward kinematics",
+                                                 "backward dynamics", "composite bodies", "point",
+                                                 "outputs"};
+    const char *name = body < 0                ? ""
+                       : pass == PASS_POINT    ? text_safe(p->t->m->points[body].name)
+                                               : text_safe(p->t->m->bodies[body].name);
+    text_quiet(p->x, "\n    /* %s%s%s */\n", what[pass], *name ? ": " : "", name);
+}
+
+static void print_node(const printer *p, ex e)
+{
+    char left[80];
+    snprintf(left, sizeof left, "const double %s", p->symbol[e]);
+    print_line(p, left, e, "");
+}
+
+static void print_constants(const printer *p)
+{
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
+            char what[80];
+            describe(p->t, p->l, nd->a, what);
+            text_add(p->x, "    const double %s = d[%d];", p->symbol[i], layout_find(p->l, nd->a));
+            text_quiet(p->x, " /* %s */", what);
+            text_add(p->x, "\n");
+        }
+    }
+}
+
+/** Sines, cosines and sums of angles: they need nothing but q and each other. */
+static void print_trig(const printer *p, char *done)
+{
+    int any = 0;
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        int leaf = nd->op == EX_VAR && nd->a == EX_Q;
+        int inner = nd->op > EX_CONST && done[nd->a] && (nd->op > EX_DIV || done[nd->b]) &&
+                    (nd->pass == PASS_TRIG || nd->op >= EX_SIN);
+        done[i] = (char)(p->uses[i] && (leaf || inner));
+        if (done[i] && p->line[i]) {
+            if (!any++) {
+                heading(p, PASS_TRIG, -1);
+            }
+            print_node(p, i);
+        }
+    }
+}
+
+static void print_body(const printer *p, char *done)
+{
+    int pass = PASS_NONE, body = -2;
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        if (!p->line[i] || done[i]) {
+            continue;
+        }
+        if (nd->pass != pass || nd->body != body) {
+            pass = nd->pass;
+            body = nd->body;
+            heading(p, pass, body);
+        }
+        print_node(p, i);
+    }
+}
+
+static void print_unused(const printer *p, const emission *e)
+{
+    int seen[8] = {0};
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        if (p->uses[i] && nd->op == EX_VAR) {
+            seen[nd->a] = 1;
+        }
+        if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
+            seen[EX_NVAR] = 1;
+        }
+    }
+    for (int i = 0; i <= EX_NVAR; i++) {
+        if (e->unused[i] && !seen[i]) {
+            text_add(p->x, "    (void)%s;\n", e->unused[i]);
+        }
+    }
+}
+
+void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e)
+{
+    printer p = {.x = x, .t = t, .l = l, .g = &f->g};
+    char *done = calloc((size_t)f->g.n, 1);
+    if (printer_init(&p, f->out, f->nout) == 0 && done) {
+        text_quiet(x, "/* %s */\n", e->note);
+        text_add(x, "static void %s(%s)\n{\n", e->name, e->arguments);
+        print_unused(&p, e);
+        print_constants(&p);
+        print_trig(&p, done);
+        print_body(&p, done);
+        heading(&p, PASS_OUTPUT, -1);
+        for (int i = 0; i < f->nout; i++) {
+            char left[64];
+            e->target(t, i, left);
+            if (f->out[i] == 0) {
+                text_add(x, "    %s = 0.0;\n", left);
+            } else {
+                print_line(&p, left, f->out[i], "");
+            }
+        }
+        text_add(x, "}\n\n");
+    }
+    x->failed |= !done;
+    free(done);
+    printer_free(&p);
+}

@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: MIT
+ * gen.c - a mechanism in, one C file out: checks, the order of the passes, the result.
+ */
+#include "gen.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gen_internal.h"
+
+enum { MAX_BODY = 120 }; /* signed char choices, stack of angle sums; far above any action */
+
+static stein_status fail(stein_err *err, stein_status code, const char *format, ...)
+{
+    if (err) {
+        va_list ap;
+        va_start(ap, format);
+        err->code = code;
+        vsnprintf(err->msg, sizeof err->msg, format, ap);
+        va_end(ap);
+    }
+    return code;
+}
+
+/* ---- checks: what the reader guarantees, for mechanisms that come from elsewhere ------------- */
+
+static int is_identifier(const char *s)
+{
+    size_t n = strspn(s, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_");
+    return n > 0 && n < MECH_NAME && s[n] == '\0' && !(s[0] >= '0' && s[0] <= '9');
+}
+
+static int scalar_ok(const mechanism *m, const mech_scalar *s, int n)
+{
+    for (int i = 0; i < n; i++) {
+        int limit = s[i].kind == MECH_PARAM ? m->nparam : m->nformula;
+        if (s[i].kind != MECH_ZERO && (s[i].index < 0 || s[i].index >= limit)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static int formula_ok(const mechanism *m, const mech_formula *f)
+{
+    int depth = 0;
+    for (int i = 0; i < f->nsteps; i++) {
+        mech_op op = f->steps[i].op;
+        int leaf = op == MECH_OP_CONST || op == MECH_OP_PARAM;
+        int binary = op >= MECH_OP_ADD && op <= MECH_OP_DIV;
+        if (op == MECH_OP_PARAM && (f->steps[i].param < 0 || f->steps[i].param >= m->nparam)) {
+            return 0;
+        }
+        depth += leaf;
+        if (depth > MECH_STACK || depth < (binary ? 2 : 1)) {
+            return 0;
+        }
+        depth -= binary;
+    }
+    return depth == 1;
+}
+
+static stein_status check_bodies(const mechanism *m, stein_err *err)
+{
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        if (b->parent < -1 || b->parent >= i) {
+            return fail(err, STEIN_EGENERATE, "body %d: its parent must come before it", i);
+        }
+        if ((b->type != 'R' && b->type != 'T') || b->axis < 'x' || b->axis > 'z' ||
+            (b->sign != 1 && b->sign != -1)) {
+            return fail(err, STEIN_EGENERATE, "body %d: a joint is R or T with axis x, y or z", i);
+        }
+        if (!scalar_ok(m, b->at, 3) || !scalar_ok(m, &b->mass, 1) || !scalar_ok(m, b->centre, 3) ||
+            !scalar_ok(m, b->inertia, 6) || !scalar_ok(m, &b->q0, 1) || !scalar_ok(m, &b->qd0, 1)) {
+            return fail(err, STEIN_EGENERATE, "body %d: a number refers to no parameter", i);
+        }
+    }
+    return STEIN_OK;
+}
+
+/** Contacts are planar: from the frame to their bodies only turns about y, slides along x and z. */
+static stein_status check_carrier(const mechanism *m, int body, const char *owner, stein_err *err)
+{
+    if (body < -1 || body >= m->nbody) {
+        return fail(err, STEIN_EGENERATE, "%s: it refers to no body", owner);
+    }
+    for (int i = body; i >= 0; i = m->bodies[i].parent) {
+        const mech_body *b = &m->bodies[i];
+        if ((b->type == 'R') != (b->axis == 'y')) {
+            return fail(err, STEIN_EGENERATE,
+                        "%s: contacts are planar, but joint %s does not turn about y or slide along "
+                        "x or z", owner, b->name);
+        }
+    }
+    return STEIN_OK;
+}
+
+static stein_status check_parts(const mechanism *m, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int c = 0; c < m->ncontact; c++) {
+        const mech_contact *k = &m->contacts[c];
+        if (k->nspot < 1 || k->nspot > 2) {
+            return fail(err, STEIN_EGENERATE, "%s: a contact has one or two spots", k->name);
+        }
+        for (int i = 0; i < 2 * k->nspot && !status; i++) {
+            const mech_shape *s = &k->spot[i / 2].side[i % 2];
+            if (i % 2 == 0 && s->is_line && !s->end) {
+                return fail(err, STEIN_EGENERATE, "%s: the first side of a spot is a line", k->name);
+            }
+            status = check_carrier(m, s->body, k->name, err);
+        }
+    }
+    for (int i = 0; i < m->nnotch && !status; i++) {
+        status = check_carrier(m, m->notches[i].catcher, m->notches[i].name, err);
+        if (!status) {
+            status = check_carrier(m, m->notches[i].beak, m->notches[i].name, err);
+        }
+    }
+    for (int i = 0; i < m->npoint && !status; i++) {
+        if (m->points[i].body < -1 || m->points[i].body >= m->nbody) {
+            return fail(err, STEIN_EGENERATE, "%s: it refers to no body", m->points[i].name);
+        }
+    }
+    return status;
+}
+
+static stein_status check_signals(const mechanism *m, stein_err *err)
+{
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *k = &m->inputs[i];
+        int limit = k->kind == STEIN_INPUT_POINT ? m->npoint : m->nbody;
+        if (k->kind < STEIN_INPUT_JOINT || k->kind > STEIN_INPUT_MOTION || k->index < 0 ||
+            k->index >= limit) {
+            return fail(err, STEIN_EGENERATE, "%s: the input acts on nothing", k->name);
+        }
+    }
+    for (int i = 0; i < m->nchannel; i++) {
+        if (m->channels[i].read < STEIN_READ_TIME || m->channels[i].read > STEIN_READ_POTENTIAL) {
+            return fail(err, STEIN_EGENERATE, "%s: unknown reading", m->channels[i].name);
+        }
+    }
+    for (int i = 0; i < m->nlink; i++) {
+        for (int k = 0; k < 2; k++) {
+            if (m->links[i].point[k] < 0 || m->links[i].point[k] >= m->npoint) {
+                return fail(err, STEIN_EGENERATE, "%s: it refers to no point", m->links[i].name);
+            }
+        }
+    }
+    return STEIN_OK;
+}
+
+static stein_status check(const mechanism *m, stein_err *err)
+{
+    if (!is_identifier(m->name)) {
+        return fail(err, STEIN_EGENERATE, "the mechanism's name is no identifier of up to 32 signs");
+    }
+    if (m->nbody < 1 || m->nbody > MAX_BODY) {
+        return fail(err, STEIN_EGENERATE, "%s: %d bodies, expected 1 to %d", m->name, m->nbody,
+                    MAX_BODY);
+    }
+    if (!scalar_ok(m, m->gravity, 3)) {
+        return fail(err, STEIN_EGENERATE, "%s: gravity refers to no parameter", m->name);
+    }
+    for (int i = 0; i < m->nformula; i++) {
+        if (!formula_ok(m, &m->formulas[i])) {
+            return fail(err, STEIN_EGENERATE, "%s: formula is not well formed", m->formulas[i].name);
+        }
+    }
+    stein_status status = check_bodies(m, err);
+    status = status ? status : check_parts(m, err);
+    return status ? status : check_signals(m, err);
+}
+
+/* ---- the passes ------------------------------------------------------------------------------ */
+
+static int make_functions(funcs *f, const tree *t)
+{
+    int n = t->n, np = t->m->npoint;
+    return func_search(&f->mass_bias, t, dyn_mass_bias, n * n + n) ||
+           func_search(&f->inverse, t, dyn_inverse, n) ||
+           func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
+           func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
+           func_search(&f->energy, t, kin_energy, 2);
+}
+
+static void make_layout(layout *l, const tree *t, const funcs *f)
+{
+    layout_add_func(l, t, &f->mass_bias);
+    layout_add_func(l, t, &f->inverse);
+    layout_add_func(l, t, &f->pose);
+    layout_add_func(l, t, &f->point);
+    layout_add_func(l, t, &f->energy);
+}
+
+static stein_status write_text(gen_result *out, const tree *t, const layout *l, funcs *f)
+{
+    text head, body;
+    char hash[17] = "";
+    text_init(&head);
+    text_init(&body);
+    text_add(&body, "#include <math.h>\n#include <stddef.h>\n\n#include \"stein/model.h\"\n\n");
+    text_quiet(&body, "/* derived constants from parameters */\n");
+    emit_setup(&body, t, l, &f->setup);
+    emit_functions(&body, t, l, f);
+    emit_tables(&body, t, l);
+    emit_model(&body, t, l, f, hash);
+    emit_header(&head, t, l, f);
+    text_quiet(&head, "%s", body.s ? body.s : "");
+    if (head.failed || body.failed) {
+        free(head.s);
+        free(body.s);
+        return STEIN_ENOMEM;
+    }
+    free(body.s);
+    *out = (gen_result){.source = head.s, .size = head.n, .setup = f->setup,
+                        .mass_bias = f->mass_bias.ops, .inverse = f->inverse.ops,
+                        .pose = f->pose.ops, .point = f->point.ops, .energy = f->energy.ops};
+    memcpy(out->equations, hash, sizeof hash);
+    return STEIN_OK;
+}
+
+stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
+{
+    stein_status status = check(m, err);
+    if (status) {
+        return status;
+    }
+    ex_graph setup;
+    tree t = {0};
+    layout l = {0};
+    funcs f = {.setup = {0}};
+    status = STEIN_ENOMEM;
+    if (ex_graph_init(&setup, NULL) == 0 && tree_build(&t, m, &setup) == 0 &&
+        layout_build(&l, &t) == 0 && make_functions(&f, &t) == 0) {
+        make_layout(&l, &t, &f);
+        if (!l.failed && !setup.failed) {
+            status = write_text(out, &t, &l, &f);
+        }
+    }
+    func_free(&f.mass_bias);
+    func_free(&f.inverse);
+    func_free(&f.pose);
+    func_free(&f.point);
+    func_free(&f.energy);
+    layout_free(&l);
+    tree_free(&t);
+    ex_graph_free(&setup);
+    return status ? fail(err, status, "%s: out of memory", m->name) : STEIN_OK;
+}
+
+void gen_free(gen_result *r)
+{
+    if (r) {
+        free(r->source);
+        *r = (gen_result){.source = NULL};
+    }
+}

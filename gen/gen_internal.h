@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: MIT
+ * gen_internal.h - what the generator's back end shares: functions, the layout of d, text output.
+ */
+#ifndef GEN_INTERNAL_H
+#define GEN_INTERNAL_H
+
+#include <stdint.h>
+
+#include "gen.h"
+#include "tree.h"
+
+/** Weights of the search, in additions. A sine counts 1 in ROBOTRAN's convention. */
+enum { TRIG_COST = 1, DIV_COST = 4 };
+
+/* ---- search.c: functions -------------------------------------------------------------------- */
+
+/** Fills the outputs of one function. */
+typedef void builder(walk *w, ex *out);
+int func_build(func *f, const tree *t, const choice *ch, builder *build, int nout, int *frame);
+/** The cheapest form of a function. @return 0, or -1 when out of memory */
+int func_search(func *f, const tree *t, builder *build, int nout);
+void func_free(func *f);
+
+/* ---- setup.c: the derived constants d ------------------------------------------------------- */
+
+/** One entry of d: a setup node and what it is, in words made of checked names. */
+typedef struct slot {
+    ex node;
+    char legend[112];
+} slot;
+
+/** Where everything is in d. Arrays by body, contact, ...; -1 = absent. */
+typedef struct layout {
+    slot *slot;
+    int n, cap, failed;
+    int initial;
+    int *spring, *damping, *friction, *com;  /* [nbody], com [ncarrier] */
+    int *normal, *rub, *shape;               /* [ncontact], [ncontact], [2 * nspot] */
+    int *notch, *notch_normal, *notch_rub;   /* [nnotch] */
+    int *link, *direction;                   /* [nlink], [ninput] */
+    int *store;
+    int equations; /* first slot of the constants of the equations */
+} layout;
+
+int layout_build(layout *l, const tree *t);
+/** Append the constants that a function reads. */
+void layout_add_func(layout *l, const tree *t, const func *f);
+/** d index of a setup node, -1 when it has none. */
+int layout_find(const layout *l, ex node);
+void layout_free(layout *l);
+
+/* ---- text.c: the growing text --------------------------------------------------------------- */
+
+/** Text with a running hash; what is added while `quiet` does not enter the hash. */
+typedef struct text {
+    char *s;
+    size_t n, cap;
+    int failed, quiet;
+    uint64_t hash;
+} text;
+
+void text_init(text *x);
+void text_add(text *x, const char *format, ...);
+/** Comments, values: present in the text, absent from the hash. */
+void text_quiet(text *x, const char *format, ...);
+/** Shortest decimal form that reads back as the same double, with a point in every locale. */
+void text_number(char out[32], double value);
+/** A C string literal with quotes and escapes. */
+void text_literal(text *x, const char *s);
+/** s if it consists of [A-Za-z0-9_.] only, else "?": the only way of names into comments. */
+const char *text_safe(const char *s);
+
+/* ---- emit.c, tables.c ----------------------------------------------------------------------- */
+
+/** Names the C target of output i of a function. */
+typedef void target_name(const tree *t, int i, char out[64]);
+typedef struct emission {
+    const char *name, *arguments, *note; /* function name, its parameter list, comment above */
+    const char *unused[8];               /* argument names in the order of ex_var_kind, then d */
+    target_name *target;
+} emission;
+
+void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);
+void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e);
+
+typedef struct funcs {
+    func mass_bias, inverse, pose, point, energy;
+    stein_ops setup;
+} funcs;
+
+void emit_functions(text *x, const tree *t, const layout *l, const funcs *f);
+void emit_header(text *x, const tree *t, const layout *l, const funcs *f);
+void emit_tables(text *x, const tree *t, const layout *l);
+void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char hash[17]);
+
+#endif

@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: MIT
+ * kin.c - poses, points and energies.
+ *
+ * Everything is written in the fixed frame: with arm r (joint to joint, or joint to point) turned
+ * there once by the sums of joint angles,
+ *      x = o + r      v = v_o + om x r      Jdot qd = a_o + BS r,  BS = om~ om~ + omp~ (qdd = 0)
+ *      J column of joint k: e_k x (x - o_k), or e_k where it slides
+ *      kinetic energy 1/2 qd' M qd      potential energy -g . (sum of first moments)
+ * v is not formed as J qd: the recursion needs one product per arm instead of one per joint.
+ */
+#include <stdlib.h>
+
+#include "tree.h"
+
+typedef struct place {
+    vec axis, arm; /* joint axis times sign; from the parent's origin to the own */
+    vec om, omp;
+    vec o, v, a;
+} place;
+
+/** om x (om x r) + omp x r, with planar motion at the cost of two products. */
+static vec bend(ex_graph *g, vec om, vec omp, vec r)
+{
+    vec out;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        ex diagonal = ex_add(g, ex_mul(g, om.x[j], om.x[j]), ex_mul(g, om.x[k], om.x[k]));
+        ex ij = ex_sub(g, ex_mul(g, om.x[i], om.x[j]), omp.x[k]);
+        ex ik = ex_add(g, ex_mul(g, om.x[i], om.x[k]), omp.x[j]);
+        ex sum = ex_add(g, ex_mul(g, ij, r.x[j]), ex_mul(g, ik, r.x[k]));
+        out.x[i] = ex_sub(g, sum, ex_mul(g, diagonal, r.x[i]));
+    }
+    return out;
+}
+
+static void place_body(walk *w, place *all, int i)
+{
+    ex_graph *g = w->g;
+    const rbody *b = &w->t->body[i];
+    const place fixed = {.o = {{0}}}, *p = b->parent < 0 ? &fixed : &all[b->parent];
+    place *s = &all[i];
+    int up = b->parent < 0 ? -1 : w->t->body[b->parent].orient;
+    ex qd = ex_var(g, EX_QD, i);
+    g->pass = PASS_FORWARD;
+    g->body = i;
+    s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, -1);
+    vec_name(g, s->axis, "E", i, -1);
+    s->om = p->om;
+    s->omp = p->omp;
+    vec at = vec_const(g, b->at), relative = vec_zero(), coriolis = vec_zero();
+    if (b->turns) {
+        vec spin = vec_scale(g, qd, s->axis);
+        s->om = vec_add(g, p->om, spin);
+        s->omp = vec_add(g, p->omp, vec_cross(g, p->om, spin));
+        vec_name(g, s->om, "OM", i, -1);
+        vec_name(g, s->omp, "OMp", i, -1);
+    } else {
+        at.x[b->axis] = ex_add(g, at.x[b->axis],
+                               ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i)));
+        relative = vec_scale(g, qd, s->axis);
+        coriolis = vec_cross(g, p->om, relative);
+    }
+    s->arm = rotate(w, at, up, -1);
+    vec_name(g, s->arm, "RL", i, -1);
+    s->o = vec_add(g, p->o, s->arm);
+    vec_name(g, s->o, "PO", i, -1);
+    s->v = vec_add(g, p->v, vec_add(g, vec_cross(g, p->om, s->arm), relative));
+    vec_name(g, s->v, "VI", i, -1);
+    s->a = vec_add(g, p->a, vec_add(g, bend(g, p->om, p->omp, s->arm), vec_add(g, coriolis, coriolis)));
+    vec_name(g, s->a, "AC", i, -1);
+}
+
+static place *place_all(walk *w)
+{
+    place *all = calloc((size_t)w->t->n + 1, sizeof *all);
+    if (!all) {
+        w->g->failed = 1;
+        return NULL;
+    }
+    for (int i = 0; i < w->t->n; i++) {
+        place_body(w, all, i);
+    }
+    return all;
+}
+
+/* ---- poses ---------------------------------------------------------------------------------- */
+
+void kin_pose(walk *w, ex *out)
+{
+    ex_graph *g = w->g;
+    place *all = place_all(w);
+    for (int k = 0; all && k < w->t->ncarrier; k++) {
+        int i = w->t->carrier[k], o = w->t->body[i].orient;
+        ex s = 0, c = ex_num(g, 1.0);
+        if (o >= 0) {
+            angle_trig(w, o, -1, &s, &c);
+        }
+        const ex pose[7] = {all[i].o.x[0], all[i].o.x[2], c, ex_neg(g, s),
+                            all[i].v.x[0], all[i].v.x[2], ex_neg(g, all[i].om.x[1])};
+        for (int j = 0; j < 7; j++) {
+            out[7 * k + j] = pose[j];
+        }
+    }
+    free(all);
+}
+
+/* ---- points --------------------------------------------------------------------------------- */
+
+static void one_point(walk *w, const place *all, int k, ex *out)
+{
+    ex_graph *g = w->g;
+    const tree *t = w->t;
+    int n = t->n, np = t->m->npoint, i = t->m->points[k].body;
+    vec at = vec_const(g, tree_vector(t, t->m->points[k].at)), v = vec_zero(), a = vec_zero();
+    vec r = at, x = at;
+    g->pass = PASS_POINT;
+    g->body = k;
+    if (i >= 0) {
+        r = rotate(w, at, t->body[i].orient, -1);
+        vec_name(g, r, "RP", k, -1);
+        x = vec_add(g, all[i].o, r);
+        v = vec_add(g, all[i].v, vec_cross(g, all[i].om, r));
+        a = vec_add(g, all[i].a, bend(g, all[i].om, all[i].omp, r));
+    }
+    for (int c = 0; c < 3; c++) {
+        out[3 * k + c] = x.x[c];
+        out[3 * np + 3 * k + c] = v.x[c];
+        out[6 * np + 3 * np * n + 3 * k + c] = a.x[c];
+    }
+    for (int j = i; j >= 0; j = t->body[j].parent) {
+        vec column = t->body[j].turns ? vec_cross(g, all[j].axis, r) : all[j].axis;
+        for (int c = 0; c < 3; c++) {
+            out[6 * np + (3 * k + c) * n + j] = column.x[c];
+        }
+        r = vec_add(g, r, all[j].arm);
+    }
+}
+
+void kin_point(walk *w, ex *out)
+{
+    place *all = place_all(w);
+    for (int k = 0; all && k < w->t->m->npoint; k++) {
+        one_point(w, all, k, out);
+    }
+    free(all);
+}
+
+/* ---- energies ------------------------------------------------------------------------------- */
+
+static ex kinetic(walk *w)
+{
+    ex_graph *g = w->g;
+    int n = w->t->n;
+    ex *M = calloc((size_t)(n * n + n), sizeof *M), diagonal = 0, rest = 0;
+    if (!M) {
+        g->failed = 1;
+        return 0;
+    }
+    dyn_mass_bias(w, M);
+    g->pass = PASS_OUTPUT;
+    g->body = -1;
+    for (int i = 0; i < n; i++) {
+        ex qd = ex_var(g, EX_QD, i), coupled = 0;
+        for (int j = i + 1; j < n; j++) {
+            coupled = ex_add(g, coupled, ex_mul(g, M[i * n + j], ex_var(g, EX_QD, j)));
+        }
+        diagonal = ex_add(g, diagonal, ex_mul(g, M[i * n + i], ex_mul(g, qd, qd)));
+        rest = ex_add(g, rest, ex_mul(g, qd, coupled));
+    }
+    free(M);
+    return ex_add(g, ex_mul(g, ex_num(g, 0.5), diagonal), rest);
+}
+
+static ex potential(walk *w)
+{
+    ex_graph *g = w->g;
+    const tree *t = w->t;
+    vec gravity = vec_const(g, t->gravity);
+    ex sum = vec_dot(g, vec_const(g, t->first), gravity);
+    for (int i = 0; i < t->n; i++) {
+        const rbody *b = &t->body[i];
+        g->pass = PASS_FORWARD;
+        g->body = i;
+        vec there = rotate(w, gravity, -1, b->turns || b->parent < 0
+                                               ? b->orient : t->body[b->parent].orient);
+        vec first = vec_const(g, b->first);
+        if (!b->turns) {
+            ex slid = ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i));
+            first = vec_axis(b->axis, ex_mul(g, ex_const(g, b->mass), slid));
+        }
+        sum = ex_add(g, sum, vec_dot(g, first, there));
+    }
+    return ex_neg(g, sum);
+}
+
+void kin_energy(walk *w, ex *out)
+{
+    out[0] = kinetic(w);
+    out[1] = potential(w);
+}

@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: MIT
+ * search.c - choose frames, pairs, gravity and angle sums so that a function costs least.
+ *
+ * The recursion of dyn.c gives the same result whatever axes a body is worked out in, whichever side
+ * of a joint the hinge arm is turned to, and so on; the number of operations differs by up to a
+ * factor two. Building a graph takes less than a millisecond, so the choices are simply tried:
+ * coordinate descent from a few starting points, within a budget of nodes. The result depends on the
+ * structure of the mechanism alone, never on time, so that the text is the same on every run.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "gen_internal.h"
+
+enum { BUDGET = 3000000 }; /* nodes built in all trials of one function */
+
+typedef struct trial {
+    const tree *t;
+    builder *build;
+    int nout;
+    choice ch;
+    signed char *store;
+    int *frame;
+    ex *out;
+    long spent;
+    int failed;
+} trial;
+
+int func_build(func *f, const tree *t, const choice *ch, builder *build, int nout, int *frame)
+{
+    if (ex_graph_init(&f->g, t->setup)) {
+        return -1;
+    }
+    f->nout = nout;
+    f->out = calloc((size_t)nout + 1, sizeof *f->out);
+    if (!f->out) {
+        return -1;
+    }
+    walk w = {.t = t, .g = &f->g, .ch = ch, .frame = frame};
+    build(&w, f->out);
+    f->ops = ex_count(&f->g, f->out, nout);
+    return f->g.failed || t->setup->failed ? -1 : 0;
+}
+
+void func_free(func *f)
+{
+    ex_graph_free(&f->g);
+    free(f->out);
+    f->out = NULL;
+}
+
+static long cost(trial *r)
+{
+    func f = {.out = NULL};
+    long total = -1;
+    if (func_build(&f, r->t, &r->ch, r->build, r->nout, r->frame) == 0) {
+        const stein_ops *o = &f.ops;
+        total = o->add + o->mul + o->neg + DIV_COST * o->div + TRIG_COST * o->trig;
+        total = total * 1024 + o->mul; /* of equal totals the one with fewer products */
+    } else {
+        r->failed = 1;
+    }
+    r->spent += f.g.n;
+    func_free(&f);
+    return total;
+}
+
+/** Try the other values of one choice and keep the best. @return 1 when it improved */
+static int improve(trial *r, signed char *value, int nvalue, long *best)
+{
+    signed char kept = *value;
+    int better = 0;
+    for (signed char v = 0; v < nvalue && r->spent < BUDGET && !r->failed; v++) {
+        if (v == kept) {
+            continue;
+        }
+        signed char before = *value;
+        *value = v;
+        long c = cost(r);
+        if (c >= 0 && c < *best) {
+            *best = c;
+            better = 1;
+        } else {
+            *value = before;
+        }
+    }
+    return better;
+}
+
+static int improve_int(trial *r, int *value, int nvalue, long *best)
+{
+    signed char v = (signed char)*value;
+    int better = 0;
+    for (signed char k = 0; k < nvalue && !r->failed; k++) {
+        *value = k;
+        long c = cost(r);
+        if (c >= 0 && c < *best) {
+            *best = c;
+            better = 1;
+            v = k;
+        }
+    }
+    *value = v;
+    return better;
+}
+
+static long descend(trial *r)
+{
+    const tree *t = r->t;
+    long best = cost(r);
+    for (int better = 1; better && r->spent < BUDGET && !r->failed;) {
+        better = improve_int(r, &r->ch.gravity, 3, &best);
+        better |= improve_int(r, &r->ch.compose, 2, &best);
+        for (int i = t->n - 1; i >= 0; i--) {
+            const rbody *b = &t->body[i];
+            int up = b->parent < 0 ? -1 : t->body[b->parent].orient;
+            if (!b->turns) {
+                continue;
+            }
+            better |= improve(r, &r->ch.frame[i], up == b->base ? 2 : 3, &best);
+            if (up >= 0 && t->body[up].axis == b->axis) {
+                better |= improve(r, &r->ch.near[i], 2, &best);
+                better |= improve(r, &r->ch.pair[i], 2, &best);
+            }
+        }
+    }
+    return best;
+}
+
+static void start_from(trial *r, int point)
+{
+    int n = r->t->n;
+    for (int i = 0; i < n; i++) {
+        r->ch.frame[i] = (signed char)(point & 1);
+        r->ch.near[i] = (signed char)!(point & 1);
+        r->ch.pair[i] = (signed char)(point >> 1 & 1);
+    }
+    r->ch.gravity = point >> 1 & 1;
+    r->ch.compose = 1;
+}
+
+int func_search(func *f, const tree *t, builder *build, int nout)
+{
+    int n = t->n, status = -1;
+    long best = -1;
+    trial r = {.t = t, .build = build, .nout = nout};
+    signed char *store = calloc((size_t)(6 * n) + 1, 1);
+    int *frame = calloc((size_t)n + 1, sizeof *frame);
+    int gravity = 0, compose = 0;
+    if (store && frame) {
+        r.frame = frame;
+        r.ch = (choice){.frame = store, .near = store + n, .pair = store + 2 * n};
+        for (int point = 0; point < 4 && (point == 0 || r.spent < BUDGET / 2); point++) {
+            start_from(&r, point);
+            long c = descend(&r);
+            if (c >= 0 && (best < 0 || c < best)) {
+                best = c;
+                memcpy(store + 3 * n, store, (size_t)(3 * n));
+                gravity = r.ch.gravity;
+                compose = r.ch.compose;
+            }
+        }
+        memcpy(store, store + 3 * n, (size_t)(3 * n));
+        r.ch.gravity = gravity;
+        r.ch.compose = compose;
+        status = best < 0 ? -1 : func_build(f, t, &r.ch, build, nout, frame);
+    }
+    free(store);
+    free(frame);
+    return status;
+}

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: MIT
+ * setup.c - the layout of the derived constants d.
+ *
+ *      initial {q, qd} | joint springs, dampers, frictions | centres | contacts | notches | links |
+ *      directions | constants of the equations
+ *
+ * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
+ * constant that two functions need has one place.
+ */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "gen_internal.h"
+
+static int put(layout *l, ex node, const char *format, ...)
+{
+    if (l->n == l->cap && !l->failed) {
+        int cap = 2 * l->cap + 64;
+        slot *grown = realloc(l->slot, (size_t)cap * sizeof *grown);
+        l->failed = !grown;
+        if (grown) {
+            l->slot = grown;
+            l->cap = cap;
+        }
+    }
+    if (l->failed) {
+        return 0;
+    }
+    va_list ap;
+    va_start(ap, format);
+    l->slot[l->n].node = node;
+    vsnprintf(l->slot[l->n].legend, sizeof l->slot[l->n].legend, format, ap);
+    va_end(ap);
+    return l->n++;
+}
+
+static int put_normal(layout *l, const tree *t, const mech_normal *k, const char *owner)
+{
+    int base = put(l, tree_scalar(t, k->a), "%s: normal law a, b, c, D", owner);
+    put(l, tree_scalar(t, k->b), "  b [N/m^2]");
+    put(l, tree_scalar(t, k->c), "  c [N/m]");
+    put(l, tree_scalar(t, k->D), "  D [s/m]");
+    return base;
+}
+
+static int put_friction(layout *l, const tree *t, const mech_friction *k, const char *owner)
+{
+    if (!k->present) {
+        return -1;
+    }
+    int base = put(l, tree_scalar(t, k->A), "%s: friction A, vt, B1, B2", owner);
+    put(l, tree_scalar(t, k->vt), "  vt");
+    put(l, tree_scalar(t, k->B1), "  B1");
+    put(l, tree_scalar(t, k->B2), "  B2");
+    return base;
+}
+
+static void put_joints(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    l->initial = l->n;
+    for (int i = 0; i < m->nbody; i++) {
+        put(l, tree_scalar(t, m->bodies[i].q0), "%s: initial q, qd", text_safe(m->bodies[i].name));
+        put(l, tree_scalar(t, m->bodies[i].qd0), "  qd");
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        const char *name = text_safe(b->name);
+        l->spring[i] = l->damping[i] = -1;
+        if (b->has_spring) {
+            l->spring[i] = put(l, tree_scalar(t, b->spring_k), "%s: spring k, neutral q", name);
+            put(l, tree_scalar(t, b->spring_theta0), "  neutral q");
+        }
+        if (b->has_damping) {
+            l->damping[i] = put(l, tree_scalar(t, b->damping), "%s: damping", name);
+        }
+        l->friction[i] = put_friction(l, t, &b->friction, name);
+    }
+    for (int k = 0; k < t->ncarrier; k++) {
+        const mech_body *b = &m->bodies[t->carrier[k]];
+        l->com[k] = put(l, tree_scalar(t, b->centre[0]), "%s: centre of mass x, z",
+                        text_safe(b->name));
+        put(l, tree_scalar(t, b->centre[2]), "  z");
+    }
+}
+
+/** Position, radius, normal, extent of one side. An end of a line is its position moved along the
+ *  tangent, which is the normal turned by -90 degrees: (nz, -nx). */
+static int put_shape(layout *l, const tree *t, const mech_shape *s, const char *owner)
+{
+    ex_graph *g = t->setup;
+    ex x = tree_scalar(t, s->at[0]), z = tree_scalar(t, s->at[2]), nx = 0, nz = 0;
+    ex lo = 0, hi = 0, radius = tree_scalar(t, s->radius);
+    if (s->is_line || s->end) {
+        ex facing = tree_scalar(t, s->facing);
+        nx = ex_fun(g, EX_COS, facing);
+        nz = ex_fun(g, EX_SIN, facing);
+        radius = 0;
+    }
+    if (s->end) {
+        ex shift = tree_scalar(t, s->extent[s->end > 0]);
+        x = ex_add(g, x, ex_mul(g, nz, shift));
+        z = ex_sub(g, z, ex_mul(g, nx, shift));
+        nx = nz = 0;
+    } else if (s->is_line) {
+        lo = s->has_extent ? tree_scalar(t, s->extent[0]) : ex_num(g, -INFINITY);
+        hi = s->has_extent ? tree_scalar(t, s->extent[1]) : ex_num(g, INFINITY);
+    }
+    int base = put(l, x, "%s: %s x, z, r, nx, nz, lo, hi", owner,
+                   s->is_line && !s->end ? "line" : "circle");
+    put(l, z, "  z");
+    put(l, radius, "  radius");
+    put(l, nx, "  normal x");
+    put(l, nz, "  normal z");
+    put(l, lo, "  extent from");
+    put(l, hi, "  extent to");
+    return base;
+}
+
+static void put_contacts(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    for (int c = 0, spot = 0; c < m->ncontact; c++) {
+        const mech_contact *k = &m->contacts[c];
+        const char *name = text_safe(k->name);
+        l->normal[c] = put_normal(l, t, &k->normal, name);
+        l->rub[c] = put_friction(l, t, &k->friction, name);
+        for (int i = 0; i < k->nspot; i++, spot++) {
+            l->shape[2 * spot] = put_shape(l, t, &k->spot[i].side[0], name);
+            l->shape[2 * spot + 1] = put_shape(l, t, &k->spot[i].side[1], name);
+        }
+    }
+}
+
+/* vertical face v = (-sin lean, cos lean); the roof is v turned by the notch angle */
+static void put_notches(layout *l, const tree *t)
+{
+    ex_graph *g = t->setup;
+    for (int i = 0; i < t->m->nnotch; i++) {
+        const mech_notch *k = &t->m->notches[i];
+        const char *name = text_safe(k->name);
+        ex lean = tree_scalar(t, k->lean), tilt = tree_scalar(t, k->tilt);
+        ex roof = ex_add(g, lean, tree_scalar(t, k->angle));
+        const ex block[STEIN_NOTCH_SIZE] = {
+            [STEIN_NOTCH_CX] = tree_scalar(t, k->corner[0]),
+            [STEIN_NOTCH_CZ] = tree_scalar(t, k->corner[2]),
+            [STEIN_NOTCH_RX] = ex_neg(g, ex_fun(g, EX_SIN, roof)),
+            [STEIN_NOTCH_RZ] = ex_fun(g, EX_COS, roof),
+            [STEIN_NOTCH_VX] = ex_neg(g, ex_fun(g, EX_SIN, lean)),
+            [STEIN_NOTCH_VZ] = ex_fun(g, EX_COS, lean),
+            [STEIN_NOTCH_EX] = tree_scalar(t, k->end[0]),
+            [STEIN_NOTCH_EZ] = tree_scalar(t, k->end[2]),
+            [STEIN_NOTCH_BX] = ex_fun(g, EX_COS, tilt),
+            [STEIN_NOTCH_BZ] = ex_fun(g, EX_SIN, tilt),
+        };
+        static const char *const what[STEIN_NOTCH_SIZE] = {
+            "corner x", "corner z", "roof x", "roof z", "vertical face x", "vertical face z",
+            "beak end x", "beak end z", "beak face x", "beak face z"};
+        for (int j = 0; j < STEIN_NOTCH_SIZE; j++) {
+            int at = j == 0 ? put(l, block[j], "%s: %s", name, what[j])
+                            : put(l, block[j], "  %s", what[j]);
+            l->notch[i] = j == 0 ? at : l->notch[i];
+        }
+        l->notch_normal[i] = put_normal(l, t, &k->normal, name);
+        l->notch_rub[i] = put_friction(l, t, &k->friction, name);
+    }
+}
+
+static void put_rest(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->nlink; i++) {
+        const mech_link *k = &m->links[i];
+        l->link[i] = put(l, tree_scalar(t, k->k), "%s: k, length, damping", text_safe(k->name));
+        put(l, tree_scalar(t, k->length), "  length");
+        put(l, tree_scalar(t, k->damping), "  damping");
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *k = &m->inputs[i];
+        l->direction[i] = -1;
+        if (k->kind == STEIN_INPUT_POINT) {
+            l->direction[i] = put(l, tree_scalar(t, k->direction[0]), "%s: direction x, y, z",
+                                  text_safe(k->name));
+            put(l, tree_scalar(t, k->direction[1]), "  y");
+            put(l, tree_scalar(t, k->direction[2]), "  z");
+        }
+    }
+}
+
+int layout_build(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    int nspot = 0;
+    *l = (layout){.n = 0};
+    for (int c = 0; c < m->ncontact; c++) {
+        nspot += m->contacts[c].nspot;
+    }
+    int size = 4 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink + m->ninput;
+    int *at = l->store = calloc((size_t)size + 1, sizeof *at);
+    if (!at) {
+        return -1;
+    }
+    struct {
+        int **array, n;
+    } parts[] = {{&l->spring, m->nbody}, {&l->damping, m->nbody}, {&l->friction, m->nbody},
+                 {&l->com, m->nbody}, {&l->normal, m->ncontact}, {&l->rub, m->ncontact},
+                 {&l->shape, 2 * nspot}, {&l->notch, m->nnotch}, {&l->notch_normal, m->nnotch},
+                 {&l->notch_rub, m->nnotch}, {&l->link, m->nlink}, {&l->direction, m->ninput}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        *parts[i].array = at;
+        at += parts[i].n;
+    }
+    put_joints(l, t);
+    put_contacts(l, t);
+    put_notches(l, t);
+    put_rest(l, t);
+    l->equations = l->n;
+    return l->failed || t->setup->failed ? -1 : 0;
+}
+
+int layout_find(const layout *l, ex node)
+{
+    for (int i = 0; i < l->n; i++) {
+        if (l->slot[i].node == node) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+void layout_add_func(layout *l, const tree *t, const func *f)
+{
+    int *uses = malloc((size_t)f->g.n * sizeof *uses);
+    if (!uses) {
+        l->failed = 1;
+        return;
+    }
+    ex_reach(&f->g, f->out, f->nout, uses);
+    for (int i = 0; i < f->g.n; i++) {
+        ex k = f->g.node[i].a;
+        if (uses[i] && f->g.node[i].op == EX_CONST && t->setup->node[k].op != EX_NUM &&
+            layout_find(l, k) < 0) {
+            put(l, k, "%s", "");
+        }
+    }
+    free(uses);
+}
+
+void layout_free(layout *l)
+{
+    free(l->slot);
+    free(l->store);
+    *l = (layout){.n = 0};
+}
