@@ -210,8 +210,8 @@ START_TEST(no_equilibrium_is_an_error_not_a_guess)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     ck_assert_stein(stein_set(sim, "gravity.z", 9.81, err)); // everything falls up: the key leaves
+    ck_assert_stein(stein_set(sim, "pawl.spring.k", -0.5, err)); // and a spring that runs away
     stein_err err = {STEIN_OK, ""};
-    ck_assert_stein(stein_set(sim, "pawl.spring.k", -0.5, &err)); // and a spring that runs away
     stein_status status = stein_reset(sim, &err);
     ck_assert_msg(status == STEIN_ESETTLE, "%d %s", (int)status, err.msg);
     ck_assert(strstr(err.msg, "equilibrium") != NULL);
@@ -236,8 +236,6 @@ START_TEST(a_prescribed_joint_follows_its_signal_and_tells_the_force)
     // drive the key of the action downwards and compare the force with inverse dynamics of the tree
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     sine s = {0.011, 23.0};
-    double q0 = stein_q(sim)[stein_find_body(&stein_model_stein1788, "key")];
-    (void)q0;
     stein_load_lift(sim);
     ck_assert_stein(stein_drive(sim, "key_motion", sine_signal, &s, err));
     int key = stein_find_body(&stein_model_stein1788, "key");

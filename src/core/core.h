@@ -35,7 +35,7 @@ typedef struct wrench {
     double x, z, m;
 } wrench;
 
-/** Fixed part of the state block; q, qd [nq], rest [nchannel], mode [nguard], held [nq] follow. */
+/** Fixed part of the state block; q, qd, rest, mode, phase and held follow. */
 typedef struct state_head {
     char equations[16]; /* whose state it is */
     double t;           /* [s] */
@@ -56,6 +56,7 @@ struct stein_sim {
     double *q, *qd;      /* [nq] */
     double *rest;        /* [nchannel] readings in the initial state */
     unsigned char *mode; /* [nguard] */
+    unsigned char *phase; /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *held; /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 
@@ -113,7 +114,7 @@ void stein__apply(stein_sim *sim, int frame, const stein_pose *pose, vec2 point,
 void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int notch, double *g,
                          double *overlap);
 void stein__notch_forces(stein_sim *sim);
-int stein__notch_phase_of(const unsigned char *mode);
+unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
 /* dynamics.c */
 stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,

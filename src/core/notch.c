@@ -142,20 +142,22 @@ void stein__notch_forces(stein_sim *sim)
     }
 }
 
-int stein__notch_phase_of(const unsigned char *mode)
+/* The configuration that the modes allow, the previous one first: the tip grazes the roof's plane for
+ * a microsecond when the corner is about to lose the beak, and that is still phase iii. */
+unsigned char stein__notch_phase_after(const unsigned char *mode, int previous)
 {
     if (mode[NOTCH_REGION]) {
         return mode[NOTCH_FACE] ? 4 : 0;
     }
-    return mode[NOTCH_CORNER] ? (mode[NOTCH_TIP] ? 2 : 3) : (mode[NOTCH_TIP] ? 1 : 0);
+    if (mode[NOTCH_CORNER]) {
+        return mode[NOTCH_TIP] && previous != 3 ? 2 : 3;
+    }
+    return mode[NOTCH_TIP] ? 1 : 0;
 }
 
 int stein_notch_phase(const stein_sim *sim, int notch)
 {
-    if (notch < 0 || notch >= sim->model->nnotch) {
-        return -1;
-    }
-    return stein__notch_phase_of(modes_of(sim, notch));
+    return notch < 0 || notch >= sim->model->nnotch ? -1 : sim->phase[notch];
 }
 
 int stein_notch_armed(stein_sim *sim, int notch)

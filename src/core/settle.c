@@ -33,6 +33,9 @@ static void modes_from_geometry(stein_sim *sim)
     for (int i = 0; i < sim->nguard; i++) {
         sim->mode[i] = sim->guard[i] > 0.0;
     }
+    for (int i = 0; i < model->nnotch; i++) {
+        sim->phase[i] = stein__notch_phase_after(sim->mode + model->nspot + NOTCH_GUARDS * i, 0);
+    }
     sim->fresh = 0;
 }
 

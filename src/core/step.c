@@ -205,7 +205,7 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
 {
     int first = sim->model->nspot + NOTCH_GUARDS * notch;
     unsigned char *mode = sim->mode + first;
-    int phase = stein__notch_phase_of(mode);
+    int phase = sim->phase[notch];
     int engaged = mode[NOTCH_TIP] || mode[NOTCH_CORNER];
     int region = crossed[NOTCH_REGION];
     sim->fresh = 0;
@@ -220,7 +220,8 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
             mode[k] = (unsigned char)(mode[k] ^ crossed[k]);
         }
     }
-    int now = stein__notch_phase_of(mode);
+    unsigned char now = stein__notch_phase_after(mode, phase);
+    sim->phase[notch] = now;
     if (region && !mode[NOTCH_REGION]) {
         emit(sim, STEIN_EVENT_CAUGHT, notch, now);
     } else if (region && engaged) {
