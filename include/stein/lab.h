@@ -92,7 +92,8 @@ typedef struct lab_stroke_def {
 lab_stroke_def lab_stroke_def_default(const stein_model *model);
 
 /** Run one stroke from the simulation's present (freshly reset) state. Takes over the event
- *  subscription and gives it up at the end.
+ *  subscription and gives it up at the end. What happens after `release` is no part of the stroke:
+ *  it decides only about rearmed.
  *
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
  *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release the

@@ -35,6 +35,7 @@ typedef struct run {
     double due;        /* time of the next sample [s] */
     int string, notch; /* contact and notch */
     int gap, force;    /* channels */
+    int over;          /* the load was lifted: what comes is no part of the stroke */
     int touched;       /* beak was in contact under the roof */
     double *hit;       /* q, qd at the first impact, room for a q [3*nq] */
     void *kept;        /* saved state */
@@ -97,6 +98,9 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     run *r = ctx;
     (void)sim;
     double t = event->time - r->start;
+    if (r->over) {
+        return;
+    }
     if (event->kind == STEIN_EVENT_IMPACT && event->index == r->string) {
         on_impact(r, t);
     } else if (event->kind == STEIN_EVENT_ESCAPEMENT && event->index == r->notch) {
@@ -206,9 +210,9 @@ static stein_status go(run *r, stein_err *err)
         int last = stein_time(r->sim) >= end;
         if (!lifted && stein_time(r->sim) >= lift) {
             stein_load_lift(r->sim);
-            lifted = 1;
+            lifted = r->over = 1;
         }
-        if (r->string >= 0) {
+        if (r->string >= 0 && !r->over) {
             note_force(r);
         }
         status = offer(r, last);

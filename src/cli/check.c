@@ -1,0 +1,405 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * check.c - stein check: is the file in order, what is in it, what do its equations cost.
+ */
+#include <string.h>
+
+#include "cli.h"
+
+/* what is checked: the file, and the operation counts of its equations */
+typedef struct checked {
+    const mechanism *m;
+    const gen_result *g;
+} checked;
+
+static const char *body_name(const mechanism *m, int body)
+{
+    return body < 0 ? "frame" : m->bodies[body].name;
+}
+
+/* "R y", "T -z" */
+static const char *joint_text(char text[8], const mech_body *b)
+{
+    snprintf(text, 8, "%c %s%c", b->type, b->sign < 0 ? "-" : "", b->axis);
+    return text;
+}
+
+static const char *shape_text(const mech_shape *s)
+{
+    int point = s->radius.kind == MECH_ZERO;
+    return s->end != 0 ? "end of line" : s->is_line ? "line" : point ? "point" : "circle";
+}
+
+/* what an input or output refers to */
+static const char *input_target(const mechanism *m, const mech_input *in)
+{
+    return in->kind == STEIN_INPUT_POINT ? m->points[in->index].name : m->bodies[in->index].name;
+}
+
+static const char *input_kind(int kind)
+{
+    return kind == STEIN_INPUT_MOTION ? "motion" : kind == STEIN_INPUT_POINT ? "force" : "torque";
+}
+
+static const char *output_target(const mechanism *m, const mech_channel *c)
+{
+    switch ((stein_read_kind)c->read) {
+    case STEIN_READ_POSITION: case STEIN_READ_SPEED: case STEIN_READ_ACCELERATION:
+        return m->bodies[c->index].name;
+    case STEIN_READ_X: case STEIN_READ_Y: case STEIN_READ_Z:
+    case STEIN_READ_VX: case STEIN_READ_VY: case STEIN_READ_VZ:
+        return m->points[c->index].name;
+    case STEIN_READ_GAP: case STEIN_READ_FORCE: case STEIN_READ_TANGENT:
+        return m->contacts[c->index].name;
+    case STEIN_READ_NOTCH_FORCE: case STEIN_READ_NOTCH_PHASE: case STEIN_READ_NOTCH_OVERLAP:
+        return m->notches[c->index].name;
+    case STEIN_READ_INPUT: case STEIN_READ_INPUT_FORCE:
+        return m->inputs[c->index].name;
+    case STEIN_READ_TIME: case STEIN_READ_KINETIC: case STEIN_READ_POTENTIAL:
+        break;
+    }
+    return m->name;
+}
+
+static const char *output_kind(int read)
+{
+    static const char *const text[] = {
+        "time", "position", "speed", "acceleration", "x", "y", "z", "vx", "vy", "vz", "gap",
+        "force", "friction", "force", "phase", "overlap", "value", "force", "kinetic energy",
+        "potential energy"};
+    return text[read];
+}
+
+/* the generated functions in the order they are listed */
+enum { COUNTED = 6 };
+static const char *const counted_key[COUNTED] = {"M_c", "inverse_dynamics", "setup", "poses",
+                                                 "points", "energy"};
+static const char *const counted_note[COUNTED] = {
+    "every evaluation", "every evaluation", "once a parameter set", "bodies with contacts",
+    "all named points, with Jacobians", "kinetic and potential"};
+
+static stein_ops counted(const gen_result *g, int i)
+{
+    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup,
+                                    g->pose,      g->point,   g->energy};
+    return ops[i];
+}
+
+static int total(stein_ops o)
+{
+    return o.add + o.mul + o.neg + o.div + o.trig;
+}
+
+/* ---- for people ---- */
+
+static void print_bodies(const mechanism *m)
+{
+    printf("\nbodies (%d)\n", m->nbody);
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        char joint[8], mass[CLI_TEXT];
+        printf("  %-16s %-4s on %-12s %s%s%s%s\n", b->name, joint_text(joint, b),
+               body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
+               b->has_spring ? ", spring" : "", b->has_damping ? ", damping" : "",
+               b->friction.present ? ", friction" : "");
+    }
+}
+
+static void print_parameters(const mechanism *m)
+{
+    printf("\nparameters (%d)\n", m->nparam);
+    for (int i = 0; i < m->nparam; i++) {
+        const mech_param *p = &m->params[i];
+        char value[CLI_TEXT], tolerance[CLI_TEXT];
+        printf("  %-28s %s", p->name, cli_quantity(value, p->value, p->unit));
+        if (p->tolerance > 0.0) {
+            printf(" +- %s", cli_quantity(tolerance, p->tolerance, p->unit));
+        }
+        putchar('\n');
+    }
+}
+
+static void print_contacts(const mechanism *m)
+{
+    if (m->ncontact > 0) {
+        printf("\ncontacts (%d)\n", m->ncontact);
+    }
+    for (int i = 0; i < m->ncontact; i++) {
+        const mech_contact *c = &m->contacts[i];
+        const mech_shape *a = &c->spot[0].side[0], *b = &c->spot[0].side[1];
+        printf("  %-16s %s of %s on %s of %s%s%s%s\n", c->name, shape_text(a),
+               body_name(m, a->body), shape_text(b), body_name(m, b->body),
+               c->nspot == 2 ? ", two spots" : "", c->friction.present ? ", friction" : "",
+               i == m->load_contact ? ", carries the free load" : "");
+    }
+    if (m->nnotch > 0) {
+        printf("\nnotches (%d)\n", m->nnotch);
+    }
+    for (int i = 0; i < m->nnotch; i++) {
+        const mech_notch *n = &m->notches[i];
+        printf("  %-16s corner of %s catches beak of %s\n", n->name, body_name(m, n->catcher),
+               body_name(m, n->beak));
+    }
+    if (m->nlink > 0) {
+        printf("\nlinks (%d)\n", m->nlink);
+    }
+    for (int i = 0; i < m->nlink; i++) {
+        const mech_link *l = &m->links[i];
+        printf("  %-16s from %s to %s\n", l->name, m->points[l->point[0]].name,
+               m->points[l->point[1]].name);
+    }
+}
+
+static void print_signals(const mechanism *m)
+{
+    if (m->npoint > 0) {
+        printf("\npoints (%d)\n", m->npoint);
+    }
+    for (int i = 0; i < m->npoint; i++) {
+        printf("  %s\n", m->points[i].name);
+    }
+    if (m->ninput > 0) {
+        printf("\ninputs (%d)\n", m->ninput);
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *in = &m->inputs[i];
+        printf("  %-20s %-8s %s of %s\n", in->name, in->unit, input_kind(in->kind),
+               input_target(m, in));
+    }
+    printf("\noutputs (%d)\n  %-20s %-8s\n", m->nchannel + 1, "time", "s");
+    for (int i = 0; i < m->nchannel; i++) {
+        const mech_channel *c = &m->channels[i];
+        printf("  %-20s %-8s %s of %s%s\n", c->name, c->unit, output_kind(c->read),
+               output_target(m, c), c->from_rest ? ", from rest" : "");
+    }
+}
+
+static void print_operations(const gen_result *g)
+{
+    printf("\noperations (total = add + mul + neg + div + trig, a sine or cosine is 1)\n"
+           "  %-18s %6s %6s %6s %6s %6s %7s\n", "", "add", "mul", "neg", "div", "trig", "total");
+    for (int i = 0; i < COUNTED; i++) {
+        stein_ops o = counted(g, i);
+        if (total(o) > 0 || i < 3) {
+            printf("  %-18s %6d %6d %6d %6d %6d %7d   %s\n", counted_key[i], o.add, o.mul, o.neg,
+                   o.div, o.trig, total(o), counted_note[i]);
+        }
+    }
+}
+
+static void print_text(const checked *c)
+{
+    const mechanism *m = c->m;
+    printf("%s   %s\nequations %s, %s with dt = %g us, %g s, from %s\n", m->name, m->file,
+           c->g->equations, m->integrator == 1 ? "dp5" : "rk4", 1e6 * m->dt, m->until,
+           m->settle ? "static equilibrium" : "its initial values");
+    print_bodies(m);
+    print_parameters(m);
+    print_contacts(m);
+    print_signals(m);
+    print_operations(c->g);
+}
+
+/* ---- JSON ---- */
+
+static void json_bodies(lab__json *j, const mechanism *m)
+{
+    lab__json_open(j, "bodies", '[');
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        char joint[8];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", b->name);
+        lab__json_text(j, "parent", body_name(m, b->parent));
+        lab__json_text(j, "joint", joint_text(joint, b));
+        lab__json_real(j, "mass", b->mass.value);
+        lab__json_bool(j, "spring", b->has_spring);
+        lab__json_bool(j, "damping", b->has_damping);
+        lab__json_bool(j, "friction", b->friction.present);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "parameters", '[');
+    for (int i = 0; i < m->nparam; i++) {
+        const mech_param *p = &m->params[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", p->name);
+        lab__json_text(j, "unit", p->unit);
+        lab__json_real(j, "value", p->value);
+        lab__json_real(j, "tolerance", p->tolerance);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void json_contacts(lab__json *j, const mechanism *m)
+{
+    lab__json_open(j, "contacts", '[');
+    for (int i = 0; i < m->ncontact; i++) {
+        const mech_contact *c = &m->contacts[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", c->name);
+        lab__json_open(j, "between", '[');
+        for (int k = 0; k < 2; k++) {
+            lab__json_open(j, NULL, '{');
+            lab__json_text(j, "shape", shape_text(&c->spot[0].side[k]));
+            lab__json_text(j, "body", body_name(m, c->spot[0].side[k].body));
+            lab__json_close(j);
+        }
+        lab__json_close(j);
+        lab__json_int(j, "spots", c->nspot);
+        lab__json_bool(j, "friction", c->friction.present);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "notches", '[');
+    for (int i = 0; i < m->nnotch; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", m->notches[i].name);
+        lab__json_text(j, "catcher", body_name(m, m->notches[i].catcher));
+        lab__json_text(j, "beak", body_name(m, m->notches[i].beak));
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "links", '[');
+    for (int i = 0; i < m->nlink; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", m->links[i].name);
+        lab__json_text(j, "from", m->points[m->links[i].point[0]].name);
+        lab__json_text(j, "to", m->points[m->links[i].point[1]].name);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void json_signal(lab__json *j, const char *name, const char *unit, const char *kind,
+                        const char *of)
+{
+    lab__json_open(j, NULL, '{');
+    lab__json_text(j, "name", name);
+    lab__json_text(j, "unit", unit);
+    lab__json_text(j, "kind", kind);
+    lab__json_text(j, "of", of);
+    lab__json_close(j);
+}
+
+static void json_signals(lab__json *j, const mechanism *m)
+{
+    lab__json_open(j, "points", '[');
+    for (int i = 0; i < m->npoint; i++) {
+        lab__json_text(j, NULL, m->points[i].name);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "inputs", '[');
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *in = &m->inputs[i];
+        json_signal(j, in->name, in->unit, input_kind(in->kind), input_target(m, in));
+    }
+    lab__json_close(j);
+    lab__json_open(j, "outputs", '[');
+    json_signal(j, "time", "s", "time", m->name);
+    for (int i = 0; i < m->nchannel; i++) {
+        const mech_channel *c = &m->channels[i];
+        json_signal(j, c->name, c->unit, output_kind(c->read), output_target(m, c));
+    }
+    lab__json_close(j);
+}
+
+static void json_operations(lab__json *j, const gen_result *g)
+{
+    lab__json_open(j, "operations", '{');
+    for (int i = 0; i < COUNTED; i++) {
+        stein_ops o = counted(g, i);
+        lab__json_open(j, counted_key[i], '{');
+        lab__json_int(j, "add", o.add);
+        lab__json_int(j, "mul", o.mul);
+        lab__json_int(j, "neg", o.neg);
+        lab__json_int(j, "div", o.div);
+        lab__json_int(j, "trig", o.trig);
+        lab__json_int(j, "total", total(o));
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void print_json(const checked *c)
+{
+    const mechanism *m = c->m;
+    lab__json j = {.stream = stdout};
+    lab__json_open(&j, NULL, '{');
+    lab__json_text(&j, "model", m->name);
+    lab__json_text(&j, "file", m->file);
+    lab__json_text(&j, "equations", c->g->equations);
+    json_bodies(&j, m);
+    json_contacts(&j, m);
+    json_signals(&j, m);
+    lab__json_text(&j, "load", m->load_body < 0 ? NULL : m->bodies[m->load_body].name);
+    if (m->stroke_string >= 0) {
+        lab__json_open(&j, "stroke", '{');
+        lab__json_text(&j, "string", m->contacts[m->stroke_string].name);
+        lab__json_text(&j, "notch", m->stroke_notch < 0 ? NULL : m->notches[m->stroke_notch].name);
+        lab__json_close(&j);
+    } else {
+        lab__json_null(&j, "stroke");
+    }
+    lab__json_open(&j, "simulation", '{');
+    lab__json_real(&j, "dt", m->dt);
+    lab__json_real(&j, "until", m->until);
+    lab__json_text(&j, "integrator", m->integrator == 1 ? "dp5" : "rk4");
+    lab__json_bool(&j, "settle", m->settle);
+    lab__json_close(&j);
+    json_operations(&j, c->g);
+    lab__json_close(&j);
+}
+
+static int run(const cli_args *args)
+{
+    mechanism *m = NULL;
+    gen_result g;
+    stein_err err = {STEIN_OK, ""};
+    stein_status status = cli_mechanism(&m, args, &err);
+    if (status != STEIN_OK) {
+        return cli_failed(status, &err);
+    }
+    status = gen_equations(&g, m, &err);
+    if (status == STEIN_OK) {
+        checked c = {m, &g};
+        if (cli_value(args, "json") != NULL) {
+            print_json(&c);
+        } else {
+            print_text(&c);
+        }
+        gen_free(&g);
+    }
+    mech_free(m);
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+static const cli_option options[] = {CLI_COMMON};
+
+const cli_command cli_check = {
+    .name = "check",
+    .summary = "validate a mechanism file and show what is in it",
+    .operands = "MODEL",
+    .noperands = 1,
+    .options = options,
+    .description =
+        "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
+        "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
+        "perhaps meant. Nothing is compiled or simulated.",
+    .output =
+        "Bodies with joint, parent and mass; parameters with value, unit and tolerance; contacts,\n"
+        "notches, links; points, inputs and outputs; and the operations of the equations, counted\n"
+        "as ROBOTRAN counts: additions, multiplications, unary minuses, divisions, and each sine\n"
+        "and cosine as one. M_c and inverse_dynamics are done at every evaluation with external\n"
+        "forces and moments on all bodies; setup is done once a parameter set.\n"
+        "\n"
+        "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
+        "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\", \"load\",\n"
+        "\"stroke\", \"simulation\", \"operations\": {\"M_c\": {\"add\", \"mul\", \"neg\", \"div\",\n"
+        "\"trig\", \"total\"}, \"inverse_dynamics\", \"setup\", \"poses\", \"points\", \"energy\"}},\n"
+        "values in SI units.",
+    .examples =
+        "stein check models/stein1788.yaml\n"
+        "stein check my.yaml --json | python3 -m json.tool",
+    .run = run,
+};

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * cli.h - what the commands of `stein` share. One file a command; only these files print or exit.
+ *
+ *   main.c     the table of commands          options.c   parsing, quantities, did you mean
+ *   help.c     --help                         report.c    failures, progress, units for people
+ */
+#ifndef CLI_H
+#define CLI_H
+
+#include "inner.h"
+
+enum { CLI_OK, CLI_FAILED, CLI_USAGE, CLI_NUMERICAL }; /* exit codes */
+enum { CLI_OPTIONS = 16, CLI_SETS = 256, CLI_OPERANDS = 8 };
+
+/** One option of a command. */
+typedef struct cli_option {
+    const char *name;
+    char letter;       /* 0: only the long form */
+    const char *value; /* placeholder; NULL for a flag */
+    const char *help;
+} cli_option;
+
+/** What every command understands, at the end of its table. */
+#define CLI_COMMON                                                                                 \
+    {"set", 0, "NAME=VALUE[unit]",                                                                 \
+     "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"    \
+     "without unit is SI. A structural zero that is set changes the equations: they are then\n"    \
+     "generated and compiled anew."},                                                              \
+        {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},     \
+        {"help", 'h', NULL, "Print this page."}, {NULL, 0, NULL, NULL}
+
+typedef struct cli_args cli_args;
+
+/** One command and its manual page. */
+typedef struct cli_command {
+    const char *name, *summary;
+    const char *operands;      /* "MODEL" */
+    int noperands;             /* exactly so many */
+    const cli_option *options; /* closed by a NULL name */
+    const char *description, *output, *examples;
+    int (*run)(const cli_args *args);
+} cli_command;
+
+/** A parsed command line. */
+struct cli_args {
+    const cli_command *command;
+    const char *value[CLI_OPTIONS]; /* last value of each option; "" for a flag; NULL: not given */
+    const char *set[CLI_SETS];
+    int nset;
+    const char *operand[CLI_OPERANDS];
+    int noperand;
+};
+
+extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_study;
+
+/* ---- options.c ---- */
+
+/** Parse what follows the command's name. @return CLI_OK, or CLI_USAGE after a message */
+int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv);
+/** Value of an option, "" for a flag that was given, NULL when it was not. */
+const char *cli_value(const cli_args *args, const char *option);
+/** A time option ("0.3 s", "300ms"); *seconds stays when it was not given. */
+int cli_time(const cli_args *args, const char *option, double *seconds);
+/** The nearest of n names (NULL: none is near). */
+const char *cli_nearest(const char *name, const char *const *names, int n);
+/** "stein strike: MESSAGE" and a pointer to --help. @return CLI_USAGE */
+int cli_misuse(const cli_command *command, const char *format, ...);
+
+/* ---- help.c ---- */
+
+void cli_help(const cli_command *command);
+
+/* ---- report.c ---- */
+
+/** Options of the lab for these arguments; problems of the file go to standard error. */
+lab_options cli_options(const cli_args *args);
+/** Read a mechanism with the overrides alone, without its equations. */
+stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err);
+/** Say what failed on standard error. @return the exit code of the status */
+int cli_failed(stein_status status, const stein_err *err);
+/** Flush standard output. @return code, or CLI_FAILED when it could not be written */
+int cli_finish(int code);
+
+/** Progress on a terminal, for work above a second. */
+typedef struct cli_progress {
+    const char *what;
+    double start, shown; /* [s] */
+    int on;              /* standard error is a terminal */
+} cli_progress;
+void cli_progress_begin(cli_progress *p, const char *what);
+void cli_progress_show(cli_progress *p, double fraction);
+void cli_progress_end(cli_progress *p);
+
+enum { CLI_TEXT = 64 };
+/** A quantity for people: "7.2 mm", "82 g", "1.571 rad = 90 deg". @param text [CLI_TEXT] */
+const char *cli_quantity(char *text, double value, const char *unit);
+/** Columns a UTF-8 text takes. */
+int cli_width(const char *text);
+
+#endif

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * main.c - the program `stein`: finds the command and lets it run.
+ */
+#include <gsl/gsl_errno.h>
+#include <string.h>
+
+#include "cli.h"
+
+static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike,
+                                              &cli_simulate, &cli_study};
+enum { COMMANDS = sizeof commands / sizeof *commands };
+
+static void overview(FILE *stream)
+{
+    fprintf(stream, "usage: stein COMMAND MODEL [options]\n\ncommands:\n");
+    for (int i = 0; i < COMMANDS; i++) {
+        fprintf(stream, "  %-10s %s\n", commands[i]->name, commands[i]->summary);
+    }
+    fprintf(stream, "\nstein help COMMAND explains one; stein --version tells the version.\n"
+                    "MODEL is a mechanism file, e.g. models/stein1788.yaml.\n");
+}
+
+static const cli_command *find(const char *name)
+{
+    const char *names[COMMANDS];
+    for (int i = 0; i < COMMANDS; i++) {
+        names[i] = commands[i]->name;
+        if (strcmp(names[i], name) == 0) {
+            return commands[i];
+        }
+    }
+    const char *nearest = cli_nearest(name, names, COMMANDS);
+    fprintf(stderr, "stein: no command \"%s\"", name);
+    if (nearest != NULL) {
+        fprintf(stderr, "; did you mean %s?", nearest);
+    }
+    fprintf(stderr, "\n");
+    overview(stderr);
+    return NULL;
+}
+
+static int help(int argc, char **argv)
+{
+    if (argc == 0) {
+        overview(stdout);
+        return CLI_OK;
+    }
+    const cli_command *command = find(argv[0]);
+    if (command == NULL) {
+        return CLI_USAGE;
+    }
+    cli_help(command);
+    return CLI_OK;
+}
+
+static int run(int argc, char **argv)
+{
+    if (argc == 0) {
+        overview(stderr);
+        return CLI_USAGE;
+    }
+    const char *name = argv[0];
+    if (strcmp(name, "--version") == 0) {
+        printf("stein %s\n", STEIN_VERSION);
+        return CLI_OK;
+    }
+    if (strcmp(name, "help") == 0 || strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
+        return help(argc - 1, argv + 1);
+    }
+    const cli_command *command = find(name);
+    cli_args args;
+    if (command == NULL) {
+        return CLI_USAGE;
+    }
+    int code = cli_parse(&args, command, argc - 1, argv + 1);
+    if (code == CLI_OK && cli_value(&args, "help") != NULL) {
+        cli_help(command);
+        return CLI_OK;
+    }
+    return code == CLI_OK ? command->run(&args) : code;
+}
+
+int main(int argc, char **argv)
+{
+    gsl_set_error_handler_off(); // a library must not abort the program; results are checked
+    return cli_finish(run(argc - 1, argv + 1));
+}

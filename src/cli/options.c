@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * options.c - the command line: --name VALUE, --name=VALUE, -n VALUE, -nVALUE, and -- to end options.
+ *
+ * Own code instead of getopt_long: that is no POSIX, abbreviates silently (--se), and cannot say
+ * which option was meant.
+ */
+#include <stdarg.h>
+#include <string.h>
+
+#include "cli.h"
+
+enum { LONGEST = 32 };
+
+/* letters to insert, delete, replace or swap with the next (Damerau-Levenshtein, restricted) */
+static int distance(const char *a, const char *b)
+{
+    int row[3][LONGEST + 1], m = (int)strlen(a), n = (int)strlen(b);
+    if (m > LONGEST || n > LONGEST) {
+        return LONGEST;
+    }
+    for (int j = 0; j <= n; j++) {
+        row[0][j] = j;
+    }
+    for (int i = 1; i <= m; i++) {
+        int *now = row[i % 3], *before = row[(i - 1) % 3], *older = row[(i + 1) % 3];
+        now[0] = i;
+        for (int j = 1; j <= n; j++) {
+            int best = before[j - 1] + (a[i - 1] != b[j - 1]);
+            best = before[j] + 1 < best ? before[j] + 1 : best;
+            best = now[j - 1] + 1 < best ? now[j - 1] + 1 : best;
+            int swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            now[j] = swapped && older[j - 2] + 1 < best ? older[j - 2] + 1 : best;
+        }
+    }
+    return row[m % 3][n];
+}
+
+const char *cli_nearest(const char *name, const char *const *names, int n)
+{
+    int limit = 1 + (int)strlen(name) / 3, best = limit + 1;
+    const char *nearest = NULL;
+    for (int i = 0; i < n; i++) {
+        int d = distance(name, names[i]);
+        if (d < best) {
+            best = d;
+            nearest = names[i];
+        }
+    }
+    return nearest;
+}
+
+int cli_misuse(const cli_command *command, const char *format, ...)
+{
+    va_list list;
+    fprintf(stderr, "stein %s: ", command->name);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fprintf(stderr, "\nusage: stein %s %s [options]   (stein %s --help)\n", command->name,
+            command->operands, command->name);
+    return CLI_USAGE;
+}
+
+static int find_long(const cli_command *command, const char *name, size_t length)
+{
+    for (int i = 0; command->options[i].name != NULL; i++) {
+        if (strlen(command->options[i].name) == length &&
+            strncmp(command->options[i].name, name, length) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static int find_letter(const cli_command *command, char letter)
+{
+    for (int i = 0; command->options[i].name != NULL; i++) {
+        if (command->options[i].letter == letter) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static int unknown(const cli_command *command, const char *word)
+{
+    const char *names[CLI_OPTIONS];
+    char name[LONGEST + 1];
+    int n = 0;
+    while (command->options[n].name != NULL) {
+        names[n] = command->options[n].name;
+        n++;
+    }
+    const char *start = word + strspn(word, "-");
+    size_t length = strcspn(start, "=");
+    length = length > LONGEST ? LONGEST : length;
+    memcpy(name, start, length);
+    name[length] = '\0';
+    const char *nearest = cli_nearest(name, names, n);
+    return nearest != NULL
+               ? cli_misuse(command, "no option %s; did you mean --%s?", word, nearest)
+               : cli_misuse(command, "no option %s", word);
+}
+
+static int store(cli_args *args, int option, const char *value)
+{
+    const char *name = args->command->options[option].name;
+    args->value[option] = value;
+    if (strcmp(name, "set") != 0) {
+        return CLI_OK;
+    }
+    const char *sign = strchr(value, '=');
+    if (sign == NULL || sign == value || sign[1] == '\0') {
+        return cli_misuse(args->command, "--set %s: expected NAME=VALUE, e.g. "
+                          "pawl.stop_shift=-0.3mm", value);
+    }
+    if (args->nset == CLI_SETS) {
+        return cli_misuse(args->command, "more than %d --set", (int)CLI_SETS);
+    }
+    args->set[args->nset++] = value;
+    return CLI_OK;
+}
+
+/* one option word; *at moves past a value of its own */
+static int take_option(cli_args *args, const char *word, int argc, char **argv, int *at)
+{
+    const cli_command *command = args->command;
+    const char *inline_value = NULL;
+    int option;
+    if (word[1] == '-') {
+        size_t length = strcspn(word + 2, "=");
+        option = find_long(command, word + 2, length);
+        inline_value = word[2 + length] == '=' ? word + 3 + length : NULL;
+    } else {
+        option = find_letter(command, word[1]);
+        inline_value = word[2] != '\0' ? word + 2 : NULL;
+    }
+    if (option < 0) {
+        return unknown(command, word);
+    }
+    if (command->options[option].value == NULL) {
+        return inline_value == NULL ? store(args, option, "")
+                                    : cli_misuse(command, "--%s takes no value",
+                                                 command->options[option].name);
+    }
+    if (inline_value == NULL) {
+        if (*at + 1 >= argc) {
+            return cli_misuse(command, "%s needs a value: %s", word,
+                              command->options[option].value);
+        }
+        inline_value = argv[++*at];
+    }
+    return store(args, option, inline_value);
+}
+
+int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv)
+{
+    *args = (cli_args){.command = command};
+    int ended = 0;
+    for (int i = 0; i < argc; i++) {
+        const char *word = argv[i];
+        if (!ended && strcmp(word, "--") == 0) {
+            ended = 1;
+        } else if (!ended && word[0] == '-' && word[1] != '\0') {
+            int code = take_option(args, word, argc, argv, &i);
+            if (code != CLI_OK) {
+                return code;
+            }
+        } else if (args->noperand < CLI_OPERANDS) {
+            args->operand[args->noperand++] = word;
+        }
+    }
+    if (cli_value(args, "help") != NULL || args->noperand == command->noperands) {
+        return CLI_OK;
+    }
+    return args->noperand < command->noperands
+               ? cli_misuse(command, "expected %s", command->operands)
+               : cli_misuse(command, "one operand too many: %s",
+                            args->operand[command->noperands]);
+}
+
+const char *cli_value(const cli_args *args, const char *option)
+{
+    int i = find_long(args->command, option, strlen(option));
+    return i < 0 ? NULL : args->value[i];
+}
+
+int cli_time(const cli_args *args, const char *option, double *seconds)
+{
+    const char *text = cli_value(args, option);
+    stein_err err;
+    if (text == NULL) {
+        return CLI_OK;
+    }
+    if (mech_parse_quantity(text, (mech_dim){.s = 1}, seconds, &err) != STEIN_OK) {
+        return cli_misuse(args->command, "--%s %s: %s", option, text, err.msg);
+    }
+    return CLI_OK;
+}

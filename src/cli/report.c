@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * report.c - failures, progress, and quantities in units people read.
+ */
+#include <math.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+
+static void print_problem(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+lab_options cli_options(const cli_args *args)
+{
+    lab_options options = lab_options_default();
+    options.set = args->set;
+    options.nset = args->nset;
+    options.report = print_problem;
+    return options;
+}
+
+stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err)
+{
+    mech_set set[CLI_SETS];
+    char names[CLI_SETS][MECH_PATH];
+    for (int i = 0; i < args->nset; i++) {
+        size_t length = strcspn(args->set[i], "=");
+        if (length >= MECH_PATH) {
+            return lab__fail(err, STEIN_EINVAL, "--set %s: the name is too long", args->set[i]);
+        }
+        memcpy(names[i], args->set[i], length);
+        names[i][length] = '\0';
+        set[i] = (mech_set){names[i], args->set[i] + length + 1};
+    }
+    return mech_read(m, args->operand[0], set, args->nset, print_problem, NULL, err);
+}
+
+int cli_failed(stein_status status, const stein_err *err)
+{
+    if (status != STEIN_EPARSE) { // those were reported one by one
+        fprintf(stderr, "stein: %s\n", err->msg[0] != '\0' ? err->msg : stein_status_text(status));
+    }
+    switch (status) {
+    case STEIN_OK: return CLI_OK;
+    case STEIN_ENONFINITE: case STEIN_ESINGULAR: case STEIN_ECHATTER: case STEIN_ESETTLE:
+        return CLI_NUMERICAL;
+    default: return CLI_FAILED;
+    }
+}
+
+int cli_finish(int code)
+{
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        perror("stein: standard output");
+        return code == CLI_OK ? CLI_FAILED : code;
+    }
+    return code;
+}
+
+/* ---- progress ---- */
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void cli_progress_begin(cli_progress *p, const char *what)
+{
+    *p = (cli_progress){.what = what, .start = seconds(), .on = isatty(STDERR_FILENO)};
+}
+
+void cli_progress_show(cli_progress *p, double fraction)
+{
+    enum { BAR = 30 };
+    if (!p->on) {
+        return;
+    }
+    double now = seconds(), spent = now - p->start;
+    if (spent < 1.0 || now - p->shown < 0.1 || (p->shown == 0.0 && fraction > 0.7)) {
+        return;
+    }
+    p->shown = now;
+    int full = (int)(BAR * fraction);
+    fprintf(stderr, "\r%s [", p->what);
+    for (int i = 0; i < BAR; i++) {
+        fputs(i < full ? "#" : ".", stderr);
+    }
+    fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction,
+            fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0);
+}
+
+void cli_progress_end(cli_progress *p)
+{
+    if (p->shown > 0.0) {
+        fputs("\r\033[K", stderr);
+    }
+}
+
+/* ---- for people ---- */
+
+const char *cli_quantity(char *text, double value, const char *unit)
+{
+    static const struct {
+        const char *si, *shown;
+        double factor, below; /* used below this magnitude [SI] */
+    } scale[] = {{"m", "mm", 1e3, 1.0},        {"kg", "g", 1e3, 1.0},
+                 {"s", "us", 1e6, 1e-3},       {"s", "ms", 1e3, 1.0},
+                 {"kg m^2", "kg mm^2", 1e6, 1e-2}};
+    for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
+        if (strcmp(unit, scale[i].si) == 0 && fabs(value) < scale[i].below && value != 0.0) {
+            snprintf(text, CLI_TEXT, "%.6g %s", value * scale[i].factor, scale[i].shown);
+            return text;
+        }
+    }
+    if (strcmp(unit, "rad") == 0 && value != 0.0) {
+        snprintf(text, CLI_TEXT, "%.6g rad = %.4g deg", value, value * 180.0 / acos(-1.0));
+    } else if (strcmp(unit, "1") == 0) {
+        snprintf(text, CLI_TEXT, "%.6g", value);
+    } else {
+        snprintf(text, CLI_TEXT, "%.6g %s", value, unit);
+    }
+    return text;
+}
+
+int cli_width(const char *text)
+{
+    int n = 0;
+    for (; *text != '\0'; text++) {
+        n += ((unsigned char)*text & 0xC0) != 0x80;
+    }
+    return n;
+}

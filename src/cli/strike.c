@@ -1,0 +1,402 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * strike.c - stein strike, also called stein simulate: one run of a mechanism.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+
+static const int samples_by_default = 3000;
+static const int most_plot_samples = 100000;
+
+/* everything of one run */
+typedef struct job {
+    const cli_args *args;
+    lab_model *model;
+    const stein_model *equations;
+    stein_sim *sim;
+    stein_sim_def sim_def;
+    lab_stroke_def def;
+    double every;
+    lab_drive *drive;
+    lab_record *table, *picture; /* NULL: not asked for */
+    lab_stroke stroke;
+    int is_stroke;
+    cli_progress progress;
+} job;
+
+/* ---- the command line ---- */
+
+static int read_numbers(job *j)
+{
+    const cli_args *args = j->args;
+    const char *integrator = cli_value(args, "integrator");
+    int code = cli_time(args, "until", &j->def.until);
+    code = code == CLI_OK ? cli_time(args, "release", &j->def.release) : code;
+    code = code == CLI_OK ? cli_time(args, "dt", &j->sim_def.dt) : code;
+    j->every = j->def.until / samples_by_default;
+    code = code == CLI_OK ? cli_time(args, "every", &j->every) : code;
+    if (code != CLI_OK) {
+        return code;
+    }
+    if (integrator != NULL && strcmp(integrator, "rk4") != 0 && strcmp(integrator, "dp5") != 0) {
+        return cli_misuse(args->command, "--integrator %s: expected rk4 or dp5", integrator);
+    }
+    if (integrator != NULL) {
+        j->sim_def.integrator = strcmp(integrator, "dp5") == 0 ? STEIN_DP5 : STEIN_RK4;
+    }
+    if (!(j->def.until > 0.0)) {
+        return cli_misuse(args->command, "--until %g s: expected a positive time", j->def.until);
+    }
+    if (!(j->sim_def.dt > 0.0)) {
+        return cli_misuse(args->command, "--dt %g s: expected a positive time", j->sim_def.dt);
+    }
+    if (!(j->every >= 0.0)) {
+        return cli_misuse(args->command, "--every %g s: expected an interval", j->every);
+    }
+    if (!isnan(j->def.release) && !(j->def.release >= 0.0 && j->def.release <= j->def.until)) {
+        return cli_misuse(args->command, "--release %g s: expected a time from 0 to the end at %g "
+                          "s", j->def.release, j->def.until);
+    }
+    return CLI_OK;
+}
+
+/* ---- running ---- */
+
+static stein_status on_sample(void *ctx, stein_sim *sim)
+{
+    job *j = ctx;
+    cli_progress_show(&j->progress, stein_time(sim) / j->def.until);
+    stein_status status = j->table != NULL ? lab_record_sample(j->table, sim) : STEIN_OK;
+    if (status == STEIN_OK && j->picture != NULL) {
+        status = lab_record_sample(j->picture, sim);
+    }
+    return status;
+}
+
+static stein_status prepare(job *j, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    if (cli_value(j->args, "output") != NULL) {
+        status = lab_record_create(&j->table, j->equations, j->every, err);
+    }
+    if (status == STEIN_OK && cli_value(j->args, "plot") != NULL) {
+        double finest = j->def.until / most_plot_samples;
+        finest = finest > j->sim_def.dt ? finest : 0.0;
+        status = lab_record_create(&j->picture, j->equations, finest, err);
+    }
+    if (status == STEIN_OK) {
+        status = lab_sim(j->model, &j->sim_def, &j->sim, err);
+    }
+    if (status == STEIN_OK && cli_value(j->args, "drive") != NULL) {
+        status = lab_drive_open(&j->drive, cli_value(j->args, "drive"), j->equations, err);
+        status = status == STEIN_OK ? lab_drive_bind(j->drive, j->sim, err) : status;
+        status = status == STEIN_OK ? stein_reset(j->sim, err) : status;
+    }
+    return status;
+}
+
+static stein_status simulate(job *j, stein_err *err)
+{
+    j->def.sample = on_sample;
+    j->def.ctx = j;
+    cli_progress_begin(&j->progress, j->equations->name);
+    stein_status status = j->is_stroke ? lab_strike(j->sim, &j->def, &j->stroke, err)
+                                       : lab_simulate(j->sim, &j->def, err);
+    cli_progress_end(&j->progress);
+    if (status == STEIN_OK && j->table != NULL) {
+        status = lab_record_finish(j->table, j->sim);
+    }
+    return status;
+}
+
+/* ---- files ---- */
+
+static const char *integrator_name(const job *j)
+{
+    return j->sim_def.integrator == STEIN_DP5 ? "dp5" : "rk4";
+}
+
+/* "# name: value" lines of the CSV; owned texts, closed by NULL */
+static char **make_notes(const job *j)
+{
+    const cli_args *args = j->args;
+    char **note = calloc((size_t)args->nset + 8, sizeof *note), number[LAB_NUMBER];
+    int n = 0;
+    if (note == NULL) {
+        return NULL;
+    }
+    note[n++] = lab__text("model: %s", j->equations->name);
+    note[n++] = lab__text("equations: %s", j->equations->equations);
+    note[n++] = lab__text("integrator: %s", integrator_name(j));
+    note[n++] = lab__text("dt: %s s", lab__number(number, j->sim_def.dt));
+    for (int i = 0; i < args->nset; i++) {
+        int length = (int)strcspn(args->set[i], "=");
+        note[n++] = lab__text("set %.*s: %s", length, args->set[i], args->set[i] + length + 1);
+    }
+    if (!isnan(j->def.release)) {
+        note[n++] = lab__text("release: %s s", lab__number(number, j->def.release));
+    }
+    if (cli_value(args, "drive") != NULL) {
+        note[n++] = lab__text("drive: %s", cli_value(args, "drive"));
+    }
+    if (j->is_stroke) {
+        note[n++] = lab__text("outcome: %s", lab_outcome_text(j->stroke.outcome));
+    }
+    return note;
+}
+
+static stein_status write_table(const job *j, const char *path, stein_err *err)
+{
+    char **note = make_notes(j);
+    if (note == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = lab_write_csv(path, j->table, (const char *const *)note, err);
+    for (int i = 0; note[i] != NULL; i++) {
+        free(note[i]);
+    }
+    free(note);
+    return status;
+}
+
+static stein_status write_files(const job *j, stein_err *err)
+{
+    const char *table = cli_value(j->args, "output"), *picture = cli_value(j->args, "plot");
+    stein_status status = table != NULL ? write_table(j, table, err) : STEIN_OK;
+    if (status == STEIN_OK && picture != NULL) {
+        status = lab_plot(picture, j->picture, j->equations, j->is_stroke ? &j->stroke : NULL, err);
+    }
+    return status;
+}
+
+/* ---- results ---- */
+
+static void print_stroke_json(lab__json *out, const lab_stroke *s)
+{
+    lab__json_text(out, "outcome", lab_outcome_text(s->outcome));
+    if (s->escaped) {
+        lab__json_open(out, "escapement", '{');
+        lab__json_real(out, "time", s->escape_time);
+        lab__json_real(out, "height", s->escape_height);
+        lab__json_close(out);
+    } else {
+        lab__json_null(out, "escapement");
+    }
+    if (s->impacts > 0) {
+        lab__json_open(out, "impact", '{');
+        lab__json_real(out, "time", s->impact_time);
+        lab__json_real(out, "speed", s->impact_speed);
+        lab__json_close(out);
+    } else {
+        lab__json_null(out, "impact");
+    }
+    lab__json_int(out, "impacts", s->impacts);
+    lab__json_real(out, "free_flight", s->free_flight);
+    lab__json_bool(out, "forced_escapement", s->forced_escapement);
+    lab__json_real(out, "peak_string_force", s->peak_string_force);
+    lab__json_bool(out, "rearmed", s->rearmed);
+}
+
+static void print_json(const job *j)
+{
+    lab__json out = {.stream = stdout};
+    lab__json_open(&out, NULL, '{');
+    lab__json_text(&out, "model", j->equations->name);
+    if (j->is_stroke) {
+        print_stroke_json(&out, &j->stroke);
+    }
+    lab__json_open(&out, "final", '{');
+    for (int i = 0; i < j->equations->nchannel; i++) {
+        lab__json_real(&out, j->equations->channels[i].name, stein_read(j->sim, i));
+    }
+    lab__json_close(&out);
+    lab__json_close(&out);
+}
+
+static void print_stroke(FILE *f, const lab_stroke *s)
+{
+    static const char *const verdict[] = {"the string is struck", "the notch misses the beak",
+                                          "the hammer does not escape",
+                                          "the hammer escapes but does not reach the string"};
+    fprintf(f, "  %-14s %s\n", "outcome", verdict[s->outcome]);
+    if (s->escaped) {
+        fprintf(f, "  %-14s %8.3f ms   head %.3f mm below the string%s\n", "escapement",
+                1e3 * s->escape_time, 1e3 * s->escape_height,
+                s->forced_escapement ? ", forced: after the impact" : "");
+    }
+    if (s->impacts > 0) {
+        fprintf(f, "  %-14s %8.3f ms   %.3f m/s, blow %.2f mm, %d impact%s\n", "impact",
+                1e3 * s->impact_time, s->impact_speed, 1e3 * s->blow, s->impacts,
+                s->impacts == 1 ? "" : "s");
+        fprintf(f, "  %-14s %8.3f ms\n", "free flight", 1e3 * s->free_flight);
+        fprintf(f, "  %-14s %8.3f N\n", "peak force", s->peak_string_force);
+    }
+    fprintf(f, "  %-14s %s\n", "re-armed", s->rearmed ? "yes" : "no");
+}
+
+static void print_final(FILE *f, const job *j)
+{
+    fprintf(f, "  at the end\n");
+    for (int i = 0; i < j->equations->nchannel; i++) {
+        char text[CLI_TEXT];
+        const stein_channel *c = &j->equations->channels[i];
+        fprintf(f, "    %-24s %s\n", c->name, cli_quantity(text, stein_read(j->sim, i), c->unit));
+    }
+}
+
+static void print_text(const job *j)
+{
+    const char *table = cli_value(j->args, "output"), *picture = cli_value(j->args, "plot");
+    FILE *f = table != NULL && lab__is_stdout(table) ? stderr : stdout;
+    fprintf(f, "%s, %s with dt = %g us, %g s\n", j->equations->name, integrator_name(j),
+            1e6 * j->sim_def.dt, j->def.until);
+    if (j->is_stroke) {
+        print_stroke(f, &j->stroke);
+    } else {
+        print_final(f, j);
+    }
+    if (table != NULL && !lab__is_stdout(table)) {
+        fprintf(f, "%s\n", table);
+    }
+    if (picture != NULL) {
+        fprintf(f, "%s\n", picture);
+    }
+}
+
+static void free_job(job *j)
+{
+    lab_record_destroy(j->table);
+    lab_record_destroy(j->picture);
+    stein_sim_destroy(j->sim);
+    lab_drive_close(j->drive);
+    lab_close(j->model);
+}
+
+static int run_job(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    int code = read_numbers(j);
+    if (code != CLI_OK) {
+        return code;
+    }
+    stein_status status = prepare(j, &err);
+    if (status == STEIN_OK) {
+        status = simulate(j, &err);
+    }
+    if (status == STEIN_OK) {
+        status = write_files(j, &err);
+    }
+    if (status != STEIN_OK) {
+        return cli_failed(status, &err);
+    }
+    if (cli_value(j->args, "json") != NULL) {
+        print_json(j);
+    } else {
+        print_text(j);
+    }
+    return CLI_OK;
+}
+
+static int run(const cli_args *args)
+{
+    job j = {.args = args};
+    stein_err err = {STEIN_OK, ""};
+    const char *table = cli_value(args, "output");
+    if (table != NULL && lab__is_stdout(table) && cli_value(args, "json") != NULL) {
+        return cli_misuse(args->command, "--json and -o %s both want standard output", table);
+    }
+    lab_options options = cli_options(args);
+    stein_status status = lab_open(&j.model, args->operand[0], &options, &err);
+    if (status != STEIN_OK) {
+        return cli_failed(status, &err);
+    }
+    j.equations = lab_equations(j.model);
+    j.is_stroke = j.equations->stroke.string >= 0;
+    j.sim_def = lab_def(j.model);
+    j.def = lab_stroke_def_default(j.equations);
+    int code = run_job(&j);
+    free_job(&j);
+    return code;
+}
+
+static const cli_option options[] = {
+    {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: what the file says."},
+    {"release", 0, "T",
+     "Lift the load at this time. What follows shows the return of the action and decides\n"
+     "whether it re-arms; it is no part of the stroke itself."},
+    {"integrator", 0, "rk4|dp5",
+     "Runge-Kutta 4 or Dormand-Prince 5, both with fixed steps; default: the file's."},
+    {"dt", 0, "S", "Length of a step, e.g. 10us; default: the file's."},
+    {"every", 0, "T",
+     "Interval of the rows of -o, rounded up to whole steps; 0: every step. Default: 1/3000\n"
+     "of the duration. Results do not depend on it."},
+    {"drive", 0, "FILE.csv",
+     "Signals for inputs: each column named like an input of the mechanism drives it.\n"
+     "Motions become natural cubic splines, forces run straight between the samples."},
+    {"output", 'o', "FILE.csv",
+     "Write all output channels; - is standard output (the summary then goes to standard\n"
+     "error)."},
+    {"plot", 0, "FILE.svg", "Draw the run with gnuplot, .svg or .png."},
+    CLI_COMMON};
+
+#define DESCRIPTION                                                                                \
+    "Runs the mechanism of the file MODEL from its initial state. If the file names a stroke\n"    \
+    "(a string, and a notch where the hammer escapes), the load rests on the key and is let go\n"  \
+    "at t = 0, and the stroke is judged:\n"                                                        \
+    "\n"                                                                                           \
+    "  struck         the hammer escaped and met the string\n"                                     \
+    "  missed_notch   the beak never touched the notch's roof or corner\n"                         \
+    "  no_escapement  it did, but never got out\n"                                                 \
+    "  no_impact      it got out, but the string was never touched\n"                              \
+    "\n"                                                                                           \
+    "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"      \
+    "height is the distance of head and string then. The impact's speed is their closing\n"        \
+    "speed at first contact. The action is re-armed when, the load lifted, the beak is back\n"     \
+    "under the roof and the hammer at rest at the end. Without --release this is found out on\n"   \
+    "the side: the load is lifted at the end and the motion followed for another 0.5 s.\n"         \
+    "\n"                                                                                           \
+    "Any other mechanism is simply simulated. `stein strike` and `stein simulate` are the same\n"  \
+    "command. Equations that are not built in are generated, compiled with the system's cc\n"      \
+    "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"    \
+    "the compiler, a changed structure does so by itself."
+#define OUTPUT                                                                                     \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}}; for a mechanism without\n"  \
+    "a stroke {\"model\", \"final\"}.\n"                                                           \
+    "\n"                                                                                           \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"       \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"      \
+    "the shortest decimals that read back exactly. It is itself a data file."
+#define EXAMPLES                                                                                   \
+    "stein strike models/stein1788.yaml\n"                                                         \
+    "stein strike models/stein1788.yaml --set pawl.stop_shift=-0.3mm --json\n"                     \
+    "stein strike models/stein1788.yaml --release 0.25s --until 0.5s -o stroke.csv --plot s.svg\n" \
+    "stein simulate models/double_pendulum.yaml --until 10s --integrator dp5 -o - | head"
+
+const cli_command cli_strike = {
+    .name = "strike",
+    .summary = "run one stroke of an action",
+    .operands = "MODEL",
+    .noperands = 1,
+    .options = options,
+    .description = DESCRIPTION,
+    .output = OUTPUT,
+    .examples = EXAMPLES,
+    .run = run,
+};
+
+const cli_command cli_simulate = {
+    .name = "simulate",
+    .summary = "run any mechanism (the same command)",
+    .operands = "MODEL",
+    .noperands = 1,
+    .options = options,
+    .description = DESCRIPTION,
+    .output = OUTPUT,
+    .examples = EXAMPLES,
+    .run = run,
+};

@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * study.c - stein study: the published facts of the regulation, simulated.
+ */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+
+/* the sweep and what it says */
+typedef struct study {
+    const cli_args *args;
+    lab_model *model;
+    lab_point *point;
+    int npoint;
+    lab_fact fact[LAB_FACTS_MAX];
+    int nfact;
+    cli_progress progress;
+} study;
+
+static void on_progress(void *ctx, int done, int total)
+{
+    study *s = ctx;
+    cli_progress_show(&s->progress, (double)done / total);
+}
+
+static stein_status simulate(study *s, int threads, stein_err *err)
+{
+    s->npoint = lab_study_grid(NULL, 0);
+    s->point = calloc((size_t)s->npoint, sizeof *s->point);
+    if (s->point == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    lab_study_grid(s->point, s->npoint);
+    cli_progress_begin(&s->progress, "strokes over dx");
+    stein_status status =
+        lab_sweep(s->model, s->point, s->npoint, threads, on_progress, s, err);
+    cli_progress_end(&s->progress);
+    if (status == STEIN_OK) {
+        s->nfact = lab_facts(s->fact, s->point, s->npoint);
+    }
+    return status;
+}
+
+/* ---- files of the folder ---- */
+
+static void put(FILE *f, double value, char end)
+{
+    char text[LAB_NUMBER];
+    fprintf(f, "%s%c", value == value ? lab__number(text, value) : "", end); // NAN: empty cell
+}
+
+static void write_sweep(FILE *f, const study *s)
+{
+    fprintf(f, "# model: %s\n", lab_equations(s->model)->name);
+    for (int i = 0; i < s->args->nset; i++) {
+        int length = (int)strcspn(s->args->set[i], "=");
+        fprintf(f, "# set %.*s: %s\n", length, s->args->set[i], s->args->set[i] + length + 1);
+    }
+    fprintf(f, "pawl.stop_shift [m],outcome,escapement_time [s],escapement_height [m],"
+               "impact_time [s],impact_speed [m/s],impacts [1],free_flight [s],"
+               "forced_escapement [1],peak_string_force [N],rearmed [1]\n");
+    for (int i = 0; i < s->npoint; i++) {
+        const lab_stroke *k = &s->point[i].stroke;
+        put(f, s->point[i].dx, ',');
+        if (s->point[i].status != STEIN_OK) {
+            fprintf(f, "failed,,,,,,,,,\n");
+            continue;
+        }
+        fprintf(f, "%s,", lab_outcome_text(k->outcome));
+        put(f, k->escape_time, ',');
+        put(f, k->escape_height, ',');
+        put(f, k->impact_time, ',');
+        put(f, k->impact_speed, ',');
+        fprintf(f, "%d,", k->impacts);
+        put(f, k->free_flight, ',');
+        fprintf(f, "%d,", k->forced_escapement);
+        put(f, k->peak_string_force, ',');
+        fprintf(f, "%d\n", k->rearmed);
+    }
+}
+
+static void write_facts(FILE *f, const study *s)
+{
+    lab__json j = {.stream = f};
+    lab__json_open(&j, NULL, '[');
+    for (int i = 0; i < s->nfact; i++) {
+        lab__json_open(&j, NULL, '{');
+        lab__json_text(&j, "fact", s->fact[i].fact);
+        lab__json_text(&j, "paper", s->fact[i].paper);
+        lab__json_text(&j, "simulated", s->fact[i].simulated);
+        lab__json_bool(&j, "ok", s->fact[i].ok);
+        lab__json_close(&j);
+    }
+    lab__json_close(&j);
+}
+
+/* a file of the study: name and writer; figures join this list */
+static const struct {
+    const char *name;
+    void (*write)(FILE *f, const study *s);
+} files[] = {{"sweep.csv", write_sweep}, {"facts.json", write_facts}};
+enum { FILES = sizeof files / sizeof *files };
+
+static stein_status write_files(const study *s, const char *folder, stein_err *err)
+{
+    stein_status status = lab__folder(folder, err);
+    for (int i = 0; status == STEIN_OK && i < FILES; i++) {
+        lab__file file;
+        char *path = lab__text("%s/%s", folder, files[i].name);
+        status = path != NULL ? lab__file_open(&file, path, err)
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        if (status == STEIN_OK) {
+            files[i].write(file.stream, s);
+            status = lab__file_close(&file, 1, err);
+        }
+        free(path);
+    }
+    return status;
+}
+
+/* ---- standard output ---- */
+
+static void cell(const char *text, int width)
+{
+    printf("%s%*s", text, width - cli_width(text) + 2, "");
+}
+
+static int count_ok(const study *s)
+{
+    int ok = 0;
+    for (int i = 0; i < s->nfact; i++) {
+        ok += s->fact[i].ok != 0;
+    }
+    return ok;
+}
+
+static void print_table(const study *s, const char *folder)
+{
+    int width[3] = {4, 5, 9};
+    for (int i = 0; i < s->nfact; i++) {
+        const char *text[] = {s->fact[i].fact, s->fact[i].paper, s->fact[i].simulated};
+        for (int k = 0; k < 3; k++) {
+            width[k] = cli_width(text[k]) > width[k] ? cli_width(text[k]) : width[k];
+        }
+    }
+    cell("fact", width[0]);
+    cell("paper", width[1]);
+    cell("simulated", width[2]);
+    printf("verdict\n");
+    for (int i = 0; i < s->nfact; i++) {
+        cell(s->fact[i].fact, width[0]);
+        cell(s->fact[i].paper, width[1]);
+        cell(s->fact[i].simulated, width[2]);
+        printf("%s\n", s->fact[i].ok ? "ok" : "OFF");
+    }
+    printf("%d of %d facts reproduced\n", count_ok(s), s->nfact);
+    for (int i = 0; i < FILES; i++) {
+        printf("%s/%s\n", folder, files[i].name);
+    }
+}
+
+static void print_json(const study *s)
+{
+    lab__json j = {.stream = stdout};
+    lab__json_open(&j, NULL, '{');
+    lab__json_text(&j, "model", lab_equations(s->model)->name);
+    lab__json_int(&j, "facts", s->nfact);
+    lab__json_int(&j, "ok", count_ok(s));
+    lab__json_open(&j, "off", '[');
+    for (int i = 0; i < s->nfact; i++) {
+        if (!s->fact[i].ok) {
+            lab__json_text(&j, NULL, s->fact[i].fact);
+        }
+    }
+    lab__json_close(&j);
+    lab__json_close(&j);
+}
+
+static int run(const cli_args *args)
+{
+    const char *folder = cli_value(args, "output"), *jobs = cli_value(args, "jobs");
+    study s = {.args = args};
+    stein_err err = {STEIN_OK, ""};
+    long online = sysconf(_SC_NPROCESSORS_ONLN);
+    int threads = online > 0 && online < 64 ? (int)online : 1;
+    if (folder == NULL) {
+        return cli_misuse(args->command, "where to? expected -o DIR");
+    }
+    if (jobs != NULL) {
+        char *end;
+        long n = strtol(jobs, &end, 10);
+        if (*jobs == '\0' || *end != '\0' || n < 1 || n > 64) {
+            return cli_misuse(args->command, "--jobs %s: expected 1 to 64", jobs);
+        }
+        threads = (int)n;
+    }
+    lab_options options = cli_options(args);
+    stein_status status = lab_open(&s.model, args->operand[0], &options, &err);
+    if (status == STEIN_OK) {
+        status = simulate(&s, threads, &err);
+    }
+    if (status == STEIN_OK) {
+        status = write_files(&s, folder, &err);
+    }
+    if (status == STEIN_OK && cli_value(args, "json") != NULL) {
+        print_json(&s);
+    } else if (status == STEIN_OK) {
+        print_table(&s, folder);
+    }
+    free(s.point);
+    lab_close(s.model);
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+static const cli_option options[] = {
+    {"output", 'o', "DIR", "Folder of the results, made if need be. Required."},
+    {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
+    CLI_COMMON};
+
+const cli_command cli_study = {
+    .name = "study",
+    .summary = "the published facts of the regulation, simulated",
+    .operands = "MODEL",
+    .noperands = 1,
+    .options = options,
+    .description =
+        "Strikes at every position of the pawl's stop from dx = -1.5 mm to +0.3 mm in steps of\n"
+        "0.05 mm (parameter pawl.stop_shift, positive to the right), and compares what the\n"
+        "published study of the Stein action found with what the simulation shows. Straight lines\n"
+        "are fitted by least squares over -1.2 .. 0 mm in steps of 0.1 mm. A fact that is off is\n"
+        "no failure of the command: the table says so.",
+    .output =
+        "The table fact | paper | simulated | verdict, then the path of every file in DIR:\n"
+        "\n"
+        "  sweep.csv   one row a stroke, SI units, empty cells where there was no such event\n"
+        "  facts.json  [{\"fact\", \"paper\", \"simulated\", \"ok\"}]\n"
+        "\n"
+        "With --json: {\"model\", \"facts\", \"ok\", \"off\": [fact]}.",
+    .examples =
+        "stein study models/stein1788.yaml -o results\n"
+        "stein study models/stein1788.yaml --set notch.friction.A=0.30 -o results/smooth",
+    .run = run,
+};
