@@ -200,21 +200,19 @@ static void flip_spot(stein_sim *sim, int i)
     }
 }
 
-/* flip the guards of one notch; a change of region decides all its contacts anew */
+/* flip the guards of one notch; a change of region ends all its contacts */
 static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
 {
-    int first = sim->model->nspot + NOTCH_GUARDS * notch;
-    unsigned char *mode = sim->mode + first;
+    unsigned char *mode = sim->mode + sim->model->nspot + NOTCH_GUARDS * notch;
     int phase = sim->phase[notch];
     int engaged = mode[NOTCH_TIP] || mode[NOTCH_CORNER];
     int region = crossed[NOTCH_REGION];
     sim->fresh = 0;
     if (region) {
+        // at the corner all depths of the new region are 0 up to rounding: they begin, if they do,
+        // in the next sub-step
         mode[NOTCH_REGION] = !mode[NOTCH_REGION];
-        stein__guards(sim, sim->q, sim->guard);
-        for (int k = 0; k < NOTCH_REGION; k++) {
-            mode[k] = sim->guard[first + k] > 0.0;
-        }
+        memset(mode, 0, NOTCH_REGION);
     } else {
         for (int k = 0; k < NOTCH_REGION; k++) {
             mode[k] = (unsigned char)(mode[k] ^ crossed[k]);
