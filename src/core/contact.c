@@ -16,34 +16,7 @@
 
 #include "core.h"
 
-static const stein_pose fixed_frame = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
-
-stein_pose stein__pose_of(const stein_pose *pose, int frame)
-{
-    return frame < 0 ? fixed_frame : pose[frame];
-}
-
-/* a point of a body in the fixed frame */
-vec2 stein__place(const stein_pose *p, double x, double z)
-{
-    return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
-}
-
-/* velocity of the body's material at a place of the fixed frame */
-vec2 stein__velocity(const stein_pose *p, vec2 at)
-{
-    return (vec2){p->vx - p->w * (at.z - p->z), p->vz + p->w * (at.x - p->x)};
-}
-
-void stein__apply(stein_sim *sim, int frame, const stein_pose *p, vec2 at, vec2 force)
-{
-    if (frame >= 0) {
-        wrench *w = &sim->wrench[frame];
-        w->x += force.x;
-        w->z += force.z;
-        w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
-    }
-}
+const stein_pose stein__fixed_frame = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
 
 typedef struct spot_geometry {
     double depth; /* deformation x [m]; < 0 apart */
@@ -57,8 +30,8 @@ static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const st
 {
     const double *a = sim->d + spot->side[0].d;
     const double *b = sim->d + spot->side[1].d;
-    vec2 pa = stein__place(pose0, a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]);
-    vec2 pb = stein__place(pose1, b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]);
+    vec2 pa = place(pose0, a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]);
+    vec2 pb = place(pose1, b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]);
     vec2 r = {pa.x - pb.x, pa.z - pb.z};
     spot_geometry g;
     if (spot->side[1].kind == STEIN_LINE) {
@@ -66,7 +39,8 @@ static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const st
         g.n = (vec2){pose1->c * nx - pose1->s * nz, pose1->s * nx + pose1->c * nz};
         g.depth = a[STEIN_SHAPE_R] - (r.x * g.n.x + r.z * g.n.z);
         double along = r.x * g.n.z - r.z * g.n.x;
-        g.guard = fmin(g.depth, fmin(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along));
+        double inside = smaller(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along);
+        g.guard = smaller(g.depth, inside);
     } else {
         double distance = hypot(r.x, r.z);
         g.n = distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
@@ -80,9 +54,8 @@ static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const st
 double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int i)
 {
     const stein_spot *spot = &sim->model->spots[i];
-    stein_pose pose0 = stein__pose_of(pose, spot->side[0].frame);
-    stein_pose pose1 = stein__pose_of(pose, spot->side[1].frame);
-    return meet(sim, spot, &pose0, &pose1).guard;
+    return meet(sim, spot, pose_of(pose, spot->side[0].frame), pose_of(pose, spot->side[1].frame))
+        .guard;
 }
 
 /* the contact of the free load is gone with it */
@@ -97,9 +70,9 @@ void stein__spot_forces(stein_sim *sim)
     for (int i = 0; i < model->nspot; i++) {
         const stein_spot *spot = &model->spots[i];
         const stein_contact *contact = &model->contacts[spot->contact];
-        stein_pose pose0 = stein__pose_of(sim->pose, spot->side[0].frame);
-        stein_pose pose1 = stein__pose_of(sim->pose, spot->side[1].frame);
-        spot_geometry g = meet(sim, spot, &pose0, &pose1);
+        const stein_pose *pose0 = pose_of(sim->pose, spot->side[0].frame);
+        const stein_pose *pose1 = pose_of(sim->pose, spot->side[1].frame);
+        spot_geometry g = meet(sim, spot, pose0, pose1);
         spot_force *f = &sim->spot[i];
         *f = (spot_force){-g.depth, 0.0, 0.0};
         sim->guard[i] = is_lifted(sim, spot->contact) ? -1.0 : g.guard;
@@ -108,18 +81,18 @@ void stein__spot_forces(stein_sim *sim)
         }
 
         // rates of approach and of sliding, from the two materials at the place of contact
-        vec2 v0 = stein__velocity(&pose0, g.at), v1 = stein__velocity(&pose1, g.at);
+        vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
         vec2 v = {v0.x - v1.x, v0.z - v1.z};
         vec2 t = {g.n.z, -g.n.x};
         f->normal = stein_normal_force(sim->d + contact->normal, g.depth,
                                        -(v.x * g.n.x + v.z * g.n.z));
-        if (contact->friction >= 0) {
+        if (contact->friction >= 0 && f->normal > 0.0) {
             f->tangent = -f->normal *
                          stein_friction(sim->d + contact->friction, v.x * t.x + v.z * t.z);
         }
 
         vec2 force = {f->normal * g.n.x + f->tangent * t.x, f->normal * g.n.z + f->tangent * t.z};
-        stein__apply(sim, spot->side[0].frame, &pose0, g.at, force);
-        stein__apply(sim, spot->side[1].frame, &pose1, g.at, (vec2){-force.x, -force.z});
+        apply(sim, spot->side[0].frame, pose0, g.at, force);
+        apply(sim, spot->side[1].frame, pose1, g.at, (vec2){-force.x, -force.z});
     }
 }

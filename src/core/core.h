@@ -105,10 +105,40 @@ int stein__solve_spd(int n, double *M, double *b);
 /* contact.c */
 double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int spot);
 void stein__spot_forces(stein_sim *sim);
-stein_pose stein__pose_of(const stein_pose *pose, int frame);
-vec2 stein__place(const stein_pose *pose, double x, double z);
-vec2 stein__velocity(const stein_pose *pose, vec2 point);
-void stein__apply(stein_sim *sim, int frame, const stein_pose *pose, vec2 point, vec2 force);
+extern const stein_pose stein__fixed_frame;
+
+static inline const stein_pose *pose_of(const stein_pose *pose, int frame)
+{
+    return frame < 0 ? &stein__fixed_frame : &pose[frame];
+}
+
+/* a point of a body in the fixed frame */
+static inline vec2 place(const stein_pose *p, double x, double z)
+{
+    return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
+}
+
+/* velocity of the body's material at a place of the fixed frame */
+static inline vec2 velocity(const stein_pose *p, vec2 at)
+{
+    return (vec2){p->vx - p->w * (at.z - p->z), p->vz + p->w * (at.x - p->x)};
+}
+
+/* a force on a frame's body at a place of the fixed frame, into its wrench about the origin */
+static inline void apply(stein_sim *sim, int frame, const stein_pose *p, vec2 at, vec2 force)
+{
+    if (frame >= 0) {
+        wrench *w = &sim->wrench[frame];
+        w->x += force.x;
+        w->z += force.z;
+        w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
+    }
+}
+
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
 
 /* notch.c */
 void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int notch, double *g,

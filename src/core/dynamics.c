@@ -113,12 +113,23 @@ static void input_forces(stein_sim *sim)
         double u = sim->ustate[3 * i];
         if (input->kind == STEIN_INPUT_JOINT) {
             sim->Q[input->index] += u;
-        } else if (input->kind == STEIN_INPUT_POINT) {
+        } else if (input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
             const double *direction = sim->d + input->direction;
             double f[3] = {u * direction[0], u * direction[1], u * direction[2]};
             add_point_force(sim, input->index, f);
         }
     }
+}
+
+/* forces at points need their Jacobians, which nothing else does */
+static int needs_points(const stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->ninput; i++) {
+        if (sim->model->inputs[i].kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
+            return 1;
+        }
+    }
+    return sim->model->nlink > 0;
 }
 
 /* all forces at the coordinates in xq, xqd */
@@ -136,7 +147,7 @@ static void forces(stein_sim *sim, double t)
     stein__spot_forces(sim);
     stein__notch_forces(sim);
     wrenches_to_bodies(sim);
-    if (model->npoint > 0 && (model->nlink > 0 || model->ninput > 0)) {
+    if (needs_points(sim)) {
         model->point(sim->xq, sim->xqd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
         link_forces(sim);
     }

@@ -53,8 +53,8 @@ static double dot(vec2 a, vec2 b)
 static notch_geometry look(const double *d, const stein_pose *catcher, const stein_pose *beak)
 {
     notch_geometry g;
-    g.corner = stein__place(catcher, d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
-    g.end = stein__place(beak, d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
+    g.corner = place(catcher, d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
+    g.end = place(beak, d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
     vec2 along = turn(catcher, d[STEIN_NOTCH_RX], d[STEIN_NOTCH_RZ]);
     vec2 up = turn(catcher, d[STEIN_NOTCH_VX], d[STEIN_NOTCH_VZ]);
     vec2 beak_along = turn(beak, d[STEIN_NOTCH_BX], d[STEIN_NOTCH_BZ]);
@@ -76,10 +76,10 @@ static notch_geometry look(const double *d, const stein_pose *catcher, const ste
 static void guards(const notch_geometry *g, int beside, double *guard)
 {
     double s = g->s, h = g->h;
-    guard[NOTCH_TIP] = beside ? -1.0 : fmin(g->depth[NOTCH_TIP], s);
-    guard[NOTCH_CORNER] = beside ? -1.0 : fmin(g->depth[NOTCH_CORNER], s);
-    guard[NOTCH_FACE] = beside ? fmin(g->depth[NOTCH_FACE], h) : -1.0;
-    guard[NOTCH_REGION] = beside ? h : fmin(-s, h);
+    guard[NOTCH_TIP] = beside ? -1.0 : smaller(g->depth[NOTCH_TIP], s);
+    guard[NOTCH_CORNER] = beside ? -1.0 : smaller(g->depth[NOTCH_CORNER], s);
+    guard[NOTCH_FACE] = beside ? smaller(g->depth[NOTCH_FACE], h) : -1.0;
+    guard[NOTCH_REGION] = beside ? h : smaller(-s, h);
 }
 
 static const unsigned char *modes_of(const stein_sim *sim, int notch)
@@ -91,9 +91,8 @@ void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int i, do
                          double *overlap)
 {
     const stein_notch *notch = &sim->model->notches[i];
-    stein_pose catcher = stein__pose_of(pose, notch->catcher);
-    stein_pose beak = stein__pose_of(pose, notch->beak);
-    notch_geometry g = look(sim->d + notch->d, &catcher, &beak);
+    notch_geometry g =
+        look(sim->d + notch->d, pose_of(pose, notch->catcher), pose_of(pose, notch->beak));
     guards(&g, modes_of(sim, i)[NOTCH_REGION], guard);
     *overlap = g.s;
 }
@@ -102,17 +101,17 @@ void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int i, do
 static void press(stein_sim *sim, const stein_notch *notch, const stein_pose *catcher,
                   const stein_pose *beak, vec2 at, vec2 n, double depth, spot_force *sum)
 {
-    vec2 vb = stein__velocity(beak, at), vc = stein__velocity(catcher, at);
+    vec2 vb = velocity(beak, at), vc = velocity(catcher, at);
     vec2 v = {vb.x - vc.x, vb.z - vc.z};
     vec2 t = {n.z, -n.x};
     double normal = stein_normal_force(sim->d + notch->normal, depth, -dot(v, n));
     double tangent = 0.0;
-    if (notch->friction >= 0) {
+    if (notch->friction >= 0 && normal > 0.0) {
         tangent = -normal * stein_friction(sim->d + notch->friction, dot(v, t));
     }
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
-    stein__apply(sim, notch->beak, beak, at, force);
-    stein__apply(sim, notch->catcher, catcher, at, (vec2){-force.x, -force.z});
+    apply(sim, notch->beak, beak, at, force);
+    apply(sim, notch->catcher, catcher, at, (vec2){-force.x, -force.z});
     sum->normal += normal;
     sum->tangent += tangent;
 }
@@ -122,22 +121,22 @@ void stein__notch_forces(stein_sim *sim)
     for (int i = 0; i < sim->model->nnotch; i++) {
         const stein_notch *notch = &sim->model->notches[i];
         const unsigned char *mode = modes_of(sim, i);
-        stein_pose catcher = stein__pose_of(sim->pose, notch->catcher);
-        stein_pose beak = stein__pose_of(sim->pose, notch->beak);
-        notch_geometry g = look(sim->d + notch->d, &catcher, &beak);
+        const stein_pose *catcher = pose_of(sim->pose, notch->catcher);
+        const stein_pose *beak = pose_of(sim->pose, notch->beak);
+        notch_geometry g = look(sim->d + notch->d, catcher, beak);
         guards(&g, mode[NOTCH_REGION], sim->guard + sim->model->nspot + NOTCH_GUARDS * i);
 
         spot_force *sum = &sim->beak[i];
         *sum = (spot_force){g.s, 0.0, 0.0};
         if (mode[NOTCH_TIP]) {
-            press(sim, notch, &catcher, &beak, g.end, g.roof, g.depth[NOTCH_TIP], sum);
+            press(sim, notch, catcher, beak, g.end, g.roof, g.depth[NOTCH_TIP], sum);
         }
         if (mode[NOTCH_CORNER]) {
             vec2 down = {-g.top.x, -g.top.z};
-            press(sim, notch, &catcher, &beak, g.corner, down, g.depth[NOTCH_CORNER], sum);
+            press(sim, notch, catcher, beak, g.corner, down, g.depth[NOTCH_CORNER], sum);
         }
         if (mode[NOTCH_FACE]) {
-            press(sim, notch, &catcher, &beak, g.end, g.face, g.depth[NOTCH_FACE], sum);
+            press(sim, notch, catcher, beak, g.end, g.face, g.depth[NOTCH_FACE], sum);
         }
     }
 }
