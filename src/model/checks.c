@@ -106,7 +106,8 @@ static void place(const mechanism *m, const double *q, pose *at)
         for (int k = 0; k < 3; k++) {
             at->c[i].x[k] = at->p[i].x[k] + centre.x[k];
         }
-        at->size = fmax(at->size, fmax(sqrt(dot(at->p[i], at->p[i])), sqrt(dot(at->c[i], at->c[i]))));
+        at->size =
+            fmax(at->size, fmax(sqrt(dot(at->p[i], at->p[i])), sqrt(dot(at->c[i], at->c[i]))));
     }
 }
 
@@ -230,7 +231,8 @@ static void check_mass_matrix(mech__reader *rd)
             return;
         }
     }
-    mech__problem_at(rd, rd->body_node[joint]->key, "the joint %s has no inertia to move (the mass "
+    mech__problem_at(rd, rd->body_node[joint]->key,
+                     "the joint %s has no inertia to move (the mass "
                      "matrix is singular), expected a mass or inertia on it or beyond it",
                      m->bodies[joint].name);
 }
@@ -279,8 +281,10 @@ static void check_inertia(mech__reader *rd, int body)
 
     if (mech__get(rd->body_node[body], "pendulum")) {
         node = mech__get(rd->body_node[body], "pendulum");
-        if (b->centre[0].value == 0.0 && b->centre[2].value == 0.0) {
-            mech__problem_at(rd, node, "a pendulum test says nothing about a body whose centre lies "
+        if (b->inertia[1].kind == MECH_FORMULA && b->centre[0].value == 0.0 &&
+            b->centre[2].value == 0.0) {
+            mech__problem_at(rd, node,
+                             "a pendulum test says nothing about a body whose centre lies "
                              "on its joint, expected inertia");
             return;
         }
@@ -292,12 +296,16 @@ static void check_inertia(mech__reader *rd, int body)
     const mech__node *place = node ? node : rd->body_node[body];
 
     if (smallest < -1e-9 * fabs(largest)) {
-        mech__problem_at(rd, place, "the inertia of %s is not possible: a principal moment is "
-                         "negative", b->name);
+        mech__problem_at(rd, place,
+                         "the inertia of %s is not possible: a principal moment is "
+                         "negative",
+                         b->name);
     } else if (b->inertia[0].kind != MECH_ZERO && b->inertia[1].kind != MECH_ZERO &&
                b->inertia[2].kind != MECH_ZERO && 2.0 * largest > sum * (1.0 + 1e-9)) {
-        mech__problem_at(rd, place, "the inertia of %s is not possible: a principal moment exceeds "
-                         "the sum of the other two", b->name);
+        mech__problem_at(rd, place,
+                         "the inertia of %s is not possible: a principal moment exceeds "
+                         "the sum of the other two",
+                         b->name);
     }
 }
 
@@ -314,8 +322,10 @@ static void check_extents(mech__reader *rd)
         for (int k = 0; k < 2; k++) {
             const mech_shape *s = &m->contacts[i].spot[0].side[k];
 
-            if (s->has_extent && !mech__failed(rd, m->contacts[i].name) && !(s->extent[0].value < s->extent[1].value)) {
-                mech__problem_at(rd, place ? place->key : NULL, "an extent of the contact %s ends "
+            if (s->has_extent && !mech__failed(rd, m->contacts[i].name) &&
+                !(s->extent[0].value < s->extent[1].value)) {
+                mech__problem_at(rd, place ? place->key : NULL,
+                                 "an extent of the contact %s ends "
                                  "before it begins, expected [from, to] with from < to",
                                  m->contacts[i].name);
             }

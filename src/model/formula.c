@@ -82,8 +82,8 @@ static int is_word(char c)
 
 static int at_tolerance(const char *s)
 {
-    return (s[0] == '+' && s[1] == '-') || ((unsigned char)s[0] == 0xC2 &&
-                                            (unsigned char)s[1] == 0xB1);
+    return (s[0] == '+' && s[1] == '-') ||
+           ((unsigned char)s[0] == 0xC2 && (unsigned char)s[1] == 0xB1);
 }
 
 /** Dimension a * b^sign, checked against overflow of its exponents. */
@@ -109,8 +109,10 @@ static operand add(parser *p, operand a, operand b, const char *place)
         mech__unit_text(a.dim, ua);
         mech__unit_text(b.dim, ub);
         if (a.bare || b.bare) {
-            snprintf(p->why, sizeof p->why, "a number without a unit in a sum with one in %s: "
-                     "missing unit", a.bare ? ub : ua);
+            snprintf(p->why, sizeof p->why,
+                     "a number without a unit in a sum with one in %s: "
+                     "missing unit",
+                     a.bare ? ub : ua);
         } else {
             snprintf(p->why, sizeof p->why, "%s and %s cannot be added", ua, ub);
         }
@@ -238,14 +240,9 @@ static operand reference(parser *p, const char *name, size_t length)
             emit(p, e.steps[i].op, e.steps[i].param, e.steps[i].value);
         }
         break;
-    case -1:
-        unknown_reference(p, path, name);
-        break;
-    case -3:
-        fail(p, name, "the formula refers to itself");
-        break;
-    default:
-        fail(p, name, "");
+    case -1: unknown_reference(p, path, name); break;
+    case -3: fail(p, name, "the formula refers to itself"); break;
+    default: fail(p, name, "");
     }
     r.dim = e.dim;
     return r;

@@ -202,11 +202,9 @@ int mech_find_param(const mechanism *m, const char *name, const char **suggestio
 double mech_value(const mechanism *m, mech_scalar s, const double *p)
 {
     switch (s.kind) {
-    case MECH_PARAM:
-        return p[s.index];
+    case MECH_PARAM: return p[s.index];
     case MECH_FORMULA:
         return mech__evaluate(m->formulas[s.index].steps, m->formulas[s.index].nsteps, p);
-    default:
-        return 0.0;
+    default: return 0.0;
     }
 }

@@ -55,7 +55,8 @@ static void add_problem(mech__reader *rd, int line, int column, const char *form
     }
 }
 
-void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format, ...)
+void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format,
+                      ...)
 {
     va_list args;
     int column = node ? node->column : 0;
@@ -114,8 +115,8 @@ void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stei
     if (report && more) {
         char text[600];
 
-        snprintf(text, sizeof text, "%.500s: more than %d problems, the rest is not shown", rd->file,
-                 MECH__MAX_PROBLEMS);
+        snprintf(text, sizeof text, "%.500s: more than %d problems, the rest is not shown",
+                 rd->file, MECH__MAX_PROBLEMS);
         report(ctx, text);
     }
 }
@@ -192,10 +193,11 @@ const char *mech__hint(mech__reader *rd, const mech__nearest *n, const char *oth
 static int is_keyword(const char *name)
 {
     static const char *const words[] = {
-        "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
-        "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
-        "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
-        "union", "unsigned", "void", "volatile", "while",
+        "auto",    "break",  "case",     "char",   "const",    "continue", "default",
+        "do",      "double", "else",     "enum",   "extern",   "float",    "for",
+        "goto",    "if",     "inline",   "int",    "long",     "register", "restrict",
+        "return",  "short",  "signed",   "sizeof", "static",   "struct",   "switch",
+        "typedef", "union",  "unsigned", "void",   "volatile", "while",
     };
 
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
@@ -218,12 +220,15 @@ int mech__name_check(mech__reader *rd, const mech__node *node, const char *what)
         }
     }
     if (n == 0 || s[n] != '\0' || n >= MECH_NAME) {
-        mech__problem_at(rd, node, "\"%s\" cannot name %s, expected a letter and then at most %d "
-                         "letters, digits or _", mech__shown(rd, s), what, MECH_NAME - 2);
+        mech__problem_at(rd, node,
+                         "\"%s\" cannot name %s, expected a letter and then at most %d "
+                         "letters, digits or _",
+                         mech__shown(rd, s), what, MECH_NAME - 2);
         return 0;
     }
     if (is_keyword(s)) {
-        mech__problem_at(rd, node, "\"%s\" cannot name %s: it is a word of the language C", s, what);
+        mech__problem_at(rd, node, "\"%s\" cannot name %s: it is a word of the language C", s,
+                         what);
         return 0;
     }
     return 1;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * reader.h - what the files of the mechanism reader share; nothing outside src/model includes it.
  *
- *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c--> values
+ *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c-->
+ * values
  *
  * A slot is the place of one number: its path ("key.mass"), expected unit, text in the file and the
  * mech_scalar it fills. The sections only declare slots; all numbers are worked out afterwards, so
@@ -15,16 +16,16 @@
 #include "mechanism.h"
 
 enum {
-    MECH__MAX_FILE = 1 << 20,  /* bytes */
-    MECH__MAX_NESTING = 16,    /* lists and mappings inside each other */
-    MECH__MAX_ENTRIES = 1024,  /* of one list or mapping */
-    MECH__MAX_PROBLEMS = 50,   /* reported in one run */
+    MECH__MAX_FILE = 1 << 20, /* bytes */
+    MECH__MAX_NESTING = 16,   /* lists and mappings inside each other */
+    MECH__MAX_ENTRIES = 1024, /* of one list or mapping */
+    MECH__MAX_PROBLEMS = 50,  /* reported in one run */
     MECH__MAX_BODIES = 64,
     MECH__MAX_POINTS = 256,
-    MECH__MAX_THINGS = 128,    /* contacts, notches, links, inputs, outputs: of each */
-    MECH__MAX_STEPS = 256,     /* of one formula, after other formulas are put in */
-    MECH__MAX_DEPTH = 32,      /* brackets; formulas that refer to formulas */
-    MECH__WHY = 200            /* room for the cause of a problem */
+    MECH__MAX_THINGS = 128, /* contacts, notches, links, inputs, outputs: of each */
+    MECH__MAX_STEPS = 256,  /* of one formula, after other formulas are put in */
+    MECH__MAX_DEPTH = 32,   /* brackets; formulas that refer to formulas */
+    MECH__WHY = 200         /* room for the cause of a problem */
 };
 
 /* --- problems.c: collecting problems, names --- */
@@ -80,8 +81,8 @@ typedef struct mech__slot {
     unsigned flags;
     const mech__node *node;  /* NULL: absent or made by the reader */
     const mech__node *named; /* key of a declared parameter */
-    const char *text;       /* NULL: absent, use fallback */
-    const char *label;      /* short text of a formula made by the reader, or NULL */
+    const char *text;        /* NULL: absent, use fallback */
+    const char *label;       /* short text of a formula made by the reader, or NULL */
     double fallback;
     const mech_set *set;
     mech_scalar *to; /* filled when done; NULL for a declared parameter */
@@ -109,6 +110,7 @@ typedef struct mech__reader {
     double *values; /* of the parameters found so far */
     mech__copy *copies, *last_copy;
     const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
+    char orphan[MECH__MAX_BODIES]; /* the parent could not be found, which is told already */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
     int nproblem, nomem;
     void *arena;
@@ -117,7 +119,8 @@ typedef struct mech__reader {
 /** Note a problem at a node (NULL: no place). Beyond MECH__MAX_PROBLEMS they are only counted. */
 void mech__problem_at(mech__reader *rd, const mech__node *node, const char *format, ...);
 /** The same, `skip` characters into a plain scalar. */
-void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format, ...);
+void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format,
+                      ...);
 /** Hand all problems over, sorted by place; err gets the first. */
 void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stein_err *err);
 /** User text made printable and short, in the arena ("" when out of memory). */
@@ -139,7 +142,7 @@ void mech__name_copy(char *to, size_t room, const char *from);
 
 /* --- source.c: arena, tree --- */
 
-void *mech__alloc(mech__reader *rd, size_t size); /* zeroed, NULL when out of memory */
+void *mech__alloc(mech__reader *rd, size_t size);             /* zeroed, NULL when out of memory */
 char *mech__print(mech__reader *rd, const char *format, ...); /* in the arena, NULL likewise */
 void mech__arena_free(mech__reader *rd);
 /** Read the source into rd->root; problems are noted. */
@@ -154,7 +157,8 @@ const mech__node *mech__need(mech__reader *rd, const mech__node *map, const char
                              const char *what);
 /** Check that `node` is a mapping that has only these keys (separated by blanks) and `about`. */
 int mech__keys(mech__reader *rd, const mech__node *node, const char *what, const char *keys);
-/** Check a section: a mapping with at most `max` entries of good names. @return entries, 0 if none */
+/** Check a section: a mapping with at most `max` entries of good names. @return entries, 0 if none
+ */
 int mech__section(mech__reader *rd, const mech__node *node, const char *what, int max);
 /** Index of a scalar's text among words (separated by blanks), -1 after noting a problem. */
 int mech__choice(mech__reader *rd, const mech__node *node, const char *what, const char *words);

@@ -15,6 +15,7 @@ typedef struct family {
     const mech__node *entry[MECH__MAX_BODIES];
     int parent[MECH__MAX_BODIES]; /* -1 frame */
     int place[MECH__MAX_BODIES];  /* in the sorted order, -1 not yet */
+    char orphan[MECH__MAX_BODIES];
     int n;
 } family;
 
@@ -39,6 +40,7 @@ static void find_parent(mech__reader *rd, family *f, int i)
     }
     f->parent[i] = find_entry(f, name);
     if (f->parent[i] < 0) {
+        f->orphan[i] = 1;
         mech__nearest near = {name, NULL, 0};
 
         for (int k = 0; k < f->n; k++) {
@@ -66,10 +68,12 @@ static void cut_loop(mech__reader *rd, family *f)
     for (int k = f->parent[i]; k != i && text; k = f->parent[k]) {
         text = mech__print(rd, "%s -> %s", text, f->entry[k]->key->text);
     }
-    mech__problem_at(rd, mech__get(f->entry[i], "parent"), "the parents form a loop: %s -> %s, "
-                     "expected a tree that begins at the frame", text ? text : "",
-                     f->entry[i]->key->text);
+    mech__problem_at(rd, mech__get(f->entry[i], "parent"),
+                     "the parents form a loop: %s -> %s, "
+                     "expected a tree that begins at the frame",
+                     text ? text : "", f->entry[i]->key->text);
     f->parent[i] = -1;
+    f->orphan[i] = 1;
 }
 
 /** Parents first, otherwise the order of the file. */
@@ -80,7 +84,8 @@ static void sort_bodies(mech__reader *rd, family *f)
     while (m->nbody < f->n) {
         int i = 0;
 
-        while (i < f->n && (f->place[i] >= 0 || (f->parent[i] >= 0 && f->place[f->parent[i]] < 0))) {
+        while (i < f->n &&
+               (f->place[i] >= 0 || (f->parent[i] >= 0 && f->place[f->parent[i]] < 0))) {
             i++;
         }
         if (i == f->n) {
@@ -94,6 +99,7 @@ static void sort_bodies(mech__reader *rd, family *f)
         b->line = f->entry[i]->key->line;
         b->column = f->entry[i]->key->column;
         rd->body_node[m->nbody] = f->entry[i];
+        rd->orphan[m->nbody] = f->orphan[i];
         f->place[i] = m->nbody++;
     }
 }
@@ -121,8 +127,10 @@ static void read_joint(mech__reader *rd, int index)
 
     if (!text || !joint_text(text, b)) {
         if (text) {
-            mech__problem_at(rd, node, "\"%s\" is no joint, expected R or T, a blank and an axis, "
-                             "as in \"R y\" or \"T -z\"", mech__shown(rd, text));
+            mech__problem_at(rd, node,
+                             "\"%s\" is no joint, expected R or T, a blank and an axis, "
+                             "as in \"R y\" or \"T -z\"",
+                             mech__shown(rd, text));
         }
         b->type = 'R';
         b->axis = 'y';
@@ -186,6 +194,9 @@ int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, 
         }
         mech__offer(&near, rd->m->bodies[i].name);
     }
+    if (frame_allowed) {
+        mech__offer(&near, "frame");
+    }
     mech__problem_at(rd, node, "there is no body \"%s\"%s", mech__shown(rd, name),
                      mech__hint(rd, &near, ""));
     return -1;
@@ -246,7 +257,7 @@ static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
     }
     const mech_point *p = &rd->m->points[point];
 
-    if (p->body != b->parent) {
+    if (p->body != b->parent && !rd->orphan[b - rd->m->bodies]) {
         mech__problem_at(rd, node, "the point %s is not on the parent, expected a point of %s",
                          p->name, b->parent < 0 ? "frame" : rd->m->bodies[b->parent].name);
         return;
@@ -257,7 +268,8 @@ static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
 }
 
 /** I_yy from the swing of the body on its joint, as makers measure it:
- *  I_o = m g d / (2 pi nu)^2 about the joint, I_yy = I_o - m d^2, d from the joint to the centre. */
+ *  I_o = m g d / (2 pi nu)^2 about the joint, I_yy = I_o - m d^2, d from the joint to the centre.
+ */
 static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node)
 {
     mech_scalar *unused = mech__alloc(rd, 2 * sizeof *unused);
@@ -271,16 +283,16 @@ static void read_pendulum(mech__reader *rd, mech_body *b, const mech__node *node
         mech__problem_at(rd, node->key, "a pendulum test needs a joint about y, expected inertia");
         return;
     }
-    mech__number(rd, &unused[0], "Hz", MECH__POSITIVE, mech__need(rd, node, "frequency", "pendulum"),
-                 1.0, "%s.pendulum.frequency", n);
+    mech__number(rd, &unused[0], "Hz", MECH__POSITIVE,
+                 mech__need(rd, node, "frequency", "pendulum"), 1.0, "%s.pendulum.frequency", n);
     if (g) {
         mech__number(rd, &unused[1], "m/s^2", MECH__POSITIVE, g, 9.81, "%s.pendulum.gravity", n);
     }
-    mech__slot *yy = mech__number(rd, &b->inertia[1], "kg m^2", MECH__VANISHES, NULL, 0.0,
-                                  "%s.inertia.yy", n);
+    mech__slot *yy =
+        mech__number(rd, &b->inertia[1], "kg m^2", MECH__VANISHES, NULL, 0.0, "%s.inertia.yy", n);
     const char *gravity = g ? mech__print(rd, "%s.pendulum.gravity", n) : "9.81 m/s^2";
-    const char *d2 = mech__print(rd, "(%s.centre.x * %s.centre.x + %s.centre.z * %s.centre.z)", n, n,
-                                 n, n);
+    const char *d2 =
+        mech__print(rd, "(%s.centre.x * %s.centre.x + %s.centre.z * %s.centre.z)", n, n, n, n);
     const char *nu = mech__print(rd, "%s.pendulum.frequency", n);
 
     if (yy && gravity && d2 && nu) {
@@ -321,8 +333,9 @@ static void read_forces(mech__reader *rd, mech_body *b, const mech__node *entry)
     const mech__node *damping = mech__get(entry, "damping");
     const char *path = mech__print(rd, "%s.damping", b->name);
 
-    if (mech__keys(rd, spring, turns ? "the spring of a turning joint"
-                                     : "the spring of a sliding joint", turns ? "k theta0" : "k x0")) {
+    if (mech__keys(rd, spring,
+                   turns ? "the spring of a turning joint" : "the spring of a sliding joint",
+                   turns ? "k theta0" : "k x0")) {
         b->has_spring = 1;
         mech__number(rd, &b->spring_k, turns ? "N m/rad" : "N/m", 0,
                      mech__need(rd, spring, "k", "a spring"), 0.0, "%s.spring.k", b->name);
@@ -331,8 +344,8 @@ static void read_forces(mech__reader *rd, mech_body *b, const mech__node *entry)
     }
     if (path && (damping || mech__is_set(rd, path))) {
         b->has_damping = 1;
-        mech__number(rd, &b->damping, turns ? "N m s/rad" : "N s/m", MECH__NOT_NEGATIVE, damping, 0.0,
-                     "%s", path);
+        mech__number(rd, &b->damping, turns ? "N m s/rad" : "N s/m", MECH__NOT_NEGATIVE, damping,
+                     0.0, "%s", path);
     }
     mech__friction(rd, &b->friction, mech__get(entry, "friction"), b->name, turns ? "N m" : "N",
                    turns ? "rad/s" : "m/s");
@@ -346,8 +359,9 @@ static void read_body(mech__reader *rd, int index)
     int turns = b->type == 'R';
     char *base = mech__print(rd, "%s.centre", b->name);
 
-    mech__keys(rd, entry, "a body", "parent joint at mass centre inertia pendulum spring damping "
-                                    "friction initial points");
+    mech__keys(rd, entry, "a body",
+               "parent joint at mass centre inertia pendulum spring damping "
+               "friction initial points");
     if (!base) {
         return;
     }

@@ -13,15 +13,18 @@ typedef enum { POINT, CIRCLE, LINE, NONE } shape_kind;
 
 static const char *const kind_names[] = {"point", "circle", "line"};
 
-/** Contacts are planar: every joint on the way to the frame turns about y or slides along x or z. */
+/** Contacts are planar: every joint on the way to the frame turns about y or slides along x or z.
+ */
 static int check_planar(mech__reader *rd, const mech__node *node, int body)
 {
     for (int i = body; i >= 0; i = rd->m->bodies[i].parent) {
         const mech_body *b = &rd->m->bodies[i];
 
         if ((b->type == 'R') != (b->axis == 'y')) {
-            mech__problem_at(rd, node, "contacts are planar: the joint %s must turn about y or slide "
-                             "along x or z, found %c %c", b->name, b->type, b->axis);
+            mech__problem_at(rd, node,
+                             "contacts are planar: the joint %s must turn about y or slide "
+                             "along x or z, found %c %c",
+                             b->name, b->type, b->axis);
             return -1;
         }
     }
@@ -170,14 +173,16 @@ static void read_sides(mech__reader *rd, mech_contact *c, const mech__node *betw
         good = base && read_shape(rd, &spot->side[place], side[i], kind[i], base) == 0 && good;
     }
     if (good && spot->side[0].body == spot->side[1].body) {
-        mech__problem_at(rd, between, "both sides are on one body, expected two that can move "
+        mech__problem_at(rd, between,
+                         "both sides are on one body, expected two that can move "
                          "against each other");
     }
     c->nspot = 1;
     if (kind[0] == LINE && kind[1] == LINE) {
         c->nspot = 2;
         if (!mech__get(mech__get(side[0], "line"), "extent")) {
-            mech__problem_at(rd, side[0], "of two lines the first needs an extent: it touches with "
+            mech__problem_at(rd, side[0],
+                             "of two lines the first needs an extent: it touches with "
                              "its ends");
         }
     }
@@ -263,7 +268,8 @@ void mech__section_contacts(mech__reader *rd)
     m->notches = mech__array(rd, k, sizeof *m->notches);
     for (const mech__node *e = n ? section->first : NULL; e && !rd->nomem; e = e->next) {
         if (load && strcmp(e->key->text, "load") == 0) {
-            mech__problem_at(rd, e->key, "no contact can be called \"load\": it is the name of the "
+            mech__problem_at(rd, e->key,
+                             "no contact can be called \"load\": it is the name of the "
                              "free load");
             continue;
         }
@@ -322,11 +328,12 @@ void mech__section_links(mech__reader *rd)
         read_end(rd, e, "to", &l->point[1]);
         if (l->point[0] >= 0 && l->point[1] >= 0 &&
             m->points[l->point[0]].body == m->points[l->point[1]].body) {
-            mech__problem_at(rd, e, "both ends of the link are on one body, expected two bodies");
+            mech__problem_at(rd, e->key,
+                             "both ends of the link are on one body, expected two bodies");
         }
         mech__number(rd, &l->k, "N/m", 0, mech__need(rd, e, "k", "a link"), 0.0, "%s.k", l->name);
-        mech__number(rd, &l->length, "m", MECH__NOT_NEGATIVE,
-                     mech__need(rd, e, "length", "a link"), 0.0, "%s.length", l->name);
+        mech__number(rd, &l->length, "m", MECH__NOT_NEGATIVE, mech__need(rd, e, "length", "a link"),
+                     0.0, "%s.length", l->name);
         mech__number(rd, &l->damping, "N s/m", MECH__NOT_NEGATIVE, mech__get(e, "damping"), 0.0,
                      "%s.damping", l->name);
     }

@@ -26,16 +26,11 @@ enum { JOINT, POINT, CONTACT, NOTCH, INPUT, NREADABLE };
 static const char *name_of(const mechanism *m, int kind, int i)
 {
     switch (kind) {
-    case JOINT:
-        return i < m->nbody ? m->bodies[i].name : NULL;
-    case POINT:
-        return i < m->npoint ? m->points[i].name : NULL;
-    case CONTACT:
-        return i < m->ncontact ? m->contacts[i].name : NULL;
-    case NOTCH:
-        return i < m->nnotch ? m->notches[i].name : NULL;
-    default:
-        return i < m->ninput ? m->inputs[i].name : NULL;
+    case JOINT: return i < m->nbody ? m->bodies[i].name : NULL;
+    case POINT: return i < m->npoint ? m->points[i].name : NULL;
+    case CONTACT: return i < m->ncontact ? m->contacts[i].name : NULL;
+    case NOTCH: return i < m->nnotch ? m->notches[i].name : NULL;
+    default: return i < m->ninput ? m->inputs[i].name : NULL;
     }
 }
 
@@ -114,17 +109,18 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
     int kind = only_one(rd, entry, keys, 3, "an input needs exactly one of force, torque, motion");
 
     mech__name_copy(in->name, sizeof in->name, entry->key->text);
-    mech__keys(rd, entry, "an input", kind == 0   ? "torque"
-                                      : kind == 1 ? "force direction"
-                                      : kind == 2 ? "motion idle"
-                                                  : "force direction torque motion idle");
+    mech__keys(rd, entry, "an input",
+               kind == 0   ? "torque"
+               : kind == 1 ? "force direction"
+               : kind == 2 ? "motion idle"
+                           : "force direction torque motion idle");
     in->index = -1;
     if (kind < 0) {
         return;
     }
     in->kind = kind;
-    in->index = find_thing(rd, mech__get(entry, keys[kind]),
-                           kind == STEIN_INPUT_POINT ? POINT : JOINT);
+    in->index =
+        find_thing(rd, mech__get(entry, keys[kind]), kind == STEIN_INPUT_POINT ? POINT : JOINT);
     int turns = kind != STEIN_INPUT_POINT && in->index >= 0 && rd->m->bodies[in->index].type == 'R';
 
     if (kind == STEIN_INPUT_POINT) {
@@ -156,23 +152,17 @@ static const char *channel_unit(const mechanism *m, const mech_channel *c)
         return joint_unit(m, c->index, turning, sliding, c->read - STEIN_READ_POSITION);
     case STEIN_READ_VX:
     case STEIN_READ_VY:
-    case STEIN_READ_VZ:
-        return "m/s";
+    case STEIN_READ_VZ: return "m/s";
     case STEIN_READ_FORCE:
     case STEIN_READ_TANGENT:
-    case STEIN_READ_NOTCH_FORCE:
-        return "N";
-    case STEIN_READ_NOTCH_PHASE:
-        return "1";
-    case STEIN_READ_INPUT:
-        return m->inputs[c->index].unit;
+    case STEIN_READ_NOTCH_FORCE: return "N";
+    case STEIN_READ_NOTCH_PHASE: return "1";
+    case STEIN_READ_INPUT: return m->inputs[c->index].unit;
     case STEIN_READ_INPUT_FORCE:
         return m->bodies[m->inputs[c->index].index].type == 'R' ? "N m" : "N";
     case STEIN_READ_KINETIC:
-    case STEIN_READ_POTENTIAL:
-        return "J";
-    default:
-        return "m";
+    case STEIN_READ_POTENTIAL: return "J";
+    default: return "m";
     }
 }
 
@@ -189,8 +179,9 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
     static const char *const keys[] = {"joint", "point", "contact", "notch", "input", "energy"};
-    int kind = only_one(rd, entry, keys, NREADABLE + 1, "an output needs exactly one of joint, "
-                                                        "point, contact, notch, input, energy");
+    int kind = only_one(rd, entry, keys, NREADABLE + 1,
+                        "an output needs exactly one of joint, "
+                        "point, contact, notch, input, energy");
 
     if (kind == NREADABLE) {
         return read_energy(rd, c, entry);
@@ -222,10 +213,12 @@ static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *en
 
     mech__name_copy(c->name, sizeof c->name, entry->key->text);
     if (strcmp(c->name, "time") == 0) {
-        mech__problem_at(rd, entry->key, "every model has the output \"time\", expected another "
+        mech__problem_at(rd, entry->key,
+                         "every model has the output \"time\", expected another "
                          "name");
     }
-    if (!mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero")) {
+    if (!mech__keys(rd, entry, "an output",
+                    "joint point contact notch input energy read sign zero")) {
         return;
     }
     int side = sign ? mech__choice(rd, sign, "sign", "1 -1 +1") : 0;

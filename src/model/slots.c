@@ -70,11 +70,15 @@ void mech__problem_slot(mech__reader *rd, const mech__slot *slot, int from_set, 
 static void problem_twice(mech__reader *rd, const mech__slot *old, const mech__node *node)
 {
     if (old->flags & MECH__DECLARED) {
-        mech__problem_at(rd, old->named, "the parameter \"%s\" has the name of another number "
-                         "of the file, expected a name of its own", old->path);
+        mech__problem_at(rd, old->named,
+                         "the parameter \"%s\" has the name of another number "
+                         "of the file, expected a name of its own",
+                         old->path);
     } else {
-        mech__problem_at(rd, node ? node : old->node, "two numbers of the file are called \"%s\", "
-                         "expected different names", old->path);
+        mech__problem_at(rd, node ? node : old->node,
+                         "two numbers of the file are called \"%s\", "
+                         "expected different names",
+                         old->path);
     }
 }
 
@@ -243,7 +247,9 @@ static int check_dim(mech__reader *rd, const mech__slot *s, const mech__expr *e,
     mech__unit_text(e->dim, found);
     mech__unit_text(s->dim, expected);
     mech__problem_slot(rd, s, from_set, 0, "the unit is %s, expected %s",
-                       e->percent ? "%" : strcmp(found, "1") ? found : "missing (a pure number)",
+                       e->percent           ? "%"
+                       : strcmp(found, "1") ? found
+                                            : "missing (a pure number)",
                        s->unit && strcmp(s->unit, "1") ? s->unit
                        : strcmp(expected, "1")         ? expected
                                                        : "a pure number");
@@ -412,7 +418,8 @@ int mech__failed(const mech__reader *rd, const char *owner)
 
 void mech__offer_paths(mech__reader *rd, mech__nearest *n)
 {
-    for (const mech__slot *s = rd->nproblem < MECH__MAX_PROBLEMS ? rd->slots : NULL; s; s = s->next) {
+    for (const mech__slot *s = rd->nproblem < MECH__MAX_PROBLEMS ? rd->slots : NULL; s;
+         s = s->next) {
         mech__offer(n, s->path);
     }
 }

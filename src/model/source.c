@@ -170,8 +170,8 @@ static int add_scalar(builder *b, const yaml_event_t *e)
     }
     memcpy(copy, text, length + 1);
     n->text = copy;
-    n->plain = e->data.scalar.style == YAML_PLAIN_SCALAR_STYLE &&
-               e->start_mark.line == e->end_mark.line;
+    n->plain =
+        e->data.scalar.style == YAML_PLAIN_SCALAR_STYLE && e->start_mark.line == e->end_mark.line;
     return append(b, n, &e->start_mark);
 }
 
@@ -193,8 +193,7 @@ static int open_collection(builder *b, const yaml_event_t *e, mech__node_kind ki
 
 static int has_anchor(const yaml_event_t *e)
 {
-    return e->type == YAML_ALIAS_EVENT ||
-           (e->type == YAML_SCALAR_EVENT && e->data.scalar.anchor) ||
+    return e->type == YAML_ALIAS_EVENT || (e->type == YAML_SCALAR_EVENT && e->data.scalar.anchor) ||
            (e->type == YAML_SEQUENCE_START_EVENT && e->data.sequence_start.anchor) ||
            (e->type == YAML_MAPPING_START_EVENT && e->data.mapping_start.anchor);
 }
@@ -204,8 +203,8 @@ static int has_tag(const yaml_event_t *e)
     return (e->type == YAML_SCALAR_EVENT && e->data.scalar.tag) ||
            (e->type == YAML_SEQUENCE_START_EVENT && e->data.sequence_start.tag) ||
            (e->type == YAML_MAPPING_START_EVENT && e->data.mapping_start.tag) ||
-           (e->type == YAML_DOCUMENT_START_EVENT &&
-            e->data.document_start.tag_directives.start != e->data.document_start.tag_directives.end);
+           (e->type == YAML_DOCUMENT_START_EVENT && e->data.document_start.tag_directives.start !=
+                                                        e->data.document_start.tag_directives.end);
 }
 
 /** @return 0 to go on, 1 at the end, -1 after a problem that ends the reading */
@@ -218,24 +217,17 @@ static int take(builder *b, const yaml_event_t *e)
         return fatal(b, &e->start_mark, "tags (!) are not allowed");
     }
     switch (e->type) {
-    case YAML_STREAM_END_EVENT:
-        return 1;
+    case YAML_STREAM_END_EVENT: return 1;
     case YAML_DOCUMENT_START_EVENT:
         b->documents++;
         return b->documents > 1 ? fatal(b, &e->start_mark, "a second document begins, expected one")
                                 : 0;
-    case YAML_SCALAR_EVENT:
-        return add_scalar(b, e);
-    case YAML_SEQUENCE_START_EVENT:
-        return open_collection(b, e, MECH__LIST);
-    case YAML_MAPPING_START_EVENT:
-        return open_collection(b, e, MECH__MAP);
+    case YAML_SCALAR_EVENT: return add_scalar(b, e);
+    case YAML_SEQUENCE_START_EVENT: return open_collection(b, e, MECH__LIST);
+    case YAML_MAPPING_START_EVENT: return open_collection(b, e, MECH__MAP);
     case YAML_SEQUENCE_END_EVENT:
-    case YAML_MAPPING_END_EVENT:
-        b->depth--;
-        return 0;
-    default:
-        return 0;
+    case YAML_MAPPING_END_EVENT: b->depth--; return 0;
+    default: return 0;
     }
 }
 

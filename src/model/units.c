@@ -31,14 +31,14 @@ typedef struct unit {
 } unit;
 
 static const unit units[] = {
-    {"m", 0, 1, 0, 0, 0, 0},    {"mm", 0, 1, 0, 0, -3, 0},   {"um", 0, 1, 0, 0, -6, 0},
-    {"cm", 0, 1, 0, 0, -2, 0},  {"km", 0, 1, 0, 0, 3, 0},    {"kg", 1, 0, 0, 0, 0, 0},
-    {"g", 1, 0, 0, 0, -3, 0},   {"mg", 1, 0, 0, 0, -6, 0},   {"s", 0, 0, 1, 0, 0, 0},
-    {"ms", 0, 0, 1, 0, -3, 0},  {"us", 0, 0, 1, 0, -6, 0},   {"rad", 0, 0, 0, 1, 0, 0},
-    {"mrad", 0, 0, 0, 1, -3, 0}, {"deg", 0, 0, 0, 1, 0, 1},  {"Hz", 0, 0, -1, 0, 0, 0},
-    {"kHz", 0, 0, -1, 0, 3, 0}, {"N", 1, 1, -2, 0, 0, 0},    {"mN", 1, 1, -2, 0, -3, 0},
-    {"kN", 1, 1, -2, 0, 3, 0},  {"J", 1, 2, -2, 0, 0, 0},    {"mJ", 1, 2, -2, 0, -3, 0},
-    {"Pa", 1, -1, -2, 0, 0, 0}, {"kPa", 1, -1, -2, 0, 3, 0}, {"MPa", 1, -1, -2, 0, 6, 0},
+    {"m", 0, 1, 0, 0, 0, 0},     {"mm", 0, 1, 0, 0, -3, 0},   {"um", 0, 1, 0, 0, -6, 0},
+    {"cm", 0, 1, 0, 0, -2, 0},   {"km", 0, 1, 0, 0, 3, 0},    {"kg", 1, 0, 0, 0, 0, 0},
+    {"g", 1, 0, 0, 0, -3, 0},    {"mg", 1, 0, 0, 0, -6, 0},   {"s", 0, 0, 1, 0, 0, 0},
+    {"ms", 0, 0, 1, 0, -3, 0},   {"us", 0, 0, 1, 0, -6, 0},   {"rad", 0, 0, 0, 1, 0, 0},
+    {"mrad", 0, 0, 0, 1, -3, 0}, {"deg", 0, 0, 0, 1, 0, 1},   {"Hz", 0, 0, -1, 0, 0, 0},
+    {"kHz", 0, 0, -1, 0, 3, 0},  {"N", 1, 1, -2, 0, 0, 0},    {"mN", 1, 1, -2, 0, -3, 0},
+    {"kN", 1, 1, -2, 0, 3, 0},   {"J", 1, 2, -2, 0, 0, 0},    {"mJ", 1, 2, -2, 0, -3, 0},
+    {"Pa", 1, -1, -2, 0, 0, 0},  {"kPa", 1, -1, -2, 0, 3, 0}, {"MPa", 1, -1, -2, 0, 6, 0},
 };
 enum { NUNITS = sizeof units / sizeof units[0] };
 
@@ -110,12 +110,15 @@ static void unknown_unit(const char *s, size_t n, char why[MECH__WHY])
     if (near.best) {
         snprintf(why, MECH__WHY, "unknown unit \"%s\", did you mean \"%s\"?", word, near.best);
     } else {
-        snprintf(why, MECH__WHY, "unknown unit \"%s\", expected one of m mm um cm km kg g mg s ms "
-                 "us rad mrad deg Hz kHz N mN kN J mJ Pa kPa MPa", word);
+        snprintf(why, MECH__WHY,
+                 "unknown unit \"%s\", expected one of m mm um cm km kg g mg s ms "
+                 "us rad mrad deg Hz kHz N mN kN J mJ Pa kPa MPa",
+                 word);
     }
 }
 
-/** One factor "mm^2" at s, to the power sign. @return bytes used, -1 on error, 0 when none is here */
+/** One factor "mm^2" at s, to the power sign. @return bytes used, -1 on error, 0 when none is here
+ */
 static int factor_at(const char *s, int sign, product *u, char why[MECH__WHY])
 {
     size_t n = unit_word(s);
@@ -199,7 +202,8 @@ static int unit_at(const char *s, product *u, char why[MECH__WHY], const char **
         }
         *bad = next;
         if (divided && op != '*' && op != '/') {
-            snprintf(why, MECH__WHY, "a blank after \"/\" is ambiguous in a unit: write the "
+            snprintf(why, MECH__WHY,
+                     "a blank after \"/\" is ambiguous in a unit: write the "
                      "products first, as in \"N s/m\"");
             return -1;
         }
@@ -388,8 +392,9 @@ static void append_power(char text[MECH_UNIT], const char *before, const char *n
 void mech__unit_text(mech_dim dim, char text[MECH_UNIT])
 {
     static const char *const usual[] = {
-        "1", "rad", "m", "kg", "s", "N", "N m", "N m/rad", "N/m", "N/m^2", "N/m^3", "N s/m",
-        "N m s/rad", "m/s", "rad/s", "m/s^2", "rad/s^2", "kg m^2", "s/m", "1/s", "1/m", "N s",
+        "1",       "rad",    "m",     "kg",    "s",         "N",   "N m",   "N m/rad",
+        "N/m",     "N/m^2",  "N/m^3", "N s/m", "N m s/rad", "m/s", "rad/s", "m/s^2",
+        "rad/s^2", "kg m^2", "s/m",   "1/s",   "1/m",       "N s",
     };
     static const char *const names[] = {"kg", "m", "s", "rad"};
     int power[] = {dim.kg, dim.m, dim.s, dim.rad};
@@ -475,8 +480,8 @@ stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, 
     }
     if (q.has_unit && (!mech__dim_fits(q.dim, dim) || (q.percent && dim.rad != 0))) {
         mech__unit_text(q.dim, found);
-        snprintf(why, sizeof why, "the unit is %s, expected %s",
-                 q.percent ? "%" : found, strcmp(expected, "1") ? expected : "a pure number");
+        snprintf(why, sizeof why, "the unit is %s, expected %s", q.percent ? "%" : found,
+                 strcmp(expected, "1") ? expected : "a pure number");
         return quantity_error(err, text, why);
     }
     *value = minus ? -q.value : q.value;
