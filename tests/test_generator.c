@@ -1,0 +1,407 @@
+/* SPDX-License-Identifier: MIT
+ * test_generator.c - the generator: expression graphs, equations against an independent route
+ * (generator_reference.c), operation counts, the emitted text.
+ */
+#include <dirent.h>
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "generator_reference.h"
+#include "gen_internal.h"
+#include "support.h"
+
+Suite *generator_suite(void);
+
+enum { TREES = 100, MODELS_MAX = 40 };
+
+static const char strict_flags[] =
+    "-std=c11 -O0 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes "
+    "-Wmissing-prototypes -Wundef -Wvla -Werror";
+
+static double *numbers_new(size_t n)
+{
+    double *x = calloc(n + 1, sizeof *x);
+    ck_assert_ptr_nonnull(x);
+    return x;
+}
+
+/** max |a - b| <= rtol max |b|. */
+static void assert_same(const char *what, const double *a, const double *b, int n, double rtol)
+{
+    double off = 0.0, size = 0.0;
+    for (int i = 0; i < n; i++) {
+        off = fmax(off, fabs(a[i] - b[i]));
+        size = fmax(size, fabs(b[i]));
+    }
+    ck_assert_msg(off <= rtol * size + 1e-300, "%s: off by %.3g of %.3g", what, off, size);
+}
+
+/* ---- expression graphs ---------------------------------------------------------------------- */
+
+typedef struct graphs {
+    ex_graph setup, g;
+    ex a, b, c, x, y, z; /* a, b, c parameters as seen from g; x, y, z coordinates */
+} graphs;
+
+static graphs *graphs_new(void)
+{
+    graphs *s = calloc(1, sizeof *s);
+    ck_assert(s && ex_graph_init(&s->setup, NULL) == 0 && ex_graph_init(&s->g, &s->setup) == 0);
+    s->a = ex_const(&s->g, ex_var(&s->setup, EX_P, 0));
+    s->b = ex_const(&s->g, ex_var(&s->setup, EX_P, 1));
+    s->c = ex_const(&s->g, ex_var(&s->setup, EX_P, 2));
+    s->x = ex_var(&s->g, EX_Q, 0);
+    s->y = ex_var(&s->g, EX_Q, 1);
+    s->z = ex_var(&s->g, EX_Q, 2);
+    return s;
+}
+
+static void graphs_free(graphs *s)
+{
+    ex_graph_free(&s->g);
+    ex_graph_free(&s->setup);
+    free(s);
+}
+
+START_TEST(equal_expressions_are_one_node)
+{
+    graphs *s = graphs_new();
+    ex_graph *g = &s->g;
+    ck_assert_int_eq(ex_mul(g, s->x, s->y), ex_mul(g, s->y, s->x));
+    ck_assert_int_eq(ex_add(g, s->x, s->y), ex_add(g, s->y, s->x));
+    ck_assert_int_eq(ex_sub(g, s->x, s->y), ex_neg(g, ex_sub(g, s->y, s->x)));
+    ck_assert_int_eq(ex_mul(g, s->a, ex_mul(g, s->b, s->x)), ex_mul(g, ex_mul(g, s->a, s->b), s->x));
+    ck_assert_int_ne(ex_mul(g, s->x, s->x), ex_mul(g, s->x, s->y));
+    graphs_free(s);
+}
+END_TEST
+
+START_TEST(zeros_ones_and_signs_vanish)
+{
+    graphs *s = graphs_new();
+    ex_graph *g = &s->g;
+    ex one = ex_num(g, 1.0), minus = ex_num(g, -1.0), nx = ex_neg(g, s->x), ny = ex_neg(g, s->y);
+    ck_assert_int_eq(ex_mul(g, 0, s->x), 0);
+    ck_assert_int_eq(ex_add(g, s->x, 0), s->x);
+    ck_assert_int_eq(ex_sub(g, s->x, s->x), 0);
+    ck_assert_int_eq(ex_mul(g, one, s->x), s->x);
+    ck_assert_int_eq(ex_mul(g, minus, s->x), nx);
+    ck_assert_int_eq(ex_mul(g, nx, ny), ex_mul(g, s->x, s->y));
+    ck_assert_int_eq(ex_add(g, s->x, ny), ex_sub(g, s->x, s->y));
+    ck_assert_int_eq(ex_fun(g, EX_COS, nx), ex_fun(g, EX_COS, s->x));
+    ck_assert_int_eq(ex_fun(g, EX_SIN, nx), ex_neg(g, ex_fun(g, EX_SIN, s->x)));
+    ck_assert_int_eq(ex_fun(g, EX_COS, 0), one);
+    graphs_free(s);
+}
+END_TEST
+
+START_TEST(parameter_arithmetic_moves_to_setup)
+{
+    graphs *s = graphs_new();
+    ex_graph *g = &s->g;
+    ex ab = ex_add(g, ex_mul(g, s->a, s->b), s->c);
+    ck_assert_int_eq(g->node[ab].op, EX_CONST);
+    ex sum = ex_add(g, ex_mul(g, s->a, s->x), ex_mul(g, s->b, s->x)); /* (a + b) x */
+    stein_ops o = ex_count(g, &sum, 1);
+    ck_assert_int_eq(o.mul, 1);
+    ck_assert_int_eq(o.add, 0);
+    graphs_free(s);
+}
+END_TEST
+
+START_TEST(counts_follow_robotrans_convention)
+{
+    graphs *s = graphs_new();
+    ex_graph *g = &s->g;
+    ex xy = ex_mul(g, s->x, s->y), sine = ex_fun(g, EX_SIN, s->z);
+    (void)ex_mul(g, s->z, s->z); /* dead code is not counted */
+    const ex out[3] = {ex_neg(g, ex_add(g, xy, sine)), ex_sub(g, xy, ex_div(g, s->x, s->z)), xy};
+    stein_ops o = ex_count(g, out, 3); /* x y and sin z once, the sign of an output free */
+    ck_assert_int_eq(o.add, 2);
+    ck_assert_int_eq(o.mul, 1);
+    ck_assert_int_eq(o.div, 1);
+    ck_assert_int_eq(o.trig, 1);
+    ck_assert_int_eq(o.neg, 0);
+    graphs_free(s);
+}
+END_TEST
+
+/* ---- equations by the graph evaluator ------------------------------------------------------- */
+
+/** Evaluate one function's graph at the parameter values of m. */
+static void evaluate(const tree *t, builder *build, int nout, const ref_state *s, double *result)
+{
+    func f = {.out = NULL};
+    ck_assert_int_eq(func_search(&f, t, build, nout), 0);
+    double *p = numbers_new((size_t)t->m->nparam), *k = numbers_new((size_t)t->setup->n);
+    double *v = numbers_new((size_t)f.g.n);
+    for (int i = 0; i < t->m->nparam; i++) {
+        p[i] = t->m->params[i].value;
+    }
+    const double *const pvar[EX_NVAR] = {[EX_P] = p};
+    const double *const var[EX_NVAR] = {[EX_Q] = s->q, [EX_QD] = s->qd, [EX_QDD] = s->qdd,
+                                        [EX_FRC] = s->frc, [EX_TRQ] = s->trq};
+    ex_eval(t->setup, pvar, NULL, k);
+    ex_eval(&f.g, var, k, v);
+    for (int i = 0; i < nout; i++) {
+        result[i] = v[f.out[i]];
+    }
+    func_free(&f);
+    free(p);
+    free(k);
+    free(v);
+}
+
+/** M qdd + c of a reference. */
+static void inverse_of(const ref_out *r, const ref_state *s, int n, double *Q)
+{
+    for (int i = 0; i < n; i++) {
+        Q[i] = r->c[i];
+        for (int j = 0; j < n; j++) {
+            Q[i] += r->M[i * n + j] * s->qdd[j];
+        }
+    }
+}
+
+static void check_by_graph(const mechanism *m, unsigned long long *seed)
+{
+    int n = m->nbody, np = m->npoint;
+    ref_out r = ref_out_new(n, np);
+    ref_state s = ref_state_random(n, seed);
+    double *Q = numbers_new((size_t)n), *y = numbers_new((size_t)(n * n + 10 * n + 9 * np + 3 * np * n));
+    ex_graph setup;
+    tree t;
+    ck_assert(ex_graph_init(&setup, NULL) == 0 && tree_build(&t, m, &setup) == 0);
+    ref_evaluate(m, &s, &r);
+    inverse_of(&r, &s, n, Q);
+    evaluate(&t, dyn_mass_bias, n * n + n, &s, y);
+    assert_same("M", y, r.M, n * n, 1e-12);
+    assert_same("c", y + n * n, r.c, n, 1e-12);
+    evaluate(&t, dyn_inverse, n, &s, y);
+    assert_same("Q", y, Q, n, 1e-12);
+    evaluate(&t, kin_point, 9 * np + 3 * np * n, &s, y);
+    assert_same("x", y, r.x, 3 * np, 1e-12);
+    assert_same("v", y + 3 * np, r.v, 3 * np, 1e-12);
+    assert_same("J", y + 6 * np, r.J, 3 * np * n, 1e-12);
+    assert_same("jdqd", y + 6 * np + 3 * np * n, r.jdqd, 3 * np, 1e-12);
+    evaluate(&t, kin_energy, 2, &s, y);
+    ck_assert_close(y[0], r.kinetic, 1e-12, 0.0);
+    ck_assert_close(y[1], r.potential, 1e-12, 1e-12);
+    evaluate(&t, kin_pose, 7 * t.ncarrier, &s, y);
+    for (int k = 0; k < t.ncarrier; k++) {
+        assert_same("pose", y + 7 * k, r.pose + 7 * t.carrier[k], 7, 1e-12);
+    }
+    tree_free(&t);
+    ex_graph_free(&setup);
+    ref_out_free(&r);
+    ref_state_free(&s);
+    free(Q);
+    free(y);
+}
+
+static mechanism *tree_number(int k, unsigned long long *seed)
+{
+    char name[24];
+    *seed = 1788u + 977u * (unsigned)k;
+    snprintf(name, sizeof name, "tree%d", k);
+    return ref_tree(name, 1 + k % 12, k % 3 == 0, seed);
+}
+
+START_TEST(graphs_agree_with_lagrange_on_random_trees)
+{
+    for (int k = 0; k < TREES; k++) {
+        unsigned long long seed;
+        mechanism *m = tree_number(k, &seed);
+        check_by_graph(m, &seed);
+        ref_tree_free(m);
+    }
+}
+END_TEST
+
+/* ---- the compiled text ---------------------------------------------------------------------- */
+
+typedef struct workshop {
+    char dir[64];
+    void *library;
+} workshop;
+
+static workshop workshop_open(void)
+{
+    workshop w = {.dir = "/tmp/stein-generator-XXXXXX"};
+    ck_assert_ptr_nonnull(mkdtemp(w.dir));
+    return w;
+}
+
+static void workshop_add(const workshop *w, const mechanism *m)
+{
+    gen_result r;
+    char path[160];
+    ck_assert_stein(gen_equations(&r, m, err));
+    snprintf(path, sizeof path, "%s/%s.c", w->dir, m->name);
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    ck_assert_uint_eq(fwrite(r.source, 1, r.size, f), r.size);
+    ck_assert_int_eq(fclose(f), 0);
+    gen_free(&r);
+}
+
+static void workshop_build(workshop *w)
+{
+    char command[512];
+    const char *cc = getenv("CC");
+    snprintf(command, sizeof command, "%s %s -fPIC -shared -Iinclude -o %s/all.so %s/*.c -lm",
+             cc && *cc ? cc : "cc", strict_flags, w->dir, w->dir);
+    ck_assert_msg(system(command) == 0, "%s", command);
+    snprintf(command, sizeof command, "%s/all.so", w->dir);
+    w->library = dlopen(command, RTLD_NOW | RTLD_LOCAL);
+    ck_assert_msg(w->library != NULL, "%s", dlerror());
+}
+
+static void workshop_close(workshop *w)
+{
+    char command[128];
+    if (w->library) {
+        dlclose(w->library);
+    }
+    snprintf(command, sizeof command, "rm -rf %s", w->dir);
+    ck_assert_int_eq(system(command), 0);
+}
+
+static const stein_model *workshop_model(const workshop *w, const char *name)
+{
+    char symbol[80];
+    snprintf(symbol, sizeof symbol, "stein_model_%s", name);
+    const stein_model *model = dlsym(w->library, symbol);
+    ck_assert_msg(model != NULL, "%s", symbol);
+    return model;
+}
+
+static void check_compiled(const stein_model *model, const mechanism *m, unsigned long long *seed)
+{
+    int n = m->nbody, np = m->npoint;
+    ref_out r = ref_out_new(n, np), y = ref_out_new(n, np);
+    ref_state s = ref_state_random(n, seed);
+    double *Q = numbers_new((size_t)n), *p = numbers_new((size_t)m->nparam), e[2];
+    double *d = numbers_new((size_t)model->nd), *q_out = numbers_new((size_t)n);
+    stein_pose *pose = calloc((size_t)n, sizeof *pose);
+    ck_assert_int_eq(model->abi, STEIN_MODEL_ABI);
+    ck_assert_int_eq(model->nq, n);
+    ck_assert_int_eq(model->np, m->nparam);
+    for (int i = 0; i < m->nparam; i++) {
+        p[i] = model->params[i].value;
+        ck_assert_double_eq(p[i], m->params[i].value);
+    }
+    ref_evaluate(m, &s, &r);
+    inverse_of(&r, &s, n, Q);
+    model->setup(p, d);
+    model->mass_bias(s.q, s.qd, d, s.frc, s.trq, y.M, y.c);
+    assert_same("M", y.M, r.M, n * n, 1e-12);
+    assert_same("c", y.c, r.c, n, 1e-12);
+    model->inverse(s.q, s.qd, s.qdd, d, s.frc, s.trq, q_out);
+    assert_same("Q", q_out, Q, n, 1e-12);
+    model->energy(s.q, s.qd, d, e);
+    ck_assert_close(e[0], r.kinetic, 1e-12, 0.0);
+    ck_assert_close(e[1], r.potential, 1e-12, 1e-12);
+    if (np) {
+        model->point(s.q, s.qd, d, y.x, y.v, y.J, y.jdqd);
+        assert_same("x", y.x, r.x, 3 * np, 1e-12);
+        assert_same("v", y.v, r.v, 3 * np, 1e-12);
+        assert_same("J", y.J, r.J, 3 * np * n, 1e-12);
+        assert_same("jdqd", y.jdqd, r.jdqd, 3 * np, 1e-12);
+    }
+    if (model->nframe) {
+        model->pose(s.q, s.qd, d, pose);
+    }
+    for (int k = 0; k < model->nframe; k++) {
+        const double got[7] = {pose[k].x, pose[k].z, pose[k].c, pose[k].s,
+                               pose[k].vx, pose[k].vz, pose[k].w};
+        assert_same("pose", got, r.pose + 7 * model->frames[k].body, 7, 1e-12);
+    }
+    for (int i = 0; i < n; i++) {
+        ck_assert_double_eq(d[model->initial + 2 * i], m->bodies[i].q0.value);
+    }
+    ref_out_free(&r);
+    ref_out_free(&y);
+    ref_state_free(&s);
+    free(Q);
+    free(p);
+    free(d);
+    free(q_out);
+    free(pose);
+}
+
+START_TEST(compiled_trees_agree_with_lagrange)
+{
+    workshop w = workshop_open();
+    mechanism *m[TREES];
+    unsigned long long seed[TREES];
+    for (int k = _i; k < TREES; k += 4) {
+        m[k] = tree_number(k, &seed[k]);
+        workshop_add(&w, m[k]);
+    }
+    workshop_build(&w);
+    for (int k = _i; k < TREES; k += 4) {
+        check_compiled(workshop_model(&w, m[k]->name), m[k], &seed[k]);
+        ref_tree_free(m[k]);
+    }
+    workshop_close(&w);
+}
+END_TEST
+
+/** Names of the model files in `dir`, in file order. */
+static int model_files(const char *dir, char (*path)[300], int n)
+{
+    DIR *d = opendir(dir);
+    ck_assert_ptr_nonnull(d);
+    for (struct dirent *e; (e = readdir(d)) != NULL && n < MODELS_MAX;) {
+        const char *end = strrchr(e->d_name, '.');
+        if (end && strcmp(end, ".yaml") == 0) {
+            snprintf(path[n++], 300, "%s/%s", dir, e->d_name);
+        }
+    }
+    closedir(d);
+    return n;
+}
+
+START_TEST(compiled_models_agree_with_lagrange)
+{
+    static char path[MODELS_MAX][300];
+    mechanism *m[MODELS_MAX];
+    unsigned long long seed = 4711;
+    workshop w = workshop_open();
+    int n = model_files("models/robotran", path, model_files("models", path, 0));
+    ck_assert_int_ge(n, 8);
+    for (int k = 0; k < n; k++) {
+        ck_assert_stein(mech_read(&m[k], path[k], NULL, 0, NULL, NULL, err));
+        workshop_add(&w, m[k]);
+    }
+    workshop_build(&w);
+    for (int k = 0; k < n; k++) {
+        check_compiled(workshop_model(&w, m[k]->name), m[k], &seed);
+        mech_free(m[k]);
+    }
+    workshop_close(&w);
+}
+END_TEST
+
+void generator_text_cases(Suite *suite);
+
+Suite *generator_suite(void)
+{
+    Suite *s = suite_create("generator");
+    TCase *graph = tcase_create("graph"), *equations = tcase_create("equations");
+    tcase_add_test(graph, equal_expressions_are_one_node);
+    tcase_add_test(graph, zeros_ones_and_signs_vanish);
+    tcase_add_test(graph, parameter_arithmetic_moves_to_setup);
+    tcase_add_test(graph, counts_follow_robotrans_convention);
+    suite_add_tcase(s, graph);
+    tcase_set_timeout(equations, 300);
+    tcase_add_test(equations, graphs_agree_with_lagrange_on_random_trees);
+    tcase_add_loop_test(equations, compiled_trees_agree_with_lagrange, 0, 4);
+    tcase_add_test(equations, compiled_models_agree_with_lagrange);
+    suite_add_tcase(s, equations);
+    generator_text_cases(s);
+    return s;
+}
