@@ -32,7 +32,7 @@ int lab_study_grid(lab_point *point, int n)
 {
     for (int i = 0; point != NULL && i < n && i <= LAST - FIRST; i++) {
         memset(&point[i], 0, sizeof point[i]);
-        point[i].dx = 0.05e-3 * (FIRST + i);
+        point[i].dx = (FIRST + i) / 20000.0; // correctly rounded
     }
     return LAST - FIRST + 1;
 }
