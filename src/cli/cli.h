@@ -72,11 +72,11 @@ void cli_help(const cli_command *command);
 
 /* ---- report.c ---- */
 
-/** Options of the lab for these arguments; problems of the file go to standard error. */
-lab_options cli_options(const cli_args *args);
+/** Open the model with the overrides; problems of the file go to standard error. */
+stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err);
 /** Read a mechanism with the overrides alone, without its equations. */
 stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err);
-/** Say what failed on standard error. @return the exit code of the status */
+/** Say what failed on standard error, unless it was told before (no message). @return the exit code of the status */
 int cli_failed(stein_status status, const stein_err *err);
 /** Flush standard output. @return code, or CLI_FAILED when it could not be written */
 int cli_finish(int code);

@@ -14,13 +14,13 @@ static void print_problem(void *ctx, const char *message)
     fprintf(stderr, "%s\n", message);
 }
 
-lab_options cli_options(const cli_args *args)
+/* the problems of a mechanism file have been told one by one */
+static stein_status told(stein_status status, stein_err *err)
 {
-    lab_options options = lab_options_default();
-    options.set = args->set;
-    options.nset = args->nset;
-    options.report = print_problem;
-    return options;
+    if (status == STEIN_EPARSE) {
+        err->msg[0] = '\0';
+    }
+    return status;
 }
 
 stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err)
@@ -36,13 +36,22 @@ stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err)
         names[i][length] = '\0';
         set[i] = (mech_set){names[i], args->set[i] + length + 1};
     }
-    return mech_read(m, args->operand[0], set, args->nset, print_problem, NULL, err);
+    return told(mech_read(m, args->operand[0], set, args->nset, print_problem, NULL, err), err);
+}
+
+stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err)
+{
+    lab_options options = lab_options_default();
+    options.set = args->set;
+    options.nset = args->nset;
+    options.report = print_problem;
+    return told(lab_open(model, args->operand[0], &options, err), err);
 }
 
 int cli_failed(stein_status status, const stein_err *err)
 {
-    if (status != STEIN_EPARSE) { // those were reported one by one
-        fprintf(stderr, "stein: %s\n", err->msg[0] != '\0' ? err->msg : stein_status_text(status));
+    if (err->msg[0] != '\0') {
+        fprintf(stderr, "stein: %s\n", err->msg);
     }
     switch (status) {
     case STEIN_OK: return CLI_OK;

@@ -307,8 +307,7 @@ static int run(const cli_args *args)
     if (table != NULL && lab__is_stdout(table) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and -o %s both want standard output", table);
     }
-    lab_options options = cli_options(args);
-    stein_status status = lab_open(&j.model, args->operand[0], &options, &err);
+    stein_status status = cli_open(&j.model, args, &err);
     if (status != STEIN_OK) {
         return cli_failed(status, &err);
     }

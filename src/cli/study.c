@@ -195,8 +195,7 @@ static int run(const cli_args *args)
         }
         threads = (int)n;
     }
-    lab_options options = cli_options(args);
-    stein_status status = lab_open(&s.model, args->operand[0], &options, &err);
+    stein_status status = cli_open(&s.model, args, &err);
     if (status == STEIN_OK) {
         status = simulate(&s, threads, &err);
     }
