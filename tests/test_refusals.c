@@ -129,7 +129,7 @@ START_TEST(a_formula_that_makes_no_sense_is_refused)
          "m and kg cannot be added"},
         {"radius: 1.9 mm", "radius: string.height * key.mass", "string.height *",
          "the unit is kg m, expected m"},
-        {"radius: 1.9 mm", "radius: 2 * 3", "2 * 3", "missing (a pure number), expected m"},
+        {"radius: 1.9 mm", "radius: 2 * 3", "2 * 3", "the unit is missing, expected m"},
         {"radius: 1.9 mm", "radius: string.height ^ 2", "^ 2", "powers are for units only"},
         {"radius: 1.9 mm", "radius: string.height string.height", "string.height}",
          "expected an operator"},

@@ -27,7 +27,10 @@ const char *mech__shown(mech__reader *rd, const char *text)
         return "";
     }
     for (size_t i = 0; i < cut; i++) {
-        copy[i] = (unsigned char)text[i] < ' ' || text[i] == 127 ? '?' : text[i];
+        copy[i] = text[i];
+        if ((unsigned char)copy[i] < ' ' || copy[i] == 127) {
+            copy[i] = '?';
+        }
     }
     memcpy(copy + cut, cut < n ? "..." : "", cut < n ? 4 : 1);
     return copy;
@@ -162,17 +165,14 @@ static int distance(const char *a, const char *b)
 
 void mech__offer(mech__nearest *n, const char *candidate)
 {
-    int allowed = 1 + (int)strlen(n->word) / 5;
-    int shorter = (int)strlen(n->word) - (int)strlen(candidate);
+    int length = (int)strlen(n->word);
+    int allowed = length < 2 ? 0 : 1 + length / 5;
 
-    if (abs(shorter) > allowed) {
+    if (abs(length - (int)strlen(candidate)) > allowed) {
         return;
     }
     int d = distance(n->word, candidate);
 
-    if (strlen(n->word) < 3 && d == 1 && strlen(candidate) != strlen(n->word)) {
-        allowed = (int)strlen(n->word) - 1;
-    }
     if (d <= allowed && (!n->best || d < n->distance)) {
         n->best = candidate;
         n->distance = d;

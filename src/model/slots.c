@@ -246,13 +246,13 @@ static int check_dim(mech__reader *rd, const mech__slot *s, const mech__expr *e,
     }
     mech__unit_text(e->dim, found);
     mech__unit_text(s->dim, expected);
-    mech__problem_slot(rd, s, from_set, 0, "the unit is %s, expected %s",
-                       e->percent           ? "%"
-                       : strcmp(found, "1") ? found
-                                            : "missing (a pure number)",
-                       s->unit && strcmp(s->unit, "1") ? s->unit
-                       : strcmp(expected, "1")         ? expected
-                                                       : "a pure number");
+    if (e->percent || strcmp(found, "1") == 0) {
+        mech__name_copy(found, sizeof found, e->percent ? "%" : "missing");
+    }
+    const char *unit = s->unit ? s->unit : expected;
+
+    mech__problem_slot(rd, s, from_set, 0, "the unit is %s, expected %s", found,
+                       strcmp(unit, "1") == 0 ? "a pure number" : unit);
     return -1;
 }
 
