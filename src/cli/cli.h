@@ -10,7 +10,7 @@
 #include "inner.h"
 
 enum { CLI_OK, CLI_FAILED, CLI_USAGE, CLI_NUMERICAL }; /* exit codes */
-enum { CLI_OPTIONS = 16, CLI_SETS = 256, CLI_OPERANDS = 8 };
+enum { CLI_OPTIONS = 16, CLI_SETS = 256, CLI_VARIES = 32, CLI_OPERANDS = 4096 };
 
 /** One option of a command. */
 typedef struct cli_option {
@@ -35,7 +35,8 @@ typedef struct cli_args cli_args;
 typedef struct cli_command {
     const char *name, *summary;
     const char *operands;      /* "MODEL" */
-    int noperands;             /* exactly so many */
+    int noperands;             /* so many */
+    int more;                  /* 1: or any number more */
     const cli_option *options; /* closed by a NULL name */
     const char *description, *output, *examples;
     int (*run)(const cli_args *args);
@@ -47,11 +48,14 @@ struct cli_args {
     const char *value[CLI_OPTIONS]; /* last value of each option; "" for a flag; NULL: not given */
     const char *set[CLI_SETS];
     int nset;
+    const char *vary[CLI_VARIES]; /* NAME=VALUES, of the commands that have --vary */
+    int nvary;
     const char *operand[CLI_OPERANDS];
     int noperand;
 };
 
-extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_study;
+extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_sweep, cli_merge,
+    cli_study;
 
 /* ---- options.c ---- */
 

@@ -102,10 +102,27 @@ static int unknown(const cli_command *command, const char *word)
                : cli_misuse(command, "no option %s", word);
 }
 
+static int store_vary(cli_args *args, const char *value)
+{
+    const char *sign = strchr(value, '=');
+    if (sign == NULL || sign == value || sign[1] == '\0') {
+        return cli_misuse(args->command, "--vary %s: expected NAME=FROM:TO:COUNT or "
+                          "NAME=VALUE,VALUE..., e.g. pawl.stop_shift=-1.2:0:13mm", value);
+    }
+    if (args->nvary == CLI_VARIES) {
+        return cli_misuse(args->command, "more than %d --vary", (int)CLI_VARIES);
+    }
+    args->vary[args->nvary++] = value;
+    return CLI_OK;
+}
+
 static int store(cli_args *args, int option, const char *value)
 {
     const char *name = args->command->options[option].name;
     args->value[option] = value;
+    if (strcmp(name, "vary") == 0) {
+        return store_vary(args, value);
+    }
     if (strcmp(name, "set") != 0) {
         return CLI_OK;
     }
@@ -166,17 +183,20 @@ int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv)
             if (code != CLI_OK) {
                 return code;
             }
-        } else if (args->noperand < CLI_OPERANDS) {
+        } else if (args->noperand == CLI_OPERANDS) {
+            return cli_misuse(command, "more than %d operands", (int)CLI_OPERANDS);
+        } else {
             args->operand[args->noperand++] = word;
         }
     }
-    if (cli_value(args, "help") != NULL || args->noperand == command->noperands) {
+    int enough = args->noperand >= command->noperands;
+    if (cli_value(args, "help") != NULL ||
+        (enough && (command->more || args->noperand == command->noperands))) {
         return CLI_OK;
     }
-    return args->noperand < command->noperands
-               ? cli_misuse(command, "expected %s", command->operands)
-               : cli_misuse(command, "one operand too many: %s",
-                            args->operand[command->noperands]);
+    return !enough ? cli_misuse(command, "expected %s", command->operands)
+                   : cli_misuse(command, "one operand too many: %s",
+                                args->operand[command->noperands]);
 }
 
 const char *cli_value(const cli_args *args, const char *option)

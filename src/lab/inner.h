@@ -7,6 +7,9 @@
  *   record.c   samples, CSV                    plot.c     a stroke as a picture
  *   sweep.c    many strokes on threads         drive.c    inputs from a CSV file
  *   facts.c    the paper against strokes       study.c    section 5 of the paper
+ *   gnuplot.c  a script becomes a picture
+ *   grid.c     points from --vary              table.c    results of a sweep, keyed by point
+ *   batch.c    many simulations on threads     journal.c  finished points, safe from kill -9
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -69,6 +72,18 @@ void lab__json_null(lab__json *j, const char *key);
  *  @param code  its exit code; 127 when there is no such program, 128 + n when signal n ended it
  *  @return OK, EIO */
 stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_err *err);
+
+/* ---- gnuplot.c ---- */
+
+typedef void lab__script_fn(FILE *f, const void *ctx);
+/** Draw a picture of width x height, .svg or .png (1.5 times as many pixels), with the script that
+ *  `write` writes; terminal and output are set before. @return OK, EIO, EINVAL (other ending) */
+stein_status lab__gnuplot(const char *path, int width, int height, lab__script_fn *write,
+                          const void *ctx, stein_err *err);
+/** Does the name end in .svg or .png? @return OK, EINVAL */
+stein_status lab__picture_name(const char *path, stein_err *err);
+/** A text in single quotes. */
+void lab__quoted(FILE *f, const char *text);
 
 /* ---- compile.c ---- */
 

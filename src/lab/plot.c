@@ -11,14 +11,9 @@
  *
  * A mechanism without a stroke has one column, with its channels gathered by unit. A curve is thinned
  * to the extremes of each pixel column, so it looks like all its samples and a peak cannot get lost.
- * The script with its data goes through a folder of our own; the picture is then copied to its place
- * like every other result.
  */
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "inner.h"
 
@@ -31,7 +26,7 @@ typedef struct curve {
 } curve;
 
 typedef struct panel {
-    char label[48];
+    char label[64];
     double weight; /* share of the height */
     int is_phase;
     curve curve[MAX_CURVES];
@@ -136,24 +131,12 @@ static void plan_channels(plot *p)
         for (int k = 0; k < n->ncurve; k++) {
             n->curve[k].scale = milli ? 1e3 : 1.0;
         }
-        snprintf(n->label, sizeof n->label, "[%s]", milli ? "mm" : unit);
+        snprintf(n->label, sizeof n->label, "%s%s[%s]", n->ncurve == 1 ? n->curve[0].title : "",
+                 n->ncurve == 1 ? " " : "", milli ? "mm" : unit);
     }
 }
 
 /* ---- the script ---- */
-
-/* a text in single quotes */
-static void quoted(FILE *f, const char *text)
-{
-    putc('\'', f);
-    for (; *text != '\0'; text++) {
-        if (*text == '\'') {
-            putc('\'', f);
-        }
-        putc(*text, f);
-    }
-    putc('\'', f);
-}
 
 static void write_row(FILE *f, const plot *p, int row, const curve *c)
 {
@@ -258,7 +241,7 @@ static void write_panel(FILE *f, const plot *p, int i, int column)
     }
     if (column == 0) {
         fprintf(f, "set ylabel ");
-        quoted(f, n->label);
+        lab__quoted(f, n->label);
         fprintf(f, " offset 0.5,0\n");
     } else {
         fprintf(f, "unset ylabel\n");
@@ -276,7 +259,7 @@ static void write_panel(FILE *f, const plot *p, int i, int column)
     for (int k = 0; k < n->ncurve; k++) {
         fprintf(f, "%s$c%dp%d using 1:2 with %s lw 1.6 lc '%s' title ", k > 0 ? ", \\\n     " : "",
                 column, n->curve[k].channel, n->is_phase ? "steps" : "lines", colour[k]);
-        quoted(f, n->curve[k].title);
+        lab__quoted(f, n->curve[k].title);
     }
     fprintf(f, "\n");
 }
@@ -298,21 +281,20 @@ static void write_title(FILE *f, const plot *p)
         }
     }
     fprintf(f, "set label 99 ");
-    quoted(f, title);
+    lab__quoted(f, title);
     fprintf(f, " at screen 0.5, 0.978 center\n");
 }
 
-static void write_script(FILE *f, const plot *p, const char *terminal, const char *picture)
+static void write_script(FILE *f, const void *ctx)
 {
+    const plot *p = ctx;
     double total = 0.0, top = p->stroke != NULL ? 0.925 : 0.945, low = 0.07;
     const double left[2] = {0.08, 0.58}, right[2] = {p->ncolumn == 2 ? 0.525 : 0.97, 0.98};
     for (int i = 0; i < p->npanel; i++) {
         total += p->panel[i].weight;
     }
     write_all_data(f, p);
-    fprintf(f, "set encoding utf8\nset terminal %s\nset output ", terminal);
-    quoted(f, picture);
-    fprintf(f, "\nset border 3 lc '#404040'\nset tics out nomirror scale 0.6 tc '#202020'\n"
+    fprintf(f, "set border 3 lc '#404040'\nset tics out nomirror scale 0.6 tc '#202020'\n"
                "set grid lc '#e4e4e4' lw 0.8 lt 1\nset multiplot\n");
     for (int column = 0; column < p->ncolumn; column++) {
         double upper = top;
@@ -330,107 +312,14 @@ static void write_script(FILE *f, const plot *p, const char *terminal, const cha
             write_panel(f, p, i, column);
         }
     }
-    fprintf(f, "unset multiplot\nset output\n");
-}
-
-/* ---- running gnuplot ---- */
-
-static stein_status copy_to(const char *from, const char *path, stein_err *err)
-{
-    lab__file file;
-    FILE *in = fopen(from, "rb");
-    if (in == NULL) {
-        return lab__fail(err, STEIN_EIO, "gnuplot drew nothing for %s", path);
-    }
-    stein_status status = lab__file_open(&file, path, err);
-    if (status == STEIN_OK) {
-        char block[4096];
-        size_t n;
-        while ((n = fread(block, 1, sizeof block, in)) > 0) {
-            fwrite(block, 1, n, file.stream);
-        }
-        status = lab__file_close(&file, !ferror(in), err);
-    }
-    fclose(in);
-    return status;
-}
-
-static stein_status run_gnuplot(char *script, const char *log, stein_err *err)
-{
-    char *argv[] = {"gnuplot", script, NULL};
-    int code = 0;
-    stein_status status = lab__spawn(argv, log, &code, err);
-    if (status != STEIN_OK || code == 0) {
-        return status;
-    }
-    if (code == 127) {
-        return lab__fail(err, STEIN_EIO, "no gnuplot to draw with: run apt-get install gnuplot-nox");
-    }
-    char line[160] = "";
-    FILE *f = fopen(log, "r");
-    while (f != NULL && fgets(line, (int)sizeof line, f) != NULL && line[0] == '\n') {
-    }
-    if (f != NULL) {
-        fclose(f);
-    }
-    line[strcspn(line, "\n")] = '\0';
-    return lab__fail(err, STEIN_EIO, "gnuplot failed (exit code %d): %s", code, line);
-}
-
-static stein_status draw(const plot *p, const char *folder, const char *terminal, const char *path,
-                         stein_err *err)
-{
-    char *script = lab__text("%s/script", folder), *picture = lab__text("%s/picture", folder),
-         *log = lab__text("%s/log", folder);
-    stein_status status = STEIN_OK;
-    FILE *f = script != NULL && picture != NULL && log != NULL ? fopen(script, "w") : NULL;
-    if (f == NULL) {
-        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", folder, strerror(errno));
-    } else {
-        write_script(f, p, terminal, picture);
-        if (fclose(f) != 0) {
-            status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", script, strerror(errno));
-        }
-    }
-    if (status == STEIN_OK) {
-        status = run_gnuplot(script, log, err);
-    }
-    if (status == STEIN_OK) {
-        status = copy_to(picture, path, err);
-    }
-    if (f != NULL) {
-        unlink(script);
-        unlink(picture);
-        unlink(log);
-    }
-    free(script);
-    free(picture);
-    free(log);
-    return status;
-}
-
-static const char *terminal_of(const char *path)
-{
-    size_t n = strlen(path);
-    if (n > 4 && strcmp(path + n - 4, ".svg") == 0) {
-        return "svg size 1100,900 font 'Helvetica,13' background '#ffffff' noenhanced";
-    }
-    if (n > 4 && strcmp(path + n - 4, ".png") == 0) {
-        return "pngcairo size 1650,1350 font 'Helvetica,13' fontscale 1.35 linewidth 1.4 "
-               "background '#ffffff' noenhanced";
-    }
-    return NULL;
+    fprintf(f, "unset multiplot\n");
 }
 
 stein_status lab_plot(const char *path, const lab_record *record, const stein_model *model,
                       const lab_stroke *stroke, stein_err *err)
 {
-    const char *terminal = terminal_of(path), *temporary = getenv("TMPDIR");
     plot p = {.record = record, .model = model, .stroke = stroke, .ncolumn = 1};
     int rows = lab__record_rows(record);
-    if (terminal == NULL) {
-        return lab__fail(err, STEIN_EINVAL, "%s: expected a name that ends in .svg or .png", path);
-    }
     if (rows < 2) {
         return lab__fail(err, STEIN_EINVAL, "%s: nothing to draw, %d samples", path, rows);
     }
@@ -445,16 +334,5 @@ stein_status lab_plot(const char *path, const lab_record *record, const stein_mo
     if (p.npanel == 0) {
         return lab__fail(err, STEIN_EINVAL, "%s: \"%s\" has no output to draw", path, model->name);
     }
-    char *folder = lab__text("%s/stein-XXXXXX", temporary != NULL && *temporary != '\0' ? temporary
-                                                                                       : "/tmp");
-    if (folder == NULL || mkdtemp(folder) == NULL) {
-        stein_status status = lab__fail(err, STEIN_EIO, "no folder for temporary files: %s",
-                                        strerror(errno));
-        free(folder);
-        return status;
-    }
-    stein_status status = draw(&p, folder, terminal, path, err);
-    rmdir(folder);
-    free(folder);
-    return status;
+    return lab__gnuplot(path, 1100, 900, write_script, &p, err);
 }
