@@ -112,7 +112,7 @@ typedef enum {
     STEIN_EVENT_CONTACT_BEGIN, /* index: contact */
     STEIN_EVENT_CONTACT_END,   /* index: contact */
     STEIN_EVENT_IMPACT,        /* index: contact; the stroke's string is touched (follows its begin) */
-    STEIN_EVENT_ESCAPEMENT,    /* index: notch; the beak's end passes the corner under contact */
+    STEIN_EVENT_ESCAPEMENT,    /* index: notch; the beak's end passes the corner after contact */
     STEIN_EVENT_CAUGHT,        /* index: notch; the beak's end is back below the roof */
     STEIN_EVENT_PHASE          /* index: notch; `phase` is the new one */
 } stein_event_kind;

@@ -35,7 +35,7 @@ typedef struct wrench {
     double x, z, m;
 } wrench;
 
-/** Fixed part of the state block; q, qd, rest, mode, phase and held follow. */
+/** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
 typedef struct state_head {
     char equations[16]; /* whose state it is */
     double t;           /* [s] */
@@ -57,6 +57,7 @@ struct stein_sim {
     double *rest;        /* [nchannel] readings in the initial state */
     unsigned char *mode; /* [nguard] */
     unsigned char *phase; /* [nnotch] configuration of each notch, 0..4 */
+    unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
     unsigned char *held; /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 

@@ -35,6 +35,7 @@ static void modes_from_geometry(stein_sim *sim)
     }
     for (int i = 0; i < model->nnotch; i++) {
         sim->phase[i] = stein__notch_phase_after(sim->mode + model->nspot + NOTCH_GUARDS * i, 0);
+        sim->engaged[i] = sim->phase[i] >= 1 && sim->phase[i] <= 3;
     }
     sim->fresh = 0;
 }

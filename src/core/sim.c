@@ -58,6 +58,7 @@ static void carve_state(stein_sim *s, arena *a, const stein_model *m)
     s->rest = doubles(a, m->nchannel);
     s->mode = carve(a, (size_t)s->nguard);
     s->phase = carve(a, (size_t)m->nnotch);
+    s->engaged = carve(a, (size_t)m->nnotch);
     s->held = carve(a, (size_t)m->nq);
     s->state_size = a->used - start;
 }

@@ -205,7 +205,7 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
 {
     unsigned char *mode = sim->mode + sim->model->nspot + NOTCH_GUARDS * notch;
     int phase = sim->phase[notch];
-    int engaged = mode[NOTCH_TIP] || mode[NOTCH_CORNER];
+    int engaged = sim->engaged[notch];
     int region = crossed[NOTCH_REGION];
     sim->fresh = 0;
     if (region) {
@@ -220,6 +220,7 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
     }
     unsigned char now = stein__notch_phase_after(mode, phase);
     sim->phase[notch] = now;
+    sim->engaged[notch] = !mode[NOTCH_REGION] && (now > 0 || (engaged && !region));
     if (region && !mode[NOTCH_REGION]) {
         emit(sim, STEIN_EVENT_CAUGHT, notch, now);
     } else if (region && engaged) {
