@@ -189,8 +189,10 @@ static void print_operations(const gen_result *g)
 static void print_text(const checked *c)
 {
     const mechanism *m = c->m;
-    printf("%s   %s\nequations %s, %s with dt = %g us, %g s, from %s\n", m->name, m->file,
-           c->g->equations, m->integrator == 1 ? "dp5" : "rk4", 1e6 * m->dt, m->until,
+    char dt[CLI_TEXT], until[CLI_TEXT];
+    printf("%s   %s\nequations %s, %s with dt = %s, %s, from %s\n", m->name, m->file,
+           c->g->equations, m->integrator == 1 ? "dp5" : "rk4", cli_quantity(dt, m->dt, "s"),
+           cli_quantity(until, m->until, "s"),
            m->settle ? "static equilibrium" : "its initial values");
     print_bodies(m);
     print_parameters(m);

@@ -250,8 +250,9 @@ static void print_text(const job *j)
 {
     const char *table = cli_value(j->args, "output"), *picture = cli_value(j->args, "plot");
     FILE *f = table != NULL && lab__is_stdout(table) ? stderr : stdout;
-    fprintf(f, "%s, %s with dt = %g us, %g s\n", j->equations->name, integrator_name(j),
-            1e6 * j->sim_def.dt, j->def.until);
+    char dt[CLI_TEXT], until[CLI_TEXT];
+    fprintf(f, "%s, %s with dt = %s, %s\n", j->equations->name, integrator_name(j),
+            cli_quantity(dt, j->sim_def.dt, "s"), cli_quantity(until, j->def.until, "s"));
     if (j->is_stroke) {
         print_stroke(f, &j->stroke);
     } else {
@@ -303,9 +304,12 @@ static int run(const cli_args *args)
 {
     job j = {.args = args};
     stein_err err = {STEIN_OK, ""};
-    const char *table = cli_value(args, "output");
+    const char *table = cli_value(args, "output"), *picture = cli_value(args, "plot");
     if (table != NULL && lab__is_stdout(table) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and -o %s both want standard output", table);
+    }
+    if (picture != NULL && lab__picture_name(picture, &err) != STEIN_OK) {
+        return cli_misuse(args->command, "--plot %s", err.msg);
     }
     stein_status status = cli_open(&j.model, args, &err);
     if (status != STEIN_OK) {

@@ -1,0 +1,347 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_lab.c - the laboratory: equations from files, and strokes.
+ *
+ * Every test has a cache folder of its own; equations are kept from being built in by a structure no
+ * model of the library has.
+ */
+#include "lab_support.h"
+
+Suite *lab_suite(void);
+void lab_results_cases(Suite *suite);
+
+static lab_stroke strike(const lab_model *model)
+{
+    stein_sim *sim = NULL;
+    lab_stroke stroke;
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(model));
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(lab_strike(sim, &def, &stroke, err));
+    stein_sim_destroy(sim);
+    return stroke;
+}
+
+static lab_stroke strike_stein(const char *set)
+{
+    lab_model *model = NULL;
+    lab_options options = cache_here("no-compiler-needed");
+    options.set = &set;
+    options.nset = set != NULL;
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", &options, err));
+    lab_stroke stroke = strike(model);
+    lab_close(model);
+    return stroke;
+}
+
+/* ---- equations ---- */
+
+START_TEST(built_in_equations_take_the_values_of_the_file_without_a_compiler)
+{
+    const char *set[] = {"pawl.stop_shift=-0.3 mm", "load.mass=105g"};
+    lab_options options = cache_here("no-compiler-needed");
+    options.set = set;
+    options.nset = 2;
+    lab_model *model = NULL;
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", &options, err));
+    const stein_model *m = lab_equations(model);
+    ck_assert_ptr_eq((const void *)m->bodies, (const void *)stein_model_stein1788.bodies);
+    int dx = stein_find_param(m, "pawl.stop_shift"), mass = stein_find_param(m, "load.mass");
+    ck_assert_close(m->params[dx].value, -0.3e-3, 1e-15, 0.0);
+    ck_assert_close(lab_parameters(model)[mass], 0.105, 1e-15, 0.0);
+    stein_sim *sim = NULL;
+    double value = 0.0;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(stein_get(sim, "load.mass", &value, err));
+    ck_assert_close(value, 0.105, 1e-15, 0.0);
+    ck_assert_close(lab_until(model), m->until, 0.0, 0.0);
+    ck_assert(lab_def(model).dt == m->dt);
+    stein_sim_destroy(sim);
+    lab_close(model);
+    lab_close(NULL);
+}
+END_TEST
+
+START_TEST(other_equations_are_compiled_once_and_then_need_no_compiler)
+{
+    int n = 0;
+    lab_close(open_text(falling, NULL, 0));
+    char *object = cached(".so", &n);
+    ck_assert_int_eq(n, 1);
+    free(object);
+    lab_options options = cache_here("no-such-compiler");
+    lab_model *model = NULL;
+    ck_assert_stein(lab_open(&model, in_folder("model.yaml"), &options, err));
+    lab_close(model);
+
+    // a number is no structure
+    const char *set[] = {"hammer.mass=2.9 g"};
+    options.set = set;
+    options.nset = 1;
+    ck_assert_stein(lab_open(&model, in_folder("model.yaml"), &options, err));
+    ck_assert_close(lab_parameters(model)[stein_find_param(lab_equations(model), "hammer.mass")],
+                    2.9e-3, 1e-15, 0.0);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(an_override_that_changes_the_structure_makes_new_equations)
+{
+    const char *set[] = {"hammer.head.x=3.7 mm"};
+    int n = 0;
+    lab_model *plain = open_text(falling, NULL, 0), *changed = open_text(falling, set, 1);
+    free(cached(".so", &n));
+    ck_assert_int_eq(n, 2);
+    ck_assert_str_ne(lab_equations(plain)->equations, lab_equations(changed)->equations);
+    ck_assert_int_ge(stein_find_param(lab_equations(changed), "hammer.head.x"), 0);
+    lab_close(plain);
+    lab_close(changed);
+}
+END_TEST
+
+START_TEST(damaged_or_foreign_objects_in_the_cache_are_made_anew)
+{
+    const char *set[] = {"hammer.head.x=3.7 mm"};
+    int n = 0;
+    lab_close(open_text(falling, NULL, 0));
+    char *object = cached(".so", &n);
+    FILE *f = fopen(object, "w");
+    fputs("no object at all", f);
+    fclose(f);
+    lab_close(open_text(falling, NULL, 0));
+
+    // the equations of another structure under this name
+    char *kept = lab__text("%s-kept", object);
+    ck_assert_int_eq(rename(object, kept), 0);
+    lab_close(open_text(falling, set, 1));
+    char *other = cached(".so", &n);
+    ck_assert_int_eq(n, 1);
+    ck_assert_int_eq(rename(other, object), 0);
+    lab_model *model = open_text(falling, NULL, 0);
+    ck_assert_int_lt(stein_find_param(lab_equations(model), "hammer.head.x"), 0);
+    lab_close(model);
+    free(object);
+    free(kept);
+    free(other);
+}
+END_TEST
+
+START_TEST(without_a_compiler_the_message_says_what_to_run)
+{
+    lab_model *model = NULL;
+    stein_err err = {STEIN_OK, ""};
+    const char *file = write_file("model.yaml", falling);
+    lab_options options = cache_here("no-such-compiler");
+    ck_assert_int_eq(lab_open(&model, file, &options, &err), STEIN_ECOMPILE);
+    ck_assert_int_eq(err.code, STEIN_ECOMPILE);
+    ck_assert_msg(strstr(err.msg, "apt-get install gcc") != NULL, "%s", err.msg);
+    ck_assert_msg(strstr(err.msg, "no-such-compiler") != NULL, "%s", err.msg);
+    ck_assert_ptr_null(model);
+    options.cc = "false --whatever";
+    ck_assert_int_eq(lab_open(&model, file, &options, &err), STEIN_ECOMPILE);
+    ck_assert_msg(strstr(err.msg, "exit code 1") != NULL, "%s", err.msg);
+    ck_assert_ptr_null(model);
+}
+END_TEST
+
+START_TEST(a_cache_that_cannot_be_written_is_an_io_error)
+{
+    lab_model *model = NULL;
+    stein_err err = {STEIN_OK, ""};
+    lab_options options = cache_here(NULL);
+    options.cache = write_file("occupied", "a file, no folder");
+    ck_assert_int_eq(lab_open(&model, write_file("model.yaml", falling), &options, &err),
+                     STEIN_EIO);
+    ck_assert_msg(strstr(err.msg, "occupied") != NULL, "%s", err.msg);
+}
+END_TEST
+
+static void count_message(void *ctx, const char *message)
+{
+    ck_assert_ptr_nonnull(strstr(message, "model.yaml:"));
+    ++*(int *)ctx;
+}
+
+START_TEST(files_and_overrides_that_are_not_in_order_are_refused)
+{
+    lab_model *model = NULL;
+    stein_err err = {STEIN_OK, ""};
+    const char *set[] = {"hammer.mass"};
+    int problems = 0;
+    lab_options options = cache_here(NULL);
+    options.report = count_message;
+    options.ctx = &problems;
+    ck_assert_int_eq(lab_open(&model, in_folder("absent.yaml"), NULL, &err), STEIN_EIO);
+    const char *file = write_file("model.yaml", "mechanism: x\nbodies: {a: {joint: Q y, mas: 1}}\n");
+    ck_assert_int_eq(lab_open(&model, file, &options, &err), STEIN_EPARSE);
+    ck_assert_int_ge(problems, 2);
+    options.set = set;
+    options.nset = 1;
+    ck_assert_int_eq(lab_open(&model, file, &options, &err), STEIN_EINVAL);
+    ck_assert_ptr_null(model);
+}
+END_TEST
+
+/* ---- strokes ---- */
+
+START_TEST(outcomes_follow_the_position_of_the_stop)
+{
+    lab_stroke s = strike_stein(NULL);
+    ck_assert_str_eq(lab_outcome_text(s.outcome), "struck");
+    ck_assert(s.escaped && s.impacts >= 1 && s.rearmed && !s.forced_escapement);
+    ck_assert(s.free_flight == s.impact_time - s.escape_time && s.free_flight > 0.0);
+    s = strike_stein("pawl.stop_shift=-2.5 mm");
+    ck_assert_str_eq(lab_outcome_text(s.outcome), "missed_notch");
+    ck_assert(!s.escaped && isnan(s.escape_time) && isnan(s.escape_height));
+    s = strike_stein("pawl.stop_shift=1 mm");
+    ck_assert_str_eq(lab_outcome_text(s.outcome), "no_escapement");
+    ck_assert(!s.escaped && s.free_flight == 0.0);
+    s = strike_stein("string.height=0.3 m");
+    ck_assert_str_eq(lab_outcome_text(s.outcome), "no_impact");
+    ck_assert(s.escaped && s.impacts == 0 && isnan(s.impact_time) && isnan(s.impact_speed));
+    ck_assert(s.peak_string_force == 0.0);
+}
+END_TEST
+
+START_TEST(speed_and_force_of_a_falling_weight_are_those_of_closed_form)
+{
+    lab_model *model = open_text(falling, NULL, 0);
+    lab_stroke s = strike(model);
+    double m = 3.1e-3, c = 11.7e3, h = 37e-3, g = 9.81, v = sqrt(2.0 * g * h);
+    ck_assert_int_eq(s.outcome, LAB_STRUCK);
+    ck_assert_int_eq(s.impacts, 1);
+    ck_assert_close(s.blow, h, 1e-12, 0.0);
+    ck_assert_close(s.impact_time, v / g, 1e-9, 0.0);
+    ck_assert_close(s.impact_speed, v, 1e-9, 0.0);
+    ck_assert_close(s.peak_string_force, m * g + sqrt(m * g * m * g + c * m * v * v), 1e-6, 0.0);
+    ck_assert(!s.escaped && s.free_flight == 0.0 && !s.rearmed);
+    lab_close(model);
+}
+END_TEST
+
+/* state and results of a stroke with a recording on the side */
+static stein_status count_sample(void *ctx, stein_sim *sim)
+{
+    (void)sim;
+    ++*(int *)ctx;
+    return STEIN_OK;
+}
+
+START_TEST(sampling_changes_nothing)
+{
+    lab_model *model = open_text(falling, NULL, 0);
+    lab_stroke plain = strike(model), sampled;
+    stein_sim *sim = NULL;
+    int samples = 0;
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(model));
+    def.sample = count_sample;
+    def.ctx = &samples;
+    def.every = 1.7e-3;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(lab_strike(sim, &def, &sampled, err));
+    ck_assert_int_eq(samples, 72); // 0, 1.7, ..., 119 ms and the end
+    ck_assert(memcmp(&plain.impact_time, &sampled.impact_time, sizeof(double)) == 0);
+    ck_assert(memcmp(&plain.peak_string_force, &sampled.peak_string_force, sizeof(double)) == 0);
+    ck_assert(stein_time(sim) == 0.12);
+    samples = 0;
+    def.every = 0.0;
+    ck_assert_stein(stein_reset(sim, err));
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    ck_assert_int_eq(samples, 12001);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(a_stroke_leaves_the_simulation_at_its_end)
+{
+    stein_sim *one = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    stein_sim *two = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    lab_stroke s;
+    lab_stroke_def def = lab_stroke_def_default(&stein_model_stein1788);
+    def.until = 0.08;
+    ck_assert_stein(lab_strike(one, &def, &s, err));
+    ck_assert_stein(stein_run(two, 0.08, err));
+    ck_assert_int_eq(stein_load_present(one), 1);
+    ck_assert(memcmp(stein_q(one), stein_q(two), 4 * sizeof(double)) == 0);
+    ck_assert(memcmp(stein_qd(one), stein_qd(two), 4 * sizeof(double)) == 0);
+    stein_sim_destroy(one);
+    stein_sim_destroy(two);
+}
+END_TEST
+
+START_TEST(rearming_is_the_same_with_the_release_in_the_run_or_on_the_side)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    lab_stroke aside, inside;
+    lab_stroke_def def = lab_stroke_def_default(&stein_model_stein1788);
+    def.until = 0.25;
+    ck_assert_stein(lab_strike(sim, &def, &aside, err));
+    ck_assert_stein(stein_reset(sim, err));
+    def.until = 0.75;
+    def.release = 0.25;
+    ck_assert_stein(lab_strike(sim, &def, &inside, err));
+    ck_assert_int_eq(stein_load_present(sim), 0);
+    ck_assert(aside.rearmed && inside.rearmed);
+    ck_assert(aside.impact_time == inside.impact_time && aside.impacts == inside.impacts);
+    ck_assert_stein(stein_reset(sim, err));
+    def.until = 0.251; // not back yet
+    ck_assert_stein(lab_strike(sim, &def, &inside, err));
+    ck_assert(!inside.rearmed);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+static stein_status refuse_sample(void *ctx, stein_sim *sim)
+{
+    (void)ctx;
+    return stein_time(sim) > 1e-3 ? STEIN_EIO : STEIN_OK;
+}
+
+START_TEST(what_a_stroke_cannot_use_is_refused_with_the_reason)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_stroke s;
+    stein_sim *stein = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    stein_sim *pendulum = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
+    lab_stroke_def def = lab_stroke_def_default(&stein_model_pendulum);
+    ck_assert_int_eq(lab_strike(pendulum, &def, &s, &err), STEIN_EINVAL);
+    ck_assert_msg(strstr(err.msg, "stroke") != NULL, "%s", err.msg);
+    def.release = 0.1;
+    ck_assert_int_eq(lab_simulate(pendulum, &def, &err), STEIN_EINVAL);
+    ck_assert_msg(strstr(err.msg, "load") != NULL, "%s", err.msg);
+    def.until = 0.05;
+    ck_assert_int_eq(lab_strike(stein, &def, &s, &err), STEIN_EINVAL);
+    ck_assert_msg(strstr(err.msg, "release") != NULL, "%s", err.msg);
+    def.until = NAN;
+    ck_assert_int_eq(lab_strike(stein, &def, &s, &err), STEIN_EINVAL);
+    def = (lab_stroke_def){.until = 0.01, .release = NAN, .every = -1.0};
+    ck_assert_int_eq(lab_strike(stein, &def, &s, &err), STEIN_EINVAL);
+    def = (lab_stroke_def){.until = 0.01, .release = NAN, .sample = refuse_sample};
+    ck_assert_int_eq(lab_strike(stein, &def, &s, &err), STEIN_EIO);
+    stein_sim_destroy(stein);
+    stein_sim_destroy(pendulum);
+}
+END_TEST
+
+Suite *lab_suite(void)
+{
+    Suite *suite = suite_create("lab");
+    TCase *tc = tcase_create("lab");
+    tcase_set_timeout(tc, 120.0);
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, built_in_equations_take_the_values_of_the_file_without_a_compiler);
+    tcase_add_test(tc, other_equations_are_compiled_once_and_then_need_no_compiler);
+    tcase_add_test(tc, an_override_that_changes_the_structure_makes_new_equations);
+    tcase_add_test(tc, damaged_or_foreign_objects_in_the_cache_are_made_anew);
+    tcase_add_test(tc, without_a_compiler_the_message_says_what_to_run);
+    tcase_add_test(tc, a_cache_that_cannot_be_written_is_an_io_error);
+    tcase_add_test(tc, files_and_overrides_that_are_not_in_order_are_refused);
+    tcase_add_test(tc, outcomes_follow_the_position_of_the_stop);
+    tcase_add_test(tc, speed_and_force_of_a_falling_weight_are_those_of_closed_form);
+    tcase_add_test(tc, sampling_changes_nothing);
+    tcase_add_test(tc, a_stroke_leaves_the_simulation_at_its_end);
+    tcase_add_test(tc, rearming_is_the_same_with_the_release_in_the_run_or_on_the_side);
+    tcase_add_test(tc, what_a_stroke_cannot_use_is_refused_with_the_reason);
+    suite_add_tcase(suite, tc);
+    lab_results_cases(suite);
+    return suite;
+}
