@@ -9,6 +9,7 @@
 #include <stdio.h>
 
 #include "stein/stein.h"
+#include "suites.h"
 
 /** |a - b| <= rtol |b| + atol, with the figures in the message (Check's own are absolute and strict). */
 #define ck_assert_close(a, b, rtol, atol)                                                          \

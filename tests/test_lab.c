@@ -6,7 +6,6 @@
  */
 #include "lab_support.h"
 
-Suite *lab_suite(void);
 void lab_results_cases(Suite *suite);
 
 static lab_stroke strike(const lab_model *model)

@@ -10,7 +10,6 @@
 #include "mechanism_cases.h"
 #include "stein/model.h"
 
-Suite *mechanism_suite(void);
 void refusal_cases(Suite *suite);
 void hostile_cases(Suite *suite);
 

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * suites.h - every Check suite once: prototypes and the runner are expanded from this list.
+ * A new suite is one line here.
+ */
+#ifndef SUITES_H
+#define SUITES_H
+
+#include <check.h>
+
+#define SUITES(X)                                                                                  \
+    X(law)                                                                                         \
+    X(core)                                                                                        \
+    X(integrator)                                                                                  \
+    X(contact)                                                                                     \
+    X(stroke)                                                                                      \
+    X(facts)                                                                                       \
+    X(mechanism)                                                                                   \
+    X(generator)                                                                                   \
+    X(lab)
+
+#define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
+SUITES(SUITE_PROTOTYPE)
+#undef SUITE_PROTOTYPE
+
+#endif
