@@ -23,11 +23,11 @@
 #include "tree.h"
 
 typedef struct link_state {
-    vec om, omp;    /* angular velocity and acceleration */
-    ex bs[3][3];    /* BS */
-    vec acc;        /* of the origin */
-    vec axis;       /* joint axis times its sign */
-    vec arm;        /* from the parent's origin, in frame arm_frame */
+    vec om, omp; /* angular velocity and acceleration */
+    ex bs[3][3]; /* BS */
+    vec acc;     /* of the origin */
+    vec axis;    /* joint axis times its sign */
+    vec arm;     /* from the parent's origin, in frame arm_frame */
     int arm_frame;
     int pair;       /* handled as a pair with its parent */
     vec slide, rel; /* prismatic: displacement and relative acceleration */
@@ -35,9 +35,10 @@ typedef struct link_state {
     sym extra_k;    /*   and to the inertia */
     vec first;      /* recombined first moment including `extra` */
     vec force, moment;
-    vec comp;       /* composite first moment, and what it is without the own constant part */
+    vec comp; /* composite first moment, and what it is without the own constant part */
     vec comp_x;
     sym comp_k, comp_kx; /* the same for the inertia */
+    vec base_force;      /* force on the base for unit acceleration of this joint, fixed frame */
 } link_state;
 
 typedef struct dyn {
@@ -46,7 +47,8 @@ typedef struct dyn {
     const tree *t;
     link_state *s;
     link_state root;
-    vec gravity; /* fixed frame; zero where it acts as an acceleration */
+    vec *carried; /* [n*n] force of column j past joint i, in the frame of i's parent */
+    vec gravity;  /* fixed frame; zero where it acts as an acceleration */
 } dyn;
 
 static link_state *state_of(dyn *y, int i)
@@ -162,8 +164,8 @@ static void forward(dyn *y, int inverse)
         at(y, PASS_FORWARD, i);
         ex qd = ex_var(y->g, EX_QD, i), qdd = inverse ? ex_var(y->g, EX_QDD, i) : 0;
         vec unit = vec_axis(b->axis, ex_num(y->g, b->sign));
-        y->s[i].axis = b->turns ? unit
-                                : rotate(y->ps, unit, orient_of(y, b->parent), frame_of(y, i));
+        y->s[i].axis =
+            b->turns ? unit : rotate(y->ps, unit, orient_of(y, b->parent), frame_of(y, i));
         if (b->turns) {
             forward_turn(y, i, qd, qdd);
         } else {
@@ -216,8 +218,8 @@ static vec pair_moment(dyn *y, int i, const link_state *rate, int sign)
     int e = y->t->body[i].axis;
     pair_terms(y, i, &dot, &cross);
     ex square = ex_mul(g, cross, ex_mul(g, rate->om.x[e], rate->om.x[e]));
-    return vec_axis(e, ex_add(g, ex_mul(g, rate->omp.x[e], dot),
-                              sign > 0 ? square : ex_neg(g, square)));
+    return vec_axis(
+        e, ex_add(g, ex_mul(g, rate->omp.x[e], dot), sign > 0 ? square : ex_neg(g, square)));
 }
 
 static void own_load(dyn *y, int i)
@@ -241,6 +243,44 @@ static vec gravity_in(dyn *y, int i)
     return rotate(y->ps, y->gravity, -1, frame_of(y, i));
 }
 
+/** K omp + om x K om, the plain form. */
+static vec euler_moment(ex_graph *g, const link_state *s, sym k)
+{
+    vec spin = vec_cross(g, s->om, sym_apply(g, k, s->om));
+    return vec_add(g, sym_apply(g, k, s->omp), spin);
+}
+
+/** The same from BS. With second moments P_jj = K_kk (recombine.c: nothing along the joint axis),
+ *      N_i = P_jj BS_kj - P_kk BS_jk - K_ij BS_ki + K_ik BS_ji + K_jk (BS_jj - BS_kk)
+ *  cyclically: 13 products where the plain form has 22 (Balafoutis & Patel 1991, chapter 5). */
+static vec inertia_moment(dyn *y, int i)
+{
+    ex_graph *g = y->g;
+    const rbody *b = &y->t->body[i];
+    link_state *s = &y->s[i];
+    sym c = rotate_sym(y->ps, sym_const(g, b->inertia), i, frame_of(y, i));
+    int e = b->axis;
+    if (!b->flat) {
+        return euler_moment(g, s, sym_add(g, c, s->extra_k));
+    }
+    vec n, second = vec_zero();
+    second.x[(e + 1) % 3] = c.x[(e + 2) % 3];
+    second.x[(e + 2) % 3] = c.x[(e + 1) % 3];
+    for (int m = 0; m < 3; m++) {
+        int j = (m + 1) % 3, k = (m + 2) % 3;
+        vec col_j = sym_column(c, j), col_k = sym_column(c, k);
+        n.x[m] =
+            ex_sub(g, ex_mul(g, second.x[j], s->bs[k][j]), ex_mul(g, second.x[k], s->bs[j][k]));
+        n.x[m] = ex_sub(g, n.x[m], ex_mul(g, col_j.x[m], s->bs[k][m]));
+        n.x[m] = ex_add(g, n.x[m], ex_mul(g, col_k.x[m], s->bs[j][m]));
+        n.x[m] = ex_add(g, n.x[m], ex_mul(g, col_j.x[k], ex_sub(g, s->bs[j][j], s->bs[k][k])));
+    }
+    if (only_along(s->om, e) && only_along(s->omp, e)) {
+        n.x[e] = ex_mul(g, c.x[e], s->omp.x[e]);
+    }
+    return vec_add(g, n, euler_moment(g, s, s->extra_k));
+}
+
 /** Moment of inertia forces and gravity on a turning body about its origin. */
 static void own_inertia(dyn *y, int i)
 {
@@ -248,12 +288,11 @@ static void own_inertia(dyn *y, int i)
     const rbody *b = &y->t->body[i];
     link_state *s = &y->s[i], *p = state_of(y, b->parent);
     int here = frame_of(y, i), there = frame_of(y, b->parent);
-    sym k = sym_add(g, rotate_sym(y->ps, sym_const(g, b->inertia), i, here), s->extra_k);
-    vec spin = vec_cross(g, s->om, sym_apply(g, k, s->om));
-    s->moment = vec_add(g, s->moment, vec_add(g, sym_apply(g, k, s->omp), spin));
+    s->moment = vec_add(g, s->moment, inertia_moment(y, i));
     if (s->pair) {
         s->moment = vec_add(g, s->moment, pair_moment(y, i, p, +1));
-        s->moment = vec_add(g, s->moment, vec_cross(g, s->first, rotate(y->ps, p->acc, there, here)));
+        s->moment =
+            vec_add(g, s->moment, vec_cross(g, s->first, rotate(y->ps, p->acc, there, here)));
     } else {
         s->moment = vec_add(g, s->moment, vec_cross(g, s->first, s->acc));
     }
@@ -301,7 +340,7 @@ static ex joint_force(dyn *y, int i, vec own_force)
     link_state *s = &y->s[i];
     ex mass = ex_const(g, b->mass);
     vec total = vec_add(g, vec_add(g, s->force, own_force), vec_scale(g, mass, s->acc));
-    if (y->ps->ch->gravity) {
+    if (y->ps->ch->gravity == 1 || y->ps->ch->gravity == 2) {
         vec axis = vec_axis(b->axis, ex_num(g, b->sign));
         ex pull = vec_dot(g, axis, rotate(y->ps, y->gravity, -1, orient_of(y, b->parent)));
         return ex_sub(g, vec_dot(g, s->axis, total), ex_mul(g, mass, pull));
@@ -332,6 +371,9 @@ static void backward(dyn *y, ex *out)
             out[i] = joint_force(y, i, own_force);
             pass_up_slide(y, i);
         }
+        if (y->ps->ch->gravity == 3) { /* dV/dq = -g . d(sum m r)/dq */
+            out[i] = ex_sub(g, out[i], vec_dot(g, y->gravity, s->base_force));
+        }
     }
 }
 
@@ -349,7 +391,8 @@ static void composites(dyn *y)
         vec_name(g, s->comp, "HB", i, -1);
         if (b->turns) {
             vec h = rotate(y->ps, s->comp, here, s->arm_frame);
-            s->comp_k = sym_add(g, rotate_sym(y->ps, sym_const(g, b->inertia), i, here), s->comp_kx);
+            s->comp_k =
+                sym_add(g, rotate_sym(y->ps, sym_const(g, b->inertia), i, here), s->comp_kx);
             for (int k = 0; k < 6; k++) {
                 ex_name(g, s->comp_k.x[k], "IB%d%d", k + 1, i + 1);
             }
@@ -365,52 +408,107 @@ static void composites(dyn *y)
     }
 }
 
+/** Force of column j at its own joint: for unit acceleration, in the working frame of j. */
+static vec column_force(dyn *y, int j, vec first)
+{
+    const rbody *b = &y->t->body[j];
+    const link_state *s = &y->s[j];
+    return b->turns ? vec_cross(y->g, s->axis, first)
+                    : vec_scale(y->g, ex_const(y->g, b->mass), s->axis);
+}
+
+/** 1 when column j is the sum of the own part and of the children's columns up to sign. */
+static int splits(const dyn *y, int j)
+{
+    const rbody *b = &y->t->body[j];
+    for (int k = j + 1; k < y->t->n; k++) {
+        const rbody *c = &y->t->body[k];
+        if (c->parent == j && !(c->turns && c->axis == b->axis)) {
+            return 0;
+        }
+    }
+    return y->ps->ch->split && b->turns;
+}
+
+/** Carry a force of column j past joint i, whole or as the sum of own part and children. */
+static vec carry(dyn *y, int j, int i, vec whole, vec *own)
+{
+    const tree *t = y->t;
+    int here = frame_of(y, i), there = frame_of(y, t->body[i].parent);
+    *own = rotate(y->ps, *own, here, there);
+    if (!splits(y, j)) {
+        return rotate(y->ps, whole, here, there);
+    }
+    vec sum = *own;
+    for (int k = j + 1; k < t->n; k++) {
+        if (t->body[k].parent == j) {
+            vec part = y->carried[k * t->n + i];
+            sum = t->body[k].sign == t->body[j].sign ? vec_add(y->g, sum, part)
+                                                     : vec_sub(y->g, sum, part);
+        }
+    }
+    return sum;
+}
+
 /** Column j of M, carried from the joint to the root. */
 static void mass_column(dyn *y, int j, ex *M)
 {
     ex_graph *g = y->g;
     const tree *t = y->t;
     const link_state *s = &y->s[j];
-    ex mass = ex_const(g, t->body[j].mass), one = ex_num(g, t->body[j].sign);
-    vec force, moment;
-    if (t->body[j].turns) {
-        force = vec_cross(g, s->axis, s->comp);
-        moment = vec_scale(g, one, sym_column(s->comp_k, t->body[j].axis));
-    } else {
-        force = vec_scale(g, mass, s->axis);
-        moment = vec_cross(g, s->comp, s->axis);
-    }
+    ex one = ex_num(g, t->body[j].sign);
+    vec first = rotate(y->ps, vec_const(g, t->body[j].first), t->body[j].orient, frame_of(y, j));
+    vec force = column_force(y, j, s->comp), own = column_force(y, j, first);
+    vec moment = t->body[j].turns ? vec_scale(g, one, sym_column(s->comp_k, t->body[j].axis))
+                                  : vec_cross(g, s->comp, s->axis);
     for (int i = j; i >= 0; i = t->body[i].parent) {
         const rbody *b = &t->body[i];
         const link_state *k = &y->s[i];
         int here = frame_of(y, i), there = frame_of(y, b->parent);
         at(y, PASS_MASS, i);
-        ex entry = b->turns ? vec_dot(g, k->axis, moment) : vec_dot(g, k->axis, force);
-        M[i * t->n + j] = entry;
-        M[j * t->n + i] = entry;
+        M[i * t->n + j] = b->turns ? vec_dot(g, k->axis, moment) : vec_dot(g, k->axis, force);
+        M[j * t->n + i] = M[i * t->n + j];
         if (b->turns) {
             vec lever = vec_cross(g, k->arm, rotate(y->ps, force, here, k->arm_frame));
             moment = vec_add(g, rotate(y->ps, moment, here, there),
                              rotate(y->ps, lever, k->arm_frame, there));
-            force = rotate(y->ps, force, here, there);
         } else {
             moment = vec_add(g, moment, vec_cross(g, k->slide, force));
         }
+        force = carry(y, j, i, force, &own);
+        y->carried[j * t->n + i] = force;
         if (b->parent >= 0) {
             vec_name(g, force, "FM", b->parent, j);
             vec_name(g, moment, "CM", b->parent, j);
         }
+        y->s[j].base_force = force; /* the last one is in the fixed frame */
+    }
+}
+
+static void mass_matrix(dyn *y, ex *M)
+{
+    for (int j = y->t->n - 1; j >= 0; j--) {
+        mass_column(y, j, M);
     }
 }
 
 /* ---- entry points --------------------------------------------------------------------------- */
 
+static void dyn_end(dyn *y)
+{
+    free(y->s);
+    free(y->carried);
+}
+
 static int dyn_begin(dyn *y, walk *ps)
 {
     *y = (dyn){.ps = ps, .g = ps->g, .t = ps->t};
-    y->s = calloc((size_t)ps->t->n, sizeof *y->s);
-    if (!y->s) {
+    size_t n = (size_t)ps->t->n;
+    y->s = calloc(n, sizeof *y->s);
+    y->carried = calloc(n * n, sizeof *y->carried);
+    if (!y->s || !y->carried) {
         ps->g->failed = 1;
+        dyn_end(y);
         return -1;
     }
     walk_frames(ps);
@@ -427,24 +525,27 @@ void dyn_mass_bias(walk *ps, ex *out)
     forward(&y, 0);
     slid_children(&y);
     composites(&y);
-    for (int j = n - 1; j >= 0; j--) {
-        mass_column(&y, j, out);
-    }
-    backward(&y, out + n * n);
-    free(y.s);
+    mass_matrix(&y, out);
+    backward(&y, out + (size_t)n * (size_t)n);
+    dyn_end(&y);
 }
 
 void dyn_inverse(walk *ps, ex *out)
 {
     dyn y;
+    int n = ps->t->n;
     if (dyn_begin(&y, ps)) {
         return;
     }
     forward(&y, 1);
     slid_children(&y);
-    if (ps->ch->gravity == 2) {
+    ex *M = calloc((size_t)n * (size_t)n, sizeof *M);
+    if (M && ps->ch->gravity >= 2) {
         composites(&y);
+        mass_matrix(&y, M); /* only the forces at the base are used, the rest is dead code */
     }
+    ps->g->failed |= !M;
+    free(M);
     backward(&y, out);
-    free(y.s);
+    dyn_end(&y);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * emit.c - one function of the emitted file: single-assignment lines in the order of the derivation.
+ * emit.c - one function of the emitted file: single-assignment lines in the order of the
+ * derivation.
  *
  * A node becomes a line when it has a symbol of the derivation or is used more than once; the rest
  * is written where it is used. Lines follow the order in which the recursion first needed them,
@@ -20,9 +21,9 @@ typedef struct printer {
     const layout *l;
     const ex_graph *g;
     int *uses;
-    char *line;           /* [n] 1: the node has a line of its own */
+    char *line;             /* [n] 1: the node has a line of its own */
     char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
-    int *taken, ntaken;   /* hash set of the symbols in use */
+    int *taken, ntaken;     /* hash set of the symbols in use */
 } printer;
 
 /* ---- expressions ---------------------------------------------------------------------------- */
@@ -31,8 +32,8 @@ static void print_expr(text *o, const printer *p, ex e, int level);
 
 static void print_binary(text *o, const printer *p, const ex_node *nd, int level)
 {
-    static const char *const sign[] = {[EX_ADD] = " + ", [EX_SUB] = " - ", [EX_MUL] = "*",
-                                       [EX_DIV] = "/"};
+    static const char *const sign[] = {
+        [EX_ADD] = " + ", [EX_SUB] = " - ", [EX_MUL] = "*", [EX_DIV] = "/"};
     int own = nd->op == EX_MUL || nd->op == EX_DIV ? 2 : 1;
     text_add(o, "%s", own < level ? "(" : "");
     print_expr(o, p, nd->a, own);
@@ -56,8 +57,8 @@ static void print_number(text *o, double value)
 static void print_expr(text *o, const printer *p, ex e, int level)
 {
     const ex_node *nd = &p->g->node[e];
-    static const char *const fun[] = {[EX_SIN] = "sin", [EX_COS] = "cos", [EX_TAN] = "tan",
-                                      [EX_SQRT] = "sqrt"};
+    static const char *const fun[] = {
+        [EX_SIN] = "sin", [EX_COS] = "cos", [EX_TAN] = "tan", [EX_SQRT] = "sqrt"};
     if (p->symbol[e][0]) {
         text_add(o, "%s", p->symbol[e]);
     } else if (nd->op == EX_NUM) {
@@ -164,7 +165,8 @@ static void leaf_symbol(printer *p, ex e)
         if (k->name[0]) {
             snprintf(name, sizeof name, "%s", k->name);
         } else {
-            snprintf(name, sizeof name, k->op == EX_VAR ? "p%d" : "k%d", k->op == EX_VAR ? k->b : at);
+            snprintf(name, sizeof name, k->op == EX_VAR ? "p%d" : "k%d",
+                     k->op == EX_VAR ? k->b : at);
         }
         claim(p, e, name);
     }
@@ -265,8 +267,10 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
             char left[24], what[80];
             snprintf(left, sizeof left, "d[%d]", i);
             describe(t, l, out[i], what);
-            print_line(&p, left, out[i], i < l->equations ? l->slot[i].legend
-                                         : p.symbol[out[i]][0] ? what : "");
+            print_line(&p, left, out[i],
+                       i < l->equations      ? l->slot[i].legend
+                       : p.symbol[out[i]][0] ? what
+                                             : "");
         }
         text_add(x, "%s}\n\n", l->n ? "" : "    (void)d;\n");
     }
@@ -278,12 +282,16 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
 
 static void heading(const printer *p, int pass, int body)
 {
-    static const char *const what[PASS_COUNT] = {"", "trigonometric terms", "forward kinematics",
-                                                 "backward dynamics", "composite bodies", "point",
+    static const char *const what[PASS_COUNT] = {"",
+                                                 "trigonometric terms",
+                                                 "forward kinematics",
+                                                 "backward dynamics",
+                                                 "composite bodies",
+                                                 "point",
                                                  "outputs"};
-    const char *name = body < 0                ? ""
-                       : pass == PASS_POINT    ? text_safe(p->t->m->points[body].name)
-                                               : text_safe(p->t->m->bodies[body].name);
+    const char *name = body < 0             ? ""
+                       : pass == PASS_POINT ? text_safe(p->t->m->points[body].name)
+                                            : text_safe(p->t->m->bodies[body].name);
     text_quiet(p->x, "\n    /* %s%s%s */\n", what[pass], *name ? ": " : "", name);
 }
 

@@ -2,8 +2,8 @@
  * expr.c - hash-consed expression graphs (see expr.h).
  *
  * Why folding at construction: a recursion that is written once for the general 3-D case meets
- * structural zeros, ones and signs at every step; removing them as nodes are made keeps the graph as
- * small as the mechanism allows. Rejected: a computer algebra system's expand-and-collect, whose
+ * structural zeros, ones and signs at every step; removing them as nodes are made keeps the graph
+ * as small as the mechanism allows. Rejected: a computer algebra system's expand-and-collect, whose
  * cost explodes with the number of joints (SymPy needs minutes at six joints).
  */
 #include "expr.h"
@@ -17,12 +17,18 @@
 
 /* ---- storage -------------------------------------------------------------------------------- */
 
-static unsigned hash_key(ex_op op, int a, int b, double value)
+static uint64_t bits_of(double value)
 {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static unsigned hash_key(ex_op op, int a, int b, double value)
+{
     uint64_t h = 14695981039346656037u;
-    const uint64_t part[4] = {(uint64_t)op, (uint64_t)(unsigned)a, (uint64_t)(unsigned)b, bits};
+    const uint64_t part[4] = {(uint64_t)op, (uint64_t)(unsigned)a, (uint64_t)(unsigned)b,
+                              bits_of(value)};
     for (int i = 0; i < 4; i++) {
         h = (h ^ part[i]) * 1099511628211u;
         h ^= h >> 29;
@@ -65,13 +71,17 @@ static ex intern(ex_graph *g, ex_op op, int a, int b, double value)
     unsigned slot = hash_key(op, a, b, value) % (unsigned)g->nbucket;
     for (int i = g->bucket[slot]; i >= 0; i = g->node[i].next) {
         const ex_node *nd = &g->node[i];
-        if (nd->op == op && nd->a == a && nd->b == b &&
-            memcmp(&nd->value, &value, sizeof value) == 0) {
+        if (nd->op == op && nd->a == a && nd->b == b && bits_of(nd->value) == bits_of(value)) {
             return i;
         }
     }
     ex_node *nd = &g->node[g->n];
-    *nd = (ex_node){.op = op, .a = a, .b = b, .value = value, .pass = g->pass, .body = g->body,
+    *nd = (ex_node){.op = op,
+                    .a = a,
+                    .b = b,
+                    .value = value,
+                    .pass = g->pass,
+                    .body = g->body,
                     .next = g->bucket[slot]};
     g->bucket[slot] = g->n;
     return g->n++;
@@ -214,8 +224,10 @@ static int fold(ex_graph *g, ex_op op, ex a, ex b, ex *result)
         if (!ex_is_num(g, a, &va) || !ex_is_num(g, b, &vb)) {
             return 0;
         }
-        double v = op == EX_ADD ? va + vb : op == EX_SUB ? va - vb : op == EX_MUL ? va * vb
-                                                                                   : va / vb;
+        double v = op == EX_ADD   ? va + vb
+                   : op == EX_SUB ? va - vb
+                   : op == EX_MUL ? va * vb
+                                  : va / vb;
         if (!isfinite(v)) {
             return 0;
         }
@@ -390,6 +402,15 @@ void ex_reach(const ex_graph *g, const ex *outputs, int noutput, int *uses)
     }
 }
 
+static int times_output(ex a, const ex *outputs, int noutput)
+{
+    int times = 0;
+    for (int i = 0; i < noutput; i++) {
+        times += outputs[i] == a;
+    }
+    return times;
+}
+
 stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
 {
     stein_ops ops = {0, 0, 0, 0, 0};
@@ -407,6 +428,7 @@ stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
         ops.mul += op == EX_MUL;
         ops.div += op == EX_DIV || op == EX_SQRT;
         ops.trig += op == EX_SIN || op == EX_COS || op == EX_TAN;
+        ops.neg += op == EX_NEG && uses[i] > times_output(i, outputs, noutput);
     }
     free(uses);
     return ops;

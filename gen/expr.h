@@ -18,6 +18,7 @@
 
 #include <stddef.h>
 
+#include "gen_names.h"
 #include "stein/model.h"
 
 typedef int ex; /* a node, index into its graph; 0 is the number zero */
@@ -26,7 +27,15 @@ typedef enum {
     EX_NUM,   /* value (setup graph only) */
     EX_VAR,   /* a = ex_var_kind, b = index */
     EX_CONST, /* a = node of the setup graph (function graphs only) */
-    EX_ADD, EX_SUB, EX_MUL, EX_DIV, EX_NEG, EX_SIN, EX_COS, EX_TAN, EX_SQRT
+    EX_ADD,
+    EX_SUB,
+    EX_MUL,
+    EX_DIV,
+    EX_NEG,
+    EX_SIN,
+    EX_COS,
+    EX_TAN,
+    EX_SQRT
 } ex_op;
 
 typedef enum { EX_P, EX_Q, EX_QD, EX_QDD, EX_FRC, EX_TRQ, EX_NVAR } ex_var_kind;

@@ -90,9 +90,11 @@ static stein_status check_carrier(const mechanism *m, int body, const char *owne
     for (int i = body; i >= 0; i = m->bodies[i].parent) {
         const mech_body *b = &m->bodies[i];
         if ((b->type == 'R') != (b->axis == 'y')) {
-            return fail(err, STEIN_EGENERATE,
-                        "%s: contacts are planar, but joint %s does not turn about y or slide along "
-                        "x or z", owner, b->name);
+            return fail(
+                err, STEIN_EGENERATE,
+                "%s: contacts are planar, but joint %s does not turn about y or slide along "
+                "x or z",
+                owner, b->name);
         }
     }
     return STEIN_OK;
@@ -109,7 +111,8 @@ static stein_status check_parts(const mechanism *m, stein_err *err)
         for (int i = 0; i < 2 * k->nspot && !status; i++) {
             const mech_shape *s = &k->spot[i / 2].side[i % 2];
             if (i % 2 == 0 && s->is_line && !s->end) {
-                return fail(err, STEIN_EGENERATE, "%s: the first side of a spot is a line", k->name);
+                return fail(err, STEIN_EGENERATE, "%s: the first side of a spot is a line",
+                            k->name);
             }
             status = check_carrier(m, s->body, k->name, err);
         }
@@ -156,7 +159,8 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
 static stein_status check(const mechanism *m, stein_err *err)
 {
     if (!is_identifier(m->name)) {
-        return fail(err, STEIN_EGENERATE, "the mechanism's name is no identifier of up to 32 signs");
+        return fail(err, STEIN_EGENERATE,
+                    "the mechanism's name is no identifier of up to 32 signs");
     }
     if (m->nbody < 1 || m->nbody > MAX_BODY) {
         return fail(err, STEIN_EGENERATE, "%s: %d bodies, expected 1 to %d", m->name, m->nbody,
@@ -167,7 +171,8 @@ static stein_status check(const mechanism *m, stein_err *err)
     }
     for (int i = 0; i < m->nformula; i++) {
         if (!formula_ok(m, &m->formulas[i])) {
-            return fail(err, STEIN_EGENERATE, "%s: formula is not well formed", m->formulas[i].name);
+            return fail(err, STEIN_EGENERATE, "%s: formula is not well formed",
+                        m->formulas[i].name);
         }
     }
     stein_status status = check_bodies(m, err);
@@ -216,9 +221,14 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
         return STEIN_ENOMEM;
     }
     free(body.s);
-    *out = (gen_result){.source = head.s, .size = head.n, .setup = f->setup,
-                        .mass_bias = f->mass_bias.ops, .inverse = f->inverse.ops,
-                        .pose = f->pose.ops, .point = f->point.ops, .energy = f->energy.ops};
+    *out = (gen_result){.source = head.s,
+                        .size = head.n,
+                        .setup = f->setup,
+                        .mass_bias = f->mass_bias.ops,
+                        .inverse = f->inverse.ops,
+                        .pose = f->pose.ops,
+                        .point = f->point.ops,
+                        .energy = f->energy.ops};
     memcpy(out->equations, hash, sizeof hash);
     return STEIN_OK;
 }

@@ -10,7 +10,7 @@
 #include "tree.h"
 
 /** Weights of the search, in additions. A sine counts 1 in ROBOTRAN's convention. */
-enum { TRIG_COST = 1, DIV_COST = 4 };
+enum { TRIG_COST = 10, DIV_COST = 4 };
 
 /* ---- search.c: functions -------------------------------------------------------------------- */
 
@@ -34,10 +34,10 @@ typedef struct layout {
     slot *slot;
     int n, cap, failed;
     int initial;
-    int *spring, *damping, *friction, *com;  /* [nbody], com [ncarrier] */
-    int *normal, *rub, *shape;               /* [ncontact], [ncontact], [2 * nspot] */
-    int *notch, *notch_normal, *notch_rub;   /* [nnotch] */
-    int *link, *direction;                   /* [nlink], [ninput] */
+    int *spring, *damping, *friction, *com; /* [nbody], com [ncarrier] */
+    int *normal, *rub, *shape;              /* [ncontact], [ncontact], [2 * nspot] */
+    int *notch, *notch_normal, *notch_rub;  /* [nnotch] */
+    int *link, *direction;                  /* [nlink], [ninput] */
     int *store;
     int equations; /* first slot of the constants of the equations */
 } layout;

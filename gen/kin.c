@@ -55,8 +55,7 @@ static void place_body(walk *w, place *all, int i)
         vec_name(g, s->om, "OM", i, -1);
         vec_name(g, s->omp, "OMp", i, -1);
     } else {
-        at.x[b->axis] = ex_add(g, at.x[b->axis],
-                               ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i)));
+        at.x[b->axis] = ex_add(g, at.x[b->axis], ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i)));
         relative = vec_scale(g, qd, s->axis);
         coriolis = vec_cross(g, p->om, relative);
     }
@@ -66,7 +65,8 @@ static void place_body(walk *w, place *all, int i)
     vec_name(g, s->o, "PO", i, -1);
     s->v = vec_add(g, p->v, vec_add(g, vec_cross(g, p->om, s->arm), relative));
     vec_name(g, s->v, "VI", i, -1);
-    s->a = vec_add(g, p->a, vec_add(g, bend(g, p->om, p->omp, s->arm), vec_add(g, coriolis, coriolis)));
+    s->a = vec_add(g, p->a,
+                   vec_add(g, bend(g, p->om, p->omp, s->arm), vec_add(g, coriolis, coriolis)));
     vec_name(g, s->a, "AC", i, -1);
 }
 
@@ -95,8 +95,13 @@ void kin_pose(walk *w, ex *out)
         if (o >= 0) {
             angle_trig(w, o, -1, &s, &c);
         }
-        const ex pose[7] = {all[i].o.x[0], all[i].o.x[2], c, ex_neg(g, s),
-                            all[i].v.x[0], all[i].v.x[2], ex_neg(g, all[i].om.x[1])};
+        const ex pose[7] = {all[i].o.x[0],
+                            all[i].o.x[2],
+                            c,
+                            ex_neg(g, s),
+                            all[i].v.x[0],
+                            all[i].v.x[2],
+                            ex_neg(g, all[i].om.x[1])};
         for (int j = 0; j < 7; j++) {
             out[7 * k + j] = pose[j];
         }
@@ -151,7 +156,7 @@ static ex kinetic(walk *w)
 {
     ex_graph *g = w->g;
     int n = w->t->n;
-    ex *M = calloc((size_t)(n * n + n), sizeof *M), diagonal = 0, rest = 0;
+    ex *M = calloc((size_t)n * (size_t)n + (size_t)n, sizeof *M), diagonal = 0, rest = 0;
     if (!M) {
         g->failed = 1;
         return 0;
@@ -181,8 +186,8 @@ static ex potential(walk *w)
         const rbody *b = &t->body[i];
         g->pass = PASS_FORWARD;
         g->body = i;
-        vec there = rotate(w, gravity, -1, b->turns || b->parent < 0
-                                               ? b->orient : t->body[b->parent].orient);
+        vec there = rotate(w, gravity, -1,
+                           b->turns || b->parent < 0 ? b->orient : t->body[b->parent].orient);
         vec first = vec_const(g, b->first);
         if (!b->turns) {
             ex slid = ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i));

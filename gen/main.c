@@ -23,7 +23,8 @@ static const char usage[] =
     "                      becomes non-zero changes the equations\n"
     "  -h, --help          this text\n"
     "\n"
-    "The file includes only \"stein/model.h\" and exports stein_model_NAME. Equal input gives equal\n"
+    "The file includes only \"stein/model.h\" and exports stein_model_NAME. Equal input gives "
+    "equal\n"
     "bytes. Exit status: 0 done, 1 the model or the output is at fault, 2 usage.\n";
 
 typedef struct options {
@@ -97,7 +98,8 @@ static char *target_path(const char *output, const char *name)
 {
     struct stat st;
     size_t n = strlen(output), size = n + strlen(name) + 8;
-    int directory = (n > 0 && output[n - 1] == '/') || (stat(output, &st) == 0 && S_ISDIR(st.st_mode));
+    int directory =
+        (n > 0 && output[n - 1] == '/') || (stat(output, &st) == 0 && S_ISDIR(st.st_mode));
     char *path = malloc(size);
     if (path && directory) {
         snprintf(path, size, "%s%s%s.c", output, n > 0 && output[n - 1] == '/' ? "" : "/", name);

@@ -63,7 +63,9 @@ static void read_bodies(tree *t)
         const mech_body *src = &t->m->bodies[i];
         rbody *b = &t->body[i];
         int up = src->parent < 0 ? -1 : t->body[src->parent].orient;
-        *b = (rbody){.parent = src->parent, .turns = src->type == 'R', .axis = src->axis - 'x',
+        *b = (rbody){.parent = src->parent,
+                     .turns = src->type == 'R',
+                     .axis = src->axis - 'x',
                      .sign = src->sign};
         b->orient = b->turns ? i : up;
         b->base = b->turns && up >= 0 && t->body[up].axis == b->axis ? t->body[up].base : up;
@@ -113,6 +115,18 @@ static void name_constants(const tree *t, int i)
     }
 }
 
+/** The inertia k that goes to the parent. With k = (K_ff + K_hh - K_ee)/2 no mass is left along the
+ *  joint axis: what remains has K_ee = K_ff + K_hh and a cheaper moment (dyn.c, inertia_moment). */
+static ex surplus(ex_graph *g, rbody *b, int e, int f, int h)
+{
+    const ex *k = b->inertia.x;
+    b->flat = k[f] != 0 && k[h] != 0;
+    if (!b->flat) {
+        return k[h];
+    }
+    return ex_mul(g, ex_num(g, 0.5), ex_sub(g, ex_add(g, k[f], k[h]), k[e]));
+}
+
 /** Hand to the parent what the joint cannot feel. */
 static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
 {
@@ -126,13 +140,13 @@ static void hand_up(tree *t, int i, ex *mass, vec *first, sym *inertia)
     }
     int e = b->axis, f = (e + 1) % 3, h = (e + 2) % 3;
     vec along = vec_axis(e, b->first.x[e]);
-    ex k = b->inertia.x[h];
+    ex k = surplus(g, b, e, f, h);
     sym extra = sym_add_cross(g, sym_point(g, b->mass, b->hinge), along, b->hinge);
     extra.x[f] = ex_add(g, extra.x[f], k);
     extra.x[h] = ex_add(g, extra.x[h], k);
     b->first.x[e] = 0;
     b->inertia.x[f] = ex_sub(g, b->inertia.x[f], k);
-    b->inertia.x[h] = 0;
+    b->inertia.x[h] = ex_sub(g, b->inertia.x[h], k);
     *first = vec_add(g, *first, vec_add(g, along, vec_scale(g, b->mass, b->hinge)));
     *inertia = sym_add(g, *inertia, extra);
 }

@@ -1,27 +1,28 @@
 /* SPDX-License-Identifier: MIT
  * search.c - choose frames, pairs, gravity and angle sums so that a function costs least.
  *
- * The recursion of dyn.c gives the same result whatever axes a body is worked out in, whichever side
- * of a joint the hinge arm is turned to, and so on; the number of operations differs by up to a
- * factor two. Building a graph takes less than a millisecond, so the choices are simply tried:
- * coordinate descent from a few starting points, within a budget of nodes. The result depends on the
- * structure of the mechanism alone, never on time, so that the text is the same on every run.
+ * The recursion of dyn.c gives the same result whatever axes a body is worked out in, whichever
+ * side of a joint the hinge arm is turned to, and so on; the number of operations differs by up to
+ * a factor two. Building a graph takes less than a millisecond, so the choices are simply tried:
+ * coordinate descent from a few starting points, within a budget of nodes. The result depends on
+ * the structure of the mechanism alone, never on time, so that the text is the same on every run.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "gen_internal.h"
 
-enum { BUDGET = 3000000 }; /* nodes built in all trials of one function */
+enum {
+    BUDGET = 1000000, /* nodes built in all trials of one function */
+    STARTS = 4        /* frames own or base, pairs or not */
+};
 
 typedef struct trial {
     const tree *t;
     builder *build;
     int nout;
     choice ch;
-    signed char *store;
     int *frame;
-    ex *out;
     long spent;
     int failed;
 } trial;
@@ -66,42 +67,22 @@ static long cost(trial *r)
 }
 
 /** Try the other values of one choice and keep the best. @return 1 when it improved */
-static int improve(trial *r, signed char *value, int nvalue, long *best)
+static int improve(trial *r, int *value, int nvalue, long *best)
 {
-    signed char kept = *value;
-    int better = 0;
-    for (signed char v = 0; v < nvalue && r->spent < BUDGET && !r->failed; v++) {
-        if (v == kept) {
+    int kept = *value, tried = kept;
+    for (int v = 0; v < nvalue && r->spent < BUDGET && !r->failed; v++) {
+        if (v == tried) {
             continue;
         }
-        signed char before = *value;
         *value = v;
         long c = cost(r);
         if (c >= 0 && c < *best) {
             *best = c;
-            better = 1;
-        } else {
-            *value = before;
+            kept = v;
         }
     }
-    return better;
-}
-
-static int improve_int(trial *r, int *value, int nvalue, long *best)
-{
-    signed char v = (signed char)*value;
-    int better = 0;
-    for (signed char k = 0; k < nvalue && !r->failed; k++) {
-        *value = k;
-        long c = cost(r);
-        if (c >= 0 && c < *best) {
-            *best = c;
-            better = 1;
-            v = k;
-        }
-    }
-    *value = v;
-    return better;
+    *value = kept;
+    return kept != tried;
 }
 
 static long descend(trial *r)
@@ -109,8 +90,9 @@ static long descend(trial *r)
     const tree *t = r->t;
     long best = cost(r);
     for (int better = 1; better && r->spent < BUDGET && !r->failed;) {
-        better = improve_int(r, &r->ch.gravity, 3, &best);
-        better |= improve_int(r, &r->ch.compose, 2, &best);
+        better = improve(r, &r->ch.gravity, 4, &best);
+        better |= improve(r, &r->ch.split, 2, &best);
+        better |= improve(r, &r->ch.compose, 2, &best);
         for (int i = t->n - 1; i >= 0; i--) {
             const rbody *b = &t->body[i];
             int up = b->parent < 0 ? -1 : t->body[b->parent].orient;
@@ -131,41 +113,42 @@ static void start_from(trial *r, int point)
 {
     int n = r->t->n;
     for (int i = 0; i < n; i++) {
-        r->ch.frame[i] = (signed char)(point & 1);
-        r->ch.near[i] = (signed char)!(point & 1);
-        r->ch.pair[i] = (signed char)(point >> 1 & 1);
+        r->ch.frame[i] = (point & 1);
+        r->ch.near[i] = !(point & 1);
+        r->ch.pair[i] = (point >> 1 & 1);
     }
     r->ch.gravity = point >> 1 & 1;
     r->ch.compose = 1;
+    r->ch.split = 0;
 }
 
 int func_search(func *f, const tree *t, builder *build, int nout)
 {
-    int n = t->n, status = -1;
+    size_t n = (size_t)t->n;
+    int status = -1;
     long best = -1;
     trial r = {.t = t, .build = build, .nout = nout};
-    signed char *store = calloc((size_t)(6 * n) + 1, 1);
-    int *frame = calloc((size_t)n + 1, sizeof *frame);
-    int gravity = 0, compose = 0;
-    if (store && frame) {
-        r.frame = frame;
-        r.ch = (choice){.frame = store, .near = store + n, .pair = store + 2 * n};
-        for (int point = 0; point < 4 && (point == 0 || r.spent < BUDGET / 2); point++) {
-            start_from(&r, point);
-            long c = descend(&r);
-            if (c >= 0 && (best < 0 || c < best)) {
-                best = c;
-                memcpy(store + 3 * n, store, (size_t)(3 * n));
-                gravity = r.ch.gravity;
-                compose = r.ch.compose;
-            }
+    choice kept = {.frame = NULL};
+    int *store = calloc(7 * n + 1, sizeof *store); /* current choices, the best ones, frames */
+    if (!store) {
+        return -1;
+    }
+    r.frame = store + 6 * n;
+    r.ch = (choice){.frame = store, .near = store + n, .pair = store + 2 * n};
+    for (int point = 0; point < STARTS && (point == 0 || r.spent < BUDGET / 2); point++) {
+        start_from(&r, point);
+        long c = descend(&r);
+        if (c >= 0 && (best < 0 || c < best)) {
+            best = c;
+            memcpy(store + 3 * n, store, 3 * n * sizeof *store);
+            kept = r.ch;
         }
-        memcpy(store, store + 3 * n, (size_t)(3 * n));
-        r.ch.gravity = gravity;
-        r.ch.compose = compose;
-        status = best < 0 ? -1 : func_build(f, t, &r.ch, build, nout, frame);
+    }
+    if (best >= 0 && !r.failed) {
+        memcpy(store, store + 3 * n, 3 * n * sizeof *store);
+        r.ch = kept;
+        status = func_build(f, t, &r.ch, build, nout, r.frame);
     }
     free(store);
-    free(frame);
     return status;
 }

@@ -9,6 +9,7 @@
  */
 #include <math.h>
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -80,8 +81,8 @@ static void put_joints(layout *l, const tree *t)
     }
     for (int k = 0; k < t->ncarrier; k++) {
         const mech_body *b = &m->bodies[t->carrier[k]];
-        l->com[k] = put(l, tree_scalar(t, b->centre[0]), "%s: centre of mass x, z",
-                        text_safe(b->name));
+        l->com[k] =
+            put(l, tree_scalar(t, b->centre[0]), "%s: centre of mass x, z", text_safe(b->name));
         put(l, tree_scalar(t, b->centre[2]), "  z");
     }
 }
@@ -128,8 +129,9 @@ static void put_contacts(layout *l, const tree *t)
         l->normal[c] = put_normal(l, t, &k->normal, name);
         l->rub[c] = put_friction(l, t, &k->friction, name);
         for (int i = 0; i < k->nspot; i++, spot++) {
-            l->shape[2 * spot] = put_shape(l, t, &k->spot[i].side[0], name);
-            l->shape[2 * spot + 1] = put_shape(l, t, &k->spot[i].side[1], name);
+            int *shape = l->shape + (ptrdiff_t)spot * 2;
+            shape[0] = put_shape(l, t, &k->spot[i].side[0], name);
+            shape[1] = put_shape(l, t, &k->spot[i].side[1], name);
         }
     }
 }
@@ -156,8 +158,8 @@ static void put_notches(layout *l, const tree *t)
             [STEIN_NOTCH_BZ] = ex_fun(g, EX_SIN, tilt),
         };
         static const char *const what[STEIN_NOTCH_SIZE] = {
-            "corner x", "corner z", "roof x", "roof z", "vertical face x", "vertical face z",
-            "beak end x", "beak end z", "beak face x", "beak face z"};
+            "corner x",        "corner z",   "roof x",     "roof z",      "vertical face x",
+            "vertical face z", "beak end x", "beak end z", "beak face x", "beak face z"};
         for (int j = 0; j < STEIN_NOTCH_SIZE; j++) {
             int at = j == 0 ? put(l, block[j], "%s: %s", name, what[j])
                             : put(l, block[j], "  %s", what[j]);
@@ -204,10 +206,11 @@ int layout_build(layout *l, const tree *t)
     }
     struct {
         int **array, n;
-    } parts[] = {{&l->spring, m->nbody}, {&l->damping, m->nbody}, {&l->friction, m->nbody},
-                 {&l->com, m->nbody}, {&l->normal, m->ncontact}, {&l->rub, m->ncontact},
-                 {&l->shape, 2 * nspot}, {&l->notch, m->nnotch}, {&l->notch_normal, m->nnotch},
-                 {&l->notch_rub, m->nnotch}, {&l->link, m->nlink}, {&l->direction, m->ninput}};
+    } parts[] = {
+        {&l->spring, m->nbody},     {&l->damping, m->nbody},   {&l->friction, m->nbody},
+        {&l->com, m->nbody},        {&l->normal, m->ncontact}, {&l->rub, m->ncontact},
+        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
+        {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;

@@ -91,7 +91,8 @@ void text_number(char out[32], double value)
         memmove(comma + 1, comma + n, strlen(comma + n) + 1);
     }
     if (!strpbrk(out, ".en")) { /* keep it a double in C */
-        strcat(out, ".0");
+        size_t n = strlen(out);
+        snprintf(out + n, 32 - n, ".0");
     }
 }
 

@@ -25,14 +25,15 @@ typedef struct rbody {
     int parent, turns; /* turns: 1 revolute, 0 prismatic */
     int axis;          /* 0 x, 1 y, 2 z */
     int sign;
-    int orient; /* the revolute body that sets its orientation (itself if it turns), -1 frame */
-    int base;   /* for a turning body: orientation its group of parallel joints stands on */
-    vec at;     /* joint origin from the parent's, as in the file */
-    vec hinge;  /* the same after origins were moved along the joint axes (dynamics only) */
-    vec centre; /* of mass, from the moved origin */
-    ex mass;    /* with all it carries */
-    vec first;  /* recombined first moment about the moved origin */
+    int orient;  /* the revolute body that sets its orientation (itself if it turns), -1 frame */
+    int base;    /* for a turning body: orientation its group of parallel joints stands on */
+    vec at;      /* joint origin from the parent's, as in the file */
+    vec hinge;   /* the same after origins were moved along the joint axes (dynamics only) */
+    vec centre;  /* of mass, from the moved origin */
+    ex mass;     /* with all it carries */
+    vec first;   /* recombined first moment about the moved origin */
     sym inertia; /* recombined inertia about the moved origin */
+    int flat;    /* revolute: no mass along the joint axis is left, K_ee = K_ff + K_hh */
 } rbody;
 
 typedef struct tree {
@@ -40,14 +41,23 @@ typedef struct tree {
     ex_graph *setup;
     int n;
     rbody *body;
-    ex mass;     /* everything hung on the frame */
-    vec first;   /* constant part of the whole first moment about the frame's origin */
-    vec gravity; /* setup nodes */
-    ex *param, *formula; /* setup nodes of the parameters and formulas */
+    ex mass;                /* everything hung on the frame */
+    vec first;              /* constant part of the whole first moment about the frame's origin */
+    vec gravity;            /* setup nodes */
+    ex *param, *formula;    /* setup nodes of the parameters and formulas */
     int *carrier, ncarrier; /* bodies that carry contacts, ascending */
 } tree;
 
-enum { PASS_NONE, PASS_TRIG, PASS_FORWARD, PASS_BACKWARD, PASS_MASS, PASS_POINT, PASS_OUTPUT, PASS_COUNT };
+enum {
+    PASS_NONE,
+    PASS_TRIG,
+    PASS_FORWARD,
+    PASS_BACKWARD,
+    PASS_MASS,
+    PASS_POINT,
+    PASS_OUTPUT,
+    PASS_COUNT
+};
 
 /** One function to be emitted: a graph and its outputs in the order of the C arrays. */
 typedef struct func {
@@ -59,10 +69,12 @@ typedef struct func {
 
 /** Choices that leave the result as it is and change the amount of work (search.c). */
 typedef struct choice {
-    signed char *frame; /* [n] turning body: 0 own axes, 1 base of its group, 2 parent's axes */
-    signed char *near;  /* [n] hinge arm is turned to 0 the parent's working frame, 1 the body's */
-    signed char *pair;  /* [n] 1: body and parent as a pair, sharing arm.moment and arm x moment */
-    int gravity; /* 0 as an acceleration of the base, 1 as a force on every body, 2 on composites */
+    int *frame;  /* [n] turning body: 0 own axes, 1 base of its group, 2 parent's axes */
+    int *near;   /* [n] hinge arm is turned to 0 the parent's working frame, 1 the body's */
+    int *pair;   /* [n] 1: body and parent as a pair, sharing arm.moment and arm x moment */
+    int gravity; /* 0 acceleration of the base, 1 force on every body, 2 on composites in their own
+                    frames, 3 on composites in the fixed frame */
+    int split;   /* 1: columns of M carry the children's forces and the own part apart */
     int compose; /* 1: sines of angle sums from the parts, 0: from the angle */
 } choice;
 

@@ -107,8 +107,9 @@ static dvec vector(const mechanism *m, const mech_scalar s[3])
 /** All frames at q + eps dir. */
 static void transforms(const mechanism *m, const double *q, const double *dir, frame *f)
 {
-    static const frame fixed = {
-        .column = {{{{1, 0}, {0, 0}, {0, 0}}}, {{{0, 0}, {1, 0}, {0, 0}}}, {{{0, 0}, {0, 0}, {1, 0}}}}};
+    static const frame fixed = {.column = {{{{1, 0}, {0, 0}, {0, 0}}},
+                                           {{{0, 0}, {1, 0}, {0, 0}}},
+                                           {{{0, 0}, {0, 0}, {1, 0}}}}};
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         const frame *p = b->parent < 0 ? &fixed : &f[b->parent];
@@ -120,7 +121,8 @@ static void transforms(const mechanism *m, const double *q, const double *dir, f
         if (b->type == 'T') {
             f[i].o = vadd(f[i].o, vscale(angle, p->column[a]));
         } else {
-            dual c = {cos(angle.a), -sin(angle.a) * angle.b}, s = {sin(angle.a), cos(angle.a) * angle.b};
+            dual c = {cos(angle.a), -sin(angle.a) * angle.b},
+                 s = {sin(angle.a), cos(angle.a) * angle.b};
             f[i].column[k] = vadd(vscale(c, p->column[k]), vscale(s, p->column[l]));
             f[i].column[l] = vadd(vscale(c, p->column[l]), vscale(scale(-1.0, s), p->column[k]));
         }
@@ -196,7 +198,8 @@ static void evaluate_along(const mechanism *m, const ref_state *s, const double 
 static void lagrange(const mechanism *m, const ref_state *s, ref_out *out)
 {
     int n = m->nbody;
-    energies e = {.M = calloc((size_t)(n * n), sizeof(dual)), .Q = calloc((size_t)n, sizeof(double))};
+    energies e = {.M = calloc((size_t)(n * n), sizeof(dual)),
+                  .Q = calloc((size_t)n, sizeof(double))};
     double *dir = calloc((size_t)n, sizeof *dir);
     evaluate_along(m, s, s->qd, &e);
     out->kinetic = 0.0;
@@ -278,9 +281,12 @@ void ref_evaluate(const mechanism *m, const ref_state *s, ref_out *out)
 ref_out ref_out_new(int n, int npoint)
 {
     size_t np = 3 * (size_t)npoint + 1, nn = (size_t)n;
-    return (ref_out){.M = calloc(nn * nn, sizeof(double)), .c = calloc(nn, sizeof(double)),
-                     .x = calloc(np, sizeof(double)), .v = calloc(np, sizeof(double)),
-                     .J = calloc(np * nn, sizeof(double)), .jdqd = calloc(np, sizeof(double)),
+    return (ref_out){.M = calloc(nn * nn, sizeof(double)),
+                     .c = calloc(nn, sizeof(double)),
+                     .x = calloc(np, sizeof(double)),
+                     .v = calloc(np, sizeof(double)),
+                     .J = calloc(np * nn, sizeof(double)),
+                     .jdqd = calloc(np, sizeof(double)),
                      .pose = calloc(7 * nn, sizeof(double))};
 }
 

@@ -9,9 +9,9 @@
 
 /** What a state gives. All arrays in the layout of stein_model. */
 typedef struct ref_out {
-    double *M, *c;              /* [n*n], [n] */
-    double *x, *v, *J, *jdqd;   /* points */
-    double *pose;               /* [7*nbody]: x z c s vx vz w of every body */
+    double *M, *c;            /* [n*n], [n] */
+    double *x, *v, *J, *jdqd; /* points */
+    double *pose;             /* [7*nbody]: x z c s vx vz w of every body */
     double kinetic, potential;
 } ref_out;
 
@@ -19,7 +19,8 @@ typedef struct ref_state {
     double *q, *qd, *qdd, *frc, *trq;
 } ref_state;
 
-/** Lagrange's equations on homogeneous transforms, in dual numbers, from the numbers of the file. */
+/** Lagrange's equations on homogeneous transforms, in dual numbers, from the numbers of the file.
+ */
 void ref_evaluate(const mechanism *m, const ref_state *s, ref_out *out);
 
 ref_out ref_out_new(int n, int npoint);

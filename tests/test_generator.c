@@ -12,7 +12,6 @@
 #include "gen_internal.h"
 #include "support.h"
 
-Suite *generator_suite(void);
 
 enum { TREES = 100, MODELS_MAX = 40 };
 
@@ -72,7 +71,8 @@ START_TEST(equal_expressions_are_one_node)
     ck_assert_int_eq(ex_mul(g, s->x, s->y), ex_mul(g, s->y, s->x));
     ck_assert_int_eq(ex_add(g, s->x, s->y), ex_add(g, s->y, s->x));
     ck_assert_int_eq(ex_sub(g, s->x, s->y), ex_neg(g, ex_sub(g, s->y, s->x)));
-    ck_assert_int_eq(ex_mul(g, s->a, ex_mul(g, s->b, s->x)), ex_mul(g, ex_mul(g, s->a, s->b), s->x));
+    ck_assert_int_eq(ex_mul(g, s->a, ex_mul(g, s->b, s->x)),
+                     ex_mul(g, ex_mul(g, s->a, s->b), s->x));
     ck_assert_int_ne(ex_mul(g, s->x, s->x), ex_mul(g, s->x, s->y));
     graphs_free(s);
 }
@@ -141,8 +141,8 @@ static void evaluate(const tree *t, builder *build, int nout, const ref_state *s
         p[i] = t->m->params[i].value;
     }
     const double *const pvar[EX_NVAR] = {[EX_P] = p};
-    const double *const var[EX_NVAR] = {[EX_Q] = s->q, [EX_QD] = s->qd, [EX_QDD] = s->qdd,
-                                        [EX_FRC] = s->frc, [EX_TRQ] = s->trq};
+    const double *const var[EX_NVAR] = {
+        [EX_Q] = s->q, [EX_QD] = s->qd, [EX_QDD] = s->qdd, [EX_FRC] = s->frc, [EX_TRQ] = s->trq};
     ex_eval(t->setup, pvar, NULL, k);
     ex_eval(&f.g, var, k, v);
     for (int i = 0; i < nout; i++) {
@@ -170,7 +170,8 @@ static void check_by_graph(const mechanism *m, unsigned long long *seed)
     int n = m->nbody, np = m->npoint;
     ref_out r = ref_out_new(n, np);
     ref_state s = ref_state_random(n, seed);
-    double *Q = numbers_new((size_t)n), *y = numbers_new((size_t)(n * n + 10 * n + 9 * np + 3 * np * n));
+    double *Q = numbers_new((size_t)n),
+           *y = numbers_new((size_t)(n * n + 10 * n + 9 * np + 3 * np * n));
     ex_graph setup;
     tree t;
     ck_assert(ex_graph_init(&setup, NULL) == 0 && tree_build(&t, m, &setup) == 0);
@@ -217,6 +218,15 @@ START_TEST(graphs_agree_with_lagrange_on_random_trees)
         check_by_graph(m, &seed);
         ref_tree_free(m);
     }
+}
+END_TEST
+
+START_TEST(graphs_agree_with_lagrange_on_a_six_axis_arm)
+{
+    unsigned long long seed = 90;
+    mechanism *m = ref_arm("arm6", "zyyxyx", &seed);
+    check_by_graph(m, &seed);
+    ref_tree_free(m);
 }
 END_TEST
 
@@ -315,7 +325,7 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
         model->pose(s.q, s.qd, d, pose);
     }
     for (int k = 0; k < model->nframe; k++) {
-        const double got[7] = {pose[k].x, pose[k].z, pose[k].c, pose[k].s,
+        const double got[7] = {pose[k].x,  pose[k].z,  pose[k].c, pose[k].s,
                                pose[k].vx, pose[k].vz, pose[k].w};
         assert_same("pose", got, r.pose + 7 * model->frames[k].body, 7, 1e-12);
     }
@@ -399,6 +409,7 @@ Suite *generator_suite(void)
     suite_add_tcase(s, graph);
     tcase_set_timeout(equations, 300);
     tcase_add_test(equations, graphs_agree_with_lagrange_on_random_trees);
+    tcase_add_test(equations, graphs_agree_with_lagrange_on_a_six_axis_arm);
     tcase_add_loop_test(equations, compiled_trees_agree_with_lagrange, 0, 4);
     tcase_add_test(equations, compiled_models_agree_with_lagrange);
     suite_add_tcase(s, equations);
