@@ -57,26 +57,26 @@ START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
     } bad[] = {{"dt", 0.0, 0}, {"dt", -1e-5, 0}, {"dt", NAN, 0}, {"dt", INFINITY, 0},
                {"integrator", 1e-5, 7}};
     stein_sim *sim = NULL;
-    stein_err err;
+    stein_err failure;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
         def.dt = bad[i].dt;
         def.integrator = (stein_integrator)bad[i].integrator;
-        ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_EINVAL);
-        ck_assert_int_eq(err.code, STEIN_EINVAL);
-        ck_assert_msg(strstr(err.msg, bad[i].field) != NULL, "%s", err.msg);
+        ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &failure), STEIN_EINVAL);
+        ck_assert_int_eq(failure.code, STEIN_EINVAL);
+        ck_assert_msg(strstr(failure.msg, bad[i].field) != NULL, "%s", failure.msg);
     }
     stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
     def.release = NULL;
-    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_EINVAL);
-    ck_assert(strstr(err.msg, "release") != NULL);
+    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &failure), STEIN_EINVAL);
+    ck_assert(strstr(failure.msg, "release") != NULL);
     def = stein_sim_def_default(&stein_model_pendulum);
     def.alloc = no_memory;
-    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &err), STEIN_ENOMEM);
+    ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &failure), STEIN_ENOMEM);
     stein_model old = stein_model_pendulum;
     old.abi = STEIN_MODEL_ABI + 1;
-    ck_assert_int_eq(stein_sim_create(&sim, &old, NULL, &err), STEIN_ESTALE);
-    ck_assert(strstr(err.msg, "regenerate") != NULL);
+    ck_assert_int_eq(stein_sim_create(&sim, &old, NULL, &failure), STEIN_ESTALE);
+    ck_assert(strstr(failure.msg, "regenerate") != NULL);
     ck_assert_ptr_null(sim);
 }
 END_TEST
@@ -95,13 +95,13 @@ START_TEST(parameters_are_set_and_read_by_name)
         ck_assert_stein(stein_get(sim, names[i], &back, err));
         ck_assert(back == 1.0137 * value + 1e-6);
     }
-    stein_err err;
+    stein_err failure;
     double untouched = 0.125;
-    ck_assert_int_eq(stein_set(sim, "pawl.stop_shfit", 0.0, &err), STEIN_ENAME);
-    ck_assert(strstr(err.msg, "pawl.stop_shfit") != NULL);
-    ck_assert_int_eq(stein_get(sim, "nothing", &untouched, &err), STEIN_ENAME);
+    ck_assert_int_eq(stein_set(sim, "pawl.stop_shfit", 0.0, &failure), STEIN_ENAME);
+    ck_assert(strstr(failure.msg, "pawl.stop_shfit") != NULL);
+    ck_assert_int_eq(stein_get(sim, "nothing", &untouched, &failure), STEIN_ENAME);
     ck_assert(untouched == 0.125);
-    ck_assert_int_eq(stein_set(sim, "load.mass", NAN, &err), STEIN_EINVAL);
+    ck_assert_int_eq(stein_set(sim, "load.mass", NAN, &failure), STEIN_EINVAL);
 
     int np = stein_model_stein1788.np;
     double *p = malloc(sizeof *p * (size_t)np);
@@ -110,8 +110,8 @@ START_TEST(parameters_are_set_and_read_by_name)
     }
     ck_assert_stein(stein_set_all(sim, p, err));
     p[np - 1] = INFINITY;
-    ck_assert_int_eq(stein_set_all(sim, p, &err), STEIN_EINVAL);
-    ck_assert(strstr(err.msg, stein_model_stein1788.params[np - 1].name) != NULL);
+    ck_assert_int_eq(stein_set_all(sim, p, &failure), STEIN_EINVAL);
+    ck_assert(strstr(failure.msg, stein_model_stein1788.params[np - 1].name) != NULL);
     free(p);
     stein_sim_destroy(sim);
 }
@@ -180,14 +180,14 @@ START_TEST(a_state_that_leaves_the_numbers_stops_with_time_and_joint)
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
     double bad = NAN;
     double t = stein_time(sim), q = stein_q(sim)[0];
-    stein_err err = {STEIN_OK, ""};
+    stein_err failure = {STEIN_OK, ""};
     stein_on_force(sim, push, &bad);
-    ck_assert_int_eq(stein_step(sim, &err), STEIN_ENONFINITE);
-    ck_assert(strstr(err.msg, stein_model_pendulum.bodies[0].name) != NULL);
-    ck_assert(strstr(err.msg, "t = ") != NULL);
+    ck_assert_int_eq(stein_step(sim, &failure), STEIN_ENONFINITE);
+    ck_assert(strstr(failure.msg, stein_model_pendulum.bodies[0].name) != NULL);
+    ck_assert(strstr(failure.msg, "t = ") != NULL);
     ck_assert(stein_time(sim) == t && stein_q(sim)[0] == q); // kept for inspection
-    ck_assert_int_eq(stein_set_state(sim, 0.0, &bad, &q, &err), STEIN_EINVAL);
-    ck_assert_int_eq(stein_reset(sim, &err), STEIN_ENONFINITE);
+    ck_assert_int_eq(stein_set_state(sim, 0.0, &bad, &q, &failure), STEIN_EINVAL);
+    ck_assert_int_eq(stein_reset(sim, &failure), STEIN_ENONFINITE);
     stein_sim_destroy(sim);
 }
 END_TEST
@@ -196,11 +196,11 @@ START_TEST(a_singular_mass_matrix_is_named_not_divided_by)
 {
     stein_sim *sim = make_sim(&stein_model_bouncing_ball, STEIN_RK4, 0.0);
     ck_assert_stein(stein_set(sim, "ball.mass", 0.0, err));
-    stein_err err = {STEIN_OK, ""};
-    ck_assert_int_eq(stein_step(sim, &err), STEIN_ESINGULAR);
-    ck_assert(strstr(err.msg, "ball") != NULL);
+    stein_err failure = {STEIN_OK, ""};
+    ck_assert_int_eq(stein_step(sim, &failure), STEIN_ESINGULAR);
+    ck_assert(strstr(failure.msg, "ball") != NULL);
     double q = 1.0, qd = 0.0, qdd;
-    ck_assert_int_eq(stein_acceleration(sim, 0.0, &q, &qd, &qdd, &err), STEIN_ESINGULAR);
+    ck_assert_int_eq(stein_acceleration(sim, 0.0, &q, &qd, &qdd, &failure), STEIN_ESINGULAR);
     ck_assert_ptr_null(stein_qdd(sim));
     stein_sim_destroy(sim);
 }
@@ -211,10 +211,10 @@ START_TEST(no_equilibrium_is_an_error_not_a_guess)
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     ck_assert_stein(stein_set(sim, "gravity.z", 9.81, err)); // everything falls up: the key leaves
     ck_assert_stein(stein_set(sim, "pawl.spring.k", -0.5, err)); // and a spring that runs away
-    stein_err err = {STEIN_OK, ""};
-    stein_status status = stein_reset(sim, &err);
-    ck_assert_msg(status == STEIN_ESETTLE, "%d %s", (int)status, err.msg);
-    ck_assert(strstr(err.msg, "equilibrium") != NULL);
+    stein_err failure = {STEIN_OK, ""};
+    stein_status status = stein_reset(sim, &failure);
+    ck_assert_msg(status == STEIN_ESETTLE, "%d %s", (int)status, failure.msg);
+    ck_assert(strstr(failure.msg, "equilibrium") != NULL);
     stein_sim_destroy(sim);
 }
 END_TEST
@@ -329,14 +329,14 @@ START_TEST(compiled_later_equations_are_checked_before_use)
 {
     stein_library *library = NULL;
     const stein_model *model = NULL;
-    stein_err err;
-    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", "x", NULL, &model, &err),
+    stein_err failure;
+    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", "x", NULL, &model, &failure),
                      STEIN_ELOAD);
-    ck_assert(strstr(err.msg, "/no/such.so") != NULL);
+    ck_assert(strstr(failure.msg, "/no/such.so") != NULL);
     char long_name[80];
     memset(long_name, 'a', 79);
     long_name[79] = '\0';
-    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", long_name, NULL, &model, &err),
+    ck_assert_int_eq(stein_library_open(&library, "/no/such.so", long_name, NULL, &model, &failure),
                      STEIN_EINVAL);
     ck_assert_ptr_null(library);
     stein_library_close(NULL);

@@ -74,8 +74,8 @@ START_TEST(dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none)
     double e[2], ed;
     for (int i = 0; i < 2; i++) {
         stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, i == 0 ? 0.0025 : 0.00125);
-        stein_err err = {STEIN_OK, ""};
-        ck_assert_int_eq(stein_step_error(sim, &e[i], &ed, &err), STEIN_EINVAL); // no step yet
+        stein_err failure = {STEIN_OK, ""};
+        ck_assert_int_eq(stein_step_error(sim, &e[i], &ed, &failure), STEIN_EINVAL); // no step yet
         ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
         ck_assert_stein(stein_step(sim, err));
         ck_assert_stein(stein_step_error(sim, &e[i], &ed, err));
@@ -149,9 +149,9 @@ START_TEST(a_restored_state_continues_bit_for_bit)
     ck_assert_int_eq(memcmp(end, again, size), 0);
 
     stein_sim *pendulum = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
-    stein_err err;
-    ck_assert_int_eq(stein_restore(pendulum, saved, &err), STEIN_EINVAL);
-    ck_assert(strstr(err.msg, "pendulum") != NULL);
+    stein_err failure;
+    ck_assert_int_eq(stein_restore(pendulum, saved, &failure), STEIN_EINVAL);
+    ck_assert(strstr(failure.msg, "pendulum") != NULL);
     stein_sim_destroy(pendulum);
     free(saved);
     free(end);
