@@ -254,7 +254,7 @@ START_TEST(strokes_that_obey_the_paper_have_all_facts_right)
     ck_assert_str_eq(find_fact(fact, facts, "slope of escapement")->simulated, "-20.0 mm/mm");
     ck_assert_str_eq(find_fact(fact, facts, "leftmost")->simulated, "-1.25 mm");
     ck_assert_str_eq(find_fact(fact, facts, "rightmost")->simulated, "+0.20 mm");
-    ck_assert_str_eq(find_fact(fact, facts, "its slope")->simulated, "5.00 N/mm");
+    ck_assert_str_eq(find_fact(fact, facts, "slope of peak force")->simulated, "5.00 N/mm");
     ck_assert_str_eq(find_fact(fact, facts, "re-arms")->simulated, "30 of 30 dx");
 }
 END_TEST
@@ -272,7 +272,7 @@ START_TEST(each_departure_from_the_paper_turns_its_fact_off)
     invent(point);
     point[n - 1].stroke.outcome = LAB_STRUCK;
     lab_facts(fact, point, n);
-    ck_assert(!find_fact(fact, facts, "at +0.3 mm")->ok);
+    ck_assert(!find_fact(fact, facts, "at dx = +0.3 mm")->ok);
 
     invent(point);
     for (int i = 0; i < n; i++) {
@@ -286,7 +286,7 @@ START_TEST(each_departure_from_the_paper_turns_its_fact_off)
     point[12].status = STEIN_ENONFINITE; // -0.9 mm, on both lines
     lab_facts(fact, point, n);
     ck_assert(!find_fact(fact, facts, "slope of escapement")->ok);
-    ck_assert(!find_fact(fact, facts, "its slope")->ok);
+    ck_assert(!find_fact(fact, facts, "slope of peak force")->ok);
     ck_assert(!find_fact(fact, facts, "grows with dx")->ok);
 
     ck_assert_int_eq(count_off(fact, lab_facts(fact, point, 0)), facts); // no strokes at all

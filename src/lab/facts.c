@@ -122,10 +122,10 @@ static void facts_of_height(table *t)
     line l = fit(t, height);
     char *text = row(t, "escapement height at dx = 0", "2.2 mm", fabs(h - 2.2) <= 0.1);
     SAY(text, "%.2f mm", h);
-    text = row(t, "slope of escapement height against dx", "−20 mm/mm",
+    text = row(t, "slope of escapement height against dx", "-20 mm/mm",
                l.known && fabs(l.slope + 20.0) <= 1.5);
     SAY(text, "%.1f mm/mm", l.known ? l.slope : NAN);
-    text = row(t, "its largest residual from a line", "quasi-linear",
+    text = row(t, "escapement height: residual from the line", "quasi-linear",
                l.known && l.residual < 1e-3);
     SAY(text, "%.2f mm", l.known ? 1e3 * l.residual : NAN);
 }
@@ -153,14 +153,14 @@ static void facts_of_range(table *t)
         forced = forced && s != NULL && s->forced_escapement;
     }
     int works = is_struck(at(t, 0));
-    char *text = row(t, "leftmost dx that strikes", "−1.25 mm", works && left >= -26 && left <= -24);
+    char *text = row(t, "leftmost dx that strikes", "-1.25 mm", works && left >= -26 && left <= -24);
     SAY(text, "%+.2f mm", 0.05 * left);
-    text = row(t, "further left the notch misses the beak", "yes", missed);
+    text = row(t, "notch misses the beak at -1.35 mm and beyond", "yes", missed);
     SAY(text, "%s", missed ? "yes" : "no");
     text = row(t, "rightmost dx that escapes", "+0.2 mm", works && right >= 3 && right <= 5);
     SAY(text, "%+.2f mm", 0.05 * right);
     const lab_stroke *s = at(t, LAST);
-    text = row(t, "at +0.3 mm", "no escapement", s != NULL && s->outcome == LAB_NO_ESCAPEMENT);
+    text = row(t, "at dx = +0.3 mm", "no escapement", s != NULL && s->outcome == LAB_NO_ESCAPEMENT);
     SAY(text, "%s", s == NULL ? "failed" : lab_outcome_text(s->outcome));
     text[strcspn(text, "_")] = ' ';
     text = row(t, "forced escapement near +0.2 mm", "after the impact", forced);
@@ -204,12 +204,12 @@ static void facts_of_force(table *t)
     }
     char *text = row(t, "peak string force at dx = 0", "> 6.25 N", f0 > 6.25);
     SAY(text, "%.2f N", f0);
-    text = row(t, "its slope for dx < 0", "5 N/mm",
+    text = row(t, "slope of peak force for dx < 0", "5 N/mm",
                l.known && fabs(1e-3 * l.slope - 5.0) <= 1.0);
     SAY(text, "%.2f N/mm", l.known ? 1e-3 * l.slope : NAN);
-    text = row(t, "how straight it is (R²)", "linear", l.known && l.r2 >= 0.97);
+    text = row(t, "peak force for dx < 0: R² of the line", "linear", l.known && l.r2 >= 0.97);
     SAY(text, "%.3f", l.known ? l.r2 : NAN);
-    text = row(t, "its change for dx up to +0.15 mm", "about constant", change < 0.10);
+    text = row(t, "change of peak force up to dx = +0.15 mm", "about constant", change < 0.10);
     SAY(text, "%.1f %%", 100.0 * change);
 }
 
@@ -226,11 +226,11 @@ static void facts_of_stroke(table *t)
     SAY(text, "%d of %d dx", rearmed, all);
     double blow = s != NULL ? 1e3 * s->blow : NAN, time = s != NULL ? 1e3 * s->impact_time : NAN;
     double speed = s != NULL ? s->impact_speed : NAN;
-    text = row(t, "blow distance", "25–45 mm", blow >= 25.0 && blow <= 45.0);
+    text = row(t, "blow distance", "25-45 mm", blow >= 25.0 && blow <= 45.0);
     SAY(text, "%.1f mm", blow);
-    text = row(t, "release to impact", "45–70 ms", time >= 45.0 && time <= 70.0);
+    text = row(t, "release to impact", "45-70 ms", time >= 45.0 && time <= 70.0);
     SAY(text, "%.1f ms", time);
-    text = row(t, "head speed at impact", "0.9–1.4 m/s", speed >= 0.9 && speed <= 1.4);
+    text = row(t, "head speed at impact", "0.9-1.4 m/s", speed >= 0.9 && speed <= 1.4);
     SAY(text, "%.2f m/s", speed);
 }
 
