@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_lab.c - the laboratory: equations from files, and strokes.
  *
- * Every test has a cache folder of its own; equations are kept from being built in by a structure no
- * model of the library has.
+ * Every test has a cache folder of its own; equations are kept from being built in by a structure
+ * no model of the library has.
  */
 #include "lab_support.h"
 
@@ -169,7 +169,8 @@ START_TEST(files_and_overrides_that_are_not_in_order_are_refused)
     options.report = count_message;
     options.ctx = &problems;
     ck_assert_int_eq(lab_open(&model, in_folder("absent.yaml"), NULL, &err), STEIN_EIO);
-    const char *file = write_file("model.yaml", "mechanism: x\nbodies: {a: {joint: Q y, mas: 1}}\n");
+    const char *file =
+        write_file("model.yaml", "mechanism: x\nbodies: {a: {joint: Q y, mas: 1}}\n");
     ck_assert_int_eq(lab_open(&model, file, &options, &err), STEIN_EPARSE);
     ck_assert_int_ge(problems, 2);
     options.set = set;

@@ -205,7 +205,9 @@ static int invent(lab_point *point)
     for (int i = 0; i < n; i++) {
         double dx = point[i].dx;
         lab_stroke *s = &point[i].stroke;
-        s->outcome = dx < -1.26e-3 ? LAB_MISSED_NOTCH : dx > 0.21e-3 ? LAB_NO_ESCAPEMENT : LAB_STRUCK;
+        s->outcome = dx < -1.26e-3  ? LAB_MISSED_NOTCH
+                     : dx > 0.21e-3 ? LAB_NO_ESCAPEMENT
+                                    : LAB_STRUCK;
         s->escaped = s->outcome == LAB_STRUCK;
         s->escape_height = fmax(0.0, 2.2e-3 - 20.0 * dx);
         s->escape_time = 60e-3 + 10.0 * dx;

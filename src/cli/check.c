@@ -43,39 +43,65 @@ static const char *input_kind(int kind)
 static const char *output_target(const mechanism *m, const mech_channel *c)
 {
     switch ((stein_read_kind)c->read) {
-    case STEIN_READ_POSITION: case STEIN_READ_SPEED: case STEIN_READ_ACCELERATION:
-        return m->bodies[c->index].name;
-    case STEIN_READ_X: case STEIN_READ_Y: case STEIN_READ_Z:
-    case STEIN_READ_VX: case STEIN_READ_VY: case STEIN_READ_VZ:
-        return m->points[c->index].name;
-    case STEIN_READ_GAP: case STEIN_READ_FORCE: case STEIN_READ_TANGENT:
-        return m->contacts[c->index].name;
-    case STEIN_READ_NOTCH_FORCE: case STEIN_READ_NOTCH_PHASE: case STEIN_READ_NOTCH_OVERLAP:
-        return m->notches[c->index].name;
-    case STEIN_READ_INPUT: case STEIN_READ_INPUT_FORCE:
-        return m->inputs[c->index].name;
-    case STEIN_READ_TIME: case STEIN_READ_KINETIC: case STEIN_READ_POTENTIAL:
-        break;
+    case STEIN_READ_POSITION:
+    case STEIN_READ_SPEED:
+    case STEIN_READ_ACCELERATION: return m->bodies[c->index].name;
+    case STEIN_READ_X:
+    case STEIN_READ_Y:
+    case STEIN_READ_Z:
+    case STEIN_READ_VX:
+    case STEIN_READ_VY:
+    case STEIN_READ_VZ: return m->points[c->index].name;
+    case STEIN_READ_GAP:
+    case STEIN_READ_FORCE:
+    case STEIN_READ_TANGENT: return m->contacts[c->index].name;
+    case STEIN_READ_NOTCH_FORCE:
+    case STEIN_READ_NOTCH_PHASE:
+    case STEIN_READ_NOTCH_OVERLAP: return m->notches[c->index].name;
+    case STEIN_READ_INPUT:
+    case STEIN_READ_INPUT_FORCE: return m->inputs[c->index].name;
+    case STEIN_READ_TIME:
+    case STEIN_READ_KINETIC:
+    case STEIN_READ_POTENTIAL: break;
     }
     return m->name;
 }
 
 static const char *output_kind(int read)
 {
-    static const char *const text[] = {
-        "time", "position", "speed", "acceleration", "x", "y", "z", "vx", "vy", "vz", "gap",
-        "force", "friction", "force", "phase", "overlap", "value", "force", "kinetic energy",
-        "potential energy"};
+    static const char *const text[] = {"time",
+                                       "position",
+                                       "speed",
+                                       "acceleration",
+                                       "x",
+                                       "y",
+                                       "z",
+                                       "vx",
+                                       "vy",
+                                       "vz",
+                                       "gap",
+                                       "force",
+                                       "friction",
+                                       "force",
+                                       "phase",
+                                       "overlap",
+                                       "value",
+                                       "force",
+                                       "kinetic energy",
+                                       "potential energy"};
     return text[read];
 }
 
 /* the generated functions in the order they are listed */
 enum { COUNTED = 6 };
-static const char *const counted_key[COUNTED] = {"M_c", "inverse_dynamics", "setup", "poses",
-                                                 "points", "energy"};
-static const char *const counted_note[COUNTED] = {
-    "every evaluation", "every evaluation", "once a parameter set", "bodies with contacts",
-    "all named points, with Jacobians", "kinetic and potential"};
+static const char *const counted_key[COUNTED] = {"M_c",   "inverse_dynamics", "setup",
+                                                 "poses", "points",           "energy"};
+static const char *const counted_note[COUNTED] = {"every evaluation",
+                                                  "every evaluation",
+                                                  "once a parameter set",
+                                                  "bodies with contacts",
+                                                  "all named points, with Jacobians",
+                                                  "kinetic and potential"};
 
 static stein_ops counted(const gen_result *g, int i)
 {
@@ -176,7 +202,8 @@ static void print_signals(const mechanism *m)
 static void print_operations(const gen_result *g)
 {
     printf("\noperations (total = add + mul + neg + div + trig, a sine or cosine is 1)\n"
-           "  %-18s %6s %6s %6s %6s %6s %7s\n", "", "add", "mul", "neg", "div", "trig", "total");
+           "  %-18s %6s %6s %6s %6s %6s %7s\n",
+           "", "add", "mul", "neg", "div", "trig", "total");
     for (int i = 0; i < COUNTED; i++) {
         stein_ops o = counted(g, i);
         if (total(o) > 0 || i < 3) {
@@ -397,11 +424,12 @@ const cli_command cli_check = {
         "\n"
         "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\", \"load\",\n"
-        "\"stroke\", \"simulation\", \"operations\": {\"M_c\": {\"add\", \"mul\", \"neg\", \"div\",\n"
-        "\"trig\", \"total\"}, \"inverse_dynamics\", \"setup\", \"poses\", \"points\", \"energy\"}},\n"
+        "\"stroke\", \"simulation\", \"operations\": {\"M_c\": {\"add\", \"mul\", \"neg\", "
+        "\"div\",\n"
+        "\"trig\", \"total\"}, \"inverse_dynamics\", \"setup\", \"poses\", \"points\", "
+        "\"energy\"}},\n"
         "values in SI units.",
-    .examples =
-        "stein check models/stein1788.yaml\n"
-        "stein check my.yaml --json | python3 -m json.tool",
+    .examples = "stein check models/stein1788.yaml\n"
+                "stein check my.yaml --json | python3 -m json.tool",
     .run = run,
 };

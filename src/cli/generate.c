@@ -16,8 +16,7 @@ static stein_status write_source(const char *path, const gen_result *g, stein_er
     return lab__file_close(&file, 1, err);
 }
 
-static stein_status generate(const cli_args *args, mechanism *m, const char *folder,
-                             stein_err *err)
+static stein_status generate(const cli_args *args, mechanism *m, const char *folder, stein_err *err)
 {
     gen_result g;
     stein_status status = gen_equations(&g, m, err);
@@ -25,8 +24,8 @@ static stein_status generate(const cli_args *args, mechanism *m, const char *fol
         return status;
     }
     char *path = lab__text("%s/%s.c", folder, m->name);
-    status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                          : lab__folder(folder, err);
+    status =
+        path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory") : lab__folder(folder, err);
     if (status == STEIN_OK) {
         status = write_source(path, &g, err);
     }
@@ -77,8 +76,7 @@ const cli_command cli_generate = {
         "DIR/NAME.c, where NAME is the mechanism's name. It includes stein/model.h and exports\n"
         "one symbol, stein_model_NAME. Its path is printed; with --json:\n"
         "{\"model\", \"equations\" (hash), \"file\"}.",
-    .examples =
-        "stein generate models/stein1788.yaml -o /tmp/equations\n"
-        "cc -O2 -ffp-contract=off -fPIC -shared /tmp/equations/stein1788.c -o stein1788.so",
+    .examples = "stein generate models/stein1788.yaml -o /tmp/equations\n"
+                "cc -O2 -ffp-contract=off -fPIC -shared /tmp/equations/stein1788.c -o stein1788.so",
     .run = run,
 };

@@ -55,8 +55,10 @@ int cli_failed(stein_status status, const stein_err *err)
     }
     switch (status) {
     case STEIN_OK: return CLI_OK;
-    case STEIN_ENONFINITE: case STEIN_ESINGULAR: case STEIN_ECHATTER: case STEIN_ESETTLE:
-        return CLI_NUMERICAL;
+    case STEIN_ENONFINITE:
+    case STEIN_ESINGULAR:
+    case STEIN_ECHATTER:
+    case STEIN_ESETTLE: return CLI_NUMERICAL;
     default: return CLI_FAILED;
     }
 }
@@ -118,8 +120,10 @@ const char *cli_quantity(char *text, double value, const char *unit)
     static const struct {
         const char *si, *shown;
         double factor, below; /* used below this magnitude [SI] */
-    } scale[] = {{"m", "mm", 1e3, 1.0},        {"kg", "g", 1e3, 1.0},
-                 {"s", "us", 1e6, 1e-3},       {"s", "ms", 1e3, 1.0},
+    } scale[] = {{"m", "mm", 1e3, 1.0},
+                 {"kg", "g", 1e3, 1.0},
+                 {"s", "us", 1e6, 1e-3},
+                 {"s", "ms", 1e3, 1.0},
                  {"kg m^2", "kg mm^2", 1e6, 1e-2}};
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
         if (strcmp(unit, scale[i].si) == 0 && fabs(value) < scale[i].below && value != 0.0) {

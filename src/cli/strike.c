@@ -56,8 +56,8 @@ static int read_numbers(job *j)
         return cli_misuse(args->command, "--every %g s: expected an interval", j->every);
     }
     if (!isnan(j->def.release) && !(j->def.release >= 0.0 && j->def.release <= j->def.until)) {
-        return cli_misuse(args->command, "--release %g s: expected a time from 0 to the end at %g "
-                          "s", j->def.release, j->def.until);
+        return cli_misuse(args->command, "--release %g s: expected a time from 0 to the end, %g s",
+                          j->def.release, j->def.until);
     }
     return CLI_OK;
 }
@@ -344,35 +344,35 @@ static const cli_option options[] = {
     {"plot", 0, "FILE.svg", "Draw the run with gnuplot, .svg or .png."},
     CLI_COMMON};
 
-#define DESCRIPTION                                                                                \
-    "Runs the mechanism of the file MODEL from its initial state. If the file names a stroke\n"    \
-    "(a string, and a notch where the hammer escapes), the load rests on the key and is let go\n"  \
-    "at t = 0, and the stroke is judged:\n"                                                        \
-    "\n"                                                                                           \
-    "  struck         the hammer escaped and met the string\n"                                     \
-    "  missed_notch   the beak never touched the notch's roof or corner\n"                         \
-    "  no_escapement  it did, but never got out\n"                                                 \
-    "  no_impact      it got out, but the string was never touched\n"                              \
-    "\n"                                                                                           \
-    "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"      \
-    "height is the distance of head and string then. The impact's speed is their closing\n"        \
-    "speed at first contact. The action is re-armed when, the load lifted, the beak is back\n"     \
-    "under the roof and the hammer at rest at the end. Without --release this is found out on\n"   \
-    "the side: the load is lifted at the end and the motion followed for another 0.5 s.\n"         \
-    "\n"                                                                                           \
-    "Any other mechanism is simply simulated. `stein strike` and `stein simulate` are the same\n"  \
-    "command. Equations that are not built in are generated, compiled with the system's cc\n"      \
-    "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"    \
+#define DESCRIPTION                                                                               \
+    "Runs the mechanism of the file MODEL from its initial state. If the file names a stroke\n"   \
+    "(a string, and a notch where the hammer escapes), the load rests on the key and is let go\n" \
+    "at t = 0, and the stroke is judged:\n"                                                       \
+    "\n"                                                                                          \
+    "  struck         the hammer escaped and met the string\n"                                    \
+    "  missed_notch   the beak never touched the notch's roof or corner\n"                        \
+    "  no_escapement  it did, but never got out\n"                                                \
+    "  no_impact      it got out, but the string was never touched\n"                             \
+    "\n"                                                                                          \
+    "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"     \
+    "height is the distance of head and string then. The impact's speed is their closing\n"       \
+    "speed at first contact. The action is re-armed when, the load lifted, the beak is back\n"    \
+    "under the roof and the hammer at rest at the end. Without --release this is found out on\n"  \
+    "the side: the load is lifted at the end and the motion followed for another 0.5 s.\n"        \
+    "\n"                                                                                          \
+    "Any other mechanism is simply simulated. `stein strike` and `stein simulate` are the same\n" \
+    "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
+    "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."
-#define OUTPUT                                                                                     \
-    "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
-    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
-    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}}; for a mechanism without\n"  \
-    "a stroke {\"model\", \"final\"}.\n"                                                           \
-    "\n"                                                                                           \
-    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"       \
-    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"      \
+#define OUTPUT                                                                                    \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                         \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"      \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"       \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}}; for a mechanism without\n" \
+    "a stroke {\"model\", \"final\"}.\n"                                                          \
+    "\n"                                                                                          \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"      \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"     \
     "the shortest decimals that read back exactly. It is itself a data file."
 #define EXAMPLES                                                                                   \
     "stein strike models/stein1788.yaml\n"                                                         \

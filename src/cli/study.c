@@ -33,8 +33,7 @@ static stein_status simulate(study *s, int threads, stein_err *err)
     }
     lab_study_grid(s->point, s->npoint);
     cli_progress_begin(&s->progress, "strokes over dx");
-    stein_status status =
-        lab_sweep(s->model, s->point, s->npoint, threads, on_progress, s, err);
+    stein_status status = lab_sweep(s->model, s->point, s->npoint, threads, on_progress, s, err);
     cli_progress_end(&s->progress);
     if (status == STEIN_OK) {
         s->nfact = lab_facts(s->fact, s->point, s->npoint);
@@ -236,8 +235,7 @@ const cli_command cli_study = {
         "  facts.json  [{\"fact\", \"paper\", \"simulated\", \"ok\"}]\n"
         "\n"
         "With --json: {\"model\", \"facts\", \"ok\", \"off\": [fact]}.",
-    .examples =
-        "stein study models/stein1788.yaml -o results\n"
-        "stein study models/stein1788.yaml --set notch.friction.A=0.30 -o results/smooth",
+    .examples = "stein study models/stein1788.yaml -o results\n"
+                "stein study models/stein1788.yaml --set notch.friction.A=0.30 -o results/smooth",
     .run = run,
 };

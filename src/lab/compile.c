@@ -56,8 +56,8 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
 {
     char *root = cache_root(options);
     if (root == NULL) {
-        return lab__fail(err, STEIN_EIO, "no folder for compiled equations: set XDG_CACHE_HOME or "
-                                         "HOME");
+        return lab__fail(err, STEIN_EIO,
+                         "no folder for compiled equations: set XDG_CACHE_HOME or HOME");
     }
     j->folder = lab__text("%s%s/%s-abi%d", strchr(root, '/') == NULL ? "./" : "", root,
                           STEIN_VERSION, STEIN_MODEL_ABI);
@@ -107,9 +107,10 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
 {
     char line[160];
     if (code == 127) {
-        return lab__fail(err, STEIN_ECOMPILE, "no C compiler \"%s\" to compile the equations of "
-                         "\"%s\": run apt-get install gcc, or set CC (the C file is %s)", cc, name,
-                         j->source);
+        return lab__fail(err, STEIN_ECOMPILE,
+                         "no C compiler \"%s\" to compile the equations of "
+                         "\"%s\": run apt-get install gcc, or set CC (the C file is %s)",
+                         cc, name, j->source);
     }
     first_complaint(j->log, line, (int)sizeof line);
     return lab__fail(err, STEIN_ECOMPILE, "%s failed on the equations of \"%s\" (exit code %d): %s",
@@ -132,8 +133,8 @@ static stein_status run_compiler(const job *j, const char *name, const char *cc,
          w = strtok_r(NULL, " ", &rest)) {
         argv[n++] = w;
     }
-    char *fixed[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", include, "-o",
-                     j->fresh, j->source, "-lm", NULL};
+    char *fixed[] = {"-std=c11", "-O2",    "-ffp-contract=off", "-fPIC", "-shared", include,
+                     "-o",       j->fresh, j->source,           "-lm",   NULL};
     memcpy(argv + n, fixed, sizeof fixed);
 
     int code = 0;

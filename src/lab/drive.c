@@ -102,8 +102,9 @@ static stein_status add_column(lab_drive *d, const char *file, int line, const c
     int track_of = -1;
     double factor = 1.0;
     if (d->ncolumn == 0 && (strcmp(name, "time") != 0 || !convert(unit, "s", &factor))) {
-        return lab__fail(err, STEIN_EPARSE, "%s:%d: the first column is \"%s [%s]\": expected time "
-                         "[s]", file, line, name, unit);
+        return lab__fail(err, STEIN_EPARSE,
+                         "%s:%d: the first column is \"%s [%s]\": expected time [s]", file, line,
+                         name, unit);
     }
     if (d->ncolumn == MAX_COLUMNS) {
         return lab__fail(err, STEIN_EPARSE, "%s:%d: more than %d columns", file, line,
@@ -162,8 +163,7 @@ static stein_status append(track *k, double t, double u, stein_err *err)
 }
 
 /* one cell; the time, track 0, is kept as well to check its order */
-static stein_status read_cell(track *k, const char *cell, double *time, int column,
-                              stein_err *err)
+static stein_status read_cell(track *k, const char *cell, double *time, int column, stein_err *err)
 {
     double value;
     stein_status status = mech_parse_quantity(cell, (mech_dim){0, 0, 0, 0}, &value, err);
@@ -239,8 +239,7 @@ static stein_status make_splines(lab_drive *d, const char *file, stein_err *err)
                              file, k->n, input->name, smooth ? 3 : 2);
         }
         k->accel = gsl_interp_accel_alloc();
-        k->spline =
-            gsl_spline_alloc(smooth ? gsl_interp_cspline : gsl_interp_linear, (size_t)k->n);
+        k->spline = gsl_spline_alloc(smooth ? gsl_interp_cspline : gsl_interp_linear, (size_t)k->n);
         if (k->accel == NULL || k->spline == NULL ||
             gsl_spline_init(k->spline, k->t, k->u, (size_t)k->n) != 0) {
             return lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -271,8 +270,7 @@ stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_mod
         return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", file, strerror(errno));
     }
     lab_drive *d = calloc(1, sizeof *d);
-    stein_status status =
-        d != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = d != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
     if (status == STEIN_OK) {
         d->model = model;
         status = read_lines(d, file, f, err);
@@ -293,8 +291,8 @@ stein_status lab_drive_bind(lab_drive *d, stein_sim *sim, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 1; status == STEIN_OK && i < d->ntrack; i++) {
-        status = stein_drive(sim, d->model->inputs[d->track[i].input].name, signal_at,
-                             &d->track[i], err);
+        status = stein_drive(sim, d->model->inputs[d->track[i].input].name, signal_at, &d->track[i],
+                             err);
     }
     return status;
 }

@@ -153,7 +153,8 @@ static void facts_of_range(table *t)
         forced = forced && s != NULL && s->forced_escapement;
     }
     int works = is_struck(at(t, 0));
-    char *text = row(t, "leftmost dx that strikes", "-1.25 mm", works && left >= -26 && left <= -24);
+    char *text =
+        row(t, "leftmost dx that strikes", "-1.25 mm", works && left >= -26 && left <= -24);
     SAY(text, "%+.2f mm", 0.05 * left);
     text = row(t, "notch misses the beak at -1.35 mm and beyond", "yes", missed);
     SAY(text, "%s", missed ? "yes" : "no");
@@ -172,8 +173,8 @@ static void facts_of_range(table *t)
 static void facts_of_time(table *t)
 {
     double e0 = figure(t, FIT_FIRST, escape_time), e1 = figure(t, 4, escape_time);
-    char *text = row(t, "time of escapement grows with dx", "yes",
-                     rises(t, escape_time, FIT_FIRST, 4, 1.0));
+    char *text =
+        row(t, "time of escapement grows with dx", "yes", rises(t, escape_time, FIT_FIRST, 4, 1.0));
     SAY(text, "%.1f → %.1f ms", 1e3 * e0, 1e3 * e1);
 
     double i0 = figure(t, FIT_FIRST, impact_time), i1 = figure(t, FIT_FIRST / 2, impact_time),

@@ -108,8 +108,9 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
     for (int i = 0; i < found->np; i++) {
         int k = mech_find_param(mech, found->params[i].name, NULL);
         if (k < 0) {
-            return lab__fail(err, STEIN_ESTALE, "the equations of \"%s\" have a parameter \"%s\" "
-                             "that %s has not", found->name, found->params[i].name, mech->file);
+            return lab__fail(err, STEIN_ESTALE,
+                             "the equations of \"%s\" have a parameter \"%s\" that %s has not",
+                             found->name, found->params[i].name, mech->file);
         }
         model->params[i] = found->params[i];
         model->params[i].value = model->values[i] = mech->params[k].value;
@@ -125,8 +126,7 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
     return STEIN_OK;
 }
 
-stein_status lab_open(lab_model **out, const char *file, const lab_options *options,
-                      stein_err *err)
+stein_status lab_open(lab_model **out, const char *file, const lab_options *options, stein_err *err)
 {
     lab_options defaults = lab_options_default();
     options = options != NULL ? options : &defaults;
@@ -138,8 +138,8 @@ stein_status lab_open(lab_model **out, const char *file, const lab_options *opti
     overrides given = {NULL, NULL, 0};
     stein_status status = cut_overrides(&given, options, err);
     if (status == STEIN_OK) {
-        status = mech_read(&model->mech, file, given.set, given.n, options->report, options->ctx,
-                           err);
+        status =
+            mech_read(&model->mech, file, given.set, given.n, options->report, options->ctx, err);
     }
     if (status == STEIN_OK) {
         status = find_equations(model, &found, options, err);

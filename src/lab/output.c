@@ -195,7 +195,7 @@ stein_status lab__folder(const char *path, stein_err *err)
     if (!failed && (stat(path, &st) != 0 || !S_ISDIR(st.st_mode))) {
         failed = ENOTDIR;
     }
-    return failed ? lab__fail(err, STEIN_EIO, "folder %s cannot be made: %s", path,
-                              strerror(failed))
-                  : STEIN_OK;
+    return failed
+               ? lab__fail(err, STEIN_EIO, "folder %s cannot be made: %s", path, strerror(failed))
+               : STEIN_OK;
 }

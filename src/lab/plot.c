@@ -9,8 +9,9 @@
  *   +--------------+--------------+
  *      time [ms]      time [ms]         thin vertical lines: escapement, impact
  *
- * A mechanism without a stroke has one column, with its channels gathered by unit. A curve is thinned
- * to the extremes of each pixel column, so it looks like all its samples and a peak cannot get lost.
+ * A mechanism without a stroke has one column, with its channels gathered by unit. A curve is
+ * thinned to the extremes of each pixel column, so it looks like all its samples and a peak cannot
+ * get lost.
  */
 #include <math.h>
 #include <string.h>
@@ -216,8 +217,10 @@ static void write_events(FILE *f, const plot *p, int column, int top)
             continue;
         }
         double x = p->time_scale * time[i];
-        fprintf(f, "set arrow from %.6f, graph 0 to %.6f, graph 1 nohead dt %d lw 1 lc '#7a7a7a' "
-                   "back\n", x, x, i == 0 ? 2 : 1);
+        fprintf(f,
+                "set arrow from %.6f, graph 0 to %.6f, graph 1 nohead dt %d lw 1 lc '#7a7a7a' "
+                "back\n",
+                x, x, i == 0 ? 2 : 1);
         if (top && column == p->ncolumn - 1) {
             int left = !(time[i] > time[1 - i]); // alone: on the left
             fprintf(f, "set label '%s %.2f ms' at %.6f, graph 1.06 %s offset %d,0 tc '#505050'\n",
@@ -235,7 +238,8 @@ static void write_panel(FILE *f, const plot *p, int i, int column)
     fprintf(f, "set xrange [%.9g:%.9g]\n", p->time_scale * p->from[column],
             p->time_scale * p->to[column]);
     if (bottom) {
-        fprintf(f, "set format x '%%g'\nset xlabel 'time [%s]'\n", p->time_scale > 1.0 ? "ms" : "s");
+        fprintf(f, "set format x '%%g'\nset xlabel 'time [%s]'\n",
+                p->time_scale > 1.0 ? "ms" : "s");
     } else {
         fprintf(f, "set format x ''\nunset xlabel\n");
     }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * record.c - samples of all output channels, in memory and as CSV.
  *
- * One block of doubles, row by row, that doubles when it is full: a stroke of 0.3 s at every step is
- * 3 MB. The CSV form is that of measured data, so a simulated stroke can stand in for a measured one.
+ * One block of doubles, row by row, that doubles when it is full: a stroke of 0.3 s at every step
+ * is 3 MB. The CSV form is that of measured data, so a simulated stroke can stand in for a measured
+ * one.
  */
 #include <math.h>
 #include <stdlib.h>

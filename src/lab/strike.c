@@ -2,8 +2,8 @@
  * strike.c - one stroke, as a camera and a force gauge would judge it.
  *
  * Everything with a time comes from the core's located events, not from samples, so it does not
- * depend on the sampling. At an event only positions are read; what needs another state (the closing
- * speed) is worked out after the step, from the coordinates kept at the event, by a central
+ * depend on the sampling. At an event only positions are read; what needs another state (the
+ * closing speed) is worked out after the step, from the coordinates kept at the event, by a central
  * difference of the gap along the motion
  *
  *      dgap/dt = (gap(t + e, q + e qd) - gap(t - e, q - e qd)) / 2e,     e = 1 us
@@ -18,9 +18,9 @@
 
 #include "inner.h"
 
-static const double gap_rate_step = 1e-6;   /* [s] */
-static const double rearm_time = 0.5;       /* motion after the load is lifted, on the side [s] */
-static const double hammer_at_rest = 0.5;   /* [rad/s] */
+static const double gap_rate_step = 1e-6; /* [s] */
+static const double rearm_time = 0.5;     /* motion after the load is lifted, on the side [s] */
+static const double hammer_at_rest = 0.5; /* [rad/s] */
 
 typedef struct sample3 {
     double t, f;
@@ -119,8 +119,7 @@ static stein_status gap_beside(run *r, double e, double *gap, stein_err *err)
     for (int j = 0; j < nq; j++) {
         q[j] = r->hit[j] + e * qd[j];
     }
-    stein_status status =
-        stein_set_state(r->sim, r->start + r->stroke.impact_time + e, q, qd, err);
+    stein_status status = stein_set_state(r->sim, r->start + r->stroke.impact_time + e, q, qd, err);
     *gap = status == STEIN_OK ? read_plain(r->sim, r->gap) : NAN;
     return status;
 }
@@ -231,16 +230,18 @@ static stein_status go(run *r, stein_err *err)
 static stein_status check(const stein_sim *sim, const lab_stroke_def *def, stein_err *err)
 {
     if (!(def->until > 0.0) || !isfinite(def->until)) {
-        return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.until is %g s: expected a positive "
-                         "duration", def->until);
+        return lab__fail(err, STEIN_EINVAL,
+                         "lab_stroke_def.until is %g s: expected a positive duration", def->until);
     }
     if (!(def->every >= 0.0) || !isfinite(def->every)) {
         return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.every is %g s: expected an interval",
                          def->every);
     }
     if (!isnan(def->release) && !(def->release >= 0.0 && def->release <= def->until)) {
-        return lab__fail(err, STEIN_EINVAL, "lab_stroke_def.release is %g s: expected a time from 0 "
-                         "to the end at %g s", def->release, def->until);
+        return lab__fail(err, STEIN_EINVAL,
+                         "lab_stroke_def.release is %g s: expected a time from 0 "
+                         "to the end at %g s",
+                         def->release, def->until);
     }
     if (!isnan(def->release) && stein_sim_model(sim)->load.body < 0) {
         return lab__fail(err, STEIN_EINVAL, "\"%s\" has no load to release",
@@ -326,15 +327,15 @@ static stein_status find_channels(run *r, stein_err *err)
     r->string = model->stroke.string;
     r->notch = model->stroke.notch;
     if (r->string < 0) {
-        return lab__fail(err, STEIN_EINVAL, "\"%s\" names no stroke (stroke: {string: ..., notch: "
-                         "...})", model->name);
+        return lab__fail(err, STEIN_EINVAL,
+                         "\"%s\" names no stroke (stroke: {string: ..., notch: ...})", model->name);
     }
     r->gap = lab__channel_of(model, STEIN_READ_GAP, r->string);
     r->force = lab__channel_of(model, STEIN_READ_FORCE, r->string);
     if (r->gap < 0 || r->force < 0) {
-        return lab__fail(err, STEIN_EINVAL, "a stroke of \"%s\" needs an output {contact: %s, read: "
-                         "%s}", model->name, model->contacts[r->string].name,
-                         r->gap < 0 ? "gap" : "force");
+        return lab__fail(err, STEIN_EINVAL,
+                         "a stroke of \"%s\" needs an output {contact: %s, read: %s}", model->name,
+                         model->contacts[r->string].name, r->gap < 0 ? "gap" : "force");
     }
     return STEIN_OK;
 }
@@ -343,8 +344,11 @@ static stein_status watch(run *r, stein_err *err)
 {
     int phase = stein_notch_phase(r->sim, r->notch);
     r->touched = phase >= 1 && phase <= 3;
-    r->stroke = (lab_stroke){.escape_time = NAN, .escape_height = NAN, .impact_time = NAN,
-                             .impact_speed = NAN, .blow = read_plain(r->sim, r->gap)};
+    r->stroke = (lab_stroke){.escape_time = NAN,
+                             .escape_height = NAN,
+                             .impact_time = NAN,
+                             .impact_speed = NAN,
+                             .blow = read_plain(r->sim, r->gap)};
     stein_on_event(r->sim, on_event, r);
     stein_status status = go(r, err);
     stein_on_event(r->sim, NULL, NULL);

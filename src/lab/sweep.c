@@ -2,8 +2,8 @@
  * sweep.c - one stroke at each of many positions of the pawl's stop, on several threads.
  *
  * A thread takes the next point that nobody has, with a simulation of its own, and writes only into
- * that point. Each stroke starts from a reset, so a point's result depends neither on the thread nor
- * on what the thread did before: any number of threads gives the same bits.
+ * that point. Each stroke starts from a reset, so a point's result depends neither on the thread
+ * nor on what the thread did before: any number of threads gives the same bits.
  */
 #include <math.h>
 #include <pthread.h>
@@ -106,8 +106,7 @@ stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int thre
     pthread_t thread[MAX_THREADS];
     int started = 0;
     threads = threads < 1 ? 1 : threads > MAX_THREADS ? MAX_THREADS : threads;
-    while (started < threads - 1 &&
-           pthread_create(&thread[started], NULL, thread_main, &w) == 0) {
+    while (started < threads - 1 && pthread_create(&thread[started], NULL, thread_main, &w) == 0) {
         started++;
     }
     thread_main(&w); // this thread works too
