@@ -215,15 +215,45 @@ static void printer_free(printer *p)
 
 /* ---- setup ---------------------------------------------------------------------------------- */
 
-/** Formula of a setup node over parameter names, for comments; cut when long. */
-static void describe(const tree *t, const layout *l, ex node, char out[80])
+/** Words for a recombined parameter, by the symbol that name_constants (recombine.c) gave it. */
+static int recombined(const tree *t, const char *symbol, text *o)
+{
+    static const struct {
+        const char *prefix, *words;
+        int digits;
+    } kinds[] = {{"mb", "first moment %.2s of %s", 1},
+                 {"dpt", "hinge arm %.2s of %s", 1},
+                 {"K", "inertia %.2s of %s", 2},
+                 {"l", "centre of mass %.2s of %s", 1},
+                 {"m", "mass%.0s of %s", 0}};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        size_t n = strlen(kinds[i].prefix) + (size_t)kinds[i].digits;
+        char component[3] = "";
+        if (strncmp(symbol, kinds[i].prefix, strlen(kinds[i].prefix)) == 0 && strlen(symbol) > n) {
+            long body = strtol(symbol + n, NULL, 10);
+            if (body < 1 || body > t->n) {
+                return 0;
+            }
+            memcpy(component, symbol + n - kinds[i].digits, (size_t)kinds[i].digits);
+            text_add(o, kinds[i].words, component, text_safe(t->m->bodies[body - 1].name));
+            text_add(o, "%s",
+                     kinds[i].prefix[0] == 'm' || kinds[i].prefix[0] == 'K' ? ", recombined" : "");
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/** What a constant is, for comments: in words, or its formula over parameter names; cut to `room`.
+ */
+static void describe(const tree *t, const layout *l, ex node, int room, char out[96])
 {
     text o;
     printer p = {.t = t, .l = l, .g = t->setup};
     text_init(&o);
     p.symbol = calloc((size_t)p.g->n, sizeof *p.symbol);
     out[0] = '\0';
-    if (p.symbol) {
+    if (p.symbol && !recombined(t, p.g->node[node].name, &o)) {
         for (int i = 1; i <= node; i++) {
             const ex_node *nd = &p.g->node[i];
             if (nd->op == EX_VAR) {
@@ -233,8 +263,9 @@ static void describe(const tree *t, const layout *l, ex node, char out[80])
             }
         }
         print_expr(&o, &p, node, 0);
-        snprintf(out, 80, "%.70s%s", o.s ? o.s : "", o.n > 70 ? " ..." : "");
     }
+    int cut = o.n > (size_t)room;
+    snprintf(out, 96, "%.*s%s", cut ? room - 4 : room, o.s ? o.s : "", cut ? " ..." : "");
     free(o.s);
     free(p.symbol);
 }
@@ -264,9 +295,9 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
         }
         text_add(x, "%s", used ? "" : "    (void)p;\n");
         for (int i = 0; i < l->n; i++) {
-            char left[24], what[80];
+            char left[24], what[96];
             snprintf(left, sizeof left, "d[%d]", i);
-            describe(t, l, out[i], what);
+            describe(t, l, out[i], 70, what);
             print_line(&p, left, out[i],
                        i < l->equations      ? l->slot[i].legend
                        : p.symbol[out[i]][0] ? what
@@ -302,18 +333,28 @@ static void print_node(const printer *p, ex e)
     print_line(p, left, e, "");
 }
 
+/** Constants the function reads, in the order of d. */
 static void print_constants(const printer *p)
 {
-    for (int i = 1; i < p->g->n; i++) {
+    int *node = calloc((size_t)p->l->n + 1, sizeof *node);
+    p->x->failed |= !node;
+    for (int i = 1; node && i < p->g->n; i++) {
         const ex_node *nd = &p->g->node[i];
         if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
-            char what[80];
-            describe(p->t, p->l, nd->a, what);
-            text_add(p->x, "    const double %s = d[%d];", p->symbol[i], layout_find(p->l, nd->a));
+            node[layout_find(p->l, nd->a)] = i;
+        }
+    }
+    for (int i = 0; node && i < p->l->n; i++) {
+        char line[96], what[96];
+        if (node[i]) {
+            int n = snprintf(line, sizeof line, "const double %s = d[%d];", p->symbol[node[i]], i);
+            describe(p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
+            text_add(p->x, "    %s", line);
             text_quiet(p->x, " /* %s */", what);
             text_add(p->x, "\n");
         }
     }
+    free(node);
 }
 
 /** Sines, cosines and sums of angles: they need nothing but q and each other. */

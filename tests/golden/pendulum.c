@@ -54,7 +54,7 @@ static void setup(const double *p, double *d)
     d[0] = p[5]; /* rod: initial q, qd */
     d[1] = p[6]; /*   qd */
     d[2] = p[4]; /* rod: damping */
-    d[3] = K221; /* rod.mass*(9.81*sqrt(rod.centre.z*rod.centre.z)/(rod.pendulum.frequency ... */
+    d[3] = K221; /* inertia 22 of rod, recombined */
     d[4] = p[2]; /* rod.centre.z */
     d[5] = p[0]*mb31;
     d[6] = p[7]; /* rod.tip.z */
@@ -66,7 +66,7 @@ static void mass_bias(const double *q, const double *qd, const double *d, const 
                       const double *trq, double *M, double *c)
 {
     (void)qd;
-    const double K221 = d[3]; /* rod.mass*(9.81*sqrt(rod.centre.z*rod.centre.z)/(rod.pendulum.frequency ... */
+    const double K221 = d[3]; /* inertia 22 of rod, recombined */
     const double p2 = d[4]; /* rod.centre.z */
     const double k5 = d[5]; /* gravity.z*mb31 */
 
@@ -86,8 +86,8 @@ static void inverse(const double *q, const double *qd, const double *qdd, const 
                     const double *frc, const double *trq, double *Q)
 {
     (void)qd;
+    const double K221 = d[3]; /* inertia 22 of rod, recombined */
     const double p2 = d[4]; /* rod.centre.z */
-    const double K221 = d[3]; /* rod.mass*(9.81*sqrt(rod.centre.z*rod.centre.z)/(rod.pendulum.frequency ... */
     const double k5 = d[5]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
@@ -210,5 +210,5 @@ const stein_model stein_model_pendulum = {
     .point = point,
     .energy = energy,
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "f4e547cbb2d15d0d",
+    .equations = "ae6e63a2bedf2f4d",
 };
