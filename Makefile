@@ -123,6 +123,9 @@ $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
 
+# whatever includes stein/stein.h waits for the list of models
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) bench/bench.c): | $(B)/include/stein/models.h
+
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
 	@echo "  AR    $@"
