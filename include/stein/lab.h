@@ -146,6 +146,77 @@ stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_mod
 stein_status lab_drive_bind(lab_drive *drive, stein_sim *sim, stein_err *err);
 void lab_drive_close(lab_drive *drive);
 
+/* ---- sweeps over named parameters ---- */
+
+/** Progress: done of total; may be called from several threads, one at a time. */
+typedef void lab_progress_fn(void *ctx, int done, int total);
+
+/** The points of a sweep: the product of some axes, the last axis fastest. */
+typedef struct lab_grid lab_grid;
+enum { LAB_POINTS = 1000000 }; /* at most so many */
+
+/** Read axes, "NAME=FROM:TO:COUNT" or "NAME=VALUE,VALUE...", numbers with or without unit. A unit
+ *  that is given once holds for all numbers of its axis; without any they are SI. Values are rounded
+ *  to 15 decimal digits in the unit given, so a grid hits 0.1 mm exactly as a typed 0.1 mm does.
+ *  @return OK, EINVAL (what was expected), ENAME (not a parameter of the equations), ENOMEM */
+stein_status lab_grid_create(lab_grid **grid, const stein_model *model, const char *const *vary,
+                             int nvary, stein_err *err);
+void lab_grid_destroy(lab_grid *grid);
+int lab_grid_points(const lab_grid *grid);
+/** Value of an axis at a point [SI]. */
+double lab_grid_value(const lab_grid *grid, int point, int axis);
+/** The same for a file: the ends of every axis must be values that the file would accept with
+ *  --set, and a name that is not in the equations is explained.
+ *  @param file, options  as for lab_open
+ *  @return OK, EINVAL, ENOMEM */
+stein_status lab_grid_open(lab_grid **grid, const lab_model *model, const char *const *vary,
+                           int nvary, const char *file, const lab_options *options, stein_err *err);
+
+/** The results of a sweep, keyed by point. */
+typedef struct lab_table lab_table;
+
+/** How to sweep. Start from lab_vary_def_default(). */
+typedef struct lab_vary_def {
+    double until, release;   /* of every run, as in lab_stroke_def */
+    int threads;             /* results do not depend on it */
+    int shard, shards;       /* only the points with index % shards == shard */
+    const char *journal;     /* finished points are kept there and not computed again; may be NULL */
+    const char *const *set;  /* the overrides of lab_open, for the record */
+    int nset;
+    lab_progress_fn *progress;
+    void *ctx;
+} lab_vary_def;
+lab_vary_def lab_vary_def_default(const lab_model *model);
+
+/** What a sweep did. */
+typedef struct lab_vary_report {
+    int computed, found; /* points computed now; found in the journal */
+    int damaged;         /* lines of the journal that could not be read */
+} lab_vary_report;
+
+/** One stroke at every point (the final outputs of a mechanism that names no stroke). A point whose
+ *  simulation fails keeps its status and ends nothing. Each point has a simulation of its own, so
+ *  the table does not depend on threads, shards or interruptions.
+ *  @param report  may be NULL
+ *  @return OK, EINVAL (def), EIO, ESTALE (the journal belongs to another sweep), ENOMEM */
+stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid *grid,
+                      const lab_vary_def *def, lab_vary_report *report, stein_err *err);
+/** Put the journals of one sweep together.
+ *  @param damaged  out, may be NULL: lines that could not be read
+ *  @return OK, EIO, EPARSE (no journal), ESTALE (of different sweeps), EINVAL (two results for one
+ *          point), ENOMEM */
+stein_status lab_merge(lab_table **table, const char *const *journal, int n, int *damaged,
+                       stein_err *err);
+void lab_table_destroy(lab_table *table);
+int lab_table_points(const lab_table *table);
+/** 1 when the point has a result. */
+int lab_table_has(const lab_table *table, int point);
+/** Write the table as CSV, points in order. @return OK, EIO */
+stein_status lab_table_write(const char *path, const lab_table *table, stein_err *err);
+/** Draw it, .svg or .png: curves over one varied parameter, a map over two.
+ *  @return OK, EINVAL (nothing to draw, or more than two), EIO */
+stein_status lab_table_plot(const char *path, const lab_table *table, stein_err *err);
+
 /* ---- study: the paper's facts ---- */
 
 /** A stroke of a sweep over dx, the displacement of the pawl's stop (pawl.stop_shift). */
@@ -162,9 +233,6 @@ typedef struct lab_fact {
     int ok;
 } lab_fact;
 enum { LAB_FACTS_MAX = 24 };
-
-/** Progress: done of total; may be called from several threads, one at a time. */
-typedef void lab_progress_fn(void *ctx, int done, int total);
 
 /** Strokes at n values of dx (point[i].dx), on `threads` threads. Results do not depend on their
  *  number.

@@ -3,6 +3,7 @@
  *
  *   main.c     the table of commands          options.c   parsing, quantities, did you mean
  *   help.c     --help                         report.c    failures, progress, units for people
+ *   results.c  tables of sweep and merge
  */
 #ifndef CLI_H
 #define CLI_H
@@ -73,6 +74,21 @@ int cli_misuse(const cli_command *command, const char *format, ...);
 /* ---- help.c ---- */
 
 void cli_help(const cli_command *command);
+
+/* ---- results.c ---- */
+
+/** Points of a table. */
+typedef struct cli_counts {
+    int present, failed;
+} cli_counts;
+cli_counts cli_results_count(const lab_table *table);
+/** Can what -o, --plot and --json ask for be written? @return CLI_OK, or a code after a message */
+int cli_results_check(const cli_args *args);
+/** Write what they ask for, and a summary. @param only_part  no table without -o
+ *  @return CLI_OK, CLI_FAILED, CLI_NUMERICAL (every point failed) */
+int cli_results(const cli_args *args, const lab_table *table, int only_part);
+/** Tell about damaged lines of a journal, when there are any. */
+void cli_damaged(int lines);
 
 /* ---- report.c ---- */
 

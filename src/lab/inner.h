@@ -10,6 +10,8 @@
  *   gnuplot.c  a script becomes a picture
  *   grid.c     points from --vary              table.c    results of a sweep, keyed by point
  *   batch.c    many simulations on threads     journal.c  finished points, safe from kill -9
+ *   vary.c     a sweep over a grid             map.c      a sweep as a picture
+ *   grid_file.c  does the file accept these points?
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -84,6 +86,92 @@ stein_status lab__gnuplot(const char *path, int width, int height, lab__script_f
 stein_status lab__picture_name(const char *path, stein_err *err);
 /** A text in single quotes. */
 void lab__quoted(FILE *f, const char *text);
+
+/* ---- grid.c ---- */
+
+/** One varied parameter. */
+typedef struct lab__axis {
+    char *name, *text;               /* "-1.2:0:13 mm": written always the same way */
+    char unit[MECH_UNIT];            /* SI */
+    char shown[MECH_UNIT];           /* the unit its values were given in */
+    double factor;                   /* of that unit [SI] */
+    double *value;                   /* [n], SI */
+    int n;
+} lab__axis;
+struct lab_grid {
+    lab__axis *axis; /* [naxis] */
+    int naxis, n;
+};
+/** An empty grid, and one axis more. @return OK, EINVAL (what was expected), ENOMEM */
+stein_status lab__grid_new(lab_grid **grid, stein_err *err);
+stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, const char *values,
+                           stein_err *err);
+
+/* ---- batch.c ---- */
+
+enum { LAB_THREADS = 64 };
+/** Work on one point. Called from any thread, once a point, in any order; what it stores belongs to
+ *  the point alone.
+ *  @param sim     freshly reset with the point's parameters; NULL when that failed
+ *  @param status  OK, or why there is no simulation
+ *  @return OK; anything else ends the batch */
+typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, stein_status status,
+                                   stein_err *err);
+/** Many simulations of one model, each with parameters of its own. */
+typedef struct lab__batch {
+    const lab_model *model;
+    int n, threads;
+    const unsigned char *skip;                      /* [n] 1: leave out this point; may be NULL */
+    void (*set)(void *ctx, int point, double *p);   /* p [np]: the file's values, to be changed */
+    lab__point_fn *run;
+    lab_progress_fn *progress;                      /* may be NULL; counts what is not skipped */
+    void *progress_ctx, *ctx;
+} lab__batch;
+/** @return OK, ENOMEM, or what `run` returned. Failures to reset are handed to `run`. */
+stein_status lab__batch_run(const lab__batch *batch, stein_err *err);
+
+/* ---- table.c ---- */
+
+/** Results of a sweep as rows of CSV, keyed by point. The head says everything that decides about
+ *  the rows, so two tables with equal heads belong to the same sweep. */
+struct lab_table {
+    char *head;     /* "# name: value" lines and the line of columns, each with its newline */
+    lab_grid *grid; /* read back from the head */
+    int ncolumn;
+    char **row; /* [n] without newline; NULL: not there */
+    int n;
+};
+/** A table without rows from its head. @return OK, EPARSE (no such head), ENOMEM */
+stein_status lab__table_new(lab_table **table, const char *head, stein_err *err);
+/** Take a row with its index in the first cell.
+ *  @return OK, EPARSE (no row of this table), EINVAL (another result is there), ENOMEM */
+stein_status lab__table_take(lab_table *table, const char *row, size_t length, stein_err *err);
+/** Column by its name without unit, -1 when absent. */
+int lab__table_column(const lab_table *table, const char *name);
+/** Text of a cell (not terminated). @return its length, 0 when it is empty or the row is absent */
+size_t lab__table_cell(const lab_table *table, int point, int column, const char **text);
+/** Number in a cell, NAN when there is none. */
+double lab__table_number(const lab_table *table, int point, int column);
+/** Status of a point is "ok". */
+int lab__table_ok(const lab_table *table, int point);
+
+/* ---- journal.c ---- */
+
+typedef struct lab__journal {
+    int fd;
+    char *path;
+} lab__journal;
+/** Open or begin the journal of a sweep; finished points go into the table.
+ *  @param damaged  out, may be NULL: lines that could not be read and count as not there
+ *  @return OK, EIO (cannot be read, written or locked), ESTALE (of another sweep), EPARSE (no
+ *          journal), ENOMEM */
+stein_status lab__journal_open(lab__journal *journal, const char *path, lab_table *table,
+                               int *damaged, stein_err *err);
+/** Add a row: one write of one line. From any thread. @return OK, EIO */
+stein_status lab__journal_add(const lab__journal *journal, const char *row, stein_err *err);
+void lab__journal_close(lab__journal *journal);
+/** Read a journal into a table, which is made when *table is NULL. @return as lab__journal_open */
+stein_status lab__journal_read(lab_table **table, const char *path, int *damaged, stein_err *err);
 
 /* ---- compile.c ---- */
 
