@@ -347,7 +347,7 @@ static stein_status add_vary(lab_grid *grid, const stein_model *model, const cha
     name[length] = '\0';
     for (int i = 0; i < grid->naxis; i++) {
         if (strcmp(grid->axis[i].name, name) == 0) {
-            return lab__fail(err, STEIN_EINVAL, "%s is varied twice", name);
+            return lab__fail(err, STEIN_EINVAL, "vary %s: it is varied twice", name);
         }
     }
     int i = stein_find_param(model, name);

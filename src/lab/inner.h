@@ -130,6 +130,12 @@ typedef struct lab__batch {
 /** @return OK, ENOMEM, or what `run` returned. Failures to reset are handed to `run`. */
 stein_status lab__batch_run(const lab__batch *batch, stein_err *err);
 
+/* ---- vary.c ---- */
+
+/** Find out what every point would fail with, by a run of one step: a stroke if the model names one.
+ *  @return OK (also when the file's own parameters fail numerically), EINVAL, ENOMEM */
+stein_status lab__try(const lab_model *model, double until, double release, stein_err *err);
+
 /* ---- table.c ---- */
 
 /** Results of a sweep as rows of CSV, keyed by point. The head says everything that decides about

@@ -30,6 +30,7 @@ typedef struct picture {
     int naxis;
     panel panel[MAX_PANELS];
     int npanel;
+    int is_stroke;
 } picture;
 
 /* ---- columns ---- */
@@ -338,8 +339,10 @@ static void write_map(FILE *f, const void *ctx)
                 without > 0 ? ", \\\n     " : "\n");
     }
     if (without > 0) {
-        fprintf(f, "$none using 1:2:3:4:5:6 with boxxyerror fs solid 1.0 noborder fc '#c8c8c8' "
-                   "title 'none'\n");
+        fprintf(f,
+                "$none using 1:2:3:4:5:6 with boxxyerror fs solid 1.0 noborder fc '#c8c8c8' "
+                "title '%s'\n",
+                p->is_stroke ? "no escapement" : "no value");
     }
 }
 
@@ -348,7 +351,8 @@ stein_status lab_table_plot(const char *path, const lab_table *table, stein_err 
     picture p = {.table = table};
     stein_status status = choose_axes(&p, path, err);
     if (status == STEIN_OK) {
-        if (lab__table_column(table, "escapement_height") >= 0) {
+        p.is_stroke = lab__table_column(table, "escapement_height") >= 0;
+        if (p.is_stroke) {
             plan_stroke(&p);
         } else {
             plan_outputs(&p);

@@ -235,26 +235,23 @@ static stein_status run_point(void *ctx, int point, stein_sim *sim, stein_status
     return status;
 }
 
-/* What every point would fail with is found out once, with a message: a run of one step. */
-static stein_status try_model(const sweep *s, stein_err *err)
+stein_status lab__try(const lab_model *model, double until, double release, stein_err *err)
 {
-    const stein_model *m = s->equations;
+    const stein_model *m = lab_equations(model);
     stein_sim *sim = NULL;
     lab_stroke stroke;
     lab_stroke_def def = lab_stroke_def_default(m);
-    if (!(s->def->until > 0.0) || !isfinite(s->def->until)) {
-        return lab__fail(err, STEIN_EINVAL, "a run of %g s: expected a positive duration",
-                         s->def->until);
+    if (!(until > 0.0) || !isfinite(until)) {
+        return lab__fail(err, STEIN_EINVAL, "a run of %g s: expected a positive duration", until);
     }
-    if (!isnan(s->def->release) && !(s->def->release >= 0.0 && s->def->release <= s->def->until)) {
+    if (!isnan(release) && !(release >= 0.0 && release <= until)) {
         return lab__fail(err, STEIN_EINVAL,
-                         "release at %g s: expected a time from 0 to the end at "
-                         "%g s",
-                         s->def->release, s->def->until);
+                         "release at %g s: expected a time from 0 to the end at %g s", release,
+                         until);
     }
     def.until = m->dt;
-    def.release = !isnan(s->def->release) || m->load.body >= 0 ? 0.0 : NAN;
-    stein_status status = lab_sim(s->model, NULL, &sim, err);
+    def.release = !isnan(release) || m->load.body >= 0 ? 0.0 : NAN;
+    stein_status status = lab_sim(model, NULL, &sim, err);
     if (status == STEIN_OK) {
         status = is_stroke(m) ? lab_strike(sim, &def, &stroke, err) : lab_simulate(sim, &def, err);
         stein_sim_destroy(sim);
@@ -318,7 +315,7 @@ stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid 
     }
     stein_status status = find_params(&s, err);
     if (status == STEIN_OK) {
-        status = try_model(&s, err);
+        status = lab__try(model, def->until, def->release, err);
     }
     if (status == STEIN_OK) {
         status = make_table(&s, err);
