@@ -12,7 +12,6 @@
 #include "gen_internal.h"
 #include "support.h"
 
-
 enum { TREES = 100, MODELS_MAX = 40 };
 
 static const char strict_flags[] =
@@ -396,6 +395,114 @@ START_TEST(compiled_models_agree_with_lagrange)
 }
 END_TEST
 
+/* ---- the descriptor ------------------------------------------------------------------------- */
+
+static const char parts[] =
+    "mechanism: parts\n"
+    "bodies:\n"
+    "  lever:\n"
+    "    joint: R -y\n"
+    "    at: [0.11, 0, 0.05]\n"
+    "    mass: 0.2\n"
+    "    centre: [0.03, 0, 0.01]\n"
+    "    inertia: {yy: 1e-4}\n"
+    "    spring: {k: 0.7, theta0: 0.2}\n"
+    "    damping: 0.03\n"
+    "    friction: {A: 0.1, vt: 0.2, B1: 0.5, B2: 0.3}\n"
+    "    initial: {position: 0.4, speed: -0.6}\n"
+    "    points: {corner: [0.01, 0, 0.07], tip: [0.2, 0, 0.02]}\n"
+    "  sled: {joint: T x, mass: 0.3, points: {end: [0.04, 0, 0.01]}}\n"
+    "points: {anchor: [0.5, 0.1, 0.2]}\n"
+    "links: {tie: {from: frame.anchor, to: sled.end, k: 90, length: 0.3, damping: 2}}\n"
+    "contacts:\n"
+    "  flat:\n"
+    "    between:\n"
+    "      - {line: {on: lever, at: [0.1, 0, 0.03], facing: 0.3, extent: [-0.02, 0.05]}}\n"
+    "      - {line: {on: frame, at: [0, 0, 0.2], facing: -90 deg}}\n"
+    "    normal: {a: 3, b: 2, c: 1, D: 0.5}\n"
+    "notches:\n"
+    "  notch:\n"
+    "    corner: {at: lever.corner, angle: 1.3, lean: 0.1}\n"
+    "    beak: {at: sled.end, tilt: 0.2}\n"
+    "    normal: {c: 50}\n"
+    "inputs:\n"
+    "  push: {force: lever.tip, direction: [0.6, 0, -0.8]}\n"
+    "  drive: {motion: sled, idle: hold}\n"
+    "outputs: {gap: {contact: flat, read: gap}, rise: {point: lever.tip, read: z, sign: -1, zero: "
+    "rest}}\n"
+    "simulation: {dt: 20 us, until: 2, integrator: dp5, settle: yes}\n";
+
+static void check_parts(const stein_model *k, const double *d)
+{
+    const stein_body *lever = &k->bodies[0];
+    assert_same("spring", d + lever->spring, (const double[]){0.7, 0.2}, 2, 0.0);
+    ck_assert_double_eq(d[lever->damping], 0.03);
+    assert_same("friction", d + lever->friction, (const double[]){0.1, 0.2, 0.5, 0.3}, 4, 0.0);
+    ck_assert_int_eq(k->bodies[1].spring, -1);
+    ck_assert_int_eq(lever->sign, -1);
+    assert_same("initial", d + k->initial, (const double[]){0.4, -0.6, 0, 0}, 4, 0.0);
+    ck_assert_int_eq(k->nframe, 2);
+    assert_same("com", d + k->frames[0].com, (const double[]){0.03, 0.01}, 2, 0.0);
+    ck_assert_int_eq(k->ncontact, 1);
+    ck_assert_int_eq(k->contacts[0].nspot, 2);
+    ck_assert_int_eq(k->contacts[0].friction, -1);
+    assert_same("normal", d + k->contacts[0].normal, (const double[]){3, 2, 1, 0.5}, 4, 0.0);
+    for (int i = 0; i < 2; i++) { /* ends of the lever's face: at + extent (nz, -nx) */
+        const stein_shape *end = &k->spots[i].side[0], *face = &k->spots[i].side[1];
+        double e = i ? 0.05 : -0.02;
+        const double circle[7] = {0.1 + e * sin(0.3), 0.03 - e * cos(0.3), 0, 0, 0, 0, 0};
+        ck_assert_int_eq(end->kind, STEIN_CIRCLE);
+        ck_assert_int_eq(face->kind, STEIN_LINE);
+        ck_assert_int_eq(end->frame, 0);
+        ck_assert_int_eq(face->frame, -1);
+        assert_same("end", d + end->d, circle, 7, 1e-15);
+        assert_same("face", d + face->d, (const double[]){0, 0.2, 0, 0, -1}, 5, 1e-15);
+        ck_assert(d[face->d + STEIN_SHAPE_LO] == -HUGE_VAL);
+        ck_assert(d[face->d + STEIN_SHAPE_HI] == HUGE_VAL);
+    }
+    const double notch[STEIN_NOTCH_SIZE] = {0.01,     0.07, -sin(1.4), cos(1.4), -sin(0.1),
+                                            cos(0.1), 0.04, 0.01,      cos(0.2), sin(0.2)};
+    assert_same("notch", d + k->notches[0].d, notch, STEIN_NOTCH_SIZE, 1e-15);
+    ck_assert_int_eq(k->notches[0].catcher, 0);
+    ck_assert_int_eq(k->notches[0].beak, 1);
+    assert_same("link", d + k->links[0].d, (const double[]){90, 0.3, 2}, 3, 0.0);
+    ck_assert_str_eq(k->points[k->links[0].point[0]].name, "frame.anchor");
+    assert_same("direction", d + k->inputs[0].direction, (const double[]){0.6, 0, -0.8}, 3, 1e-15);
+    ck_assert_int_eq(k->inputs[1].kind, STEIN_INPUT_MOTION);
+    ck_assert_int_eq(k->inputs[1].hold, 1);
+    ck_assert_str_eq(k->channels[0].name, "time");
+    ck_assert_int_eq(k->nchannel, 3);
+    ck_assert_int_eq(k->channels[2].sign, -1);
+    ck_assert_int_eq(k->channels[2].from_rest, 1);
+    ck_assert_int_eq(k->settle, 1);
+    ck_assert_int_eq(k->integrator, 1);
+    ck_assert_double_eq(k->dt, 20e-6);
+}
+
+START_TEST(descriptor_holds_every_part_of_the_file)
+{
+    mechanism *m;
+    unsigned long long seed = 8;
+    workshop w = workshop_open();
+    ck_assert_stein(
+        mech_read_text(&m, "parts.yaml", parts, strlen(parts), NULL, 0, NULL, NULL, err));
+    workshop_add(&w, m);
+    workshop_build(&w);
+    const stein_model *k = workshop_model(&w, "parts");
+    double *d = numbers_new((size_t)k->nd), *p = numbers_new((size_t)k->np);
+    for (int i = 0; i < k->np; i++) {
+        p[i] = k->params[i].value;
+    }
+    k->setup(p, d);
+    check_parts(k, d);
+    check_compiled(k, m, &seed);
+    free(d);
+    free(p);
+    mech_free(m);
+    workshop_close(&w);
+}
+END_TEST
+
 void generator_text_cases(Suite *suite);
 
 Suite *generator_suite(void)
@@ -412,6 +519,7 @@ Suite *generator_suite(void)
     tcase_add_test(equations, graphs_agree_with_lagrange_on_a_six_axis_arm);
     tcase_add_loop_test(equations, compiled_trees_agree_with_lagrange, 0, 4);
     tcase_add_test(equations, compiled_models_agree_with_lagrange);
+    tcase_add_test(equations, descriptor_holds_every_part_of_the_file);
     suite_add_tcase(s, equations);
     generator_text_cases(s);
     return s;
