@@ -35,7 +35,8 @@ typedef struct link_state {
     sym extra_k;    /*   and to the inertia */
     vec first;      /* recombined first moment including `extra` */
     vec force, moment;
-    vec comp; /* composite first moment, and what it is without the own constant part */
+    vec local; /* forces that arrive in own axes: turned to the working frame together */
+    vec comp;  /* composite first moment, and what it is without the own constant part */
     vec comp_x;
     sym comp_k, comp_kx; /* the same for the inertia */
     vec base_force;      /* force on the base for unit acceleration of this joint, fixed frame */
@@ -234,7 +235,7 @@ static void own_load(dyn *y, int i)
         trq.x[k] = ex_var(g, EX_TRQ, 3 * i + k);
     }
     vec turn = vec_add(g, trq, vec_cross(g, vec_const(g, b->centre), frc));
-    s->force = vec_sub(g, s->force, rotate(y->ps, frc, b->orient, here));
+    s->force = vec_add(g, s->force, rotate(y->ps, vec_sub(g, s->local, frc), b->orient, here));
     s->moment = vec_sub(g, s->moment, rotate(y->ps, turn, b->orient, here));
 }
 
@@ -316,7 +317,11 @@ static void pass_up_turn(dyn *y, int i, vec own_force)
     if (s->pair) {
         lever = vec_add(g, lever, rotate(y->ps, pair_moment(y, i, s, -1), here, s->arm_frame));
     }
-    p->force = vec_add(g, p->force, rotate(y->ps, s->force, here, there));
+    if (y->t->body[i].base == orient_of(y, y->t->body[i].parent)) {
+        p->local = vec_add(g, p->local, rotate(y->ps, s->force, here, y->t->body[i].base));
+    } else {
+        p->force = vec_add(g, p->force, rotate(y->ps, s->force, here, there));
+    }
     p->moment = vec_add(g, p->moment, rotate(y->ps, lever, s->arm_frame, there));
     p->moment = vec_add(g, p->moment, rotate(y->ps, s->moment, here, there));
 }
