@@ -16,7 +16,9 @@
     X(facts)                                                                                       \
     X(mechanism)                                                                                   \
     X(generator)                                                                                   \
-    X(lab)
+    X(lab)                                                                                         \
+    X(sweep)                                                                                       \
+    X(journal)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)
