@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * gnuplot.c - a script becomes a picture. The script with its data goes through a folder of our own;
- * the picture is then copied to its place like every other result.
+ * gnuplot.c - a script becomes a picture. The script with its data goes through a folder of our
+ * own; the picture is then copied to its place like every other result.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -39,7 +39,8 @@ stein_status lab__picture_name(const char *path, stein_err *err)
 {
     return ends_with(path, ".svg") || ends_with(path, ".png")
                ? STEIN_OK
-               : lab__fail(err, STEIN_EINVAL, "%s: expected a name that ends in .svg or .png", path);
+               : lab__fail(err, STEIN_EINVAL, "%s: expected a name that ends in .svg or .png",
+                           path);
 }
 
 static void write_terminal(FILE *f, const job *j)
@@ -83,11 +84,15 @@ static stein_status run_gnuplot(char *script, const char *log, stein_err *err)
         return status;
     }
     if (code == 127) {
-        return lab__fail(err, STEIN_EIO, "no gnuplot to draw with: run apt-get install gnuplot-nox");
+        return lab__fail(err, STEIN_EIO,
+                         "no gnuplot to draw with: run apt-get install gnuplot-nox");
     }
-    char line[160] = "";
+    char line[160] = "", read[160];
     FILE *f = fopen(log, "r");
-    while (f != NULL && fgets(line, (int)sizeof line, f) != NULL && line[0] == '\n') {
+    while (f != NULL && fgets(read, (int)sizeof read, f) != NULL) { // the last one but warnings
+        if (read[0] != '\n' && strstr(read, "warning:") == NULL) {
+            strcpy(line, read);
+        }
     }
     if (f != NULL) {
         fclose(f);
@@ -148,8 +153,8 @@ stein_status lab__gnuplot(const char *path, int width, int height, lab__script_f
     if (status != STEIN_OK) {
         return status;
     }
-    char *folder = lab__text("%s/stein-XXXXXX", temporary != NULL && *temporary != '\0' ? temporary
-                                                                                       : "/tmp");
+    char *folder =
+        lab__text("%s/stein-XXXXXX", temporary != NULL && *temporary != '\0' ? temporary : "/tmp");
     if (folder == NULL || mkdtemp(folder) == NULL) {
         status = lab__fail(err, STEIN_EIO, "no folder for temporary files: %s", strerror(errno));
         free(folder);

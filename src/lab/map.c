@@ -206,11 +206,17 @@ static void write_label(FILE *f, const char *axis, const lab__axis *a)
 static void write_title(FILE *f, const picture *p)
 {
     const char *model = strstr(p->table->head, "# model: ");
-    char text[2 * LABEL];
+    char text[4 * LABEL];
     int n = model != NULL ? (int)strcspn(model + 9, "\n") : 0;
-    snprintf(text, sizeof text, "%.*s over %s%s%s, %d points", n, model != NULL ? model + 9 : "",
-             p->axis[0]->name, p->naxis == 2 ? " and " : "", p->naxis == 2 ? p->axis[1]->name : "",
-             p->table->n);
+    int used = snprintf(text, sizeof text, "%.*s: ", n, model != NULL ? model + 9 : "");
+    if (p->naxis == 2) {
+        used += snprintf(text + used, sizeof text - (size_t)used, "%.*sover %s and %s",
+                         (int)strcspn(p->panel[0].label, "["), p->panel[0].label, p->axis[0]->name,
+                         p->axis[1]->name);
+    } else {
+        used += snprintf(text + used, sizeof text - (size_t)used, "over %s", p->axis[0]->name);
+    }
+    snprintf(text + used, sizeof text - (size_t)used, ", %d points", p->table->n);
     fprintf(f, "set label 99 ");
     lab__quoted(f, text);
     fprintf(f, " at screen 0.5, 0.97 center\n");
@@ -231,10 +237,43 @@ static void write_curve(FILE *f, const picture *p, const panel *n, int column)
     fprintf(f, "END\n");
 }
 
-static void write_panel(FILE *f, const picture *p, int i)
+static int has_data(const picture *p, int column)
+{
+    int n = 0;
+    for (int i = 0; i < p->axis[0]->n; i++) {
+        n += isfinite(lab__table_number(p->table, i * p->step[0], column)) != 0;
+    }
+    return n > 0;
+}
+
+/* gnuplot does not draw a panel without a single point: a line out of sight stands in for it */
+static void write_plot(FILE *f, const picture *p, const panel *n)
 {
     static const char *const colour[MAX_CURVES] = {"#1f4e79", "#b5482f", "#5d7f33",
                                                    "#7b5aa0", "#b58a1b", "#3f8f8f"};
+    int drawn = 0;
+    for (int k = 0; k < n->ncurve; k++) {
+        char title[LABEL], unit[MECH_UNIT];
+        if (!has_data(p, n->column[k])) {
+            continue;
+        }
+        cut_title(title_of(p->table, n->column[k], title), unit);
+        for (char *c = title; *c != '\0'; c++) {
+            *c = *c == '_' ? ' ' : *c;
+        }
+        fprintf(f, "%s$c%d using 1:2 with linespoints pt 7 ps %s lw 1.6 lc '%s' title ",
+                drawn++ > 0 ? ", \\\n     " : "plot ", n->column[k],
+                p->axis[0]->n > 60 ? "0.2" : "0.45", colour[k]);
+        lab__quoted(f, title);
+    }
+    fprintf(f, drawn > 0 ? "\n"
+                         : "set yrange [0:1]\nunset ytics\nset label 98 'no such event' at graph "
+                           "0.5, 0.5 center tc '#505050'\nplot 2 notitle\nset yrange [*:*]\n"
+                           "set ytics\nunset label 98\n");
+}
+
+static void write_panel(FILE *f, const picture *p, int i)
+{
     const panel *n = &p->panel[i];
     int bottom = i == p->npanel - 1;
     for (int k = 0; k < n->ncurve; k++) {
@@ -252,19 +291,7 @@ static void write_panel(FILE *f, const picture *p, int i)
     fprintf(f, n->ncurve > 1
                    ? "set key at graph 1, graph 1.01 right bottom horizontal samplen 1.6\n"
                    : "unset key\n");
-    fprintf(f, "plot ");
-    for (int k = 0; k < n->ncurve; k++) {
-        char title[LABEL], unit[MECH_UNIT];
-        cut_title(title_of(p->table, n->column[k], title), unit);
-        for (char *c = title; *c != '\0'; c++) {
-            *c = *c == '_' ? ' ' : *c;
-        }
-        fprintf(f, "%s$c%d using 1:2 with linespoints pt 7 ps %s lw 1.6 lc '%s' title ",
-                k > 0 ? ", \\\n     " : "", n->column[k], p->axis[0]->n > 60 ? "0.2" : "0.45",
-                colour[k]);
-        lab__quoted(f, title);
-    }
-    fprintf(f, "\n");
+    write_plot(f, p, n);
 }
 
 static void write_curves(FILE *f, const void *ctx)
@@ -298,7 +325,7 @@ static int write_cells(FILE *f, const picture *p, const char *name, int none)
         for (int k = 0; k < p->axis[1]->n; k++) {
             int point = p->order[0][i] * p->step[0] + p->order[1][k] * p->step[1];
             double v = lab__table_number(p->table, point, n->column[0]);
-            if (isfinite(v) == none) {
+            if ((!isfinite(v)) != none) {
                 continue;
             }
             double x = at(p, 0, i), y = at(p, 1, k);
