@@ -208,13 +208,13 @@ static void write_title(FILE *f, const picture *p)
     const char *model = strstr(p->table->head, "# model: ");
     char text[4 * LABEL];
     int n = model != NULL ? (int)strcspn(model + 9, "\n") : 0;
-    int used = snprintf(text, sizeof text, "%.*s: ", n, model != NULL ? model + 9 : "");
+    int used = snprintf(text, sizeof text, "%.*s", n, model != NULL ? model + 9 : "");
     if (p->naxis == 2) {
-        used += snprintf(text + used, sizeof text - (size_t)used, "%.*sover %s and %s",
+        used += snprintf(text + used, sizeof text - (size_t)used, ": %.*sover %s and %s",
                          (int)strcspn(p->panel[0].label, "["), p->panel[0].label, p->axis[0]->name,
                          p->axis[1]->name);
     } else {
-        used += snprintf(text + used, sizeof text - (size_t)used, "over %s", p->axis[0]->name);
+        used += snprintf(text + used, sizeof text - (size_t)used, " over %s", p->axis[0]->name);
     }
     snprintf(text + used, sizeof text - (size_t)used, ", %d points", p->table->n);
     fprintf(f, "set label 99 ");
@@ -266,10 +266,11 @@ static void write_plot(FILE *f, const picture *p, const panel *n)
                 p->axis[0]->n > 60 ? "0.2" : "0.45", colour[k]);
         lab__quoted(f, title);
     }
-    fprintf(f, drawn > 0 ? "\n"
-                         : "set yrange [0:1]\nunset ytics\nset label 98 'no such event' at graph "
-                           "0.5, 0.5 center tc '#505050'\nplot 2 notitle\nset yrange [*:*]\n"
-                           "set ytics\nunset label 98\n");
+    fprintf(f, drawn > 0
+                   ? "\n"
+                   : "set yrange [0:1]\nunset ytics\nset label 98 'no such event' at graph "
+                     "0.5, 0.5 center tc '#505050'\nplot 2 notitle\nset yrange [*:*] noextend\n"
+                     "set ytics out nomirror scale 0.6 tc '#202020'\nunset label 98\n");
 }
 
 static void write_panel(FILE *f, const picture *p, int i)
@@ -301,7 +302,7 @@ static void write_curves(FILE *f, const void *ctx)
     fprintf(f, "set border 3 lc '#404040'\nset tics out nomirror scale 0.6 tc '#202020'\n"
                "set grid lc '#e4e4e4' lw 0.8 lt 1\nset multiplot\n"
                "set lmargin at screen 0.1\nset rmargin at screen 0.97\n"
-               "set offsets 0, 0, graph 0.06, graph 0.06\n");
+               "set offsets 0, 0, graph 0.06, graph 0.06\nset yrange [*:*] noextend\n");
     double from = at(p, 0, 0), to = at(p, 0, p->axis[0]->n - 1);
     double spare = p->axis[0]->n > 1 ? 0.02 * (to - from) : 1.0;
     fprintf(f, "set xrange [%.9g:%.9g]\n", from - spare, to + spare);
@@ -313,6 +314,14 @@ static void write_curves(FILE *f, const void *ctx)
         fprintf(f, "unset label 99\n");
     }
     fprintf(f, "unset multiplot\n");
+}
+
+/* from where to where value i of an axis reaches, and a little more: no seam between two cells */
+static void write_reach(FILE *f, const picture *p, int k, int i)
+{
+    double seam = 1e-3 * (at(p, k, p->axis[k]->n) - at(p, k, -1));
+    fprintf(f, " %.9g %.9g", 0.5 * (at(p, k, i - 1) + at(p, k, i)) - seam,
+            0.5 * (at(p, k, i) + at(p, k, i + 1)) + seam);
 }
 
 /* x y low high low high value: a box for every point that has (or, with `none`, has no) value */
@@ -328,10 +337,10 @@ static int write_cells(FILE *f, const picture *p, const char *name, int none)
             if ((!isfinite(v)) != none) {
                 continue;
             }
-            double x = at(p, 0, i), y = at(p, 1, k);
-            fprintf(f, "%.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", x, y, 0.5 * (at(p, 0, i - 1) + x),
-                    0.5 * (x + at(p, 0, i + 1)), 0.5 * (at(p, 1, k - 1) + y),
-                    0.5 * (y + at(p, 1, k + 1)), none ? 0.0 : n->scale * v);
+            fprintf(f, "%.9g %.9g", at(p, 0, i), at(p, 1, k));
+            write_reach(f, p, 0, i);
+            write_reach(f, p, 1, k);
+            fprintf(f, " %.9g\n", none ? 0.0 : n->scale * v);
             cells++;
         }
     }
