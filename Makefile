@@ -20,7 +20,7 @@ OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclude -I$(B)/include \
-                -Isrc/core -Isrc/model -Igen -Isrc/lab -Isrc/cli $(CPPFLAGS)
+                -Isrc/core -Isrc/model -Igen -Isrc/lab -Isrc/lab/study -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
 DEBIAN := gcc make pkg-config libyaml-dev libgsl-dev check gnuplot-nox
@@ -36,7 +36,7 @@ CHECK_LIBS = $(shell pkg-config --libs check)
 CORE_SRC  := $(wildcard src/core/*.c src/load/*.c)
 MODEL_SRC := $(wildcard src/model/*.c)
 GEN_SRC   := $(filter-out gen/main.c,$(wildcard gen/*.c))
-LAB_SRC   := $(wildcard src/lab/*.c)
+LAB_SRC   := $(wildcard src/lab/*.c src/lab/study/*.c)
 CLI_SRC   := $(wildcard src/cli/*.c)
 TEST_SRC  := $(wildcard tests/*.c)
 MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)
@@ -180,7 +180,7 @@ install: all  ## install library, headers, programs, models and stein.pc under P
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
-SOURCES = $(wildcard src/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] bench/*.[ch])
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -205,6 +205,16 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
     return STEIN_OK;
 }
 
+stein_status stein_settle(stein_sim *sim, stein_err *err)
+{
+    stein__place_driven(sim);
+    memset(sim->qd, 0, sizeof *sim->qd * (size_t)sim->model->nq);
+    sim->fresh = 0;
+    stein_status status = find_equilibrium(sim, err);
+    modes_from_geometry(sim);
+    return status == STEIN_OK ? stein__refresh(sim, err) : status;
+}
+
 stein_status stein_set_state(stein_sim *sim, double t, const double *q, const double *qd,
                              stein_err *err)
 {
