@@ -91,7 +91,7 @@ static stein_status run_gnuplot(char *script, const char *log, stein_err *err)
     FILE *f = fopen(log, "r");
     while (f != NULL && fgets(read, (int)sizeof read, f) != NULL) { // the last one but warnings
         if (read[0] != '\n' && strstr(read, "warning:") == NULL) {
-            strcpy(line, read);
+            memcpy(line, read, sizeof line);
         }
     }
     if (f != NULL) {

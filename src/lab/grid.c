@@ -222,7 +222,7 @@ static stein_status fill_values(lab__axis *a, const spec *s, const char *unit, m
 {
     stein_status status = STEIN_OK;
     a->n = s->count > 0 ? s->count : s->n;
-    a->value = malloc(sizeof *a->value * (size_t)a->n);
+    a->value = malloc(sizeof *a->value * ((size_t)a->n + 1));
     if (a->value == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }

@@ -14,7 +14,8 @@
 
 static stein_status no_memory(stein_err *err)
 {
-    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return STEIN_ENOMEM;
 }
 
 /* the overrides of `options`, cut in two, with room for one more; text [nset] owns the memory */

@@ -93,7 +93,8 @@ static void free_content(content *c)
 
 static stein_status io_error(stein_err *err, const char *path, const char *what, int cause)
 {
-    return lab__fail(err, STEIN_EIO, "%s cannot be %s: %s", path, what, strerror(cause));
+    lab__fail(err, STEIN_EIO, "%s cannot be %s: %s", path, what, strerror(cause));
+    return STEIN_EIO;
 }
 
 static stein_status read_all(int fd, const char *path, content *c, stein_err *err)
@@ -198,9 +199,10 @@ static stein_status other_sweep(const char *path, const char *there, const char 
 static stein_status no_journal(const char *path, const content *c, stein_err *err)
 {
     int ours = c->size >= 15 && memcmp(c->text, magic, 15) == 0;
-    return lab__fail(
-        err, STEIN_EPARSE,
-        ours ? "%s: the head of this journal is damaged" : "%s is no journal of a sweep", path);
+    lab__fail(err, STEIN_EPARSE,
+              ours ? "%s: the head of this journal is damaged" : "%s is no journal of a sweep",
+              path);
+    return STEIN_EPARSE;
 }
 
 stein_status lab__journal_read(lab_table **table, const char *path, int *damaged, stein_err *err)
@@ -300,7 +302,7 @@ static stein_status lock(const lab__journal *j, stein_err *err)
 stein_status lab__journal_open(lab__journal *out, const char *path, lab_table *table, int *damaged,
                                stein_err *err)
 {
-    struct stat st;
+    struct stat st = {.st_mode = 0};
     content c = {NULL, 0, 0, NULL};
     lab__journal j = {open(path, O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666),
                       lab__text("%s", path)};

@@ -259,7 +259,9 @@ static void write_plot(FILE *f, const picture *p, const panel *n)
         }
         cut_title(title_of(p->table, n->column[k], title), unit);
         for (char *c = title; *c != '\0'; c++) {
-            *c = *c == '_' ? ' ' : *c;
+            if (*c == '_') {
+                *c = ' ';
+            }
         }
         fprintf(f, "%s$c%d using 1:2 with linespoints pt 7 ps %s lw 1.6 lc '%s' title ",
                 drawn++ > 0 ? ", \\\n     " : "plot ", n->column[k],

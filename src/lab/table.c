@@ -68,18 +68,14 @@ static stein_status read_head(lab_table *t, stein_err *err)
 stein_status lab__table_new(lab_table **out, const char *head, stein_err *err)
 {
     lab_table *t = calloc(1, sizeof *t);
-    stein_status status = STEIN_OK;
-    if (t != NULL) {
-        t->head = lab__text("%s", head);
+    if (t == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    if (t == NULL || t->head == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    t->head = lab__text("%s", head);
+    stein_status status =
+        t->head != NULL ? read_head(t, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
     if (status == STEIN_OK) {
-        status = read_head(t, err);
-    }
-    if (status == STEIN_OK) {
-        t->row = calloc((size_t)t->n, sizeof *t->row);
+        t->row = calloc((size_t)t->n + 1, sizeof *t->row);
         status = t->row != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     if (status != STEIN_OK) {

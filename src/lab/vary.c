@@ -40,7 +40,8 @@ static int is_stroke(const stein_model *m)
 
 static stein_status no_memory(stein_err *err)
 {
-    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return STEIN_ENOMEM;
 }
 
 /* ---- the head ---- */
@@ -270,7 +271,7 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
         return no_memory(err);
     }
     for (int i = 0; i < s->grid->n; i++) {
-        int mine = i % s->def->shards == s->def->shard, done = s->table->row[i] != NULL;
+        int mine = i % s->def->shards == s->def->shard, done = lab_table_has(s->table, i);
         skip[i] = !mine || done;
         report->found += mine && done;
         report->computed += mine && !done;
