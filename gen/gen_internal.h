@@ -36,11 +36,13 @@ typedef struct slot {
 typedef struct layout {
     slot *slot;
     int n, cap, failed;
-    int initial;
-    int *spring, *damping, *friction, *com; /* [nbody], com [ncarrier] */
-    int *normal, *rub, *shape;              /* [ncontact], [ncontact], [2 * nspot] */
-    int *notch, *notch_normal, *notch_rub;  /* [nnotch] */
-    int *link, *direction;                  /* [nlink], [ninput] */
+    int initial, clock, plain; /* plain: the sensor that changes nothing, of "time" */
+    int *joint, *com;                      /* [nbody], [ncarrier] */
+    int *normal, *rub, *shape;             /* [ncontact], [ncontact], [2 * nspot] */
+    int *notch, *notch_normal, *notch_rub; /* [nnotch] */
+    int *link;                             /* [nlink] */
+    int *direction, *signal;               /* [ninput] */
+    int *sensor;                           /* [nchannel] */
     int *store;
     int equations; /* first slot of the constants of the equations */
 } layout;

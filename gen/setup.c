@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * setup.c - the layout of the derived constants d.
  *
- *      initial {q, qd} | joint springs, dampers, frictions | centres | contacts | notches | links |
- *      directions | constants of the equations
+ *      initial {q, qd} | clock | laws of the joints | centres | contacts | notches | links |
+ *      inputs | sensors | constants of the equations
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "gen_internal.h"
 
@@ -37,25 +38,33 @@ static int put(layout *l, ex node, const char *format, ...)
     return l->n++;
 }
 
+/** A block of numbers: `words` names its entries, separated by blanks. @return its base */
+static int put_block(layout *l, const tree *t, const mech_scalar *v, int n, const char *owner,
+                     const char *what, const char *words)
+{
+    int base = 0;
+    for (int i = 0; i < n; i++) {
+        size_t length = strcspn(words, " ");
+        ex node = tree_scalar(t, v[i]);
+        if (i == 0) {
+            base = put(l, node, "%s: %s %.*s", owner, what, (int)length, words);
+        } else {
+            put(l, node, "  %.*s", (int)length, words);
+        }
+        words += length + (words[length] == ' ');
+    }
+    return base;
+}
+
 static int put_normal(layout *l, const tree *t, const mech_normal *k, const char *owner)
 {
-    int base = put(l, tree_scalar(t, k->a), "%s: normal law a, b, c, D", owner);
-    put(l, tree_scalar(t, k->b), "  b [N/m^2]");
-    put(l, tree_scalar(t, k->c), "  c [N/m]");
-    put(l, tree_scalar(t, k->D), "  D [s/m]");
-    return base;
+    return put_block(l, t, k->v, STEIN_NORMAL_SIZE, owner, "normal law",
+                     "a b c D p h F0 gap adhesion range");
 }
 
 static int put_friction(layout *l, const tree *t, const mech_friction *k, const char *owner)
 {
-    if (!k->present) {
-        return -1;
-    }
-    int base = put(l, tree_scalar(t, k->A), "%s: friction A, vt, B1, B2", owner);
-    put(l, tree_scalar(t, k->vt), "  vt");
-    put(l, tree_scalar(t, k->B1), "  B1");
-    put(l, tree_scalar(t, k->B2), "  B2");
-    return base;
+    return put_block(l, t, k->v, STEIN_FRICTION_SIZE, owner, "friction", "A vt B1 B2");
 }
 
 static void put_joints(layout *l, const tree *t)
@@ -66,18 +75,12 @@ static void put_joints(layout *l, const tree *t)
         put(l, tree_scalar(t, m->bodies[i].q0), "%s: initial q, qd", text_safe(m->bodies[i].name));
         put(l, tree_scalar(t, m->bodies[i].qd0), "  qd");
     }
+    l->clock = put(l, tree_scalar(t, m->clock_error), "clock error");
     for (int i = 0; i < m->nbody; i++) {
-        const mech_body *b = &m->bodies[i];
-        const char *name = text_safe(b->name);
-        l->spring[i] = l->damping[i] = -1;
-        if (b->has_spring) {
-            l->spring[i] = put(l, tree_scalar(t, b->spring_k), "%s: spring k, neutral q", name);
-            put(l, tree_scalar(t, b->spring_theta0), "  neutral q");
-        }
-        if (b->has_damping) {
-            l->damping[i] = put(l, tree_scalar(t, b->damping), "%s: damping", name);
-        }
-        l->friction[i] = put_friction(l, t, &b->friction, name);
+        l->joint[i] = put_block(l, t, m->bodies[i].joint, STEIN_JOINT_SIZE,
+                                text_safe(m->bodies[i].name), "joint",
+                                "k q0 k3 b asymmetry drag preload T w backlash_k backlash_gap A vt "
+                                "B1 B2");
     }
     for (int k = 0; k < t->ncarrier; k++) {
         const mech_body *b = &m->bodies[t->carrier[k]];
@@ -181,13 +184,20 @@ static void put_rest(layout *l, const tree *t)
     }
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
-        l->direction[i] = -1;
-        if (k->kind == STEIN_INPUT_POINT) {
-            l->direction[i] = put(l, tree_scalar(t, k->direction[0]), "%s: direction x, y, z",
-                                  text_safe(k->name));
-            put(l, tree_scalar(t, k->direction[1]), "  y");
-            put(l, tree_scalar(t, k->direction[2]), "  z");
-        }
+        const char *name = text_safe(k->name);
+        l->signal[i] = put_block(l, t, k->signal, STEIN_SIGNAL_SIZE, name, "signal", "gain delay");
+        l->direction[i] = k->kind == STEIN_INPUT_POINT
+                              ? put_block(l, t, k->direction, 3, name, "direction", "x y z")
+                              : -1;
+    }
+    l->plain = put(l, ex_num(t->setup, 1.0), "time: sensor gain");
+    for (int i = 1; i < STEIN_SENSOR_SIZE; i++) {
+        put(l, 0, "  nothing else");
+    }
+    for (int i = 0; i < m->nchannel; i++) {
+        l->sensor[i] =
+            put_block(l, t, m->channels[i].sensor, STEIN_SENSOR_SIZE,
+                      text_safe(m->channels[i].name), "sensor", "gain offset square tilt delay");
     }
 }
 
@@ -199,7 +209,8 @@ int layout_build(layout *l, const tree *t)
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    int size = 4 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink + m->ninput;
+    int size = 2 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
+               2 * m->ninput + m->nchannel;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
         return -1;
@@ -207,10 +218,10 @@ int layout_build(layout *l, const tree *t)
     struct {
         int **array, n;
     } parts[] = {
-        {&l->spring, m->nbody},     {&l->damping, m->nbody},   {&l->friction, m->nbody},
-        {&l->com, m->nbody},        {&l->normal, m->ncontact}, {&l->rub, m->ncontact},
-        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
-        {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput}};
+        {&l->joint, m->nbody},         {&l->com, m->nbody},        {&l->normal, m->ncontact},
+        {&l->rub, m->ncontact},        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},
+        {&l->notch_normal, m->nnotch}, {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},
+        {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;

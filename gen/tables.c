@@ -52,10 +52,14 @@ static const char *safe_unit(const char *unit)
 
 static void legend_parameters(text *x, const tree *t)
 {
-    text_quiet(x, " *\n * parameters p\n");
+    text_quiet(
+        x, " *\n * parameters p (those the file leaves at their neutral value are not listed)\n");
     for (int i = 0; i < t->m->nparam; i++) {
         const mech_param *k = &t->m->params[i];
         char value[32];
+        if (!k->stated) {
+            continue;
+        }
         text_number(value, k->value);
         text_quiet(x, " *   %-3d %s = %s %s\n", i, text_safe(k->name), value,
                    strcmp(k->unit, "1") == 0 ? "" : safe_unit(k->unit));
@@ -222,7 +226,7 @@ static void table_params(text *x, const mechanism *m)
         text_literal(x, m->params[i].name);
         text_add(x, ", ");
         text_literal(x, m->params[i].unit);
-        text_quiet(x, ", %s, %s", value, tolerance);
+        text_quiet(x, ", %s, %s, %d", value, tolerance, m->params[i].stated);
         text_add(x, "},\n");
     }
     close_table(x);
@@ -235,8 +239,8 @@ static void table_bodies(text *x, const tree *t, const layout *l)
         const mech_body *b = &t->m->bodies[i];
         text_add(x, "    {");
         text_literal(x, b->name);
-        text_add(x, ", %d, '%c', '%c', %d, %d, %d, %d},\n", b->parent, b->type, b->axis, b->sign,
-                 l->spring[i], l->damping[i], l->friction[i]);
+        text_add(x, ", %d, '%c', '%c', %d, %d},\n", b->parent, b->type, b->axis, b->sign,
+                 l->joint[i]);
     }
     close_table(x);
 }
@@ -371,19 +375,21 @@ static void table_signals(text *x, const tree *t, const layout *l)
             text_literal(x, k->name);
             text_add(x, ", ");
             text_literal(x, k->unit);
-            text_add(x, ", %s, %d, %d, %d},\n", kind[k->kind], k->index, l->direction[i], k->hold);
+            text_add(x, ", %s, %d, %d, %d, %d},\n", kind[k->kind], k->index, l->direction[i],
+                     l->signal[i], k->hold);
         }
         close_table(x);
     }
     open_table(x, "channel", "channels");
-    text_add(x, "    {\"time\", \"s\", STEIN_READ_TIME, 0, 1, 0},\n");
+    text_add(x, "    {\"time\", \"s\", STEIN_READ_TIME, 0, 1, 0, %d},\n", l->plain);
     for (int i = 0; i < m->nchannel; i++) {
         const mech_channel *k = &m->channels[i];
         text_add(x, "    {");
         text_literal(x, k->name);
         text_add(x, ", ");
         text_literal(x, k->unit);
-        text_add(x, ", %s, %d, %d, %d},\n", read_name(k->read), k->index, k->sign, k->from_rest);
+        text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read), k->index, k->sign, k->from_rest,
+                 l->sensor[i]);
     }
     close_table(x);
 }
@@ -447,8 +453,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
              t->n, m->nparam, l->n, m->npoint, t->ncarrier, m->ncontact);
     text_add(x, "    .nspot = %d, .nnotch = %d, .nlink = %d, .ninput = %d, .nchannel = %d,\n",
              nspot, m->nnotch, m->nlink, m->ninput, m->nchannel + 1);
-    text_add(x, "    .load = {%d, %d}, .stroke = {%d, %d}, .initial = %d,\n", m->load_body,
-             m->load_contact, m->stroke_string, m->stroke_notch, l->initial);
+    text_add(x, "    .load = {%d, %d}, .stroke = {%d, %d}, .initial = %d, .clock = %d,\n",
+             m->load_body, m->load_contact, m->stroke_string, m->stroke_notch, l->initial,
+             l->clock);
     ops_field(x, "setup", &f->setup);
     ops_field(x, "mass_bias", &f->mass_bias.ops);
     ops_field(x, "inverse", &f->inverse.ops);

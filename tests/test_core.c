@@ -261,6 +261,66 @@ START_TEST(a_prescribed_joint_follows_its_signal_and_tells_the_force)
 }
 END_TEST
 
+START_TEST(an_instrument_distorts_as_its_formula_says_and_not_by_default)
+{
+    const stein_model *m = &stein_model_stein1788;
+    stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+    double y, rest, x, x0, measured;
+    ck_assert_stein(stein_read_name(sim, "string_distance", &rest, err));
+    double q[8], points[3 * 64];
+    int head = -1;
+    for (int i = 0; i < m->npoint; i++) {
+        head = strcmp(m->points[i].name, "hammer.head") == 0 ? i : head;
+    }
+    memcpy(q, stein_q(sim), sizeof *q * (size_t)m->nq);
+    stein_points(sim, q, stein_qd(sim), points, NULL, NULL, NULL);
+    x0 = points[3 * head];
+    ck_assert_stein(stein_run(sim, 0.031, err));
+    ck_assert_stein(stein_read_name(sim, "string_distance", &y, err));
+    stein_points(sim, stein_q(sim), stein_qd(sim), points, NULL, NULL, NULL);
+    x = points[3 * head];
+    ck_assert_stein(stein_set(sim, "string_distance.sensor.gain", 1.031, err));
+    ck_assert_stein(stein_set(sim, "string_distance.sensor.offset", 0.73e-3, err));
+    ck_assert_stein(stein_set(sim, "string_distance.sensor.square", 2.9, err));
+    ck_assert_stein(stein_set(sim, "string_distance.sensor.tilt", 0.017, err));
+    ck_assert_stein(stein_read_name(sim, "string_distance", &measured, err));
+    ck_assert_close(measured, 1.031 * y + 0.73e-3 + 2.9 * (y - rest) * (y - rest) + 0.017 * (x - x0),
+                    1e-12, 0.0);
+    ck_assert(fabs(x - x0) > 1e-3);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(an_input_has_a_gain_and_a_delay)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    sine s = {0.011, 23.0};
+    int key = stein_find_body(&stein_model_stein1788, "key");
+    double u[3], gain = 1.07, delay = 0.0031;
+    stein_load_lift(sim);
+    ck_assert_stein(stein_set(sim, "key_motion.gain", gain, err));
+    ck_assert_stein(stein_set(sim, "key_motion.delay", delay, err));
+    ck_assert_stein(stein_drive(sim, "key_motion", sine_signal, &s, err));
+    ck_assert_stein(stein_run(sim, 0.0173, err));
+    sine_signal(&s, 0.0173 - delay, u);
+    ck_assert(stein_q(sim)[key] == gain * u[0]);
+    ck_assert(stein_qd(sim)[key] == gain * u[1]);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(a_worn_contact_begins_later_by_its_gap)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    double before, after;
+    ck_assert_stein(stein_read_name(sim, "string_distance", &before, err));
+    ck_assert_stein(stein_set(sim, "string.gap", 0.37e-3, err));
+    ck_assert_stein(stein_read_name(sim, "string_distance", &after, err));
+    ck_assert_close(after, before + 0.37e-3, 1e-12, 0.0);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 START_TEST(equations_agree_with_each_other_through_the_interface)
 {
     unsigned long long seed = 20240607;
@@ -358,6 +418,9 @@ Suite *core_suite(void)
     tcase_add_test(tc, a_singular_mass_matrix_is_named_not_divided_by);
     tcase_add_test(tc, no_equilibrium_is_an_error_not_a_guess);
     tcase_add_test(tc, a_prescribed_joint_follows_its_signal_and_tells_the_force);
+    tcase_add_test(tc, an_instrument_distorts_as_its_formula_says_and_not_by_default);
+    tcase_add_test(tc, an_input_has_a_gain_and_a_delay);
+    tcase_add_test(tc, a_worn_contact_begins_later_by_its_gap);
     tcase_add_test(tc, equations_agree_with_each_other_through_the_interface);
     tcase_add_test(tc, points_move_as_their_jacobian_says);
     tcase_add_test(tc, compiled_later_equations_are_checked_before_use);

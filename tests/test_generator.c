@@ -435,17 +435,19 @@ static const char parts[] =
 static void check_parts(const stein_model *k, const double *d)
 {
     const stein_body *lever = &k->bodies[0];
-    assert_same("spring", d + lever->spring, (const double[]){0.7, 0.2}, 2, 0.0);
-    ck_assert_double_eq(d[lever->damping], 0.03);
-    assert_same("friction", d + lever->friction, (const double[]){0.1, 0.2, 0.5, 0.3}, 4, 0.0);
-    ck_assert_int_eq(k->bodies[1].spring, -1);
+    const double *joint = d + lever->joint, *plain = d + k->bodies[1].joint;
+    assert_same("spring", joint + STEIN_JOINT_K, (const double[]){0.7, 0.2}, 2, 0.0);
+    ck_assert_double_eq(joint[STEIN_JOINT_B], 0.03);
+    assert_same("friction", joint + STEIN_JOINT_FRICTION, (const double[]){0.1, 0.2, 0.5, 0.3}, 4,
+                0.0);
+    ck_assert_double_eq(stein_joint_force(plain, 0.3, -0.7), 0.0); // nothing stated, nothing acts
     ck_assert_int_eq(lever->sign, -1);
     assert_same("initial", d + k->initial, (const double[]){0.4, -0.6, 0, 0}, 4, 0.0);
     ck_assert_int_eq(k->nframe, 2);
     assert_same("com", d + k->frames[0].com, (const double[]){0.03, 0.01}, 2, 0.0);
     ck_assert_int_eq(k->ncontact, 1);
     ck_assert_int_eq(k->contacts[0].nspot, 2);
-    ck_assert_int_eq(k->contacts[0].friction, -1);
+    ck_assert_double_eq(stein_friction(d + k->contacts[0].friction, 0.3), 0.0);
     assert_same("normal", d + k->contacts[0].normal, (const double[]){3, 2, 1, 0.5}, 4, 0.0);
     for (int i = 0; i < 2; i++) { /* ends of the lever's face: at + extent (nz, -nx) */
         const stein_shape *end = &k->spots[i].side[0], *face = &k->spots[i].side[1];

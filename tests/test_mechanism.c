@@ -422,8 +422,35 @@ START_TEST(an_override_of_a_structural_zero_makes_a_parameter_and_back)
     mech_free(m);
     m = read_ok(good, vanish, 2);
     ck_assert_int_eq(m->bodies[1].centre[2].kind, MECH_ZERO);
-    ck_assert_int_eq(m->bodies[2].has_damping, 1); /* absent from the file */
+    ck_assert(m->bodies[2].joint[STEIN_JOINT_B].value != 0.0); /* absent from the file */
     mech_free(m);
+}
+END_TEST
+
+START_TEST(every_effect_is_a_parameter_that_does_nothing_until_it_is_stated)
+{
+    static const struct {
+        const char *path, *set;
+        double neutral;
+    } effect[] = {{"pawl.spring.k3", "0.23 N m/rad^3", 0.0},  {"key.drag", "3e-6", 0.0},
+                  {"key.preload", "1.3 mN m", 0.0},           {"key.coulomb.T", "2 mN m", 0.0},
+                  {"key.backlash.gap", "0.3 deg", 0.0},       {"string.normal.p", "0.21", 0.0},
+                  {"string.normal.h", "0.11", 0.0},           {"string.gap", "0.2 mm", 0.0},
+                  {"string.adhesion.F", "0.3 N", 0.0},        {"notch.gap", "10 um", 0.0},
+                  {"distance.sensor.gain", "1.02", 1.0},
+                  {"distance.sensor.square", "2 1/m", 0.0}, {"clock.error", "0.1 %", 0.0}};
+    mechanism *plain = read_ok(good, NULL, 0);
+    for (size_t i = 0; i < sizeof effect / sizeof *effect; i++) {
+        int at = mech_find_param(plain, effect[i].path, NULL);
+        ck_assert_msg(at >= 0, "%s", effect[i].path);
+        ck_assert(plain->params[at].value == effect[i].neutral && !plain->params[at].stated);
+        mech_set set = {effect[i].path, effect[i].set};
+        mechanism *m = read_ok(good, &set, 1);
+        ck_assert(m->params[at].value != effect[i].neutral && m->params[at].stated);
+        ck_assert_int_eq(m->nparam, plain->nparam);
+        mech_free(m);
+    }
+    mech_free(plain);
 }
 END_TEST
 
@@ -509,6 +536,7 @@ Suite *mechanism_suite(void)
     tcase_add_test(tc, a_line_touches_a_line_with_both_ends);
     tcase_add_test(tc, a_swing_on_the_joint_gives_the_inertia);
     tcase_add_test(tc, an_override_replaces_the_number_of_the_file);
+    tcase_add_test(tc, every_effect_is_a_parameter_that_does_nothing_until_it_is_stated);
     tcase_add_test(tc, an_override_of_a_structural_zero_makes_a_parameter_and_back);
     tcase_add_test(tc, the_same_file_gives_the_same_hash_and_another_one_another);
     tcase_add_test(tc, what_stands_in_no_file_has_a_default);

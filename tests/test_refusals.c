@@ -41,7 +41,7 @@ START_TEST(a_missing_key_is_named_at_what_lacks_it)
     static const refusal r[] = {
         {"mechanism: demo\n", "", "gravity", "the file lacks \"mechanism\""},
         {"{k: 0.0413 N m/rad, theta0: -0.347 rad}", "{theta0: 1}", "spring: {theta0",
-         "a spring lacks \"k\""},
+         "the spring of a turning joint lacks \"k\""},
         {"  pawl:\n    joint: R -y\n", "  pawl:\n", "pawl:\n", "a body lacks \"joint\""},
         {", length: 0.127 m", "", "tie:", "a link lacks \"length\""},
         {", k: 93 N/m", "", "tie:", "a link lacks \"k\""},

@@ -12,12 +12,18 @@
 extern "C" {
 #endif
 
-/** Normal force f_n = (a x^3 + b x^2 + c x)(1 + D xdot), never adhesive (clamped at 0).
- *  @param law   a [N/m^3], b [N/m^2], c [N/m], D [s/m]
+/** Normal force of a contact,
+ *
+ *      f_n = [ (a x^3 + b x^2 + c x) (x / 0.1 mm)^p + F0 ] (1 + D xdot) (1 + h tanh(xdot / 1 cm/s))
+ *
+ *  clamped at 0: never adhesive by itself. Neutral values p = h = F0 = 0 leave the cubic with
+ *  damping. With a pull-off force F over a range r, -4 F u (1 - u) where u = -x/r is in 0..1.
+ *  @param law   a STEIN_NORMAL block: a [N/m^3], b [N/m^2], c [N/m], D [s/m], p, h, F0 [N], gap
+ * (not used here: it belongs to the geometry), F [N], r [m]
  *  @param x     deformation [m], > 0 in contact
  *  @param xdot  its rate [m/s], > 0 approaching
- *  @return force [N], >= 0; 0 for x <= 0 */
-double stein_normal_force(const double law[4], double x, double xdot);
+ *  @return force [N], > 0 pushing apart */
+double stein_normal_force(const double *law, double x, double xdot);
 
 /** Friction coefficient mu(v) = A (tanh u + B1 u / (1 + B2 u^4)), u = v / vt; odd in v.
  *  The second term peaks at u = (1/(3 B2))^(1/4) with height 3/4 B1 u: the static surplus.
@@ -26,6 +32,17 @@ double stein_normal_force(const double law[4], double x, double xdot);
  *  @param v    sliding speed [m/s or rad/s]
  *  @return mu with the sign of v; the force is -mu f_n */
 double stein_friction(const double law[4], double v);
+
+/** Force or torque in a joint at q, qd, all that acts there by itself:
+ *
+ *      - k (q - q0) - k3 (q - q0)^3                  spring, hardening
+ *      - b (1 + s tanh(qd/w)) qd - k2 |qd| qd        viscous (s: by direction), drag
+ *      + T - A_mu(qd) - T_c tanh(qd / w)             preload, friction, plain Coulomb friction
+ *      - k_b (|q| - g) sign q  beyond |q| > g        backlash
+ *
+ *  @param law  a STEIN_JOINT block; units as in SI for the joint's coordinate [rad or m]
+ *  @return [N m or N] along the coordinate */
+double stein_joint_force(const double *law, double q, double qd);
 
 #ifdef __cplusplus
 }

@@ -38,6 +38,7 @@ typedef struct stein_param {
     const char *unit;  /* SI unit, "kg"; "1" when dimensionless */
     double value;      /* default [unit] */
     double tolerance;  /* standard deviation stated in the file (+-) [unit], 0 when none */
+    int stated;        /* 1: the file gives it; 0: left at its neutral value */
 } stein_param;
 
 /** One body and the joint that carries it (one coordinate each; index = coordinate index). */
@@ -47,9 +48,7 @@ typedef struct stein_body {
     char type;  /* 'R' revolute, 'T' prismatic */
     char axis;  /* 'x', 'y', 'z' */
     int sign;   /* +1, or -1 for a joint about or along the negative axis */
-    int spring;   /* d index of {k, theta0}, or -1:        tau = -k (q - theta0) */
-    int damping;  /* d index of {b}, or -1:                tau = -b qd */
-    int friction; /* d index of a STEIN_FRICTION block, or -1: tau = -mu(qd), A in N m or N */
+    int joint;  /* d index of a STEIN_JOINT block: what acts in the joint itself */
 } stein_body;
 
 /** A named point of a body, or of the frame (body -1). */
@@ -72,9 +71,35 @@ typedef struct stein_pose {
     double w;      /* angular velocity, positive from +x towards +z [rad/s] */
 } stein_pose;
 
-/** Blocks in d, by offset from their base index. */
-enum { STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C, STEIN_NORMAL_D, STEIN_NORMAL_SIZE };
+/** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
+ *  where the file says nothing: a physical effect can be switched on, fitted and tested without new
+ *  equations. The laws are in law.h. */
 enum { STEIN_FRICTION_A, STEIN_FRICTION_VT, STEIN_FRICTION_B1, STEIN_FRICTION_B2, STEIN_FRICTION_SIZE };
+enum {
+    STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C, STEIN_NORMAL_D,
+    STEIN_NORMAL_EXPONENT,   /* p [-] */
+    STEIN_NORMAL_HYSTERESIS, /* h [-] */
+    STEIN_NORMAL_PRELOAD,    /* F0 [N] */
+    STEIN_NORMAL_GAP,        /* wear: the surface lies deeper by this [m] */
+    STEIN_NORMAL_ADHESION, STEIN_NORMAL_RANGE, /* pull-off force [N] over a range [m] */
+    STEIN_NORMAL_SIZE
+};
+enum {
+    STEIN_JOINT_K, STEIN_JOINT_Q0, STEIN_JOINT_K3,  /* spring and its hardening */
+    STEIN_JOINT_B, STEIN_JOINT_ASYMMETRY,           /* viscous, and its dependence on direction */
+    STEIN_JOINT_DRAG, STEIN_JOINT_PRELOAD,
+    STEIN_JOINT_DRY, STEIN_JOINT_DRY_SPEED,         /* a second, plain Coulomb friction */
+    STEIN_JOINT_STOP_K, STEIN_JOINT_STOP_GAP,       /* backlash: a spring beyond a dead zone */
+    STEIN_JOINT_FRICTION,                           /* a STEIN_FRICTION block */
+    STEIN_JOINT_SIZE = STEIN_JOINT_FRICTION + STEIN_FRICTION_SIZE
+};
+/** What an instrument makes of the true value y: y + (gain - 1) y + square (y - y at rest)^2
+ *  + tilt (x - x at rest) + offset, x the marker's horizontal position; `delay` [s] is applied by
+ *  whoever samples. */
+enum { STEIN_SENSOR_GAIN, STEIN_SENSOR_OFFSET, STEIN_SENSOR_SQUARE, STEIN_SENSOR_TILT,
+       STEIN_SENSOR_DELAY, STEIN_SENSOR_SIZE };
+/** True input = gain * signal(t - delay). */
+enum { STEIN_SIGNAL_GAIN, STEIN_SIGNAL_DELAY, STEIN_SIGNAL_SIZE };
 /** Primitive: position [m] and, for a line, its unit normal towards the free side and the extent
  *  along the tangent (normal turned by -90 deg) from the position, both in the carrier's axes. */
 enum { STEIN_SHAPE_X, STEIN_SHAPE_Z, STEIN_SHAPE_R, STEIN_SHAPE_NX, STEIN_SHAPE_NZ, STEIN_SHAPE_LO,
@@ -100,7 +125,7 @@ typedef struct stein_contact {
     const char *name;
     int first_spot, nspot;
     int normal;   /* d index of a STEIN_NORMAL block */
-    int friction; /* d index of a STEIN_FRICTION block, or -1 when smooth */
+    int friction; /* d index of a STEIN_FRICTION block */
 } stein_contact;
 
 /** A notch: the beak of one body in the notched corner of another (see src/core/notch.c). */
@@ -138,6 +163,7 @@ typedef struct stein_input {
     stein_input_kind kind;
     int index;     /* JOINT, MOTION: coordinate; POINT: point index */
     int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame */
+    int signal;    /* d index of a STEIN_SIGNAL block */
     int hold;      /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;
 
@@ -159,6 +185,7 @@ typedef struct stein_channel {
     int index;
     int sign;      /* +1 or -1 */
     int from_rest; /* 1 = counted from the value in the initial state */
+    int sensor;    /* d index of a STEIN_SENSOR block */
 } stein_channel;
 
 /** What a stroke is made of: the string's contact and the notch (index, or -1). */
@@ -190,6 +217,7 @@ typedef struct stein_model {
     stein_load load;
     stein_stroke stroke;
     int initial;      /* d index of {q0, qd0} pairs, 2*nq values */
+    int clock;        /* d index of the recorder's clock error e: recorded t was (1 + e) t */
     int settle;       /* 1 = start from static equilibrium near q0 */
     int integrator;   /* 0 RK4, 1 Dormand-Prince 5 */
     double dt, until; /* default step and duration [s] */

@@ -115,6 +115,12 @@ static int total(stein_ops o)
     return o.add + o.mul + o.neg + o.div + o.trig;
 }
 
+/* has this entry of a law an effect? */
+static int acts(const mech_scalar *law, int entry)
+{
+    return law[entry].kind == MECH_FORMULA || law[entry].value != 0.0;
+}
+
 /* ---- for people ---- */
 
 static void print_bodies(const mechanism *m)
@@ -125,17 +131,26 @@ static void print_bodies(const mechanism *m)
         char joint[8], mass[CLI_TEXT];
         printf("  %-16s %-4s on %-12s %s%s%s%s\n", b->name, joint_text(joint, b),
                body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
-               b->has_spring ? ", spring" : "", b->has_damping ? ", damping" : "",
-               b->friction.present ? ", friction" : "");
+               acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
+               acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
+               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "");
     }
 }
 
 static void print_parameters(const mechanism *m)
 {
-    printf("\nparameters (%d)\n", m->nparam);
+    int stated = 0;
+    for (int i = 0; i < m->nparam; i++) {
+        stated += m->params[i].stated;
+    }
+    printf("\nparameters (%d, and %d that the file leaves at their neutral value: --json lists them)\n",
+           stated, m->nparam - stated);
     for (int i = 0; i < m->nparam; i++) {
         const mech_param *p = &m->params[i];
         char value[CLI_TEXT], tolerance[CLI_TEXT];
+        if (!p->stated) {
+            continue;
+        }
         printf("  %-28s %s", p->name, cli_quantity(value, p->value, p->unit));
         if (p->tolerance > 0.0) {
             printf(" +- %s", cli_quantity(tolerance, p->tolerance, p->unit));
@@ -154,7 +169,7 @@ static void print_contacts(const mechanism *m)
         const mech_shape *a = &c->spot[0].side[0], *b = &c->spot[0].side[1];
         printf("  %-16s %s of %s on %s of %s%s%s%s\n", c->name, shape_text(a),
                body_name(m, a->body), shape_text(b), body_name(m, b->body),
-               c->nspot == 2 ? ", two spots" : "", c->friction.present ? ", friction" : "",
+               c->nspot == 2 ? ", two spots" : "", acts(c->friction.v, STEIN_FRICTION_A) ? ", friction" : "",
                i == m->load_contact ? ", carries the free load" : "");
     }
     if (m->nnotch > 0) {
@@ -241,9 +256,9 @@ static void json_bodies(lab__json *j, const mechanism *m)
         lab__json_text(j, "parent", body_name(m, b->parent));
         lab__json_text(j, "joint", joint_text(joint, b));
         lab__json_real(j, "mass", b->mass.value);
-        lab__json_bool(j, "spring", b->has_spring);
-        lab__json_bool(j, "damping", b->has_damping);
-        lab__json_bool(j, "friction", b->friction.present);
+        lab__json_bool(j, "spring", acts(b->joint, STEIN_JOINT_K));
+        lab__json_bool(j, "damping", acts(b->joint, STEIN_JOINT_B));
+        lab__json_bool(j, "friction", acts(b->joint, STEIN_JOINT_FRICTION));
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -255,6 +270,7 @@ static void json_bodies(lab__json *j, const mechanism *m)
         lab__json_text(j, "unit", p->unit);
         lab__json_real(j, "value", p->value);
         lab__json_real(j, "tolerance", p->tolerance);
+        lab__json_bool(j, "stated", p->stated);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -276,7 +292,7 @@ static void json_contacts(lab__json *j, const mechanism *m)
         }
         lab__json_close(j);
         lab__json_int(j, "spots", c->nspot);
-        lab__json_bool(j, "friction", c->friction.present);
+        lab__json_bool(j, "friction", acts(c->friction.v, STEIN_FRICTION_A));
         lab__json_close(j);
     }
     lab__json_close(j);

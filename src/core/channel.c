@@ -24,7 +24,8 @@ static double point_component(stein_sim *sim, int point, stein_read_kind kind)
                                 : sim->pv[3 * point + (int)(kind - STEIN_READ_VX)];
 }
 
-/* what the drive of a prescribed joint has to supply: M qdd + c less all other generalised forces */
+/* what the drive of a prescribed joint has to supply: M qdd + c less all other generalised forces
+ */
 static double needed_force(stein_sim *sim, int input)
 {
     int joint = sim->model->inputs[input].index;
@@ -43,11 +44,15 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_POSITION: return sim->xq[i];
     case STEIN_READ_SPEED: return sim->xqd[i];
     case STEIN_READ_ACCELERATION: return sim->qdd[i];
-    case STEIN_READ_X: case STEIN_READ_Y: case STEIN_READ_Z:
-    case STEIN_READ_VX: case STEIN_READ_VY: case STEIN_READ_VZ:
-        return point_component(sim, i, channel->read);
-    case STEIN_READ_GAP: case STEIN_READ_FORCE: case STEIN_READ_TANGENT:
-        return contact_sum(sim, i, channel->read);
+    case STEIN_READ_X:
+    case STEIN_READ_Y:
+    case STEIN_READ_Z:
+    case STEIN_READ_VX:
+    case STEIN_READ_VY:
+    case STEIN_READ_VZ: return point_component(sim, i, channel->read);
+    case STEIN_READ_GAP:
+    case STEIN_READ_FORCE:
+    case STEIN_READ_TANGENT: return contact_sum(sim, i, channel->read);
     case STEIN_READ_NOTCH_FORCE: return sim->beak[i].normal;
     case STEIN_READ_NOTCH_PHASE: return stein_notch_phase(sim, i);
     case STEIN_READ_NOTCH_OVERLAP: return sim->beak[i].gap;
@@ -55,11 +60,37 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_INPUT_FORCE:
         return model->inputs[i].kind == STEIN_INPUT_MOTION ? needed_force(sim, i)
                                                            : sim->ustate[3 * i];
-    case STEIN_READ_KINETIC: case STEIN_READ_POTENTIAL:
+    case STEIN_READ_KINETIC:
+    case STEIN_READ_POTENTIAL:
         model->energy(sim->xq, sim->xqd, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
     }
     return NAN;
+}
+
+/* horizontal position of what a channel looks at; 0 where there is no such thing */
+static double marker_x(stein_sim *sim, const stein_channel *channel)
+{
+    const stein_model *model = sim->model;
+    if (channel->read >= STEIN_READ_X && channel->read <= STEIN_READ_Z) {
+        return point_component(sim, channel->index, STEIN_READ_X);
+    }
+    if (channel->read == STEIN_READ_GAP) {
+        const stein_shape *side = &model->spots[model->contacts[channel->index].first_spot].side[0];
+        const double *shape = sim->d + side->d;
+        return place(pose_of(sim->pose, side->frame), shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]).x;
+    }
+    return 0.0;
+}
+
+/* value and marker's x of every channel in the initial state, before its instrument */
+void stein__note_rest(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nchannel; i++) {
+        const stein_channel *channel = &sim->model->channels[i];
+        sim->rest[2 * i] = channel->sign * reading(sim, channel);
+        sim->rest[2 * i + 1] = marker_x(sim, channel);
+    }
 }
 
 double stein_read(stein_sim *sim, int i)
@@ -68,8 +99,14 @@ double stein_read(stein_sim *sim, int i)
         return NAN;
     }
     const stein_channel *channel = &sim->model->channels[i];
-    double zero = channel->from_rest ? sim->rest[i] : 0.0;
-    return channel->sign * (reading(sim, channel) - zero);
+    const double *sensor = sim->d + channel->sensor, *rest = sim->rest + 2 * i;
+    double y = channel->sign * reading(sim, channel), moved = y - rest[0];
+    double value = sensor[STEIN_SENSOR_GAIN] * (channel->from_rest ? moved : y) +
+                   sensor[STEIN_SENSOR_SQUARE] * moved * moved + sensor[STEIN_SENSOR_OFFSET];
+    if (sensor[STEIN_SENSOR_TILT] != 0.0) {
+        value += sensor[STEIN_SENSOR_TILT] * (marker_x(sim, channel) - rest[1]);
+    }
+    return value;
 }
 
 stein_status stein_read_name(stein_sim *sim, const char *name, double *value, stein_err *err)

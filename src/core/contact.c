@@ -7,10 +7,11 @@
  *      circle on line      x = r - (P0 - P1).n        n: the line's normal
  *      circle on circle    x = r0 + r1 - |P0 - P1|    n: from P1 to P0
  *
- * x is the deformation, n points from side 1 to side 0, t is n turned by -90 degrees. The force on
- * side 0 is f_n n - mu(v) f_n t with xdot and v from the velocities of the two material points at
- * the place of contact; side 1 gets the opposite force at the same place. Closed forms only: an
- * iterative closest-point search would buy nothing for these shapes and cost determinism of time.
+ * less `gap` for worn surfaces. x is the deformation, n points from side 1 to side 0, t is n turned
+ * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t with xdot and v from the velocities of
+ * the two material points at the place of contact; side 1 gets the opposite force at the same
+ * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
+ * and cost determinism of time.
  */
 #include <math.h>
 
@@ -20,7 +21,7 @@ const stein_pose stein__fixed_frame = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
 
 typedef struct spot_geometry {
     double depth; /* deformation x [m]; < 0 apart */
-    double guard; /* depth, limited by the distance to the ends of the line */
+    double guard; /* > 0 where forces may act: depth and adhesion's range, within the line's ends */
     vec2 n;       /* unit normal on side 0 */
     vec2 at;      /* place of contact */
 } spot_geometry;
@@ -33,19 +34,21 @@ static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const st
     vec2 pa = place(pose0, a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]);
     vec2 pb = place(pose1, b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]);
     vec2 r = {pa.x - pb.x, pa.z - pb.z};
+    const double *law = sim->d + sim->model->contacts[spot->contact].normal;
+    double gap = law[STEIN_NORMAL_GAP], reach = law[STEIN_NORMAL_RANGE];
     spot_geometry g;
     if (spot->side[1].kind == STEIN_LINE) {
         double nx = b[STEIN_SHAPE_NX], nz = b[STEIN_SHAPE_NZ];
         g.n = (vec2){pose1->c * nx - pose1->s * nz, pose1->s * nx + pose1->c * nz};
-        g.depth = a[STEIN_SHAPE_R] - (r.x * g.n.x + r.z * g.n.z);
+        g.depth = a[STEIN_SHAPE_R] - gap - (r.x * g.n.x + r.z * g.n.z);
         double along = r.x * g.n.z - r.z * g.n.x;
         double inside = smaller(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along);
-        g.guard = smaller(g.depth, inside);
+        g.guard = smaller(g.depth + reach, inside);
     } else {
         double distance = hypot(r.x, r.z);
         g.n = distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
-        g.depth = a[STEIN_SHAPE_R] + b[STEIN_SHAPE_R] - distance;
-        g.guard = g.depth;
+        g.depth = a[STEIN_SHAPE_R] + b[STEIN_SHAPE_R] - gap - distance;
+        g.guard = g.depth + reach;
     }
     g.at = (vec2){pa.x - a[STEIN_SHAPE_R] * g.n.x, pa.z - a[STEIN_SHAPE_R] * g.n.z};
     return g;
@@ -84,11 +87,11 @@ void stein__spot_forces(stein_sim *sim)
         vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
         vec2 v = {v0.x - v1.x, v0.z - v1.z};
         vec2 t = {g.n.z, -g.n.x};
-        f->normal = stein_normal_force(sim->d + contact->normal, g.depth,
-                                       -(v.x * g.n.x + v.z * g.n.z));
-        if (contact->friction >= 0 && f->normal > 0.0) {
-            f->tangent = -f->normal *
-                         stein_friction(sim->d + contact->friction, v.x * t.x + v.z * t.z);
+        f->normal =
+            stein_normal_force(sim->d + contact->normal, g.depth, -(v.x * g.n.x + v.z * g.n.z));
+        if (f->normal > 0.0) {
+            f->tangent =
+                -f->normal * stein_friction(sim->d + contact->friction, v.x * t.x + v.z * t.z);
         }
 
         vec2 force = {f->normal * g.n.x + f->tangent * t.x, f->normal * g.n.z + f->tangent * t.z};

@@ -54,7 +54,7 @@ struct stein_sim {
     size_t state_size;
     state_head *head;
     double *q, *qd;      /* [nq] */
-    double *rest;        /* [nchannel] readings in the initial state */
+    double *rest;        /* [2*nchannel] value and marker's x of each in the initial state */
     unsigned char *mode; /* [nguard] */
     unsigned char *phase; /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
@@ -154,6 +154,9 @@ void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
+
+/* channel.c */
+void stein__note_rest(stein_sim *sim);
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

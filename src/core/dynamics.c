@@ -4,8 +4,8 @@
  *      M(q) qdd + c(q, qd, frc, trq) = Q
  *
  * Contacts and notches act as external wrenches frc, trq on the bodies, which the generated c takes
- * in; springs, joint friction, inputs and the user's hook act in Q. Point forces (links, inputs at a
- * point) go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
+ * in; springs, joint friction, inputs and the user's hook act in Q. Point forces (links, inputs at
+ * a point) go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
  * unknowns: their row becomes qdd_i = given, their column moves to the right-hand side.
  */
 #include <math.h>
@@ -23,7 +23,11 @@ static void drive(stein_sim *sim, double t, const double *q, const double *qd)
         double *u = sim->ustate + 3 * i;
         u[0] = u[1] = u[2] = 0.0;
         if (sim->signal[i] != NULL) {
-            sim->signal[i](sim->signal_ctx[i], t, u);
+            const double *law = sim->d + model->inputs[i].signal;
+            sim->signal[i](sim->signal_ctx[i], t - law[STEIN_SIGNAL_DELAY], u);
+            for (int k = 0; k < 3; k++) {
+                u[k] *= law[STEIN_SIGNAL_GAIN];
+            }
             if (model->inputs[i].kind == STEIN_INPUT_MOTION) {
                 sim->xq[model->inputs[i].index] = u[0];
                 sim->xqd[model->inputs[i].index] = u[1];
@@ -79,8 +83,8 @@ static void link_forces(stein_sim *sim)
         if (!(length > 0.0)) {
             continue; // no direction, no force
         }
-        double rate = ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) /
-                      length;
+        double rate =
+            ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) / length;
         double pull = (law[0] * (length - law[1]) + law[2] * rate) / length;
         double fa[3] = {pull * r[0], pull * r[1], pull * r[2]};
         double fb[3] = {-fa[0], -fa[1], -fa[2]};
@@ -93,16 +97,7 @@ static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int j = 0; j < model->nq; j++) {
-        const stein_body *body = &model->bodies[j];
-        if (body->spring >= 0) {
-            sim->Q[j] -= sim->d[body->spring] * (sim->xq[j] - sim->d[body->spring + 1]);
-        }
-        if (body->damping >= 0) {
-            sim->Q[j] -= sim->d[body->damping] * sim->xqd[j];
-        }
-        if (body->friction >= 0) {
-            sim->Q[j] -= stein_friction(sim->d + body->friction, sim->xqd[j]);
-        }
+        sim->Q[j] += stein_joint_force(sim->d + model->bodies[j].joint, sim->xq[j], sim->xqd[j]);
     }
 }
 
@@ -213,7 +208,8 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     }
     int bad = stein__solve_spd(nq, sim->M, qdd);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
-        return stein__fail(err, STEIN_ESINGULAR, "the mass matrix is singular at joint \"%s\", t = %g s",
+        return stein__fail(err, STEIN_ESINGULAR,
+                           "the mass matrix is singular at joint \"%s\", t = %g s",
                            model->bodies[bad].name, t);
     }
     return STEIN_OK;

@@ -14,9 +14,9 @@
  *   s = (E - C).r   overlap, > 0 while the end is under the roof
  *   h = (E - C) . (inward normal of the roof), > 0 while the end is above the roof's plane
  *
- *   UNDER  -> BESIDE   when s < 0 and h > 0   (escapement, if the beak had been in contact since it was
- *                                              caught: at speed it flies the last tenths of a mm)
- *   BESIDE -> UNDER    when h < 0             (caught: ready for the next stroke)
+ *   UNDER  -> BESIDE   when s < 0 and h > 0   (escapement, if the beak had been in contact since it
+ * was caught: at speed it flies the last tenths of a mm) BESIDE -> UNDER    when h < 0 (caught:
+ * ready for the next stroke)
  *
  * UNDER, the areal contact of beak and roof is carried by the two ends of the overlap, each a point
  * on a line with the same law:
@@ -51,8 +51,11 @@ static double dot(vec2 a, vec2 b)
     return a.x * b.x + a.z * b.z;
 }
 
-static notch_geometry look(const double *d, const stein_pose *catcher, const stein_pose *beak)
+static notch_geometry look(const stein_sim *sim, const stein_notch *notch,
+                           const stein_pose *catcher, const stein_pose *beak)
 {
+    const double *d = sim->d + notch->d;
+    double gap = sim->d[notch->normal + STEIN_NORMAL_GAP];
     notch_geometry g;
     g.corner = place(catcher, d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
     g.end = place(beak, d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
@@ -68,18 +71,18 @@ static notch_geometry look(const double *d, const stein_pose *catcher, const ste
     vec2 r = {g.end.x - g.corner.x, g.end.z - g.corner.z};
     g.s = dot(r, along);
     g.h = -dot(r, g.roof);
-    g.depth[NOTCH_TIP] = g.h;
-    g.depth[NOTCH_CORNER] = dot(r, g.top);
-    g.depth[NOTCH_FACE] = -dot(r, g.face);
+    g.depth[NOTCH_TIP] = g.h - gap;
+    g.depth[NOTCH_CORNER] = dot(r, g.top) - gap;
+    g.depth[NOTCH_FACE] = -dot(r, g.face) - gap;
     return g;
 }
 
-static void guards(const notch_geometry *g, int beside, double *guard)
+static void guards(const notch_geometry *g, double reach, int beside, double *guard)
 {
     double s = g->s, h = g->h;
-    guard[NOTCH_TIP] = beside ? -1.0 : smaller(g->depth[NOTCH_TIP], s);
-    guard[NOTCH_CORNER] = beside ? -1.0 : smaller(g->depth[NOTCH_CORNER], s);
-    guard[NOTCH_FACE] = beside ? smaller(g->depth[NOTCH_FACE], h) : -1.0;
+    guard[NOTCH_TIP] = beside ? -1.0 : smaller(g->depth[NOTCH_TIP] + reach, s);
+    guard[NOTCH_CORNER] = beside ? -1.0 : smaller(g->depth[NOTCH_CORNER] + reach, s);
+    guard[NOTCH_FACE] = beside ? smaller(g->depth[NOTCH_FACE] + reach, h) : -1.0;
     guard[NOTCH_REGION] = beside ? h : smaller(-s, h);
 }
 
@@ -92,9 +95,8 @@ void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int i, do
                          double *overlap)
 {
     const stein_notch *notch = &sim->model->notches[i];
-    notch_geometry g =
-        look(sim->d + notch->d, pose_of(pose, notch->catcher), pose_of(pose, notch->beak));
-    guards(&g, modes_of(sim, i)[NOTCH_REGION], guard);
+    notch_geometry g = look(sim, notch, pose_of(pose, notch->catcher), pose_of(pose, notch->beak));
+    guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], modes_of(sim, i)[NOTCH_REGION], guard);
     *overlap = g.s;
 }
 
@@ -107,7 +109,7 @@ static void press(stein_sim *sim, const stein_notch *notch, const stein_pose *ca
     vec2 t = {n.z, -n.x};
     double normal = stein_normal_force(sim->d + notch->normal, depth, -dot(v, n));
     double tangent = 0.0;
-    if (notch->friction >= 0 && normal > 0.0) {
+    if (normal > 0.0) {
         tangent = -normal * stein_friction(sim->d + notch->friction, dot(v, t));
     }
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
@@ -124,8 +126,9 @@ void stein__notch_forces(stein_sim *sim)
         const unsigned char *mode = modes_of(sim, i);
         const stein_pose *catcher = pose_of(sim->pose, notch->catcher);
         const stein_pose *beak = pose_of(sim->pose, notch->beak);
-        notch_geometry g = look(sim->d + notch->d, catcher, beak);
-        guards(&g, mode[NOTCH_REGION], sim->guard + sim->model->nspot + NOTCH_GUARDS * i);
+        notch_geometry g = look(sim, notch, catcher, beak);
+        guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], mode[NOTCH_REGION],
+               sim->guard + sim->model->nspot + NOTCH_GUARDS * i);
 
         spot_force *sum = &sim->beak[i];
         *sum = (spot_force){g.s, 0.0, 0.0};
@@ -142,8 +145,8 @@ void stein__notch_forces(stein_sim *sim)
     }
 }
 
-/* The configuration that the modes allow, the previous one first: the tip grazes the roof's plane for
- * a microsecond when the corner is about to lose the beak, and that is still phase iii. */
+/* The configuration that the modes allow, the previous one first: the tip grazes the roof's plane
+ * for a microsecond when the corner is about to lose the beak, and that is still phase iii. */
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous)
 {
     if (mode[NOTCH_REGION]) {

@@ -160,9 +160,10 @@ static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
         }
     }
     if (status == STEIN_OK) {
-        status = stein__fail(err, STEIN_ESETTLE, "no static equilibrium found near the initial "
-                             "positions (residual %g after %d iterations)", sqrt(norm2),
-                             (int)MAX_SETTLE_STEPS);
+        status = stein__fail(err, STEIN_ESETTLE,
+                             "no static equilibrium found near the initial "
+                             "positions (residual %g after %d iterations)",
+                             sqrt(norm2), (int)MAX_SETTLE_STEPS);
     }
     return status;
 }
@@ -173,11 +174,12 @@ static void place_load_flush(stein_sim *sim)
     int joint = sim->model->load.body;
     int spot = sim->model->contacts[sim->model->load.contact].first_spot;
     sim->q[joint] = 0.0;
+    int law = sim->model->contacts[sim->model->load.contact].normal;
     stein__guards(sim, sim->q, sim->guard);
     double g0 = sim->guard[spot];
     sim->q[joint] = 1.0;
     stein__guards(sim, sim->q, sim->guard);
-    sim->q[joint] = -g0 / (sim->guard[spot] - g0);
+    sim->q[joint] = (sim->d[law + STEIN_NORMAL_RANGE] - g0) / (sim->guard[spot] - g0);
 }
 
 stein_status stein__settle(stein_sim *sim, stein_err *err)

@@ -55,7 +55,7 @@ static void carve_state(stein_sim *s, arena *a, const stein_model *m)
     s->head = (state_head *)(void *)s->state;
     s->q = doubles(a, m->nq);
     s->qd = doubles(a, m->nq);
-    s->rest = doubles(a, m->nchannel);
+    s->rest = doubles(a, 2 * m->nchannel);
     s->mode = carve(a, (size_t)s->nguard);
     s->phase = carve(a, (size_t)m->nnotch);
     s->engaged = carve(a, (size_t)m->nnotch);
@@ -106,19 +106,24 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
     if (model->abi != STEIN_MODEL_ABI) {
         return stein__fail(err, STEIN_ESTALE,
                            "model \"%s\" was generated for layout %d, this library reads %d: "
-                           "regenerate it", model->name, model->abi, STEIN_MODEL_ABI);
+                           "regenerate it",
+                           model->name, model->abi, STEIN_MODEL_ABI);
     }
     if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5) {
-        return stein__fail(err, STEIN_EINVAL, "stein_sim_def.integrator is %d: expected STEIN_RK4 or "
-                                              "STEIN_DP5", (int)def->integrator);
+        return stein__fail(err, STEIN_EINVAL,
+                           "stein_sim_def.integrator is %d: expected STEIN_RK4 or "
+                           "STEIN_DP5",
+                           (int)def->integrator);
     }
     if (!(def->dt > 0.0) || !isfinite(def->dt)) {
         return stein__fail(err, STEIN_EINVAL, "stein_sim_def.dt is %g s: expected a positive step",
                            def->dt);
     }
     if (def->alloc == NULL || def->release == NULL) {
-        return stein__fail(err, STEIN_EINVAL, "stein_sim_def.%s is NULL: start from "
-                           "stein_sim_def_default()", def->alloc == NULL ? "alloc" : "release");
+        return stein__fail(err, STEIN_EINVAL,
+                           "stein_sim_def.%s is NULL: start from "
+                           "stein_sim_def_default()",
+                           def->alloc == NULL ? "alloc" : "release");
     }
     return STEIN_OK;
 }
@@ -175,15 +180,15 @@ const stein_model *stein_sim_model(const stein_sim *sim)
 
 /* ---- names ---- */
 
-#define FIND(function, table, count)                              \
-    int function(const stein_model *model, const char *name)      \
-    {                                                             \
-        for (int i = 0; i < model->count; i++) {                  \
-            if (strcmp(model->table[i].name, name) == 0) {        \
-                return i;                                         \
-            }                                                     \
-        }                                                         \
-        return -1;                                                \
+#define FIND(function, table, count)                         \
+    int function(const stein_model *model, const char *name) \
+    {                                                        \
+        for (int i = 0; i < model->count; i++) {             \
+            if (strcmp(model->table[i].name, name) == 0) {   \
+                return i;                                    \
+            }                                                \
+        }                                                    \
+        return -1;                                           \
     }
 
 FIND(stein_find_param, params, np)
@@ -199,8 +204,10 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
 {
     int i = stein_find_param(sim->model, name);
     if (i < 0) {
-        return stein__fail(err, STEIN_ENAME, "no parameter \"%s\" in model \"%s\" (a zero that shaped "
-                           "the equations is none: regenerate them)", name, sim->model->name);
+        return stein__fail(err, STEIN_ENAME,
+                           "no parameter \"%s\" in model \"%s\" (a zero that shaped "
+                           "the equations is none: regenerate them)",
+                           name, sim->model->name);
     }
     if (!isfinite(value)) {
         return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
@@ -257,13 +264,14 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
     }
     for (int j = 0; status == STEIN_OK && j < model->nq; j++) {
         if (!isfinite(sim->q[j]) || !isfinite(sim->qdd[j])) {
-            status = stein__fail(err, STEIN_ENONFINITE, "the initial state of joint \"%s\" is not "
-                                 "finite", model->bodies[j].name);
+            status = stein__fail(err, STEIN_ENONFINITE,
+                                 "the initial state of joint \"%s\" is not "
+                                 "finite",
+                                 model->bodies[j].name);
         }
     }
-    for (int i = 0; status == STEIN_OK && i < model->nchannel; i++) {
-        sim->rest[i] = 0.0;
-        sim->rest[i] = model->channels[i].sign * stein_read(sim, i);
+    if (status == STEIN_OK) {
+        stein__note_rest(sim);
     }
     return status;
 }
@@ -301,7 +309,8 @@ void stein_save(const stein_sim *sim, void *block)
 stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err)
 {
     if (memcmp(block, sim->head->equations, sizeof sim->head->equations) != 0) {
-        return stein__fail(err, STEIN_EINVAL, "the saved state belongs to another model than \"%s\"",
+        return stein__fail(err, STEIN_EINVAL,
+                           "the saved state belongs to another model than \"%s\"",
                            sim->model->name);
     }
     memcpy(sim->state, block, sim->state_size);
@@ -380,8 +389,8 @@ static void copy_out(double *out, const double *from, int n)
     }
 }
 
-void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v, double *J,
-                  double *jdqd)
+void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v,
+                  double *J, double *jdqd)
 {
     const stein_model *model = sim->model;
     if (model->npoint == 0) {

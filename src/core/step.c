@@ -132,7 +132,8 @@ static int is_crossed(const stein_sim *sim, int i)
     return (sim->guard[i] > 0.0) != sim->mode[i];
 }
 
-/* root of guard i inside the trial step: regula falsi with the Illinois change, kept in the bracket */
+/* root of guard i inside the trial step: regula falsi with the Illinois change, kept in the bracket
+ */
 static double root(stein_sim *sim, double h, int i, double g1)
 {
     double lo = 0.0, hi = 1.0, glo = guard_at(sim, h, 0.0, i), ghi = g1;
@@ -371,7 +372,8 @@ stein_status stein_run(stein_sim *sim, double t_end, stein_err *err)
 {
     state_head *head = sim->head;
     if (!isfinite(t_end) || t_end < head->t) {
-        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end, head->t);
+        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end,
+                           head->t);
     }
     double slack = 1e-9 * sim->def.dt; // a grid point this close to t_end is t_end
     while (head->t0 + (double)(head->step + 1) * sim->def.dt <= t_end - slack) {
@@ -391,8 +393,9 @@ stein_status stein_run(stein_sim *sim, double t_end, stein_err *err)
 stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err)
 {
     if (sim->eq < 0.0) {
-        return stein__fail(err, STEIN_EINVAL, "no error estimate: it comes with a step of "
-                                              "Dormand-Prince 5(4)");
+        return stein__fail(err, STEIN_EINVAL,
+                           "no error estimate: it comes with a step of "
+                           "Dormand-Prince 5(4)");
     }
     *eq = sim->eq;
     *eqd = sim->eqd;

@@ -51,7 +51,7 @@ static void read_sections(mech__reader *rd)
 {
     mech__keys(rd, rd->root, "the file",
                "mechanism gravity parameters bodies points links contacts notches load inputs "
-               "outputs stroke simulation");
+               "outputs stroke simulation clock");
     read_name(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);

@@ -11,6 +11,7 @@
 
 #include <stddef.h>
 
+#include "stein/model.h"
 #include "stein/status.h"
 
 enum { MECH_NAME = 33, MECH_PATH = 100, MECH_UNIT = 24, MECH_STACK = 16 };
@@ -37,6 +38,7 @@ typedef struct mech_param {
     mech_dim dim;
     double value, tolerance; /* [SI]; tolerance 0 when none was given */
     int declared, line, column;
+    int stated; /* the file or an override gives it; 0: left out, at its neutral value */
 } mech_param;
 
 typedef enum {
@@ -59,13 +61,14 @@ typedef struct mech_formula {
     char text[MECH_PATH]; /* as written */
 } mech_formula;
 
-typedef struct mech_friction { /* all scalars absent (present = 0) or all given */
-    int present;
-    mech_scalar A, vt, B1, B2;
+/** Laws, every entry present (neutral where the file says nothing), in the order of the blocks of
+ *  stein/model.h. */
+typedef struct mech_friction {
+    mech_scalar v[STEIN_FRICTION_SIZE];
 } mech_friction;
 
 typedef struct mech_normal {
-    mech_scalar a, b, c, D;
+    mech_scalar v[STEIN_NORMAL_SIZE];
 } mech_normal;
 
 typedef struct mech_body {
@@ -76,9 +79,7 @@ typedef struct mech_body {
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */
     mech_scalar mass, centre[3];
     mech_scalar inertia[6]; /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
-    int has_spring, has_damping;
-    mech_scalar spring_k, spring_theta0, damping;
-    mech_friction friction;
+    mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
     mech_scalar q0, qd0; /* initial state */
     int line, column;
 } mech_body;
@@ -134,6 +135,7 @@ typedef struct mech_input {
     int kind;  /* stein_input_kind */
     int index; /* body or point */
     mech_scalar direction[3];
+    mech_scalar signal[STEIN_SIGNAL_SIZE];
     int hold;
 } mech_input;
 
@@ -142,6 +144,7 @@ typedef struct mech_channel {
     char unit[MECH_UNIT];
     int read; /* stein_read_kind */
     int index, sign, from_rest;
+    mech_scalar sensor[STEIN_SENSOR_SIZE];
 } mech_channel;
 
 typedef struct mechanism {
@@ -169,6 +172,7 @@ typedef struct mechanism {
     int nchannel;
     int load_body, load_contact;     /* -1 when there is no load */
     int stroke_string, stroke_notch; /* contact and notch index, -1 when absent */
+    mech_scalar clock_error;
     int settle;
     int integrator; /* 0 rk4, 1 dp5 */
     double dt, until; /* [s] */

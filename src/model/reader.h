@@ -222,12 +222,19 @@ void mech__resolve(mech__reader *rd);
 void mech__section_bodies(mech__reader *rd);
 int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, int *body);
 int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
-void mech__friction(mech__reader *rd, mech_friction *f, const mech__node *node, const char *name,
-                    const char *unit_a, const char *unit_v);
 void mech__section_links(mech__reader *rd);
 void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
+
+/* --- laws.c --- */
+
+void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry);
+/** `normal`, `friction`, `adhesion` and `gap` of a contact, a load or a notch. */
+void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,
+                       const mech__node *entry, const char *what, const char *name);
+void mech__input_law(mech__reader *rd, mech_input *in, const mech__node *entry);
+void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry);
 
 /* --- checks.c --- */
 

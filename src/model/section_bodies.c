@@ -223,22 +223,6 @@ int mech__point_ref(mech__reader *rd, const mech__node *node, int *point)
     return -1;
 }
 
-void mech__friction(mech__reader *rd, mech_friction *f, const mech__node *node, const char *name,
-                    const char *unit_a, const char *unit_v)
-{
-    if (!mech__keys(rd, node, "friction", "A vt B1 B2")) {
-        return;
-    }
-    f->present = 1;
-    mech__number(rd, &f->A, unit_a, MECH__NOT_NEGATIVE, mech__need(rd, node, "A", "friction"), 0.0,
-                 "%s.friction.A", name);
-    mech__number(rd, &f->vt, unit_v, MECH__POSITIVE, mech__need(rd, node, "vt", "friction"), 1.0,
-                 "%s.friction.vt", name);
-    mech__number(rd, &f->B1, "1", 0, mech__get(node, "B1"), 0.0, "%s.friction.B1", name);
-    mech__number(rd, &f->B2, "1", MECH__NOT_NEGATIVE, mech__get(node, "B2"), 1.0, "%s.friction.B2",
-                 name);
-}
-
 /** Joint origin: three numbers or a point of the parent. */
 static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
 {
@@ -325,32 +309,6 @@ static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry
     }
 }
 
-static void read_forces(mech__reader *rd, mech_body *b, const mech__node *entry)
-{
-    int turns = b->type == 'R';
-    const char *zero = turns ? "theta0" : "x0";
-    const mech__node *spring = mech__get(entry, "spring");
-    const mech__node *damping = mech__get(entry, "damping");
-    const char *path = mech__print(rd, "%s.damping", b->name);
-
-    if (mech__keys(rd, spring,
-                   turns ? "the spring of a turning joint" : "the spring of a sliding joint",
-                   turns ? "k theta0" : "k x0")) {
-        b->has_spring = 1;
-        mech__number(rd, &b->spring_k, turns ? "N m/rad" : "N/m", 0,
-                     mech__need(rd, spring, "k", "a spring"), 0.0, "%s.spring.k", b->name);
-        mech__number(rd, &b->spring_theta0, turns ? "rad" : "m", 0, mech__get(spring, zero), 0.0,
-                     "%s.spring.%s", b->name, zero);
-    }
-    if (path && (damping || mech__is_set(rd, path))) {
-        b->has_damping = 1;
-        mech__number(rd, &b->damping, turns ? "N m s/rad" : "N s/m", MECH__NOT_NEGATIVE, damping,
-                     0.0, "%s", path);
-    }
-    mech__friction(rd, &b->friction, mech__get(entry, "friction"), b->name, turns ? "N m" : "N",
-                   turns ? "rad/s" : "m/s");
-}
-
 static void read_body(mech__reader *rd, int index)
 {
     mech_body *b = &rd->m->bodies[index];
@@ -361,7 +319,7 @@ static void read_body(mech__reader *rd, int index)
 
     mech__keys(rd, entry, "a body",
                "parent joint at mass centre inertia pendulum spring damping "
-               "friction initial points");
+               "friction drag preload coulomb backlash asymmetry initial points");
     if (!base) {
         return;
     }
@@ -370,7 +328,7 @@ static void read_body(mech__reader *rd, int index)
     mech__vector(rd, b->centre, "m", MECH__VANISHES, mech__get(entry, "centre"), base);
     read_inertia(rd, b, entry);
     read_at(rd, b, mech__get(entry, "at"));
-    read_forces(rd, b, entry);
+    mech__joint_law(rd, b, entry);
     mech__keys(rd, initial, "initial", "position speed");
     mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
                  "%s.initial.position", b->name);

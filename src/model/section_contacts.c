@@ -31,22 +31,6 @@ static int check_planar(mech__reader *rd, const mech__node *node, int body)
     return 0;
 }
 
-static void read_normal(mech__reader *rd, mech_normal *f, const mech__node *map, const char *what,
-                        const char *name)
-{
-    const mech__node *node = mech__need(rd, map, "normal", what);
-
-    mech__keys(rd, node, "normal", "a b c D");
-    if (node && node->kind == MECH__MAP && !mech__get(node, "a") && !mech__get(node, "b") &&
-        !mech__get(node, "c")) {
-        mech__problem_at(rd, node->key, "normal needs at least one of a, b and c");
-    }
-    mech__number(rd, &f->a, "N/m^3", 0, mech__get(node, "a"), 0.0, "%s.normal.a", name);
-    mech__number(rd, &f->b, "N/m^2", 0, mech__get(node, "b"), 0.0, "%s.normal.b", name);
-    mech__number(rd, &f->c, "N/m", 0, mech__get(node, "c"), 0.0, "%s.normal.c", name);
-    mech__number(rd, &f->D, "s/m", 0, mech__get(node, "D"), 0.0, "%s.normal.D", name);
-}
-
 /** Place of a shape: "at: body.point", or "on: body" with three numbers. */
 static int read_place(mech__reader *rd, const mech__node *map, const char *what, const char *base,
                       int *body, mech_scalar at[3])
@@ -193,14 +177,13 @@ static void read_contact(mech__reader *rd, mech_contact *c, const mech__node *en
     const mech__node *between = mech__need(rd, entry, "between", "a contact");
 
     mech__name_copy(c->name, sizeof c->name, entry->key->text);
-    mech__keys(rd, entry, "a contact", "between normal friction");
+    mech__keys(rd, entry, "a contact", "between normal friction adhesion gap");
     if (between && (between->kind != MECH__LIST || between->count != 2)) {
         mech__problem_at(rd, between, "between must be a list of two sides");
     } else if (between) {
         read_sides(rd, c, between);
     }
-    read_normal(rd, &c->normal, entry, "a contact", c->name);
-    mech__friction(rd, &c->friction, mech__get(entry, "friction"), c->name, "1", "m/s");
+    mech__contact_law(rd, &c->normal, &c->friction, entry, "a contact", c->name);
 }
 
 /** The underside of the load, a line without ends that faces down, on a point. */
@@ -211,7 +194,7 @@ static void load_contact(mech__reader *rd, const mech__node *load)
     const mech__node *on = mech__need(rd, load, "on", "the load");
     int point;
 
-    mech__keys(rd, load, "the load", "mass on normal friction");
+    mech__keys(rd, load, "the load", "mass on normal friction adhesion gap");
     mech__name_copy(c->name, sizeof c->name, "load");
     m->load_contact = m->ncontact++;
     c->nspot = 1;
@@ -224,8 +207,7 @@ static void load_contact(mech__reader *rd, const mech__node *load)
             mech__repeat(rd, &c->spot[0].side[0].at[i], &m->points[point].at[i]);
         }
     }
-    read_normal(rd, &c->normal, load, "the load", "load");
-    mech__friction(rd, &c->friction, mech__get(load, "friction"), "load", "1", "m/s");
+    mech__contact_law(rd, &c->normal, &c->friction, load, "the load", "load");
 }
 
 /** A catcher's notched corner and the beak of another body. */
@@ -235,7 +217,7 @@ static void read_notch(mech__reader *rd, mech_notch *n, const mech__node *entry)
     const mech__node *beak = mech__need(rd, entry, "beak", "a notch");
 
     mech__name_copy(n->name, sizeof n->name, entry->key->text);
-    mech__keys(rd, entry, "a notch", "corner beak normal friction");
+    mech__keys(rd, entry, "a notch", "corner beak normal friction adhesion gap");
     mech__keys(rd, corner, "corner", "on at angle lean");
     mech__keys(rd, beak, "beak", "on at tilt");
     char *base[2] = {mech__print(rd, "%s.corner", n->name), mech__print(rd, "%s.beak", n->name)};
@@ -251,8 +233,7 @@ static void read_notch(mech__reader *rd, mech_notch *n, const mech__node *entry)
                  "%s.angle", base[0]);
     mech__number(rd, &n->lean, "rad", 0, mech__get(corner, "lean"), 0.0, "%s.lean", base[0]);
     mech__number(rd, &n->tilt, "rad", 0, mech__get(beak, "tilt"), 0.0, "%s.tilt", base[1]);
-    read_normal(rd, &n->normal, entry, "a notch", n->name);
-    mech__friction(rd, &n->friction, mech__get(entry, "friction"), n->name, "1", "m/s");
+    mech__contact_law(rd, &n->normal, &n->friction, entry, "a notch", n->name);
 }
 
 void mech__section_contacts(mech__reader *rd)

@@ -110,10 +110,11 @@ static void read_input(mech__reader *rd, mech_input *in, const mech__node *entry
 
     mech__name_copy(in->name, sizeof in->name, entry->key->text);
     mech__keys(rd, entry, "an input",
-               kind == 0   ? "torque"
-               : kind == 1 ? "force direction"
-               : kind == 2 ? "motion idle"
-                           : "force direction torque motion idle");
+               kind == 0   ? "torque gain delay"
+               : kind == 1 ? "force direction gain delay"
+               : kind == 2 ? "motion idle gain delay"
+                           : "force direction torque motion idle gain delay");
+    mech__input_law(rd, in, entry);
     in->index = -1;
     if (kind < 0) {
         return;
@@ -170,7 +171,7 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
 {
     int choice = mech__choice(rd, mech__get(entry, "energy"), "energy", "kinetic potential");
 
-    mech__keys(rd, entry, "an output of energy", "energy sign zero");
+    mech__keys(rd, entry, "an output of energy", "energy sign zero sensor");
     c->read = STEIN_READ_KINETIC + choice;
     return choice < 0 ? -1 : 0;
 }
@@ -186,7 +187,7 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
     if (kind == NREADABLE) {
         return read_energy(rd, c, entry);
     }
-    mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero");
+    mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero sensor");
     if (kind < 0) {
         return -1;
     }
@@ -218,7 +219,7 @@ static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *en
                          "name");
     }
     if (!mech__keys(rd, entry, "an output",
-                    "joint point contact notch input energy read sign zero")) {
+                    "joint point contact notch input energy read sign zero sensor")) {
         return;
     }
     int side = sign ? mech__choice(rd, sign, "sign", "1 -1 +1") : 0;
@@ -227,6 +228,7 @@ static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *en
     c->from_rest = zero ? mech__choice(rd, zero, "zero", "origin rest") == 1 : 0;
     if (read_source(rd, c, entry) == 0) {
         set_unit(c->unit, channel_unit(rd->m, c));
+        mech__sensor_law(rd, c, entry);
     }
 }
 
@@ -305,4 +307,9 @@ void mech__section_signals(mech__reader *rd)
     }
     read_stroke(rd);
     read_simulation(rd);
+
+    const mech__node *clock = mech__get(rd->root, "clock");
+
+    mech__keys(rd, clock, "clock", "error");
+    mech__number(rd, &m->clock_error, "1", 0, mech__get(clock, "error"), 0.0, "clock.error");
 }

@@ -226,6 +226,7 @@ static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value
     p->value = value;
     p->tolerance = tolerance;
     p->declared = (s->flags & MECH__DECLARED) != 0;
+    p->stated = s->node != NULL || s->set != NULL || (s->flags & MECH__VANISHES) != 0;
     p->line = s->node ? s->node->line : 0;
     p->column = s->node ? s->node->column : 0;
     rd->values[rd->m->nparam++] = value;

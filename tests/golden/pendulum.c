@@ -16,20 +16,28 @@
  * joints (symbols count bodies from 1)
  *   1   rod: R -y on the frame, q[0] [rad]
  *
- * parameters p
+ * parameters p (those the file leaves at their neutral value are not listed)
  *   0   gravity.z = -9.81 m/s^2
  *   1   rod.mass = 0.213 kg
  *   2   rod.centre.z = -0.174 m
  *   3   rod.pendulum.frequency = 1.03 Hz
- *   4   rod.damping = 0.00015 N m s/rad
- *   5   rod.initial.position = 0.5235987755982988 rad
- *   6   rod.initial.speed = 0.0 rad/s
- *   7   rod.tip.z = -0.35 m
+ *   7   rod.damping = 0.00015 N m s/rad
+ *   19  rod.initial.position = 0.5235987755982988 rad
+ *   21  rod.tip.z = -0.35 m
  *
  * derived constants d
  *   0..1 rod: initial q, qd
- *   2..2 rod: damping
- *   3..7 constants of the equations, see setup()
+ *   2..2 clock error
+ *   3..17 rod: joint k
+ *   18..19 push: signal gain
+ *   20..24 time: sensor gain
+ *   25..29 angle: sensor gain
+ *   30..34 rate: sensor gain
+ *   35..39 tip_x: sensor gain
+ *   40..44 tip_height: sensor gain
+ *   45..49 kinetic: sensor gain
+ *   50..54 potential: sensor gain
+ *   55..59 constants of the equations, see setup()
  *
  * symbols: NAME, component 1 2 3 = x y z, body, _column. S C sine and cosine of a joint,
  *   S1p2 of a sum; OM, OMp angular velocity and acceleration; BS om~ om~ + omp~, 1..9;
@@ -51,14 +59,66 @@ static void setup(const double *p, double *d)
     const double mb31 = p[1]*p[2];
     const double K331 = p[2]*mb31;
     const double K221 = p[1]*(9.81*sqrt(t1)/(p[3]*(39.47841760435743*p[3])) - t1) + K331;
-    d[0] = p[5]; /* rod: initial q, qd */
-    d[1] = p[6]; /*   qd */
-    d[2] = p[4]; /* rod: damping */
-    d[3] = K221; /* inertia 22 of rod, recombined */
-    d[4] = p[2]; /* rod.centre.z */
-    d[5] = p[0]*mb31;
-    d[6] = p[7]; /* rod.tip.z */
-    d[7] = 0.5*K221;
+    d[0] = p[19]; /* rod: initial q, qd */
+    d[1] = p[20]; /*   qd */
+    d[2] = p[54]; /* clock error */
+    d[3] = p[4]; /* rod: joint k */
+    d[4] = p[5]; /*   q0 */
+    d[5] = p[6]; /*   k3 */
+    d[6] = p[7]; /*   b */
+    d[7] = p[8]; /*   asymmetry */
+    d[8] = p[9]; /*   drag */
+    d[9] = p[10]; /*   preload */
+    d[10] = p[11]; /*   T */
+    d[11] = p[12]; /*   w */
+    d[12] = p[13]; /*   backlash_k */
+    d[13] = p[14]; /*   backlash_gap */
+    d[14] = p[15]; /*   A */
+    d[15] = p[16]; /*   vt */
+    d[16] = p[17]; /*   B1 */
+    d[17] = p[18]; /*   B2 */
+    d[18] = p[22]; /* push: signal gain */
+    d[19] = p[23]; /*   delay */
+    d[20] = 1.0; /* time: sensor gain */
+    d[21] = 0.0; /*   nothing else */
+    d[22] = 0.0; /*   nothing else */
+    d[23] = 0.0; /*   nothing else */
+    d[24] = 0.0; /*   nothing else */
+    d[25] = p[24]; /* angle: sensor gain */
+    d[26] = p[25]; /*   offset */
+    d[27] = p[26]; /*   square */
+    d[28] = p[27]; /*   tilt */
+    d[29] = p[28]; /*   delay */
+    d[30] = p[29]; /* rate: sensor gain */
+    d[31] = p[30]; /*   offset */
+    d[32] = p[31]; /*   square */
+    d[33] = p[32]; /*   tilt */
+    d[34] = p[33]; /*   delay */
+    d[35] = p[34]; /* tip_x: sensor gain */
+    d[36] = p[35]; /*   offset */
+    d[37] = p[36]; /*   square */
+    d[38] = p[37]; /*   tilt */
+    d[39] = p[38]; /*   delay */
+    d[40] = p[39]; /* tip_height: sensor gain */
+    d[41] = p[40]; /*   offset */
+    d[42] = p[41]; /*   square */
+    d[43] = p[42]; /*   tilt */
+    d[44] = p[43]; /*   delay */
+    d[45] = p[44]; /* kinetic: sensor gain */
+    d[46] = p[45]; /*   offset */
+    d[47] = p[46]; /*   square */
+    d[48] = p[47]; /*   tilt */
+    d[49] = p[48]; /*   delay */
+    d[50] = p[49]; /* potential: sensor gain */
+    d[51] = p[50]; /*   offset */
+    d[52] = p[51]; /*   square */
+    d[53] = p[52]; /*   tilt */
+    d[54] = p[53]; /*   delay */
+    d[55] = K221; /* inertia 22 of rod, recombined */
+    d[56] = p[2]; /* rod.centre.z */
+    d[57] = p[0]*mb31;
+    d[58] = p[21]; /* rod.tip.z */
+    d[59] = 0.5*K221;
 }
 
 /* M(q) and c(q, qd, frc, trq) */
@@ -66,15 +126,15 @@ static void mass_bias(const double *q, const double *qd, const double *d, const 
                       const double *trq, double *M, double *c)
 {
     (void)qd;
-    const double K221 = d[3]; /* inertia 22 of rod, recombined */
-    const double p2 = d[4]; /* rod.centre.z */
-    const double k5 = d[5]; /* gravity.z*mb31 */
+    const double K221 = d[55]; /* inertia 22 of rod, recombined */
+    const double p2 = d[56]; /* rod.centre.z */
+    const double k57 = d[57]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
     const double S1 = sin(q[0]);
 
     /* backward dynamics: rod */
-    const double CF21 = trq[1] + p2*frc[0] + k5*S1;
+    const double CF21 = trq[1] + p2*frc[0] + k57*S1;
 
     /* outputs */
     M[0] = K221;
@@ -86,15 +146,15 @@ static void inverse(const double *q, const double *qd, const double *qdd, const 
                     const double *frc, const double *trq, double *Q)
 {
     (void)qd;
-    const double K221 = d[3]; /* inertia 22 of rod, recombined */
-    const double p2 = d[4]; /* rod.centre.z */
-    const double k5 = d[5]; /* gravity.z*mb31 */
+    const double K221 = d[55]; /* inertia 22 of rod, recombined */
+    const double p2 = d[56]; /* rod.centre.z */
+    const double k57 = d[57]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
     const double S1 = sin(q[0]);
 
     /* backward dynamics: rod */
-    const double CF21 = trq[1] + p2*frc[0] + K221*qdd[0] + k5*S1;
+    const double CF21 = trq[1] + p2*frc[0] + K221*qdd[0] + k57*S1;
 
     /* outputs */
     Q[0] = CF21;
@@ -104,15 +164,15 @@ static void inverse(const double *q, const double *qd, const double *qdd, const 
 static void point(const double *q, const double *qd, const double *d, double *x, double *v,
                   double *J, double *jdqd)
 {
-    const double p7 = d[6]; /* rod.tip.z */
+    const double p21 = d[58]; /* rod.tip.z */
 
     /* trigonometric terms */
     const double S1 = sin(q[0]);
     const double C1 = cos(q[0]);
 
     /* point: rod.tip */
-    const double RP31 = p7*C1;
-    const double RP11 = p7*S1;
+    const double RP31 = p21*C1;
+    const double RP11 = p21*S1;
     const double t1 = qd[0]*qd[0];
 
     /* outputs */
@@ -133,8 +193,8 @@ static void point(const double *q, const double *qd, const double *d, double *x,
 /* kinetic energy, potential energy of gravity */
 static void energy(const double *q, const double *qd, const double *d, double *e)
 {
-    const double k5 = d[5]; /* gravity.z*mb31 */
-    const double k7 = d[7]; /* 0.5*K221 */
+    const double k57 = d[57]; /* gravity.z*mb31 */
+    const double k59 = d[59]; /* 0.5*K221 */
 
     /* trigonometric terms */
     const double C1 = cos(q[0]);
@@ -143,23 +203,70 @@ static void energy(const double *q, const double *qd, const double *d, double *e
     const double BS11 = qd[0]*qd[0];
 
     /* outputs */
-    e[0] = k7*BS11;
-    e[1] = -k5*C1;
+    e[0] = k59*BS11;
+    e[1] = -k57*C1;
 }
 
 static const stein_param params[] = {
-    {"gravity.z", "m/s^2", -9.81, 0.0},
-    {"rod.mass", "kg", 0.213, 0.001},
-    {"rod.centre.z", "m", -0.174, 0.0},
-    {"rod.pendulum.frequency", "Hz", 1.03, 0.0},
-    {"rod.damping", "N m s/rad", 0.00015, 0.0},
-    {"rod.initial.position", "rad", 0.5235987755982988, 0.0},
-    {"rod.initial.speed", "rad/s", 0.0, 0.0},
-    {"rod.tip.z", "m", -0.35, 0.0},
+    {"gravity.z", "m/s^2", -9.81, 0.0, 1},
+    {"rod.mass", "kg", 0.213, 0.001, 1},
+    {"rod.centre.z", "m", -0.174, 0.0, 1},
+    {"rod.pendulum.frequency", "Hz", 1.03, 0.0, 1},
+    {"rod.spring.k", "N m/rad", 0.0, 0.0, 0},
+    {"rod.spring.theta0", "rad", 0.0, 0.0, 0},
+    {"rod.spring.k3", "N m/rad^3", 0.0, 0.0, 0},
+    {"rod.damping", "N m s/rad", 0.00015, 0.0, 1},
+    {"rod.asymmetry", "1", 0.0, 0.0, 0},
+    {"rod.drag", "N m s^2/rad^2", 0.0, 0.0, 0},
+    {"rod.preload", "N m", 0.0, 0.0, 0},
+    {"rod.coulomb.T", "N m", 0.0, 0.0, 0},
+    {"rod.coulomb.w", "rad/s", 0.05, 0.0, 0},
+    {"rod.backlash.k", "N m/rad", 0.0, 0.0, 0},
+    {"rod.backlash.gap", "rad", 0.0, 0.0, 0},
+    {"rod.friction.A", "N m", 0.0, 0.0, 0},
+    {"rod.friction.vt", "rad/s", 0.05, 0.0, 0},
+    {"rod.friction.B1", "1", 0.0, 0.0, 0},
+    {"rod.friction.B2", "1", 1.0, 0.0, 0},
+    {"rod.initial.position", "rad", 0.5235987755982988, 0.0, 1},
+    {"rod.initial.speed", "rad/s", 0.0, 0.0, 0},
+    {"rod.tip.z", "m", -0.35, 0.0, 1},
+    {"push.gain", "1", 1.0, 0.0, 0},
+    {"push.delay", "s", 0.0, 0.0, 0},
+    {"angle.sensor.gain", "1", 1.0, 0.0, 0},
+    {"angle.sensor.offset", "rad", 0.0, 0.0, 0},
+    {"angle.sensor.square", "1/rad", 0.0, 0.0, 0},
+    {"angle.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"angle.sensor.delay", "s", 0.0, 0.0, 0},
+    {"rate.sensor.gain", "1", 1.0, 0.0, 0},
+    {"rate.sensor.offset", "rad/s", 0.0, 0.0, 0},
+    {"rate.sensor.square", "s/rad", 0.0, 0.0, 0},
+    {"rate.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"rate.sensor.delay", "s", 0.0, 0.0, 0},
+    {"tip_x.sensor.gain", "1", 1.0, 0.0, 0},
+    {"tip_x.sensor.offset", "m", 0.0, 0.0, 0},
+    {"tip_x.sensor.square", "1/m", 0.0, 0.0, 0},
+    {"tip_x.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"tip_x.sensor.delay", "s", 0.0, 0.0, 0},
+    {"tip_height.sensor.gain", "1", 1.0, 0.0, 0},
+    {"tip_height.sensor.offset", "m", 0.0, 0.0, 0},
+    {"tip_height.sensor.square", "1/m", 0.0, 0.0, 0},
+    {"tip_height.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"tip_height.sensor.delay", "s", 0.0, 0.0, 0},
+    {"kinetic.sensor.gain", "1", 1.0, 0.0, 0},
+    {"kinetic.sensor.offset", "J", 0.0, 0.0, 0},
+    {"kinetic.sensor.square", "s^2/kg/m^2", 0.0, 0.0, 0},
+    {"kinetic.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"kinetic.sensor.delay", "s", 0.0, 0.0, 0},
+    {"potential.sensor.gain", "1", 1.0, 0.0, 0},
+    {"potential.sensor.offset", "J", 0.0, 0.0, 0},
+    {"potential.sensor.square", "s^2/kg/m^2", 0.0, 0.0, 0},
+    {"potential.sensor.tilt", "rad", 0.0, 0.0, 0},
+    {"potential.sensor.delay", "s", 0.0, 0.0, 0},
+    {"clock.error", "1", 0.0, 0.0, 0},
 };
 
 static const stein_body bodies[] = {
-    {"rod", -1, 'R', 'y', -1, -1, 2, -1},
+    {"rod", -1, 'R', 'y', -1, 3},
 };
 
 static const stein_point points[] = {
@@ -167,26 +274,26 @@ static const stein_point points[] = {
 };
 
 static const stein_input inputs[] = {
-    {"push", "N m", STEIN_INPUT_JOINT, 0, -1, 0},
+    {"push", "N m", STEIN_INPUT_JOINT, 0, -1, 18, 0},
 };
 
 static const stein_channel channels[] = {
-    {"time", "s", STEIN_READ_TIME, 0, 1, 0},
-    {"angle", "rad", STEIN_READ_POSITION, 0, 1, 0},
-    {"rate", "rad/s", STEIN_READ_SPEED, 0, 1, 0},
-    {"tip_x", "m", STEIN_READ_X, 0, 1, 0},
-    {"tip_height", "m", STEIN_READ_Z, 0, 1, 1},
-    {"kinetic", "J", STEIN_READ_KINETIC, 0, 1, 0},
-    {"potential", "J", STEIN_READ_POTENTIAL, 0, 1, 0},
+    {"time", "s", STEIN_READ_TIME, 0, 1, 0, 20},
+    {"angle", "rad", STEIN_READ_POSITION, 0, 1, 0, 25},
+    {"rate", "rad/s", STEIN_READ_SPEED, 0, 1, 0, 30},
+    {"tip_x", "m", STEIN_READ_X, 0, 1, 0, 35},
+    {"tip_height", "m", STEIN_READ_Z, 0, 1, 1, 40},
+    {"kinetic", "J", STEIN_READ_KINETIC, 0, 1, 0, 45},
+    {"potential", "J", STEIN_READ_POTENTIAL, 0, 1, 0, 50},
 };
 
 extern const stein_model stein_model_pendulum;
 const stein_model stein_model_pendulum = {
     .abi = STEIN_MODEL_ABI,
     .name = "pendulum",
-    .nq = 1, .np = 8, .nd = 8, .npoint = 1, .nframe = 0, .ncontact = 0,
+    .nq = 1, .np = 55, .nd = 60, .npoint = 1, .nframe = 0, .ncontact = 0,
     .nspot = 0, .nnotch = 0, .nlink = 0, .ninput = 1, .nchannel = 7,
-    .load = {-1, -1}, .stroke = {-1, -1}, .initial = 0,
+    .load = {-1, -1}, .stroke = {-1, -1}, .initial = 0, .clock = 2,
     .ops_setup = {2, 9, 0, 2, 0},
     .ops_mass_bias = {2, 2, 0, 0, 1},
     .ops_inverse = {3, 3, 0, 0, 1},
@@ -210,5 +317,5 @@ const stein_model stein_model_pendulum = {
     .point = point,
     .energy = energy,
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "ae6e63a2bedf2f4d",
+    .equations = "5df3fa3cc2369b60",
 };

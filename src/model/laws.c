@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: MIT
+ * laws.c - the numbers of laws: what acts in a joint, in a contact, in a sensor, on an input.
+ *
+ * One table a law, in the order of the blocks of stein/model.h. Every entry becomes a parameter;
+ * one that the file leaves out gets its neutral value, with which it does nothing. So a physical
+ * effect is one line here and one term in src/core/law.c, and trying it needs no new equations.
+ */
+#include <string.h>
+
+#include "reader.h"
+
+/** One number of a law: `section` NULL stands beside the law's owner itself. Where two spellings
+ * are given, the second is for a sliding joint. */
+typedef struct law_entry {
+    const char *section, *key[2], *unit[2];
+    unsigned flags;
+    double neutral;
+    int needed; /* once its section is there */
+} law_entry;
+
+#define SAME(text) \
+    {              \
+        text, text \
+    }
+
+static const law_entry joint_law[STEIN_JOINT_SIZE] = {
+    [STEIN_JOINT_K] = {"spring", SAME("k"), {"N m/rad", "N/m"}, 0, 0.0, 1},
+    [STEIN_JOINT_Q0] = {"spring", {"theta0", "x0"}, {"rad", "m"}, 0, 0.0, 0},
+    [STEIN_JOINT_K3] = {"spring", SAME("k3"), {"N m/rad^3", "N/m^3"}, 0, 0.0, 0},
+    [STEIN_JOINT_B] = {NULL, SAME("damping"), {"N m s/rad", "N s/m"}, MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_JOINT_ASYMMETRY] = {NULL, SAME("asymmetry"), SAME("1"), 0, 0.0, 0},
+    [STEIN_JOINT_DRAG] =
+        {NULL, SAME("drag"), {"N m s^2/rad^2", "N s^2/m^2"}, MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_JOINT_PRELOAD] = {NULL, SAME("preload"), {"N m", "N"}, 0, 0.0, 0},
+    [STEIN_JOINT_DRY] = {"coulomb", SAME("T"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_JOINT_DRY_SPEED] = {"coulomb", SAME("w"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
+    [STEIN_JOINT_STOP_K] = {"backlash", SAME("k"), {"N m/rad", "N/m"}, MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_JOINT_FRICTION +
+        STEIN_FRICTION_A] = {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_JOINT_FRICTION +
+        STEIN_FRICTION_VT] = {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), 0, 0.0, 0},
+    [STEIN_JOINT_FRICTION +
+        STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
+};
+
+static const law_entry normal_law[STEIN_NORMAL_SIZE] = {
+    [STEIN_NORMAL_A] = {"normal", SAME("a"), SAME("N/m^3"), 0, 0.0, 0},
+    [STEIN_NORMAL_B] = {"normal", SAME("b"), SAME("N/m^2"), 0, 0.0, 0},
+    [STEIN_NORMAL_C] = {"normal", SAME("c"), SAME("N/m"), 0, 0.0, 0},
+    [STEIN_NORMAL_D] = {"normal", SAME("D"), SAME("s/m"), 0, 0.0, 0},
+    [STEIN_NORMAL_EXPONENT] = {"normal", SAME("p"), SAME("1"), 0, 0.0, 0},
+    [STEIN_NORMAL_HYSTERESIS] = {"normal", SAME("h"), SAME("1"), 0, 0.0, 0},
+    [STEIN_NORMAL_PRELOAD] = {"normal", SAME("F0"), SAME("N"), MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_NORMAL_GAP] = {NULL, SAME("gap"), SAME("m"), 0, 0.0, 0},
+    [STEIN_NORMAL_ADHESION] = {"adhesion", SAME("F"), SAME("N"), MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_NORMAL_RANGE] = {"adhesion", SAME("range"), SAME("m"), MECH__NOT_NEGATIVE, 0.0, 1},
+};
+
+static const law_entry friction_law[STEIN_FRICTION_SIZE] = {
+    [STEIN_FRICTION_A] = {"friction", SAME("A"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE, 0.01, 1},
+    [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), 0, 0.0, 0},
+    [STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
+};
+
+static const law_entry signal_law[STEIN_SIGNAL_SIZE] = {
+    [STEIN_SIGNAL_GAIN] = {NULL, SAME("gain"), SAME("1"), 0, 1.0, 0},
+    [STEIN_SIGNAL_DELAY] = {NULL, SAME("delay"), SAME("s"), 0, 0.0, 0},
+};
+
+/* units of offset and square follow the channel: mech__sensor fills them in */
+static const law_entry sensor_law[STEIN_SENSOR_SIZE] = {
+    [STEIN_SENSOR_GAIN] = {"sensor", SAME("gain"), SAME("1"), MECH__POSITIVE, 1.0, 0},
+    [STEIN_SENSOR_OFFSET] = {"sensor", SAME("offset"), SAME(NULL), 0, 0.0, 0},
+    [STEIN_SENSOR_SQUARE] = {"sensor", SAME("square"), SAME(NULL), 0, 0.0, 0},
+    [STEIN_SENSOR_TILT] = {"sensor", SAME("tilt"), SAME("rad"), 0, 0.0, 0},
+    [STEIN_SENSOR_DELAY] = {"sensor", SAME("delay"), SAME("s"), 0, 0.0, 0},
+};
+
+/** A law's owner in words: "the spring of a turning joint". `of` NULL: the section alone. */
+static const char *title(mech__reader *rd, const char *section, const char *of)
+{
+    const char *words = of ? mech__print(rd, "the %s of %s", section, of) : NULL;
+
+    return words ? words : section;
+}
+
+/** Check the keys of the sections of a law, each once: "spring" may hold k theta0 k3. */
+static void check_sections(mech__reader *rd, const law_entry *law, int n, int slides,
+                           const mech__node *owner, const char *of)
+{
+    for (int i = 0; i < n; i++) {
+        const char *section = law[i].section;
+        int first = 1;
+        char words[MECH_PATH] = "";
+
+        for (int k = 0; section && k < n; k++) {
+            if (law[k].section && strcmp(law[k].section, section) == 0) {
+                first = first && k >= i;
+                strcat(strcat(words, *words ? " " : ""), law[k].key[slides]);
+            }
+        }
+        if (section && first && mech__get(owner, section)) {
+            const char *kept = mech__print(rd, "%s", words);
+            mech__keys(rd, mech__get(owner, section), title(rd, section, of), kept ? kept : words);
+        }
+    }
+}
+
+/** @param slides  1: the second spelling of keys and units
+ *  @param of      whose law it is, for messages; NULL: the section's name says enough */
+static void read_law(mech__reader *rd, mech_scalar *to, const law_entry *law, int n, int slides,
+                     const char *of, const mech__node *owner, const char *name)
+{
+    check_sections(rd, law, n, slides, owner, of);
+    for (int i = 0; i < n; i++) {
+        const law_entry *e = &law[i];
+        const char *key = e->key[slides], *unit = e->unit[slides];
+        const mech__node *map = e->section ? mech__get(owner, e->section) : owner;
+        const mech__node *node = map && e->section && e->needed && map->kind == MECH__MAP
+                                     ? mech__need(rd, map, key, title(rd, e->section, of))
+                                     : mech__get(map, key);
+        if (e->section) {
+            mech__number(rd, &to[i], unit, e->flags, node, e->neutral, "%s.%s.%s", name, e->section,
+                         key);
+        } else {
+            mech__number(rd, &to[i], unit, e->flags, node, e->neutral, "%s.%s", name, key);
+        }
+    }
+}
+
+void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
+{
+    int slides = b->type == 'T';
+
+    read_law(rd, b->joint, joint_law, STEIN_JOINT_SIZE, slides,
+             slides ? "a sliding joint" : "a turning joint", entry, b->name);
+}
+
+void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,
+                       const mech__node *entry, const char *what, const char *name)
+{
+    const mech__node *node = mech__need(rd, entry, "normal", what);
+
+    if (node && node->kind == MECH__MAP && !mech__get(node, "a") && !mech__get(node, "b") &&
+        !mech__get(node, "c") && !mech__get(node, "F0")) {
+        mech__problem_at(rd, node->key, "normal needs at least one of a, b and c");
+    }
+    read_law(rd, normal->v, normal_law, STEIN_NORMAL_SIZE, 0, NULL, entry, name);
+    read_law(rd, friction->v, friction_law, STEIN_FRICTION_SIZE, 0, NULL, entry, name);
+}
+
+void mech__input_law(mech__reader *rd, mech_input *in, const mech__node *entry)
+{
+    read_law(rd, in->signal, signal_law, STEIN_SIGNAL_SIZE, 0, NULL, entry, in->name);
+}
+
+void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry)
+{
+    law_entry law[STEIN_SENSOR_SIZE];
+    char inverse[MECH_UNIT];
+    mech_dim dim = {0, 0, 0, 0};
+
+    mech_parse_unit(c->unit, &dim, NULL);
+    dim = (mech_dim){(signed char)-dim.kg, (signed char)-dim.m, (signed char)-dim.s,
+                     (signed char)-dim.rad};
+    mech__unit_text(dim, inverse);
+    memcpy(law, sensor_law, sizeof law);
+    const char *square = mech__print(rd, "%s", inverse);
+    for (int k = 0; k < 2; k++) {
+        law[STEIN_SENSOR_OFFSET].unit[k] = c->unit;
+        law[STEIN_SENSOR_SQUARE].unit[k] = square ? square : "1";
+    }
+    read_law(rd, c->sensor, law, STEIN_SENSOR_SIZE, 0, NULL, entry, c->name);
+}
