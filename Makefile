@@ -23,7 +23,7 @@ ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclu
                 -Isrc/core -Isrc/model -Igen -Isrc/lab -Isrc/lab/study -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc make pkg-config libyaml-dev libgsl-dev check gnuplot-nox
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
 PKGS   := yaml-0.1 gsl check
 ifeq ($(filter help deps clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
@@ -68,7 +68,7 @@ endif
 
 deps:  ## install the Debian packages that are missing
 	$(Q)missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
-	 command -v gnuplot >/dev/null 2>&1 || missing=1; \
+	 command -v gnuplot >/dev/null 2>&1 && command -v parallel >/dev/null 2>&1 || missing=1; \
 	 if [ -n "$$missing" ]; then \
 	   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN); \
 	   else echo "run: sudo apt-get install $(DEBIAN)"; exit 1; fi; fi
@@ -155,11 +155,21 @@ run: deps  ## build, strike once, compare with the paper, tell where the results
 	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
 	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
 
+# every suite of tests/suites.h and every tests/test_*.sh is a job of its own
+SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
+SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
+JOBS ?= $(shell nproc)
+
 check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory all $(B)/check
-	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$(TESTS) $(B)/check
-	$(Q)STEIN_BUILD=$(B) sh tests/test_cli.sh
-	$(Q)STEIN_BUILD=$(B) sh tests/test_install.sh
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check
+	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
+	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
+
+.PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
+$(SUITE_JOBS): suite-%: $(B)/check
+	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$* $(B)/check
+$(SCRIPT_JOBS): script-%: tests/test_%.sh
+	$(Q)STEIN_BUILD=$(B) sh $<
 
 bench: $(B)/bench  ## cost of evaluations, steps and strokes
 	$(Q)$(B)/bench
