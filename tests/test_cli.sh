@@ -64,8 +64,8 @@ for command in check generate strike simulate study sweep merge; do
     claim 0 "stein help $command" "$stein" help $command
     same "help $command is $command --help" "$dir/help" "$dir/out"
     claim 2 "$command without a model is misuse" "$stein" $command
-    claim 2 "$command refuses an unknown option" "$stein" $command models/pendulum.yaml --sett=1
-    says "$command names the nearest option" 'did you mean --set?'
+    claim 2 "$command refuses an unknown option" "$stein" $command models/pendulum.yaml --jsn
+    says "$command names the nearest option" 'did you mean --json?'
 done
 
 # ---- options
