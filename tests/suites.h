@@ -18,7 +18,8 @@
     X(generator)                                                                                   \
     X(lab)                                                                                         \
     X(sweep)                                                                                       \
-    X(journal)
+    X(journal)                                                                                     \
+    X(data)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -124,9 +124,9 @@ START_TEST(data_that_cannot_drive_are_refused_by_line)
         const char *text;
         stein_status status;
         const char *says;
-    } bad[] = {{"time [s],push [N]\n0,1\n1,2\n0.5,3\n", STEIN_EPARSE, ":4: "},
-               {"time [s],push [N]\n0,1\n1,2,3\n", STEIN_EPARSE, ":3: "},
-               {"# x: 1\ntime [s],push [N]\n0,abc\n", STEIN_EPARSE, ":3: "},
+    } bad[] = {{"time [s],push [N]\n0,1\n1,2\n0.5,3\n", STEIN_EPARSE, ":4:1: "},
+               {"time [s],push [N]\n0,1\n1,2,3\n", STEIN_EPARSE, ":3:5: "},
+               {"# x: 1\ntime [s],push [N]\n0,abc\n", STEIN_EPARSE, ":3:3: "},
                {"time [s],push [kg]\n0,1\n", STEIN_EPARSE, "expected [N]"},
                {"push [N],time [s]\n0,1\n", STEIN_EPARSE, "expected time"},
                {"time [s],push [N]\n,1\n", STEIN_EPARSE, "without time"},

@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * data.h - measured data: CSV files, read strictly, and their audit. Part of libsteinlab.a.
+ *
+ *      # set pawl.stop_shift: -0.3 mm         a known parameter of this stroke
+ *      # noise string_distance: 0.01 mm       standard deviation of one sample
+ *      # trigger: unsynchronised              the origin of the time is unknown
+ *      # camera: any other name: value        kept
+ *      time [ms],string_distance [mm]         channels or inputs of the model, with their units
+ *      0,39.23
+ *      0.25,                                  an empty cell: a missing sample
+ *
+ * All problems of a file are reported, "file:line:column: ...", and a file with problems gives no
+ * data. What is merely doubtful (gaps, saturation, a trigger that does not fit) is a finding of the
+ * audit. Everything is SI after reading.
+ */
+#ifndef STEIN_DATA_H
+#define STEIN_DATA_H
+
+#include "stein/lab.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- reading ---- */
+
+typedef enum { LAB_OUTPUT, LAB_INPUT } lab_role;
+
+/** Does t = 0 mean the start of the stroke? UNSTATED counts as yes where the model has a stroke. */
+typedef enum {
+    LAB_TRIGGER_UNSTATED,
+    LAB_TRIGGER_SYNCHRONISED,
+    LAB_TRIGGER_UNSYNCHRONISED
+} lab_trigger;
+
+/** One measured channel. A name that is an input and an output of the model is an input. */
+typedef struct lab_column {
+    const char *name, *unit; /* of the model, SI */
+    lab_role role;
+    int index;                    /* channel or input of the model */
+    const double *value;          /* [nrow] [unit], NAN where missing */
+    const unsigned char *present; /* [nrow] 0 where missing */
+    int samples;                  /* present ones */
+    double noise;                 /* `# noise` [unit], NAN when not given */
+    int line, column;             /* place of its title in the file, from 1 */
+} lab_column;
+
+/** A `# set`. */
+typedef struct lab_setting {
+    const char *name;
+    int param;    /* of the model */
+    double value; /* [SI] */
+    int line, column;
+} lab_setting;
+
+/** Any other `# name: value`; name is "" for a line without a colon. */
+typedef struct lab_note {
+    const char *name, *value;
+    int line;
+} lab_note;
+
+/** One stroke: one file. Read only; owned by lab_data_open or its dataset. */
+typedef struct lab_data {
+    const char *file;
+    const stein_model *model;
+    int nrow, ncolumn, nset, nnote;
+    const double *time; /* [nrow], increasing [s] */
+    const lab_column *column;
+    const lab_setting *set;
+    const lab_note *note;
+    lab_trigger trigger;
+    unsigned long long hash; /* of the file's bytes */
+} lab_data;
+
+/** How to read. Start from lab_data_options_default(model). */
+typedef struct lab_data_options {
+    const stein_model *model; /* must outlive the data */
+    int min_samples;          /* of every column; default 4 */
+    int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
+    lab_report_fn *report;    /* hears every problem; may be NULL */
+    void *ctx;
+} lab_data_options;
+lab_data_options lab_data_options_default(const stein_model *model);
+
+/** Read a file.
+ *  @return OK, EIO, EPARSE (err has the first problem, report gets up to 20), EINVAL (inputs_only
+ *  and no column is an input), ENOMEM; *data untouched on failure */
+stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
+                           stein_err *err);
+void lab_data_close(lab_data *data);
+/** Column by name; NULL when the file has none. */
+const lab_column *lab_data_column(const lab_data *data, const char *name);
+/** The stroke's parameters: p [np] holds values (the file of the model, a fit), those that the
+ *  stroke sets are replaced. */
+void lab_data_apply(const lab_data *data, double *p);
+
+/** Several strokes. */
+typedef struct lab_dataset {
+    int n;
+    lab_data **stroke; /* [n] in the order of the files */
+} lab_dataset;
+/** All files or none; every problem of every file is reported. Files with the same bytes are
+ *  accepted, report hears of it. @return as lab_data_open; EINVAL for n < 1 */
+stein_status lab_dataset_open(lab_dataset **set, const char *const *file, int n,
+                              const lab_data_options *options, stein_err *err);
+void lab_dataset_close(lab_dataset *set);
+
+/* ---- audit ---- */
+
+enum { LAB_LAGS = 8, LAB_SPANS = 16 };
+
+/** A stretch of time [s]. */
+typedef struct lab_span {
+    double from, to;
+} lab_span;
+
+/** What the noise of a channel was estimated from. */
+typedef enum {
+    LAB_NOISE_REST,   /* the scatter while nothing moves */
+    LAB_NOISE_MOTION, /* what smooth motion leaves over */
+    LAB_NOISE_STEP,   /* less than a quantisation step can show: step / sqrt(12) */
+    LAB_NOISE_UNKNOWN /* too few samples: NAN */
+} lab_noise_source;
+
+/** Audit of one channel [its unit, s]. Counts are complete, lists stop at LAB_SPANS. */
+typedef struct lab_channel_audit {
+    int samples;
+    double missing;      /* share of rows without a sample */
+    int longest_missing; /* rows in a row */
+    double low, high;
+    double noise;           /* sd of one sample, to be used: that of `# noise`, or the estimate */
+    double noise_estimated; /* from the record alone, quantisation included */
+    lab_noise_source noise_from;
+    int noise_samples;            /* behind the estimate */
+    double correlation[LAB_LAGS]; /* of the noise at lags 1, 2, ... samples; NAN when unknown */
+    double step;                  /* quantisation step; 0: none found */
+    double locking;               /* share of the resting samples on one level; 0 without a step */
+    int saturated_low, saturated_high; /* samples in runs that are cut off at low, high */
+    int spikes;                        /* single samples far from both neighbours */
+    double spike[LAB_SPANS];           /* their times */
+    int nrest;
+    lab_span rest[LAB_SPANS]; /* where it does not move */
+    int starts_at_rest;
+    double motion, motion_error; /* first motion after the rest at the start; NAN without */
+} lab_channel_audit;
+
+/** Audit of one stroke. */
+typedef struct lab_audit {
+    const lab_data *data;
+    double rate;                  /* 1 / median interval [Hz] */
+    double interval;              /* median [s] */
+    double jitter_sd, jitter_max; /* of the intervals that are no gaps, about the median [s] */
+    int uniform;                  /* 0: the rate varies, gaps have no meaning */
+    int gaps, dropped;            /* intervals above 1.5 medians, frames lost in them */
+    double longest_gap;           /* interval [s] */
+    lab_span gap[LAB_SPANS];
+    int nrest;
+    lab_span rest[LAB_SPANS];    /* where no channel moves */
+    int starts_at_rest;          /* all channels that show a place do */
+    double motion, motion_error; /* first motion of any of them [s], NAN when it is not seen */
+    int trigger_fits;            /* 0: see the findings */
+    int nfinding;
+    char **finding;             /* sentences about what does not fit or limits the fit */
+    lab_channel_audit *channel; /* [ncolumn] */
+} lab_audit;
+
+/** @return OK, ENOMEM */
+stein_status lab_audit_create(lab_audit **audit, const lab_data *data, stein_err *err);
+void lab_audit_destroy(lab_audit *audit);
+/** The audit as lines of text. @return OK, ENOMEM */
+stein_status lab_audit_text(const lab_audit *audit, lab_report_fn *line, void *ctx, stein_err *err);
+
+/* ---- does a stroke fit its own settings? ---- */
+
+/** Values of the columns at rest: the model with the stroke's settings in its initial state.
+ *  @param value  [ncolumn] out; NAN for inputs
+ *  @return OK, or what lab_sim, stein_set_all and stein_reset return */
+stein_status lab_data_rest(const lab_data *data, const lab_model *model, double *value,
+                           stein_err *err);
+/** Compare the values at the start of the record with expected ones: every channel that differs by
+ *  more than its tolerance is reported. The value is the mean of the rest at the start or, without
+ *  one, the first sample where that is the instant of the trigger; otherwise, and where `expected`
+ *  is NAN, nothing is compared.
+ *  @param expected, tolerance  [ncolumn] [SI]
+ *  @return OK, EPARSE, ENOMEM */
+stein_status lab_data_check_rest(const lab_audit *audit, const double *expected,
+                                 const double *tolerance, lab_report_fn *report, void *ctx,
+                                 stein_err *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,425 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * data.c - measured data from CSV files: a stroke, a set of strokes.
+ *
+ * One pass over the file. A problem does not end the reading, so that one run names all of them;
+ * from the first problem on rows are checked but no longer kept, and the file gives no data: nobody
+ * shall fit the half that could be read. Repeated problems of one kind (a thousand empty cells of
+ * the time) are one message with a count.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "data_inner.h"
+
+/* kinds of problems that are counted; per column: kind + KINDS * column */
+enum { NOTE_BELOW = 2, RAGGED, NO_TIME, TIME_ORDER, BAD_CELL, QUOTES, KINDS };
+
+lab_data_options lab_data_options_default(const stein_model *model)
+{
+    return (lab_data_options){.model = model, .min_samples = 4};
+}
+
+void lab_data_close(lab_data *data)
+{
+    if (data == NULL) {
+        return;
+    }
+    data__file *out = (data__file *)(void *)data;
+    for (int i = 0; out->column != NULL && i < data->ncolumn; i++) {
+        free((void *)out->column[i].value);
+        free((void *)out->column[i].present);
+    }
+    for (int i = 0; i < data->nnote; i++) {
+        free((void *)out->note[i].name);
+        free((void *)out->note[i].value);
+    }
+    free(out->time);
+    free(out->column);
+    free(out->set);
+    free(out->note);
+    free(out->file);
+    free(out);
+}
+
+/* ---- rows ---- */
+
+static int grow(data__reader *r)
+{
+    size_t room = r->room == 0 ? 1024 : 2 * (size_t)r->room;
+    double *time = realloc(r->out->time, sizeof *time * room);
+    r->out->time = time != NULL ? time : r->out->time;
+    int ok = time != NULL;
+    for (int k = 1; ok && k < r->ntitle; k++) {
+        data__title *t = &r->title[k];
+        if (!t->known) {
+            continue;
+        }
+        double *value = realloc(t->value, sizeof *value * room);
+        t->value = value != NULL ? value : t->value;
+        unsigned char *present = realloc(t->present, room);
+        t->present = present != NULL ? present : t->present;
+        ok = value != NULL && present != NULL;
+    }
+    r->problems.nomem |= !ok;
+    r->room = ok ? (int)room : r->room;
+    return ok;
+}
+
+/* number of a cell in SI; 0 when it is none, which is told */
+static int number(data__reader *r, const char *text, data__cell cell, int k, double *v)
+{
+    const data__title *t = &r->title[k];
+    char shown[DATA_SHOWN];
+    const char *wrong = data__number(cell, t->exp10, r->c, v);
+    if (wrong == NULL && isinf(*v * t->factor)) {
+        wrong = "the number is too large";
+    }
+    if (wrong != NULL) {
+        data__problem(&r->problems, BAD_CELL + KINDS * (k + 1), r->lines.line,
+                      data__column(text, cell.at), "%s \"%s\": %s", t->name,
+                      data__shown(shown, cell.s, cell.n), wrong);
+        return 0;
+    }
+    *v *= t->factor;
+    return 1;
+}
+
+static int read_time(data__reader *r, const char *text, data__cell cell, double *t)
+{
+    char now[LAB_NUMBER], before[LAB_NUMBER];
+    int line = r->lines.line, column = data__column(text, cell.at);
+    if (cell.n == 0) {
+        data__problem(&r->problems, NO_TIME, line, column, "a row without time");
+        return 0;
+    }
+    if (!number(r, text, cell, 0, t)) {
+        return 0;
+    }
+    if (*t <= r->last) {
+        data__problem(&r->problems, TIME_ORDER, line, column,
+                      "the time %s from %s s to %s s, "
+                      "expected rows in increasing time",
+                      *t < r->last ? "goes back" : "stands still,", lab__number(before, r->last),
+                      lab__number(now, *t));
+        r->last = *t;
+        return 0;
+    }
+    r->last = *t;
+    return 1;
+}
+
+static void ragged(data__reader *r, const char *text, size_t size, const data__cell *cell, int n)
+{
+    char hint[80] = "";
+    int at = n > r->ntitle ? cell[r->ntitle].at : (int)size;
+    const char *semicolon = memchr(text, ';', size);
+    if (r->ntitle > 1 && n == 2 * r->ntitle) {
+        snprintf(hint, sizeof hint, ": are these decimal commas? expected decimal points");
+    } else if (n == 1 && semicolon != NULL) {
+        at = (int)(semicolon - text);
+        snprintf(hint, sizeof hint, ": cells are separated by \";\", expected \",\"");
+    }
+    data__problem(&r->problems, RAGGED, r->lines.line, data__column(text, at),
+                  "%s%d cell%s where the header has %d%s", n > DATA_COLUMNS ? "more than " : "",
+                  n > DATA_COLUMNS ? DATA_COLUMNS : n, n == 1 ? "" : "s", r->ntitle, hint);
+}
+
+/* the cells of one row into the columns, or only through the checks */
+static void take_row(data__reader *r, const char *text, const data__cell *cell, double time)
+{
+    int keep = r->problems.n == 0 && !r->problems.nomem && (r->rows < r->room || grow(r));
+    for (int k = 1; k < r->ntitle; k++) {
+        data__title *t = &r->title[k];
+        double v = NAN;
+        int present = cell[k].n > 0;
+        if (!t->known || (present && !number(r, text, cell[k], k, &v))) {
+            t->refused++;
+            continue;
+        }
+        if (present) {
+            t->first = t->samples == 0 ? v : t->first;
+            t->varies |= v != t->first;
+            t->samples++;
+        }
+        if (keep) {
+            t->value[r->rows] = v;
+            t->present[r->rows] = (unsigned char)present;
+        }
+    }
+    if (keep) {
+        r->out->time[r->rows] = time;
+    }
+    r->rows++;
+}
+
+static void row_line(data__reader *r, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    double time = NAN;
+    int n = data__cells(text, size, cell);
+    if (text[0] == '#') {
+        data__problem(&r->problems, NOTE_BELOW, r->lines.line, 1,
+                      "a \"#\" line below the header, "
+                      "expected above it");
+        return;
+    }
+    if (n < 0) {
+        data__problem(&r->problems, QUOTES, r->lines.line, data__column(text, -1 - n),
+                      "quotes that do not close at a comma");
+        return;
+    }
+    if (r->rows >= DATA_ROWS) {
+        data__problem(&r->problems, 0, r->lines.line, 1, "more than %d rows", (int)DATA_ROWS);
+        r->stop = 1;
+        return;
+    }
+    if (n != r->ntitle) {
+        ragged(r, text, size, cell, n);
+    } else if (read_time(r, text, cell[0], &time)) {
+        take_row(r, text, cell, time);
+        return;
+    }
+    r->rows++;
+    r->refused++;
+}
+
+/* ---- the whole file ---- */
+
+static stein_status read_lines(data__reader *r, stein_err *err)
+{
+    const char *text;
+    size_t size;
+    while (!r->stop && !r->problems.more && !r->problems.nomem &&
+           data__next_line(&r->lines, &r->problems, &text, &size)) {
+        if (size == 0) {
+            continue;
+        }
+        if (r->header_line == 0 && text[0] == '#') {
+            data__note_line(r, text, size);
+        } else if (r->header_line == 0) {
+            data__header_line(r, text, size);
+            data__settle_noise(r);
+        } else {
+            row_line(r, text, size);
+        }
+    }
+    r->stop |= !r->lines.ended; // lines may be left that say more
+    if (ferror(r->lines.stream)) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", r->out->file, strerror(errno));
+    }
+    return STEIN_OK;
+}
+
+/* an output that never changes measures nothing; a force that is never there says something */
+static int may_be_constant(const data__reader *r, const lab_column *c, double value)
+{
+    if (c->role == LAB_INPUT) {
+        return 1;
+    }
+    stein_read_kind read = r->model->channels[c->index].read;
+    return read == STEIN_READ_NOTCH_PHASE || read == STEIN_READ_INPUT ||
+           (value == 0.0 && (read == STEIN_READ_FORCE || read == STEIN_READ_TANGENT ||
+                             read == STEIN_READ_NOTCH_FORCE || read == STEIN_READ_INPUT_FORCE));
+}
+
+/* what can only be said at the end of the file */
+static void check_columns(data__reader *r)
+{
+    int least = r->options->min_samples;
+    char value[LAB_NUMBER];
+    if (r->header_line == 0) {
+        data__problem(&r->problems, 0, 0, 0, "no header line, expected \"time [s],...\"");
+        return;
+    }
+    if (r->rows == 0) {
+        data__problem(&r->problems, 0, r->header_line, 1, "no rows below the header");
+        return;
+    }
+    if (r->ntitle == 1 && !r->options->inputs_only) {
+        data__problem(&r->problems, 0, r->header_line, 1, "no columns beside the time");
+    }
+    if (r->rows < least) {
+        data__problem(&r->problems, 0, r->header_line, 1, "%d sample%s, expected at least %d",
+                      r->rows, r->rows == 1 ? "" : "s", least);
+        return;
+    }
+    for (int k = 1; k < r->ntitle; k++) {
+        const data__title *t = &r->title[k];
+        if (t->known && t->samples + t->refused + r->refused < least) {
+            data__problem(&r->problems, 0, r->header_line, t->at,
+                          "%d sample%s of \"%s\", expected "
+                          "at least %d",
+                          t->samples, t->samples == 1 ? "" : "s", t->name, least);
+        } else if (t->known && t->samples >= least && !t->varies &&
+                   !may_be_constant(r, &r->out->column[t->to], t->first)) {
+            data__problem(&r->problems, 0, r->header_line, t->at,
+                          "\"%s\" is %s %s in all %d "
+                          "samples: it measures nothing",
+                          t->name, lab__number(value, t->first), r->out->column[t->to].unit,
+                          t->samples);
+        }
+    }
+}
+
+/* cut the columns to their length and hand them to the public part */
+static void hand_over(data__reader *r)
+{
+    data__file *out = r->out;
+    out->data.nrow = r->rows;
+    out->data.time = out->time;
+    out->data.column = out->column;
+    out->data.set = out->set;
+    out->data.note = out->note;
+    out->data.file = out->file;
+    out->data.hash = r->lines.hash;
+    for (int k = 1; k < r->ntitle; k++) {
+        if (r->title[k].known) {
+            out->column[r->title[k].to].samples = r->title[k].samples;
+        }
+    }
+}
+
+static stein_status read_file(data__reader *r, const lab_data_options *o, stein_err *err)
+{
+    stein_status status = data__lines_open(&r->lines, r->out->file, err);
+    if (status == STEIN_OK) {
+        status = read_lines(r, err);
+    }
+    data__lines_close(&r->lines);
+    if (status == STEIN_OK && !r->stop && !r->problems.more) {
+        check_columns(r);
+    }
+    for (int k = 1; k < r->ntitle; k++) { // owned by the columns from here on
+        if (r->title[k].known) {
+            r->out->column[r->title[k].to].value = r->title[k].value;
+            r->out->column[r->title[k].to].present = r->title[k].present;
+        }
+    }
+    stein_status found =
+        data__problems_flush(&r->problems, o->report, o->ctx, status == STEIN_OK ? err : NULL);
+    status = status == STEIN_OK ? found : status;
+    if (status == STEIN_OK && o->inputs_only && r->out->data.ncolumn == 0) {
+        return lab__fail(err, STEIN_EINVAL, "%s:%d: no column is named like an input of \"%s\"",
+                         r->out->file, r->header_line, r->model->name);
+    }
+    return status;
+}
+
+stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
+                           stein_err *err)
+{
+    data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
+    r.out = calloc(1, sizeof *r.out);
+    r.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (r.out != NULL) {
+        r.out->file = lab__text("%s", file);
+        r.out->data.model = options->model;
+    }
+    stein_status status = STEIN_OK;
+    if (r.out == NULL || r.out->file == NULL || r.c == (locale_t)0) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    } else {
+        r.problems.file = r.out->file;
+        status = read_file(&r, options, err);
+    }
+    for (int i = 0; i < r.nnoise; i++) {
+        free(r.noise[i].name);
+        free(r.noise[i].value);
+    }
+    free(r.noise);
+    if (status == STEIN_OK) {
+        hand_over(&r);
+        *data = &r.out->data;
+    } else if (r.out != NULL) {
+        lab_data_close(&r.out->data);
+    }
+    free(r.title);
+    if (r.c != (locale_t)0) {
+        freelocale(r.c);
+    }
+    return status;
+}
+
+/* ---- access ---- */
+
+const lab_column *lab_data_column(const lab_data *data, const char *name)
+{
+    for (int i = 0; i < data->ncolumn; i++) {
+        if (strcmp(data->column[i].name, name) == 0) {
+            return &data->column[i];
+        }
+    }
+    return NULL;
+}
+
+void lab_data_apply(const lab_data *data, double *p)
+{
+    for (int i = 0; i < data->nset; i++) {
+        p[data->set[i].param] = data->set[i].value;
+    }
+}
+
+/* ---- several strokes ---- */
+
+void lab_dataset_close(lab_dataset *set)
+{
+    for (int i = 0; set != NULL && set->stroke != NULL && i < set->n; i++) {
+        lab_data_close(set->stroke[i]);
+    }
+    if (set != NULL) {
+        free(set->stroke);
+        free(set);
+    }
+}
+
+static void tell_twins(const lab_dataset *set, const lab_data_options *o)
+{
+    for (int i = 1; o->report != NULL && i < set->n; i++) {
+        int k = 0;
+        while (k < i && (set->stroke[k]->hash != set->stroke[i]->hash ||
+                         set->stroke[k]->nrow != set->stroke[i]->nrow)) {
+            k++;
+        }
+        char *text = k < i ? lab__text("%s: the same data as %s, counted twice",
+                                       set->stroke[i]->file, set->stroke[k]->file)
+                           : NULL;
+        if (text != NULL) {
+            o->report(o->ctx, text);
+        }
+        free(text);
+    }
+}
+
+stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
+                              const lab_data_options *options, stein_err *err)
+{
+    if (n < 1) {
+        return lab__fail(err, STEIN_EINVAL, "no data files");
+    }
+    lab_dataset *set = calloc(1, sizeof *set);
+    if (set == NULL || (set->stroke = calloc((size_t)n, sizeof(lab_data *))) == NULL) {
+        lab_dataset_close(set);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = STEIN_OK;
+    set->n = n;
+    for (int i = 0; i < n; i++) { // to the end: every problem of every file
+        stein_err why = {STEIN_OK, ""};
+        stein_status one = lab_data_open(&set->stroke[i], file[i], options, &why);
+        if (one == STEIN_EIO && options->report != NULL) {
+            options->report(options->ctx, why.msg);
+        }
+        if (status == STEIN_OK && one != STEIN_OK) {
+            status = lab__fail(err, one, "%s", why.msg);
+        }
+    }
+    if (status != STEIN_OK) {
+        lab_dataset_close(set);
+        return status;
+    }
+    tell_twins(set, options);
+    *out = set;
+    return STEIN_OK;
+}

@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * data_findings.c - an audit in words: what limits a fit, and all of it as lines of text.
+ *
+ * A finding is a sentence with its figures, so that the reader can disagree. The trigger is judged
+ * only where t = 0 means something: the file says that it is synchronised, or says nothing and the
+ * mechanism has a stroke.
+ */
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "data_inner.h"
+
+void data__finding(lab_audit *a, int *nomem, const char *format, ...)
+{
+    char text[400];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    char **grown = realloc(a->finding, sizeof *grown * ((size_t)a->nfinding + 1));
+    if (grown == NULL || (grown[a->nfinding] = lab__text("%s", text)) == NULL) {
+        a->finding = grown != NULL ? grown : a->finding;
+        *nomem = 1;
+        return;
+    }
+    a->finding = grown;
+    a->nfinding++;
+}
+
+char *data__quantity(char *text, double value, const char *unit)
+{
+    static const struct {
+        double factor;
+        const char *name;
+    } prefix[] = {{1e3, "k"}, {1.0, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}};
+    static const char *const scaled[] = {"s", "m", "N", "Hz", "rad", "J"};
+    int scales = 0, k = 1;
+    for (size_t i = 0; i < sizeof scaled / sizeof *scaled; i++) {
+        scales |= strcmp(unit, scaled[i]) == 0;
+    }
+    if (scales && value != 0.0 && isfinite(value)) {
+        int least = strcmp(unit, "rad") == 0 || *unit == 'N' || *unit == 'J' ? 2 : 4;
+        k = strcmp(unit, "s") == 0 || strcmp(unit, "m") == 0 ? 1 : 0;
+        while (k < least && fabs(value) < 0.9995 * prefix[k].factor) {
+            k++;
+        }
+    }
+    snprintf(text, DATA_SHOWN, "%.4g %s%s", value / prefix[k].factor + 0.0, // never "-0"
+             scales ? prefix[k].name : "", strcmp(unit, "1") == 0 ? "" : unit);
+    size_t n = strlen(text);
+    text[n - (n > 0 && text[n - 1] == ' ')] = '\0';
+    return text;
+}
+
+/* ---- the time ---- */
+
+/* does t = 0 mean the start of the motion? */
+static int has_origin(const lab_data *d)
+{
+    return d->trigger == LAB_TRIGGER_SYNCHRONISED ||
+           (d->trigger == LAB_TRIGGER_UNSTATED && d->model->stroke.string >= 0);
+}
+
+static void judge_trigger(lab_audit *a, int *nomem)
+{
+    const lab_data *d = a->data;
+    double start = d->time[0], dt = a->interval, length = d->time[d->nrow - 1] - start;
+    double late = fmax(3.0 * dt, 0.02 * length);
+    char t[DATA_SHOWN];
+    a->trigger_fits = 1;
+    if (!has_origin(d)) {
+        return;
+    }
+    const char *said = d->trigger == LAB_TRIGGER_SYNCHRONISED
+                           ? "though the trigger is called synchronised"
+                           : "though no \"# trigger: unsynchronised\" is given";
+    int before = a->nfinding;
+    if (isnan(a->motion)) {
+        if (!a->starts_at_rest && start < -2.0 * dt) {
+            data__finding(a, nomem, "it moves from the first sample on, at %s, %s",
+                          data__quantity(t, start, "s"), said);
+        } else if (!a->starts_at_rest && start > late) {
+            data__finding(a, nomem,
+                          "the record begins at %s, in motion: the start of the stroke is "
+                          "missing",
+                          data__quantity(t, start, "s"));
+        }
+    } else if (a->motion < -fmax(2.0 * dt, 2.0 * a->motion_error)) {
+        data__finding(a, nomem, "the first motion is at %s, before the trigger, %s",
+                      data__quantity(t, a->motion, "s"), said);
+    } else if (a->motion > fmax(late, 3.0 * a->motion_error)) {
+        data__finding(a, nomem, "nothing moves until %s, %s", data__quantity(t, a->motion, "s"),
+                      said);
+    }
+    a->trigger_fits = a->nfinding == before;
+}
+
+static void judge_time(lab_audit *a, int *nomem)
+{
+    const lab_data *d = a->data;
+    double length = d->time[d->nrow - 1] - d->time[0], until = d->model->until;
+    char t[DATA_SHOWN], u[DATA_SHOWN];
+    if (!a->uniform) {
+        data__finding(a, nomem, "the sampling rate varies: intervals about %s, the longest %s",
+                      data__quantity(t, a->interval, "s"),
+                      data__quantity(u, fmax(a->longest_gap, a->interval), "s"));
+    } else if (a->gaps > 0) {
+        data__finding(a, nomem, "%d gap%s, %d frame%s dropped, the longest %s at %s", a->gaps,
+                      a->gaps == 1 ? "" : "s", a->dropped, a->dropped == 1 ? "" : "s",
+                      data__quantity(t, a->longest_gap, "s"),
+                      data__quantity(u, a->gap[0].from, "s"));
+    }
+    if (a->uniform && a->jitter_sd > 0.1 * a->interval) {
+        data__finding(a, nomem, "the intervals jitter by %s about %s",
+                      data__quantity(t, a->jitter_sd, "s"), data__quantity(u, a->interval, "s"));
+    }
+    if (length > 50.0 * until || length < until / 500.0) {
+        data__finding(a, nomem,
+                      "the record lasts %s, a run of the model %s: is the unit of the time "
+                      "right?",
+                      data__quantity(t, length, "s"), data__quantity(u, until, "s"));
+    }
+    judge_trigger(a, nomem);
+}
+
+/* ---- channels ---- */
+
+static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_audit *ch, int *nomem)
+{
+    char x[DATA_SHOWN], y[DATA_SHOWN];
+    double ratio = c->noise / ch->noise_estimated;
+    if (ratio > 3.0 || ratio < 1.0 / 3.0) {
+        data__finding(a, nomem, "%s: the noise is given as %s, the record shows %s", c->name,
+                      data__quantity(x, c->noise, c->unit),
+                      data__quantity(y, ch->noise_estimated, c->unit));
+    }
+    if (ch->noise_from == LAB_NOISE_UNKNOWN) {
+        data__finding(a, nomem, "%s: %d samples are too few to tell the noise", c->name,
+                      ch->samples);
+    }
+    if (ch->step > 2.5 * ch->noise_estimated || ch->locking > 0.8) {
+        data__finding(a, nomem, "%s: locked to steps of %s, the noise does not reach across",
+                      c->name, data__quantity(x, ch->step, c->unit));
+    }
+    if (ch->correlation[0] > 0.3 && ch->noise_from == LAB_NOISE_REST &&
+        ch->noise_estimated > 1e-5 * (ch->high - ch->low)) {
+        data__finding(a, nomem,
+                      "%s: the noise of neighbouring samples is correlated by %.2f: there "
+                      "are fewer independent samples than rows",
+                      c->name, ch->correlation[0]);
+    }
+}
+
+static void judge_channel(lab_audit *a, int k, int *nomem)
+{
+    const lab_column *c = &a->data->column[k];
+    const lab_channel_audit *ch = &a->channel[k];
+    char x[DATA_SHOWN];
+    judge_noise(a, c, ch, nomem);
+    if (ch->low == ch->high) {
+        data__finding(a, nomem, "%s: %s throughout", c->name, data__quantity(x, ch->low, c->unit));
+    }
+    if (ch->missing > 0.0) {
+        data__finding(a, nomem, "%s: %.2g %% of the rows have no sample, at most %d in a row",
+                      c->name, 100.0 * ch->missing, ch->longest_missing);
+    }
+    if (ch->saturated_low > 0) {
+        data__finding(a, nomem, "%s: cut off at its lowest value %s, %d samples", c->name,
+                      data__quantity(x, ch->low, c->unit), ch->saturated_low);
+    }
+    if (ch->saturated_high > 0) {
+        data__finding(a, nomem, "%s: cut off at its highest value %s, %d samples", c->name,
+                      data__quantity(x, ch->high, c->unit), ch->saturated_high);
+    }
+    if (ch->spikes > 0) {
+        data__finding(a, nomem, "%s: %d single sample%s far off, the first at %s", c->name,
+                      ch->spikes, ch->spikes == 1 ? "" : "s", data__quantity(x, ch->spike[0], "s"));
+    }
+}
+
+void data__findings(lab_audit *a, int *nomem)
+{
+    judge_time(a, nomem);
+    for (int k = 0; k < a->data->ncolumn; k++) {
+        judge_channel(a, k, nomem);
+    }
+}
+
+/* ---- text ---- */
+
+/* lines go out one by one; a missing one is remembered */
+typedef struct out {
+    lab_report_fn *line;
+    void *ctx;
+    int nomem;
+} out;
+
+static void put(out *o, char *text)
+{
+    if (text != NULL) {
+        o->line(o->ctx, text);
+    } else {
+        o->nomem = 1;
+    }
+    free(text);
+}
+
+static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch)
+{
+    static const char *const from[] = {"at rest", "in motion", "from the step", "unknown"};
+    char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[32] = "";
+    if (!isnan(ch->correlation[0])) {
+        snprintf(lag, sizeof lag, ", lag 1 %.2f", ch->correlation[0]);
+    }
+    put(o, lab__text("  %s: %d samples, %s .. %s, noise %s (%s%s), step %s", c->name, ch->samples,
+                     data__quantity(low, ch->low, c->unit), data__quantity(high, ch->high, c->unit),
+                     data__quantity(noise, ch->noise, c->unit),
+                     isnan(c->noise) ? from[ch->noise_from] : "given", lag,
+                     ch->step > 0.0 ? data__quantity(step, ch->step, c->unit) : "none"));
+}
+
+stein_status lab_audit_text(const lab_audit *a, lab_report_fn *line, void *ctx, stein_err *err)
+{
+    const lab_data *d = a->data;
+    out o = {line, ctx, 0};
+    char x[DATA_SHOWN], y[DATA_SHOWN], z[DATA_SHOWN], w[DATA_SHOWN];
+    put(&o,
+        lab__text("%s: %d rows, %s .. %s, %s, jitter %s, %d gap%s", d->file, d->nrow,
+                  data__quantity(x, d->time[0], "s"), data__quantity(y, d->time[d->nrow - 1], "s"),
+                  data__quantity(z, a->rate, "Hz"), data__quantity(w, a->jitter_sd, "s"), a->gaps,
+                  a->gaps == 1 ? "" : "s"));
+    for (int k = 0; k < d->ncolumn; k++) {
+        put_channel(&o, &d->column[k], &a->channel[k]);
+    }
+    for (int i = 0; i < a->nrest && i < LAB_SPANS; i++) {
+        put(&o, lab__text("  at rest %s .. %s", data__quantity(x, a->rest[i].from, "s"),
+                          data__quantity(y, a->rest[i].to, "s")));
+    }
+    if (!isnan(a->motion)) {
+        put(&o, lab__text("  first motion at %s +- %s", data__quantity(x, a->motion, "s"),
+                          data__quantity(y, a->motion_error, "s")));
+    }
+    for (int i = 0; i < a->nfinding; i++) {
+        put(&o, lab__text("  ! %s", a->finding[i]));
+    }
+    return o.nomem ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+}

@@ -1,0 +1,435 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * data_header.c - what stands above the rows of a data file: "#" lines and the titles of columns.
+ *
+ * Every name is looked up in the model at once, and every unit is checked against the one the model
+ * has for that name: a record in the wrong unit, or of another mechanism, is refused before a
+ * single row is believed. A title without a unit is refused too, except for a pure number:
+ * "key_angle" alone may be degrees.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "data_inner.h"
+#include "reader.h"
+
+char *data__copy(data__reader *r, const char *s, size_t n)
+{
+    char *copy = malloc(n + 1);
+    if (copy == NULL) {
+        r->problems.nomem = 1;
+        return NULL;
+    }
+    memcpy(copy, s, n);
+    copy[n] = '\0';
+    return copy;
+}
+
+/* ---- names ---- */
+
+static const char *suggestion(char *to, size_t room, const mech__nearest *near)
+{
+    snprintf(to, room, "%s%s%s", near->best != NULL ? ", did you mean \"" : "",
+             near->best != NULL ? near->best : "", near->best != NULL ? "\"?" : "");
+    return to;
+}
+
+static const char *near_param(char *to, size_t room, const stein_model *m, const char *name)
+{
+    mech__nearest near = {name, NULL, 0};
+    for (int i = 0; i < m->np; i++) {
+        mech__offer(&near, m->params[i].name);
+    }
+    return suggestion(to, room, &near);
+}
+
+static const char *near_channel(char *to, size_t room, const stein_model *m, const char *name)
+{
+    mech__nearest near = {name, NULL, 0};
+    for (int i = 1; i < m->nchannel; i++) { // 0 is the time
+        mech__offer(&near, m->channels[i].name);
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        mech__offer(&near, m->inputs[i].name);
+    }
+    return suggestion(to, room, &near);
+}
+
+/* ---- "#" lines ---- */
+
+/* a part of a line: from, to in bytes, without blanks around it */
+typedef struct part {
+    size_t from, to;
+} part;
+
+static part trimmed(const char *text, size_t from, size_t to)
+{
+    while (from < to && (text[from] == ' ' || text[from] == '\t')) {
+        from++;
+    }
+    while (to > from && (text[to - 1] == ' ' || text[to - 1] == '\t')) {
+        to--;
+    }
+    return (part){from, to};
+}
+
+/* does the part begin with this word, alone? then it is taken off */
+static int take_word(const char *text, part *p, const char *word)
+{
+    size_t n = strlen(word), left = p->to - p->from;
+    if (left < n || memcmp(text + p->from, word, n) != 0 ||
+        (left > n && text[p->from + n] != ' ' && text[p->from + n] != '\t')) {
+        return 0;
+    }
+    *p = trimmed(text, p->from + n, p->to);
+    return 1;
+}
+
+static void add_setting(data__reader *r, const char *name, const char *value, int at_name,
+                        int at_value)
+{
+    data__file *out = r->out;
+    stein_err err = {STEIN_OK, ""};
+    char hint[MECH_PATH + 32], shown[DATA_SHOWN];
+    mech_dim dim = {0, 0, 0, 0};
+    double v = NAN;
+    int line = r->lines.line, k = stein_find_param(r->model, name);
+    if (k < 0) {
+        int load = strncmp(name, "load.", 5) == 0 && r->model->load.body < 0;
+        data__problem(&r->problems, 0, line, at_name, "\"%s\" sets no parameter of \"%s\"%s",
+                      data__shown(shown, name, strlen(name)), r->model->name,
+                      load ? ", which has no load" : near_param(hint, sizeof hint, r->model, name));
+        return;
+    }
+    mech_parse_unit(r->model->params[k].unit, &dim, NULL);
+    if (mech_parse_quantity(value, dim, &v, &err) != STEIN_OK) {
+        data__problem(&r->problems, 0, line, at_value, "set %s: %s", name, err.msg);
+        return;
+    }
+    for (int i = 0; i < out->data.nset; i++) {
+        const lab_setting *other = &out->set[i];
+        if (other->param == k && other->value != v) {
+            char a[LAB_NUMBER], b[LAB_NUMBER];
+            data__problem(&r->problems, 0, line, at_name,
+                          "%s is set to %s %s here and to %s %s in "
+                          "line %d: one stroke has one value",
+                          name, lab__number(a, v), r->model->params[k].unit,
+                          lab__number(b, other->value), r->model->params[k].unit, other->line);
+            return;
+        }
+        if (other->param == k) {
+            return;
+        }
+    }
+    lab_setting *grown = realloc(out->set, sizeof *grown * ((size_t)out->data.nset + 1));
+    if (grown == NULL) {
+        r->problems.nomem = 1;
+        return;
+    }
+    out->set = grown;
+    out->set[out->data.nset++] = (lab_setting){r->model->params[k].name, k, v, line, at_name};
+}
+
+static void set_trigger(data__reader *r, const char *value, int at)
+{
+    static const char *const words[] = {"synchronised", "synchronized", "unsynchronised",
+                                        "unsynchronized"};
+    char shown[DATA_SHOWN];
+    lab_trigger found = LAB_TRIGGER_UNSTATED;
+    for (int i = 0; i < 4; i++) {
+        if (strcmp(value, words[i]) == 0) {
+            found = i < 2 ? LAB_TRIGGER_SYNCHRONISED : LAB_TRIGGER_UNSYNCHRONISED;
+        }
+    }
+    if (found == LAB_TRIGGER_UNSTATED) {
+        data__problem(&r->problems, 0, r->lines.line, at,
+                      "trigger \"%s\": expected synchronised or "
+                      "unsynchronised",
+                      data__shown(shown, value, strlen(value)));
+    } else if (r->trigger_line > 0 && r->out->data.trigger != found) {
+        data__problem(&r->problems, 0, r->lines.line, at,
+                      "the trigger is %s here and something "
+                      "else in line %d",
+                      value, r->trigger_line);
+    } else {
+        r->out->data.trigger = found;
+        r->trigger_line = r->lines.line;
+    }
+}
+
+static void keep_noise(data__reader *r, char *name, char *value, int at_name, int at_value)
+{
+    data__noise *grown = realloc(r->noise, sizeof *grown * ((size_t)r->nnoise + 1));
+    if (grown == NULL) {
+        r->problems.nomem = 1;
+        free(name);
+        free(value);
+        return;
+    }
+    r->noise = grown;
+    r->noise[r->nnoise++] = (data__noise){name, value, r->lines.line, at_name, at_value};
+}
+
+static void keep_note(data__reader *r, char *name, char *value)
+{
+    lab_note *grown = realloc(r->out->note, sizeof *grown * ((size_t)r->out->data.nnote + 1));
+    if (grown == NULL) {
+        r->problems.nomem = 1;
+        free(name);
+        free(value);
+        return;
+    }
+    r->out->note = grown;
+    r->out->note[r->out->data.nnote++] = (lab_note){name, value, r->lines.line};
+}
+
+void data__note_line(data__reader *r, const char *text, size_t size)
+{
+    part all = trimmed(text, 1, size);
+    const char *colon = memchr(text + all.from, ':', all.to - all.from);
+    part name = trimmed(text, all.from, colon != NULL ? (size_t)(colon - text) : all.from);
+    part value = trimmed(text, colon != NULL ? (size_t)(colon - text) + 1 : all.from, all.to);
+    part word = colon != NULL ? name : all;
+    int plain = r->options->inputs_only; // signals alone: nothing is said about a stroke
+    int set = !plain && take_word(text, &word, "set");
+    int noise = !plain && !set && take_word(text, &word, "noise");
+    int at_name = data__column(text, (int)word.from),
+        at_value = data__column(text, (int)value.from);
+    if ((set || noise) && (colon == NULL || word.from == word.to)) {
+        data__problem(&r->problems, 0, r->lines.line, at_name, "expected \"# %s NAME: VALUE\"",
+                      set ? "set" : "noise");
+        return;
+    }
+    if (++r->notes > DATA_NOTES) {
+        data__problem(&r->problems, 1, r->lines.line, 1, "more than %d lines above the header",
+                      (int)DATA_NOTES);
+        r->stop = 1;
+        return;
+    }
+    part called = set || noise ? word : name;
+    char *n = data__copy(r, text + called.from, called.to - called.from);
+    char *v = data__copy(r, text + value.from, value.to - value.from);
+    if (n == NULL || v == NULL || set || (!plain && strcmp(n, "trigger") == 0)) {
+        if (n != NULL && v != NULL && set) {
+            add_setting(r, n, v, at_name, at_value);
+        } else if (n != NULL && v != NULL) {
+            set_trigger(r, v, at_value);
+        }
+        free(n);
+        free(v);
+    } else if (noise) {
+        keep_noise(r, n, v, at_name, at_value);
+    } else {
+        keep_note(r, n, v);
+    }
+}
+
+/* ---- titles ---- */
+
+/* "name [unit]" cut in two; unit is NULL without brackets */
+static int cut_title(data__cell cell, char name[DATA_SHOWN], char unit[DATA_SHOWN])
+{
+    const char *open = memchr(cell.s, '[', cell.n);
+    size_t n = open != NULL ? (size_t)(open - cell.s) : cell.n;
+    part p = trimmed(cell.s, 0, n);
+    data__shown(name, cell.s + p.from, p.to - p.from);
+    *unit = '\0';
+    if (open == NULL) {
+        return 0;
+    }
+    const char *shut = memchr(open, ']', cell.n - n);
+    p = trimmed(open, 1, shut != NULL ? (size_t)(shut - open) : cell.n - n);
+    data__shown(unit, open + p.from, p.to - p.from);
+    return shut == NULL || shut + 1 != cell.s + cell.n ? -1 : 1;
+}
+
+/* unit of a title against the model's. @return 1 when it fits */
+static int fit_unit(data__reader *r, data__title *t, const char *unit, int has_unit,
+                    const char *wanted)
+{
+    int line = r->header_line;
+    if (has_unit < 0) {
+        data__problem(&r->problems, 0, line, t->at,
+                      "\"%s\": the unit is not closed, expected \"%s "
+                      "[%s]\"",
+                      t->name, t->name, wanted);
+        return 0;
+    }
+    if (!has_unit) {
+        if (strcmp(wanted, "1") != 0) {
+            data__problem(&r->problems, 0, line, t->at,
+                          "\"%s\" has no unit, expected \"%s [%s]\" "
+                          "or another unit of this kind",
+                          t->name, t->name, wanted);
+        }
+        return strcmp(wanted, "1") == 0;
+    }
+    int wrong = data__unit(unit, wanted, &t->exp10, &t->factor);
+    if (wrong != 0) {
+        data__problem(&r->problems, 0, line, t->at, "\"%s\" is in [%s], expected [%s]%s", t->name,
+                      unit, wanted,
+                      wrong == 2 ? ": this is no known unit" : " or another unit of this kind");
+    }
+    return wrong == 0;
+}
+
+static int is_repeated(data__reader *r, const data__title *t)
+{
+    for (const data__title *other = r->title; other < t; other++) {
+        if (strcmp(other->name, t->name) == 0 && *t->name != '\0') {
+            data__problem(&r->problems, 0, r->header_line, t->at,
+                          "a second column \"%s\", the "
+                          "first one is at column %d",
+                          t->name, other->at);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static void add_time(data__reader *r, data__title *t, const char *unit, int has_unit)
+{
+    t->known = 1;
+    if (strcmp(t->name, "time") != 0) {
+        data__problem(&r->problems, 0, r->header_line, t->at,
+                      "the first column is \"%s%s%s%s\": "
+                      "expected time [s]",
+                      t->name, has_unit ? " [" : "", unit, has_unit ? "]" : "");
+        return;
+    }
+    fit_unit(r, t, unit, has_unit, "s");
+}
+
+static void add_channel(data__reader *r, data__title *t, const char *unit, int has_unit)
+{
+    const stein_model *m = r->model;
+    int input = stein_find_input(m, t->name);
+    int channel = input < 0 ? stein_find_channel(m, t->name) : -1;
+    char hint[MECH_PATH + 32];
+    if (input < 0 && channel < 0) {
+        data__problem(&r->problems, 0, r->header_line, t->at,
+                      "\"%s\" is no output or input of "
+                      "\"%s\"%s",
+                      t->name, m->name, near_channel(hint, sizeof hint, m, t->name));
+        return;
+    }
+    const char *wanted = input >= 0 ? m->inputs[input].unit : m->channels[channel].unit;
+    if (!fit_unit(r, t, unit, has_unit, wanted)) {
+        return;
+    }
+    t->known = 1;
+    t->to = r->out->data.ncolumn++;
+    r->out->column[t->to] =
+        (lab_column){.name = input >= 0 ? m->inputs[input].name : m->channels[channel].name,
+                     .unit = wanted,
+                     .role = input >= 0 ? LAB_INPUT : LAB_OUTPUT,
+                     .index = input >= 0 ? input : channel,
+                     .noise = NAN,
+                     .line = r->header_line,
+                     .column = t->at};
+}
+
+/* other separators than a comma */
+static int is_foreign(data__reader *r, const char *text, size_t size)
+{
+    const char *semicolon = memchr(text, ';', size), *tab = memchr(text, '\t', size);
+    if (memchr(text, ',', size) != NULL || (semicolon == NULL && tab == NULL)) {
+        return 0;
+    }
+    data__problem(&r->problems, 0, r->header_line,
+                  data__column(text, (int)((semicolon != NULL ? semicolon : tab) - text)),
+                  "columns are separated by %s, expected commas (and decimal points)",
+                  semicolon != NULL ? "\";\"" : "tabs");
+    r->stop = 1;
+    return 1;
+}
+
+void data__header_line(data__reader *r, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    r->header_line = r->lines.line;
+    if (is_foreign(r, text, size)) {
+        return;
+    }
+    int n = data__cells(text, size, cell);
+    if (n < 0 || n > DATA_COLUMNS) {
+        data__problem(&r->problems, 0, r->header_line, n < 0 ? data__column(text, -1 - n) : 1,
+                      n < 0 ? "a quoted title that does not end at a comma"
+                            : "more than 256 columns");
+        r->stop = 1;
+        return;
+    }
+    r->title = calloc((size_t)n, sizeof *r->title);
+    r->out->column = calloc((size_t)n, sizeof *r->out->column);
+    if (r->title == NULL || r->out->column == NULL) {
+        r->problems.nomem = 1;
+        return;
+    }
+    for (r->ntitle = 0; r->ntitle < n; r->ntitle++) {
+        data__title *t = &r->title[r->ntitle];
+        char unit[DATA_SHOWN];
+        int has_unit = cut_title(cell[r->ntitle], t->name, unit);
+        t->at = data__column(text, cell[r->ntitle].at);
+        t->factor = 1.0;
+        int used = !r->options->inputs_only || stein_find_input(r->model, t->name) >= 0;
+        if (r->ntitle == 0) {
+            add_time(r, t, unit, has_unit);
+        } else if (used && *t->name == '\0') {
+            data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name",
+                          r->ntitle + 1);
+        } else if (used && !is_repeated(r, t)) {
+            add_channel(r, t, unit, has_unit);
+        }
+    }
+}
+
+/* ---- noise ---- */
+
+static lab_column *column_named(data__reader *r, const char *name)
+{
+    for (int i = 0; i < r->out->data.ncolumn; i++) {
+        if (strcmp(r->out->column[i].name, name) == 0) {
+            return &r->out->column[i];
+        }
+    }
+    return NULL;
+}
+
+void data__settle_noise(data__reader *r)
+{
+    for (int i = 0; i < r->nnoise && !r->options->inputs_only; i++) {
+        const data__noise *n = &r->noise[i];
+        lab_column *c = column_named(r, n->name);
+        stein_err err = {STEIN_OK, ""};
+        char hint[MECH_PATH + 32], shown[DATA_SHOWN];
+        mech_dim dim = {0, 0, 0, 0};
+        double v = NAN;
+        if (c == NULL) {
+            int known = stein_find_channel(r->model, n->name) >= 0 ||
+                        stein_find_input(r->model, n->name) >= 0;
+            data__problem(&r->problems, 0, n->line, n->name_column, "noise of \"%s\": %s%s",
+                          data__shown(shown, n->name, strlen(n->name)),
+                          known ? "no such column in this file"
+                                : "no such output or input of the model",
+                          known ? "" : near_channel(hint, sizeof hint, r->model, n->name));
+            continue;
+        }
+        mech_parse_unit(c->unit, &dim, NULL);
+        if (mech_parse_quantity(n->value, dim, &v, &err) != STEIN_OK) {
+            data__problem(&r->problems, 0, n->line, n->value_column, "noise of \"%s\": %s", c->name,
+                          err.msg);
+        } else if (!(v > 0.0)) {
+            data__problem(&r->problems, 0, n->line, n->value_column,
+                          "noise of \"%s\": a standard "
+                          "deviation is greater than zero",
+                          c->name);
+        } else if (!isnan(c->noise) && c->noise != v) {
+            data__problem(&r->problems, 0, n->line, n->name_column,
+                          "the noise of \"%s\" is given "
+                          "twice, with different values",
+                          c->name);
+        } else {
+            c->noise = v;
+        }
+    }
+}

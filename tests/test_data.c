@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_data.c - reading measured data: what is accepted, and every refusal with its place.
+ */
+#include <locale.h>
+
+#include "data_support.h"
+
+Suite *data_suite(void);
+void data_audit_cases(Suite *suite);
+
+static const stein_model *const action = &stein_model_stein1788;
+
+/* rows of a plausible record, to follow a header of time and one channel */
+#define ROWS "0,1.5\n1,1.75\n2.5,1.125\n3,1.0625\n4,\n"
+
+/* ---- what is accepted ---- */
+
+START_TEST(every_part_of_a_file_is_kept_in_si)
+{
+    const char *path = write_file(
+        "a.csv",
+        "\xef\xbb\xbf# set pawl.stop_shift: -0.3 mm\r\n"
+        "#set load.mass:105 g\r\n"
+        "# noise string_distance: 0.012 mm\r\n"
+        "# trigger: unsynchronised\r\n"
+        "# camera: Phantom: v7\r\n"
+        "# a free remark\r\n"
+        "#\r\n"
+        "\"time [ms]\", string_distance [mm] ,\"key_angle [deg]\",finger [N],notch_phase\r\n"
+        "-1.25, 7.2,-3,0.5,1\r\n"
+        "0,7.1,-2.875,,1\r\n"
+        "\r\n"
+        "0.5,\"\",-2.5,1e-3,2\r\n"
+        "+1.5e0,.0625,+0.25,-4E2,2\r\n"
+        "2,7,0,3,3");
+    lab_data_options o = lab_data_options_default(action);
+    o.min_samples = 2;
+    lab_data *d = NULL;
+    ck_assert_stein(lab_data_open(&d, path, &o, err));
+    ck_assert_int_eq(d->nrow, 5);
+    ck_assert_int_eq(d->ncolumn, 4);
+    ck_assert_int_eq(d->trigger, LAB_TRIGGER_UNSYNCHRONISED);
+    ck_assert(d->time[0] == -0.00125 && d->time[3] == 0.0015);
+    const lab_column *s = lab_data_column(d, "string_distance");
+    ck_assert_ptr_eq(s, &d->column[0]);
+    ck_assert_ptr_null(lab_data_column(d, "hammer_height"));
+    ck_assert(s->value[0] == 0.0072 && s->value[3] == 0.0000625); // the very bits
+    ck_assert(isnan(s->value[2]) && !s->present[2] && s->present[4]);
+    ck_assert_int_eq(s->samples, 4);
+    ck_assert(s->noise == 0.012e-3);
+    ck_assert_str_eq(s->unit, "m");
+    ck_assert_int_eq(s->line, 8);
+    ck_assert_int_eq(s->column, 14);
+    ck_assert_int_eq(s->role, LAB_OUTPUT);
+    const lab_column *finger = lab_data_column(d, "finger");
+    ck_assert_int_eq(finger->role, LAB_INPUT);
+    ck_assert_int_eq(finger->index, stein_find_input(action, "finger"));
+    ck_assert(isnan(finger->noise) && finger->value[3] == -400.0);
+    ck_assert_close(lab_data_column(d, "key_angle")->value[1], -2.875 * 3.14159265358979 / 180.0,
+                    1e-14, 0.0);
+    ck_assert_int_eq(d->nset, 2);
+    ck_assert(d->set[0].value == -0.3e-3 && d->set[1].value == 0.105);
+    ck_assert_str_eq(d->set[1].name, "load.mass");
+    double *p = malloc(sizeof *p * (size_t)action->np);
+    for (int i = 0; i < action->np; i++) {
+        p[i] = action->params[i].value;
+    }
+    lab_data_apply(d, p);
+    ck_assert(p[stein_find_param(action, "pawl.stop_shift")] == -0.3e-3);
+    int mass = stein_find_param(action, "hammer.mass");
+    ck_assert(p[mass] == action->params[mass].value);
+    free(p);
+    ck_assert_int_eq(d->nnote, 3);
+    ck_assert_str_eq(d->note[0].name, "camera");
+    ck_assert_str_eq(d->note[0].value, "Phantom: v7");
+    ck_assert_str_eq(d->note[1].value, "a free remark");
+    lab_data_close(d);
+    lab_data_close(NULL);
+}
+END_TEST
+
+START_TEST(numbers_are_rounded_correctly_in_any_locale)
+{
+    static const char *const text[] = {"0.1",
+                                       "123456789012345",
+                                       "1234567890123456789",
+                                       "9007199254740993",
+                                       "1e23",
+                                       "8.5e-23",
+                                       "4.9e-324",
+                                       "1.7976931348623157e308",
+                                       "-0.000000000000000000000017",
+                                       "5e-324",
+                                       "2.2250738585072011e-308",
+                                       "00012.50",
+                                       "-0",
+                                       "3.141592653589793238462643383279502884197169399375105"};
+    static const double value[] = {0.1,
+                                   123456789012345.0,
+                                   1234567890123456789.0,
+                                   9007199254740993.0,
+                                   1e23,
+                                   8.5e-23,
+                                   4.9e-324,
+                                   1.7976931348623157e308,
+                                   -0.000000000000000000000017,
+                                   5e-324,
+                                   2.2250738585072011e-308,
+                                   12.5,
+                                   -0.0,
+                                   3.141592653589793238462643383279502884197169399375105};
+    int n = sizeof value / sizeof *value;
+    char file[2000] = "time [s],notch_phase\n";
+    for (int i = 0; i < n; i++) {
+        char row[120];
+        snprintf(row, sizeof row, "%d,%s\n", i, text[i]);
+        strcat(file, row);
+    }
+    write_file("n.csv", file);
+    const char *german = setlocale(LC_ALL, "de_DE.UTF-8"); // may be absent
+    lab_data *d = open_data(in_folder("n.csv"), action);
+    setlocale(LC_ALL, "C");
+    for (int i = 0; i < n; i++) {
+        ck_assert_msg(memcmp(&d->column[0].value[i], &value[i], sizeof value[i]) == 0,
+                      "%s became %.17g%s", text[i], d->column[0].value[i],
+                      german != NULL ? " in a German locale" : "");
+    }
+    lab_data_close(d);
+}
+END_TEST
+
+START_TEST(a_written_stroke_reads_back_bit_for_bit)
+{
+    const char *notes[] = {"model: stein1788", "set pawl.stop_shift: -0.3mm", NULL};
+    stein_sim *sim = make_sim(action, STEIN_RK4, 0.0);
+    ck_assert_stein(stein_set(sim, "pawl.stop_shift", -0.3e-3, err));
+    ck_assert_stein(stein_reset(sim, err));
+    lab_record *record = NULL;
+    ck_assert_stein(lab_record_create(&record, action, 0.43e-3, err));
+    lab_stroke_def def = lab_stroke_def_default(action);
+    def.until = 0.0813;
+    def.sample = lab_record_sample;
+    def.ctx = record;
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    ck_assert_stein(lab_write_csv(in_folder("s.csv"), record, notes, err));
+    lab_data *d = open_data(in_folder("s.csv"), action);
+    ck_assert_int_eq(d->nrow, lab__record_rows(record));
+    ck_assert_int_eq(d->ncolumn, action->nchannel - 1);
+    for (int k = 0; k < d->ncolumn; k++) {
+        ck_assert_int_eq(d->column[k].index, k + 1);
+        for (int i = 0; i < d->nrow; i++) {
+            double there = lab__record_at(record, i, k + 1);
+            ck_assert(memcmp(&d->column[k].value[i], &there, sizeof there) == 0);
+        }
+    }
+    ck_assert_int_eq(d->nset, 1);
+    ck_assert(d->set[0].value == -0.3e-3);
+    lab_data_close(d);
+    lab_record_destroy(record);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(long_records_are_read_in_one_piece)
+{
+    FILE *f = fopen(in_folder("long.csv"), "w");
+    fprintf(f, "time [us],string_distance [um],key_angle [mrad]\n");
+    for (int i = 0; i < 123457; i++) {
+        fprintf(f, "%d,%d.25,%s\n", 7 * i, (i * 31) % 1009, i % 3 == 0 ? "" : "1.5e-1");
+    }
+    fprintf(f, "1e12,3,7\n");
+    fclose(f);
+    lab_data *d = open_data(in_folder("long.csv"), action);
+    ck_assert_int_eq(d->nrow, 123458);
+    ck_assert(d->time[123456] == 0.864192 && d->time[123457] == 1e6);
+    ck_assert(d->column[0].value[123456] == (123456 * 31 % 1009 + 0.25) / 1e6);
+    ck_assert_int_eq(d->column[1].samples, 123457 - 41153 + 1);
+    lab_data_close(d);
+}
+END_TEST
+
+/* ---- refusals ---- */
+
+typedef struct refusal {
+    const char *text, *place, *says;
+} refusal;
+
+static void refuse(const refusal *bad, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        lab_data_options o = lab_data_options_default(action);
+        said s = {.n = 0};
+        stein_err err = {STEIN_OK, ""};
+        lab_data *d = NULL;
+        o.report = hear;
+        o.ctx = &s;
+        const char *path = write_file("bad.csv", bad[i].text);
+        stein_status status = lab_data_open(&d, path, &o, &err);
+        ck_assert_msg(status == STEIN_EPARSE && d == NULL, "accepted: %s", bad[i].text);
+        char *place = lab__text("%s%s", path, bad[i].place);
+        ck_assert_msg(s.n == 1 && strncmp(s.text[0], place, strlen(place)) == 0 &&
+                          strstr(s.text[0], bad[i].says) != NULL,
+                      "%d problems, the first: %s\nexpected %s and \"%s\"", s.n, s.text[0], place,
+                      bad[i].says);
+        ck_assert_int_eq(strncmp(err.msg, s.text[0], strlen(err.msg)), 0);
+        free(place);
+    }
+}
+#define REFUSE(bad) refuse(bad, sizeof(bad) / sizeof *(bad))
+
+START_TEST(wrong_headers_are_refused_with_their_place)
+{
+    static const refusal bad[] = {
+        {"", ": ", "no header line"},
+        {"# camera: x\n", ": ", "no header line"},
+        {"time [s],string_distance [N]\n" ROWS,
+         ":1:10: ", "\"string_distance\" is in [N], expected [m]"},
+        {"time [s],string_distance [inch]\n" ROWS, ":1:10: ", "no known unit"},
+        {"time [s],notch_phase [rad]\n" ROWS, ":1:10: ", "expected [1]"},
+        {"time [s],string_distance\n" ROWS,
+         ":1:10: ", "has no unit, expected \"string_distance [m]"},
+        {"time [s],key_angle\n" ROWS, ":1:10: ", "has no unit, expected \"key_angle [rad]"},
+        {"time [s],string_distance [m\n" ROWS, ":1:10: ", "the unit is not closed"},
+        {"time [mm],string_distance [m]\n" ROWS, ":1:1: ", "\"time\" is in [mm], expected [s]"},
+        {"time,string_distance [m]\n" ROWS, ":1:1: ", "\"time\" has no unit, expected \"time [s]"},
+        {"t [s],string_distance [m]\n" ROWS, ":1:1: ", "\"t [s]\": expected time [s]"},
+        {"string_distance [m],notch_phase\n" ROWS, ":1:1: ", "expected time [s]"},
+        {"time [s],string_distanze [m]\n" ROWS, ":1:10: ", "did you mean \"string_distance\"?"},
+        {"time [s],finge [N]\n" ROWS, ":1:10: ", "did you mean \"finger\"?"},
+        {"time [s],\xc3\xa9t\xc3\xa9 [m]\n" ROWS, ":1:10: ", "no output or input of \"stein1788\""},
+        {"time [s],key_dip [m],string_distance [m],key_dip "
+         "[mm]\n0,1,2,3\n1,2,3,4\n2,3,4,5\n3,4,5,6\n",
+         ":1:42: ", "a second column \"key_dip\", the first one is at column 10"},
+        {"time [s],time [s]\n" ROWS, ":1:10: ", "a second column \"time\""},
+        {"time [s], \n" ROWS, ":1:10: ", "column 2 has no name"},
+        {"time [s]\n0\n1\n2\n3\n", ":1:1: ", "no columns beside the time"},
+        {"time [s];string_distance [m]\n0;1\n", ":1:9: ", "separated by \";\""},
+        {"time [s]\tstring_distance [m]\n0\t1\n", ":1:9: ", "separated by tabs"},
+        {"time [s],\"key_dip [m]\n" ROWS, ":1:10: ", "quoted title"},
+        {"\xff\xfet\n", ":1:1: ", "UTF-16"},
+    };
+    REFUSE(bad);
+}
+END_TEST
+
+START_TEST(wrong_rows_are_refused_with_their_place)
+{
+#define HEAD "time [s],key_dip [mm]\n"
+    static const refusal bad[] = {
+        {HEAD, ":1:1: ", "no rows"},
+        {HEAD "0,1\n", ":1:1: ", "1 sample, expected at least 4"},
+        {HEAD "0,1\n1,\n2,2\n3,\n4,4\n",
+         ":1:10: ", "3 samples of \"key_dip\", expected at least 4"},
+        {HEAD "0,7.25\n1,7.25\n2,\n3,7.25\n4,7.25\n",
+         ":1:10: ", "\"key_dip\" is 0.00725 m in all 4 samples"},
+        {HEAD "0,0\n1,0\n2,0\n3,0\n4,0\n", ":1:10: ", "measures nothing"},
+        {HEAD "0,1\n1,2\n0.5,3\n2,4\n", ":4:1: ", "the time goes back from 1 s to 0.5 s"},
+        {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time stands still"},
+        {HEAD "0,1\n1,2\n 2 ,nan\n3,1\n4,5\n", ":4:5: ", "key_dip \"nan\": not a finite number"},
+        {HEAD "0,1\n1,-Inf\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
+        {HEAD "0,1\n1,N/A\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
+        {HEAD "0,1\n1,1e999\n2,2\n3,1\n4,5\n", ":3:3: ", "too large"},
+        {HEAD "0,1\n1,0x10\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
+        {HEAD "0,1\n1,2 mm\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
+        {HEAD "0,1\n1,\"1,5\"\n2,2\n3,1\n4,5\n", ":3:3: ", "a decimal comma"},
+        {HEAD "0,1\n1,\"15\n2,2\n3,1\n4,5\n5,5\n", ":3:3: ", "quotes that do not close"},
+        {HEAD "0,1\n,2\n2,2\n3,1\n4,5\n", ":3:1: ", "a row without time"},
+        {HEAD "0,1\nx,2\n2,2\n3,1\n4,5\n", ":3:1: ", "time \"x\": expected a number"},
+        {HEAD "0,1\n1,2,3\n2,2\n3,1\n4,5\n", ":3:5: ", "3 cells where the header has 2"},
+        {HEAD "0,1\n1\n2,2\n3,1\n4,5\n", ":3:2: ", "1 cell where the header has 2"},
+        {HEAD "0,1\n1;2\n2,2\n3,1\n4,5\n", ":3:2: ", "separated by \";\""},
+        {HEAD "0,0,1,5\n0,5,1,75\n1,0,1,25\n1,5,1,0\n", ":2:5: ", "decimal commas?"},
+        {HEAD "0,1\n1,2\n# set key.mass: 3 g\n2,2\n3,1\n4,5\n", ":4:1: ", "below the header"},
+    };
+    REFUSE(bad);
+}
+END_TEST
+
+START_TEST(settings_that_contradict_are_refused_with_their_place)
+{
+#define BODY HEAD "0,1\n1,2\n2,4\n3,1\n"
+    static const refusal bad[] = {
+        {"# set pawl.stop_shfit: 1 mm\n" BODY, ":1:7: ", "did you mean \"pawl.stop_shift\"?"},
+        {"# set load.mass: 3 mm\n" BODY, ":1:18: ", "the unit is m, expected kg"},
+        {"# set load.mass: heavy\n" BODY, ":1:18: ", "expected a number"},
+        {"# set load.mass:\n" BODY, ":1:17: ", "expected a number"},
+        {"# set load.mass = 100 g\n" BODY, ":1:7: ", "expected \"# set NAME: VALUE\""},
+        {"# set : 100 g\n" BODY, ":1:6: ", "expected \"# set NAME: VALUE\""},
+        {"# set load.mass: 100 g\n# x: y\n# set load.mass: 105 g\n" BODY,
+         ":3:7: ", "load.mass is set to 0.105 kg here and to 0.1 kg in line 1"},
+        {"# trigger: now\n" BODY, ":1:12: ", "expected synchronised or unsynchronised"},
+        {"# trigger: synchronised\n# trigger: unsynchronised\n" BODY, ":2:12: ", "in line 1"},
+        {"# noise string_distance: 1 um\n" BODY, ":1:9: ", "no such column in this file"},
+        {"# noise key_dipp: 1 um\n" BODY, ":1:9: ", "did you mean \"key_dip\"?"},
+        {"# noise key_dip: 1 N\n" BODY, ":1:18: ", "the unit is N, expected m"},
+        {"# noise key_dip: -1 um\n" BODY, ":1:18: ", "greater than zero"},
+        {"# noise key_dip: 1 um\n# noise key_dip: 2 um\n" BODY, ":2:9: ", "given twice"},
+    };
+    REFUSE(bad);
+    lab_data *d = open_data(write_file("same.csv", "# set load.mass: 100 g\n# set load.mass: "
+                                                   "0.1 kg\n" BODY),
+                            action);
+    ck_assert_int_eq(d->nset, 1);
+    lab_data_close(d);
+}
+END_TEST
+
+START_TEST(a_load_cannot_be_set_where_there_is_none)
+{
+    lab_data_options o = lab_data_options_default(&stein_model_falling_ball);
+    lab_data *d = NULL;
+    stein_err err = {STEIN_OK, ""};
+    const char *path =
+        write_file("b.csv", "# set load.mass: 100 g\ntime [s],height [m]\n0,4\n1,3\n2,2\n3,1\n");
+    ck_assert_int_eq(lab_data_open(&d, path, &o, &err), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(err.msg, ":1:7: "));
+    ck_assert_ptr_nonnull(strstr(err.msg, "which has no load"));
+}
+END_TEST
+
+START_TEST(all_problems_are_told_in_order_and_alike_ones_are_counted)
+{
+    lab_data_options o = lab_data_options_default(action);
+    said s = {.n = 0};
+    o.report = hear;
+    o.ctx = &s;
+    lab_data *d = NULL;
+    char text[4000] =
+        "# set nothing: 1\ntime [s],key_dip [N],string_distance [m],key_angle [rad]\n";
+    for (int i = 0; i < 40; i++) {
+        char row[80];
+        snprintf(row, sizeof row, "%d,1,nan,%s\n", i, i == 17 ? "x" : "2.5");
+        strcat(text, row);
+    }
+    const char *path = write_file("many.csv", text);
+    ck_assert_int_eq(lab_data_open(&d, path, &o, NULL), STEIN_EPARSE);
+    ck_assert_int_eq(s.n, 5);
+    ck_assert_ptr_nonnull(strstr(s.text[0], ":1:7: "));
+    ck_assert_ptr_nonnull(strstr(s.text[1], ":2:10: "));
+    ck_assert_ptr_nonnull(strstr(s.text[2], ":2:42: \"key_angle\" is 2.5 rad in all 39"));
+    ck_assert_ptr_nonnull(strstr(s.text[3], ":3:5: "));
+    ck_assert_ptr_nonnull(strstr(s.text[3], "and 39 more like this"));
+    ck_assert_ptr_nonnull(strstr(s.text[4], ":20:10: "));
+
+    // and no more than twenty
+    *text = '\0';
+    for (int i = 0; i < 30; i++) {
+        strcat(text, "# set nothing: 1\n");
+    }
+    s.n = 0;
+    path = write_file("many.csv", strcat(text, BODY));
+    ck_assert_int_eq(lab_data_open(&d, path, &o, NULL), STEIN_EPARSE);
+    ck_assert_int_eq(s.n, 21);
+    ck_assert_ptr_nonnull(strstr(s.text[20], "more than 20 problems"));
+    ck_assert_ptr_null(d);
+}
+END_TEST
+
+START_TEST(what_is_no_text_is_refused)
+{
+    lab_data_options o = lab_data_options_default(action);
+    lab_data *d = NULL;
+    stein_err err = {STEIN_OK, ""};
+    ck_assert_int_eq(lab_data_open(&d, in_folder("absent.csv"), &o, &err), STEIN_EIO);
+    ck_assert_int_eq(lab_data_open(&d, folder, &o, &err), STEIN_EIO);
+    ck_assert_int_eq(lab_data_open(&d, "/dev/zero", &o, &err), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(err.msg, ":1:1: a zero byte"));
+    FILE *f = fopen(in_folder("wide.csv"), "w");
+    for (int i = 0; i < 70000; i++) {
+        putc('a', f);
+    }
+    fclose(f);
+    ck_assert_int_eq(lab_data_open(&d, in_folder("wide.csv"), &o, &err), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(err.msg, "longer than 64 KiB"));
+    f = fopen(in_folder("wide.csv"), "w");
+    for (int i = 0; i < 257; i++) {
+        fprintf(f, "%stime [s]", i > 0 ? "," : "");
+    }
+    fclose(f);
+    ck_assert_int_eq(lab_data_open(&d, in_folder("wide.csv"), &o, &err), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(err.msg, "more than 256 columns"));
+    ck_assert_ptr_null(d);
+}
+END_TEST
+
+/* ---- several strokes ---- */
+
+START_TEST(a_dataset_is_all_files_or_none)
+{
+    char *good = lab__text("%s", write_file("good.csv", BODY));
+    char *twin = lab__text("%s", write_file("twin.csv", BODY));
+    char *bad = lab__text("%s", write_file("bad.csv", HEAD "0,1\n1,nan\n2,3\n3,4\n4,4\n"));
+    char *other = lab__text("%s", write_file("other.csv", "# set load.mass: 90 g\n" BODY));
+    lab_data_options o = lab_data_options_default(action);
+    said s = {.n = 0};
+    stein_err why = {STEIN_OK, ""};
+    o.report = hear;
+    o.ctx = &s;
+    lab_dataset *set = NULL;
+    const char *files[] = {good, bad, in_folder("absent.csv"), bad};
+    ck_assert_int_eq(lab_dataset_open(&set, files, 4, &o, &why), STEIN_EPARSE);
+    ck_assert_int_eq(s.n, 3);
+    ck_assert_ptr_nonnull(strstr(why.msg, "bad.csv:3:3: "));
+    ck_assert_int_eq(was_said(&s, "absent.csv cannot be read"), 1);
+    ck_assert_int_eq(lab_dataset_open(&set, files, 0, &o, &why), STEIN_EINVAL);
+    ck_assert_ptr_null(set);
+    const char *fine[] = {good, other, twin};
+    s.n = 0;
+    ck_assert_stein(lab_dataset_open(&set, fine, 3, &o, err));
+    ck_assert_int_eq(set->n, 3);
+    ck_assert(set->stroke[1]->set[0].value == 0.09);
+    ck_assert_int_eq(s.n, 1);
+    ck_assert_ptr_nonnull(strstr(s.text[0], "the same data as"));
+    lab_dataset_close(set);
+    lab_dataset_close(NULL);
+    free(good);
+    free(twin);
+    free(bad);
+    free(other);
+}
+END_TEST
+
+Suite *data_suite(void)
+{
+    Suite *suite = suite_create("data");
+    TCase *tc = tcase_create("reader");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
+    tcase_add_test(tc, numbers_are_rounded_correctly_in_any_locale);
+    tcase_add_test(tc, a_written_stroke_reads_back_bit_for_bit);
+    tcase_add_test(tc, long_records_are_read_in_one_piece);
+    tcase_add_test(tc, wrong_headers_are_refused_with_their_place);
+    tcase_add_test(tc, wrong_rows_are_refused_with_their_place);
+    tcase_add_test(tc, settings_that_contradict_are_refused_with_their_place);
+    tcase_add_test(tc, a_load_cannot_be_set_where_there_is_none);
+    tcase_add_test(tc, all_problems_are_told_in_order_and_alike_ones_are_counted);
+    tcase_add_test(tc, what_is_no_text_is_refused);
+    tcase_add_test(tc, a_dataset_is_all_files_or_none);
+    suite_add_tcase(suite, tc);
+    data_audit_cases(suite);
+    return suite;
+}
