@@ -117,6 +117,7 @@ START_TEST(a_run_lands_exactly_on_its_end)
     ck_assert_stein(stein_run(sim, 0.0123456, err));
     ck_assert(stein_time(sim) == 0.0123456);
     ck_assert_stein(stein_run(sim, 0.0123456, err)); // nothing to do
+    ck_assert(stein_dt(sim) == 1e-3);
     ck_assert_int_eq(stein_run(sim, 0.01, NULL), STEIN_EINVAL);
     ck_assert_int_eq(stein_run(sim, NAN, NULL), STEIN_EINVAL);
     ck_assert(stein_time(sim) == 0.0123456);

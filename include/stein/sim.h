@@ -81,6 +81,8 @@ stein_status stein_step(stein_sim *sim, stein_err *err);
  *  @return as stein_step; EINVAL when t_end is before the current time or not finite */
 stein_status stein_run(stein_sim *sim, double t_end, stein_err *err);
 double stein_time(const stein_sim *sim);
+/** Length of a whole step [s], as the definition set it. */
+double stein_dt(const stein_sim *sim);
 /** Coordinates and speeds [nq], valid until the next call that changes the state. */
 const double *stein_q(const stein_sim *sim);
 const double *stein_qd(const stein_sim *sim);

@@ -119,3 +119,12 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
     *value = stein_read(sim, i);
     return STEIN_OK;
 }
+
+int stein_notch_armed(stein_sim *sim, int notch)
+{
+    if (notch < 0 || notch >= sim->model->nnotch || stein__refresh(sim, NULL) != STEIN_OK) {
+        return 0;
+    }
+    const unsigned char *mode = sim->mode + sim->model->nspot + NOTCH_GUARDS * notch;
+    return !mode[NOTCH_REGION] && sim->beak[notch].gap > 0.0;
+}

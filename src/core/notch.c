@@ -162,11 +162,3 @@ int stein_notch_phase(const stein_sim *sim, int notch)
 {
     return notch < 0 || notch >= sim->model->nnotch ? -1 : sim->phase[notch];
 }
-
-int stein_notch_armed(stein_sim *sim, int notch)
-{
-    if (notch < 0 || notch >= sim->model->nnotch || stein__refresh(sim, NULL) != STEIN_OK) {
-        return 0;
-    }
-    return !modes_of(sim, notch)[NOTCH_REGION] && sim->beak[notch].gap > 0.0;
-}

@@ -281,6 +281,11 @@ double stein_time(const stein_sim *sim)
     return sim->head->t;
 }
 
+double stein_dt(const stein_sim *sim)
+{
+    return sim->def.dt;
+}
+
 const double *stein_q(const stein_sim *sim)
 {
     return sim->q;

@@ -166,17 +166,6 @@ static void note_force(run *r)
 
 /* ---- running ---- */
 
-/* Length of the simulation's step: one is taken unobserved and taken back. */
-static stein_status find_step(run *r, stein_err *err)
-{
-    double t = stein_time(r->sim);
-    stein_save(r->sim, r->kept);
-    stein_status status = stein_step(r->sim, err);
-    r->dt = stein_time(r->sim) - t;
-    stein_status back = stein_restore(r->sim, r->kept, err);
-    return status == STEIN_OK ? back : status;
-}
-
 /* one step, or what is left to `stop` when that is not more */
 static stein_status step_towards(const run *r, double stop, stein_err *err)
 {
@@ -202,8 +191,9 @@ static stein_status offer(run *r, int last)
 static stein_status go(run *r, stein_err *err)
 {
     double end = r->start + r->def->until, lift = r->start + r->def->release;
-    stein_status status = find_step(r, err);
+    stein_status status = STEIN_OK;
     int lifted = !(lift <= end);
+    r->dt = stein_dt(r->sim);
     r->due = r->start;
     while (status == STEIN_OK) {
         int last = stein_time(r->sim) >= end;
