@@ -145,6 +145,24 @@ START_TEST(deepest_compression_follows_the_energy_balance)
 }
 END_TEST
 
+START_TEST(a_step_too_coarse_for_a_hard_contact_is_refused_as_chatter)
+{
+    stein_sim *sim = make_sim(&stein_model_bouncing_ball, STEIN_RK4, 0.1);
+    static const char *const gone[] = {"floor.normal.a", "floor.normal.b", "floor.normal.D"};
+    for (int i = 0; i < 3; i++) {
+        ck_assert_stein(stein_set(sim, gone[i], 0.0, err));
+    }
+    ck_assert_stein(stein_set(sim, "floor.normal.c", 1e6, err)); // elastic, 1 ms a bounce and less
+    double q = 0.026, qd = 0.0;
+    ck_assert_stein(stein_set_state(sim, 0.0, &q, &qd, err));
+    stein_err failure = {STEIN_OK, ""};
+    ck_assert_int_eq(stein_step(sim, &failure), STEIN_ECHATTER);
+    ck_assert_msg(strstr(failure.msg, "200 contact events between t = ") != NULL, "%s", failure.msg);
+    ck_assert(stein_time(sim) > 0.0 && stein_time(sim) < 0.1); // stopped where it began
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 /* speed and acceleration of the block along the slope [m/s, m/s^2], positive downhill */
 static void slide(double A, double seconds, double *speed, double *acceleration, double *angle)
 {
@@ -224,6 +242,7 @@ Suite *contact_suite(void)
     tcase_add_test(tc, free_fall_meets_the_floor_at_the_time_of_the_formula);
     tcase_add_test(tc, restitution_follows_the_energy_balance_at_every_impact_speed);
     tcase_add_test(tc, deepest_compression_follows_the_energy_balance);
+    tcase_add_test(tc, a_step_too_coarse_for_a_hard_contact_is_refused_as_chatter);
     tcase_add_test(tc, a_block_sticks_on_a_slope_below_the_angle_of_friction);
     tcase_add_test(tc, a_block_slides_with_the_acceleration_of_coulomb);
     tcase_add_test(tc, two_equal_balls_exchange_their_speeds);

@@ -17,7 +17,6 @@ extern "C" {
     X(OK, "success")                                                                               \
     X(EINVAL, "invalid argument")                                                                  \
     X(ENAME, "no such name in the model")                                                          \
-    X(ESTRUCT, "the change alters the structure of the equations: regenerate them")                \
     X(ENOMEM, "out of memory")                                                                     \
     X(ENONFINITE, "the state is no longer finite")                                                 \
     X(ESINGULAR, "the mass matrix is singular")                                                    \
