@@ -209,6 +209,18 @@ START_TEST(rests_and_the_first_motion_are_found)
 }
 END_TEST
 
+START_TEST(a_short_rest_is_enough_at_the_start)
+{
+    camera c = camera_default(1300u + (unsigned)_i);
+    lab_data *d;
+    c.trigger = 0.0081; // 32 frames
+    lab_audit *a = audit_film(FREE, c, NULL, &d);
+    ck_assert(a->starts_at_rest);
+    ck_assert_close(a->motion, c.trigger, 0.0, 1.6e-3);
+    close_both(a, d);
+}
+END_TEST
+
 START_TEST(the_top_of_a_flight_is_no_rest)
 {
     static const double rates[] = {500.0, 4000.0, 10000.0};
@@ -537,6 +549,7 @@ void data_audit_cases(Suite *suite)
     tcase_add_test(tc, dropped_frames_are_counted);
     tcase_add_test(tc, a_varying_rate_is_told_and_is_no_gap);
     tcase_add_loop_test(tc, rests_and_the_first_motion_are_found, 0, 8);
+    tcase_add_loop_test(tc, a_short_rest_is_enough_at_the_start, 0, 6);
     tcase_add_loop_test(tc, the_top_of_a_flight_is_no_rest, 0, 3);
     tcase_add_test(tc, a_trigger_that_does_not_fit_is_told);
     tcase_add_test(tc, milliseconds_called_seconds_are_told);

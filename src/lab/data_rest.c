@@ -16,7 +16,7 @@
 
 #include "data_inner.h"
 
-enum { SEED = 40, BLOCK = 8 };
+enum { SEED = 40, START = 20, BLOCK = 8 };
 
 /* is the stretch at rest, judged by what a parabola explains of it? */
 static int is_flat(const data__series *s, int first, int n, double tolerated)
@@ -90,8 +90,10 @@ int data__rests(const data__series *s, int (*rest)[2], int max)
     if (seed < 8) {
         return 0;
     }
-    for (int i = 0; i + seed <= s->n && n < max;) {
+    int usual = seed;
+    for (int i = 0; i + usual <= s->n && n < max;) {
         double mean;
+        seed = i == 0 && usual > START ? START : usual;
         if (!is_flat(s, i, seed, 0.35)) {
             i += s->n > 1000000 ? seed / 2 : BLOCK / 2;
             continue;
