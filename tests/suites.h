@@ -17,6 +17,7 @@
     X(mechanism)                                                                                   \
     X(generator)                                                                                   \
     X(lab)                                                                                         \
+    X(study)                                                                                       \
     X(sweep)                                                                                       \
     X(journal)                                                                                     \
     X(data)

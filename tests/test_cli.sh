@@ -223,9 +223,14 @@ shows "compares with the paper" 'escapement height at dx = 0 *2.2 mm *[0-9.]* mm
 cp "$dir/study/facts.json" "$dir/out"
 json "facts.json holds the facts" "len(v) > 10 and all({'fact','paper','simulated','ok'} == set(f) for f in v)"
 if [ "$(grep -vc '^#' "$dir/study/sweep.csv")" = 38 ]; then pass; else fail "37 strokes and a header"; fi
-claim 0 "a study on one thread" "$stein" study models/stein1788.yaml -j 1 -o "$dir/study1" --json
+claim 0 "the facts alone, on one thread" "$stein" study models/stein1788.yaml --facts -j 1 -o "$dir/study1" --json
 json "is summed up in JSON" "v['facts'] > 10 and len(v['off']) == v['facts'] - v['ok']"
 same "has the same sweep" "$dir/study/sweep.csv" "$dir/study1/sweep.csv"
+if [ -e "$dir/study1/study.html" ]; then fail "the facts alone are no report"; else pass; fi
+claim 1 "a study into a file" "$stein" study models/stein1788.yaml -o "$dir/bad.yaml"
+says "is told before any work" 'bad.yaml'
+claim 1 "a study into a device" "$stein" study models/stein1788.yaml -o /dev/full
+says "is told" '/dev/full'
 claim 1 "a study of something else" "$stein" study models/pendulum.yaml -o "$dir/study2"
 says "says what it lacks" 'pawl.stop_shift'
 

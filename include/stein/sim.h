@@ -69,8 +69,8 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
  *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
 stein_status stein_reset(stein_sim *sim, stein_err *err);
 /** The static equilibrium next to the present positions, at the present time: speeds zero, prescribed
- *  joints at their signals, a load that is there rests, one that was lifted stays away. Contacts and
- *  notch as geometry has them. Friction, which vanishes at rest, has no part in it. In small steps of
+ *  joints at their signals, a load that is there rests, one that was lifted stays away. Contacts as
+ *  geometry has them, notches by their memory. Friction, which vanishes at rest, has no part in it. In small steps of
  *  a signal this follows a quasi-static motion.
  *  @return OK, ESETTLE, ESINGULAR; after a failure the positions are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);

@@ -19,11 +19,25 @@ enum { MAX_SETTLE_STEPS = 600 };
 static const double longest_step = 0.02; /* rad or m in one iteration */
 static const double settled = 1e-13;     /* last Newton correction [rad or m] */
 
-/* contact modes and notch regions as the positions in sim->q have them */
+/* The regions that the notches are in before the search, or none: a beak on the vertical face is still
+ * beside it while the search tries positions around. Kept in sim->crossed, which only steps use. */
+static void remember_regions(stein_sim *sim, int keep)
+{
+    memcpy(sim->crossed, sim->mode, (size_t)sim->nguard);
+    if (!keep) {
+        memset(sim->crossed, 0, (size_t)sim->nguard);
+    }
+}
+
+/* contact modes and notch regions as the positions in sim->q and the remembered regions have them */
 static void modes_from_geometry(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     memset(sim->mode, 0, (size_t)sim->nguard);
+    for (int i = 0; i < model->nnotch; i++) {
+        int region = model->nspot + NOTCH_GUARDS * i + NOTCH_REGION;
+        sim->mode[region] = sim->crossed[region];
+    }
     stein__guards(sim, sim->q, sim->guard);
     for (int i = 0; i < model->nnotch; i++) {
         int region = model->nspot + NOTCH_GUARDS * i + NOTCH_REGION;
@@ -186,6 +200,7 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
 {
     const stein_model *model = sim->model;
     int load = model->load.body;
+    remember_regions(sim, 0);
     if (model->settle) {
         sim->head->load_present = load < 0;
         if (load >= 0) {
@@ -209,6 +224,7 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
 
 stein_status stein_settle(stein_sim *sim, stein_err *err)
 {
+    remember_regions(sim, 1);
     stein__place_driven(sim);
     memset(sim->qd, 0, sizeof *sim->qd * (size_t)sim->model->nq);
     sim->fresh = 0;
@@ -231,6 +247,7 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
     memmove(sim->qd, qd, sizeof *qd * (size_t)nq);
     sim->head->t = sim->head->t0 = t;
     sim->head->step = 0;
+    remember_regions(sim, 0);
     modes_from_geometry(sim);
     return stein__refresh(sim, err);
 }

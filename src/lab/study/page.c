@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * page.c - study.html: the facts, every part's sentences and pictures, in one file without network.
+ *
+ * The pictures are the SVG files of the folder, put inline. gnuplot gives the same ids to things in
+ * every picture; here they get the picture's number, so that they stay apart in one document.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "study.h"
+
+static const char style[] =
+    "body{margin:0;background:#fbfaf7;color:#222;font:16px/1.55 Georgia,'Times New Roman',serif}\n"
+    "main{max-width:1100px;margin:0 auto;padding:2.5rem 1.5rem 4rem}\n"
+    "h1{font-size:1.9rem;font-weight:normal;margin:0 0 .3rem}\n"
+    "h2{font-size:1.35rem;font-weight:normal;border-top:1px solid #d8d4c8;padding-top:1.4rem;"
+    "margin:2.6rem 0 .6rem}\n"
+    "p{max-width:52rem;margin:.5rem 0 1rem}\n"
+    "nav{margin:1rem 0 0;font-size:.95rem}nav a{margin-right:1.1rem;white-space:nowrap}\n"
+    "a{color:#1f4e79;text-decoration:none}a:hover{text-decoration:underline}\n"
+    "table{border-collapse:collapse;font:14px/1.4 Helvetica,Arial,sans-serif;margin:1rem 0}\n"
+    "th,td{text-align:left;padding:.32rem 1.4rem .32rem 0;border-bottom:1px solid #e4e0d5}\n"
+    "th{font-weight:600;border-bottom:1px solid #8a8678}\n"
+    "td.ok{color:#4d6b29}td.off{color:#a5361d;font-weight:600}\n"
+    "figure{margin:1rem 0 1.4rem;padding:.6rem;background:#fff;border:1px solid #e4e0d5;"
+    "display:inline-block;max-width:100%;box-sizing:border-box}\n"
+    "figure svg{display:block;max-width:100%;height:auto}\n"
+    "figcaption{font:13px/1.4 Helvetica,Arial,sans-serif;color:#666;padding:.2rem .4rem}\n"
+    "@media print{body{background:#fff}figure,table{break-inside:avoid}}\n";
+
+static void escaped(FILE *f, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        switch (*text) {
+        case '&': fputs("&amp;", f); break;
+        case '<': fputs("&lt;", f); break;
+        case '>': fputs("&gt;", f); break;
+        default: putc(*text, f);
+        }
+    }
+}
+
+static char *whole_file(const char *path, stein_err *err)
+{
+    FILE *in = fopen(path, "rb");
+    char *text = NULL;
+    size_t n = 0, room = 0;
+    while (in != NULL && !feof(in) && !ferror(in)) {
+        if (room - n < 65536) {
+            char *more = realloc(text, room + 131072);
+            if (more == NULL) {
+                break;
+            }
+            text = more;
+            room += 131072;
+        }
+        n += fread(text + n, 1, room - n - 1, in);
+        text[n] = '\0';
+    }
+    int bad = in == NULL || ferror(in) || text == NULL;
+    if (in != NULL) {
+        fclose(in);
+    }
+    if (bad) {
+        free(text);
+        lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
+        return NULL;
+    }
+    return text;
+}
+
+/* the SVG element with its own ids: gnuplot's begin with gp or gnuplot */
+static void inline_svg(FILE *f, const char *text, int number)
+{
+    const char *at = strstr(text, "<svg");
+    for (at = at != NULL ? at : ""; *at != '\0'; at++) {
+        putc(*at, f);
+        int id = (*at == '"' || *at == '\'') && at - text >= 3 && strncmp(at - 3, "id=", 3) == 0;
+        int reference =
+            *at == '#' && (strncmp(at, "#gp", 3) == 0 || strncmp(at, "#gnuplot", 8) == 0);
+        if (id || reference) {
+            fprintf(f, "s%d", number);
+        }
+    }
+}
+
+static void write_facts(FILE *f, const study *s)
+{
+    int ok = 0;
+    fprintf(f, "<h2 id=\"facts\">The published facts</h2>\n<table>\n<tr><th>fact</th><th>paper</th>"
+               "<th>simulated</th><th>verdict</th></tr>\n");
+    for (int i = 0; i < s->nfact; i++) {
+        ok += s->fact[i].ok != 0;
+        fprintf(f, "<tr><td>");
+        escaped(f, s->fact[i].fact);
+        fprintf(f, "</td><td>");
+        escaped(f, s->fact[i].paper);
+        fprintf(f, "</td><td>");
+        escaped(f, s->fact[i].simulated);
+        fprintf(f, "</td><td class=\"%s\">%s</td></tr>\n", s->fact[i].ok ? "ok" : "off",
+                s->fact[i].ok ? "ok" : "off");
+    }
+    fprintf(f,
+            "</table>\n<p>%d of %d facts reproduced, with one parameter set for all figures.</p>\n",
+            ok, s->nfact);
+}
+
+static stein_status write_charts(FILE *f, const study_part *part, const char *folder, int *number,
+                                 stein_err *err)
+{
+    for (int i = 0; i < part->nchart; i++) {
+        char *path = lab__text("%s/%s.svg", folder, part->chart[i].name);
+        char *text = path != NULL ? whole_file(path, err) : NULL;
+        free(path);
+        if (text == NULL) {
+            return err != NULL && err->code != STEIN_OK ? err->code : STEIN_ENOMEM;
+        }
+        fprintf(f, "<figure id=\"%s\">\n", part->chart[i].name);
+        inline_svg(f, text, ++*number);
+        fprintf(f, "\n<figcaption>%s.svg</figcaption>\n</figure>\n", part->chart[i].name);
+        if (part->chart[i].text != NULL) {
+            fprintf(f, "<p>%s</p>\n", part->chart[i].text);
+        }
+        free(text);
+    }
+    return STEIN_OK;
+}
+
+static stein_status write_page(FILE *f, const study *s, const study_report *report,
+                               const char *folder, stein_err *err)
+{
+    const char *name = lab_equations(s->model)->name;
+    int number = 0;
+    stein_status status = STEIN_OK;
+    fprintf(f, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+               "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>");
+    escaped(f, name);
+    fprintf(f, ": study of the action</title>\n<style>\n%s</style>\n</head>\n<body>\n<main>\n<h1>",
+            style);
+    escaped(f, name);
+    fprintf(f,
+            ": study of the action</h1>\n<p>Every number on this page is computed from this run of "
+            "the model.</p>\n<nav><a href=\"#facts\">The published facts</a>\n");
+    for (int i = 0; i < report->npart; i++) {
+        fprintf(f, "<a href=\"#part-%s\">%s</a>\n", report->part[i].id, report->part[i].title);
+    }
+    fprintf(f, "</nav>\n");
+    write_facts(f, s);
+    for (int i = 0; status == STEIN_OK && i < report->npart; i++) {
+        const study_part *part = &report->part[i];
+        fprintf(f, "<h2 id=\"part-%s\">%s</h2>\n", part->id, part->title);
+        if (part->text != NULL) {
+            fprintf(f, "<p>%s</p>\n", part->text);
+        }
+        status = write_charts(f, part, folder, &number, err);
+        if (part->ntable > 0) {
+            fprintf(f, "<p>Data:");
+            for (int k = 0; k < part->ntable; k++) {
+                if (part->table[k].name[0] != '\0') {
+                    fprintf(f, " <a href=\"%s.csv\">%s.csv</a>", part->table[k].name,
+                            part->table[k].name);
+                }
+            }
+            fprintf(f, "</p>\n");
+        }
+    }
+    fprintf(f, "</main>\n</body>\n</html>\n");
+    return status;
+}
+
+stein_status study_page(const study *s, const study_report *report, const char *folder,
+                        stein_err *err)
+{
+    lab__file file;
+    char *path = lab__text("%s/study.html", folder);
+    stein_status status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                                       : lab__file_open(&file, path, err);
+    if (status == STEIN_OK) {
+        status = write_page(file.stream, s, report, folder, err);
+        stein_status closed = lab__file_close(&file, status == STEIN_OK, err);
+        status = status == STEIN_OK ? closed : status;
+    }
+    free(path);
+    return status;
+}

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * pool.c - the study's simulations on threads, and the reference stroke they all start from.
+ *
+ * Strokes beyond the sweep run with RK4 at 20 us: half the cost of the file's 10 us. Measured over
+ * dx = -1.25 .. 0 mm against 2.5 us: heights agree to 2e-9 m, impact times to 1e-8 s, peak forces
+ * to 2e-3 N. (Dormand-Prince at 40 us costs the same and is off by 1e-6 m.)
+ */
+#include <math.h>
+#include <pthread.h>
+#include <string.h>
+
+#include "study.h"
+
+enum { MAX_THREADS = 64 };
+
+typedef struct crew {
+    const study *s;
+    const char *what;
+    study_job_fn *job;
+    void *ctx;
+    int n, next, done;
+    stein_status failed; /* of a thread that could not begin */
+    stein_err err;
+    pthread_mutex_t lock;
+} crew;
+
+stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
+{
+    stein_sim_def def = lab_def(s->model);
+    def.integrator = STEIN_RK4;
+    def.dt = s->dt;
+    return lab_sim(s->model, &def, sim, err);
+}
+
+static int take(crew *c)
+{
+    pthread_mutex_lock(&c->lock);
+    int i = c->next < c->n ? c->next++ : -1;
+    pthread_mutex_unlock(&c->lock);
+    return i;
+}
+
+static void finish(crew *c)
+{
+    pthread_mutex_lock(&c->lock);
+    c->done++;
+    if (c->s->progress != NULL) {
+        c->s->progress(c->s->ctx, c->what, c->done, c->n);
+    }
+    pthread_mutex_unlock(&c->lock);
+}
+
+static void *work(void *ctx)
+{
+    crew *c = ctx;
+    stein_sim *sim = NULL;
+    stein_err err = {STEIN_OK, ""};
+    stein_status status = study_sim(c->s, &sim, &err);
+    if (status != STEIN_OK) {
+        pthread_mutex_lock(&c->lock);
+        c->failed = status;
+        c->err = err;
+        pthread_mutex_unlock(&c->lock);
+        return NULL;
+    }
+    for (int i = take(c); i >= 0; i = take(c)) {
+        stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
+        c->job(c->ctx, sim, i);
+        finish(c);
+    }
+    stein_sim_destroy(sim);
+    return NULL;
+}
+
+stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
+                        stein_err *err)
+{
+    crew c = {.s = s, .what = what, .job = job, .ctx = ctx, .n = n};
+    if (pthread_mutex_init(&c.lock, NULL) != 0) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory for threads");
+    }
+    pthread_t thread[MAX_THREADS];
+    int started = 0, more = (s->threads < MAX_THREADS ? s->threads : MAX_THREADS) - 1;
+    while (started < more && pthread_create(&thread[started], NULL, work, &c) == 0) {
+        started++;
+    }
+    work(&c); // this thread works too
+    for (int i = 0; i < started; i++) {
+        pthread_join(thread[i], NULL);
+    }
+    pthread_mutex_destroy(&c.lock);
+    return c.next >= n ? STEIN_OK : lab__fail(err, c.failed, "%s", c.err.msg);
+}
+
+/* ---- the reference stroke ---- */
+
+/* where the key is at rest and where the load leaves it; how far the load's place goes with it */
+static stein_status find_key(study *s, stein_sim *sim, stein_err *err)
+{
+    const stein_model *m = lab_equations(s->model);
+    int dip = stein_find_channel(m, "key_dip"), key = m->inputs[s->input].index;
+    stein_status status = stein_reset(sim, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    double dip_rest = stein_read(sim, dip);
+    s->key_rest = stein_q(sim)[key];
+    status = stein_run(sim, lab_until(s->model), err);
+    s->key_down = stein_q(sim)[key];
+    s->arm = (stein_read(sim, dip) - dip_rest) / (s->key_down - s->key_rest);
+    if (status == STEIN_OK && !(fabs(s->arm) > 1e-4 && isfinite(s->arm))) {
+        s->input = -1;
+        snprintf(s->left_out, sizeof s->left_out, "the load does not move the key");
+    }
+    return status;
+}
+
+stein_status study_begin(study *s, stein_err *err)
+{
+    const stein_model *m = lab_equations(s->model);
+    if (m->stroke.string < 0 || m->stroke.notch < 0 || m->load.body < 0) {
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" has no %s, which the study needs", m->name,
+                         m->stroke.string < 0  ? "stroke (stroke: {string: ..., notch: ...})"
+                         : m->stroke.notch < 0 ? "notch in its stroke"
+                                               : "load");
+    }
+    s->input = -1;
+    for (int i = 0; i < m->ninput; i++) {
+        if (m->inputs[i].kind == STEIN_INPUT_MOTION &&
+            strcmp(m->inputs[i].name, "key_motion") == 0) {
+            s->input = i;
+        }
+    }
+    s->left_out[0] = '\0';
+    if (s->input < 0 || stein_find_channel(m, "key_dip") < 0) {
+        snprintf(s->left_out, sizeof s->left_out, "the model has no %s",
+                 s->input < 0 ? "input key_motion: {motion: ...}" : "output key_dip");
+        s->input = -1;
+    }
+    stein_sim *sim = NULL;
+    stein_status status = study_sim(s, &sim, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    study_play play = study_play_default();
+    study_shot shot;
+    study_shoot(s, sim, &play, NULL, &shot);
+    s->reference = shot.stroke;
+    if (shot.status != STEIN_OK) {
+        status = lab__fail(err, shot.status, "the reference stroke of \"%s\" failed: %s", m->name,
+                           stein_status_text(shot.status));
+    }
+    if (status == STEIN_OK && s->input >= 0) {
+        status = find_key(s, sim, err);
+    }
+    stein_sim_destroy(sim);
+    return status;
+}
