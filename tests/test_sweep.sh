@@ -76,7 +76,8 @@ else
     echo "test_sweep: no GNU parallel (apt-get install parallel), its one-liner is not tried"
 fi
 
-# ---- kill -9 at random points
+# ---- kill -9 at random points: every other one as soon as a point more stands in the journal, so
+# that however slow the machine is, sweeps die in the middle of their work and not only at its start
 lines() { grep -c '^[0-9].* \*[0-9a-f]\{8\}$' "$dir/journal" 2>/dev/null || true; }
 done_kills=0 rounds=0 lost=0 halves=0
 for delay in $(awk 'BEGIN { srand(1788); for (i = 0; i < 5000; i++)
@@ -87,7 +88,15 @@ for delay in $(awk 'BEGIN { srand(1788); for (i = 0; i < 5000; i++)
     "$stein" sweep $model $grid -j 2 --journal "$dir/journal" -o "$dir/killed.csv" >"$dir/out" \
         2>"$dir/err" &
     pid=$!
-    sleep "$delay"
+    if [ $((done_kills % 2)) = 1 ]; then
+        polls=0
+        while now=$(lines); [ "${now:-0}" -le "${before:-0}" ] && [ $polls -lt 400 ] && kill -0 $pid 2>/dev/null; do
+            polls=$((polls + 1))
+            sleep 0.005
+        done
+    else
+        sleep "$delay"
+    fi
     kill -9 $pid 2>/dev/null
     wait $pid 2>/dev/null
     code=$?
