@@ -1,0 +1,331 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * reality.h - an independent source of measurements of the piano action, with or without an effect
+ * that no model file mentions.
+ *
+ * Nothing here is shared with the library under test but the reader of mechanism files, which gives
+ * the numbers by name: equations, contacts, integration and cameras are written anew.
+ *
+ *   parts.c    numbers of the mechanism file -> action      stroke.c   rest, events, one stroke
+ *   touch.c    contacts and the notch                       kinds.c    hidden effects: the table
+ *   motion.c   equations of motion                          effect.c   put into the action
+ *   hidden.c   formulas of the hidden effects               refit.c    their size, after refitting
+ *   observe.c  what noiseless instruments would show        design.c   strokes, truth, scatter
+ *   camera.c   frames, pixels, noise, CSV                   answer.c   the sealed answer
+ *   main.c     command line
+ *
+ * Planar: x right, z up, angles from +x towards +z, SI. All angles of segments are absolute.
+ */
+#ifndef REALITY_H
+#define REALITY_H
+
+#include <gsl/gsl_rng.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include "mechanism.h"
+
+typedef struct vec {
+    double x, z;
+} vec;
+
+/* ---- the action's numbers ---- */
+
+enum { JOINT_KEY, JOINT_HAMMER, JOINT_PAWL, JOINTS };
+enum { REST, DIP, LOOPS, STRING, STOP, LOAD, NOTCH, CONTACTS };
+/* places where two surfaces meet: the six contacts, then the notch's three */
+enum { TIP = NOTCH, CORNER, FACE, SPOTS };
+
+/** Friction: T or mu = A (tanh u + B1 u/(1 + B2 u^4)), u = v/vt. */
+typedef struct rub {
+    double A, vt, B1, B2;
+} rub;
+
+/** A joint's own torque on its coordinate q (key: front down; hammer, pawl: anticlockwise). */
+typedef struct hinge {
+    rub friction;
+    double k, theta0; /* spring of the file */
+    double viscous, coulomb, coulomb_w0, drag, preload, stiffness, hardening, slack_k, slack;
+    double creep, creep_w0, creep_turn, creep_time; /* friction that heats up and fades */
+} hinge;
+
+/** Felt, leather: f = scale (a x^3 + b x^2 + c x) (x/0.1 mm)^p (1 + D xdot)(1 + h tanh(xdot/v_h)).
+ */
+typedef struct felt {
+    double a, b, c, D;
+    rub friction;
+    double scale, power, hysteresis, pull, range, gap;
+    double layer, layer_time; /* second layer that flows: stiffness [N/m], time [s] */
+} felt;
+
+/** A rigid piece: centre from the origin of its segment's axes. */
+typedef struct piece {
+    double m, I;
+    vec c;
+} piece;
+
+/** Elastic split of a link: the outer piece turns about `at` against k and d. */
+typedef struct split {
+    int on;
+    vec at;
+    piece outer;
+    double k, d;
+} split;
+
+typedef struct action {
+    double g;
+    piece body[JOINTS];
+    vec kapsel, pawl_hinge;
+    vec front, rear, below, loops_at, head, beak, shank, corner, back;
+    vec rest_at, dip_at, stop_at, string_at;
+    vec pad[NOTCH];                     /* normals of the pads, in their carriers' axes */
+    vec roof, under, right, below_beak; /* notch: e_r, n_r, n_v (pawl's axes), -n_b (hammer's) */
+    double load_mass;
+    hinge joint[JOINTS];
+    felt felt[CONTACTS];
+    /* what may be hidden in it */
+    split key_split, hammer_split;
+    double pin_k, pin_d, pin_ratio; /* key's pin gives: stiffness, damper, lift/seat stiffness */
+    double string_k, string_m, string_d; /* string on a spring; 0 none */
+    double damper_force, damper_k, damper_at;
+    double wire_k, wire_length;
+    vec wire_from; /* on the frame; the other end is the key's front */
+    double magnet; /* N m^2, pulls the head towards magnet_at */
+    vec magnet_at;
+    /* what moves it besides the load */
+    int drive; /* 0 nothing, 1 finger force, 2 key motion */
+    double drive_size,
+        drive_time; /* top force [N] or angle [rad] of the touch, its rise time [s] */
+    double drive_gain, drive_delay;
+} action;
+
+/* ---- one stroke ---- */
+
+/* coordinates; the last four exist only when something hidden needs them */
+enum { D_KEY, D_HAMMER, D_PAWL, D_LOAD, D_REAR, D_HEAD, D_PIN, D_STRING, DOFS };
+enum { FLOW, HEAT, MEMORIES };
+enum { MAX_STATE = 2 * DOFS + MEMORIES };
+/* guards: a sign that is constant within a step. G_OVER: the beak's end under the roof (s > 0),
+ * G_ABOVE: above its plane (h > 0). MODE_BESIDE is the notch's memory, no guard. */
+enum {
+    G_TOUCH = 0,
+    G_NEAR = SPOTS,
+    G_PUSH = 2 * SPOTS,
+    G_OVER = 3 * SPOTS,
+    G_ABOVE,
+    G_DAMPER,
+    GUARDS,
+    MODE_BESIDE = GUARDS,
+    MODES
+};
+
+/** What ideal instruments read, and its rate. */
+enum { C_STRING, C_DIP, C_HAMMER, C_HEAD_X, C_FRONT_X, C_FORCE, CHANNELS };
+
+typedef struct stroke {
+    double step;            /* interval of the grid [s] */
+    int n;                  /* grid points from t = 0 */
+    double (*y)[CHANNELS];  /* [n] */
+    double (*yd)[CHANNELS]; /* [n] rates (not of the force) */
+    double impact, rebound; /* begin and end of the first string contact [s], 0: none */
+    double key_rest;        /* angle of the key (as the file counts it) at rest */
+    double escape;          /* beak beside the corner for the first time [s], 0: never */
+    long evaluations;
+} stroke;
+
+/** Where everything is and what acts, at one instant. */
+typedef struct instant instant;
+
+/* parts.c */
+int parts_fill(action *a, const mechanism *m, const double *p);
+piece piece_rest(piece whole, piece part); /* what is left of a body */
+
+/* touch.c, motion.c (see there) */
+typedef struct segment {
+    vec from;    /* the body's point that is the segment's origin */
+    vec P, V, A; /* origin, its velocity, its acceleration when no coordinate accelerates */
+    vec J[DOFS]; /* dP/dq */
+    double phi, w, c, s;
+    int dof;  /* coordinate of phi */
+    vec F;    /* sum of forces put on the segment */
+    double M; /* their moment about P */
+} segment;
+enum { S_KEY, S_REAR, S_HAMMER, S_HEAD, S_PAWL, SEGMENTS };
+
+struct instant {
+    const action *a;
+    double t;
+    double q[DOFS], v[DOFS], memory[MEMORIES];
+    segment seg[SEGMENTS];
+    int rear, head; /* segments that carry the Kapsel and the head: split or not */
+    double b[DOFS]; /* generalised forces */
+    double guard[GUARDS];
+    double depth[SPOTS];
+    double spot_force[SPOTS];
+    double memory_rate[MEMORIES];
+};
+vec seg_place(const segment *s, vec point);
+vec seg_velocity(const segment *s, vec at);
+void seg_push(segment *s, vec at, vec force);
+void touch_all(instant *now, const unsigned char *mode);
+double rub_law(const rub *r, double v);
+
+typedef struct motion {
+    const action *a;
+    int n, index[DOFS], dof[DOFS]; /* active coordinates, packed */
+    double key0, front0;           /* key's angle and height of its front at rest */
+    unsigned char mode[MODES];
+    int loaded; /* the load is there */
+    long evaluations;
+} motion;
+void motion_init(motion *mo, const action *a);
+void motion_look(motion *mo, double t, const double *y, instant *now);
+int motion_rates(motion *mo, double t, const double *y, double *dydt, instant *now);
+void motion_read(const motion *mo, const instant *now, double *y, double *yd);
+
+/* hidden.c */
+double hidden_torque(const hinge *h, double q, double qd, double heat);
+void hidden_forces(instant *now, const unsigned char *mode);
+void hidden_touch(double t, const action *a, double u[3]);
+
+/* stroke.c */
+int stroke_run(stroke *s, const action *a, double until, double step, double tolerance);
+void stroke_free(stroke *s);
+/** Value (and rate, may be NULL) of a channel at any time; at rest before t = 0. */
+double stroke_at(const stroke *s, int channel, double t, double *rate);
+
+/* ---- hidden effects ---- */
+
+/** One parameter of an effect: name, unit, range of a draw. */
+typedef struct effect_parameter {
+    const char *name, *unit;
+    double lo, hi;
+} effect_parameter;
+
+enum { SIDES = 3 };
+
+/** One kind: the first parameter is its size, `limit` times an amount of at most 1. */
+typedef struct effect_kind {
+    const char *name, *verdict; /* verdict: class of the answer */
+    const char *places;         /* separated by blanks */
+    int both_signs, drawn;      /* drawn = 0: only when asked for by name */
+    const char *size, *unit;
+    double limit[3]; /* by place: key, hammer, pawl, else the first */
+    effect_parameter side[SIDES];
+    const char *law;
+} effect_kind;
+
+/** Where and how large. amount 0: nothing. */
+typedef struct effect {
+    const effect_kind *kind; /* NULL: nothing hidden */
+    char place[MECH_PATH];
+    int where; /* joint, contact, channel or parameter index, by kind */
+    double amount, side[SIDES];
+} effect;
+
+/** An instrument's errors. */
+typedef struct sensor {
+    double gain, offset, delay, square, tilt;
+} sensor;
+enum { SEEN = 3 }; /* string_distance, key_dip, hammer_angle */
+extern const char *const seen_name[SEEN], *const seen_unit[SEEN];
+
+/** All that is true of one laboratory. */
+typedef struct world {
+    const mechanism *m;
+    double *p; /* [nparam] true values, without the effect */
+    effect hidden;
+} world;
+
+extern const effect_kind effect_kinds[];
+const effect_kind *effect_find(const char *name);
+/** The n-th place of a kind. @return 0 when there are fewer */
+int effect_nth_place(const effect_kind *kind, int n, char place[MECH_PATH]);
+int effect_has_place(const effect_kind *kind, const char *place);
+/** Place (NULL: drawn) and further parameters. @return 0, or -1 when there is no such place */
+int effect_draw(effect *e, const effect_kind *kind, const char *place, const mechanism *m,
+                gsl_rng *rng);
+double effect_size(const effect *e); /* in its unit */
+/** What the effect sets in the end, for the answer: e.g. the new value of a parameter. */
+double effect_value(const effect *e, const world *w);
+/** Parameter of the file that the effect changes, -1 when it is none. */
+int effect_own_parameter(const effect *e, const mechanism *m);
+void effect_on_parameters(const effect *e, const mechanism *m, double *p);
+void effect_on_action(const effect *e, action *a);
+void effect_on_sensors(const effect *e, sensor s[SEEN], double *clock);
+int effect_touch(const effect *e); /* kind of stroke it needs: 0 load, 1 finger, 2 key motion */
+
+/* ---- a set of strokes ---- */
+
+enum { FIT = 12, HELD = 6, STROKES = FIT + HELD };
+
+typedef struct setting {
+    double dx, load; /* as told */
+    int touch;       /* 0 load only, 1 finger force, 2 key motion */
+    double touch_size, touch_time;
+    /* scatter, not told: relative changes, time of the trigger, marker offsets */
+    double joint_friction, contact_friction, drive, trigger, offset[SEEN];
+} setting;
+
+typedef struct camera {
+    double rate, pixel, arm; /* arm: of the marker that shows the hammer's angle [m] */
+    double before, until;    /* first and last frame [s] */
+    int seen;                /* channels filmed: 2 or 3 */
+} camera;
+
+typedef struct design {
+    setting stroke[STROKES];
+    camera camera;
+    double joint_scatter, contact_scatter, drive_scatter, jitter, marker;
+    int touch, scatter, wrong_start;
+} design;
+
+extern const camera standard_camera;
+double camera_noise(const camera *c, int channel);
+void design_strokes(design *d, int touch);
+void design_scatter(design *d, gsl_rng *rng);
+void design_truth(const design *d, world *w, gsl_rng *rng);
+
+/* observe.c: the stroke as instruments without noise would film it */
+typedef struct film {
+    int n;
+    double (*y)[SEEN], (*yd)[SEEN]; /* [n] values, rates */
+    double key_rest;                /* key's angle (of the file) at rest */
+} film;
+int film_take(film *f, const world *w, const effect *e, const double *p, const setting *s,
+              const camera *c);
+void film_free(film *f);
+int film_frames(const camera *c);
+
+/* refit.c */
+typedef struct refit refit;
+refit *refit_create(const world *w, const design *d, int central);
+void refit_free(refit *r);
+/** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. */
+int refit_size(refit *r, const effect *e, double *size);
+/** The same by one dense least-squares problem (gsl_multifit): slow, for checking. */
+int refit_size_dense(refit *r, const effect *e, double *size);
+/** Amount at which the size is `target`. @return 0, 1: the limit is reached first, -1: failed */
+int refit_scale(refit *r, effect *e, double target, double *reached);
+
+/* camera.c */
+int camera_write(const char *path, const world *w, const design *d, const setting *s, gsl_rng *rng);
+
+/* answer.c */
+enum { MAX_REDRAWN = 60 };
+typedef struct answer {
+    const world *w;
+    const design *d;
+    const char *level;
+    double target, reached, dense; /* dense < 0: not checked */
+    int met;
+    unsigned long seed;
+    int nredrawn;
+    struct {
+        const char *kind, *why;
+        char place[MECH_PATH];
+        double reached;
+    } redrawn[MAX_REDRAWN];
+} answer;
+int answer_write(const char *path, const answer *a);
+
+#endif
