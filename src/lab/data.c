@@ -329,7 +329,7 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
         free(r.noise[i].value);
     }
     free(r.noise);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && r.out != NULL) {
         hand_over(&r);
         *data = &r.out->data;
     } else if (r.out != NULL) {
@@ -374,12 +374,16 @@ void lab_dataset_close(lab_dataset *set)
     }
 }
 
+static int is_twin(const lab_data *a, const lab_data *b)
+{
+    return a != NULL && b != NULL && a->hash == b->hash && a->nrow == b->nrow;
+}
+
 static void tell_twins(const lab_dataset *set, const lab_data_options *o)
 {
     for (int i = 1; o->report != NULL && i < set->n; i++) {
         int k = 0;
-        while (k < i && (set->stroke[k]->hash != set->stroke[i]->hash ||
-                         set->stroke[k]->nrow != set->stroke[i]->nrow)) {
+        while (k < i && !is_twin(set->stroke[k], set->stroke[i])) {
             k++;
         }
         char *text = k < i ? lab__text("%s: the same data as %s, counted twice",

@@ -99,7 +99,7 @@ char *data__shown(char *to, const char *text, size_t n)
         unsigned char c = (unsigned char)text[i];
         to[i] = (char)(c < ' ' || c == 127 ? '?' : text[i]);
     }
-    strcpy(to + cut, cut < n ? "..." : "");
+    memcpy(to + cut, cut < n ? "..." : "", cut < n ? 4 : 1);
     return to;
 }
 

@@ -221,7 +221,8 @@ void data__correlation_in_windows(const data__series *s, double correlation[LAB_
         correlation[i] = NAN;
     }
     for (int i = 0; i < count; i += hop) {
-        double sum = data__residual(s->t + i * w, s->v + i * w, w, 3, r);
+        size_t first = (size_t)i * (size_t)w;
+        double sum = data__residual(s->t + first, s->v + first, w, 3, r);
         if (sum <= 2.0 * s->sigma * s->sigma * (w - 4)) {
             add_lags(&l, r, w);
         }
@@ -276,7 +277,8 @@ static int differences(const data__series *s, double *d)
 /* refine q from multiples up to 3, 6, 12, ...; @return share of all differences on the lattice */
 static double refine(const double *d, int n, double *q)
 {
-    for (double reach = 3.0; reach < 1e6; reach *= 2.0) {
+    double reach = 3.0;
+    for (int pass = 0; pass < 19; pass++, reach *= 2.0) {
         double above = 0.0, below = 0.0;
         for (int i = 0; i < n && d[i] <= (reach + 0.5) * *q; i++) {
             double m = round(d[i] / *q);
