@@ -124,7 +124,7 @@ stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_mod
         status = take_columns(d, data, err);
     }
     lab_data_close(data);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && d != NULL) {
         status = make_splines(d, file, err);
     }
     if (status != STEIN_OK) {
