@@ -1,0 +1,38 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_docs.sh - what the documents show is true: every mechanism in them is read, every key of the
+# reference is known to the reader, every file and command they name exists.
+set -u
+stein=${STEIN_BUILD:-build}/stein
+tmp=$(mktemp -d) || exit 1
+trap 'rm -rf "$tmp"' EXIT
+XDG_CACHE_HOME=$tmp/cache
+export XDG_CACHE_HOME
+passed=0 failed=0
+ok() { # ok CLAIM STATUS
+    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
+}
+
+for doc in README.md docs/mechanism-files.md; do
+    name=$tmp/$(basename "$doc" .md).yaml
+    sed -n '/^```yaml$/,/^```$/p' "$doc" | sed '/^```/d' >"$name"
+    "$stein" check "$name" >"$tmp/out" 2>&1 || cat "$tmp/out"
+    "$stein" check "$name" >/dev/null 2>&1
+    ok "$doc: its mechanism is read" $?
+    "$stein" simulate "$name" --until 20ms --json >"$tmp/out" 2>&1 || cat "$tmp/out"
+    grep -q '"final"' "$tmp/out"
+    ok "$doc: its mechanism runs" $?
+    sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
+        test -e "$(dirname "$doc")/$link" || echo "$link"
+    done >"$tmp/dead"
+    test ! -s "$tmp/dead"
+    ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
+done
+
+for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' README.md | sort -u); do
+    "$stein" help "$command" >/dev/null 2>&1
+    ok "README.md: stein $command exists" $?
+done
+
+echo "test_docs: $passed passed, $failed failed"
+test "$failed" -eq 0
