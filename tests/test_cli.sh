@@ -219,6 +219,13 @@ fi
 # ---- study
 claim 0 "a study" "$stein" study models/stein1788.yaml -o "$dir/study"
 shows "ends with its files" "^$dir/study/facts.json\$"
+if grep -q '</html>' "$dir/study/study.html"; then pass; else fail "the page is complete"; fi
+if [ "$(grep -c '<svg' "$dir/study/study.html")" = 10 ]; then pass; else fail "ten pictures in it"; fi
+if grep -q -e 'src=' -e '@import' "$dir/study/study.html"; then fail "the page loads nothing"; else pass; fi
+for figure in figure09 figure11 figure12 figure13 notch_angle repetition sensitivity tolerance; do
+    if [ -s "$dir/study/$figure.svg" ] && [ -s "$dir/study/$figure.csv" ]; then pass; else
+        fail "$figure with its data"; fi
+done
 shows "compares with the paper" 'escapement height at dx = 0 *2.2 mm *[0-9.]* mm'
 cp "$dir/study/facts.json" "$dir/out"
 json "facts.json holds the facts" "len(v) > 10 and all({'fact','paper','simulated','ok'} == set(f) for f in v)"

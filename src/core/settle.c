@@ -19,8 +19,9 @@ enum { MAX_SETTLE_STEPS = 600 };
 static const double longest_step = 0.02; /* rad or m in one iteration */
 static const double settled = 1e-13;     /* last Newton correction [rad or m] */
 
-/* The regions that the notches are in before the search, or none: a beak on the vertical face is still
- * beside it while the search tries positions around. Kept in sim->crossed, which only steps use. */
+/* The regions that the notches are in before the search, or none: a beak on the vertical face is
+ * still beside it while the search tries positions around. Kept in sim->crossed, which only steps
+ * use. */
 static void remember_regions(stein_sim *sim, int keep)
 {
     memcpy(sim->crossed, sim->mode, (size_t)sim->nguard);

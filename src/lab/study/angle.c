@@ -118,6 +118,7 @@ static void say(const angles *w, study_part *part)
 {
     const study_table *t = w->t;
     const double *a = study_row(t, 0), *b = study_row(t, ANGLES - 1);
+    double forced = change(t, FORCED);
     double work = change(t, WORK), precision = change(t, PRECISION), letoff = change(t, LETOFF);
     double rearm = change(t, REARM), margin = change(t, MARGIN);
     study_say(part,
@@ -143,9 +144,11 @@ static void say(const angles *w, study_part *part)
     }
     study_say(part,
               "<b>What a maker gains</b> by the sharper notch: the rubbing before escapement %s, "
-              "the tolerance of the stop %s, the let-off %s, re-arming %s, the overlap %s.",
+              "the tolerance of the stop %s, the let-off %s, a forced escapement %s, re-arming %s, "
+              "the overlap %s.",
               verdict(work, "grows", "shrinks"), verdict(precision, "gets wider", "gets narrower"),
               verdict(letoff, "gets heavier", "gets lighter"),
+              isfinite(forced) ? verdict(forced, "gets harder", "gets easier") : "is not seen",
               verdict(rearm, "gets slower", "gets quicker"),
               verdict(margin, "gets safer", "gets less safe"));
 }

@@ -180,7 +180,8 @@ static void write_legend(FILE *f, const study_chart *c, const study_panel *p)
     x = 0.5 * (c->width - total);
     for (int k = 0; k < p->nline; k++) {
         if (p->line[k].title != NULL) {
-            snprintf(look, sizeof look, "lw 1.4 dt %d lc '#7a7a7a'", k % 2 ? 3 : 2);
+            snprintf(look, sizeof look, "lw 1.4 dt %d lc '%s'", k % 2 ? 3 : 2,
+                     k % 2 ? "#7b7b7b" : "#7a7a7a");
             x = write_entry(f, c, x, k, p->line[k].title, look, 0);
         }
     }

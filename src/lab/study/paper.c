@@ -166,8 +166,7 @@ static void say_heights(study_part *part, const study_table *t, double left, dou
     if (isfinite(still)) {
         study_say(part,
                   "Pressed infinitely slowly the same action lets off at %.2f mm, %.2f mm %s "
-                  "than under the falling load, with a slope of %.1f mm per mm: what the "
-                  "technician sets by hand and what the player gets are two numbers.",
+                  "than under the falling load, with a slope of %.1f mm per mm.",
                   still, fabs(still - dynamic),
                   still > dynamic ? "further from the string" : "nearer to the string", fslope);
     }
@@ -201,10 +200,13 @@ static void say_times(study_part *part, const study_table *t, double left, doubl
     }
     study_say(part,
               "<b>Figure 12.</b> From left to right of the working range the escapement comes "
-              "later (%.1f to %.1f ms), the impact earlier at first (%.1f ms, %.1f ms at the "
-              "reference), and the free flight shrinks from %.1f ms to %.1f ms at the reference.",
+              "%s (%.1f to %.1f ms); from there to the reference the impact comes %s (%.1f to "
+              "%.1f ms) and the free flight %s from %.1f to %.1f ms.",
+              at_dx(t, right, ESCAPE) > at_dx(t, left, ESCAPE) ? "later" : "earlier",
               1e3 * at_dx(t, left, ESCAPE), 1e3 * at_dx(t, right, ESCAPE),
+              at_dx(t, 0.0, IMPACT) < at_dx(t, left, IMPACT) ? "earlier" : "later",
               1e3 * at_dx(t, left, IMPACT), 1e3 * at_dx(t, 0.0, IMPACT),
+              at_dx(t, 0.0, FLIGHT) < at_dx(t, left, FLIGHT) ? "shrinks" : "grows",
               1e3 * at_dx(t, left, FLIGHT), 1e3 * at_dx(t, 0.0, FLIGHT));
     if (isfinite(first)) {
         study_say(part,
@@ -288,9 +290,10 @@ static stein_status record_reference(const study *s, study_part *part, stein_err
     study_say(part,
               "<b>Figure 9.</b> The reference stroke under the %g g load: the head rises "
               "%.1f mm, escapes after %.1f ms %.2f mm below the string, strikes at %.1f ms with "
-              "%.2f m/s and falls back on the loops.",
+              "%.2f m/s; after %.0f ms the head is %.1f mm from the string again.",
               1e3 * lab_parameters(s->model)[stein_find_param(m, "load.mass")], blow, e, h, i,
-              s->reference.impact_speed);
+              s->reference.impact_speed, 1e3 * study_row(t, n - 1)[TIME],
+              1e3 * study_row(t, n - 1)[DISTANCE]);
     return STEIN_OK;
 }
 

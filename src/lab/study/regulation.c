@@ -165,9 +165,11 @@ static void say(const study *s, study_part *part, const ways *w)
                       k == 1 ? "stiffness" : "neutral angle", 100.0 * (value / from - 1.0));
         }
         study_say(part,
-                  "%+.2f N of peak force, %+.1f ms at the impact, %+.3f mm of overlap and "
+                  "%+.2f N of peak force, %+.2f N at the key, %+.1f ms at the impact, %+.3f mm of "
+                  "overlap and "
                   "%+.1f ms to re-arm%s",
                   at_height(t, far, FORCE) - at_height(t, ref, FORCE),
+                  at_height(t, far, FINGER) - at_height(t, ref, FINGER),
                   1e3 * (at_height(t, far, IMPACT) - at_height(t, ref, IMPACT)),
                   1e3 * (at_height(t, far, MARGIN) - at_height(t, ref, MARGIN)),
                   1e3 * (at_height(t, far, REARM) - at_height(t, ref, REARM)),

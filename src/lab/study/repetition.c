@@ -11,14 +11,14 @@
  * only if the motion never pulls while the key gathers speed upwards (the first half of that way;
  * the second half is slowed by the rest felt in the real action).
  *
- * The limit is searched from slow to fast in steps of 25 % until the first failure, then halved.
+ * The limit is searched from slow to fast in steps of 12 % until the first failure, then halved.
  */
 #include <math.h>
 
 #include "study.h"
 
-enum { STROKES = 3, HALVINGS = 8, TOUCHES = 5, SEARCH = 16, RETURNS = 10 };
-static const double slowest = 0.3, faster = 1.0 / 1.25; /* search from [s], by */
+enum { STROKES = 3, HALVINGS = 8, TOUCHES = 5, SEARCH = 24, RETURNS = 10 };
+static const double slowest = 0.3, faster = 1.0 / 1.12; /* search from [s], by */
 static const double softest = 0.1, loudest = 0.025;     /* durations of the way down [s] */
 static const double calm = 0.3, medium = 0.06;          /* period and way down of the return [s] */
 static const double quick = 0.35, hold = 0.10, wait = 0.10; /* shares of the period */
@@ -218,8 +218,8 @@ static void say(const limits *w, study_part *part)
     }
     if (force != NULL) {
         study_say(part,
-                  "The notch alone would allow more: with the key moved up by force the beak is "
-                  "caught at every period down to %.1f ms.",
+                  "With the key moved up by force the beak is "
+                  "caught at every period tried down to %.1f ms.",
                   1e3 * force[WORKS]);
     }
     if (isfinite(w->needed)) {

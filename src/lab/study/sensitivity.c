@@ -11,8 +11,8 @@
  * between steps is off by up to 2e-3 N, which a difference of 1 % magnifies.
  *
  * Parameters without a slope by construction are left out: zeros that are neither places nor angles
- * (they switch a law off), the directions of inputs, initial values (the stroke starts from
- * equilibrium).
+ * (they switch a law off), the directions of inputs, sensors, initial values (the stroke starts
+ * from equilibrium).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -93,7 +93,8 @@ static int has_slope(const stein_model *m, const double *p, int i)
     int place = dot != NULL && (strcmp(dot, ".x") == 0 || strcmp(dot, ".z") == 0 ||
                                 strcmp(dot, ".stop_shift") == 0);
     int zero = p[i] == 0.0 && !place && strcmp(m->params[i].unit, "rad") != 0;
-    return !zero && strstr(name, ".initial.") == NULL && strstr(name, ".direction.") == NULL;
+    return !zero && strstr(name, ".initial.") == NULL && strstr(name, ".direction.") == NULL &&
+           strstr(name, ".sensor.") == NULL;
 }
 
 stein_status study_slopes(const study *s, study_slope *slope, int *n, stein_err *err)

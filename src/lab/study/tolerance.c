@@ -52,7 +52,7 @@ static scatter scatter_of(const stein_param *p, double value)
 {
     double stated = p->tolerance, size = fabs(value);
     if (strstr(p->name, ".initial.") != NULL || strstr(p->name, ".direction.") != NULL ||
-        starts(p->name, "gravity")) {
+        strstr(p->name, ".sensor.") != NULL || starts(p->name, "gravity")) {
         return (scatter){0.0, -1, MASS};
     }
     if (strcmp(p->name, "pawl.stop_shift") == 0) {
@@ -321,7 +321,7 @@ static void say(const study *s, study_part *part, const outcome *o, const study_
               groups->label[0], 100.0 * study_row(groups, 0)[1], groups->label[1],
               100.0 * study_row(groups, 1)[1], groups->label[2], 100.0 * study_row(groups, 2)[1]);
     study_say(part,
-              "Of %d actions drawn at these tolerances (seed %llu) only %d escape before they are "
+              "Of %d actions drawn at these tolerances (seed %llu) %d escape before they are "
               "regulated, %d of them on the string already; their heights are %.1f mm on average "
               "with a deviation of %.1f mm.",
               s->samples, s->seed, o->works, o->forced, 1e3 * o->mean, 1e3 * o->deviation);

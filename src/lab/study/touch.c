@@ -23,7 +23,7 @@ enum { LOADS = 11, SPEEDS = 21, KINDS = 2, HALVINGS = 14 };
 static const double lightest = 0.04, heaviest = 0.4; /* [kg] */
 static const double slowest = 0.4, quickest = 0.012; /* duration of the key's way [s] */
 
-enum { INPUT, KEY_SPEED, HEIGHT, SPEED, FORCE, IMPACTS, EXPONENT, USABLE, COLUMNS };
+enum { INPUT, KEY_SPEED, HEIGHT, SPEED, FORCE, IMPACTS, CAUGHT, EXPONENT, USABLE, COLUMNS };
 
 typedef struct touches {
     const study *s;
@@ -72,6 +72,7 @@ static void note(double *row, const study_shot *shot)
         return;
     }
     row[IMPACTS] = shot->stroke.impacts;
+    row[CAUGHT] = shot->stroke.forced_escapement;
     row[HEIGHT] = shot->stroke.escape_height; // also of strokes that do not reach the string
     if (shot->stroke.outcome == LAB_STRUCK) {
         row[SPEED] = shot->stroke.impact_speed;
@@ -204,15 +205,17 @@ static void say(const touches *w, study_part *part)
     for (int k = 0; k < KINDS && w->s->input >= 0; k++) {
         const study_table *t = w->t[1 + k];
         int n = range(t, &low, &high, &at_low, &at_high);
-        int twice = 0;
+        int twice = 0, caught = 0;
         for (int i = 0; i < SPEEDS; i++) {
-            twice += study_row(t, i)[IMPACTS] > 1.0;
+            const double *row = study_row(t, i);
+            twice += row[IMPACTS] > 1.0;
+            caught += row[IMPACTS] > 1.0 && row[CAUGHT] > 0.0;
         }
         if (twice > 0) {
             study_say(part,
-                      "Of %d %s strokes %d touch the string more than once: the hammer is still "
-                      "caught when it arrives.",
-                      SPEEDS, k == 0 ? "pressed" : "struck", twice);
+                      "Of %d %s strokes %d touch the string more than once; in %d of these the "
+                      "beak was still under the roof at the first touch.",
+                      SPEEDS, k == 0 ? "pressed" : "struck", twice, caught);
         }
         if (n == 0) {
             study_say(part, "No stroke of a %s key is usable.", k == 0 ? "pressed" : "struck");
@@ -256,6 +259,7 @@ stein_status study_touches(const study *s, study_part *part, stein_err *err)
                                        "impact_speed [m/s]",
                                        "peak_string_force [N]",
                                        "impacts [1]",
+                                       "escapes_after_impact [1]",
                                        "exponent [1]",
                                        "usable [1]",
                                        NULL};
@@ -265,6 +269,7 @@ stein_status study_touches(const study *s, study_part *part, stein_err *err)
                                       "impact_speed [m/s]",
                                       "peak_string_force [N]",
                                       "impacts [1]",
+                                      "escapes_after_impact [1]",
                                       "exponent [1]",
                                       "usable [1]",
                                       NULL};
