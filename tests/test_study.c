@@ -346,6 +346,23 @@ START_TEST(sentences_belong_to_the_picture_before_them)
 }
 END_TEST
 
+START_TEST(a_picture_of_nothing_is_still_a_picture)
+{
+    static const char *const head[] = {"a [m]", "b [N]", NULL};
+    char path[40];
+    study_part part = {.id = "x"};
+    study_table *t = study_table_new(&part, "x", 3, head);
+    study_chart *c = study_chart_new(&part, "x", 400, 300, 1);
+    study_panel *p = study_panel_new(c, "it's 100 %", "b");
+    p->logx = p->legend = 1;
+    study_curve_add(p, t, 0, 1.0, 1, 1.0, STUDY_BOTH, 0, "100 % of nothing");
+    snprintf(path, sizeof path, "/tmp/stein-study-%ld.svg", (long)getpid());
+    ck_assert_stein(study_draw(c, path, err));
+    ck_assert_int_eq(unlink(path), 0);
+    study_part_free(&part);
+}
+END_TEST
+
 START_TEST(a_report_needs_a_folder_it_can_write)
 {
     study_report none = {.npart = 0};
@@ -390,6 +407,7 @@ Suite *study_suite(void)
     tcase_add_test(tc, the_key_must_come_back_far_enough);
     tcase_add_test(tc, tables_write_numbers_and_leave_absent_ones_empty);
     tcase_add_test(tc, sentences_belong_to_the_picture_before_them);
+    tcase_add_test(tc, a_picture_of_nothing_is_still_a_picture);
     tcase_add_test(tc, a_report_needs_a_folder_it_can_write);
     tcase_add_test(tc, models_without_a_stroke_are_refused_by_name);
     suite_add_tcase(suite, tc);

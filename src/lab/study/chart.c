@@ -199,6 +199,18 @@ static void write_legend(FILE *f, const study_chart *c, const study_panel *p)
     }
 }
 
+/* is there anything to see? gnuplot refuses a panel without a single point */
+static int has_points(const study_curve *v)
+{
+    for (int row = 0; row < v->table->nrow; row++) {
+        const double *cell = study_row(v->table, row);
+        if (isfinite(cell[v->x]) && (v->style == STUDY_BARS || isfinite(cell[v->y]))) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static void write_panel(FILE *f, const study_chart *c, int i)
 {
     const study_panel *p = &c->panel[i];
@@ -209,6 +221,15 @@ static void write_panel(FILE *f, const study_chart *c, int i)
     for (int k = 0; k < p->nline; k++) {
         fprintf(f, "$l%d << END\n%.9g %.9g\n%.9g %.9g\nEND\n", k, p->line[k].x, p->line[k].y,
                 p->line[k].x2, p->line[k].y2);
+    }
+    int points = 0;
+    for (int k = 0; k < p->ncurve; k++) {
+        points += has_points(&p->curve[k]);
+    }
+    if (points == 0) {
+        fprintf(f, "unset logscale\nset label 1 'no data' at graph 0.5, graph 0.5 center\n"
+                   "plot [0:1] [0:1] NaN notitle\n");
+        return;
     }
     fprintf(f, "plot ");
     for (int k = 0; k < p->nline; k++) {
