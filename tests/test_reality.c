@@ -184,6 +184,53 @@ START_TEST(driven_strokes_agree_with_the_core)
 }
 END_TEST
 
+/* Effects that are parameters of every mechanism: the names of size and of what goes with it. */
+static const struct {
+    const char *kind, *place, *size, *side[2];
+} known[] = {
+    {"viscous_friction", "key", "key.damping", {NULL, NULL}},
+    {"coulomb_friction", "hammer", "hammer.coulomb.T", {"hammer.coulomb.w", NULL}},
+    {"stiction_peak", "pawl", "pawl.friction.B1", {"pawl.friction.B2", NULL}},
+    {"quadratic_drag", "hammer", "hammer.drag", {NULL, NULL}},
+    {"preload", "pawl", "pawl.preload", {NULL, NULL}},
+    {"hardening_spring", "pawl", "pawl.spring.k3", {NULL, NULL}},
+    {"backlash", "hammer", "hammer.backlash.k", {"hammer.backlash.gap", NULL}},
+    {"contact_exponent", "dip", "dip.normal.p", {NULL, NULL}},
+    {"contact_hysteresis", "string", "string.normal.h", {NULL, NULL}},
+    {"contact_gap", "loops", "loops.gap", {NULL, NULL}},
+    {"contact_gap", "notch", "notch.gap", {NULL, NULL}},
+    {"adhesion", "string", "string.adhesion.F", {"string.adhesion.range", NULL}},
+    {"adhesion", "notch", "notch.adhesion.F", {"notch.adhesion.range", NULL}},
+    {"mass", "hammer", "hammer.mass", {NULL, NULL}},
+    {"wrong_parameter", "pawl.corner.z", "pawl.corner.z", {NULL, NULL}},
+};
+
+START_TEST(known_effects_are_the_same_in_the_core)
+{
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+        double value[3];
+        char what[80];
+        ck_assert_int_eq(run("--stroke --dx -0.3 --kind %s --place %s --amount 0.1 -o %s > %s",
+                             known[i].kind, known[i].place, in_folder("a.csv"), in_folder("say")),
+                         0);
+        char *said = read_all(in_folder("say"));
+        ck_assert_int_eq(sscanf(said, "%lf %lf %lf", &value[0], &value[1], &value[2]), 3);
+        free(said);
+        read_table(&film, in_folder("a.csv"));
+        ck_assert_stein(stein_set(sim, "pawl.stop_shift", -0.3e-3, err));
+        ck_assert_stein(stein_set(sim, known[i].size, value[0], err));
+        for (int k = 0; k < 2 && known[i].side[k] != NULL; k++) {
+            ck_assert_stein(stein_set(sim, known[i].side[k], value[k + 1], err));
+        }
+        ck_assert_stein(stein_reset(sim, err));
+        snprintf(what, sizeof what, "%s at %s", known[i].kind, known[i].place);
+        compare(sim, what);
+        stein_sim_destroy(sim);
+    }
+}
+END_TEST
+
 /* ---- effects ---- */
 
 static double largest_change(const table *a, const table *b)
@@ -421,6 +468,7 @@ Suite *reality_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, the_base_model_agrees_with_the_core_to_a_micrometre);
     tcase_add_test(tc, driven_strokes_agree_with_the_core);
+    tcase_add_test(tc, known_effects_are_the_same_in_the_core);
     tcase_add_test(tc, every_effect_acts_and_does_nothing_at_size_zero);
     tcase_add_test(tc, a_level_is_the_size_after_refitting);
     tcase_add_test(tc, a_seed_gives_the_same_bytes_and_another_seed_others);

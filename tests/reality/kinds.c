@@ -3,8 +3,8 @@
  * to find them; formulas are in touch.c, hidden.c, effect.c and observe.c.
  *
  * `limit` is what is physically thinkable (by place where the bodies differ: key, hammer, pawl);
- * a size is an amount of at most 1 times the limit. Entries with drawn = 0 are made only on request;
- * the last three are in no table of effects.
+ * a size is an amount of at most 1 times the limit. Entries with drawn = 0 are made only when
+ * asked for; the last three are in no table of effects.
  */
 #include "reality.h"
 
@@ -52,8 +52,8 @@ const effect_kind effect_kinds[] = {
      {{0}}, "normal force times 1 + h tanh(xdot/0.01 m/s)"},
     {"contact_friction", "wrong_parameter", PADS, 1, 1, "log_scale", "1", {1.0, 0.0, 0.0},
      {{0}}, "mu times exp(log_scale)"},
-    {"adhesion", "missing_effect", "rest dip loops string load notch", 0, 1, "F", "N", {0.5, 0.0, 0.0},
-     {{"range", "m", 3e-5, 2e-4}}, "pull 4 F u (1 - u), u = -x/range, 0 < u < 1"},
+    {"adhesion", "missing_effect", "rest dip loops string load notch", 0, 1, "F", "N",
+     {0.5, 0.0, 0.0}, {{"range", "m", 3e-5, 2e-4}}, "pull 4 F u (1 - u), u = -x/range, 0 < u < 1"},
     {"contact_gap", "wrong_parameter", "rest dip loops string stop notch", 1, 1, "gap", "m",
      {3e-4, 0.0, 0.0}, {{0}}, "the surface lies deeper by gap"},
     {"compliant_partner", "missing_effect", "string", 0, 1, "compliance", "m/N",

@@ -7,7 +7,8 @@
  *       Without --kind the effect is drawn too. --clean: true numbers are the file's and no
  * scatter;
  *       --rough: wrong numbers and scatter; without either every set with an effect is rough and
- *       every other null set is. --any-camera draws 1 to 10 kHz and 5 to 50 um.
+ *       every other null set is. --any-camera draws 1 to 10 kHz and 5 to 50 um. --unknown draws
+ *       among the laws that are in no table of effects. --answer PATH puts the answer elsewhere.
  *   reality --model FILE --stroke [--dx MM] [--load G] [--kind KIND --place PLACE --amount A] -o
  * CSV one exact stroke every 50 us: no camera, no scatter; for comparisons reality --list kinds,
  * places, laws reality --model FILE --survey -o TXT for every kind and place the size that makes
@@ -23,10 +24,10 @@
 #include "reality.h"
 
 typedef struct options {
-    const char *model, *level, *kind, *place, *out;
+    const char *model, *level, *kind, *place, *out, *answer;
     unsigned long seed;
     double rate, pixel, dx, load, amount;
-    int null, list, stroke, clean, rough, verify, hammer, any_camera, survey;
+    int null, unknown, list, stroke, clean, rough, verify, hammer, any_camera, survey;
 } options;
 
 enum { OK, FAILED, USAGE };
@@ -57,11 +58,11 @@ static int flag(options *o, const char *name)
     const struct {
         const char *name;
         int *to;
-    } flags[] = {{"--null", &o->null},     {"--list", &o->list},
-                 {"--stroke", &o->stroke}, {"--clean", &o->clean},
-                 {"--rough", &o->rough},   {"--verify", &o->verify},
-                 {"--hammer", &o->hammer}, {"--any-camera", &o->any_camera},
-                 {"--survey", &o->survey}};
+    } flags[] = {
+        {"--null", &o->null},     {"--unknown", &o->unknown}, {"--list", &o->list},
+        {"--stroke", &o->stroke}, {"--clean", &o->clean},     {"--rough", &o->rough},
+        {"--verify", &o->verify}, {"--hammer", &o->hammer},   {"--any-camera", &o->any_camera},
+        {"--survey", &o->survey}};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         if (strcmp(name, flags[i].name) == 0) {
             *flags[i].to = 1;
@@ -75,11 +76,8 @@ static int text(options *o, const char *name, const char *value)
 {
     const struct {
         const char *name, **to;
-    } texts[] = {{"--model", &o->model},
-                 {"--level", &o->level},
-                 {"--kind", &o->kind},
-                 {"--place", &o->place},
-                 {"-o", &o->out}};
+    } texts[] = {{"--model", &o->model}, {"--level", &o->level}, {"--kind", &o->kind},
+                 {"--place", &o->place}, {"-o", &o->out},        {"--answer", &o->answer}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (strcmp(name, texts[i].name) == 0) {
             *texts[i].to = value;
@@ -170,6 +168,10 @@ static int one_stroke(const options *o, world *w, gsl_rng *rng)
     }
     int status = write_stroke(o->out, &f, &c);
     film_free(&f);
+    if (status == OK && o->kind != NULL) {
+        const effect *e = &w->hidden;
+        printf("%.17g %.17g %.17g %.17g\n", effect_value(e, w), e->side[0], e->side[1], e->side[2]);
+    }
     return status;
 }
 
@@ -190,7 +192,7 @@ static double target_of(const char *level)
     return -1.0;
 }
 
-static const effect_kind *any_kind(gsl_rng *rng)
+static const effect_kind *any_kind(int unknown, gsl_rng *rng)
 {
     unsigned long n = 0;
     while (effect_kinds[n].name != NULL) {
@@ -198,7 +200,8 @@ static const effect_kind *any_kind(gsl_rng *rng)
     }
     for (;;) {
         const effect_kind *k = &effect_kinds[gsl_rng_uniform_int(rng, n)];
-        if (k->drawn) {
+        int is_unknown = strcmp(k->verdict, "unknown_effect") == 0;
+        if (unknown ? is_unknown : k->drawn) {
             return k;
         }
     }
@@ -208,7 +211,8 @@ static const effect_kind *any_kind(gsl_rng *rng)
 static void draw(const options *o, effect *e, const mechanism *m, int touch, gsl_rng *rng)
 {
     for (;;) {
-        const effect_kind *kind = o->kind != NULL ? effect_find(o->kind) : any_kind(rng);
+        const effect_kind *kind =
+            o->kind != NULL ? effect_find(o->kind) : any_kind(o->unknown, rng);
         effect_draw(e, kind, o->place, m, rng);
         int needs = effect_touch(e), load = strcmp(kind->name, "unknown_load") == 0;
         if (touch < 0 || (needs > 0 ? needs == touch : !load || touch == 0)) {
@@ -306,7 +310,7 @@ static int write_set(const options *o, const world *w, const design *d, answer *
         }
     }
     snprintf(path, sizeof path, "%s/answer.json", o->out);
-    return answer_write(path, a) == 0 ? OK : FAILED;
+    return answer_write(o->answer != NULL ? o->answer : path, a) == 0 ? OK : FAILED;
 }
 
 static void choose_camera(const options *o, design *d, gsl_rng *rng)
