@@ -59,8 +59,8 @@ static long run_inverse(bench_case *c, long n)
 {
     double Q[MAX_NQ], sum = 0.0;
     for (long i = 0; i < n; i++) {
-        stein_inverse(c->sim, c->q[i % STATES], c->qd[i % STATES], c->qd[(i + 1) % STATES], NULL, NULL,
-                      Q);
+        stein_inverse(c->sim, c->q[i % STATES], c->qd[i % STATES], c->qd[(i + 1) % STATES], NULL,
+                      NULL, Q);
         sum += Q[0];
     }
     sink = sum;
@@ -226,8 +226,8 @@ static void print(FILE *csv)
         }
         printf("\n");
         if (csv != NULL) {
-            fprintf(csv, "%s,%s,%s,%.3f,%.3f,%d\n", c->group, c->model, c->what, c->block[0], median,
-                    total);
+            fprintf(csv, "%s,%s,%s,%.3f,%.3f,%d\n", c->group, c->model, c->what, c->block[0],
+                    median, total);
         }
     }
 }

@@ -36,7 +36,7 @@ typedef struct slot {
 typedef struct layout {
     slot *slot;
     int n, cap, failed;
-    int initial, clock, plain; /* plain: the sensor that changes nothing, of "time" */
+    int initial, clock, plain;             /* plain: the sensor that changes nothing, of "time" */
     int *joint, *com;                      /* [nbody], [ncarrier] */
     int *normal, *rub, *shape;             /* [ncontact], [ncontact], [2 * nspot] */
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */

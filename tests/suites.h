@@ -7,19 +7,19 @@
 
 #include <check.h>
 
-#define SUITES(X)                                                                                  \
-    X(law)                                                                                         \
-    X(core)                                                                                        \
-    X(integrator)                                                                                  \
-    X(contact)                                                                                     \
-    X(stroke)                                                                                      \
-    X(facts)                                                                                       \
-    X(mechanism)                                                                                   \
-    X(generator)                                                                                   \
-    X(lab)                                                                                         \
-    X(study)                                                                                       \
-    X(sweep)                                                                                       \
-    X(journal)                                                                                     \
+#define SUITES(X) \
+    X(law)        \
+    X(core)       \
+    X(integrator) \
+    X(contact)    \
+    X(stroke)     \
+    X(facts)      \
+    X(mechanism)  \
+    X(generator)  \
+    X(lab)        \
+    X(study)      \
+    X(sweep)      \
+    X(journal)    \
     X(data)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);

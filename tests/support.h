@@ -11,23 +11,24 @@
 #include "stein/stein.h"
 #include "suites.h"
 
-/** |a - b| <= rtol |b| + atol, with the figures in the message (Check's own are absolute and strict). */
-#define ck_assert_close(a, b, rtol, atol)                                                          \
-    do {                                                                                           \
-        double close_a = (a), close_b = (b), close_r = (rtol), close_t = (atol);                   \
-        ck_assert_msg(fabs(close_a - close_b) <= close_r * fabs(close_b) + close_t,                \
-                      "%s = %.17g, expected %s = %.17g, off by %.3g (rtol %g, atol %g)", #a,       \
-                      close_a, #b, close_b, close_a - close_b, close_r, close_t);                  \
+/** |a - b| <= rtol |b| + atol, with the figures in the message (Check's own are absolute and
+ * strict). */
+#define ck_assert_close(a, b, rtol, atol)                                                    \
+    do {                                                                                     \
+        double close_a = (a), close_b = (b), close_r = (rtol), close_t = (atol);             \
+        ck_assert_msg(fabs(close_a - close_b) <= close_r * fabs(close_b) + close_t,          \
+                      "%s = %.17g, expected %s = %.17g, off by %.3g (rtol %g, atol %g)", #a, \
+                      close_a, #b, close_b, close_a - close_b, close_r, close_t);            \
     } while (0)
 
 /** A call that must succeed; its message otherwise. */
-#define ck_assert_stein(call)                                                                      \
-    do {                                                                                           \
-        stein_err stein_e = {STEIN_OK, ""};                                                        \
-        stein_err *err = &stein_e;                                                                 \
-        stein_status stein_s = (call);                                                             \
-        ck_assert_msg(stein_s == STEIN_OK, "%s: %s: %s", #call, stein_status_text(stein_s),        \
-                      err->msg);                                                                   \
+#define ck_assert_stein(call)                                                               \
+    do {                                                                                    \
+        stein_err stein_e = {STEIN_OK, ""};                                                 \
+        stein_err *err = &stein_e;                                                          \
+        stein_status stein_s = (call);                                                      \
+        ck_assert_msg(stein_s == STEIN_OK, "%s: %s: %s", #call, stein_status_text(stein_s), \
+                      err->msg);                                                            \
     } while (0)
 
 /** A simulation with the model's defaults, or the test fails. */

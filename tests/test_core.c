@@ -54,7 +54,10 @@ START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
         const char *field;
         double dt;
         int integrator;
-    } bad[] = {{"dt", 0.0, 0}, {"dt", -1e-5, 0}, {"dt", NAN, 0}, {"dt", INFINITY, 0},
+    } bad[] = {{"dt", 0.0, 0},
+               {"dt", -1e-5, 0},
+               {"dt", NAN, 0},
+               {"dt", INFINITY, 0},
                {"integrator", 1e-5, 7}};
     stein_sim *sim = NULL;
     stein_err failure;
@@ -62,7 +65,8 @@ START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
         stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
         def.dt = bad[i].dt;
         def.integrator = (stein_integrator)bad[i].integrator;
-        ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &failure), STEIN_EINVAL);
+        ck_assert_int_eq(stein_sim_create(&sim, &stein_model_pendulum, &def, &failure),
+                         STEIN_EINVAL);
         ck_assert_int_eq(failure.code, STEIN_EINVAL);
         ck_assert_msg(strstr(failure.msg, bad[i].field) != NULL, "%s", failure.msg);
     }
@@ -85,9 +89,9 @@ START_TEST(parameters_are_set_and_read_by_name)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
     ck_assert_ptr_eq(stein_sim_model(sim), &stein_model_stein1788);
-    static const char *const names[] = {"pawl.stop_shift", "pawl.notch_angle", "pawl.spring.k",
-                                        "pawl.spring.theta0", "load.mass", "hammer.mass",
-                                        "key.mass", "string.height"};
+    static const char *const names[] = {"pawl.stop_shift",    "pawl.notch_angle", "pawl.spring.k",
+                                        "pawl.spring.theta0", "load.mass",        "hammer.mass",
+                                        "key.mass",           "string.height"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         double value, back;
         ck_assert_stein(stein_get(sim, names[i], &value, err));
@@ -284,8 +288,9 @@ START_TEST(an_instrument_distorts_as_its_formula_says_and_not_by_default)
     ck_assert_stein(stein_set(sim, "string_distance.sensor.square", 2.9, err));
     ck_assert_stein(stein_set(sim, "string_distance.sensor.tilt", 0.017, err));
     ck_assert_stein(stein_read_name(sim, "string_distance", &measured, err));
-    ck_assert_close(measured, 1.031 * y + 0.73e-3 + 2.9 * (y - rest) * (y - rest) + 0.017 * (x - x0),
-                    1e-12, 0.0);
+    ck_assert_close(measured,
+                    1.031 * y + 0.73e-3 + 2.9 * (y - rest) * (y - rest) + 0.017 * (x - x0), 1e-12,
+                    0.0);
     ck_assert(fabs(x - x0) > 1e-3);
     stein_sim_destroy(sim);
 }

@@ -76,8 +76,8 @@ START_TEST(escapement_height_falls_20_mm_per_mm)
 {
     double slope, r2, residual;
     fit(height, &slope, &r2, &residual);
-    printf("slope of the escapement height: %.2f mm/mm, residuals up to %.2f mm (paper -20)\n", slope,
-           1e3 * residual);
+    printf("slope of the escapement height: %.2f mm/mm, residuals up to %.2f mm (paper -20)\n",
+           slope, 1e3 * residual);
     ck_assert_close(slope, -20.0, 0.0, 1.5);
     ck_assert(residual < 1e-3);
 }
@@ -122,8 +122,9 @@ START_TEST(peak_force_loses_one_newton_per_0_2_mm_and_is_flat_to_the_right)
     for (int k = 1; k <= 3; k++) {
         change = fmax(change, fabs(force(at(k)) / force(at(0)) - 1.0));
     }
-    printf("peak force at dx = 0: %.2f N, slope %.2f N/mm, R2 %.4f, change on 0..+0.15 mm %.1f %%\n",
-           force(at(0)), 1e-3 * slope, r2, 100.0 * change);
+    printf(
+        "peak force at dx = 0: %.2f N, slope %.2f N/mm, R2 %.4f, change on 0..+0.15 mm %.1f %%\n",
+        force(at(0)), 1e-3 * slope, r2, 100.0 * change);
     ck_assert_close(1e-3 * slope, 5.0, 0.0, 1.0);
     ck_assert(r2 >= 0.97);
     ck_assert(change < 0.10);

@@ -73,7 +73,8 @@ START_TEST(dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none)
 {
     double e[2], ed;
     for (int i = 0; i < 2; i++) {
-        stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, i == 0 ? 0.0025 : 0.00125);
+        stein_sim *sim =
+            make_sim(&stein_model_double_pendulum, STEIN_DP5, i == 0 ? 0.0025 : 0.00125);
         stein_err failure = {STEIN_OK, ""};
         ck_assert_int_eq(stein_step_error(sim, &e[i], &ed, &failure), STEIN_EINVAL); // no step yet
         ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));

@@ -32,7 +32,8 @@ START_TEST(exponent_hysteresis_and_preload_change_the_force_as_their_formulas_sa
     ck_assert_close(stein_normal_force(law, x, v), plain * pow(1.37, 0.37), 1e-13, 0.0);
     law[STEIN_NORMAL_EXPONENT] = 0.0;
     law[STEIN_NORMAL_HYSTERESIS] = 0.23;
-    ck_assert_close(stein_normal_force(law, x, v), plain * (1.0 + 0.23 * tanh(v / 0.01)), 1e-13, 0.0);
+    ck_assert_close(stein_normal_force(law, x, v), plain * (1.0 + 0.23 * tanh(v / 0.01)), 1e-13,
+                    0.0);
     law[STEIN_NORMAL_HYSTERESIS] = 0.0;
     law[STEIN_NORMAL_PRELOAD] = 1.7;
     ck_assert_close(stein_normal_force(law, x, v), plain + 1.7 * (1.0 + 0.287 * v), 1e-13, 0.0);
@@ -44,7 +45,8 @@ START_TEST(adhesion_pulls_within_its_range_and_nowhere_else)
     double law[STEIN_NORMAL_SIZE] = {6.91e11, 2.63e7, 1.47e4, 0.287};
     law[STEIN_NORMAL_ADHESION] = 0.31;
     law[STEIN_NORMAL_RANGE] = 7.3e-5;
-    ck_assert_close(stein_normal_force(law, -0.5 * 7.3e-5, 0.4), -0.31, 1e-13, 0.0); // deepest in the middle
+    ck_assert_close(stein_normal_force(law, -0.5 * 7.3e-5, 0.4), -0.31, 1e-13,
+                    0.0); // deepest in the middle
     ck_assert_close(stein_normal_force(law, -0.25 * 7.3e-5, 0.4), -0.75 * 0.31, 1e-13, 0.0);
     ck_assert(stein_normal_force(law, -7.4e-5, 0.4) == 0.0);
     ck_assert(stein_normal_force(law, 0.0, 0.4) == 0.0);
@@ -78,7 +80,8 @@ START_TEST(a_joint_adds_up_what_acts_in_it)
     ck_assert_close(stein_joint_force(law, q, w), sum - 0.53 * (q - 0.21), 1e-13, 0.0);
     ck_assert_close(stein_joint_force(law, -q, w) - stein_joint_force(law, -0.21, w),
                     0.041 * (q - 0.21) + 0.23 * (pow(q + q0, 3.0) - pow(0.21 + q0, 3.0)) +
-                        0.53 * (q - 0.21), 1e-12, 0.0);
+                        0.53 * (q - 0.21),
+                    1e-12, 0.0);
 }
 END_TEST
 
@@ -108,7 +111,8 @@ START_TEST(every_status_has_a_text_of_its_own)
     for (int i = 0; i < STEIN_STATUS_COUNT; i++) {
         ck_assert(strlen(stein_status_text((stein_status)i)) > 3);
         for (int k = 0; k < i; k++) {
-            ck_assert_str_ne(stein_status_text((stein_status)i), stein_status_text((stein_status)k));
+            ck_assert_str_ne(stein_status_text((stein_status)i),
+                             stein_status_text((stein_status)k));
         }
     }
     ck_assert_str_eq(stein_status_text(STEIN_STATUS_COUNT), "unknown status");

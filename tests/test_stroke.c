@@ -24,7 +24,8 @@ static void record(void *ctx, stein_sim *sim, const stein_event *event)
     if (s->n < MAX_EVENTS) {
         s->event[s->n++] = *event;
     }
-    if (event->kind == STEIN_EVENT_CONTACT_END && event->index == string && s->first_rebound == 0.0) {
+    if (event->kind == STEIN_EVENT_CONTACT_END && event->index == string &&
+        s->first_rebound == 0.0) {
         s->first_rebound = event->time;
     }
 }

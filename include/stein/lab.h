@@ -23,9 +23,10 @@ typedef void lab_report_fn(void *ctx, const char *message);
 typedef struct lab_options {
     const char *const *set; /* "NAME=VALUE[unit]" overrides */
     int nset;
-    const char *cache;      /* folder of compiled equations; NULL: $XDG_CACHE_HOME/stein or ~/.cache/stein */
-    const char *cc;         /* compiler; NULL: $CC or "cc" */
-    lab_report_fn *report;  /* may be NULL */
+    const char
+        *cache; /* folder of compiled equations; NULL: $XDG_CACHE_HOME/stein or ~/.cache/stein */
+    const char *cc;        /* compiler; NULL: $CC or "cc" */
+    lab_report_fn *report; /* may be NULL */
     void *ctx;
 } lab_options;
 lab_options lab_options_default(void);
@@ -33,7 +34,8 @@ lab_options lab_options_default(void);
 /** Read a file and get its equations. A mechanism whose equations hash equals that of a built-in
  *  model uses those; any other is generated, compiled into the cache and loaded.
  *  @return OK, EIO, EPARSE, ENOMEM, EGENERATE, ECOMPILE, ELOAD, ESTALE */
-stein_status lab_open(lab_model **out, const char *file, const lab_options *options, stein_err *err);
+stein_status lab_open(lab_model **out, const char *file, const lab_options *options,
+                      stein_err *err);
 void lab_close(lab_model *model);
 /** The equations, with the values of the file (after overrides) as defaults: parameters, step,
  *  integrator, duration. Valid until lab_close. */
@@ -82,9 +84,9 @@ typedef stein_status lab_sample_fn(void *ctx, stein_sim *sim);
 
 /** How to run a stroke. Start from lab_stroke_def_default(model). */
 typedef struct lab_stroke_def {
-    double until;   /* [s] */
-    double release; /* the load is lifted at this time [s]; NAN: never */
-    double every;   /* sampling interval [s], rounded up to whole steps; 0: every step */
+    double until;          /* [s] */
+    double release;        /* the load is lifted at this time [s]; NAN: never */
+    double every;          /* sampling interval [s], rounded up to whole steps; 0: every step */
     lab_sample_fn *sample; /* may be NULL */
     void *ctx;
 } lab_stroke_def;
@@ -156,8 +158,9 @@ typedef struct lab_grid lab_grid;
 enum { LAB_POINTS = 1000000 }; /* at most so many */
 
 /** Read axes, "NAME=FROM:TO:COUNT" or "NAME=VALUE,VALUE...", numbers with or without unit. A unit
- *  that is given once holds for all numbers of its axis; without any they are SI. Values are rounded
- *  to 15 decimal digits in the unit given, so a grid hits 0.1 mm exactly as a typed 0.1 mm does.
+ *  that is given once holds for all numbers of its axis; without any they are SI. Values are
+ * rounded to 15 decimal digits in the unit given, so a grid hits 0.1 mm exactly as a typed 0.1 mm
+ * does.
  *  @return OK, EINVAL (what was expected), ENAME (not a parameter of the equations), ENOMEM */
 stein_status lab_grid_create(lab_grid **grid, const stein_model *model, const char *const *vary,
                              int nvary, stein_err *err);
@@ -177,11 +180,11 @@ typedef struct lab_table lab_table;
 
 /** How to sweep. Start from lab_vary_def_default(). */
 typedef struct lab_vary_def {
-    double until, release;   /* of every run, as in lab_stroke_def */
-    int threads;             /* results do not depend on it */
-    int shard, shards;       /* only the points with index % shards == shard */
-    const char *journal;     /* finished points are kept there and not computed again; may be NULL */
-    const char *const *set;  /* the overrides of lab_open, for the record */
+    double until, release;  /* of every run, as in lab_stroke_def */
+    int threads;            /* results do not depend on it */
+    int shard, shards;      /* only the points with index % shards == shard */
+    const char *journal;    /* finished points are kept there and not computed again; may be NULL */
+    const char *const *set; /* the overrides of lab_open, for the record */
     int nset;
     lab_progress_fn *progress;
     void *ctx;

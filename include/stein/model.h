@@ -13,14 +13,13 @@
  * Signs, frames and shapes, once for the whole library:
  *   M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
  *   q, qd, qdd  [nq]  one coordinate a joint [rad or m], in the order of the bodies
- *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied terms
- *   Q           [nq]  generalised forces in the joints [N m or N]
- *   frc, trq    [3*nbody] external force [N] and moment [N m] on each body at its centre of mass,
- *               components in that body's own axes
- *   Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
- *   against y: its coordinate is counted the other way.
- *   Contacts are planar, in the x-z plane (x to the right, z up). Plane angles count from +x
- *   towards +z (anticlockwise as drawn), so a joint about +y turns clockwise as drawn.
+ *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied
+ * terms Q           [nq]  generalised forces in the joints [N m or N] frc, trq    [3*nbody]
+ * external force [N] and moment [N m] on each body at its centre of mass, components in that body's
+ * own axes Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or
+ * slides against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane
+ * (x to the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a
+ * joint about +y turns clockwise as drawn.
  */
 #ifndef STEIN_MODEL_H
 #define STEIN_MODEL_H
@@ -34,11 +33,11 @@ extern "C" {
 
 /** One parameter p[i]. */
 typedef struct stein_param {
-    const char *name;  /* dotted path in the file, "hammer.mass" */
-    const char *unit;  /* SI unit, "kg"; "1" when dimensionless */
-    double value;      /* default [unit] */
-    double tolerance;  /* standard deviation stated in the file (+-) [unit], 0 when none */
-    int stated;        /* 1: the file gives it; 0: left at its neutral value */
+    const char *name; /* dotted path in the file, "hammer.mass" */
+    const char *unit; /* SI unit, "kg"; "1" when dimensionless */
+    double value;     /* default [unit] */
+    double tolerance; /* standard deviation stated in the file (+-) [unit], 0 when none */
+    int stated;       /* 1: the file gives it; 0: left at its neutral value */
 } stein_param;
 
 /** One body and the joint that carries it (one coordinate each; index = coordinate index). */
@@ -74,6 +73,7 @@ typedef struct stein_pose {
 /** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
  *  where the file says nothing: a physical effect can be switched on, fitted and tested without new
  *  equations. The laws are in law.h. */
+/* clang-format off */
 enum { STEIN_FRICTION_A, STEIN_FRICTION_VT, STEIN_FRICTION_B1, STEIN_FRICTION_B2, STEIN_FRICTION_SIZE };
 enum {
     STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C, STEIN_NORMAL_D,
@@ -100,10 +100,19 @@ enum { STEIN_SENSOR_GAIN, STEIN_SENSOR_OFFSET, STEIN_SENSOR_SQUARE, STEIN_SENSOR
        STEIN_SENSOR_DELAY, STEIN_SENSOR_SIZE };
 /** True input = gain * signal(t - delay). */
 enum { STEIN_SIGNAL_GAIN, STEIN_SIGNAL_DELAY, STEIN_SIGNAL_SIZE };
+/* clang-format on */
 /** Primitive: position [m] and, for a line, its unit normal towards the free side and the extent
  *  along the tangent (normal turned by -90 deg) from the position, both in the carrier's axes. */
-enum { STEIN_SHAPE_X, STEIN_SHAPE_Z, STEIN_SHAPE_R, STEIN_SHAPE_NX, STEIN_SHAPE_NZ, STEIN_SHAPE_LO,
-       STEIN_SHAPE_HI, STEIN_SHAPE_SIZE };
+enum {
+    STEIN_SHAPE_X,
+    STEIN_SHAPE_Z,
+    STEIN_SHAPE_R,
+    STEIN_SHAPE_NX,
+    STEIN_SHAPE_NZ,
+    STEIN_SHAPE_LO,
+    STEIN_SHAPE_HI,
+    STEIN_SHAPE_SIZE
+};
 
 typedef enum { STEIN_CIRCLE, STEIN_LINE } stein_shape_kind; /* a point is a circle of radius 0 */
 
@@ -131,16 +140,27 @@ typedef struct stein_contact {
 /** A notch: the beak of one body in the notched corner of another (see src/core/notch.c). */
 typedef struct stein_notch {
     const char *name;
-    int catcher; /* frame index of the body with the corner (pawl), -1 = fixed frame */
-    int beak;    /* frame index of the body with the beak (hammer) */
-    int d;       /* base of a STEIN_NOTCH block */
+    int catcher;          /* frame index of the body with the corner (pawl), -1 = fixed frame */
+    int beak;             /* frame index of the body with the beak (hammer) */
+    int d;                /* base of a STEIN_NOTCH block */
     int normal, friction; /* d indices as in stein_contact */
 } stein_notch;
 /** Corner position, unit vectors of roof and vertical face away from the corner, in the catcher's
- *  axes; beak end and the unit vector along the beak's upper face towards the body, in the beak's. */
-enum { STEIN_NOTCH_CX, STEIN_NOTCH_CZ, STEIN_NOTCH_RX, STEIN_NOTCH_RZ, STEIN_NOTCH_VX,
-       STEIN_NOTCH_VZ, STEIN_NOTCH_EX, STEIN_NOTCH_EZ, STEIN_NOTCH_BX, STEIN_NOTCH_BZ,
-       STEIN_NOTCH_SIZE };
+ *  axes; beak end and the unit vector along the beak's upper face towards the body, in the beak's.
+ */
+enum {
+    STEIN_NOTCH_CX,
+    STEIN_NOTCH_CZ,
+    STEIN_NOTCH_RX,
+    STEIN_NOTCH_RZ,
+    STEIN_NOTCH_VX,
+    STEIN_NOTCH_VZ,
+    STEIN_NOTCH_EX,
+    STEIN_NOTCH_EZ,
+    STEIN_NOTCH_BX,
+    STEIN_NOTCH_BZ,
+    STEIN_NOTCH_SIZE
+};
 
 /** Straight spring with damper between two points: force k (l - length) + b ldot along the line. */
 typedef struct stein_link {
@@ -151,22 +171,24 @@ typedef struct stein_link {
 
 /** The free load: joint coordinate of its body and the contact it rests on. */
 typedef struct stein_load {
-    int body;    /* -1 when the mechanism has no load */
+    int body; /* -1 when the mechanism has no load */
     int contact;
 } stein_load;
 
 typedef enum { STEIN_INPUT_JOINT, STEIN_INPUT_POINT, STEIN_INPUT_MOTION } stein_input_kind;
 
-/** An input signal. JOINT: generalised force. POINT: force along a fixed direction. MOTION: q(t). */
+/** An input signal. JOINT: generalised force. POINT: force along a fixed direction. MOTION: q(t).
+ */
 typedef struct stein_input {
     const char *name, *unit;
     stein_input_kind kind;
     int index;     /* JOINT, MOTION: coordinate; POINT: point index */
     int direction; /* POINT: d index of the direction {x, y, z} in the fixed frame */
     int signal;    /* d index of a STEIN_SIGNAL block */
-    int hold;      /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
+    int hold; /* MOTION: 1 = without a signal the joint is held at its initial value, 0 = free */
 } stein_input;
 
+/* clang-format off */
 typedef enum {
     STEIN_READ_TIME,
     STEIN_READ_POSITION, STEIN_READ_SPEED, STEIN_READ_ACCELERATION, /* joint index */
@@ -177,6 +199,7 @@ typedef enum {
     STEIN_READ_INPUT, STEIN_READ_INPUT_FORCE,                       /* input index */
     STEIN_READ_KINETIC, STEIN_READ_POTENTIAL                        /* whole tree [J] */
 } stein_read_kind;
+/* clang-format on */
 
 /** An output channel: sign * (reading - reading in the initial state if from_rest). */
 typedef struct stein_channel {
@@ -200,7 +223,7 @@ typedef struct stein_ops {
 
 /** The mechanism. */
 typedef struct stein_model {
-    int abi;               /* STEIN_MODEL_ABI */
+    int abi; /* STEIN_MODEL_ABI */
     const char *name;
     const char *equations; /* hash of everything but parameter values: identifies the equations */
     int nq, np, nd, npoint, nframe, ncontact, nspot, nnotch, nlink, ninput, nchannel;

@@ -23,11 +23,11 @@ typedef enum { STEIN_RK4, STEIN_DP5 } stein_integrator;
 
 /** How to simulate. Take stein_sim_def_default(model), change what you need. */
 typedef struct stein_sim_def {
-    stein_integrator integrator; /* fixed-step Runge-Kutta 4 or Dormand-Prince 5(4) */
-    double dt;                   /* step [s], > 0 */
-    void *(*alloc)(void *ctx, size_t size);       /* default malloc; size is never 0 */
-    void (*release)(void *ctx, void *block);      /* default free */
-    void *ctx;                                    /* passed to both */
+    stein_integrator integrator;             /* fixed-step Runge-Kutta 4 or Dormand-Prince 5(4) */
+    double dt;                               /* step [s], > 0 */
+    void *(*alloc)(void *ctx, size_t size);  /* default malloc; size is never 0 */
+    void (*release)(void *ctx, void *block); /* default free */
+    void *ctx;                               /* passed to both */
 } stein_sim_def;
 
 /** The defaults of the mechanism file. */
@@ -54,8 +54,8 @@ int stein_find_body(const stein_model *model, const char *name);
 
 /* ---- parameters ---- */
 
-/** Set a parameter [SI]. Acts from the next step on; the state stays (call stein_reset to start from
- *  the equilibrium of the new parameters). @return OK, ENAME, EINVAL (not finite) */
+/** Set a parameter [SI]. Acts from the next step on; the state stays (call stein_reset to start
+ * from the equilibrium of the new parameters). @return OK, ENAME, EINVAL (not finite) */
 stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err);
 /** Set all parameters at once, p [np] in the order of model->params. @return OK, EINVAL */
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
@@ -68,10 +68,10 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
  *  the load; the load flush on its contact, at rest. Contacts and notch as geometry has them.
  *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
 stein_status stein_reset(stein_sim *sim, stein_err *err);
-/** The static equilibrium next to the present positions, at the present time: speeds zero, prescribed
- *  joints at their signals, a load that is there rests, one that was lifted stays away. Contacts as
- *  geometry has them, notches by their memory. Friction, which vanishes at rest, has no part in it. In small steps of
- *  a signal this follows a quasi-static motion.
+/** The static equilibrium next to the present positions, at the present time: speeds zero,
+ * prescribed joints at their signals, a load that is there rests, one that was lifted stays away.
+ * Contacts as geometry has them, notches by their memory. Friction, which vanishes at rest, has no
+ * part in it. In small steps of a signal this follows a quasi-static motion.
  *  @return OK, ESETTLE, ESINGULAR; after a failure the positions are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);
 /** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
@@ -119,10 +119,10 @@ stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err);
 typedef enum {
     STEIN_EVENT_CONTACT_BEGIN, /* index: contact */
     STEIN_EVENT_CONTACT_END,   /* index: contact */
-    STEIN_EVENT_IMPACT,        /* index: contact; the stroke's string is touched (follows its begin) */
-    STEIN_EVENT_ESCAPEMENT,    /* index: notch; the beak's end passes the corner after contact */
-    STEIN_EVENT_CAUGHT,        /* index: notch; the beak's end is back below the roof */
-    STEIN_EVENT_PHASE          /* index: notch; `phase` is the new one */
+    STEIN_EVENT_IMPACT,     /* index: contact; the stroke's string is touched (follows its begin) */
+    STEIN_EVENT_ESCAPEMENT, /* index: notch; the beak's end passes the corner after contact */
+    STEIN_EVENT_CAUGHT,     /* index: notch; the beak's end is back below the roof */
+    STEIN_EVENT_PHASE       /* index: notch; `phase` is the new one */
 } stein_event_kind;
 
 typedef struct stein_event {
@@ -137,8 +137,8 @@ typedef struct stein_event {
 typedef void stein_event_fn(void *ctx, stein_sim *sim, const stein_event *event);
 /** Subscribe (one subscriber; NULL unsubscribes). */
 void stein_on_event(stein_sim *sim, stein_event_fn *fn, void *ctx);
-/** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the corner,
- *  4 beak's end on the vertical face. -1 for an index out of range. */
+/** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the
+ * corner, 4 beak's end on the vertical face. -1 for an index out of range. */
 int stein_notch_phase(const stein_sim *sim, int notch);
 /** 1 when the beak's end is below the roof and overlaps it (ready to strike), else 0. */
 int stein_notch_armed(stein_sim *sim, int notch);
@@ -167,8 +167,8 @@ void stein_inverse(stein_sim *sim, const double *q, const double *qd, const doub
                    const double *frc, const double *trq, double *Q);
 /** All named points: x, v [3*npoint], J [3*npoint*nq], jdqd [3*npoint]; any of them may be NULL.
  *  No effect for a model without points. */
-void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v, double *J,
-                  double *jdqd);
+void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, double *v,
+                  double *J, double *jdqd);
 /** Kinetic and potential (gravity) energy of the tree [J]. */
 void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kinetic,
                   double *potential);

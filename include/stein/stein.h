@@ -2,18 +2,18 @@
  * stein.h - libstein: equations of motion generated symbolically, simulated with contacts.
  *
  * PURPOSE
- *   A mechanism file (models/NAME.yaml) describes a tree of bodies, its contacts, inputs and outputs.
- *   The generator turns it into flat C for
+ *   A mechanism file (models/NAME.yaml) describes a tree of bodies, its contacts, inputs and
+ * outputs. The generator turns it into flat C for
  *
  *       M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
  *
- *   by the recursive Newton-Euler scheme; this library adds contact detection, force laws, the notch
- *   of a piano action, fixed-step integrators and located events. It allocates once per simulation,
- *   never prints, never exits, has no globals and is reentrant.
+ *   by the recursive Newton-Euler scheme; this library adds contact detection, force laws, the
+ * notch of a piano action, fixed-step integrators and located events. It allocates once per
+ * simulation, never prints, never exits, has no globals and is reentrant.
  *
  * CONVENTIONS (all in model.h)
- *   SI units. q, qd, qdd: one coordinate a joint. x to the right, z up, gravity -z. c holds gravity,
- *   gyroscopic and applied forces; Q the forces in the joints. Names are those of the file.
+ *   SI units. q, qd, qdd: one coordinate a joint. x to the right, z up, gravity -z. c holds
+ * gravity, gyroscopic and applied forces; Q the forces in the joints. Names are those of the file.
  *
  * EXAMPLE (the program of the README; cc strike.c $(pkg-config --cflags --libs stein))
  *

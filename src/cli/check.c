@@ -143,7 +143,8 @@ static void print_parameters(const mechanism *m)
     for (int i = 0; i < m->nparam; i++) {
         stated += m->params[i].stated;
     }
-    printf("\nparameters (%d, and %d that the file leaves at their neutral value: --json lists them)\n",
+    printf("\nparameters (%d, and %d that the file leaves at their neutral value: --json lists "
+           "them)\n",
            stated, m->nparam - stated);
     for (int i = 0; i < m->nparam; i++) {
         const mech_param *p = &m->params[i];
@@ -169,7 +170,8 @@ static void print_contacts(const mechanism *m)
         const mech_shape *a = &c->spot[0].side[0], *b = &c->spot[0].side[1];
         printf("  %-16s %s of %s on %s of %s%s%s%s\n", c->name, shape_text(a),
                body_name(m, a->body), shape_text(b), body_name(m, b->body),
-               c->nspot == 2 ? ", two spots" : "", acts(c->friction.v, STEIN_FRICTION_A) ? ", friction" : "",
+               c->nspot == 2 ? ", two spots" : "",
+               acts(c->friction.v, STEIN_FRICTION_A) ? ", friction" : "",
                i == m->load_contact ? ", carries the free load" : "");
     }
     if (m->nnotch > 0) {

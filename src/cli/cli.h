@@ -22,13 +22,16 @@ typedef struct cli_option {
 } cli_option;
 
 /** What every command understands, at the end of its table. */
-#define CLI_COMMON                                                                                 \
-    {"set", 0, "NAME=VALUE[unit]",                                                                 \
-     "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"    \
-     "without unit is SI. A structural zero that is set changes the equations: they are then\n"    \
-     "generated and compiled anew."},                                                              \
-        {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},     \
-        {"help", 'h', NULL, "Print this page."}, {NULL, 0, NULL, NULL}
+#define CLI_COMMON                                                                              \
+    {"set", 0, "NAME=VALUE[unit]",                                                              \
+     "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n" \
+     "without unit is SI. A structural zero that is set changes the equations: they are then\n" \
+     "generated and compiled anew."},                                                           \
+        {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},  \
+        {"help", 'h', NULL, "Print this page."},                                                \
+    {                                                                                           \
+        NULL, 0, NULL, NULL                                                                     \
+    }
 
 typedef struct cli_args cli_args;
 
@@ -96,7 +99,8 @@ void cli_damaged(int lines);
 stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err);
 /** Read a mechanism with the overrides alone, without its equations. */
 stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err);
-/** Say what failed on standard error, unless it was told before (no message). @return the exit code of the status */
+/** Say what failed on standard error, unless it was told before (no message). @return the exit code
+ * of the status */
 int cli_failed(stein_status status, const stein_err *err);
 /** Flush standard output. @return code, or CLI_FAILED when it could not be written */
 int cli_finish(int code);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * options.c - the command line: --name VALUE, --name=VALUE, -n VALUE, -nVALUE, and -- to end options.
+ * options.c - the command line: --name VALUE, --name=VALUE, -n VALUE, -nVALUE, and -- to end
+ * options.
  *
  * Own code instead of getopt_long: that is no POSIX, abbreviates silently (--se), and cannot say
  * which option was meant.
@@ -97,17 +98,18 @@ static int unknown(const cli_command *command, const char *word)
     memcpy(name, start, length);
     name[length] = '\0';
     const char *nearest = cli_nearest(name, names, n);
-    return nearest != NULL
-               ? cli_misuse(command, "no option %s; did you mean --%s?", word, nearest)
-               : cli_misuse(command, "no option %s", word);
+    return nearest != NULL ? cli_misuse(command, "no option %s; did you mean --%s?", word, nearest)
+                           : cli_misuse(command, "no option %s", word);
 }
 
 static int store_vary(cli_args *args, const char *value)
 {
     const char *sign = strchr(value, '=');
     if (sign == NULL || sign == value || sign[1] == '\0') {
-        return cli_misuse(args->command, "--vary %s: expected NAME=FROM:TO:COUNT or "
-                          "NAME=VALUE,VALUE..., e.g. pawl.stop_shift=-1.2:0:13mm", value);
+        return cli_misuse(args->command,
+                          "--vary %s: expected NAME=FROM:TO:COUNT or "
+                          "NAME=VALUE,VALUE..., e.g. pawl.stop_shift=-1.2:0:13mm",
+                          value);
     }
     if (args->nvary == CLI_VARIES) {
         return cli_misuse(args->command, "more than %d --vary", (int)CLI_VARIES);
@@ -128,8 +130,10 @@ static int store(cli_args *args, int option, const char *value)
     }
     const char *sign = strchr(value, '=');
     if (sign == NULL || sign == value || sign[1] == '\0') {
-        return cli_misuse(args->command, "--set %s: expected NAME=VALUE, e.g. "
-                          "pawl.stop_shift=-0.3mm", value);
+        return cli_misuse(args->command,
+                          "--set %s: expected NAME=VALUE, e.g. "
+                          "pawl.stop_shift=-0.3mm",
+                          value);
     }
     if (args->nset == CLI_SETS) {
         return cli_misuse(args->command, "more than %d --set", (int)CLI_SETS);
@@ -156,9 +160,9 @@ static int take_option(cli_args *args, const char *word, int argc, char **argv, 
         return unknown(command, word);
     }
     if (command->options[option].value == NULL) {
-        return inline_value == NULL ? store(args, option, "")
-                                    : cli_misuse(command, "--%s takes no value",
-                                                 command->options[option].name);
+        return inline_value == NULL
+                   ? store(args, option, "")
+                   : cli_misuse(command, "--%s takes no value", command->options[option].name);
     }
     if (inline_value == NULL) {
         if (*at + 1 >= argc) {
@@ -194,9 +198,9 @@ int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv)
         (enough && (command->more || args->noperand == command->noperands))) {
         return CLI_OK;
     }
-    return !enough ? cli_misuse(command, "expected %s", command->operands)
-                   : cli_misuse(command, "one operand too many: %s",
-                                args->operand[command->noperands]);
+    return !enough
+               ? cli_misuse(command, "expected %s", command->operands)
+               : cli_misuse(command, "one operand too many: %s", args->operand[command->noperands]);
 }
 
 const char *cli_value(const cli_args *args, const char *option)

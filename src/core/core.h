@@ -53,38 +53,38 @@ struct stein_sim {
     unsigned char *state;
     size_t state_size;
     state_head *head;
-    double *q, *qd;      /* [nq] */
-    double *rest;        /* [2*nchannel] value and marker's x of each in the initial state */
-    unsigned char *mode; /* [nguard] */
-    unsigned char *phase; /* [nnotch] configuration of each notch, 0..4 */
+    double *q, *qd;         /* [nq] */
+    double *rest;           /* [2*nchannel] value and marker's x of each in the initial state */
+    unsigned char *mode;    /* [nguard] */
+    unsigned char *phase;   /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
-    unsigned char *held; /* [nq] joint locked where it is (the lifted load) */
+    unsigned char *held;    /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 
     double *p, *d; /* [np], [nd] */
 
     /* result of the last evaluation (stein__evaluate) */
-    double *qdd;        /* [nq] */
-    double *guard;      /* [nguard] */
-    spot_force *spot;   /* [nspot] */
-    spot_force *beak;   /* [nnotch] resultant; gap holds the overlap s [m] */
-    double *frc, *trq;  /* [3*nq] */
-    double *Q;          /* [nq] */
-    int fresh;          /* 1: the above belongs to the current state */
+    double *qdd;       /* [nq] */
+    double *guard;     /* [nguard] */
+    spot_force *spot;  /* [nspot] */
+    spot_force *beak;  /* [nnotch] resultant; gap holds the overlap s [m] */
+    double *frc, *trq; /* [3*nq] */
+    double *Q;         /* [nq] */
+    int fresh;         /* 1: the above belongs to the current state */
 
     /* workspace */
-    stein_pose *pose;  /* [nframe] */
-    wrench *wrench;    /* [nframe] */
-    double *M, *c;     /* [nq*nq], [nq] */
-    double *xq, *xqd;  /* [nq] coordinates as evaluated: prescribed ones in place */
-    double *ustate;    /* [3*ninput] signals at the last evaluation */
-    double *px, *pv, *pJ, *pa; /* points */
-    double *kq, *kqd;  /* [7*nq] stages */
+    stein_pose *pose;               /* [nframe] */
+    wrench *wrench;                 /* [nframe] */
+    double *M, *c;                  /* [nq*nq], [nq] */
+    double *xq, *xqd;               /* [nq] coordinates as evaluated: prescribed ones in place */
+    double *ustate;                 /* [3*ninput] signals at the last evaluation */
+    double *px, *pv, *pJ, *pa;      /* points */
+    double *kq, *kqd;               /* [7*nq] stages */
     double *q1, *qd1, *qdd0, *qdd1; /* [nq] trial step and end derivatives */
-    double *zero;      /* [3*nq] */
-    double *work;      /* [nq*nq + 2*nq] */
-    double *root;      /* [nguard] */
-    unsigned char *crossed; /* [nguard] guards that switch at the located root */
+    double *zero;                   /* [3*nq] */
+    double *work;                   /* [nq*nq + 2*nq] */
+    double *root;                   /* [nguard] */
+    unsigned char *crossed;         /* [nguard] guards that switch at the located root */
 
     double eq, eqd; /* embedded error estimate; negative: none */
 

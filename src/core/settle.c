@@ -30,7 +30,8 @@ static void remember_regions(stein_sim *sim, int keep)
     }
 }
 
-/* contact modes and notch regions as the positions in sim->q and the remembered regions have them */
+/* contact modes and notch regions as the positions in sim->q and the remembered regions have them
+ */
 static void modes_from_geometry(stein_sim *sim)
 {
     const stein_model *model = sim->model;

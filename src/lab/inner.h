@@ -91,11 +91,11 @@ void lab__quoted(FILE *f, const char *text);
 
 /** One varied parameter. */
 typedef struct lab__axis {
-    char *name, *text;               /* "-1.2:0:13 mm": written always the same way */
-    char unit[MECH_UNIT];            /* SI */
-    char shown[MECH_UNIT];           /* the unit its values were given in */
-    double factor;                   /* of that unit [SI] */
-    double *value;                   /* [n], SI */
+    char *name, *text;     /* "-1.2:0:13 mm": written always the same way */
+    char unit[MECH_UNIT];  /* SI */
+    char shown[MECH_UNIT]; /* the unit its values were given in */
+    double factor;         /* of that unit [SI] */
+    double *value;         /* [n], SI */
     int n;
 } lab__axis;
 struct lab_grid {
@@ -121,10 +121,10 @@ typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, stein_s
 typedef struct lab__batch {
     const lab_model *model;
     int n, threads;
-    const unsigned char *skip;                      /* [n] 1: leave out this point; may be NULL */
-    void (*set)(void *ctx, int point, double *p);   /* p [np]: the file's values, to be changed */
+    const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
+    void (*set)(void *ctx, int point, double *p); /* p [np]: the file's values, to be changed */
     lab__point_fn *run;
-    lab_progress_fn *progress;                      /* may be NULL; counts what is not skipped */
+    lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__batch;
 /** @return OK, ENOMEM, or what `run` returned. Failures to reset are handed to `run`. */
@@ -132,7 +132,8 @@ stein_status lab__batch_run(const lab__batch *batch, stein_err *err);
 
 /* ---- vary.c ---- */
 
-/** Find out what every point would fail with, by a run of one step: a stroke if the model names one.
+/** Find out what every point would fail with, by a run of one step: a stroke if the model names
+ * one.
  *  @return OK (also when the file's own parameters fail numerically), EINVAL, ENOMEM */
 stein_status lab__try(const lab_model *model, double until, double release, stein_err *err);
 
@@ -183,8 +184,7 @@ stein_status lab__journal_read(lab_table **table, const char *path, int *damaged
 
 /** Equations of a mechanism from the cache, compiled into it when they are absent or stale. */
 stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
-                           const gen_result *equations, const lab_options *options,
-                           stein_err *err);
+                           const gen_result *equations, const lab_options *options, stein_err *err);
 
 /* ---- strike.c ---- */
 

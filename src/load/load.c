@@ -22,7 +22,8 @@ stein_status stein_library_open(stein_library **out, const char *file, const cha
     static const char prefix[] = "stein_model_";
     char symbol[sizeof prefix + 64];
     if (strlen(name) > 64) {
-        return stein__fail(err, STEIN_EINVAL, "model name \"%s\" is longer than 64 characters", name);
+        return stein__fail(err, STEIN_EINVAL, "model name \"%s\" is longer than 64 characters",
+                           name);
     }
     strcpy(symbol, prefix);
     strcat(symbol, name);
@@ -37,8 +38,10 @@ stein_status stein_library_open(stein_library **out, const char *file, const cha
         status = stein__fail(err, STEIN_ELOAD, "%s has no symbol \"%s\"", file, symbol);
     } else if (found->abi != STEIN_MODEL_ABI ||
                (equations != NULL && strcmp(found->equations, equations) != 0)) {
-        status = stein__fail(err, STEIN_ESTALE, "%s holds equations %s of layout %d, expected %s of "
-                             "layout %d: remove it and try again", file, found->equations, found->abi,
+        status = stein__fail(err, STEIN_ESTALE,
+                             "%s holds equations %s of layout %d, expected %s of "
+                             "layout %d: remove it and try again",
+                             file, found->equations, found->abi,
                              equations != NULL ? equations : "any", STEIN_MODEL_ABI);
     }
     stein_library *library = status == STEIN_OK ? malloc(sizeof *library) : NULL;

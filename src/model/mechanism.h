@@ -42,8 +42,17 @@ typedef struct mech_param {
 } mech_param;
 
 typedef enum {
-    MECH_OP_CONST, MECH_OP_PARAM, MECH_OP_ADD, MECH_OP_SUB, MECH_OP_MUL, MECH_OP_DIV, MECH_OP_NEG,
-    MECH_OP_SIN, MECH_OP_COS, MECH_OP_TAN, MECH_OP_SQRT
+    MECH_OP_CONST,
+    MECH_OP_PARAM,
+    MECH_OP_ADD,
+    MECH_OP_SUB,
+    MECH_OP_MUL,
+    MECH_OP_DIV,
+    MECH_OP_NEG,
+    MECH_OP_SIN,
+    MECH_OP_COS,
+    MECH_OP_TAN,
+    MECH_OP_SQRT
 } mech_op;
 
 /** One step of a formula in postfix order. */
@@ -78,9 +87,9 @@ typedef struct mech_body {
     int sign;
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */
     mech_scalar mass, centre[3];
-    mech_scalar inertia[6]; /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
+    mech_scalar inertia[6];              /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
     mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
-    mech_scalar q0, qd0; /* initial state */
+    mech_scalar q0, qd0;                 /* initial state */
     int line, column;
 } mech_body;
 
@@ -95,11 +104,11 @@ typedef struct mech_shape {
     int body; /* -1 frame */
     int is_line;
     mech_scalar at[3], radius;
-    mech_scalar facing;      /* line: plane angle of the normal towards the free side [rad] */
-    int has_extent;          /* line: without one it is infinite */
-    mech_scalar extent[2];   /* along the tangent (the normal turned by -90 deg) from `at` [m] */
-    int end;                 /* 0; or -1/+1: not the whole line but its lower/upper end touches (is_line
-                                stays 1): `at` moved by extent[0] or extent[1] along the tangent */
+    mech_scalar facing;    /* line: plane angle of the normal towards the free side [rad] */
+    int has_extent;        /* line: without one it is infinite */
+    mech_scalar extent[2]; /* along the tangent (the normal turned by -90 deg) from `at` [m] */
+    int end; /* 0; or -1/+1: not the whole line but its lower/upper end touches (is_line
+                stays 1): `at` moved by extent[0] or extent[1] along the tangent */
 } mech_shape;
 
 typedef struct mech_spot {
@@ -117,8 +126,9 @@ typedef struct mech_contact {
 typedef struct mech_notch {
     char name[MECH_NAME];
     int catcher, beak; /* bodies */
-    mech_scalar corner[3], lean, angle; /* lean: plane angle of the vertical face from +z towards -x */
-    mech_scalar end[3], tilt;           /* beak end; plane angle of its upper face */
+    mech_scalar corner[3], lean,
+        angle;                /* lean: plane angle of the vertical face from +z towards -x */
+    mech_scalar end[3], tilt; /* beak end; plane angle of its upper face */
     mech_normal normal;
     mech_friction friction;
 } mech_notch;
@@ -174,7 +184,7 @@ typedef struct mechanism {
     int stroke_string, stroke_notch; /* contact and notch index, -1 when absent */
     mech_scalar clock_error;
     int settle;
-    int integrator; /* 0 rk4, 1 dp5 */
+    int integrator;   /* 0 rk4, 1 dp5 */
     double dt, until; /* [s] */
 } mechanism;
 
@@ -207,7 +217,8 @@ stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, 
 /** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */
 int mech_parse_unit(const char *text, mech_dim *dim, double *factor);
 
-/** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL. */
+/** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL.
+ */
 int mech_find_param(const mechanism *m, const char *name, const char **suggestion);
 
 /** Value of a scalar for other parameter values p [nparam]. */

@@ -187,7 +187,8 @@ static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entr
     if (kind == NREADABLE) {
         return read_energy(rd, c, entry);
     }
-    mech__keys(rd, entry, "an output", "joint point contact notch input energy read sign zero sensor");
+    mech__keys(rd, entry, "an output",
+               "joint point contact notch input energy read sign zero sensor");
     if (kind < 0) {
         return -1;
     }
