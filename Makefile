@@ -143,6 +143,10 @@ $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
+# the independent source of measurements: the reader of mechanism files, and nothing else of ours
+$(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/status.c)
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
@@ -161,7 +165,7 @@ SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
 check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -190,7 +194,8 @@ install: all  ## install library, headers, programs, models and stein.pc under P
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
-SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] bench/*.[ch])
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
+            tests/reality/*.[ch] bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source
