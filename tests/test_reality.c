@@ -15,6 +15,7 @@ enum { COLUMNS = 4, MAX_ROWS = 4000, FIT = 12, HELD = 6 };
 
 /* ---- running it ---- */
 
+/* what it prints goes to "said" and "messages" in the folder of the test */
 static int run(const char *format, ...)
 {
     char command[1200], arguments[800];
@@ -23,8 +24,8 @@ static int run(const char *format, ...)
     va_start(args, format);
     vsnprintf(arguments, sizeof arguments, format, args);
     va_end(args);
-    snprintf(command, sizeof command, "%s/reality --model %s %s 2>%s", build ? build : "build",
-             model_file, arguments, in_folder("messages"));
+    snprintf(command, sizeof command, "%s/reality --model %s %s >%s 2>%s", build ? build : "build",
+             model_file, arguments, in_folder("said"), in_folder("messages"));
     return system(command);
 }
 
@@ -211,10 +212,10 @@ START_TEST(known_effects_are_the_same_in_the_core)
         stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
         double value[3];
         char what[80];
-        ck_assert_int_eq(run("--stroke --dx -0.3 --kind %s --place %s --amount 0.1 -o %s > %s",
-                             known[i].kind, known[i].place, in_folder("a.csv"), in_folder("say")),
+        ck_assert_int_eq(run("--stroke --dx -0.3 --kind %s --place %s --amount 0.1 -o %s",
+                             known[i].kind, known[i].place, in_folder("a.csv")),
                          0);
-        char *said = read_all(in_folder("say"));
+        char *said = read_all(in_folder("said"));
         ck_assert_int_eq(sscanf(said, "%lf %lf %lf", &value[0], &value[1], &value[2]), 3);
         free(said);
         read_table(&film, in_folder("a.csv"));
@@ -272,8 +273,8 @@ static void check_effect(const char *kind, const char *place)
 
 START_TEST(every_effect_acts_and_does_nothing_at_size_zero)
 {
-    ck_assert_int_eq(run("--list > %s", in_folder("list")), 0);
-    char *text = read_all(in_folder("list")), *rest = text, kind[40] = "";
+    ck_assert_int_eq(run("--list"), 0);
+    char *text = read_all(in_folder("said")), *rest = text, kind[40] = "";
     int kinds = 0, places = 0;
     for (char *line = strtok_r(text, "\n", &rest); line != NULL;
          line = strtok_r(NULL, "\n", &rest)) {
