@@ -20,7 +20,8 @@
     X(study)      \
     X(sweep)      \
     X(journal)    \
-    X(data)
+    X(data)       \
+    X(effects)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

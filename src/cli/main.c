@@ -7,7 +7,7 @@
 #include "cli.h"
 
 static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
-                                              &cli_sweep, &cli_merge,    &cli_study};
+                                              &cli_sweep, &cli_merge,    &cli_study,  &cli_effects};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void overview(FILE *stream)

@@ -1,0 +1,452 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * candidates.c - every effect of the table at every place of a mechanism where it can sit.
+ *
+ * How large an effect may plausibly be follows from the mechanism itself:
+ *
+ *      T = max(sqrt(M_jj m) g, |k theta0|)      weight and spring of a joint, m the carried mass
+ *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over its
+ * travel Q length = sqrt(M_jj / m)                  its radius of gyration
+ *
+ * M is the mass matrix at the initial state, w and Q the largest speed and coordinate of one run.
+ * For the piano action these come within a factor of a few of what a maker would call thinkable,
+ * and need no list of numbers for each mechanism. They scale the first secant and the weak prior of
+ * an amount, nothing else.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "inner.h"
+#include "stein/diagnose.h"
+
+enum { MAX_SAMPLES = 4000 };
+static const double weak_range = 1e-4; /* of adhesion [m] */
+
+/* what the limits come from, by joint and by channel */
+typedef struct scales {
+    double *weight, *spring, *energy, *speed, *travel, *length, *range;
+    double *room;
+    double heaviness; /* of the whole tree [N] */
+} scales;
+
+typedef struct build {
+    const lab_model *lab;
+    const stein_model *m;
+    const double *p;
+    lab_candidate *list;
+    int n, room;
+    scales s;
+    int full; /* memory ran out */
+} build;
+
+/* ---- one run ---- */
+
+typedef struct watch {
+    const stein_model *m;
+    scales *s;
+    double *low, *high;
+} watch;
+
+static stein_status look(void *ctx, stein_sim *sim)
+{
+    watch *w = ctx;
+    const double *q = stein_q(sim), *qd = stein_qd(sim);
+    for (int j = 0; j < w->m->nq; j++) {
+        w->s->travel[j] = fmax(w->s->travel[j], fabs(q[j]));
+        w->s->speed[j] = fmax(w->s->speed[j], fabs(qd[j]));
+    }
+    for (int c = 0; c < w->m->nchannel; c++) {
+        double y = stein_read(sim, c);
+        w->low[c] = fmin(w->low[c], y);
+        w->high[c] = fmax(w->high[c], y);
+    }
+    return STEIN_OK;
+}
+
+static double named(const build *b, const char *owner, const char *path, double other)
+{
+    char name[2 * LAB_PLACE];
+    snprintf(name, sizeof name, "%s.%s", owner, path);
+    int i = stein_find_param(b->m, name);
+    return i >= 0 ? b->p[i] : other;
+}
+
+static double carried(const build *b, int joint)
+{
+    double mass = 0.0;
+    for (int k = joint; k < b->m->nq; k++) {
+        int up = k;
+        while (up > joint) {
+            up = b->m->bodies[up].parent;
+        }
+        mass += up == joint ? named(b, b->m->bodies[k].name, "mass", 0.0) : 0.0;
+    }
+    return mass;
+}
+
+static void derive(build *b, stein_sim *sim, double *M)
+{
+    const double g = 9.81;
+    int nq = b->m->nq;
+    scales *s = &b->s;
+    stein_mass_bias(sim, stein_q(sim), stein_qd(sim), NULL, NULL, M, M + nq * nq);
+    for (int j = 0; j < nq; j++) {
+        const char *name = b->m->bodies[j].name;
+        double m = fmax(carried(b, j), 1e-12), Mjj = fmax(M[j * nq + j], 1e-18);
+        s->length[j] = sqrt(Mjj / m);
+        s->spring[j] = fabs(named(b, name, "spring.k", 0.0) * named(b, name, "spring.theta0", 0.0));
+        s->weight[j] = fmax(s->length[j] * m * g, s->spring[j]);
+        s->heaviness += b->m->bodies[j].parent < 0 ? m * g : 0.0;
+    }
+}
+
+static stein_status measure(build *b, stein_err *err)
+{
+    int nq = b->m->nq, nc = b->m->nchannel;
+    stein_sim *sim = NULL;
+    size_t size = (size_t)(7 * nq + 3 * nc + nq * nq + nq + 1);
+    scales *s = &b->s;
+    s->room = calloc(size, sizeof *s->room);
+    if (s->room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    s->weight = s->room, s->spring = s->weight + nq, s->energy = s->spring + nq;
+    s->speed = s->energy + nq, s->travel = s->speed + nq, s->length = s->travel + nq;
+    s->range = s->length + nq;
+    double *low = s->range + nc, *high = low + nc, *M = high + nc;
+    for (int c = 0; c < nc; c++) {
+        low[c] = INFINITY, high[c] = -INFINITY;
+    }
+    stein_status status = lab_sim(b->lab, NULL, &sim, err);
+    if (status == STEIN_OK) {
+        derive(b, sim, M);
+        watch w = {b->m, s, low, high};
+        lab_stroke_def def = lab_stroke_def_default(b->m);
+        def.every = def.until / MAX_SAMPLES;
+        def.sample = look;
+        def.ctx = &w;
+        status = lab_simulate(sim, &def, err);
+    }
+    for (int j = 0; status == STEIN_OK && j < nq; j++) {
+        double M_jj = s->weight[j] / 9.81 * s->length[j];
+        s->travel[j] = s->travel[j] > 1e-4 ? s->travel[j] : 0.1;
+        s->speed[j] = s->speed[j] > 1e-3 ? s->speed[j] : sqrt(s->weight[j] / M_jj);
+        s->energy[j] =
+            fmax(s->weight[j], M[j * nq + j] * s->speed[j] * s->speed[j] / (2.0 * s->travel[j]));
+    }
+    for (int c = 0; c < nc; c++) {
+        s->range[c] = high[c] - low[c] > 1e-9 ? high[c] - low[c] : 1.0; // it may just stand still
+    }
+    stein_sim_destroy(sim);
+    return status;
+}
+
+/* ---- the list ---- */
+
+static lab_candidate *add(build *b, const lab_effect *e, const char *place, int param)
+{
+    if (b->n == b->room) {
+        int room = 2 * b->room + 64;
+        lab_candidate *more = realloc(b->list, sizeof *more * (size_t)room);
+        if (more == NULL) {
+            b->full = 1;
+            return NULL;
+        }
+        b->list = more;
+        b->room = room;
+    }
+    lab_candidate *c = &b->list[b->n++];
+    *c = (lab_candidate){.effect = e,
+                         .nparam = 1,
+                         .param = {param},
+                         .side = -1,
+                         .joint = -1,
+                         .channel = -1,
+                         .unit = b->m->params[param].unit,
+                         .start = 0.05};
+    snprintf(c->place, sizeof c->place, "%s", place);
+    return c;
+}
+
+static int find(const build *b, const char *place, const char *path)
+{
+    char name[2 * LAB_PLACE];
+    snprintf(name, sizeof name, "%s.%s", place, path);
+    return stein_find_param(b->m, name);
+}
+
+static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
+{
+    int param = find(b, place, e->parameter);
+    return param >= 0 ? add(b, e, place, param) : NULL;
+}
+
+static double joint_limit(const scales *s, const char *kind, int j)
+{
+    double T = s->weight[j], E = s->energy[j], w = s->speed[j], Q = s->travel[j];
+    return strcmp(kind, "viscous_friction") == 0   ? 0.5 * E / w
+           : strcmp(kind, "quadratic_drag") == 0   ? 0.5 * E / (w * w)
+           : strcmp(kind, "coulomb_friction") == 0 ? 0.3 * T
+           : strcmp(kind, "stiction_peak") == 0    ? 30.0
+           : strcmp(kind, "preload") == 0          ? 0.3 * T
+           : strcmp(kind, "hardening_spring") == 0 ? T / (Q * Q * Q)
+                                                   : T / Q;
+}
+
+static void add_joint(build *b, const lab_effect *e, int j)
+{
+    const char *name = b->m->bodies[j].name;
+    if (strcmp(e->kind, "stiction_peak") == 0 && !(named(b, name, "friction.A", 0.0) > 0.0)) {
+        return; // a surplus of nothing
+    }
+    lab_candidate *c = add_at(b, e, name);
+    if (c == NULL) {
+        return;
+    }
+    c->joint = j;
+    c->limit = joint_limit(&b->s, e->kind, j);
+    if (strcmp(e->kind, "joint_stiffness") == 0) {
+        const char *neutral = b->m->bodies[j].type == 'T' ? "spring.x0" : "spring.theta0";
+        c->param[1] = find(b, name, neutral);
+        c->nparam = c->param[1] >= 0 ? 2 : 1;
+        c->move = LAB_MOVE_SPRING;
+    }
+    if (e->side != NULL) {
+        c->side = find(b, name, e->side);
+        c->side_lo = 0.2 * b->s.travel[j], c->side_hi = 0.6 * b->s.travel[j];
+        c->side_value = 0.4 * b->s.travel[j];
+    }
+}
+
+static void add_body(build *b, const lab_effect *e, int j)
+{
+    static const char *const other[] = {"inertia.xx", "inertia.zz"};
+    lab_candidate *c = add_at(b, e, b->m->bodies[j].name);
+    int is_inertia = strcmp(e->kind, "inertia") == 0;
+    for (int i = 0; c == NULL && is_inertia && i < 2; i++) {
+        int param = find(b, b->m->bodies[j].name, other[i]);
+        c = param >= 0 ? add(b, e, b->m->bodies[j].name, param) : NULL;
+    }
+    if (c == NULL) {
+        return;
+    }
+    c->joint = j;
+    c->limit = strcmp(e->kind, "centre") == 0 ? 0.05 * b->s.length[j]
+                                              : (is_inertia ? 0.5 : 0.15) * b->p[c->param[0]];
+}
+
+static void scale_contact(build *b, lab_candidate *c)
+{
+    static const char *const path[] = {"normal.a", "normal.b", "normal.c"};
+    c->move = LAB_MOVE_SCALE;
+    c->nparam = 0;
+    for (int i = 0; i < 3; i++) {
+        int param = find(b, c->place, path[i]);
+        if (param >= 0 && b->p[param] != 0.0) {
+            c->param[c->nparam++] = param;
+        }
+    }
+    c->unit = "1";
+    c->limit = 1.2;
+}
+
+static void add_contact(build *b, const lab_effect *e, const char *place)
+{
+    const char *kind = e->kind;
+    lab_candidate *c = add_at(b, e, place);
+    if (c == NULL) {
+        return;
+    }
+    double value = b->p[c->param[0]];
+    c->limit = strcmp(kind, "contact_exponent") == 0     ? 0.7
+               : strcmp(kind, "contact_hysteresis") == 0 ? 0.8
+               : strcmp(kind, "adhesion") == 0           ? 0.3 * b->s.heaviness
+                                                         : 3e-4;
+    if (strcmp(kind, "contact_stiffness") == 0) {
+        scale_contact(b, c);
+    } else if (strcmp(kind, "contact_damping") == 0 || strcmp(kind, "contact_friction") == 0) {
+        c->move = value > 0.0 ? LAB_MOVE_SCALE : LAB_MOVE_ADD;
+        c->unit = value > 0.0 ? "1" : c->unit;
+        c->limit = value > 0.0 ? 1.2 : 0.5;
+    }
+    if (e->side != NULL) {
+        c->side = find(b, place, e->side);
+        c->side_value = b->p[c->side] > 0.0 ? b->p[c->side] : weak_range;
+        c->side_lo = 0.3 * c->side_value, c->side_hi = 2.0 * c->side_value;
+    }
+}
+
+static int is_marker(stein_read_kind read)
+{
+    return (read >= STEIN_READ_X && read <= STEIN_READ_Z) || read == STEIN_READ_GAP;
+}
+
+static void add_channel(build *b, const lab_effect *e, int channel)
+{
+    const stein_channel *ch = &b->m->channels[channel];
+    if (ch->read == STEIN_READ_TIME || ch->read == STEIN_READ_NOTCH_PHASE ||
+        (e->site == LAB_AT_MARKER && !is_marker(ch->read))) {
+        return;
+    }
+    lab_candidate *c = add_at(b, e, ch->name);
+    if (c == NULL) {
+        return;
+    }
+    double range = b->s.range[channel];
+    c->channel = channel;
+    c->limit = strcmp(e->kind, "sensor_gain") == 0           ? 0.1
+               : strcmp(e->kind, "sensor_offset") == 0       ? 0.05 * range
+               : strcmp(e->kind, "sensor_nonlinearity") == 0 ? 0.2 / range
+               : strcmp(e->kind, "camera_tilt") == 0         ? 0.15
+                                                             : 3e-3;
+    c->start = 0.1;
+}
+
+/* a stated number that no other candidate moves and that is no regulation, gravity or initial state
+ */
+static int is_plain(const build *b, int param)
+{
+    const stein_param *q = &b->m->params[param];
+    static const char *const not [] = {"gravity.", "load.mass", "clock.", NULL};
+    static const char *const inside[] = {".initial.",  ".sensor.",    ".vt",
+                                         ".coulomb.w", ".B2",         ".facing",
+                                         ".extent",    ".direction.", NULL};
+    for (int i = 0; not [i] != NULL; i++) {
+        if (strncmp(q->name, not [i], strlen(not [i])) == 0) {
+            return 0;
+        }
+    }
+    for (int i = 0; inside[i] != NULL; i++) {
+        if (strstr(q->name, inside[i]) != NULL) {
+            return 0;
+        }
+    }
+    for (int i = 0; i < b->n; i++) {
+        const lab_candidate *c = &b->list[i];
+        if (c->param[0] == param && c->nparam == 1) {
+            return 0;
+        }
+    }
+    return q->stated && (b->p[param] != 0.0 || q->tolerance > 0.0);
+}
+
+static void add_parameters(build *b, const lab_effect *e)
+{
+    int before = b->n;
+    for (int i = 0; i < b->m->np; i++) {
+        int n = b->n;
+        b->n = before; // only against the other kinds
+        int plain = is_plain(b, i);
+        b->n = n;
+        lab_candidate *c = plain ? add(b, e, b->m->params[i].name, i) : NULL;
+        if (c != NULL) {
+            const stein_param *q = &b->m->params[i];
+            int place = strcmp(q->unit, "m") == 0, angle = strcmp(q->unit, "rad") == 0;
+            c->limit = place ? 2e-3 : angle ? 0.1 : 0.5 * fabs(b->p[i]);
+        }
+    }
+}
+
+static void add_inputs(build *b, const lab_effect *e)
+{
+    for (int i = 0; i < b->m->ninput; i++) {
+        lab_candidate *c = add_at(b, e, b->m->inputs[i].name);
+        if (c != NULL) {
+            c->limit = strcmp(e->kind, "input_gain") == 0 ? 0.2 : 5e-3;
+        }
+    }
+}
+
+static void add_load(build *b, const lab_effect *e)
+{
+    int param = b->m->load.body >= 0 ? find(b, b->m->bodies[b->m->load.body].name, "mass") : -1;
+    lab_candidate *c = param >= 0 ? add(b, e, "load", param) : NULL;
+    if (c != NULL) {
+        c->move = LAB_MOVE_RELATIVE;
+        c->unit = "1";
+        c->limit = 0.2;
+    }
+}
+
+static void enumerate(build *b, const lab_effect *e)
+{
+    int surfaces = e->site == LAB_AT_SURFACE || e->site == LAB_AT_CONTACT;
+    for (int j = 0; j < b->m->nq; j++) {
+        if (j != b->m->load.body && e->site == LAB_AT_JOINT) {
+            add_joint(b, e, j);
+        } else if (j != b->m->load.body && e->site == LAB_AT_BODY) {
+            add_body(b, e, j);
+        }
+    }
+    for (int i = 0; surfaces && i < b->m->ncontact; i++) {
+        add_contact(b, e, b->m->contacts[i].name);
+    }
+    for (int i = 0; surfaces && i < b->m->nnotch; i++) {
+        add_contact(b, e, b->m->notches[i].name);
+    }
+    for (int i = 0; i < b->m->nchannel; i++) {
+        if (e->site == LAB_AT_CHANNEL || e->site == LAB_AT_MARKER) {
+            add_channel(b, e, i);
+        }
+    }
+    int clock = stein_find_param(b->m, "clock.error");
+    lab_candidate *c = NULL;
+    switch (e->site) {
+    case LAB_AT_LOAD: add_load(b, e); break;
+    case LAB_AT_INPUT: add_inputs(b, e); break;
+    case LAB_AT_PARAMETER: add_parameters(b, e); break;
+    case LAB_AT_CLOCK:
+        c = clock >= 0 ? add(b, e, "clock", clock) : NULL;
+        if (c != NULL) {
+            c->limit = 0.03;
+        }
+        break;
+    default: break;
+    }
+}
+
+stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err)
+{
+    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
+    int kinds;
+    const lab_effect *effect = lab_effects(&kinds);
+    stein_status status = measure(&b, err);
+    for (int i = 0; status == STEIN_OK && i < kinds; i++) {
+        if (effect[i].needs == NULL) {
+            enumerate(&b, &effect[i]);
+        }
+    }
+    free(b.s.room);
+    if (status == STEIN_OK && b.full) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (status != STEIN_OK) {
+        free(b.list);
+        return status;
+    }
+    *list = b.list;
+    *n = b.n;
+    return STEIN_OK;
+}
+
+void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
+{
+    if (amount == 0.0) {
+        return;
+    }
+    for (int i = 0; i < c->nparam; i++) {
+        double v = p[c->param[i]];
+        if (c->move == LAB_MOVE_SPRING) {
+            double k = p[c->param[0]];
+            p[c->param[1]] *= c->nparam > 1 && k + amount != 0.0 ? k / (k + amount) : 1.0;
+            p[c->param[0]] = k + amount;
+            break;
+        }
+        p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
+                         : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
+                                                        : v * exp(amount);
+    }
+    if (c->side >= 0) {
+        p[c->side] = c->side_value;
+    }
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * effects.c - the one table of what a model may get wrong.
+ *
+ * Equations are those of law.h and model.h: a kind is a term of a law, its parameter the one that
+ * is neutral until somebody states it. Kinds and places are names that other programs rely on.
+ * Laws: viscous, Coulomb and Stribeck friction (Armstrong-Helouvry 1994), Hunt & Crossley (1975)
+ * contacts, instruments with gain, offset, lag and a quadratic error.
+ *
+ * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
+ * candidate are then each written once, and a new effect is one entry here and one term of a law.
+ * Effects that add a coordinate or a part are listed with what they need: no parameter of the
+ * present equations stands for them, and to score them as if one did would be pretence.
+ */
+#include <string.h>
+
+#include "inner.h"
+#include "stein/diagnose.h"
+
+#define MISSING "missing_effect"
+#define WRONG   "wrong_parameter"
+
+static const lab_effect effects[] = {
+    {"viscous_friction", MISSING, LAB_AT_JOINT, "b", "damping", NULL, "torque -b qd",
+     "decay in proportion to speed; ring-down by a constant ratio", "quadratic_drag", NULL, 0, 0},
+    {"coulomb_friction", MISSING, LAB_AT_JOINT, "T", "coulomb.T", NULL, "torque -T tanh(qd/w)",
+     "constant loss in either direction; slow strokes suffer most", "preload stiction_peak", NULL,
+     0, 0},
+    {"stiction_peak", MISSING, LAB_AT_JOINT, "B1", "friction.B1", NULL,
+     "joint friction A (tanh u + B1 u/(1 + B2 u^4)), u = qd/vt",
+     "late, sudden starts; only at low speed", "coulomb_friction", NULL, 0, 0},
+    {"quadratic_drag", MISSING, LAB_AT_JOINT, "k", "drag", NULL, "torque -k |qd| qd",
+     "loss that grows with the square of speed; loud strokes only", "viscous_friction", NULL, 0, 0},
+    {"preload", MISSING, LAB_AT_JOINT, "T", "preload", NULL, "torque T",
+     "constant pull in one direction, also at rest", "centre joint_stiffness", NULL, 1, 0},
+    {"joint_stiffness", MISSING, LAB_AT_JOINT, "k", "spring.k", NULL, "torque -k q",
+     "restoring, grows with the angle", "preload hardening_spring centre", NULL, 0, 0},
+    {"hardening_spring", MISSING, LAB_AT_JOINT, "k3", "spring.k3", NULL,
+     "torque -k3 (q - theta0)^3", "stiffer at large angles", "joint_stiffness", NULL, 1, 0},
+    {"backlash", MISSING, LAB_AT_JOINT, "k", "backlash.k", "backlash.gap",
+     "torque -k (|q| - gap) sign(q) beyond +-gap", "nothing up to an angle, then a spring",
+     "joint_stiffness hardening_spring", NULL, 0, 0},
+    {"mass", WRONG, LAB_AT_BODY, "mass", "mass", NULL, "mass of the body",
+     "all levels alike; weight and inertia together", "inertia centre unknown_load", NULL, 1, 0},
+    {"centre", WRONG, LAB_AT_BODY, "x", "centre.x", NULL, "centre of mass along the body",
+     "all levels alike; slow phases most", "preload mass", NULL, 1, 0},
+    {"inertia", WRONG, LAB_AT_BODY, "inertia", "inertia.yy", NULL,
+     "moment of inertia about the centre", "all levels alike; fast phases most", "mass", NULL, 1,
+     0},
+    {"elastic_hinge", MISSING, LAB_AT_BODY, "compliance", NULL, NULL,
+     "the link bends at one place: torque k dphi + d dphid, k = 1/compliance",
+     "a quick oscillation after kick and impact", "compliant_partner", "structure", 0, 0},
+    {"axis_translation", MISSING, LAB_AT_BODY, "compliance", NULL, NULL,
+     "the axis moves by u: force -k u - d ud, k = 1/compliance",
+     "the body moves as a whole when it is loaded", "elastic_hinge", "structure", 0, 0},
+    {"contact_stiffness", WRONG, LAB_AT_SURFACE, "log_scale", "normal.c", NULL,
+     "normal force times exp(log_scale)", "depth and duration of the contact",
+     "contact_exponent contact_gap", NULL, 1, 0},
+    {"contact_exponent", MISSING, LAB_AT_SURFACE, "p", "normal.p", NULL,
+     "normal force times (x/0.1 mm)^p", "duration of the contact depends on the level",
+     "contact_stiffness", NULL, 1, 0},
+    {"contact_damping", WRONG, LAB_AT_SURFACE, "log_scale", "normal.D", NULL,
+     "D times exp(log_scale)", "height of the rebound", "contact_hysteresis contact_friction", NULL,
+     1, 0},
+    {"contact_hysteresis", MISSING, LAB_AT_SURFACE, "h", "normal.h", NULL,
+     "normal force times 1 + h tanh(xdot/0.01 m/s)", "rebound, whatever the speed",
+     "contact_damping", NULL, 0, 0},
+    {"contact_friction", WRONG, LAB_AT_SURFACE, "log_scale", "friction.A", NULL,
+     "mu times exp(log_scale)", "loss while surfaces slide under load", "contact_damping", NULL, 1,
+     0},
+    {"adhesion", MISSING, LAB_AT_CONTACT, "F", "adhesion.F", "adhesion.range",
+     "pull 4 F u (1 - u), u = -x/range, 0 < u < 1", "late separation; nothing while pressed",
+     "contact_hysteresis", NULL, 0, 0},
+    {"contact_gap", WRONG, LAB_AT_SURFACE, "gap", "gap", NULL, "the surface lies deeper by gap",
+     "the contact begins elsewhere; event times of all levels alike",
+     "wrong_parameter contact_stiffness", NULL, 1, 0},
+    {"compliant_partner", MISSING, LAB_AT_CONTACT, "compliance", NULL, NULL,
+     "the partner is a mass on a spring with damper, k = 1/compliance", "long or double contacts",
+     "contact_stiffness", "structure", 0, 0},
+    {"string_damper", MISSING, LAB_AT_BODY, "F0", NULL, NULL,
+     "from dip x0 on the front is pushed up by F0 + k (dip - x0)", "a step of force in mid-travel",
+     "joint_stiffness", "structure", 0, 0},
+    {"wire", MISSING, LAB_AT_BODY, "k", NULL, NULL,
+     "spring from a point to the frame, stretched by a share of its length at rest",
+     "pull towards a point", "joint_stiffness preload", "structure", 0, 0},
+    {"unknown_load", "input", LAB_AT_LOAD, "error", "mass", NULL,
+     "mass of the load times 1 + error", "drive too strong or too weak, all phases under load",
+     "mass", NULL, 1, 0},
+    {"input_gain", "input", LAB_AT_INPUT, "error", "gain", NULL,
+     "true input = (1 + error) recorded", "acts with the input and stops with it", "mass", NULL, 1,
+     0},
+    {"input_delay", "input", LAB_AT_INPUT, "delay", "delay", NULL,
+     "the true input comes later than recorded", "shift in proportion to the input's rate",
+     "sensor_delay", NULL, 1, 0},
+    {"sensor_gain", "sensor", LAB_AT_CHANNEL, "error", "sensor.gain", NULL, "reading y (1 + error)",
+     "one channel, in proportion to its travel", "camera_tilt", NULL, 1, 0},
+    {"sensor_offset", "sensor", LAB_AT_CHANNEL, "offset", "sensor.offset", NULL,
+     "reading y + offset", "one channel, from the first sample on; a marker's offset says the same",
+     "", NULL, 1, 0},
+    {"sensor_delay", "sensor", LAB_AT_CHANNEL, "delay", "sensor.delay", NULL,
+     "reading y(t - delay)", "one channel, in proportion to its rate", "time_base", NULL, 1, 1},
+    {"time_base", "sensor", LAB_AT_CLOCK, "error", "clock.error", NULL,
+     "the frame at recorded time t was taken at (1 + error) t",
+     "all channels, ever later or earlier", "sensor_delay", NULL, 1, 1},
+    {"sensor_nonlinearity", "sensor", LAB_AT_CHANNEL, "k2", "sensor.square", NULL,
+     "reading y + k2 (y - y at rest)^2", "one channel, at the far end of its travel", "sensor_gain",
+     NULL, 1, 0},
+    {"camera_tilt", "sensor", LAB_AT_MARKER, "tilt", "sensor.tilt", NULL,
+     "reading y + tilt (x - x at rest), x the horizontal position of the marker",
+     "one channel, follows the marker's sideways motion", "sensor_nonlinearity sensor_gain", NULL,
+     1, 0},
+    {"wrong_parameter", WRONG, LAB_AT_PARAMETER, "change", "", NULL,
+     "a number of the file is another one", "all levels alike", "contact_gap", NULL, 1, 0},
+};
+
+const lab_effect *lab_effects(int *n)
+{
+    *n = (int)(sizeof effects / sizeof *effects);
+    return effects;
+}
+
+const lab_effect *lab_effect_find(const char *kind)
+{
+    for (size_t i = 0; i < sizeof effects / sizeof *effects; i++) {
+        if (strcmp(effects[i].kind, kind) == 0) {
+            return &effects[i];
+        }
+    }
+    return NULL;
+}
+
+const char *lab_site_text(lab_site site)
+{
+    static const char *const text[] = {"joint", "body",     "contact", "contact or notch",
+                                       "load",  "input",    "channel", "marker",
+                                       "clock", "parameter"};
+    return text[site];
+}

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_effects.c - the table of effects: names, places, and that every candidate of a mechanism is
+ * a parameter that moves what is predicted, and at its neutral value nothing at all.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "lab_support.h"
+#include "stein/diagnose.h"
+
+Suite *effects_suite(void);
+
+enum { SAMPLES = 200, MAX_CHANNELS = 32 };
+
+/* names that other programs rely on, in no order */
+static const char *const documented[] = {"viscous_friction",
+                                         "coulomb_friction",
+                                         "stiction_peak",
+                                         "quadratic_drag",
+                                         "preload",
+                                         "joint_stiffness",
+                                         "hardening_spring",
+                                         "backlash",
+                                         "mass",
+                                         "centre",
+                                         "inertia",
+                                         "elastic_hinge",
+                                         "axis_translation",
+                                         "contact_stiffness",
+                                         "contact_exponent",
+                                         "contact_damping",
+                                         "contact_hysteresis",
+                                         "contact_friction",
+                                         "adhesion",
+                                         "contact_gap",
+                                         "compliant_partner",
+                                         "string_damper",
+                                         "wire",
+                                         "unknown_load",
+                                         "input_gain",
+                                         "input_delay",
+                                         "sensor_gain",
+                                         "sensor_offset",
+                                         "sensor_delay",
+                                         "time_base",
+                                         "sensor_nonlinearity",
+                                         "camera_tilt",
+                                         "wrong_parameter"};
+
+START_TEST(kinds_are_unique_and_as_documented)
+{
+    int n, known = (int)(sizeof documented / sizeof *documented);
+    const lab_effect *e = lab_effects(&n);
+    ck_assert_int_eq(n, known);
+    for (int i = 0; i < n; i++) {
+        int found = 0;
+        for (int k = 0; k < known; k++) {
+            found += strcmp(e[i].kind, documented[k]) == 0;
+        }
+        ck_assert_msg(found == 1, "%s", e[i].kind);
+        ck_assert_ptr_eq(lab_effect_find(e[i].kind), &e[i]);
+        ck_assert((e[i].parameter == NULL) == (e[i].needs != NULL));
+        ck_assert(*e[i].equation != '\0' && *e[i].looks != '\0');
+    }
+    ck_assert_ptr_null(lab_effect_find("magic"));
+}
+END_TEST
+
+START_TEST(kinds_that_are_hard_to_tell_apart_exist)
+{
+    int n;
+    const lab_effect *e = lab_effects(&n);
+    for (int i = 0; i < n; i++) {
+        char text[200], *rest = text;
+        snprintf(text, sizeof text, "%s", e[i].twins);
+        for (char *word = strtok_r(text, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
+            ck_assert_msg(lab_effect_find(word) != NULL, "%s: %s", e[i].kind, word);
+        }
+    }
+}
+END_TEST
+
+/* ---- candidates of the piano action ---- */
+
+static lab_model *open_file(const char *path)
+{
+    lab_model *model = NULL;
+    lab_options options = lab_options_default();
+    ck_assert_stein(lab_open(&model, path, &options, err));
+    return model;
+}
+
+typedef struct trace {
+    int n;
+    double y[SAMPLES][MAX_CHANNELS];
+} trace;
+
+static stein_status take(void *ctx, stein_sim *sim)
+{
+    trace *t = ctx;
+    if (t->n < SAMPLES) {
+        for (int c = 0; c < stein_sim_model(sim)->nchannel; c++) {
+            t->y[t->n][c] = stein_read(sim, c);
+        }
+        t->n++;
+    }
+    return STEIN_OK;
+}
+
+static void push(void *ctx, double t, double u[3])
+{
+    (void)ctx;
+    u[0] = 2.0 * sin(40.0 * t), u[1] = 80.0 * cos(40.0 * t), u[2] = -3200.0 * sin(40.0 * t);
+}
+
+/* a key that is moved down and up again */
+static void press(void *ctx, double t, double u[3])
+{
+    (void)ctx;
+    u[0] = 0.02 * (1.0 - cos(60.0 * t)), u[1] = 1.2 * sin(60.0 * t), u[2] = 72.0 * cos(60.0 * t);
+}
+
+/* @param drive  0 load, 1 finger, 2 key motion */
+static void run(trace *t, const lab_model *model, const double *p, int drive)
+{
+    stein_sim *sim = NULL;
+    stein_sim_def def = lab_def(model);
+    def.dt = 2e-5;
+    ck_assert_stein(lab_sim(model, &def, &sim, err));
+    ck_assert_stein(stein_set_all(sim, p, err));
+    if (drive > 0) {
+        ck_assert_stein(stein_drive(sim, drive == 1 ? "finger" : "key_motion",
+                                    drive == 1 ? push : press, NULL, err));
+    }
+    ck_assert_stein(stein_reset(sim, err));
+    lab_stroke_def stroke = lab_stroke_def_default(lab_equations(model));
+    stroke.until = drive > 0 ? 0.1 : 0.2;
+    stroke.release = drive > 0 ? NAN : 0.12;
+    stroke.every = 1e-3;
+    stroke.sample = take;
+    stroke.ctx = t;
+    memset(t, 0, sizeof *t);
+    ck_assert_stein(lab_simulate(sim, &stroke, err));
+    stein_sim_destroy(sim);
+}
+
+static double change(const trace *a, const trace *b, int nch)
+{
+    double most = 0.0;
+    ck_assert_int_eq(a->n, b->n);
+    for (int c = 1; c < nch; c++) {
+        double low = INFINITY, high = -INFINITY, off = 0.0;
+        for (int i = 0; i < a->n; i++) {
+            low = fmin(low, a->y[i][c]), high = fmax(high, a->y[i][c]);
+            off = fmax(off, fabs(a->y[i][c] - b->y[i][c]));
+        }
+        most = fmax(most, off / fmax(high - low, 1e-9));
+    }
+    return most;
+}
+
+static int drive_of(const lab_candidate *c)
+{
+    return strcmp(c->place, "finger") == 0                                             ? 1
+           : strcmp(c->place, "key_motion") == 0 || strcmp(c->place, "key_force") == 0 ? 2
+                                                                                       : 0;
+}
+
+START_TEST(every_candidate_moves_what_is_predicted)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    lab_candidate *list = NULL;
+    int n = 0;
+    static trace before[3], now;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    ck_assert_int_gt(n, 120);
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    for (int d = 0; d < 3; d++) {
+        run(&before[d], model, lab_parameters(model), d);
+    }
+    for (int i = _i; i < n; i += 4) {
+        const lab_candidate *c = &list[i];
+        size_t size = sizeof *p * (size_t)m->np;
+        ck_assert(c->limit > 0.0 && isfinite(c->limit));
+        memcpy(p, lab_parameters(model), size);
+        lab_candidate_apply(c, 0.0, p);
+        ck_assert_mem_eq(p, lab_parameters(model), size); // neutral: the very bits
+        lab_candidate_apply(c, c->start * c->limit, p);
+        ck_assert(memcmp(p, lab_parameters(model), size) != 0);
+        if (c->effect->sampled) {
+            continue; // whoever samples applies it
+        }
+        run(&now, model, p, drive_of(c));
+        double moved = change(&before[drive_of(c)], &now, m->nchannel);
+        ck_assert_msg(moved > 1e-9, "%s at %s changes nothing (%g)", c->effect->kind, c->place,
+                      moved);
+    }
+    free(p);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(neutral_values_leave_a_stroke_bit_for_bit)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    lab_candidate *list = NULL;
+    int n = 0;
+    static trace a, b;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+    for (int i = 0; i < n; i++) {
+        lab_candidate_apply(&list[i], 0.0, p);
+        if (list[i].side >= 0 && strcmp(list[i].effect->kind, "backlash") == 0) {
+            p[list[i].side] = list[i].side_value; // a gap without a spring behind it
+        }
+    }
+    run(&a, model, lab_parameters(model), 0);
+    run(&b, model, p, 0);
+    ck_assert_mem_eq(&a, &b, sizeof a);
+    free(p);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(candidates_follow_the_structure)
+{
+    lab_model *model = open_file("models/falling_ball.yaml");
+    lab_candidate *list = NULL;
+    int n = 0, drag = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (int i = 0; i < n; i++) {
+        lab_site site = list[i].effect->site;
+        ck_assert(site != LAB_AT_CONTACT && site != LAB_AT_SURFACE && site != LAB_AT_INPUT &&
+                  site != LAB_AT_LOAD);
+        drag += strcmp(list[i].effect->kind, "quadratic_drag") == 0;
+        for (int k = 0; k < i; k++) {
+            ck_assert(list[i].effect != list[k].effect ||
+                      strcmp(list[i].place, list[k].place) != 0);
+        }
+    }
+    ck_assert_int_eq(drag, 1);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(a_spring_that_is_added_pulls_by_the_angle_alone)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    lab_candidate *list = NULL;
+    int n = 0, k = stein_find_param(m, "pawl.spring.k"),
+        q0 = stein_find_param(m, "pawl.spring.theta0");
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (int i = 0; i < n; i++) {
+        if (strcmp(list[i].effect->kind, "joint_stiffness") == 0 &&
+            strcmp(list[i].place, "pawl") == 0) {
+            memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+            double before = -p[k] * (0.1 - p[q0]);
+            lab_candidate_apply(&list[i], 0.01, p);
+            ck_assert_close(-p[k] * (0.1 - p[q0]), before - 0.01 * 0.1, 1e-12, 0.0);
+        }
+    }
+    free(p);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+Suite *effects_suite(void)
+{
+    Suite *suite = suite_create("effects");
+    TCase *tc = tcase_create("effects");
+    tcase_set_timeout(tc, 120);
+    tcase_add_test(tc, kinds_are_unique_and_as_documented);
+    tcase_add_test(tc, kinds_that_are_hard_to_tell_apart_exist);
+    tcase_add_loop_test(tc, every_candidate_moves_what_is_predicted, 0, 4);
+    tcase_add_test(tc, neutral_values_leave_a_stroke_bit_for_bit);
+    tcase_add_test(tc, candidates_follow_the_structure);
+    tcase_add_test(tc, a_spring_that_is_added_pulls_by_the_angle_alone);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
