@@ -144,7 +144,7 @@ $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
-$(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/status.c)
+$(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a

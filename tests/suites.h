@@ -21,7 +21,8 @@
     X(sweep)      \
     X(journal)    \
     X(data)       \
-    X(effects)
+    X(effects)    \
+    X(reality)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -459,8 +459,6 @@ START_TEST(null_sets_have_the_noise_and_the_scatter_they_should)
 }
 END_TEST
 
-Suite *reality_suite(void);
-
 Suite *reality_suite(void)
 {
     Suite *suite = suite_create("reality");

@@ -9,7 +9,8 @@
  *   facts.c    the paper against strokes       study.c    section 5 of the paper
  *   gnuplot.c  a script becomes a picture
  *   grid.c     points from --vary              table.c    results of a sweep, keyed by point
- *   batch.c    many simulations on threads     journal.c  finished points, safe from kill -9
+ *   crew.c     work on threads
+ *   batch.c    many simulations                journal.c  finished points, safe from kill -9
  *   vary.c     a sweep over a grid             map.c      a sweep as a picture
  *   grid_file.c  does the file accept these points?
  */
@@ -106,6 +107,23 @@ struct lab_grid {
 stein_status lab__grid_new(lab_grid **grid, stein_err *err);
 stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, const char *values,
                            stein_err *err);
+
+/* ---- crew.c ---- */
+
+/** Work that several threads share. */
+typedef struct lab__crew {
+    int n, threads;
+    const unsigned char *skip; /* [n] 1: leave out this piece; may be NULL */
+    /** What a thread needs of its own; may be NULL. A failure ends the work. */
+    stein_status (*begin)(void *ctx, void **bench, stein_err *err);
+    /** One piece, in any order, from any thread. Anything but OK ends the work. */
+    stein_status (*work)(void *ctx, void *bench, int i, stein_err *err);
+    void (*end)(void *bench);  /* also after a failed begin; may be NULL */
+    lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
+    void *progress_ctx, *ctx;
+} lab__crew;
+/** @return OK, ENOMEM, or the first failure */
+stein_status lab__crew_run(const lab__crew *crew, stein_err *err);
 
 /* ---- batch.c ---- */
 

@@ -6,22 +6,15 @@
  * to 2e-3 N. (Dormand-Prince at 40 us costs the same and is off by 1e-6 m.)
  */
 #include <math.h>
-#include <pthread.h>
 #include <string.h>
 
 #include "study.h"
-
-enum { MAX_THREADS = 64 };
 
 typedef struct crew {
     const study *s;
     const char *what;
     study_job_fn *job;
     void *ctx;
-    int n, next, done;
-    stein_status failed; /* of a thread that could not begin */
-    stein_err err;
-    pthread_mutex_t lock;
 } crew;
 
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
@@ -32,64 +25,49 @@ stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
     return lab_sim(s->model, &def, sim, err);
 }
 
-static int take(crew *c)
+static stein_status make_sim(void *ctx, void **sim, stein_err *err)
 {
-    pthread_mutex_lock(&c->lock);
-    int i = c->next < c->n ? c->next++ : -1;
-    pthread_mutex_unlock(&c->lock);
-    return i;
+    stein_sim *made = NULL;
+    stein_status status = study_sim(((const crew *)ctx)->s, &made, err);
+    *sim = made;
+    return status;
 }
 
-static void finish(crew *c)
+static stein_status work(void *ctx, void *sim, int i, stein_err *err)
 {
-    pthread_mutex_lock(&c->lock);
-    c->done++;
-    if (c->s->progress != NULL) {
-        c->s->progress(c->s->ctx, c->what, c->done, c->n);
-    }
-    pthread_mutex_unlock(&c->lock);
+    const crew *c = ctx;
+    (void)err;
+    stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
+    c->job(c->ctx, sim, i);
+    return STEIN_OK;
 }
 
-static void *work(void *ctx)
+static void drop_sim(void *sim)
 {
-    crew *c = ctx;
-    stein_sim *sim = NULL;
-    stein_err err = {STEIN_OK, ""};
-    stein_status status = study_sim(c->s, &sim, &err);
-    if (status != STEIN_OK) {
-        pthread_mutex_lock(&c->lock);
-        c->failed = status;
-        c->err = err;
-        pthread_mutex_unlock(&c->lock);
-        return NULL;
-    }
-    for (int i = take(c); i >= 0; i = take(c)) {
-        stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
-        c->job(c->ctx, sim, i);
-        finish(c);
-    }
     stein_sim_destroy(sim);
-    return NULL;
+}
+
+static void tell(void *ctx, int done, int total)
+{
+    const crew *c = ctx;
+    if (c->s->progress != NULL) {
+        c->s->progress(c->s->ctx, c->what, done, total);
+    }
 }
 
 stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
                         stein_err *err)
 {
-    crew c = {.s = s, .what = what, .job = job, .ctx = ctx, .n = n};
-    if (pthread_mutex_init(&c.lock, NULL) != 0) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory for threads");
-    }
-    pthread_t thread[MAX_THREADS];
-    int started = 0, more = (s->threads < MAX_THREADS ? s->threads : MAX_THREADS) - 1;
-    while (started < more && pthread_create(&thread[started], NULL, work, &c) == 0) {
-        started++;
-    }
-    work(&c); // this thread works too
-    for (int i = 0; i < started; i++) {
-        pthread_join(thread[i], NULL);
-    }
-    pthread_mutex_destroy(&c.lock);
-    return c.next >= n ? STEIN_OK : lab__fail(err, c.failed, "%s", c.err.msg);
+    crew c = {.s = s, .what = what, .job = job, .ctx = ctx};
+    const lab__crew on_threads = {.n = n,
+                                  .threads = s->threads,
+                                  .begin = make_sim,
+                                  .work = work,
+                                  .end = drop_sim,
+                                  .progress = tell,
+                                  .progress_ctx = &c,
+                                  .ctx = &c};
+    return lab__crew_run(&on_threads, err);
 }
 
 /* ---- the reference stroke ---- */
