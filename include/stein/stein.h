@@ -39,7 +39,8 @@
  * HEADERS
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
- *   lab.h (libsteinlab.a, GPL) mechanism files, strokes, studies
+ * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies; data.h
+ * measured strokes; diagnose.h the table of physical effects.
  */
 #ifndef STEIN_H
 #define STEIN_H
