@@ -22,6 +22,7 @@
     X(journal)    \
     X(data)       \
     X(effects)    \
+    X(mixed)      \
     X(reality)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * mixed.h - the mixed model of strokes that scatter by themselves. Not installed.
+ */
+#ifndef LAB_MIXED_H
+#define LAB_MIXED_H
+
+#include "inner.h"
+
+enum { LAB_SCATTERS = 8 };
+
+/** What kind of scatter: variances are estimated between bounds. */
+typedef struct lab__scatter {
+    double first, most; /* variance: where the search begins, how large it may become */
+} lab__scatter;
+
+/** r = F beta + G alpha + Z u + e over strokes, as Gram matrices: F what is fitted anyhow, G the
+ *  candidates, Z what differs from stroke to stroke, e white with variance 1. */
+typedef struct lab__mixed {
+    int nf, nc, nz, ncol; /* columns of F, G, Z; nf + nc + 1 */
+    int nstroke, nclass;
+    int *zclass; /* [nz] kind of scatter of a column of Z; -1: variance 1 */
+    int *flat;   /* [nf] 1: no prior; 0: N(0, 1) */
+    lab__scatter limit[LAB_SCATTERS];
+    double D[LAB_SCATTERS]; /* present variances */
+    double *Q, *QZ, *ZZ;    /* per stroke: C'C, Z'C, Z'Z with C = [F G r] */
+    double *A;              /* [ncol*ncol] sum C' V^-1 C */
+    double *W;              /* per stroke (D^-1 + Z'Z)^-1 */
+    double logdet;          /* sum log |V| */
+    double *work;
+} lab__mixed;
+
+/** @param zclass [nz], flat [nf] (NULL: all have priors)  copied  @return OK, ENOMEM */
+stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int nc, int nz, const int *zclass,
+                             const int *flat, const lab__scatter *scatter, int nclass,
+                             stein_err *err);
+void lab__mixed_free(lab__mixed *m);
+/** Fill in a stroke of n samples. @param C  [(ncol + nz)*n] by column: F, G, r, Z */
+void lab__mixed_stroke(lab__mixed *m, int stroke, int n, const double *C);
+/** A and W at the present variances. */
+void lab__mixed_weigh(lab__mixed *m);
+/** Fit F and the candidates `with` [nwith], whose amounts have the prior N(0, 1).
+ *  @param beta  [nf + nwith] out; cov [square] out, may be NULL
+ *  @return -2 log marginal likelihood up to a constant, INFINITY without a solution */
+double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov);
+/** The same with the variances estimated in at most `rounds` rounds. */
+double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds, double *beta,
+                          double *cov);
+/** Expected random effects of a stroke at beta, u [nz] out. */
+void lab__mixed_effects(const lab__mixed *m, int stroke, const int *with, int nwith,
+                        const double *beta, double *u);
+/** Score, expected amount and information of every candidate [nc], and the correlations [nc*nc] of
+ * what F leaves of them. */
+void lab__mixed_score(const lab__mixed *m, double *score, double *epc, double *info, double *corr);
+/** Probability that the largest of the candidates' scores (those with use [nc] != 0) reaches
+ * `score` where there is nothing.  @param nu  degrees of freedom behind the scatter: strokes - 1 */
+double lab__family_p(const double *corr, const unsigned char *use, int nc, double score, int nu);
+
+#endif
