@@ -1,0 +1,510 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * fit.c - stein fit: parameters of a mechanism from measured strokes.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "stein/fit.h"
+
+enum { MAX_NAMES = 128 };
+
+typedef struct job {
+    const cli_args *args;
+    lab_model *model;
+    lab_dataset *data;
+    lab_fit_def def;
+    lab_fit *fit;
+    const char *free[MAX_NAMES], *profile[MAX_NAMES];
+    char *text[2]; /* memory behind them */
+    cli_progress progress;
+} job;
+
+static void on_progress(void *ctx, double fraction, const char *step)
+{
+    job *j = ctx;
+    j->progress.what = step;
+    cli_progress_show(&j->progress, fraction);
+}
+
+static void on_report(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+/* ---- the command line ---- */
+
+/* "a,b,c" cut at the commas. @return their number, -1: too many or an empty one */
+static int cut_names(const char *option, char **memory, const char **name)
+{
+    int n = 0;
+    *memory = lab__text("%s", option);
+    for (char *at = *memory; at != NULL;) {
+        char *comma = strchr(at, ',');
+        if (comma != NULL) {
+            *comma = '\0';
+        }
+        if (*at == '\0' || n == MAX_NAMES) {
+            return -1;
+        }
+        name[n++] = at;
+        at = comma != NULL ? comma + 1 : NULL;
+    }
+    return n;
+}
+
+static int read_count(const job *j, const char *option, int most, int *value)
+{
+    const char *text = cli_value(j->args, option);
+    if (text == NULL) {
+        return CLI_OK;
+    }
+    size_t digits = strspn(text, "0123456789");
+    long n = digits > 0 && digits < 7 && text[digits] == '\0' ? strtol(text, NULL, 10) : -1;
+    if (n < 1 || n > most) {
+        return cli_misuse(j->args->command, "--%s %s: expected a number from 1 to %d", option, text,
+                          most);
+    }
+    *value = (int)n;
+    return CLI_OK;
+}
+
+static int read_quantity(const job *j, const char *option, mech_dim dim, double *value)
+{
+    const char *text = cli_value(j->args, option);
+    stein_err err;
+    if (text != NULL && mech_parse_quantity(text, dim, value, &err) != STEIN_OK) {
+        return cli_misuse(j->args->command, "--%s %s: %s", option, text, err.msg);
+    }
+    return text == NULL || *value >= 0.0
+               ? CLI_OK
+               : cli_misuse(j->args->command, "--%s %s: expected no negative number", option, text);
+}
+
+static int read_names(job *j)
+{
+    const char *free = cli_value(j->args, "free"), *profile = cli_value(j->args, "profile");
+    if (free == NULL) {
+        return cli_misuse(j->args->command, "what is to be fitted? expected --free NAME,...");
+    }
+    j->def.nfree = cut_names(free, &j->text[0], j->free);
+    j->def.free = j->free;
+    if (j->def.nfree < 0) {
+        return cli_misuse(j->args->command, "--free %s: expected names separated by commas", free);
+    }
+    j->def.profile_flagged = profile != NULL && strcmp(profile, "flagged") == 0;
+    if (profile != NULL && !j->def.profile_flagged) {
+        j->def.nprofile = cut_names(profile, &j->text[1], j->profile);
+        j->def.profile = j->profile;
+        if (j->def.nprofile < 0) {
+            return cli_misuse(j->args->command,
+                              "--profile %s: expected names separated by commas, or flagged",
+                              profile);
+        }
+    }
+    return CLI_OK;
+}
+
+static int read_options(job *j)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const char *initial = cli_value(j->args, "initial");
+    j->def = lab_fit_def_default();
+    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
+    int code = read_names(j);
+    code = code == CLI_OK ? read_count(j, "jobs", LAB_THREADS, &j->def.threads) : code;
+    code = code == CLI_OK ? read_count(j, "starts", LAB_FIT_STARTS, &j->def.starts) : code;
+    code = code == CLI_OK ? read_quantity(j, "prior", (mech_dim){0, 0, 0, 0}, &j->def.prior) : code;
+    code = code == CLI_OK ? read_quantity(j, "offset", (mech_dim){.m = 1}, &j->def.offset) : code;
+    code = code == CLI_OK ? read_quantity(j, "trigger", (mech_dim){.s = 1}, &j->def.trigger) : code;
+    if (code == CLI_OK && !(j->def.prior > 0.0)) {
+        code = cli_misuse(j->args->command, "--prior 0: expected a fraction above 0");
+    }
+    if (code == CLI_OK && initial != NULL) {
+        j->def.initial = strcmp(initial, "free") == 0 ? 1 : strcmp(initial, "fixed") == 0 ? 0 : -1;
+        if (j->def.initial < 0 && strcmp(initial, "auto") != 0) {
+            code =
+                cli_misuse(j->args->command, "--initial %s: expected free, fixed or auto", initial);
+        }
+    }
+    j->def.robust = cli_value(j->args, "robust") != NULL;
+    j->def.journal = cli_value(j->args, "journal");
+    return code;
+}
+
+/* ---- names ---- */
+
+/* a name that is no parameter of the equations is misuse; say what was meant */
+static int check_names(const job *j)
+{
+    const stein_model *m = lab_equations(j->model);
+    const char **names = calloc((size_t)m->np + 1, sizeof *names);
+    int code = CLI_OK;
+    for (int i = 0; names != NULL && i < m->np; i++) {
+        names[i] = m->params[i].name;
+    }
+    for (int k = 0; names != NULL && code == CLI_OK && k < j->def.nfree; k++) {
+        const char *name = j->free[k];
+        if (stein_find_param(m, name) >= 0) {
+            continue;
+        }
+        const char *nearest = cli_nearest(name, names, m->np);
+        code =
+            nearest != NULL
+                ? cli_misuse(j->args->command,
+                             "--free %s: no such parameter in \"%s\"; did you "
+                             "mean %s?",
+                             name, m->name, nearest)
+                : cli_misuse(j->args->command,
+                             "--free %s: no such parameter in \"%s\" (a number "
+                             "that is 0 in the file is not in its equations: --set %s=... brings "
+                             "it in)",
+                             name, m->name, name);
+    }
+    free(names);
+    return code;
+}
+
+/* ---- results ---- */
+
+static void json_value(lab__json *out, const lab_fit_value *v, int with_unit)
+{
+    lab__json_open(out, NULL, '{');
+    lab__json_text(out, "name", v->name);
+    lab__json_real(out, "value", v->value);
+    if (with_unit) {
+        lab__json_text(out, "unit", v->unit);
+    }
+    lab__json_real(out, "sd", v->sd);
+    lab__json_real(out, "lo", v->lo);
+    lab__json_real(out, "hi", v->hi);
+    lab__json_real(out, "start", v->start);
+    lab__json_real(out, "prior_sd", v->prior_sd);
+    if (v->param >= 0) {
+        lab__json_real(out, "data_sd", v->data_sd);
+        lab__json_bool(out, "unseen", v->unseen);
+        lab__json_bool(out, "logarithmic", v->logarithmic);
+        if (v->profiled) {
+            lab__json_open(out, "profile", '{');
+            lab__json_real(out, "lo", v->profile_lo); // null: open
+            lab__json_real(out, "hi", v->profile_hi);
+            lab__json_close(out);
+        }
+    }
+    lab__json_close(out);
+}
+
+static void json_strokes(lab__json *out, const lab_fit *fit)
+{
+    lab__json_open(out, "strokes", '[');
+    for (int s = 0, i = 0; s < fit->nstroke; s++) {
+        const lab_fit_stroke *t = &fit->stroke[s];
+        char hash[20];
+        snprintf(hash, sizeof hash, "%016llx", t->hash);
+        lab__json_open(out, NULL, '{');
+        lab__json_text(out, "file", t->file);
+        lab__json_text(out, "fnv1a64", hash);
+        lab__json_int(out, "rows", t->rows);
+        lab__json_real(out, "chi2", t->chi2);
+        lab__json_open(out, "nuisances", '[');
+        for (int k = 0; k < t->nvalue; k++) {
+            json_value(out, &t->value[k], 1);
+        }
+        lab__json_close(out);
+        lab__json_open(out, "channels", '[');
+        for (; i < fit->nresidual && fit->residual[i].stroke == s; i++) {
+            const lab_fit_residual *r = &fit->residual[i];
+            lab__json_open(out, NULL, '{');
+            lab__json_text(out, "channel", r->channel);
+            lab__json_text(out, "unit", r->unit);
+            lab__json_int(out, "samples", r->samples);
+            lab__json_real(out, "noise", r->noise);
+            lab__json_bool(out, "noise_given", r->noise_given);
+            lab__json_real(out, "rms", r->rms);
+            lab__json_real(out, "relative", r->relative);
+            lab__json_int(out, "downweighted", r->downweighted);
+            lab__json_close(out);
+        }
+        lab__json_close(out);
+        lab__json_close(out);
+    }
+    lab__json_close(out);
+}
+
+static void json_collinear(lab__json *out, const lab_fit *fit)
+{
+    lab__json_open(out, "collinear", '[');
+    for (int i = 0; i < fit->npair; i++) {
+        lab__json_open(out, NULL, '{');
+        lab__json_text(out, "a", fit->value[fit->pair[i].a].name);
+        lab__json_text(out, "b", fit->value[fit->pair[i].b].name);
+        lab__json_real(out, "correlation", fit->pair[i].correlation);
+        lab__json_close(out);
+    }
+    lab__json_close(out);
+    lab__json_real(out, "condition", fit->condition);
+    lab__json_open(out, "weakest", '{');
+    lab__json_real(out, "sd", fit->weakest_sd);
+    lab__json_open(out, "combination", '{');
+    for (int k = 0; k < fit->nvalue; k++) {
+        lab__json_real(out, fit->value[k].name, fit->weakest[k]);
+    }
+    lab__json_close(out);
+    lab__json_close(out);
+}
+
+static void print_json(const job *j)
+{
+    const lab_fit *fit = j->fit;
+    lab__json out = {.stream = stdout};
+    lab__json_open(&out, NULL, '{');
+    lab__json_text(&out, "model", lab_equations(j->model)->name);
+    lab__json_text(&out, "status", lab_fit_status_text(fit->status));
+    lab__json_text(&out, "reason", fit->reason[0] != '\0' ? fit->reason : NULL);
+    lab__json_open(&out, "parameters", '[');
+    for (int k = 0; k < fit->nvalue; k++) {
+        json_value(&out, &fit->value[k], 1);
+    }
+    lab__json_close(&out);
+    lab__json_real(&out, "chi2", fit->chi2);
+    lab__json_real(&out, "prior", fit->prior);
+    lab__json_int(&out, "samples", fit->samples);
+    lab__json_int(&out, "dof", fit->dof);
+    lab__json_real(&out, "chi2_dof", fit->chi2_dof);
+    lab__json_open(&out, "band", '[');
+    lab__json_real(&out, NULL, fit->band_lo);
+    lab__json_real(&out, NULL, fit->band_hi);
+    lab__json_close(&out);
+    lab__json_bool(&out, "noise_given", fit->noise_given);
+    lab__json_real(&out, "gradient", fit->gradient);
+    lab__json_real(&out, "sensitivity_error", fit->sensitivity_error);
+    lab__json_open(&out, "starts", '[');
+    for (int i = 0; i < fit->nstart; i++) {
+        lab__json_open(&out, NULL, '{');
+        lab__json_real(&out, "objective", fit->start[i].objective);
+        lab__json_int(&out, "iterations", fit->start[i].iterations);
+        lab__json_bool(&out, "ended", fit->start[i].ended);
+        lab__json_bool(&out, "agrees", fit->start[i].agrees);
+        lab__json_close(&out);
+    }
+    lab__json_close(&out);
+    json_collinear(&out, fit);
+    json_strokes(&out, fit);
+    lab__json_close(&out);
+}
+
+static void print_parameter(const lab_fit_value *v, int width)
+{
+    char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT], start[CLI_TEXT];
+    printf("  %-*s  %-22s  95 %%: %s .. %s  (was %s)%s\n", width, v->name,
+           cli_quantity(value, v->value, v->unit), cli_quantity(lo, v->lo, v->unit),
+           cli_quantity(hi, v->hi, v->unit), cli_quantity(start, v->start, v->unit),
+           v->unseen ? "  NO DATA DEPEND ON IT" : "");
+    if (v->profiled) {
+        int below = isfinite(v->profile_lo), above = isfinite(v->profile_hi);
+        printf("  %-*s  profile: %s .. %s\n", width, "",
+               below ? cli_quantity(lo, v->profile_lo, v->unit) : "(open)",
+               above ? cli_quantity(hi, v->profile_hi, v->unit) : "(open)");
+    }
+}
+
+static void print_residuals(const lab_fit *fit)
+{
+    printf("residuals (rms / noise):\n");
+    for (int i = 0; i < fit->nresidual; i++) {
+        const lab_fit_residual *r = &fit->residual[i];
+        char rms[CLI_TEXT], noise[CLI_TEXT];
+        printf("  %s  %s: %s / %s = %.3g%s, %.3g %% of the signal", fit->stroke[r->stroke].file,
+               r->channel, cli_quantity(rms, r->rms, r->unit),
+               cli_quantity(noise, r->noise, r->unit), r->rms / r->noise,
+               r->noise_given ? "" : " (noise estimated)", 100.0 * r->relative);
+        printf(r->downweighted > 0 ? ", %d down-weighted\n" : "\n", r->downweighted);
+    }
+}
+
+static void print_weakest(const lab_fit *fit)
+{
+    if (fit->nvalue < 2 || !(fit->weakest_sd > 1.0)) {
+        return;
+    }
+    printf("the data hardly tell this combination (%.3g prior sd):", fit->weakest_sd);
+    for (int k = 0; k < fit->nvalue; k++) {
+        if (fabs(fit->weakest[k]) > 0.2) {
+            printf(" %+.2f %s", fit->weakest[k], fit->value[k].name);
+        }
+    }
+    printf("\n");
+}
+
+static void print_text(const job *j)
+{
+    const lab_fit *fit = j->fit;
+    int width = 0;
+    for (int k = 0; k < fit->nvalue; k++) {
+        int n = (int)strlen(fit->value[k].name);
+        width = n > width ? n : width;
+    }
+    printf("%s: %s%s%s\n", lab_equations(j->model)->name, lab_fit_status_text(fit->status),
+           fit->reason[0] != '\0' ? " - " : "", fit->reason);
+    for (int k = 0; k < fit->nvalue; k++) {
+        print_parameter(&fit->value[k], width);
+    }
+    printf("%d samples of %d strokes, chi2/dof %.4g (band %.3g .. %.3g)%s\n", fit->samples,
+           fit->nstroke, fit->chi2_dof, fit->band_lo, fit->band_hi,
+           fit->noise_given ? "" : ", noise estimated");
+    for (int i = 0; i < fit->npair; i++) {
+        printf("the data hardly tell %s from %s (correlation %.4f)\n",
+               fit->value[fit->pair[i].a].name, fit->value[fit->pair[i].b].name,
+               fit->pair[i].correlation);
+    }
+    print_weakest(fit);
+    print_residuals(fit);
+}
+
+/* ---- running ---- */
+
+static int open_data(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_data_options options = lab_data_options_default(lab_equations(j->model));
+    options.report = on_report;
+    stein_status status =
+        lab_dataset_open(&j->data, j->args->operand + 1, j->args->noperand - 1, &options, &err);
+    if (status == STEIN_EPARSE) {
+        err.msg[0] = '\0'; // told one by one
+    }
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+static int compute(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    j->def.progress = on_progress;
+    j->def.report = on_report;
+    j->def.ctx = j;
+    cli_progress_begin(&j->progress, "fit");
+    stein_status status = lab_fit_run(&j->fit, j->model, j->data, &j->def, &err);
+    cli_progress_end(&j->progress);
+    if (status != STEIN_OK) {
+        return cli_failed(status, &err);
+    }
+    if (j->fit->resumed) {
+        fprintf(stderr, "stein: went on from %s\n", j->def.journal);
+    }
+    return CLI_OK;
+}
+
+static int show(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    const char *path = cli_value(j->args, "output");
+    lab_options options = lab_options_default();
+    options.set = j->args->set;
+    options.nset = j->args->nset;
+    if (path != NULL) {
+        stein_status status = lab_fit_write(path, j->fit, j->args->operand[0], &options, &err);
+        if (status != STEIN_OK) {
+            return cli_failed(status, &err);
+        }
+    }
+    if (cli_value(j->args, "json") != NULL) {
+        print_json(j);
+    } else if (path == NULL || !lab__is_stdout(path)) {
+        print_text(j);
+    }
+    if (j->fit->status != LAB_FIT_CONVERGED) {
+        fprintf(stderr, "stein: %s: %s\n", lab_fit_status_text(j->fit->status), j->fit->reason);
+    }
+    return j->fit->status == LAB_FIT_NOT_CONVERGED ? CLI_NUMERICAL : CLI_OK;
+}
+
+static int run_job(job *j)
+{
+    int code = check_names(j);
+    code = code == CLI_OK ? open_data(j) : code;
+    code = code == CLI_OK ? compute(j) : code;
+    return code == CLI_OK ? show(j) : code;
+}
+
+static int run(const cli_args *args)
+{
+    job j = {.args = args};
+    stein_err err = {STEIN_OK, ""};
+    int code = read_options(&j);
+    if (code == CLI_OK) {
+        stein_status status = cli_open(&j.model, args, &err);
+        code = status == STEIN_OK ? run_job(&j) : cli_failed(status, &err);
+    }
+    lab_fit_destroy(j.fit);
+    lab_dataset_close(j.data);
+    lab_close(j.model);
+    free(j.text[0]);
+    free(j.text[1]);
+    return code;
+}
+
+static const cli_option options[] = {
+    {"free", 0, "NAME,...",
+     "The parameters to fit, as stein check names them. A tolerance in the file (+-) is the\n"
+     "prior; without one it is --prior. Positive masses, stiffnesses, frictions are fitted as\n"
+     "logarithms."},
+    {"output", 'o', "FILE.yaml",
+     "The mechanism file with the fitted numbers in their places and their standard\n"
+     "deviations as tolerances; comments stay, the head says what was fitted to what."},
+    {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
+    {"journal", 0, "FILE",
+     "Keep the state of the search in FILE and go on from there, with the same result,\n"
+     "when the same command is run again after an interruption."},
+    {"starts", 0, "N",
+     "Searches from different places, default 3; more than half of them have to agree. The\n"
+     "rest is left out when enough agree and the residual is noise."},
+    {"robust", 0, NULL, "Bisquare weights: single bad frames lose their weight."},
+    {"profile", 0, "NAME,...",
+     "Profile likelihood of these parameters: how far each can go while all others are\n"
+     "fitted again. `flagged`: of the (first three) that the data hardly tell apart."},
+    {"prior", 0, "FRACTION", "Relative sd of a number without tolerance; default 0.3."},
+    {"offset", 0, "LENGTH",
+     "Prior sd of the offset of every marker, default 0.2mm (an angle: over 100 mm); 0: none."},
+    {"trigger", 0, "T", "Prior sd of an unsynchronised trigger, default 2ms; 0: trust it."},
+    {"initial", 0, "HOW",
+     "Initial state of every stroke: free, fixed as the file says, or auto (default): free\n"
+     "where the mechanism does not settle and the stroke does not set it."},
+    CLI_COMMON};
+
+const cli_command cli_fit = {
+    .name = "fit",
+    .summary = "parameters from measured strokes",
+    .operands = "MODEL DATA...",
+    .noperands = 2,
+    .more = 1,
+    .options = options,
+    .description =
+        "Weighted nonlinear least squares over all samples of all strokes at once. The model runs\n"
+        "through each stroke with the stroke's `# set` values and its measured inputs and is\n"
+        "compared at the data's own times; the weights are `# noise`, or the audit's estimate.\n"
+        "Fitted along, for every stroke: the time of an unsynchronised trigger, an offset of "
+        "every\n"
+        "marker, the initial state where nobody says it.\n"
+        "\n"
+        "False minima look like missing physics, so the fit is searched for from several places:\n"
+        "from the file, from the file with the model held near the data at first (innovation\n"
+        "ladder), from points spread over the priors. The status is `converged` when they agree\n"
+        "and the residual is noise, `misfit` when they agree and it is more, `not_converged`\n"
+        "otherwise (exit status 3).",
+    .output =
+        "A table of values with 95 % intervals, what the data cannot tell, residuals.\n"
+        "With --json: {\"model\", \"status\", \"reason\", \"parameters\": [{\"name\", \"value\",\n"
+        "\"unit\", \"sd\", \"lo\", \"hi\", \"start\", \"prior_sd\", \"data_sd\", \"unseen\",\n"
+        "\"logarithmic\", \"profile\"}], \"chi2\", \"prior\", \"samples\", \"dof\", \"chi2_dof\",\n"
+        "\"band\", \"noise_given\", \"gradient\", \"sensitivity_error\", \"starts\",\n"
+        "\"collinear\": [{\"a\", \"b\", \"correlation\"}], \"condition\", \"weakest\",\n"
+        "\"strokes\": [{\"file\", \"fnv1a64\", \"rows\", \"chi2\", \"nuisances\", \"channels\"}]}.",
+    .examples =
+        "stein fit models/stein1788.yaml strokes/*.csv --free hammer.mass,notch.friction.A \\\n"
+        "    -o fitted.yaml\n"
+        "stein fit models/pendulum.yaml swing.csv --free rod.damping --profile rod.damping",
+    .run = run,
+};

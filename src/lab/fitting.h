@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * fitting.h - what the files of the fit share. Not installed.
+ *
+ *   problem.c      strokes and unknowns from model and data      resume.c     state, safe from kill
+ * -9 signal.c       measured inputs as smooth signals             starts.c     ladder, several
+ * starts simulate.c     one stroke at the data's own times            intervals.c  what the data
+ * tell observer.c     the same, held near the data                  profile.c    profile likelihood
+ *   residuals.c    weighted residuals of all strokes             patch.c      the file with new
+ * numbers sensitivity.c  their derivatives                             fit.c        the whole
+ *   minimise.c     Levenberg-Marquardt                           fit_report.c results in lists
+ *
+ * Unknowns are counted in prior standard deviations from their start: x = (z - z0)/sd with z the
+ * value or its logarithm. Globals come first, then each stroke's own in the order of the strokes.
+ */
+#ifndef FITTING_H
+#define FITTING_H
+
+#include <gsl/gsl_matrix.h>
+
+#include "inner.h"
+#include "stein/fit.h"
+
+/* ---- signal.c ---- */
+
+/** One measured input: a cubic spline, for a motion a smoothing one. */
+typedef struct fit__signal {
+    int input, motion, n;
+    double *t, *g, *c; /* [n] knots, values, second derivatives (motion) */
+} fit__signal;
+/** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate */
+stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
+                              const lab_column *column, double noise, stein_err *err);
+void fit__signal_free(fit__signal *s);
+void fit__signal_at(const fit__signal *s, double t, double u[3]);
+
+/* ---- problem.c ---- */
+
+typedef enum { FIT__PARAM, FIT__TAU, FIT__OFFSET, FIT__POSITION, FIT__SPEED } fit__kind;
+
+/** One unknown. */
+typedef struct fit__unknown {
+    fit__kind kind;
+    int stroke;       /* -1: of all */
+    int index;        /* parameter; channel slot of the stroke; joint */
+    int log, prior;   /* prior 0: sd is only a scale */
+    double start, sd; /* of z */
+} fit__unknown;
+
+/** One stroke as the fit uses it. Sample c, i is y[c*n + i]. */
+typedef struct fit__stroke {
+    const lab_data *data;
+    int n, nch;
+    int *channel;   /* [nch] of the model */
+    double *noise;  /* [nch] sd */
+    int *given;     /* [nch] noise by the file */
+    double *y;      /* [nch*n], NAN: missing */
+    double *weight; /* [nch*n] square roots of robust weights; NULL: all 1 */
+    int samples;
+    double origin;       /* time of the data at which the simulation starts, before tau [s] */
+    fit__signal *signal; /* [nsignal] */
+    int nsignal;
+    int first, own; /* its unknowns */
+    int tau;        /* unknown of its trigger, -1: none */
+} fit__stroke;
+
+typedef struct fit__problem {
+    const lab_model *model;
+    const lab_fit_def *def;
+    fit__stroke *stroke;
+    int nstroke;
+    fit__unknown *unknown;
+    int np, nu;        /* free parameters; all unknowns */
+    double *step;      /* [nu] half-width of differences, in x */
+    double gain;       /* of the ladder, 0: plain simulation */
+    double tolerance;  /* of one step [rad or m] */
+    int central;       /* differences to both sides */
+    int fixed;         /* this unknown stays (profile); -1: none */
+    int flat;          /* the prior of this unknown does not count; -1: none */
+    int samples, rows; /* rows: largest stroke */
+    int threads;
+} fit__problem;
+
+stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
+                               const lab_fit_def *def, stein_err *err);
+void fit__problem_free(fit__problem *p);
+/** Value of an unknown at x [SI]. */
+double fit__value(const fit__unknown *u, double x);
+/** dz value: value for a logarithm, else 1. */
+double fit__slope(const fit__unknown *u, double x);
+
+/* ---- simulate.c ---- */
+
+/** What one thread needs to simulate strokes. */
+typedef struct fit__bench {
+    stein_sim *sim, *probe; /* probe: only for the ladder */
+    double *p;              /* [np] */
+    double *q, *qd;         /* [nq] */
+    double *shown;          /* [nch] what is added to the readings of a stroke */
+    void *kept;
+    struct fit__observer *observer;
+} fit__bench;
+stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *err);
+void fit__bench_free(fit__bench *b);
+/** Predicted channels of a stroke at the data's times, offsets included.
+ *  @param x  [nu]; y [nch*n] out
+ *  @return OK or a numerical failure */
+stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, const double *x,
+                           double *y, stein_err *err);
+/** Simulate up to exactly t_end with steps of controlled error. @param h  present step, in and out
+ */
+stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double *h, void *kept,
+                          stein_err *err);
+
+/* ---- observer.c ---- */
+
+typedef struct fit__observer fit__observer;
+fit__observer *fit__observer_make(const stein_model *model);
+void fit__observer_free(fit__observer *o);
+/** Forces for the interval after sample i, that bring the measured points nearer to the data.
+ *  @param y  predictions of sample i, [nch] apart n */
+stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, const double *y,
+                          stein_err *err);
+/** The half of the interval that comes. */
+void fit__observer_half(fit__observer *o, double gain, int second);
+void fit__observer_force(void *ctx, double t, const double *q, const double *qd, double *Q);
+void fit__observer_rest(fit__observer *o);
+
+/* ---- residuals.c ---- */
+
+/** Run one(ctx, bench, job) for all jobs on the problem's threads. @return OK or ENOMEM or the
+ *  failure of making a simulation */
+typedef void fit__work(void *ctx, fit__bench *bench, int job);
+stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void *ctx,
+                           stein_err *err);
+/** Weighted residuals r of every stroke, [nstroke][nch*n] behind each other; missing samples 0.
+ *  @param failed  out: strokes that could not be simulated
+ *  @return OK, ENOMEM */
+stein_status fit__residuals(const fit__problem *p, const double *x, double *r, int *failed,
+                            stein_err *err);
+/** Where the residuals of a stroke begin. */
+size_t fit__offset(const fit__problem *p, int stroke);
+/** Sum of squares and priors. */
+double fit__chi2(const fit__problem *p, const double *r);
+double fit__priors(const fit__problem *p, const double *x);
+/** Prediction to weighted residual, in place. */
+void fit__weigh(const fit__stroke *s, double *y);
+/** Bisquare weights from residuals r (of unweighted samples). @return samples below half weight */
+stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *err);
+
+/* ---- sensitivity.c ---- */
+
+/** Derivatives of the residuals: column k of stroke s at J + fit__column(p, s, k), [nch*n], k < np
+ * a free parameter, k >= np the stroke's own. */
+size_t fit__column(const fit__problem *p, int stroke, int k);
+size_t fit__columns(const fit__problem *p); /* doubles in all */
+/** @param r  residuals at x (one-sided differences start from them)
+ *  @return OK, ENOMEM, or the failure of a simulation next to x */
+stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
+                                stein_err *err);
+/** Steps for the next differences from the change the last ones made. */
+void fit__choose_steps(fit__problem *p, const double *J);
+
+/* ---- minimise.c ---- */
+
+/** Normal equations, nuisances eliminated: arrow matrix of globals and strokes. */
+typedef struct fit__normal {
+    int np, nu, nstroke;
+    gsl_matrix *A;        /* [np x np] globals */
+    gsl_matrix **B, **C;  /* per stroke: own x own, own x globals; NULL: none */
+    double *g;            /* [nu] half the gradient */
+    gsl_matrix *S;        /* Schur complement, then its Cholesky factor */
+    gsl_matrix **BL, **X; /* factors of B and B^-1 C at the present damping */
+} fit__normal;
+stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *err);
+void fit__normal_free(fit__normal *n);
+/** Fill from J and r, priors included unless prior = 0. */
+void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                      const double *J, int prior);
+/** Factor with mu diag added. @return 0, or -1 when not positive definite */
+int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu);
+/** dx [nu] = -(A + mu D)^-1 g. */
+void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx);
+
+/** Exact state of a search, between two iterations. */
+typedef struct fit__state {
+    double *x, *step; /* [nu] */
+    double mu, nu;
+    double objective;
+    int iteration;
+    double decrement;
+    int ended;
+} fit__state;
+
+typedef stein_status fit__checkpoint(void *ctx, const fit__state *state, stein_err *err);
+/** Levenberg-Marquardt from the state on.
+ *  @param enough  stop when the expected gain falls below enough * (1 + relative * objective)
+ *  @return OK (state->ended says whether it converged), or a failure at the start itself */
+stein_status fit__minimise(fit__problem *p, fit__state *state, double enough, double relative,
+                           int iterations, fit__checkpoint *checkpoint, void *ctx, stein_err *err);
+
+/* ---- resume.c ---- */
+
+/** The whole search: what is done and where it stands. */
+typedef struct fit__search {
+    int stage, nstage; /* present stage */
+    fit__state state;
+    double *entry; /* [nu] x at the beginning of the stage */
+    int nstart;
+    double *best[LAB_FIT_STARTS]; /* ends of finished starts [nu] */
+    lab_fit_start start[LAB_FIT_STARTS];
+    double *steps[LAB_FIT_STARTS];
+} fit__search;
+/** @return OK (found 1 when there is one), ESTALE, EPARSE, EIO, ENOMEM */
+stein_status fit__search_load(fit__search *s, int nu, const char *path, unsigned long long key,
+                              int *found, stein_err *err);
+stein_status fit__search_save(const fit__search *s, int nu, const char *path,
+                              unsigned long long key, stein_err *err);
+/** Fingerprint of everything that decides about the search. */
+unsigned long long fit__key(const fit__problem *p);
+
+/* ---- starts.c ---- */
+
+/** All searches; the best end goes to x. */
+stein_status fit__search_run(fit__problem *p, fit__search *s, unsigned long long key, int *resumed,
+                             stein_err *err);
+void fit__search_free(fit__search *s);
+stein_status fit__search_make(fit__search *s, const fit__problem *p, stein_err *err);
+
+/* ---- intervals.c, profile.c, fit_report.c ---- */
+
+/** Covariance, correlations, condition at x from full-accuracy sensitivities. */
+stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, const double *r,
+                            const double *J, stein_err *err);
+stein_status fit__profile(fit__problem *p, lab_fit *fit, int k, const double *x, double objective,
+                          stein_err *err);
+stein_status fit__describe(const fit__problem *p, lab_fit *fit, const double *x, const double *r,
+                           stein_err *err);
+
+#endif

@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * intervals.c - what the data tell about the parameters, and what they do not.
+ *
+ * At the minimum, with the nuisances eliminated (their priors kept), the Schur complement of J'J is
+ * the information on the free parameters, in prior standard deviations:
+ *
+ *      I          of the data alone
+ *      I + 1      with the priors:   covariance = v (I + 1)^-1,  v = max(1, chi2/dof)
+ *
+ * v widens the intervals where the residual is more than the stated noise (Birge 1932): then the
+ * model lacks something and the formal errors mean little, but less would be false. Eigenvalues of
+ * I show the combinations that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd.
+ * Correlations by the data alone are those of I^-1; parameters that no data depend on are named
+ * apart and left out.
+ */
+#include <gsl/gsl_cdf.h>
+#include <gsl/gsl_eigen.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+
+static const double seen = 0.02; /* chi by a change of one prior sd: less is rounding */
+static const double told_apart = 0.95;
+
+/* I of the data in m; its factor is not needed */
+static int information(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                       const double *J, gsl_matrix *m)
+{
+    fit__normal_fill(n, p, x, r, J, 0);
+    gsl_matrix_memcpy(m, n->A);
+    if (fit__normal_factor(n, p, 0.0) != 0) { // S may well be singular, the strokes' blocks are not
+        for (int s = 0; s < p->nstroke; s++) {
+            if (n->B[s] != NULL && !(gsl_matrix_get(n->BL[s], 0, 0) > 0.0)) {
+                return -1;
+            }
+        }
+    }
+    for (int s = 0; s < p->nstroke; s++) {
+        for (size_t i = 0; n->B[s] != NULL && i < m->size1; i++) {
+            for (size_t k = 0; k < m->size1; k++) {
+                double sum = 0.0;
+                for (size_t a = 0; a < n->C[s]->size1; a++) {
+                    sum += gsl_matrix_get(n->C[s], a, i) * gsl_matrix_get(n->X[s], a, k);
+                }
+                *gsl_matrix_ptr(m, i, k) -= sum;
+            }
+        }
+    }
+    return 0;
+}
+
+static void note_unseen(const fit__problem *p, lab_fit *fit, const double *x, const gsl_matrix *m,
+                        double v)
+{
+    for (int k = 0; k < p->np; k++) {
+        double lambda = gsl_matrix_get(m, (size_t)k, (size_t)k);
+        const fit__unknown *u = &p->unknown[k];
+        fit->value[k].unseen = !(lambda > seen * seen);
+        fit->value[k].data_sd =
+            fit->value[k].unseen ? INFINITY : sqrt(v / lambda) * u->sd * fabs(fit__slope(u, x[k]));
+    }
+}
+
+static stein_status add_pair(lab_fit *fit, int a, int b, double correlation, stein_err *err)
+{
+    lab_fit_pair *more = realloc(fit->pair, sizeof *more * (size_t)(fit->npair + 1));
+    if (more == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    fit->pair = more;
+    fit->pair[fit->npair++] = (lab_fit_pair){a, b, correlation};
+    return STEIN_OK;
+}
+
+/* pseudo-inverse of I over the seen parameters, by its eigenvectors; pairs, condition, weakest */
+static stein_status correlations(const fit__problem *p, lab_fit *fit, const gsl_vector *lambda,
+                                 const gsl_matrix *V, stein_err *err)
+{
+    size_t np = (size_t)p->np;
+    double most = gsl_vector_max(lambda), least = INFINITY;
+    size_t weakest = 0;
+    gsl_matrix *inverse = gsl_matrix_calloc(np, np);
+    if (inverse == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (size_t e = 0; e < np; e++) {
+        double l = fmax(gsl_vector_get(lambda, e), 1e-14 * most);
+        int own = 0; // an eigenvector of a single unseen parameter
+        for (size_t k = 0; k < np; k++) {
+            own |= fit->value[k].unseen && fabs(gsl_matrix_get(V, k, e)) > 0.9;
+        }
+        if (own) {
+            continue;
+        }
+        if (l < least) {
+            least = l;
+            weakest = e;
+        }
+        for (size_t i = 0; i < np; i++) {
+            for (size_t k = 0; k < np; k++) {
+                *gsl_matrix_ptr(inverse, i, k) +=
+                    gsl_matrix_get(V, i, e) * gsl_matrix_get(V, k, e) / l;
+            }
+        }
+    }
+    fit->condition = isfinite(least) ? sqrt(most / least) : 1.0;
+    fit->weakest_sd = isfinite(least) ? 1.0 / sqrt(least) : INFINITY;
+    stein_status status = STEIN_OK;
+    for (size_t i = 0; i < np; i++) {
+        fit->weakest[i] = gsl_matrix_get(V, i, weakest);
+        for (size_t k = 0; status == STEIN_OK && k < i; k++) {
+            double c = gsl_matrix_get(inverse, i, k) /
+                       sqrt(gsl_matrix_get(inverse, i, i) * gsl_matrix_get(inverse, k, k));
+            if (!fit->value[i].unseen && !fit->value[k].unseen && fabs(c) > told_apart) {
+                status = add_pair(fit, (int)k, (int)i, c, err);
+            }
+        }
+    }
+    gsl_matrix_free(inverse);
+    return status;
+}
+
+static stein_status spectrum(const fit__problem *p, lab_fit *fit, gsl_matrix *m, stein_err *err)
+{
+    size_t np = (size_t)p->np;
+    gsl_eigen_symmv_workspace *w = gsl_eigen_symmv_alloc(np);
+    gsl_vector *lambda = gsl_vector_alloc(np);
+    gsl_matrix *V = gsl_matrix_alloc(np, np);
+    stein_status status = STEIN_OK;
+    if (w == NULL || lambda == NULL || V == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    } else {
+        gsl_eigen_symmv(m, lambda, V, w);
+        status = correlations(p, fit, lambda, V, err);
+    }
+    gsl_eigen_symmv_free(w);
+    gsl_vector_free(lambda);
+    gsl_matrix_free(V);
+    return status;
+}
+
+static void take_interval(lab_fit_value *v, const fit__unknown *u, double x, double variance)
+{
+    double sd = sqrt(variance), z = gsl_cdf_ugaussian_Pinv(0.975);
+    v->value = fit__value(u, x);
+    v->sd = sd * u->sd * fabs(fit__slope(u, x));
+    v->lo = fit__value(u, x - z * sd); // of the logarithm, where that was fitted
+    v->hi = fit__value(u, x + z * sd);
+}
+
+/* variances of the strokes' own: B^-1 + X S^-1 X' */
+static void own_intervals(const fit__problem *p, lab_fit *fit, const double *x,
+                          const fit__normal *n, const gsl_matrix *cov, double v)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        if (t->own == 0) {
+            continue;
+        }
+        gsl_linalg_cholesky_invert(n->BL[s]);
+        for (int a = 0; a < t->own; a++) {
+            double sum = gsl_matrix_get(n->BL[s], (size_t)a, (size_t)a);
+            for (size_t i = 0; i < cov->size1; i++) {
+                for (size_t k = 0; k < cov->size1; k++) {
+                    sum += gsl_matrix_get(n->X[s], (size_t)a, i) * gsl_matrix_get(cov, i, k) *
+                           gsl_matrix_get(n->X[s], (size_t)a, k);
+                }
+            }
+            take_interval(&fit->stroke[s].value[a], &p->unknown[t->first + a], x[t->first + a],
+                          v * sum);
+        }
+    }
+}
+
+static stein_status covariances(const fit__problem *p, lab_fit *fit, const double *x,
+                                fit__normal *n, double v, stein_err *err)
+{
+    if (fit__normal_factor(n, p, 0.0) != 0) {
+        return lab__fail(err, STEIN_ENONFINITE, "the information matrix is not positive");
+    }
+    double *dx = malloc(sizeof *dx * (size_t)p->nu);
+    if (dx == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    fit__normal_step(n, p, dx);
+    fit->gradient = 0.0;
+    for (int u = 0; u < p->nu; u++) {
+        fit->gradient -= dx[u] * n->g[u];
+    }
+    free(dx);
+    gsl_linalg_cholesky_invert(n->S);
+    for (int i = 0; i < p->np; i++) {
+        take_interval(&fit->value[i], &p->unknown[i], x[i],
+                      v * gsl_matrix_get(n->S, (size_t)i, (size_t)i));
+        for (int k = 0; k < p->np; k++) {
+            fit->covariance[i * p->np + k] = v * gsl_matrix_get(n->S, (size_t)i, (size_t)k) *
+                                             p->unknown[i].sd * p->unknown[k].sd;
+        }
+    }
+    own_intervals(p, fit, x, n, n->S, v);
+    return STEIN_OK;
+}
+
+stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, const double *r,
+                            const double *J, stein_err *err)
+{
+    fit__normal n;
+    double v = fmax(1.0, fit->chi2_dof);
+    stein_status status = fit__normal_make(&n, p, err);
+    gsl_matrix *m = gsl_matrix_alloc((size_t)p->np, (size_t)p->np);
+    if (status == STEIN_OK && m == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (status == STEIN_OK && information(&n, p, x, r, J, m) != 0) {
+        status = lab__fail(err, STEIN_ENONFINITE, "a stroke's own unknowns cannot be told apart");
+    }
+    if (status == STEIN_OK) {
+        note_unseen(p, fit, x, m, v);
+        status = spectrum(p, fit, m, err);
+    }
+    if (status == STEIN_OK) {
+        fit__normal_fill(&n, p, x, r, J, 1);
+        status = covariances(p, fit, x, &n, v, err);
+    }
+    gsl_matrix_free(m);
+    fit__normal_free(&n);
+    return status;
+}

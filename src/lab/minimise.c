@@ -1,0 +1,354 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * minimise.c - Levenberg-Marquardt on normal equations whose nuisances are eliminated.
+ *
+ * With x = (p, n_1 ... n_S), free parameters and each stroke's own, J'J is an arrow:
+ *
+ *      | A   C_1' ... C_S' | dp  |       |g_p|     S = A - sum C_s' B_s^-1 C_s       (Schur)
+ *      | C_1 B_1           | dn_1|  = -  |g_1|     S dp = -g_p + sum C_s' B_s^-1 g_s
+ *      | C_S          B_S  | dn_S|       |g_S|     dn_s = -B_s^-1 (g_s + C_s dp)
+ *
+ * with the priors' 1 on the diagonal (x counts prior standard deviations) and mu diag(J'J) for the
+ * damping (Marquardt 1963), mu by Nielsen's rule (Madsen, Nielsen & Tingleff 2004, 3.2).
+ *
+ * Why not GSL's multifit_nlinear: its dense J holds a column for every nuisance of every stroke
+ * (100 strokes x 4 nuisances x 10^5 rows); a stroke that cannot be simulated has no residual to
+ * return, where here the step is simply refused; and its state is hidden, so that an interrupted
+ * search could not go on bit for bit. The method is the same, a test compares the two. Normal
+ * equations square the condition number; in prior units it is bounded by the ratio of prior to data
+ * sd, 10^4 at the worst seen, and 10^8 is still harmless here.
+ *
+ * It ends when the decrement g' (J'J)^-1 g, what one more step would gain, is below a figure: 1e-4
+ * is a hundredth of a standard deviation in the direction that is furthest off. With one-sided
+ * differences it also ends when a step has gained less than ten times the figure.
+ */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+
+enum { MAX_REFUSED = 12 };
+static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
+
+/* ---- the arrow ---- */
+
+stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *err)
+{
+    size_t np = (size_t)p->np, ns = (size_t)p->nstroke;
+    *n = (fit__normal){.np = p->np, .nu = p->nu, .nstroke = p->nstroke};
+    n->A = gsl_matrix_alloc(np, np);
+    n->S = gsl_matrix_alloc(np, np);
+    n->g = calloc((size_t)p->nu + 1, sizeof *n->g);
+    n->B = calloc(4 * ns + 1, sizeof *n->B);
+    int memory = n->A != NULL && n->S != NULL && n->g != NULL && n->B != NULL;
+    n->C = n->B + (memory ? ns : 0);
+    n->BL = n->C + (memory ? ns : 0);
+    n->X = n->BL + (memory ? ns : 0);
+    for (size_t s = 0; memory && s < ns; s++) {
+        size_t own = (size_t)p->stroke[s].own;
+        if (own > 0) {
+            n->B[s] = gsl_matrix_alloc(own, own);
+            n->BL[s] = gsl_matrix_alloc(own, own);
+            n->C[s] = gsl_matrix_alloc(own, np);
+            n->X[s] = gsl_matrix_alloc(own, np);
+            memory = n->B[s] && n->BL[s] && n->C[s] && n->X[s];
+        }
+    }
+    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+void fit__normal_free(fit__normal *n)
+{
+    gsl_matrix_free(n->A);
+    gsl_matrix_free(n->S);
+    for (int i = 0; n->B != NULL && i < 4 * n->nstroke; i++) {
+        gsl_matrix_free(n->B[i]);
+    }
+    free(n->B);
+    free(n->g);
+}
+
+static double dot(const double *a, const double *b, size_t n)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const double *r,
+                        const double *J)
+{
+    const fit__stroke *t = &p->stroke[s];
+    size_t size = (size_t)(t->nch * t->n);
+    r += fit__offset(p, s);
+    for (int a = 0; a < p->np + t->own; a++) {
+        const double *ca = J + fit__column(p, s, a);
+        size_t i = (size_t)(a < p->np ? a : a - p->np);
+        n->g[a < p->np ? a : t->first + a - p->np] += dot(ca, r, size);
+        for (int b = 0; b <= a; b++) {
+            double sum = dot(ca, J + fit__column(p, s, b), size);
+            size_t k = (size_t)(b < p->np ? b : b - p->np);
+            gsl_matrix *m = a < p->np ? n->A : b < p->np ? n->C[s] : n->B[s];
+            gsl_matrix_set(m, i, k, gsl_matrix_get(m, i, k) + sum);
+            if (m != n->C[s] && i != k) {
+                gsl_matrix_set(m, k, i, gsl_matrix_get(m, i, k));
+            }
+        }
+    }
+}
+
+static double *diagonal(const fit__normal *n, const fit__problem *p, int u)
+{
+    if (u < p->np) {
+        return gsl_matrix_ptr(n->A, (size_t)u, (size_t)u);
+    }
+    int s = p->unknown[u].stroke;
+    size_t i = (size_t)(u - p->stroke[s].first);
+    return gsl_matrix_ptr(n->B[s], i, i);
+}
+
+/* an unknown that stays: its row and column become those of 1 */
+static void pin(fit__normal *n, int u)
+{
+    for (size_t i = 0; i < (size_t)n->np; i++) {
+        gsl_matrix_set(n->A, (size_t)u, i, 0.0);
+        gsl_matrix_set(n->A, i, (size_t)u, 0.0);
+    }
+    for (int s = 0; s < n->nstroke; s++) {
+        for (size_t i = 0; n->C[s] != NULL && i < n->C[s]->size1; i++) {
+            gsl_matrix_set(n->C[s], i, (size_t)u, 0.0);
+        }
+    }
+    gsl_matrix_set(n->A, (size_t)u, (size_t)u, 1.0);
+    n->g[u] = 0.0;
+}
+
+void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                      const double *J, int prior)
+{
+    gsl_matrix_set_zero(n->A);
+    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
+    for (int s = 0; s < p->nstroke; s++) {
+        if (n->B[s] != NULL) {
+            gsl_matrix_set_zero(n->B[s]);
+            gsl_matrix_set_zero(n->C[s]);
+        }
+        fill_stroke(n, p, s, r, J);
+    }
+    for (int u = 0; u < p->nu; u++) {
+        // own priors always count: without them the data would be asked what a marker's offset is
+        if (p->unknown[u].prior && u != p->flat && (prior || u >= p->np)) {
+            *diagonal(n, p, u) += 1.0;
+            n->g[u] += x[u];
+        }
+    }
+    if (p->fixed >= 0) {
+        pin(n, p->fixed);
+    }
+}
+
+/* Cholesky factor of (m with mu added to its diagonal) in f; -1 when it is not positive */
+static int factor(gsl_matrix *f, const gsl_matrix *m, double mu)
+{
+    gsl_matrix_memcpy(f, m);
+    for (size_t i = 0; i < m->size1; i++) {
+        double d = gsl_matrix_get(m, i, i);
+        gsl_matrix_set(f, i, i, d + mu * d + 1e-12);
+    }
+    return gsl_linalg_cholesky_decomp1(f) == 0 ? 0 : -1;
+}
+
+int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu)
+{
+    gsl_matrix_memcpy(n->S, n->A);
+    for (int i = 0; i < p->np; i++) {
+        double *d = gsl_matrix_ptr(n->S, (size_t)i, (size_t)i);
+        *d += mu * *d + 1e-12;
+    }
+    for (int s = 0; s < n->nstroke; s++) {
+        if (n->B[s] == NULL) {
+            continue;
+        }
+        if (factor(n->BL[s], n->B[s], mu) != 0) {
+            return -1;
+        }
+        gsl_matrix_memcpy(n->X[s], n->C[s]);
+        for (size_t k = 0; k < (size_t)p->np; k++) {
+            gsl_vector_view column = gsl_matrix_column(n->X[s], k);
+            gsl_linalg_cholesky_svx(n->BL[s], &column.vector);
+        }
+        gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, n->C[s], n->X[s], 1.0, n->S);
+    }
+    return gsl_linalg_cholesky_decomp1(n->S) == 0 ? 0 : -1;
+}
+
+void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
+{
+    size_t np = (size_t)p->np;
+    for (int u = 0; u < p->nu; u++) {
+        dx[u] = -n->g[u];
+    }
+    gsl_vector_view dp = gsl_vector_view_array(dx, np);
+    for (int s = 0; s < n->nstroke; s++) {
+        if (n->B[s] != NULL) {
+            gsl_vector_const_view g =
+                gsl_vector_const_view_array(n->g + p->stroke[s].first, (size_t)p->stroke[s].own);
+            gsl_blas_dgemv(CblasTrans, 1.0, n->X[s], &g.vector, 1.0, &dp.vector);
+        }
+    }
+    gsl_linalg_cholesky_svx(n->S, &dp.vector);
+    for (int s = 0; s < n->nstroke; s++) {
+        if (n->B[s] != NULL) {
+            gsl_vector_view dn =
+                gsl_vector_view_array(dx + p->stroke[s].first, (size_t)p->stroke[s].own);
+            gsl_linalg_cholesky_svx(n->BL[s], &dn.vector); // -B^-1 g
+            gsl_blas_dgemv(CblasNoTrans, -1.0, n->X[s], &dp.vector, 1.0, &dn.vector);
+        }
+    }
+}
+
+/* ---- the search ---- */
+
+typedef struct room {
+    fit__normal normal;
+    double *r, *try_r, *J, *dx, *try_x;
+} room;
+
+static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
+    m->r = malloc(sizeof *m->r * (2 * rows + 2 * nu + 1));
+    m->J = malloc(sizeof *m->J * (fit__columns(p) + 1));
+    stein_status status = fit__normal_make(&m->normal, p, err);
+    if (status == STEIN_OK && (m->r == NULL || m->J == NULL)) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    m->try_r = m->r + (m->r != NULL ? rows : 0);
+    m->dx = m->try_r + (m->r != NULL ? rows : 0);
+    m->try_x = m->dx + (m->r != NULL ? nu : 0);
+    return status;
+}
+
+static void room_free(room *m)
+{
+    fit__normal_free(&m->normal);
+    free(m->r);
+    free(m->J);
+}
+
+/* what a full step without damping would gain */
+static double decrement(room *m, const fit__problem *p)
+{
+    if (fit__normal_factor(&m->normal, p, 0.0) != 0) {
+        return INFINITY;
+    }
+    fit__normal_step(&m->normal, p, m->dx);
+    return -dot(m->dx, m->normal.g, (size_t)p->nu);
+}
+
+/* a step that is not absurd, tried. @return 1 when it is better */
+static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
+                    stein_status *status, stein_err *err)
+{
+    double longest = 0.0, scale = 1.0, predicted = 0.0;
+    if (fit__normal_factor(&m->normal, p, s->mu) != 0) {
+        return 0;
+    }
+    fit__normal_step(&m->normal, p, m->dx);
+    for (int u = 0; u < p->nu; u++) {
+        longest = p->unknown[u].prior ? fmax(longest, fabs(m->dx[u])) : longest;
+    }
+    scale = longest > longest_step ? longest_step / longest : 1.0;
+    for (int u = 0; u < p->nu; u++) {
+        m->try_x[u] = s->x[u] + scale * m->dx[u];
+        predicted += m->dx[u] * (s->mu * *diagonal(&m->normal, p, u) * m->dx[u] - m->normal.g[u]);
+    }
+    int failed = 0;
+    *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
+    if (*status != STEIN_OK || failed > 0) {
+        return 0;
+    }
+    double there = fit__chi2(p, m->try_r) + fit__priors(p, m->try_x);
+    *gain_ratio = (s->objective - there) / fmax(predicted, 1e-300);
+    if (!(there < s->objective)) {
+        return 0;
+    }
+    s->objective = there;
+    memcpy(s->x, m->try_x, sizeof *s->x * (size_t)p->nu);
+    memcpy(m->r, m->try_r, sizeof *m->r * fit__offset(p, p->nstroke));
+    return 1;
+}
+
+/* one Jacobian, and steps until one is better. @return 0 when none is */
+static int iterate(fit__problem *p, fit__state *s, room *m, stein_status *status, stein_err *err)
+{
+    for (int refused = 0; refused < MAX_REFUSED; refused++) {
+        double ratio = 0.0;
+        int better = try_step(p, s, m, &ratio, status, err);
+        if (*status != STEIN_OK) {
+            return 0;
+        }
+        if (better) {
+            double f = 2.0 * ratio - 1.0;
+            s->mu = fmax(1e-12, s->mu * fmax(1.0 / 10.0, 1.0 - f * f * f));
+            s->nu = 2.0;
+            return 1;
+        }
+        s->mu *= s->nu;
+        s->nu *= 2.0;
+    }
+    return 0;
+}
+
+static stein_status begin(fit__problem *p, fit__state *s, room *m, stein_err *err)
+{
+    int failed = 0;
+    memcpy(p->step, s->step, sizeof *p->step * (size_t)p->nu);
+    stein_status status = fit__residuals(p, s->x, m->r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        return lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
+                         p->nstroke);
+    }
+    s->objective = fit__chi2(p, m->r) + fit__priors(p, s->x);
+    return status;
+}
+
+stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double relative,
+                           int iterations, fit__checkpoint *checkpoint, void *ctx, stein_err *err)
+{
+    room m = {.r = NULL};
+    stein_status status = room_make(&m, p, err);
+    status = status == STEIN_OK ? begin(p, s, &m, err) : status;
+    s->ended = 0;
+    while (status == STEIN_OK && !s->ended) {
+        status = fit__sensitivities(p, s->x, m.r, m.J, err);
+        if (status != STEIN_OK) {
+            break;
+        }
+        fit__normal_fill(&m.normal, p, s->x, m.r, m.J, 1);
+        s->decrement = decrement(&m, p);
+        if (s->decrement < enough * (1.0 + relative * s->objective)) {
+            s->ended = 1;
+            break;
+        }
+        double before = s->objective;
+        if (s->iteration >= iterations || !iterate(p, s, &m, &status, err)) {
+            break;
+        }
+        s->iteration++;
+        // one-sided differences are too coarse for the last bit of the decrement
+        s->ended =
+            before - s->objective < 10.0 * enough * (1.0 + relative * s->objective) && !p->central;
+        fit__choose_steps(p, m.J);
+        memcpy(s->step, p->step, sizeof *s->step * (size_t)p->nu);
+        if (status == STEIN_OK && checkpoint != NULL) {
+            status = checkpoint(ctx, s, err);
+        }
+    }
+    room_free(&m);
+    return status;
+}

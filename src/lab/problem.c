@@ -1,0 +1,373 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * problem.c - from model, data and definition to strokes, unknowns and priors.
+ *
+ * A positive number whose sign is physics (mass, stiffness, friction, damping) is fitted as its
+ * logarithm: it stays positive, and a factor of two either way is the same distance. Coordinates,
+ * angles, speeds, shifts, neutral positions and preloads can pass zero and are fitted as they are.
+ * The prior is the file's tolerance. A number without one gets a weak prior, so that a direction
+ * which the data do not tell ends where the file was instead of nowhere.
+ *
+ * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
+ * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
+ * mechanism does not settle and nobody says what it was. With a free initial state the trigger's
+ * time would say the same again and is left out.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+
+static const double weak_length = 1e-3,
+                    weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
+static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
+
+double fit__value(const fit__unknown *u, double x)
+{
+    double z = u->start + u->sd * x;
+    return u->log ? exp(z) : z;
+}
+
+double fit__slope(const fit__unknown *u, double x)
+{
+    return u->log ? fit__value(u, x) : 1.0;
+}
+
+/* ---- free parameters ---- */
+
+static int ends_with(const char *text, const char *ending)
+{
+    size_t n = strlen(text), k = strlen(ending);
+    return n >= k && strcmp(text + n - k, ending) == 0;
+}
+
+static int is_positive(const stein_param *q)
+{
+    static const char *const signed_unit[] = {"m", "rad", "m/s", "rad/s", "m/s^2"};
+    for (size_t i = 0; i < sizeof signed_unit / sizeof *signed_unit; i++) {
+        if (strcmp(q->unit, signed_unit[i]) == 0) {
+            return 0;
+        }
+    }
+    return q->value > 0.0 && !ends_with(q->name, "preload");
+}
+
+static fit__unknown free_parameter(const fit__problem *p, int index)
+{
+    const stein_param *q = &lab_equations(p->model)->params[index];
+    fit__unknown u = {
+        .kind = FIT__PARAM, .stroke = -1, .index = index, .log = is_positive(q), .prior = 1};
+    double sd = q->tolerance > 0.0 ? q->tolerance : p->def->prior * fabs(q->value);
+    if (!(sd > 0.0)) {
+        sd = strcmp(q->unit, "m") == 0 ? weak_length : weak_angle;
+        u.prior = strcmp(q->unit, "m") == 0 || strcmp(q->unit, "rad") == 0;
+        sd = u.prior ? sd : 1.0;
+    }
+    u.start = u.log ? log(q->value) : q->value;
+    u.sd = u.log ? sd / q->value : sd;
+    return u;
+}
+
+static int is_set(const lab_data *data, int param)
+{
+    for (int i = 0; i < data->nset; i++) {
+        if (data->set[i].param == param) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* a free parameter that every stroke fixes */
+static int always_set(const fit__problem *p, int param)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        if (!is_set(p->stroke[s].data, param)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static stein_status take_free(fit__problem *p, stein_err *err)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int i = 0; i < p->def->nfree; i++) {
+        int index = stein_find_param(m, p->def->free[i]);
+        if (index < 0) {
+            return lab__fail(
+                err, STEIN_ENAME,
+                "no parameter \"%s\" in the equations of \"%s\" (a number that is 0 in "
+                "the file is none: set it first)",
+                p->def->free[i], m->name);
+        }
+        for (int k = 0; k < p->np; k++) {
+            if (p->unknown[k].index == index) {
+                return lab__fail(err, STEIN_EINVAL, "\"%s\" is free twice", p->def->free[i]);
+            }
+        }
+        if (always_set(p, index)) {
+            return lab__fail(err, STEIN_EINVAL,
+                             "\"%s\" cannot be fitted: every stroke sets it (# set %s)",
+                             p->def->free[i], p->def->free[i]);
+        }
+        p->unknown[p->np++] = free_parameter(p, index);
+    }
+    p->nu = p->np;
+    return STEIN_OK;
+}
+
+/* ---- a stroke's own ---- */
+
+static int is_driven(const fit__problem *p, const fit__stroke *s, int joint)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int i = 0; i < m->ninput; i++) {
+        const stein_input *input = &m->inputs[i];
+        if (input->kind != STEIN_INPUT_MOTION || input->index != joint) {
+            continue;
+        }
+        for (int k = 0; k < s->nsignal; k++) {
+            if (s->signal[k].input == i) {
+                return 1;
+            }
+        }
+        if (input->hold) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* does the file, the stroke or the user already say where this joint starts? */
+static int initial_known(const fit__problem *p, const fit__stroke *s, int joint, int *position)
+{
+    const stein_model *m = lab_equations(p->model);
+    int known = 0;
+    *position = -1;
+    for (int i = 0; i < 2; i++) {
+        char name[MECH_PATH];
+        snprintf(name, sizeof name, "%s.initial.%s", m->bodies[joint].name,
+                 i == 0 ? "position" : "speed");
+        int index = stein_find_param(m, name);
+        *position = i == 0 ? index : *position;
+        known |= index >= 0 && is_set(s->data, index);
+        for (int k = 0; index >= 0 && k < p->np; k++) {
+            known |= p->unknown[k].index == index;
+        }
+    }
+    return known || is_driven(p, s, joint);
+}
+
+static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int index, double sd,
+                int prior)
+{
+    p->unknown[p->nu++] =
+        (fit__unknown){.kind = kind, .stroke = stroke, .index = index, .sd = sd, .prior = prior};
+    s->own++;
+}
+
+static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
+{
+    const stein_model *m = lab_equations(p->model);
+    int free = p->def->initial == 1 || (p->def->initial < 0 && !m->settle && m->load.body < 0);
+    int n = 0, position;
+    for (int j = 0; free && j < m->nq; j++) {
+        if (initial_known(p, s, j, &position)) {
+            continue;
+        }
+        double tolerance = position >= 0 ? m->params[position].tolerance : 0.0;
+        double size = position >= 0 ? fabs(m->params[position].value) : 0.0;
+        own(p, s, stroke, FIT__POSITION, j, tolerance > 0.0 ? tolerance : 0.01 * fmax(size, 0.1),
+            tolerance > 0.0);
+        own(p, s, stroke, FIT__SPEED, j, 0.01 * fmax(size, 0.1), 0);
+        n++;
+    }
+    return n;
+}
+
+static int shows_place(const stein_channel *c)
+{
+    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
+           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
+}
+
+static void own_unknowns(fit__problem *p, int stroke)
+{
+    const stein_model *m = lab_equations(p->model);
+    fit__stroke *s = &p->stroke[stroke];
+    s->first = p->nu;
+    s->tau = -1;
+    int initial = own_initial(p, s, stroke);
+    int clock = s->data->trigger == LAB_TRIGGER_UNSYNCHRONISED && initial == 0 &&
+                (s->nsignal == 0 || m->load.body >= 0);
+    if (clock && p->def->trigger > 0.0) {
+        s->tau = p->nu;
+        own(p, s, stroke, FIT__TAU, 0, p->def->trigger, 1);
+    }
+    for (int c = 0; c < s->nch && p->def->offset > 0.0; c++) {
+        const stein_channel *channel = &m->channels[s->channel[c]];
+        double sd = p->def->offset / (strcmp(channel->unit, "rad") == 0 ? marker_arm : 1.0);
+        if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
+            own(p, s, stroke, FIT__OFFSET, c, sd, 1);
+        }
+    }
+}
+
+/* ---- strokes ---- */
+
+static void tell(const fit__problem *p, const char *file, const char *what)
+{
+    if (p->def->report != NULL) {
+        char *line = lab__text("%s: %s", file, what);
+        if (line != NULL) {
+            p->def->report(p->def->ctx, line);
+        }
+        free(line);
+    }
+}
+
+/* noise of a channel; what is no noise at all still must not weigh infinitely */
+static double noise_of(const lab_channel_audit *a)
+{
+    double range = a->high - a->low;
+    double least = 1e-9 * fmax(fabs(a->high), fabs(a->low)) + 1e-7 * range;
+    return isfinite(a->noise) && a->noise > least ? a->noise : fmax(least, 1e-30);
+}
+
+static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit *audit, int column,
+                                stein_err *err)
+{
+    const lab_column *c = &s->data->column[column];
+    const stein_model *m = lab_equations(p->model);
+    if (c->role == LAB_INPUT) {
+        int motion = m->inputs[c->index].kind == STEIN_INPUT_MOTION;
+        double noise = audit->channel[column].noise;
+        return fit__signal_make(&s->signal[s->nsignal++], c->index, motion, s->data, c,
+                                isfinite(noise) ? noise : 0.0, err);
+    }
+    if (m->channels[c->index].read == STEIN_READ_TIME) {
+        return STEIN_OK;
+    }
+    int k = s->nch++;
+    s->channel[k] = c->index;
+    s->given[k] = isfinite(c->noise);
+    s->noise[k] = noise_of(&audit->channel[column]);
+    for (int i = 0; i < s->n; i++) {
+        s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
+        s->samples += c->present[i] != 0;
+    }
+    return STEIN_OK;
+}
+
+static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err)
+{
+    fit__stroke *s = &p->stroke[stroke];
+    size_t nc = (size_t)data->ncolumn, n = (size_t)data->nrow;
+    *s = (fit__stroke){.data = data, .n = data->nrow, .tau = -1};
+    s->channel = calloc(nc + 1, sizeof *s->channel);
+    s->given = calloc(nc + 1, sizeof *s->given);
+    s->noise = calloc(nc + 1, sizeof *s->noise);
+    s->y = calloc(nc * n + 1, sizeof *s->y);
+    s->signal = calloc(nc + 1, sizeof *s->signal);
+    if (!s->channel || !s->given || !s->noise || !s->y || !s->signal) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    lab_audit *audit = NULL;
+    stein_status status = lab_audit_create(&audit, data, err);
+    for (int i = 0; status == STEIN_OK && i < audit->nfinding; i++) {
+        tell(p, data->file, audit->finding[i]);
+    }
+    for (int c = 0; status == STEIN_OK && c < data->ncolumn; c++) {
+        status = take_column(p, s, audit, c, err);
+    }
+    lab_audit_destroy(audit);
+    if (status == STEIN_OK && s->nch == 0) {
+        return lab__fail(err, STEIN_EINVAL, "%s has no output channel of the model: nothing to fit",
+                         data->file);
+    }
+    // without a load the inputs alone decide when it starts
+    s->origin = s->nsignal > 0 && lab_equations(p->model)->load.body < 0 ? data->time[0] : 0.0;
+    p->samples += s->samples;
+    p->rows = s->nch * s->n > p->rows ? s->nch * s->n : p->rows;
+    return status;
+}
+
+static stein_status check_def(const lab_fit_def *d, int nstroke, stein_err *err)
+{
+    const char *bad = d->nfree < 1                                  ? "nfree"
+                      : !(d->prior > 0.0)                           ? "prior"
+                      : !(d->offset >= 0.0)                         ? "offset"
+                      : !(d->trigger >= 0.0)                        ? "trigger"
+                      : d->starts < 1 || d->starts > LAB_FIT_STARTS ? "starts"
+                      : d->iterations < 1                           ? "iterations"
+                      : d->threads < 1                              ? "threads"
+                                                                    : NULL;
+    if (bad != NULL) {
+        return lab__fail(err, STEIN_EINVAL, "lab_fit_def.%s is out of range", bad);
+    }
+    return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no strokes to fit to") : STEIN_OK;
+}
+
+stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
+                               const lab_fit_def *def, stein_err *err)
+{
+    *p = (fit__problem){.model = model,
+                        .def = def,
+                        .nstroke = data->n,
+                        .fixed = -1,
+                        .flat = -1,
+                        .tolerance = 1e-11,
+                        .threads = def->threads};
+    stein_status status = check_def(def, data->n, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
+    size_t most = (size_t)def->nfree, nq = (size_t)lab_equations(model)->nq;
+    for (int s = 0; s < data->n; s++) {
+        most += 1 + 2 * nq + (size_t)data->stroke[s]->ncolumn;
+    }
+    p->unknown = calloc(most, sizeof *p->unknown);
+    p->step = calloc(most, sizeof *p->step);
+    if (p->stroke == NULL || p->unknown == NULL || p->step == NULL) {
+        p->nstroke = 0;
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int s = 0; status == STEIN_OK && s < data->n; s++) {
+        status = take_stroke(p, s, data->stroke[s], err);
+    }
+    status = status == STEIN_OK ? take_free(p, err) : status;
+    for (int s = 0; status == STEIN_OK && s < data->n; s++) {
+        own_unknowns(p, s);
+    }
+    if (status == STEIN_OK && p->samples <= p->nu) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "%d samples cannot determine %d unknowns (%d free parameters, %d of the "
+                         "strokes' own)",
+                         p->samples, p->nu, p->np, p->nu - p->np);
+    }
+    for (int k = 0; k < p->nu; k++) {
+        p->step[k] = 1e-2;
+    }
+    return status;
+}
+
+void fit__problem_free(fit__problem *p)
+{
+    for (int i = 0; p->stroke != NULL && i < p->nstroke; i++) {
+        fit__stroke *s = &p->stroke[i];
+        for (int k = 0; k < s->nsignal; k++) {
+            fit__signal_free(&s->signal[k]);
+        }
+        free(s->channel);
+        free(s->given);
+        free(s->noise);
+        free(s->y);
+        free(s->weight);
+        free(s->signal);
+    }
+    free(p->stroke);
+    free(p->unknown);
+    free(p->step);
+}

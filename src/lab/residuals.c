@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * residuals.c - weighted residuals of all strokes, each simulated by the thread that is free.
+ *
+ *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 the robust weight, 1 by default
+ *
+ * Robust weights are Tukey's bisquare of the residuals over their robust scale (Huber 1981)
+ *
+ *      w^2 = (1 - (r/4.685 s)^2)^2 for |r| < 4.685 s, else 0,    s = max(1, 1.4826 median |r|)
+ *
+ * and only where at most three samples in a row would lose more than half of their weight: a bad
+ * frame is short. A whole impact that does not fit is the model's fault and keeps its weight,
+ * otherwise the fit would look away from what it is there to show.
+ */
+#include <gsl/gsl_sort.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+
+enum { LONGEST_BAD = 3 };
+
+/* ---- threads ---- */
+
+typedef struct gang {
+    const fit__problem *p;
+    fit__work *work;
+    void *ctx;
+} gang;
+
+static stein_status begin(void *ctx, void **bench, stein_err *err)
+{
+    const gang *g = ctx;
+    fit__bench *b = calloc(1, sizeof *b);
+    *bench = b;
+    return b != NULL ? fit__bench_make(b, g->p, err)
+                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static stein_status work(void *ctx, void *bench, int job, stein_err *err)
+{
+    const gang *g = ctx;
+    (void)err;
+    g->work(g->ctx, bench, job);
+    return STEIN_OK;
+}
+
+static void end(void *bench)
+{
+    if (bench != NULL) {
+        fit__bench_free(bench);
+        free(bench);
+    }
+}
+
+stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void *ctx,
+                           stein_err *err)
+{
+    gang g = {p, one, ctx};
+    lab__crew crew = {
+        .n = jobs, .threads = p->threads, .begin = begin, .work = work, .end = end, .ctx = &g};
+    return lab__crew_run(&crew, err);
+}
+
+/* ---- residuals ---- */
+
+size_t fit__offset(const fit__problem *p, int stroke)
+{
+    size_t at = 0;
+    for (int s = 0; s < stroke; s++) {
+        at += (size_t)(p->stroke[s].nch * p->stroke[s].n);
+    }
+    return at;
+}
+
+void fit__weigh(const fit__stroke *s, double *y)
+{
+    for (int i = 0; i < s->nch * s->n; i++) {
+        double w = s->weight != NULL ? s->weight[i] : 1.0;
+        y[i] = isfinite(s->y[i]) ? w * (s->y[i] - y[i]) / s->noise[i / s->n] : 0.0;
+    }
+}
+
+typedef struct job {
+    const fit__problem *p;
+    const double *x;
+    double *r;
+    int *failed; /* [nstroke] */
+} job;
+
+static void one_stroke(void *ctx, fit__bench *b, int s)
+{
+    job *j = ctx;
+    double *r = j->r + fit__offset(j->p, s);
+    j->failed[s] = fit__simulate(j->p, b, s, j->x, r, NULL) != STEIN_OK;
+    if (!j->failed[s]) {
+        fit__weigh(&j->p->stroke[s], r);
+    }
+}
+
+stein_status fit__residuals(const fit__problem *p, const double *x, double *r, int *failed,
+                            stein_err *err)
+{
+    job j = {p, x, r, calloc((size_t)p->nstroke, sizeof *j.failed)};
+    if (j.failed == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = fit__parallel(p, p->nstroke, one_stroke, &j, err);
+    *failed = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        *failed += j.failed[s];
+    }
+    free(j.failed);
+    return status;
+}
+
+double fit__chi2(const fit__problem *p, const double *r)
+{
+    double sum = 0.0;
+    size_t n = fit__offset(p, p->nstroke);
+    for (size_t i = 0; i < n; i++) {
+        sum += r[i] * r[i];
+    }
+    return sum;
+}
+
+double fit__priors(const fit__problem *p, const double *x)
+{
+    double sum = 0.0;
+    for (int k = 0; k < p->nu; k++) {
+        sum += p->unknown[k].prior && k != p->flat ? x[k] * x[k] : 0.0;
+    }
+    return sum;
+}
+
+/* ---- robust weights ---- */
+
+static double median_abs(const double *r, const double *y, int n, double *room)
+{
+    int m = 0;
+    for (int i = 0; i < n; i++) {
+        if (isfinite(y[i])) {
+            room[m++] = fabs(r[i]);
+        }
+    }
+    if (m == 0) {
+        return 0.0;
+    }
+    gsl_sort(room, 1, (size_t)m);
+    return room[m / 2];
+}
+
+/* weights of one channel of one stroke */
+static void weigh_channel(double *w, const double *r, const double *y, int n, double *room)
+{
+    double scale = 4.685 * fmax(1.0, 1.4826 * median_abs(r, y, n, room));
+    for (int i = 0; i < n; i++) {
+        double u = r[i] / scale;
+        w[i] = fabs(u) < 1.0 ? 1.0 - u * u : 0.0;
+    }
+    for (int i = 0, end; i < n; i = end) {
+        for (end = i; end < n && w[end] * w[end] < 0.5; end++) {
+        }
+        for (int k = i; end - i > LONGEST_BAD && k < end; k++) {
+            w[k] = 1.0;
+        }
+        end += end == i;
+    }
+}
+
+stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *err)
+{
+    double *room = malloc(sizeof *room * (size_t)(2 * p->rows + 1));
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int k = 0; k < p->nstroke; k++) {
+        fit__stroke *s = &p->stroke[k];
+        size_t size = (size_t)(s->nch * s->n);
+        double *plain = room + p->rows; // residuals without the present weights
+        double *w = malloc(sizeof *w * (size + 1));
+        if (w == NULL) {
+            free(room);
+            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        }
+        memcpy(plain, r + fit__offset(p, k), sizeof *plain * size);
+        for (int c = 0; c < s->nch; c++) {
+            weigh_channel(w + c * s->n, plain + c * s->n, s->y + c * s->n, s->n, room);
+        }
+        free(s->weight);
+        s->weight = w;
+    }
+    free(room);
+    return STEIN_OK;
+}

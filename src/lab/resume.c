@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * resume.c - the state of a search on disk, so that kill -9 costs one iteration.
+ *
+ *      stein fit 1
+ *      key 3f0c...                 fingerprint of model, data, unknowns, options
+ *      stage 4 1                   present stage, finished starts
+ *      state 3 0x1p-9 ...          iteration, mu, nu, objective, decrement, ended; then x, steps,
+ * entry start 0x1.2p+9 17 1         of every finished start; then its x
+ *
+ * Numbers are hexadecimal, so what is read back is what was written, and an iteration depends on
+ * nothing else: an interrupted fit ends with the same bits as one that was not. The file is written
+ * beside its place and renamed. A journal with lines for every simulation would save the iteration
+ * too, at a thousand times the size.
+ */
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+
+/* ---- fingerprint: FNV-1a, 64 bits ---- */
+
+static void mix(unsigned long long *h, const void *data, size_t n)
+{
+    const unsigned char *c = data;
+    for (size_t i = 0; i < n; i++) {
+        *h = (*h ^ c[i]) * 1099511628211ull;
+    }
+}
+
+unsigned long long fit__key(const fit__problem *p)
+{
+    const stein_model *m = lab_equations(p->model);
+    const lab_fit_def *d = p->def;
+    unsigned long long h = 14695981039346656037ull;
+    mix(&h, STEIN_VERSION, strlen(STEIN_VERSION));
+    mix(&h, m->equations, strlen(m->equations));
+    mix(&h, lab_parameters(p->model), sizeof(double) * (size_t)m->np);
+    for (int i = 0; i < p->nstroke; i++) {
+        mix(&h, &p->stroke[i].data->hash, sizeof p->stroke[i].data->hash);
+    }
+    for (int i = 0; i < p->nu; i++) {
+        const fit__unknown *u = &p->unknown[i];
+        int whole[] = {(int)u->kind, u->stroke, u->index, u->log, u->prior};
+        mix(&h, whole, sizeof whole);
+        mix(&h, &u->start, sizeof u->start);
+        mix(&h, &u->sd, sizeof u->sd);
+    }
+    int options[] = {d->starts, d->robust, d->ladder, d->iterations};
+    mix(&h, options, sizeof options);
+    return h;
+}
+
+/* ---- writing ---- */
+
+static void write_numbers(FILE *f, const double *x, int n)
+{
+    for (int i = 0; i < n; i++) {
+        fprintf(f, "%" PRIx64 "%c",
+                ((union {
+                    double d;
+                    uint64_t u;
+                }){x[i]})
+                    .u,
+                i + 1 < n ? ' ' : '\n');
+    }
+}
+
+static double *scalars(const fit__state *s, double *to)
+{
+    to[0] = s->mu;
+    to[1] = s->nu;
+    to[2] = s->objective;
+    to[3] = s->decrement;
+    return to;
+}
+
+stein_status fit__search_save(const fit__search *s, int nu, const char *path,
+                              unsigned long long key, stein_err *err)
+{
+    lab__file file;
+    double four[4];
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    FILE *f = file.stream;
+    fprintf(f, "stein fit 1\nkey %016llx\nstage %d %d\nstate %d %d\n", key, s->stage, s->nstart,
+            s->state.iteration, s->state.ended);
+    write_numbers(f, scalars(&s->state, four), 4);
+    write_numbers(f, s->state.x, nu);
+    write_numbers(f, s->state.step, nu);
+    write_numbers(f, s->entry, nu);
+    for (int i = 0; i < s->nstart; i++) {
+        fprintf(f, "start %d %d\n", s->start[i].iterations, s->start[i].ended);
+        write_numbers(f, &s->start[i].objective, 1);
+        write_numbers(f, s->best[i], nu);
+    }
+    fprintf(f, "end\n");
+    return lab__file_close(&file, 1, err);
+}
+
+/* ---- reading ---- */
+
+static int read_numbers(FILE *f, double *x, int n)
+{
+    for (int i = 0; i < n; i++) {
+        uint64_t u;
+        if (fscanf(f, "%" SCNx64, &u) != 1) {
+            return -1;
+        }
+        x[i] = ((union {
+                   uint64_t u;
+                   double d;
+               }){u})
+                   .d;
+    }
+    return 0;
+}
+
+static int read_body(fit__search *s, int nu, FILE *f)
+{
+    double four[4];
+    char end[8] = "";
+    if (fscanf(f, " stage %d %d state %d %d", &s->stage, &s->nstart, &s->state.iteration,
+               &s->state.ended) != 4 ||
+        s->nstart < 0 || s->nstart > LAB_FIT_STARTS || read_numbers(f, four, 4) != 0 ||
+        read_numbers(f, s->state.x, nu) != 0 || read_numbers(f, s->state.step, nu) != 0 ||
+        read_numbers(f, s->entry, nu) != 0) {
+        return -1;
+    }
+    s->state.mu = four[0];
+    s->state.nu = four[1];
+    s->state.objective = four[2];
+    s->state.decrement = four[3];
+    for (int i = 0; i < s->nstart; i++) {
+        if (fscanf(f, " start %d %d", &s->start[i].iterations, &s->start[i].ended) != 2 ||
+            read_numbers(f, &s->start[i].objective, 1) != 0 ||
+            read_numbers(f, s->best[i], nu) != 0) {
+            return -1;
+        }
+    }
+    return fscanf(f, " %7s", end) == 1 && strcmp(end, "end") == 0 ? 0 : -1;
+}
+
+stein_status fit__search_load(fit__search *s, int nu, const char *path, unsigned long long key,
+                              int *found, stein_err *err)
+{
+    FILE *f = fopen(path, "r");
+    unsigned long long theirs = 0;
+    *found = 0;
+    if (f == NULL) {
+        return STEIN_OK; // a new one; whether it can be written is found out soon
+    }
+    stein_status status = STEIN_OK;
+    if (fscanf(f, "stein fit 1 key %llx", &theirs) != 1) {
+        status = lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path);
+    } else if (theirs != key) {
+        status = lab__fail(err, STEIN_ESTALE,
+                           "%s belongs to another fit: other data, free "
+                           "parameters, options or numbers of the mechanism",
+                           path);
+    } else if (read_body(s, nu, f) != 0) {
+        status = lab__fail(err, STEIN_EPARSE, "%s: the journal is damaged", path);
+    }
+    fclose(f);
+    *found = status == STEIN_OK;
+    return status;
+}
