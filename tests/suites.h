@@ -23,7 +23,8 @@
     X(data)       \
     X(effects)    \
     X(mixed)      \
-    X(reality)
+    X(reality)    \
+    X(fit)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -79,7 +79,8 @@ typedef struct lab_fit_residual {
     int samples;
     double noise, rms; /* [unit] */
     double relative;   /* rms over the rms of the measurement */
-    int noise_given;   /* 1: by `# noise`; 0: estimated by the audit */
+    int noise_given;   /* 1: by `# noise`; 0: estimated from the residual */
+    double audited;    /* what the audit said it was [unit] */
     int downweighted;  /* samples with less than half of their weight (robust) */
 } lab_fit_residual;
 

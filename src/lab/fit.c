@@ -24,6 +24,7 @@
 
 enum { FLAGGED_PROFILES = 3 };
 static const double clearly_better = 0.3; /* of the squares: a clock that does so is believed */
+static const double smallest_scale = 1e-9, largest_scale = 1e9; /* of a number that is 0 [SI] */
 static const double band_slack = 0.1;
 
 lab_fit_def lab_fit_def_default(void)
@@ -116,6 +117,68 @@ static stein_status set_clocks(fit__problem *p, stein_err *err)
         }
     }
     free(x);
+    return status;
+}
+
+/* ---- scales ---- */
+
+static double rms_change(const fit__problem *p, fit__bench *b, int stroke, double *x, int k,
+                         double step, const double *here, double *there)
+{
+    const fit__stroke *s = &p->stroke[stroke];
+    x[k] = step;
+    stein_status status = fit__simulate(p, b, stroke, x, there, NULL);
+    x[k] = 0.0;
+    double sum = 0.0;
+    for (int i = 0; i < s->nch * s->n && status == STEIN_OK; i++) {
+        double d = isfinite(s->y[i]) ? (there[i] - here[i]) / s->noise[i / s->n] : 0.0;
+        sum += d * d;
+    }
+    return status == STEIN_OK ? sqrt(sum / fmax(1.0, s->samples)) : (double)INFINITY;
+}
+
+typedef struct scales {
+    const fit__problem *p;
+    double *sd; /* [np], 0: stays */
+} scales;
+
+/* A number that is 0 and has no prior says nothing about its size: take the change that shows. */
+static void set_scale(void *ctx, fit__bench *b, int k)
+{
+    const scales *to = ctx;
+    const fit__problem *p = to->p;
+    size_t rows = (size_t)p->rows;
+    double *x = p->unknown[k].prior ? NULL : calloc((size_t)p->nu + 2 * rows + 1, sizeof *x);
+    if (x == NULL) {
+        return;
+    }
+    double *here = x + p->nu, *there = here + rows, best = INFINITY;
+    for (int s = 0; s < p->nstroke; s++) {
+        double step = smallest_scale;
+        if (fit__simulate(p, b, s, x, here, NULL) != STEIN_OK) {
+            continue;
+        }
+        while (step < best &&
+               rms_change(p, b, s, x, k, step / p->unknown[k].sd, here, there) < 1.0) {
+            step *= 4.0;
+        }
+        best = fmin(best, step);
+    }
+    to->sd[k] = fmin(best, largest_scale);
+    free(x);
+}
+
+static stein_status set_scales(fit__problem *p, stein_err *err)
+{
+    scales to = {p, calloc((size_t)p->np + 1, sizeof *to.sd)};
+    if (to.sd == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = fit__parallel(p, p->np, set_scale, &to, err);
+    for (int k = 0; k < p->np; k++) {
+        p->unknown[k].sd = to.sd[k] > 0.0 ? to.sd[k] : p->unknown[k].sd;
+    }
+    free(to.sd);
     return status;
 }
 
@@ -263,6 +326,7 @@ static stein_status run(fit__problem *p, lab_fit *fit, stein_err *err)
 {
     fit__search s;
     stein_status status = set_clocks(p, err);
+    status = status == STEIN_OK ? set_scales(p, err) : status;
     status = status == STEIN_OK ? fit__search_make(&s, p, err) : status;
     if (status != STEIN_OK) {
         return status;

@@ -91,7 +91,8 @@ static void describe_residual(const fit__problem *p, lab_fit *fit, int s, int c,
                              .channel = m->channels[t->channel[c]].name,
                              .unit = m->channels[t->channel[c]].unit,
                              .noise = t->noise[c],
-                             .noise_given = t->given[c]};
+                             .noise_given = t->given[c],
+                             .audited = t->audited[c]};
     double sum = 0.0, size = 0.0;
     r += fit__offset(p, s);
     for (int i = c * t->n; i < (c + 1) * t->n; i++) {

@@ -52,7 +52,10 @@ typedef struct fit__stroke {
     int n, nch;
     int *channel;   /* [nch] of the model */
     double *noise;  /* [nch] sd */
+    double *audited;     /* [nch] noise by file or audit, before the residual was asked */
+    double *residual;    /* [nch] noise as the residual has it */
     int *given;     /* [nch] noise by the file */
+    int *delay;          /* [nch] parameter of the instrument's delay, -1: none */
     double *y;      /* [nch*n], NAN: missing */
     double *weight; /* [nch*n] square roots of robust weights; NULL: all 1 */
     int samples;
@@ -144,6 +147,9 @@ double fit__chi2(const fit__problem *p, const double *r);
 double fit__priors(const fit__problem *p, const double *x);
 /** Prediction to weighted residual, in place. */
 void fit__weigh(const fit__stroke *s, double *y);
+/** Noise of a stroke's channels as the residuals r have it, pooled over the strokes, in
+ *  stroke->residual; stated noise stays what it is. */
+void fit__estimate_noise(fit__problem *p, int stroke, const double *r);
 /** Bisquare weights from residuals r (of unweighted samples). @return samples below half weight */
 stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *err);
 

@@ -340,9 +340,10 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
             break;
         }
         s->iteration++;
-        // one-sided differences are too coarse for the last bit of the decrement
-        s->ended =
-            before - s->objective < 10.0 * enough * (1.0 + relative * s->objective) && !p->central;
+        // a step that brought nothing: the decrement is rounding, or the coarseness of one-sided
+        // differences
+        s->ended = before - s->objective <
+                   (p->central ? 1.0 : 10.0) * enough * (1.0 + relative * s->objective);
         fit__choose_steps(p, m.J);
         memcpy(s->step, p->step, sizeof *s->step * (size_t)p->nu);
         if (status == STEIN_OK && checkpoint != NULL) {

@@ -251,8 +251,11 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     }
     int k = s->nch++;
     s->channel[k] = c->index;
+    char name[MECH_PATH];
+    snprintf(name, sizeof name, "%s.sensor.delay", c->name);
+    s->delay[k] = stein_find_param(m, name);
     s->given[k] = isfinite(c->noise);
-    s->noise[k] = noise_of(&audit->channel[column]);
+    s->noise[k] = s->audited[k] = noise_of(&audit->channel[column]);
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
         s->samples += c->present[i] != 0;
@@ -267,10 +270,13 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     *s = (fit__stroke){.data = data, .n = data->nrow, .tau = -1};
     s->channel = calloc(nc + 1, sizeof *s->channel);
     s->given = calloc(nc + 1, sizeof *s->given);
-    s->noise = calloc(nc + 1, sizeof *s->noise);
+    s->delay = calloc(nc + 1, sizeof *s->delay);
+    s->noise = calloc(3 * nc + 3, sizeof *s->noise);
+    s->audited = s->noise + (s->noise != NULL ? nc + 1 : 0);
+    s->residual = s->audited + (s->noise != NULL ? nc + 1 : 0);
     s->y = calloc(nc * n + 1, sizeof *s->y);
     s->signal = calloc(nc + 1, sizeof *s->signal);
-    if (!s->channel || !s->given || !s->noise || !s->y || !s->signal) {
+    if (!s->channel || !s->given || !s->delay || !s->noise || !s->y || !s->signal) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     lab_audit *audit = NULL;
@@ -362,6 +368,7 @@ void fit__problem_free(fit__problem *p)
         }
         free(s->channel);
         free(s->given);
+        free(s->delay);
         free(s->noise);
         free(s->y);
         free(s->weight);

@@ -133,6 +133,39 @@ double fit__priors(const fit__problem *p, const double *x)
     return sum;
 }
 
+/* ---- noise ---- */
+
+/* squares and number of samples of one model channel with unstated noise, over all strokes [unit^2]
+ */
+static void pooled(const fit__problem *p, int channel, const double *r, double *squares, double *n)
+{
+    *squares = *n = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *rs = r + fit__offset(p, s);
+        for (int i = 0; i < t->nch * t->n; i++) {
+            int c = i / t->n;
+            if (t->channel[c] == channel && !t->given[c] && isfinite(t->y[i])) {
+                *squares += rs[i] * rs[i] * t->noise[c] * t->noise[c];
+                *n += 1.0;
+            }
+        }
+    }
+}
+
+void fit__estimate_noise(fit__problem *p, int stroke, const double *r)
+{
+    fit__stroke *t = &p->stroke[stroke];
+    for (int c = 0; c < t->nch; c++) {
+        double squares = 0.0, n = 0.0;
+        if (!t->given[c]) {
+            pooled(p, t->channel[c], r, &squares, &n);
+        }
+        double sd = n > 1.0 ? sqrt(squares / n) : 0.0;
+        t->residual[c] = sd > 0.0 ? sd : t->noise[c];
+    }
+}
+
 /* ---- robust weights ---- */
 
 static double median_abs(const double *r, const double *y, int n, double *room)

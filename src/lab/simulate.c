@@ -158,6 +158,26 @@ static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke
     return status;
 }
 
+/* What is added to every reading: readings that count from the initial state count from the one the
+ * stroke really has, which is known when the reset state was `moved`; markers have their offsets.
+ */
+static void note_shown(const fit__problem *p, fit__bench *b, stein_sim *sim, const fit__stroke *s,
+                       const double *x, int moved)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int c = 0; c < s->nch; c++) {
+        double at_start =
+            m->channels[s->channel[c]].from_rest ? stein_read(sim, s->channel[c]) : 0.0;
+        b->shown[c] = moved ? b->shown[c] - at_start : at_start;
+    }
+    for (int k = s->first; moved && k < s->first + s->own; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        if (u->kind == FIT__OFFSET) {
+            b->shown[u->index] += fit__value(u, x[k]);
+        }
+    }
+}
+
 /* parameters of the stroke, its start, and the changes of its initial state */
 static stein_status start(const fit__problem *p, fit__bench *b, const fit__stroke *s,
                           const double *x, stein_sim *sim, stein_err *err)
@@ -174,6 +194,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
     if (status != STEIN_OK) {
         return status;
     }
+    note_shown(p, b, sim, s, x, 0);
     int moved = 0;
     memcpy(b->q, stein_q(sim), sizeof *b->q * nq);
     memcpy(b->qd, stein_qd(sim), sizeof *b->qd * nq);
@@ -185,36 +206,19 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
             moved = 1;
         }
     }
-    return moved ? stein_set_state(sim, 0.0, b->q, b->qd, err) : STEIN_OK;
+    status = moved ? stein_set_state(sim, 0.0, b->q, b->qd, err) : STEIN_OK;
+    note_shown(p, b, sim, s, x, 1);
+    return status;
 }
 
-/* what is added to every reading: readings that count from the initial state count from the one the
- * stroke really has, and markers have their offsets */
-static void note_shown(const fit__problem *p, fit__bench *b, const fit__stroke *s, const double *x)
-{
-    const stein_model *m = lab_equations(p->model);
-    for (int c = 0; c < s->nch; c++) {
-        int i = s->channel[c];
-        b->shown[c] = m->channels[i].from_rest ? -stein_read(b->sim, i) : 0.0;
-    }
-    for (int k = s->first; k < s->first + s->own; k++) {
-        const fit__unknown *u = &p->unknown[k];
-        if (u->kind == FIT__OFFSET) {
-            b->shown[u->index] += fit__value(u, x[k]);
-        }
-    }
-}
-
-static stein_status read_sample(fit__bench *b, const fit__stroke *s, int i, double *y,
+static stein_status read_sample(fit__bench *b, const fit__stroke *s, int c, int i, double *y,
                                 stein_err *err)
 {
-    for (int c = 0; c < s->nch; c++) {
-        double value = stein_read(b->sim, s->channel[c]) + b->shown[c];
-        if (!isfinite(value)) {
-            return lab__fail(err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(b->sim));
-        }
-        y[c * s->n + i] = value;
+    double value = stein_read(b->sim, s->channel[c]) + b->shown[c];
+    if (!isfinite(value)) {
+        return lab__fail(err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(b->sim));
     }
+    y[c * s->n + i] = value;
     return STEIN_OK;
 }
 
@@ -232,12 +236,17 @@ static stein_status pulled(const fit__problem *p, fit__bench *b, const fit__stro
     return status;
 }
 
-static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke *s, const double *x,
-                        double tau, double *y, stein_err *err)
+/* delay of the instrument behind a channel [s]; the core leaves it to who samples */
+static double delay_of(const fit__bench *b, const fit__stroke *s, int c)
+{
+    return s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
+}
+
+static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke *s, double tau,
+                        double *y, stein_err *err)
 {
     double h = 0.1 * lab_equations(p->model)->dt;
     stein_status status = STEIN_OK;
-    note_shown(p, b, s, x);
     for (int i = 0; status == STEIN_OK && i < s->n; i++) {
         double T = s->data->time[i] + tau - s->origin;
         if (T > 0.0) {
@@ -245,8 +254,57 @@ static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke 
                          ? pulled(p, b, s, i - 1, y, T, &h, err)
                          : fit__advance(b->sim, T, p->tolerance, &h, b->kept, err);
         }
-        status = status == STEIN_OK ? read_sample(b, s, i, y, err) : status;
+        for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
+            status = read_sample(b, s, c, i, y, err);
+        }
     }
+    return status;
+}
+
+/* the same with instruments that lag: the samples of all channels in the order of their true times
+ */
+static stein_status run_delayed(const fit__problem *p, fit__bench *b, const fit__stroke *s,
+                                double tau, const double *delay, double *y, stein_err *err)
+{
+    double h = 0.1 * lab_equations(p->model)->dt;
+    stein_status status = STEIN_OK;
+    int *next = calloc((size_t)s->nch + 1, sizeof *next);
+    if (next == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int k = 0; status == STEIN_OK && k < s->nch * s->n; k++) {
+        int c = -1;
+        double T = INFINITY;
+        for (int a = 0; a < s->nch; a++) {
+            double t =
+                next[a] < s->n ? s->data->time[next[a]] + tau - s->origin - delay[a] : INFINITY;
+            c = t < T ? a : c;
+            T = fmin(t, T);
+        }
+        if (T > stein_time(b->sim)) {
+            status = fit__advance(b->sim, T, p->tolerance, &h, b->kept, err);
+        }
+        status = status == STEIN_OK ? read_sample(b, s, c, next[c]++, y, err) : status;
+    }
+    free(next);
+    return status;
+}
+
+static stein_status run_either(const fit__problem *p, fit__bench *b, const fit__stroke *s,
+                               double tau, double *y, stein_err *err)
+{
+    double *delay = calloc((size_t)s->nch + 1, sizeof *delay);
+    int any = 0;
+    if (delay == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int c = 0; c < s->nch; c++) {
+        delay[c] = delay_of(b, s, c);
+        any |= delay[c] != 0.0;
+    }
+    stein_status status = any && p->gain <= 0.0 ? run_delayed(p, b, s, tau, delay, y, err)
+                                                : run(p, b, s, tau, y, err);
+    free(delay);
     return status;
 }
 
@@ -269,7 +327,7 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
         fit__observer_rest(b->observer);
         stein_on_force(b->sim, fit__observer_force, b->observer);
     }
-    status = status == STEIN_OK ? run(p, b, s, x, tau, y, err) : status;
+    status = status == STEIN_OK ? run_either(p, b, s, tau, y, err) : status;
     free(c); // the next stroke binds its own
     return status;
 }

@@ -4,7 +4,8 @@
  *      start 0   from the file, free-running
  *      start 1   from the file, down the ladder K = 0.3, 0.1, 0.04, 0.015, 0.005, 0
  *      start 2.. from points of a Sobol sequence within the priors, down the ladder
- *      polish    the best end, with differences to both sides
+ *      polish    the best end, with differences to both sides; noise that nobody stated is now
+ *                taken from the residual (that of a record says little where the motion is fast)
  *      robust    weights from the residual, and again, four times
  *
  * Every rung (see observer.c) starts where the one above it ended. A direct search from parameters
@@ -208,20 +209,51 @@ static void reset_state(fit__problem *p, fit__state *s)
     }
 }
 
-/* weights from the residual at the beginning of the stage */
-static stein_status new_weights(fit__problem *p, const double *x, stein_err *err)
+/* residuals without weights */
+static stein_status plain_residuals(fit__problem *p, const double *x, double **r, stein_err *err)
 {
-    double *r = malloc(sizeof *r * (fit__offset(p, p->nstroke) + 1));
     int failed = 0;
-    if (r == NULL) {
+    *r = malloc(sizeof **r * (fit__offset(p, p->nstroke) + 1));
+    if (*r == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int s = 0; s < p->nstroke; s++) {
         free(p->stroke[s].weight);
         p->stroke[s].weight = NULL;
     }
-    stein_status status = fit__residuals(p, x, r, &failed, err);
-    status = status == STEIN_OK && failed == 0 ? fit__robust_weights(p, r, err) : status;
+    stein_status status = fit__residuals(p, x, *r, &failed, err);
+    return status == STEIN_OK && failed > 0
+               ? lab__fail(err, STEIN_ENONFINITE, "a stroke cannot be simulated any more")
+               : status;
+}
+
+/* noise that nobody stated, from the residual at the best end of the starts */
+static stein_status new_noise(fit__problem *p, const double *x, stein_err *err)
+{
+    double *r = NULL;
+    for (int s = 0; s < p->nstroke; s++) {
+        memcpy(p->stroke[s].noise, p->stroke[s].audited,
+               sizeof *p->stroke[s].noise * (size_t)p->stroke[s].nch);
+    }
+    stein_status status = plain_residuals(p, x, &r, err);
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        fit__estimate_noise(p, s, r);
+    }
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            p->stroke[s].noise[c] = p->stroke[s].residual[c];
+        }
+    }
+    free(r);
+    return status;
+}
+
+/* weights from the residual at the beginning of the stage */
+static stein_status new_weights(fit__problem *p, const double *x, stein_err *err)
+{
+    double *r = NULL;
+    stein_status status = plain_residuals(p, x, &r, err);
+    status = status == STEIN_OK ? fit__robust_weights(p, r, err) : status;
     free(r);
     return status;
 }
@@ -258,8 +290,8 @@ static stein_status one_stage(run *r, const stage *st, stein_err *err)
     p->gain = st->gain;
     p->central = st->start < 0;
     p->tolerance = rung_only ? 1e-9 : p->central ? 1e-11 : 1e-10;
-    stein_status status = STEIN_OK;
-    if (st->start == -2) {
+    stein_status status = st->start < 0 ? new_noise(p, s->best[best_of(s)], err) : STEIN_OK;
+    if (status == STEIN_OK && st->start == -2) {
         status = new_weights(p, s->entry, err);
     }
     int iterations = rung_only ? RUNG_ITERATIONS : p->def->iterations;
