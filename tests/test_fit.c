@@ -273,7 +273,7 @@ static void three_strokes(char path[3][200], const double *clock)
                   .clock = clock[i],
                   .unsynchronised = 1,
                   .seed = 100 + (unsigned long long)i};
-        char name[20];
+        char name[32];
         snprintf(name, sizeof name, "stroke%d.csv", i);
         snprintf(path[i], sizeof path[i], "%s", take(name, &m));
     }
