@@ -196,7 +196,8 @@ static const struct {
     {"until: 1 s", "until: 3 s", 1},
     {"mechanism: rod\n", "# a comment\nmechanism: rod\nabout: more words\n", 1},
     {"centre: [0.3, 0, 0]", "centre: [0.3, 0, 0.1]", 0},
-    {"centre: [0.3, 0, 0]", "centre: [0.3, 0, 0]\n    damping: 1e-3", 1}, /* was there at its neutral value */
+    {"centre: [0.3, 0, 0]", "centre: [0.3, 0, 0]\n    damping: 1e-3",
+     1}, /* was there at its neutral value */
     {"joint: R y", "joint: R -y", 0},
     {"wall.height + 2 mm", "wall.height + 3 mm", 0},
     {"wall.height + 2 mm", "wall.height - wall.shift", 0},

@@ -432,13 +432,19 @@ START_TEST(every_effect_is_a_parameter_that_does_nothing_until_it_is_stated)
     static const struct {
         const char *path, *set;
         double neutral;
-    } effect[] = {{"pawl.spring.k3", "0.23 N m/rad^3", 0.0},  {"key.drag", "3e-6", 0.0},
-                  {"key.preload", "1.3 mN m", 0.0},           {"key.coulomb.T", "2 mN m", 0.0},
-                  {"key.backlash.gap", "0.3 deg", 0.0},       {"string.normal.p", "0.21", 0.0},
-                  {"string.normal.h", "0.11", 0.0},           {"string.gap", "0.2 mm", 0.0},
-                  {"string.adhesion.F", "0.3 N", 0.0},        {"notch.gap", "10 um", 0.0},
+    } effect[] = {{"pawl.spring.k3", "0.23 N m/rad^3", 0.0},
+                  {"key.drag", "3e-6", 0.0},
+                  {"key.preload", "1.3 mN m", 0.0},
+                  {"key.coulomb.T", "2 mN m", 0.0},
+                  {"key.backlash.gap", "0.3 deg", 0.0},
+                  {"string.normal.p", "0.21", 0.0},
+                  {"string.normal.h", "0.11", 0.0},
+                  {"string.gap", "0.2 mm", 0.0},
+                  {"string.adhesion.F", "0.3 N", 0.0},
+                  {"notch.gap", "10 um", 0.0},
                   {"distance.sensor.gain", "1.02", 1.0},
-                  {"distance.sensor.square", "2 1/m", 0.0}, {"clock.error", "0.1 %", 0.0}};
+                  {"distance.sensor.square", "2 1/m", 0.0},
+                  {"clock.error", "0.1 %", 0.0}};
     mechanism *plain = read_ok(good, NULL, 0);
     for (size_t i = 0; i < sizeof effect / sizeof *effect; i++) {
         int at = mech_find_param(plain, effect[i].path, NULL);

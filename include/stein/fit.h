@@ -4,7 +4,8 @@
  *      minimise  sum over samples ((y - h(t + tau; p)) / noise)^2  +  sum over priors (dp / sd)^2
  *
  * over the free parameters p, which all strokes share, and over each stroke's own nuisances: the
- * time of the trigger, the offset of every marker, the initial state. A number of the mechanism
+ * time of the trigger, the offset of every marker, the initial state, and by how much its friction
+ * and drive differ from those of the others. A number of the mechanism
  * file with a tolerance (+-) has that as its prior.
  */
 #ifndef STEIN_FIT_H
@@ -40,11 +41,15 @@ typedef struct lab_fit_def {
     double trigger; /* prior sd of an unknown trigger [s]; default 2 ms */
     int initial;    /* initial state: 1 free, 0 as the file says, -1 (default) free where the
                        file says neither `settle` nor a tolerance, and the stroke does not set it */
-    int starts;     /* searches from different places; default 3 */
-    int robust;     /* 1: bisquare weights against single bad frames */
-    int ladder;     /* 0: no innovation ladder (for comparisons); default 1 */
-    int iterations; /* at most so many in one search; default 40 */
-    int threads;    /* results do not depend on it */
+    int scatter; /* strokes differ by themselves: 1 yes, 0 no, -1 (default) when there are 4 or more
+                  */
+    double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
+    double drive_scatter;                  /* of its load or input forces; default 0.3 % */
+    int starts;                            /* searches from different places; default 3 */
+    int robust;                            /* 1: bisquare weights against single bad frames */
+    int ladder;          /* 0: no innovation ladder (for comparisons); default 1 */
+    int iterations;      /* at most so many in one search; default 40 */
+    int threads;         /* results do not depend on it */
     const char *journal; /* state of the search, to go on after an interruption; may be NULL */
     lab_fit_progress_fn *progress;
     lab_report_fn *report; /* doubts; may be NULL */
@@ -116,6 +121,7 @@ typedef struct lab_fit {
     double chi2, prior; /* of the samples; of the priors */
     int samples, dof;   /* samples less what they determine */
     double chi2_dof, band_lo, band_hi;
+    double inflation;         /* of variances, because neighbouring residuals are alike; >= 1 */
     int noise_given;          /* of all channels: the band is meant */
     double condition;         /* of the data's information on the free parameters */
     double *weakest;          /* [nvalue] the combination that the data tell least, in prior sd */

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * batch.c - many simulations of one model, on the threads of a crew.
  *
- * Each point gets a simulation made from a descriptor whose defaults are the point's parameters - as if the file had said so. Nothing of one point
- * reaches another one, so any number of threads gives the same bits, and a parameter set without
- * equilibrium fails alone. Creating a simulation costs one allocation, nothing beside a stroke.
+ * Each point gets a simulation made from a descriptor whose defaults are the point's parameters -
+ * as if the file had said so. Nothing of one point reaches another one, so any number of threads
+ * gives the same bits, and a parameter set without equilibrium fails alone. Creating a simulation
+ * costs one allocation, nothing beside a stroke.
  */
 #include <stdlib.h>
 #include <string.h>

@@ -34,6 +34,10 @@ lab_fit_def lab_fit_def_default(void)
                          .trigger = 2e-3,
                          .initial = -1,
                          .starts = 3,
+                         .scatter = -1,
+                         .joint_scatter = 0.05,
+                         .contact_scatter = 0.08,
+                         .drive_scatter = 0.003,
                          .ladder = 1,
                          .iterations = 40,
                          .threads = 1};
@@ -184,43 +188,6 @@ static stein_status set_scales(fit__problem *p, stein_err *err)
 
 /* ---- the end of the search ---- */
 
-/* sensitivities to order four from two widths; the difference tells their error */
-static stein_status final_sensitivities(fit__problem *p, const double *x, const double *r,
-                                        double *J, double *error, stein_err *err)
-{
-    size_t size = fit__columns(p);
-    double *half = malloc(sizeof *half * (size + 1));
-    if (half == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    stein_status status = fit__sensitivities(p, x, r, J, err);
-    if (status == STEIN_OK) {
-        fit__choose_steps(p, J);
-        status = fit__sensitivities(p, x, r, J, err);
-    }
-    for (int u = 0; u < p->nu; u++) {
-        p->step[u] *= 0.5;
-    }
-    status = status == STEIN_OK ? fit__sensitivities(p, x, r, half, err) : status;
-    double worst = 0.0;
-    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int k = 0; k < p->np + t->own; k++) {
-            double *a = J + fit__column(p, s, k), *b = half + fit__column(p, s, k);
-            double sum = 0.0, off = 0.0;
-            for (int i = 0; i < t->nch * t->n; i++) {
-                sum += b[i] * b[i];
-                off += (b[i] - a[i]) * (b[i] - a[i]) / 9.0; // the error of b
-                a[i] = (4.0 * b[i] - a[i]) / 3.0;
-            }
-            worst = fmax(worst, sqrt(off / (sum + 1e-4 * t->samples)));
-        }
-    }
-    *error = worst;
-    free(half);
-    return status;
-}
-
 static void judge(const fit__problem *p, lab_fit *fit, int polished)
 {
     int agree = 0, needed = p->def->starts / 2 + 1;
@@ -291,9 +258,10 @@ static stein_status conclude(fit__problem *p, lab_fit *fit, const fit__search *s
     if (status == STEIN_OK) {
         fit->dof = p->samples - p->nu;
         fit->chi2_dof = fit->chi2 / fit->dof;
+        fit->inflation = fit__inflation(p, r);
         fit->band_hi = 1.0 + band_slack + 3.0 * sqrt(2.0 / fit->dof);
         fit->band_lo = fmax(0.0, 1.0 - band_slack - 3.0 * sqrt(2.0 / fit->dof));
-        status = final_sensitivities(p, x, r, J, &fit->sensitivity_error, err);
+        status = fit__fine_sensitivities(p, x, r, J, &fit->sensitivity_error, err);
     }
     status = status == STEIN_OK ? fit__intervals(p, fit, x, r, J, err) : status;
     if (status == STEIN_OK) {

@@ -34,12 +34,16 @@ static char *own_name(const fit__problem *p, const fit__unknown *u, const char *
 {
     const stein_model *m = lab_equations(p->model);
     const fit__stroke *s = &p->stroke[u->stroke];
-    int turns = u->kind >= FIT__POSITION && m->bodies[u->index].type == 'R';
+    static const char *const group[FIT__GROUPS] = {
+        "", "scatter of joint friction", "scatter of contact friction", "scatter of drive"};
+    int turns =
+        (u->kind == FIT__POSITION || u->kind == FIT__SPEED) && m->bodies[u->index].type == 'R';
     switch (u->kind) {
     case FIT__TAU: *unit = "s"; return lab__text("trigger");
     case FIT__OFFSET:
         *unit = m->channels[s->channel[u->index]].unit;
         return lab__text("offset %s", m->channels[s->channel[u->index]].name);
+    case FIT__SCATTER: *unit = "1"; return lab__text("%s", group[u->index]);
     case FIT__POSITION:
         *unit = turns ? "rad" : "m";
         return lab__text("initial position %s", m->bodies[u->index].name);
@@ -68,7 +72,8 @@ static stein_status describe_stroke(const fit__problem *p, lab_fit *fit, int s, 
         const fit__unknown *u = &p->unknown[t->first + k];
         lab_fit_value *v = &to->value[to->nvalue++];
         *v = (lab_fit_value){.param = -1,
-                             .start = u->start,
+                             .logarithmic = u->log,
+                             .start = fit__value(u, 0.0),
                              .prior_sd = u->prior ? u->sd : NAN,
                              .sd = NAN,
                              .lo = NAN,

@@ -8,6 +8,8 @@
  *   residuals.c    weighted residuals of all strokes             patch.c      the file with new
  * numbers sensitivity.c  their derivatives                             fit.c        the whole
  *   minimise.c     Levenberg-Marquardt                           fit_report.c results in lists
+ *                                                                 place.c      where a new number
+ * goes
  *
  * Unknowns are counted in prior standard deviations from their start: x = (z - z0)/sd with z the
  * value or its logarithm. Globals come first, then each stroke's own in the order of the strokes.
@@ -35,13 +37,22 @@ void fit__signal_at(const fit__signal *s, double t, double u[3]);
 
 /* ---- problem.c ---- */
 
-typedef enum { FIT__PARAM, FIT__TAU, FIT__OFFSET, FIT__POSITION, FIT__SPEED } fit__kind;
+typedef enum {
+    FIT__PARAM,
+    FIT__TAU,
+    FIT__OFFSET,
+    FIT__POSITION,
+    FIT__SPEED,
+    FIT__SCATTER
+} fit__kind;
+/** Numbers that scatter together from stroke to stroke. */
+enum { FIT__CALM, FIT__JOINTS, FIT__CONTACTS, FIT__DRIVE, FIT__GROUPS };
 
 /** One unknown. */
 typedef struct fit__unknown {
     fit__kind kind;
     int stroke;       /* -1: of all */
-    int index;        /* parameter; channel slot of the stroke; joint */
+    int index;        /* parameter; channel slot of the stroke; joint; group */
     int log, prior;   /* prior 0: sd is only a scale */
     double start, sd; /* of z */
 } fit__unknown;
@@ -50,14 +61,14 @@ typedef struct fit__unknown {
 typedef struct fit__stroke {
     const lab_data *data;
     int n, nch;
-    int *channel;   /* [nch] of the model */
-    double *noise;  /* [nch] sd */
-    double *audited;     /* [nch] noise by file or audit, before the residual was asked */
-    double *residual;    /* [nch] noise as the residual has it */
-    int *given;     /* [nch] noise by the file */
-    int *delay;          /* [nch] parameter of the instrument's delay, -1: none */
-    double *y;      /* [nch*n], NAN: missing */
-    double *weight; /* [nch*n] square roots of robust weights; NULL: all 1 */
+    int *channel;     /* [nch] of the model */
+    double *noise;    /* [nch] sd */
+    double *audited;  /* [nch] noise by file or audit, before the residual was asked */
+    double *residual; /* [nch] noise as the residual has it */
+    int *given;       /* [nch] noise by the file */
+    int *delay;       /* [nch] parameter of the instrument's delay, -1: none */
+    double *y;        /* [nch*n], NAN: missing */
+    double *weight;   /* [nch*n] square roots of robust weights; NULL: all 1 */
     int samples;
     double origin;       /* time of the data at which the simulation starts, before tau [s] */
     fit__signal *signal; /* [nsignal] */
@@ -72,14 +83,15 @@ typedef struct fit__problem {
     fit__stroke *stroke;
     int nstroke;
     fit__unknown *unknown;
-    int np, nu;        /* free parameters; all unknowns */
-    double *step;      /* [nu] half-width of differences, in x */
-    double gain;       /* of the ladder, 0: plain simulation */
-    double tolerance;  /* of one step [rad or m] */
-    int central;       /* differences to both sides */
-    int fixed;         /* this unknown stays (profile); -1: none */
-    int flat;          /* the prior of this unknown does not count; -1: none */
-    int samples, rows; /* rows: largest stroke */
+    int np, nu;           /* free parameters; all unknowns */
+    unsigned char *group; /* [np of the model] what each parameter scatters with */
+    double *step;         /* [nu] half-width of differences, in x */
+    double gain;          /* of the ladder, 0: plain simulation */
+    double tolerance;     /* of one step [rad or m] */
+    int central;          /* differences to both sides */
+    int fixed;            /* this unknown stays (profile); -1: none */
+    int flat;             /* the prior of this unknown does not count; -1: none */
+    int samples, rows;    /* rows: largest stroke */
     int threads;
 } fit__problem;
 
@@ -150,6 +162,8 @@ void fit__weigh(const fit__stroke *s, double *y);
 /** Noise of a stroke's channels as the residuals r have it, pooled over the strokes, in
  *  stroke->residual; stated noise stays what it is. */
 void fit__estimate_noise(fit__problem *p, int stroke, const double *r);
+/** Factor on variances because residuals of unstated noise are alike from sample to sample. */
+double fit__inflation(const fit__problem *p, const double *r);
 /** Bisquare weights from residuals r (of unweighted samples). @return samples below half weight */
 stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *err);
 
@@ -163,6 +177,10 @@ size_t fit__columns(const fit__problem *p); /* doubles in all */
  *  @return OK, ENOMEM, or the failure of a simulation next to x */
 stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
                                 stein_err *err);
+/** To order four, from the present steps and their halves, with fine integration; the steps are the
+ *  halves then. @param error  out: largest relative error of a column of the halved steps */
+stein_status fit__fine_sensitivities(fit__problem *p, const double *x, const double *r, double *J,
+                                     double *error, stein_err *err);
 /** Steps for the next differences from the change the last ones made. */
 void fit__choose_steps(fit__problem *p, const double *J);
 
@@ -223,6 +241,16 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
                               unsigned long long key, stein_err *err);
 /** Fingerprint of everything that decides about the search. */
 unsigned long long fit__key(const fit__problem *p);
+
+/* ---- place.c ---- */
+
+/** The first key of a mapping of a YAML text, from 1; flow: the mapping is written in braces. */
+typedef struct fit__place {
+    int line, column, flow;
+} fit__place;
+/** @return 1 when there is a mapping with at least one key under the names of the path */
+int fit__find_mapping(const char *text, size_t size, const char *const *path, int n,
+                      fit__place *place);
 
 /* ---- starts.c ---- */
 

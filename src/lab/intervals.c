@@ -5,13 +5,14 @@
  * the information on the free parameters, in prior standard deviations:
  *
  *      I          of the data alone
- *      I + 1      with the priors:   covariance = v (I + 1)^-1,  v = max(1, chi2/dof)
+ *      I + 1      with the priors:   covariance = v (I + 1)^-1,  v = max(1, chi2/dof) f
  *
  * v widens the intervals where the residual is more than the stated noise (Birge 1932): then the
- * model lacks something and the formal errors mean little, but less would be false. Eigenvalues of
- * I show the combinations that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd.
- * Correlations by the data alone are those of I^-1; parameters that no data depend on are named
- * apart and left out.
+ * model lacks something and the formal errors mean little, but less would be false. Where the noise
+ * was taken from the residual, f = 1 + 2 sum of its correlations (up to the first below 0.1): a
+ * slow residual has fewer independent samples than rows. Eigenvalues of I show the combinations
+ * that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd. Correlations by the data
+ * alone are those of I^-1; parameters that no data depend on are named apart and left out.
  */
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_eigen.h>
@@ -208,7 +209,7 @@ stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, cons
                             const double *J, stein_err *err)
 {
     fit__normal n;
-    double v = fmax(1.0, fit->chi2_dof);
+    double v = fmax(1.0, fit->chi2_dof) * fit->inflation;
     stein_status status = fit__normal_make(&n, p, err);
     gsl_matrix *m = gsl_matrix_alloc((size_t)p->np, (size_t)p->np);
     if (status == STEIN_OK && m == NULL) {

@@ -18,18 +18,27 @@
 
 enum { DIGITS = 10, CELL = 160 };
 
-/* one number to be replaced: text[from..to) */
+/* one number and what it shall be */
+typedef struct wanted {
+    const char *name;
+    double value, sd;
+} wanted;
+
+/* text[from..to) becomes something else; law: a whole law comes in */
 typedef struct change {
     size_t from, to;
-    char text[CELL];
+    char text[2 * CELL];
     const char *name;
     double value;
+    int law;
 } change;
 
 typedef struct patch {
     char *text;
     size_t size;
-    change *list;
+    wanted *wanted; /* [nwanted] */
+    int nwanted;
+    change *list; /* [n] */
     int n;
 } patch;
 
@@ -173,28 +182,140 @@ static void write_quantity(char text[CELL], const mech_param *q, const char *old
     }
 }
 
-static stein_status add(patch *p, const mechanism *m, const char *name, double value, double sd,
-                        stein_err *err)
+/* ---- one number ---- */
+
+static change *new_change(patch *p, const char *name, double value)
 {
-    int k = mech_find_param(m, name, NULL);
-    if (k < 0 || m->params[k].line <= 0) {
-        return lab__fail(err, STEIN_EINVAL,
-                         "%s has no place in %s: write it there before it is fitted", name,
-                         m->file);
-    }
     change *c = &p->list[p->n++];
+    *c = (change){.name = name, .value = value};
+    return c;
+}
+
+/* a number that stands in the file */
+static void replace(patch *p, const mech_param *q, const wanted *w)
+{
+    change *c = new_change(p, w->name, w->value);
     char unit[MECH_UNIT];
-    c->name = name;
-    c->value = value;
-    c->from = find_byte(p, m->params[k].line, m->params[k].column);
+    c->from = find_byte(p, q->line, q->column);
     find_scalar(p, &c->from, &c->to);
     find_unit(p->text + c->from, c->to - c->from, unit);
-    write_quantity(c->text, &m->params[k], unit, value, sd);
+    write_quantity(c->text, q, unit, w->value, w->sd);
     if (p->text[c->from] == '"' || p->text[c->from] == '\'') { // the quotes stay
         c->from++;
         c->to--;
     }
-    return STEIN_OK;
+}
+
+/* the entry "k: 5 N/m, theta0: 0 rad" of all numbers of a law, of which some are wanted */
+static int write_section(const patch *p, const mechanism *m, const char *prefix, char *text)
+{
+    size_t n = strlen(prefix), at = 0;
+    for (int k = 0; k < m->nparam; k++) {
+        const mech_param *q = &m->params[k];
+        char quantity[CELL];
+        if (strncmp(q->name, prefix, n) != 0 || strchr(q->name + n, '.') != NULL) {
+            continue;
+        }
+        wanted w = {q->name, q->value, q->tolerance};
+        for (int i = 0; i < p->nwanted; i++) {
+            w = strcmp(p->wanted[i].name, q->name) == 0 ? p->wanted[i] : w;
+        }
+        write_quantity(quantity, q, "", w.value, w.sd);
+        int wrote =
+            snprintf(text + at, CELL - at, "%s%s: %s", at > 0 ? ", " : "", q->name + n, quantity);
+        at += wrote > 0 ? (size_t)wrote : 0;
+        if (at >= CELL) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* before the first key of the mapping at the place */
+static void insert(patch *p, const fit__place *place, const char *entry, change *c)
+{
+    c->from = c->to = find_byte(p, place->line, place->column);
+    snprintf(c->text, sizeof c->text, place->flow ? "%s, " : "%s\n%*s", entry,
+             place->flow ? 0 : place->column - 1, "");
+}
+
+/* the mapping of "owner" in whichever part of the file it is. @return the length of its path, 0:
+ * none */
+static int find_owner(const patch *p, const char *owner, const char *path[3], fit__place *place)
+{
+    static const char *const part[] = {"bodies", "contacts", "notches",
+                                       "links",  "inputs",   "outputs"};
+    path[1] = owner;
+    for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
+        path[0] = part[i];
+        if (fit__find_mapping(p->text, p->size, path, 2, place)) {
+            return 2;
+        }
+    }
+    path[0] = owner; // the load
+    return fit__find_mapping(p->text, p->size, path, 1, place);
+}
+
+/* a number that the file leaves at its neutral value: written where it belongs. @return 0, or -1 */
+static int introduce(patch *p, const mechanism *m, const mech_param *q, const wanted *w)
+{
+    char name[MECH_PATH], prefix[MECH_PATH], entry[CELL], law[CELL];
+    const char *path[3];
+    fit__place place;
+    snprintf(name, sizeof name, "%s", q->name);
+    char *key = strchr(name, '.');
+    if (key == NULL) {
+        return -1;
+    }
+    *key++ = '\0';
+    char *rest = strchr(key, '.');
+    int n = find_owner(p, name, path, &place);
+    if (n == 0) {
+        return -1;
+    }
+    write_quantity(law, q, "", w->value, w->sd);
+    if (rest == NULL) {
+        snprintf(entry, sizeof entry, "%.60s: %.90s", key, law);
+        insert(p, &place, entry, new_change(p, w->name, w->value));
+        return 0;
+    }
+    *rest++ = '\0';
+    path[n] = key;
+    if (fit__find_mapping(p->text, p->size, path, n + 1, &place)) {
+        snprintf(entry, sizeof entry, "%.60s: %.90s", rest, law);
+        insert(p, &place, entry, new_change(p, w->name, w->value));
+        return 0;
+    }
+    snprintf(prefix, sizeof prefix, "%.*s.", (int)(rest - name - 1), q->name);
+    change *c = new_change(p, w->name, w->value);
+    for (int i = 0; i < p->n - 1; i++) {
+        if (strncmp(p->list[i].name, prefix, strlen(prefix)) == 0 && p->list[i].law) {
+            *c = (change){
+                .name = w->name, .value = w->value, .from = p->list[i].from, .to = p->list[i].to};
+            return 0; // it came along with the first one of its law
+        }
+    }
+    c->law = 1;
+    if (write_section(p, m, prefix, law) != 0) {
+        return -1;
+    }
+    char whole[2 * CELL];
+    snprintf(whole, sizeof whole, "%.40s: {%.155s}", key, law);
+    insert(p, &place, whole, c);
+    return strlen(whole) + (size_t)place.column + 2 < sizeof c->text ? 0 : -1;
+}
+
+static stein_status add(patch *p, const mechanism *m, const wanted *w, stein_err *err)
+{
+    int k = mech_find_param(m, w->name, NULL);
+    if (k >= 0 && m->params[k].line > 0) {
+        replace(p, &m->params[k], w);
+        return STEIN_OK;
+    }
+    return k >= 0 && introduce(p, m, &m->params[k], w) == 0
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EINVAL, "%s has no place in %s: write it there first",
+                           w->name, m->file);
 }
 
 static int by_place(const void *a, const void *b)
@@ -328,18 +449,29 @@ static stein_status cut_sets(mech_set **sets, char **room, const lab_options *o,
 static stein_status collect(patch *p, const lab_fit *fit, const mechanism *m, const mech_set *sets,
                             int nset, stein_err *err)
 {
-    stein_status status = STEIN_OK;
-    for (int k = 0; status == STEIN_OK && k < fit->nvalue; k++) {
-        status = add(p, m, fit->value[k].name, fit->value[k].value, fit->value[k].sd, err);
+    size_t most = (size_t)(fit->nvalue + nset) + 1;
+    p->wanted = calloc(most, sizeof *p->wanted);
+    p->list = calloc(most, sizeof *p->list);
+    if (p->wanted == NULL || p->list == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    for (int i = 0; status == STEIN_OK && i < nset; i++) {
-        int done = 0, k = mech_find_param(m, sets[i].name, NULL);
-        for (int c = 0; c < p->n; c++) {
-            done |= strcmp(p->list[c].name, sets[i].name) == 0;
+    for (int k = 0; k < fit->nvalue; k++) {
+        const lab_fit_value *v = &fit->value[k];
+        p->wanted[p->nwanted++] = (wanted){v->name, v->value, v->sd};
+    }
+    for (int i = 0; i < nset; i++) {
+        int known = 0, k = mech_find_param(m, sets[i].name, NULL);
+        for (int c = 0; c < p->nwanted; c++) {
+            known |= strcmp(p->wanted[c].name, sets[i].name) == 0;
         }
-        if (!done && k >= 0) {
-            status = add(p, m, sets[i].name, m->params[k].value, m->params[k].tolerance, err);
+        if (!known && k >= 0) {
+            p->wanted[p->nwanted++] =
+                (wanted){m->params[k].name, m->params[k].value, m->params[k].tolerance};
         }
+    }
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < p->nwanted; i++) {
+        status = add(p, m, &p->wanted[i], err);
     }
     return status;
 }
@@ -359,9 +491,7 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
                                                  options->report, options->ctx, err)
                                 : status;
     if (status == STEIN_OK) {
-        p.list = calloc((size_t)(fit->nvalue + options->nset) + 1, sizeof *p.list);
-        status = p.list != NULL ? collect(&p, fit, m, sets, options->nset, err)
-                                : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = collect(&p, fit, m, sets, options->nset, err);
     }
     if (status == STEIN_OK) {
         qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
@@ -371,6 +501,7 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
         mech_free(m);
     }
     free(p.list);
+    free(p.wanted);
     free(p.text);
     free(sets);
     free(room);

@@ -9,8 +9,11 @@
  *
  * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
  * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
- * mechanism does not settle and nobody says what it was. With a free initial state the trigger's
- * time would say the same again and is left out.
+ * mechanism does not settle and nobody says what it was (with it, the trigger's time would say the
+ * same again and is left out); one factor each on all joint frictions, on all contact frictions and
+ * on the drive, because felt and leather are not twice the same and neither is a finger. Left out,
+ * that scatter goes into the parameters, which then come out ten standard deviations wrong. Fewer
+ * than four strokes cannot show it.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -18,6 +21,7 @@
 
 #include "fitting.h"
 
+enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
@@ -186,6 +190,65 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
     return n;
 }
 
+/* ---- scatter ---- */
+
+static int is_named(const char *name, const char *owner, const char *rest)
+{
+    size_t n = strlen(owner);
+    return strncmp(name, owner, n) == 0 && strcmp(name + n, rest) == 0;
+}
+
+/* what scatters together: frictions of joints, frictions of contacts, load and input forces */
+static int group_of(const stein_model *m, const char *name)
+{
+    int group = FIT__CALM;
+    for (int i = 0; i < m->nq; i++) {
+        if (is_named(name, m->bodies[i].name, ".friction.A") ||
+            is_named(name, m->bodies[i].name, ".coulomb.T")) {
+            group = FIT__JOINTS;
+        }
+    }
+    for (int i = 0; i < m->ncontact; i++) {
+        group = is_named(name, m->contacts[i].name, ".friction.A") ? FIT__CONTACTS : group;
+    }
+    for (int i = 0; i < m->nnotch; i++) {
+        group = is_named(name, m->notches[i].name, ".friction.A") ? FIT__CONTACTS : group;
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        int force = m->inputs[i].kind != STEIN_INPUT_MOTION;
+        group = force && is_named(name, m->inputs[i].name, ".gain") ? FIT__DRIVE : group;
+    }
+    int load = m->load.body >= 0 && is_named(name, m->bodies[m->load.body].name, ".mass");
+    return load ? FIT__DRIVE : group;
+}
+
+/* is there anything in the group that is not 0, or will not stay so? */
+static int group_acts(const fit__problem *p, int group)
+{
+    const stein_model *m = lab_equations(p->model);
+    int acts = 0;
+    for (int i = 0; i < m->np; i++) {
+        acts |= p->group[i] == group && m->params[i].value != 0.0;
+    }
+    for (int k = 0; k < p->np; k++) {
+        acts |= p->group[p->unknown[k].index] == group;
+    }
+    return acts;
+}
+
+static void own_scatter(fit__problem *p, fit__stroke *s, int stroke)
+{
+    const lab_fit_def *d = p->def;
+    double sd[FIT__GROUPS] = {0.0, d->joint_scatter, d->contact_scatter, d->drive_scatter};
+    int on = d->scatter > 0 || (d->scatter < 0 && p->nstroke >= FEW);
+    for (int g = FIT__JOINTS; on && g < FIT__GROUPS; g++) {
+        if (sd[g] > 0.0 && group_acts(p, g)) {
+            own(p, s, stroke, FIT__SCATTER, g, sd[g], 1);
+            p->unknown[p->nu - 1].log = 1;
+        }
+    }
+}
+
 static int shows_place(const stein_channel *c)
 {
     return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
@@ -205,6 +268,7 @@ static void own_unknowns(fit__problem *p, int stroke)
         s->tau = p->nu;
         own(p, s, stroke, FIT__TAU, 0, p->def->trigger, 1);
     }
+    own_scatter(p, s, stroke);
     for (int c = 0; c < s->nch && p->def->offset > 0.0; c++) {
         const stein_channel *channel = &m->channels[s->channel[c]];
         double sd = p->def->offset / (strcmp(channel->unit, "rad") == 0 ? marker_arm : 1.0);
@@ -332,13 +396,18 @@ stein_status fit__problem_make(fit__problem *p, const lab_model *model, const la
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
     size_t most = (size_t)def->nfree, nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
-        most += 1 + 2 * nq + (size_t)data->stroke[s]->ncolumn;
+        most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }
     p->unknown = calloc(most, sizeof *p->unknown);
     p->step = calloc(most, sizeof *p->step);
-    if (p->stroke == NULL || p->unknown == NULL || p->step == NULL) {
+    const stein_model *m = lab_equations(model);
+    p->group = calloc((size_t)m->np + 1, sizeof *p->group);
+    if (p->stroke == NULL || p->unknown == NULL || p->step == NULL || p->group == NULL) {
         p->nstroke = 0;
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = 0; i < m->np; i++) {
+        p->group[i] = (unsigned char)group_of(m, m->params[i].name);
     }
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         status = take_stroke(p, s, data->stroke[s], err);
@@ -377,4 +446,5 @@ void fit__problem_free(fit__problem *p)
     free(p->stroke);
     free(p->unknown);
     free(p->step);
+    free(p->group);
 }

@@ -3,7 +3,7 @@
  *
  *      D(z) = min over the others of chi2 + other priors  -  its minimum over z too  =  3.84 v
  *
- * with v = max(1, chi2/dof) as for the linear intervals, and without the parameter's own prior:
+ * with v as for the linear intervals, and without the parameter's own prior:
  * this is what the data say (Raue et al. 2009). sqrt(D) is nearly straight in z, so the crossing is
  * found by stretching the distance by sqrt(3.84 v / D), four or five refits a side, each from the
  * last one's end. A side that is not reached within ten prior standard deviations or a factor of 20
@@ -74,7 +74,7 @@ static stein_status both_ends(fit__problem *p, lab_fit *fit, room *m, int k, ste
     }
     memcpy(m->best, m->s.x, sizeof *m->best * (size_t)p->nu);
     m->lowest = m->s.objective;
-    double v = fmax(1.0, fit->chi2_dof);
+    double v = fmax(1.0, fit->chi2_dof) * fit->inflation;
     double sd =
         isfinite(value->data_sd) ? value->sd / (u->sd * fabs(fit__slope(u, m->best[k]))) : 1.0;
     double guess = 1.96 * sd, lo, hi;

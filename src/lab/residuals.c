@@ -19,6 +19,7 @@
 #include "fitting.h"
 
 enum { LONGEST_BAD = 3 };
+static const double least_correlation = 0.1;
 
 /* ---- threads ---- */
 
@@ -164,6 +165,40 @@ void fit__estimate_noise(fit__problem *p, int stroke, const double *r)
         double sd = n > 1.0 ? sqrt(squares / n) : 0.0;
         t->residual[c] = sd > 0.0 ? sd : t->noise[c];
     }
+}
+
+/* 1 + 2 sum of the correlations of a channel's residual */
+static double inflation_of(const fit__stroke *s, const double *r, int c)
+{
+    double f = 1.0, none = 0.0;
+    r += c * s->n;
+    for (int i = 0; i < s->n; i++) {
+        none += r[i] * r[i];
+    }
+    for (int lag = 1; lag < s->n / 4; lag++) {
+        double sum = 0.0;
+        for (int i = lag; i < s->n; i++) {
+            sum += r[i] * r[i - lag];
+        }
+        if (!(sum > least_correlation * none)) {
+            break;
+        }
+        f += 2.0 * sum / none;
+    }
+    return f;
+}
+
+double fit__inflation(const fit__problem *p, const double *r)
+{
+    double sum = 0.0, n = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int c = 0; c < t->nch; c++) {
+            sum += t->given[c] ? 1.0 : inflation_of(t, r + fit__offset(p, s), c);
+            n += 1.0;
+        }
+    }
+    return sum / n;
 }
 
 /* ---- robust weights ---- */

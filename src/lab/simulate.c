@@ -178,6 +178,19 @@ static void note_shown(const fit__problem *p, fit__bench *b, stein_sim *sim, con
     }
 }
 
+/* what differs from stroke to stroke by itself */
+static void scatter(const fit__problem *p, fit__bench *b, const fit__stroke *s, const double *x)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int k = s->first; k < s->first + s->own; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        double factor = u->kind == FIT__SCATTER ? fit__value(u, x[k]) : 1.0;
+        for (int i = 0; factor != 1.0 && i < m->np; i++) {
+            b->p[i] *= p->group[i] == u->index ? factor : 1.0;
+        }
+    }
+}
+
 /* parameters of the stroke, its start, and the changes of its initial state */
 static stein_status start(const fit__problem *p, fit__bench *b, const fit__stroke *s,
                           const double *x, stein_sim *sim, stein_err *err)
@@ -189,6 +202,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
         b->p[p->unknown[k].index] = fit__value(&p->unknown[k], x[k]);
     }
     lab_data_apply(s->data, b->p);
+    scatter(p, b, s, x);
     stein_status status = stein_set_all(sim, b->p, err);
     status = status == STEIN_OK ? stein_reset(sim, err) : status;
     if (status != STEIN_OK) {
