@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnose.h - physical effects that a mechanism may lack, and where each could sit. Part of
- * libsteinlab.a.
+ * diagnose.h - what a simulation gets wrong: physical effects that a mechanism may lack, where each
+ * could sit, and which of them measured strokes show. Part of libsteinlab.a.
  *
  * One table holds every kind of effect: its equation, what it looks like, the parameter that
  * switches it on. A candidate is a kind at a place of one mechanism. All laws have all terms
@@ -10,7 +10,7 @@
 #ifndef STEIN_DIAGNOSE_H
 #define STEIN_DIAGNOSE_H
 
-#include "stein/lab.h"
+#include "stein/fit.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -83,6 +83,142 @@ typedef struct lab_candidate {
 stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err);
 /** Move the parameters p [np] of the equations by an amount; 0 leaves them bit for bit. */
 void lab_candidate_apply(const lab_candidate *candidate, double amount, double *p);
+
+/* ---- diagnosis ---- */
+
+/** What a diagnosis came to. */
+typedef enum {
+    LAB_VERDICT_EXPLAINED,       /* nothing to find: the residual is noise and scatter */
+    LAB_VERDICT_WRONG_PARAMETER, /* a number of the file is another one */
+    LAB_VERDICT_SENSOR,          /* an instrument */
+    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record says */
+    LAB_VERDICT_MISSING_EFFECT,  /* physics that the file lacks */
+    LAB_VERDICT_UNKNOWN_EFFECT,  /* there is something, and no candidate explains it */
+    LAB_VERDICT_NOT_CONVERGED    /* no fit to trust, so no verdict on physics */
+} lab_verdict;
+/** "explained", "wrong_parameter", "sensor", "input", "missing_effect", "unknown_effect",
+ *  "not_converged". */
+const char *lab_verdict_text(lab_verdict verdict);
+
+/** One number of a cause [SI] with its 95 % interval. */
+typedef struct lab_cause_number {
+    char name[LAB_PLACE]; /* as lab_effect.size and .side name it: "T", "range" */
+    const char *unit;
+    double value, lo, hi;
+} lab_cause_number;
+
+/** A candidate, judged. Gains are falls of -2 log likelihood with the strokes' scatter taken out.
+ */
+typedef struct lab_suspect {
+    lab_candidate candidate;
+    double score;  /* predicted gain, all else refitted linearly; NAN: not testable */
+    double amount; /* predicted, then fitted [candidate.unit] */
+    int possible;  /* sign and size are physical */
+    int refitted;  /* 1: gain is that of a full fit */
+    double gain;   /* NAN unless refitted */
+    int nnumber;   /* of a refitted one */
+    lab_cause_number number[LAB_MOVED];
+    double chi2_dof; /* of the refit */
+    double held_out; /* RMSE on held-out strokes over the noise; NAN unless refitted */
+    double likeness; /* to the first one: |correlation| of what each changes, all else refitted */
+    const char *why; /* not testable, not possible: because ...; NULL */
+} lab_suspect;
+
+/** Error on held-out strokes before and after the extension. */
+typedef struct lab_gain {
+    const char *channel;      /* NULL: all, in units of noise; else in the channel's unit */
+    const char *unit, *phase; /* phase NULL: all */
+    int samples;
+    double rmse_before, rmse_after, noise;
+    double ratio, lo, hi; /* after/before with a 95 % bootstrap interval over strokes */
+} lab_gain;
+
+/** One channel of one stroke as measured and as predicted [unit]; arrays are [n]. */
+typedef struct lab_trace {
+    int stroke, held_out;
+    const char *file, *channel, *unit;
+    int n;
+    double noise;
+    double *t, *y, *before, *after; /* y NAN: no sample; after = before when nothing was found */
+    const char **phase;             /* of the stroke at each sample */
+} lab_trace;
+
+/** Where the unextended model departs: one row a channel or joint, and phase. */
+typedef struct lab_departure {
+    const char *place, *unit; /* channel, or joint (then a force) */
+    int is_force;
+    const char *phase;
+    int samples;
+    double size, sd; /* RMS residual; or mean missing force and its standard deviation [unit] */
+    double z;        /* significance against correlated noise, as a normal deviate */
+    double lag1;     /* autocorrelation of the residual at one sample; NAN for forces */
+} lab_departure;
+
+/** The missing force on a joint over the time of one stroke, with its standard deviation. */
+typedef struct lab_latent {
+    const char *joint, *unit, *file;
+    int n;
+    double *t, *force, *sd; /* [n] */
+} lab_latent;
+
+/** A diagnosis. */
+typedef struct lab_diagnosis {
+    lab_verdict verdict;
+    char reason[320];  /* one or two sentences */
+    const char *phase; /* where the found cause shows most; NULL without one */
+    int nsuspect;
+    lab_suspect *suspect; /* best first; with a cause found suspect[0] is it */
+    int ncause;           /* suspect[0 .. ncause-1] are the causes */
+    int nrival;           /* the next nrival cannot be told from it */
+    double p;             /* family-wise probability of the best score where nothing is */
+    lab_gain gain;        /* all channels, in units of noise */
+    int ngain;
+    lab_gain *gains; /* by channel and phase */
+    int nfit, nheld; /* strokes */
+    int samples;
+    double noise_floor; /* RMSE that noise alone leaves, in units of noise: 1 */
+    double chi2_dof_before, chi2_dof_after;
+    double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
+    int nvalue;        /* refitted parameters of the file, after the extension */
+    lab_fit_value *value;
+    int nfinding;
+    char **finding; /* of the audit, "file: what" */
+    int ntrace, ndeparture, nlatent;
+    lab_trace *trace;
+    lab_departure *departure;
+    lab_latent *latent;
+    int fits, strokes_simulated;
+    double seconds;
+    lab_model *extended_model; /* NULL: nothing to extend by */
+} lab_diagnosis;
+
+/** How to diagnose. Start from lab_diagnose_def_default(). */
+typedef struct lab_diagnose_def {
+    const unsigned char *held_out; /* [strokes] 1: judge by it, do not fit to it; NULL: choose */
+    int threads;
+    const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
+    lab_fit_progress_fn *progress;
+    lab_report_fn *report;
+    void *ctx;
+} lab_diagnose_def;
+lab_diagnose_def lab_diagnose_def_default(void);
+
+/** Diagnose a mechanism file against strokes.
+ *  @param file  the mechanism file of the model
+ *  @return OK (whatever the verdict), EINVAL (too few strokes, def), numerical failures at the
+ *  file's own values, ENOMEM */
+stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
+                          const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
+void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
+
+/** The mechanism file with the causes in it and the numbers refitted, comments kept.
+ *  @return OK, EIO, EPARSE, EINVAL (there is no cause), ENOMEM */
+stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
+                        stein_err *err);
+/** DIR/diagnosis.json. @return OK, EIO, ENOMEM */
+stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *diagnosis, stein_err *err);
+/** DIR/report.html, one self-contained page. @return OK, EIO, ENOMEM */
+stein_status lab_diagnosis_page(const char *path, const lab_diagnosis *diagnosis, stein_err *err);
 
 #ifdef __cplusplus
 }
