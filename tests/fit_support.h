@@ -13,11 +13,12 @@
 /** One measurement to be made. */
 typedef struct film {
     const char *model;
-    const char *const *truth;   /* "NAME=VALUE", closed by NULL */
-    const char *const *told;    /* the same, of this stroke, written as `# set`; may be NULL */
-    const char *channels;       /* separated by blanks */
-    double rate, from, until;   /* [Hz], [s] */
-    double noise, clock;        /* sd [unit]; the data's clock is ahead by this [s] */
+    const char *const *truth; /* "NAME=VALUE", closed by NULL */
+    const char *const *told;  /* the same, of this stroke, written as `# set`; may be NULL */
+    const char *channels;     /* separated by blanks */
+    double rate, from, until; /* [Hz], [s] */
+    double noise, clock;      /* sd [unit]; the data's clock is ahead by this [s] */
+    double base, lag; /* the frame of t is that of (1 + base) t; the last channel lags [s] */
     int unsynchronised, silent; /* silent: no `# noise` */
     unsigned long long seed;
 } film;
@@ -56,15 +57,28 @@ static inline void write_film_head(FILE *f, const film *m, const stein_model *eq
     fprintf(f, "%s\n", title);
 }
 
+/* what a channel shows at T, if that is not past */
+static inline double seen_at(stein_sim *sim, const char *channel, double T)
+{
+    double y = 0.0;
+    if (T > stein_time(sim)) {
+        ck_assert_stein(stein_run(sim, T, err));
+    }
+    ck_assert_stein(stein_read_name(sim, channel, &y, err));
+    return y;
+}
+
 static inline void write_film_row(FILE *f, const film *m, stein_sim *sim, double t,
                                   unsigned long long *seed)
 {
     char names[200], *rest = NULL;
+    const char *last = strrchr(m->channels, ' ');
+    last = last != NULL ? last + 1 : m->channels;
+    double T = (1.0 + m->base) * t + m->clock, late = seen_at(sim, last, T - m->lag);
     snprintf(names, sizeof names, "%s", m->channels);
     fprintf(f, "%.17g", t);
     for (char *c = strtok_r(names, " ", &rest); c != NULL; c = strtok_r(NULL, " ", &rest)) {
-        double y = 0.0;
-        ck_assert_stein(stein_read_name(sim, c, &y, err));
+        double y = strcmp(c, last) == 0 ? late : seen_at(sim, c, T);
         fprintf(f, ",%.17g", y + m->noise * gauss(seed));
     }
     fprintf(f, "\n");
@@ -97,11 +111,7 @@ static inline const char *take(const char *name, const film *m)
     unsigned long long seed = m->seed;
     write_film_head(f, m, lab_equations(model));
     for (int i = 0; m->from + i / m->rate <= m->until + 1e-9; i++) {
-        double t = m->from + i / m->rate, T = t + m->clock;
-        if (T > 0.0) {
-            ck_assert_stein(stein_run(sim, T, err));
-        }
-        write_film_row(f, m, sim, t, &seed);
+        write_film_row(f, m, sim, m->from + i / m->rate, &seed);
     }
     ck_assert_int_eq(fclose(f), 0);
     stein_sim_destroy(sim);

@@ -248,6 +248,62 @@ START_TEST(an_initial_state_that_nobody_states_is_found)
 }
 END_TEST
 
+/* ---- instruments whose time is wrong ---- */
+
+/* a swing at a height that is known, seen twice */
+static film watched(unsigned long long seed)
+{
+    static const char *const height[] = {"rod.initial.position=33 deg", NULL};
+    film m = swing(swings_truth, height, seed);
+    m.channels = "angle tip_x";
+    m.noise = 4e-4;
+    return m;
+}
+
+START_TEST(a_time_base_that_is_wrong_by_1_percent_is_found)
+{
+    // the damping tells the time, the frequency alone would not
+    static const char *const names[] = {"clock.error", "rod.damping", NULL};
+    static const char *const set[] = {"rod.pendulum.frequency=1.1 Hz", NULL};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        film m = watched(51);
+        m.base = 0.01 * sign;
+        const char *data[] = {take("wrong_rate.csv", &m), NULL};
+        fitted f;
+        open_fit(&f, pendulum, set, data);
+        lab_fit_def def = free_these(names);
+        ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+        ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+        ck_assert_found(f.fit, "clock.error", 0.01 * sign, 3.0);
+        ck_assert_found(f.fit, "rod.damping", 1.8e-4, 3.0);
+        ck_assert(value_of(f.fit, "clock.error")->sd < 1e-4);
+        drop(&f);
+    }
+}
+END_TEST
+
+START_TEST(an_instrument_that_lags_by_1_ms_is_found_even_on_a_wrong_time_base)
+{
+    static const char *const names[] = {"tip_x.sensor.delay", "clock.error", "rod.damping", NULL};
+    static const char *const set[] = {"rod.pendulum.frequency=1.1 Hz", NULL};
+    film m = watched(52);
+    m.lag = 1e-3;
+    for (int wrong = 0; wrong <= 1; wrong++) {
+        m.base = -0.01 * wrong;
+        const char *data[] = {take("late.csv", &m), NULL};
+        fitted f;
+        open_fit(&f, pendulum, set, data);
+        lab_fit_def def = free_these(names);
+        ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+        ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+        ck_assert_found(f.fit, "tip_x.sensor.delay", 1e-3, 3.0);
+        ck_assert_found(f.fit, "clock.error", m.base, 3.0);
+        ck_assert(value_of(f.fit, "tip_x.sensor.delay")->sd < 1e-4);
+        drop(&f);
+    }
+}
+END_TEST
+
 /* ---- the action ---- */
 
 static const char *const wrong[] = {
@@ -468,6 +524,8 @@ Suite *fit_suite(void)
     tcase_add_test(small, a_profile_without_end_is_open);
     tcase_add_test(small, single_bad_frames_lose_their_weight);
     tcase_add_test(small, an_initial_state_that_nobody_states_is_found);
+    tcase_add_test(small, a_time_base_that_is_wrong_by_1_percent_is_found);
+    tcase_add_test(small, an_instrument_that_lags_by_1_ms_is_found_even_on_a_wrong_time_base);
     tcase_add_test(small, what_cannot_be_fitted_is_refused_in_words);
     tcase_add_test(small, more_unknowns_than_samples_are_refused);
     tcase_add_test(same, threads_do_not_change_a_bit);

@@ -85,6 +85,7 @@ typedef struct fit__problem {
     fit__unknown *unknown;
     int np, nu;           /* free parameters; all unknowns */
     unsigned char *group; /* [np of the model] what each parameter scatters with */
+    int clock;            /* parameter of the recorder's time base, -1: none */
     double *step;         /* [nu] half-width of differences, in x */
     double gain;          /* of the ladder, 0: plain simulation */
     double tolerance;     /* of one step [rad or m] */

@@ -406,6 +406,7 @@ stein_status fit__problem_make(fit__problem *p, const lab_model *model, const la
         p->nstroke = 0;
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
+    p->clock = stein_find_param(m, "clock.error");
     for (int i = 0; i < m->np; i++) {
         p->group[i] = (unsigned char)group_of(m, m->params[i].name);
     }

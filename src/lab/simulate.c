@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * simulate.c - what a model predicts for the samples of one stroke.
  *
- *      T = t + tau - origin      simulation time of the sample taken at t
+ *      T = (1 + e) t + tau - origin      simulation time of the frame recorded at t
  *
- * The run ends exactly at every T, so no grid moves when tau changes. Before T = 0 the mechanism
- * waits in its initial state. Prescribed motions and forces are on the data's clock.
+ * with e the error of the recorder's time base (clock.error); a lagging instrument shows in it what
+ * was at T - delay. The run ends exactly at every T, so no grid moves when tau or e change. Before
+ * T = 0 the mechanism waits in its initial state. Measured motions and forces are no frames: they
+ * have the trigger's time, and a time base that is right.
  *
  * Steps. A fixed step of 10 us leaves an error of 0.2 um (RK4) or 0.5 um (DP5) in a stroke of the
  * piano action, 20-40 us leave 1 to 7 um: the rubbing notch is stiff for a few ms (mu f_n/(m v_t),
@@ -256,13 +258,21 @@ static double delay_of(const fit__bench *b, const fit__stroke *s, int c)
     return s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
 }
 
+/* simulation time of the frame recorded as sample i */
+static double frame_time(const fit__problem *p, const fit__bench *b, const fit__stroke *s,
+                         double tau, int i)
+{
+    double error = p->clock >= 0 ? b->p[p->clock] : 0.0;
+    return (1.0 + error) * s->data->time[i] + tau - s->origin;
+}
+
 static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke *s, double tau,
                         double *y, stein_err *err)
 {
     double h = 0.1 * lab_equations(p->model)->dt;
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < s->n; i++) {
-        double T = s->data->time[i] + tau - s->origin;
+        double T = frame_time(p, b, s, tau, i);
         if (T > 0.0) {
             status = p->gain > 0.0 && i > 0
                          ? pulled(p, b, s, i - 1, y, T, &h, err)
@@ -290,8 +300,7 @@ static stein_status run_delayed(const fit__problem *p, fit__bench *b, const fit_
         int c = -1;
         double T = INFINITY;
         for (int a = 0; a < s->nch; a++) {
-            double t =
-                next[a] < s->n ? s->data->time[next[a]] + tau - s->origin - delay[a] : INFINITY;
+            double t = next[a] < s->n ? frame_time(p, b, s, tau, next[a]) - delay[a] : INFINITY;
             c = t < T ? a : c;
             T = fmin(t, T);
         }
