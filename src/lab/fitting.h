@@ -106,6 +106,9 @@ double fit__slope(const fit__unknown *u, double x);
 
 /* ---- simulate.c ---- */
 
+/** Called when the simulation stands at sample i (of the first channel). */
+typedef void fit__watch_fn(void *ctx, stein_sim *sim, int i);
+
 /** What one thread needs to simulate strokes. */
 typedef struct fit__bench {
     stein_sim *sim, *probe; /* probe: only for the ladder */
@@ -114,6 +117,10 @@ typedef struct fit__bench {
     double *shown;          /* [nch] what is added to the readings of a stroke */
     void *kept;
     struct fit__observer *observer;
+    stein_force_fn *force; /* forces that the model lacks, not with the ladder; NULL: none */
+    void *force_ctx;
+    fit__watch_fn *watch; /* hears of every frame; NULL: nobody */
+    void *watch_ctx;
 } fit__bench;
 stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *err);
 void fit__bench_free(fit__bench *b);

@@ -235,6 +235,9 @@ static stein_status read_sample(fit__bench *b, const fit__stroke *s, int c, int 
         return lab__fail(err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(b->sim));
     }
     y[c * s->n + i] = value;
+    if (c == 0 && b->watch != NULL) {
+        b->watch(b->watch_ctx, b->sim, i);
+    }
     return STEIN_OK;
 }
 
@@ -341,7 +344,7 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     double tau = s->tau >= 0 ? fit__value(&p->unknown[s->tau], x[s->tau]) : 0.0;
-    stein_on_force(b->sim, NULL, NULL);
+    stein_on_force(b->sim, b->force, b->force_ctx);
     stein_status status = bind(b->sim, m, s, c, s->origin - tau, err);
     status = status == STEIN_OK ? start(p, b, s, x, b->sim, err) : status;
     if (status == STEIN_OK && p->gain > 0.0) {
