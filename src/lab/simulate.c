@@ -16,7 +16,7 @@
  *      h <- 0.9 h (tol/e)^(1/5),    e = max over joints (|e_q|, h |e_qd|)
  *
  * The estimate is that of the last piece of a step that was cut. So a step with an event in it is
- * taken back, another one ends just before the event, and a tenth of the file's step leads across.
+ * taken back, the next ones end just before the event, and a tenth of the file's step leads across.
  * Without that an escapement was found with the states of an unchecked long step, and strokes came
  * out microns apart for no reason.
  *
@@ -64,17 +64,23 @@ stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double
 {
     watch w;
     double dt = stein_sim_model(sim)->dt, crossing = across * dt;
+    double event = INFINITY; // that the steps have to end just before
     stein_status status = STEIN_OK;
     stein_on_event(sim, on_event, &w);
     for (double t = stein_time(sim); status == STEIN_OK && t < t_end; t = stein_time(sim)) {
         double left = t_end - t, step = fmin(*h, longest * dt);
+        double before = event - 0.5 * crossing - t;
+        int leads_across = before <= 1e-3 * crossing, bounded = leads_across || before <= step;
+        step = leads_across ? fmin(step, crossing) : fmin(step, before);
         int last = step >= left * (1.0 - 1e-9);
-        step = last ? left : step > 0.5 * left ? 0.5 * left : step;
+        step = last ? left : step > 0.5 * left && !bounded ? 0.5 * left : step;
         double e = try_step(sim, last ? t_end : t + step, tolerance, &w, kept, &status, err);
         int cut = w.first <= t + step && step > crossing * (1.0 + 1e-6);
         if (e <= 1.0 && !cut) {
             double grown = step * fmin(4.0, fmax(0.3, 0.9 * pow(fmax(e, 1e-12), -0.2)));
-            *h = last && grown < *h && e < 0.5 ? *h : grown; // a rest of a step tells little
+            int rest = last || (bounded && !leads_across); // the rest of a step tells little
+            *h = rest && grown < *h && e < 0.5 ? *h : grown;
+            event = leads_across ? INFINITY : event;
             continue;
         }
         if (step < shortest) {
@@ -84,9 +90,10 @@ stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double
             break;
         }
         status = stein_restore(sim, kept, err);
-        *h = step * fmax(0.2, isfinite(e) ? 0.9 * pow(e, -0.2) : 0.2);
-        if (cut && e < INFINITY) { // up to the event, then a short step across it
-            *h = fmin(e <= 1.0 ? step : *h, fmax(crossing, w.first - t - 0.5 * crossing));
+        if (cut && e < INFINITY) { // its error is that of what came behind the event
+            event = w.first;
+        } else {
+            *h = step * fmax(0.2, isfinite(e) ? 0.9 * pow(e, -0.2) : 0.2);
         }
     }
     stein_on_event(sim, NULL, NULL);
