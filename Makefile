@@ -49,7 +49,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench golden install clean deps format format-check tidy
+.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -147,6 +147,10 @@ $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+# blind tests of the diagnosis: other programs and their files, nothing linked
+$(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
@@ -165,7 +169,7 @@ SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
 check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -177,6 +181,16 @@ $(SCRIPT_JOBS): script-%: tests/test_%.sh
 
 bench: $(B)/bench  ## cost of evaluations, steps and strokes
 	$(Q)$(B)/bench
+
+DRAWS  ?= 200
+LEVELS ?= null,L1,L2,L3
+SEED   ?= 1
+HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED)
+hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3 SEED=1
+	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/hidden
+	$(Q)$(call HIDDEN,run) --jobs $(JOBS)
+hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
+	$(Q)$(call HIDDEN,readme README.md)
 
 golden: $(B)/steingen  ## accept the generated text of the pendulum as the golden one
 	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
@@ -195,7 +209,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * hidden.h - blind tests: measurements with something hidden in them are made, `stein diagnose`
+ * sees the CSV files alone, then the sealed answer is opened and the verdict scored.
+ *
+ *      DIR/sets/L1-0007/fit_01.csv ... held_06.csv     what the diagnosis sees
+ *      DIR/sealed/L1-0007.json                         what is hidden; opened afterwards
+ *      DIR/BUILD/L1-0007/                              what the diagnosis wrote
+ *      DIR/BUILD/L1-0007.score                         one result, "name value" lines
+ *      DIR/BUILD/stein                                 the program that is judged: a copy
+ *
+ * BUILD is a hash of the program's bytes: an interrupted run goes on where it was, another program
+ * begins anew on the same sets. Nothing here is linked with the library: the scorer knows what
+ * other programs know, files.
+ *
+ *   main.c     command line, draws in parallel     judge.c   verdict against answer
+ *   draw.c     one draw: make, diagnose            table.c   the table, the list of confusions
+ *   process.c  other programs                      tree.c    reader of JSON
+ *   score.c    results as files
+ */
+#ifndef HIDDEN_H
+#define HIDDEN_H
+
+#include <stdio.h>
+
+enum { NAME = 100, PATH = 1000, DRAWS = 9999 };
+
+/* ---- tree.c ---- */
+
+/** A value of JSON. */
+typedef struct tree {
+    char type;        /* '{' '[' 's' 'n' 't' 'f' '0' (null) */
+    char *key, *text; /* key NULL inside lists */
+    double number;
+    struct tree *child, *next;
+} tree;
+/** @return NULL when the file is absent or no JSON */
+tree *tree_read(const char *path);
+void tree_free(tree *t);
+/** Member of an object; NULL when there is none (also of NULL). */
+const tree *tree_get(const tree *t, const char *key);
+/** Text of a member, "" when there is none. */
+const char *tree_text(const tree *t, const char *key);
+/** Number of a member, NAN when there is none. */
+double tree_number(const tree *t, const char *key);
+
+/* ---- process.c ---- */
+
+/** Run a program, its output to the file `log` (NULL: stays where it is).
+ *  @param limit  seconds of processor time, 0: none
+ *  @param cpu    out, may be NULL: seconds it took
+ *  @return its exit code, 128 + n when signal n ended it, 127 when it cannot be run */
+int process_run(char *const argv[], const char *log, double limit, double *cpu);
+double process_clock(void);
+/** A folder with its parents. @return 0, -1 after a message */
+int process_folder(const char *path);
+/** Copy a program. @return 0, -1 after a message */
+int process_copy(const char *from, const char *to);
+
+/* ---- score.c ---- */
+
+/** One draw, judged. */
+typedef struct score {
+    char level[NAME], build[NAME];
+    int draw, met, rough;
+    double seed, reached;
+    char kind[NAME], place[NAME], cls[NAME]; /* truth */
+    int exit_code;
+    char verdict[NAME], first_kind[NAME], first_place[NAME]; /* found; "-" when there is none */
+    int causes, rivals;
+    int rank;       /* of the truth among all that was judged, 1: first, 0: not in the list */
+    int first, set; /* truth is first, is in the set */
+    int first_alike, set_alike; /* the same, with identical descriptions as one */
+    int right_class;
+    int numbered, covered; /* its number is known; is inside the interval */
+    double found, lo, hi, truth, error;
+    double before, after, floor; /* held-out error */
+    double cpu, wall;
+} score;
+void score_print(FILE *f, const score *s);
+int score_write(const char *path, const score *s);
+int score_read(const char *path, score *s);
+
+/* ---- draw.c ---- */
+
+typedef struct setup {
+    const char *build, *model, *folder;
+    char results[PATH]; /* DIR/BUILD */
+    char hash[NAME];
+    unsigned long seed;
+    int draws, jobs, verbose;
+    char level[8][NAME];
+    int nlevel;
+} setup;
+/** @return 0: judged, or was before; -1: could not be made, after a message */
+int draw_run(const setup *s, int level, int draw);
+void draw_paths(const setup *s, const char *level, int draw, char set[PATH], char answer[PATH],
+                char out[PATH], char scored[PATH]);
+
+/* ---- judge.c ---- */
+
+/** Compare what was found with the answer. @return 0, -1 after a message */
+int judge(const setup *s, const char *answer, const char *out, score *result);
+
+/* ---- table.c ---- */
+
+/** The table of all levels; how many draws are missing is told below it. */
+void table_print(FILE *f, const setup *s);
+/** One line a draw: truth, verdict, what was first, rank of the truth. @return 0, -1 */
+int table_confusions(const char *path, const setup *s);
+/** Put the table between two marker lines of a file. @return 0, -1 after a message */
+int table_into(const char *path, const setup *s);
+
+#endif

@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * judge.c - what was found against what was hidden.
+ *
+ * Right cause and place: kind and place of the first cause are those of the answer. The set: all
+ * causes and what is reported as indistinguishable. Class: the verdict.
+ *
+ * Some descriptions are the same to the last bit (a contact that lies deeper and a line that is
+ * shifted): `stein effects MODEL --json` lists them as `alike`. Both countings are kept, the strict
+ * one and the one that takes them as one cause.
+ *
+ * The number. Most kinds have an amount of their own, compared as it is. Where a number of the
+ * file is wrong the answer has its true value; found is the value in extended.yaml, as `stein
+ * check` reads it, with the interval of the amount. Its error is relative to how far the true value
+ * is from the file's, not to the value itself: 2 % of a length would be a large error.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hidden.h"
+
+typedef struct names {
+    const char *kind, *place;
+} names;
+
+static names of(const tree *t)
+{
+    return (names){tree_text(t, "kind"), tree_text(t, "place")};
+}
+
+static int same(names a, names b)
+{
+    return strcmp(a.kind, b.kind) == 0 && strcmp(a.place, b.place) == 0;
+}
+
+/* the output of a program as JSON */
+static tree *said(char *const argv[], const char *log)
+{
+    return process_run(argv, log, 0.0, NULL) == 0 ? tree_read(log) : NULL;
+}
+
+/* ---- identical descriptions ---- */
+
+static int alike(const tree *candidates, names a, names b)
+{
+    if (same(a, b)) {
+        return 1;
+    }
+    for (const tree *c = candidates != NULL ? candidates->child : NULL; c != NULL; c = c->next) {
+        const tree *list = tree_get(c, "alike");
+        if (!same(of(c), a) && !same(of(c), b)) {
+            continue;
+        }
+        for (const tree *k = list != NULL ? list->child : NULL; k != NULL; k = k->next) {
+            if (same(of(k), a) || same(of(k), b)) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* place of the truth in a list, counted on from `rank`; 0 when it is not in it */
+static int rank_in(const tree *list, names truth, const tree *candidates, int *rank)
+{
+    int at = 0;
+    for (const tree *c = list != NULL ? list->child : NULL; c != NULL; c = c->next) {
+        ++*rank;
+        if (at == 0 &&
+            (candidates != NULL ? alike(candidates, of(c), truth) : same(of(c), truth))) {
+            at = *rank;
+        }
+    }
+    return at;
+}
+
+static int length(const tree *list)
+{
+    int n = 0;
+    for (const tree *c = list != NULL ? list->child : NULL; c != NULL; c = c->next) {
+        n++;
+    }
+    return n;
+}
+
+static void judge_names(score *r, const tree *found, names truth, const tree *candidates)
+{
+    const tree *causes = tree_get(found, "causes"), *rivals = tree_get(found, "indistinguishable");
+    const tree *first = causes != NULL ? causes->child : NULL;
+    int rank = 0, at = rank_in(causes, truth, NULL, &rank);
+    int in_rivals = rank_in(rivals, truth, NULL, &rank);
+    r->causes = length(causes);
+    r->rivals = length(rivals);
+    snprintf(r->first_kind, NAME, "%s", first != NULL ? tree_text(first, "kind") : "-");
+    snprintf(r->first_place, NAME, "%s", first != NULL ? tree_text(first, "place") : "-");
+    r->first = at == 1;
+    r->set = at > 0 || in_rivals > 0;
+    r->rank = at > 0 ? at : in_rivals;
+    rank = 0;
+    at = rank_in(causes, truth, candidates, &rank);
+    r->first_alike = at == 1;
+    r->set_alike = at > 0 || rank_in(rivals, truth, candidates, &rank) > 0;
+    rank = 0;
+    if (r->rank == 0) {
+        r->rank = rank_in(tree_get(found, "suspects"), truth, NULL, &rank);
+    }
+}
+
+/* ---- the number ---- */
+
+static double extended_value(const setup *s, const char *out, const char *parameter)
+{
+    char program[PATH + 8], file[PATH + 20], log[PATH + 20];
+    snprintf(program, sizeof program, "%s/stein", s->results);
+    snprintf(file, sizeof file, "%s/extended.yaml", out);
+    snprintf(log, sizeof log, "%s/extended.json", out);
+    char *argv[] = {program, "check", file, "--json", NULL};
+    tree *check = said(argv, log);
+    const tree *list = tree_get(check, "parameters");
+    double value = NAN;
+    for (const tree *c = list != NULL ? list->child : NULL; c != NULL; c = c->next) {
+        if (strcmp(tree_text(c, "name"), parameter) == 0) {
+            value = tree_number(c, "value");
+        }
+    }
+    tree_free(check);
+    return value;
+}
+
+static void judge_number(const setup *s, const char *out, const tree *found, const tree *answer,
+                         score *r)
+{
+    const tree *causes = tree_get(found, "causes"), *first = causes != NULL ? causes->child : NULL;
+    const tree *numbers = tree_get(first, "parameters"), *hidden = tree_get(answer, "parameters");
+    const tree *n = numbers != NULL ? numbers->child : NULL;
+    const tree *h = hidden != NULL ? hidden->child : NULL;
+    r->found = r->lo = r->hi = r->truth = r->error = NAN;
+    if (!r->first || n == NULL || h == NULL || n->key == NULL || h->key == NULL) {
+        return;
+    }
+    double amount = tree_number(n, "value"), lo = tree_number(n, "lo"), hi = tree_number(n, "hi");
+    double file = tree_number(h, "file"), size = tree_number(h, "value");
+    r->truth = size;
+    r->found = amount, r->lo = lo, r->hi = hi;
+    if (!isnan(file)) { // a number of the file: where is it in the end?
+        double end = extended_value(s, out, h->key);
+        int scaled = strcmp(n->key, "log_scale") == 0;
+        r->found = end;
+        r->lo = scaled ? end * exp(lo - amount) : end + (lo - amount);
+        r->hi = scaled ? end * exp(hi - amount) : end + (hi - amount);
+        size -= file;
+    }
+    r->numbered = isfinite(r->found) && isfinite(r->lo) && isfinite(r->hi);
+    r->covered = r->numbered && r->lo <= r->truth && r->truth <= r->hi;
+    r->error = fabs(r->found - r->truth) / fabs(size);
+}
+
+/* ---- all of it ---- */
+
+static void judge_answer(const setup *s, const char *out, const tree *found, const tree *answer,
+                         const tree *candidates, score *r)
+{
+    const tree *level = tree_get(answer, "level"), *gain = tree_get(found, "gain");
+    const tree *met = tree_get(level, "met"), *rough = tree_get(answer, "wrong_start");
+    const char *kind = tree_text(answer, "kind");
+    snprintf(r->kind, NAME, "%s", *kind != '\0' ? kind : "-");
+    snprintf(r->place, NAME, "%s", *kind != '\0' ? tree_text(answer, "place") : "-");
+    snprintf(r->cls, NAME, "%s", tree_text(answer, "class"));
+    snprintf(r->verdict, NAME, "%s", found != NULL ? tree_text(found, "verdict") : "failed");
+    r->reached = tree_number(level, "reached");
+    r->met = met != NULL && met->type == 't';
+    r->rough = rough != NULL && rough->type == 't';
+    r->right_class = strcmp(r->verdict, r->cls) == 0;
+    judge_names(r, found, of(answer), candidates);
+    judge_number(s, out, found, answer, r);
+    r->before = tree_number(gain, "rmse_before");
+    r->after = tree_number(gain, "rmse_after");
+    r->floor = tree_number(found, "noise_floor");
+}
+
+int judge(const setup *s, const char *answer, const char *out, score *result)
+{
+    char path[PATH + 20], program[PATH + 8], log[PATH + 20];
+    snprintf(path, sizeof path, "%s/diagnosis.json", out);
+    snprintf(program, sizeof program, "%s/stein", s->results);
+    snprintf(log, sizeof log, "%s.effects", out);
+    char *argv[] = {program, "effects", (char *)s->model, "--json", NULL};
+    // no verdict was given: 0 and 3 (not converged) have one
+    int gave = result->exit_code == 0 || result->exit_code == 3;
+    tree *found = gave ? tree_read(path) : NULL, *sealed = tree_read(answer);
+    tree *effects = said(argv, log);
+    remove(log);
+    if (sealed != NULL) {
+        judge_answer(s, out, found, sealed, tree_get(effects, "candidates"), result);
+    } else {
+        fprintf(stderr, "hidden: %s cannot be read\n", answer);
+    }
+    int status = sealed != NULL ? 0 : -1;
+    tree_free(found);
+    tree_free(sealed);
+    tree_free(effects);
+    return status;
+}

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * main.c - command line of the blind tests.
+ *
+ *   hidden run [--draws 200] [--levels null,L1,L2,L3] [--jobs 2] [--seed 1] [--quiet]
+ *       make, diagnose and judge what is not judged yet, then print the table
+ *   hidden table ...                    the table of what is judged
+ *   hidden readme FILE ...              the table into a document, between its two marker lines
+ *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
+ * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets).
+ *
+ * Seeds: the table of the README is drawn with a seed that nothing was tuned on.
+ */
+#include <errno.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "hidden.h"
+
+enum { OK, FAILED, USAGE };
+
+static int usage(const char *why, const char *what)
+{
+    fprintf(stderr,
+            "hidden: %s%s\nusage: hidden run|table|readme FILE|judge ANSWER OUT [--draws N] "
+            "[--levels null,L1,L2,L3] [--jobs N] [--seed N] [--build DIR] [--model FILE] "
+            "[-o DIR]\n",
+            why, what);
+    return USAGE;
+}
+
+/* ---- options ---- */
+
+static int read_levels(setup *s, const char *list)
+{
+    s->nlevel = 0;
+    while (*list != '\0') {
+        size_t n = strcspn(list, ", ");
+        int known = (n == 4 && strncmp(list, "null", 4) == 0) ||
+                    (n == 2 && list[0] == 'L' && list[1] >= '1' && list[1] <= '3');
+        if (!known || s->nlevel == 4) {
+            return -1;
+        }
+        snprintf(s->level[s->nlevel++], NAME, "%.*s", (int)n, list);
+        list += n + strspn(list + n, ", ");
+    }
+    return s->nlevel > 0 ? 0 : -1;
+}
+
+static int option(setup *s, const char *name, const char *value)
+{
+    long n = strtol(value, NULL, 10);
+    if (strcmp(name, "--draws") == 0) {
+        s->draws = (int)n;
+        return n >= 1 && n <= DRAWS;
+    }
+    if (strcmp(name, "--jobs") == 0) {
+        s->jobs = (int)n;
+        return n >= 1 && n <= 64;
+    }
+    if (strcmp(name, "--seed") == 0) {
+        s->seed = (unsigned long)n;
+        return n >= 1 && n <= 40000;
+    }
+    if (strcmp(name, "--levels") == 0) {
+        return read_levels(s, value) == 0;
+    }
+    const struct {
+        const char *name, **to;
+    } texts[] = {{"--build", &s->build}, {"--model", &s->model}, {"-o", &s->folder}};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        if (strcmp(name, texts[i].name) == 0) {
+            *texts[i].to = value;
+            return strlen(value) < PATH / 3;
+        }
+    }
+    return 0;
+}
+
+/* @return the number of words that are no option, -1 after a message */
+static int parse(setup *s, int argc, char **argv, const char *word[3])
+{
+    int n = 0;
+    *s = (setup){.build = "build",
+                 .model = "models/stein1788.yaml",
+                 .seed = 1,
+                 .draws = 200,
+                 .jobs = 2,
+                 .verbose = 1};
+    read_levels(s, "null,L1,L2,L3");
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--quiet") == 0) {
+            s->verbose = 0;
+        } else if (argv[i][0] == '-') {
+            if (i + 1 >= argc || !option(s, argv[i], argv[i + 1])) {
+                return usage("what is ", argv[i]), -1;
+            }
+            i++;
+        } else if (n < 3) {
+            word[n++] = argv[i];
+        } else {
+            return usage("one word too many: ", argv[i]), -1;
+        }
+    }
+    return n;
+}
+
+/* ---- what is judged: a copy, that a later build does not change ---- */
+
+static int hash_of(const char *path, char hash[NAME])
+{
+    uint64_t h = 14695981039346656037u;
+    int c;
+    FILE *f = fopen(path, "rb");
+    if (f == NULL) {
+        fprintf(stderr, "hidden: %s: %s\n", path, strerror(errno));
+        return -1;
+    }
+    while ((c = getc(f)) != EOF) {
+        h = (h ^ (uint64_t)(unsigned char)c) * 1099511628211u;
+    }
+    fclose(f);
+    snprintf(hash, NAME, "%08lx", (unsigned long)((h ^ (h >> 32)) & 0xffffffffu));
+    return 0;
+}
+
+static int prepare(setup *s, int copy)
+{
+    char program[PATH], mine[PATH + 8], path[PATH];
+    static char folder[PATH];
+    if (s->folder == NULL) {
+        snprintf(folder, sizeof folder, "%s/hidden-sets", s->build);
+        s->folder = folder;
+    }
+    snprintf(program, sizeof program, "%s/stein", s->build);
+    if (hash_of(program, s->hash) != 0) {
+        return -1;
+    }
+    snprintf(s->results, sizeof s->results, "%s/%s", s->folder, s->hash);
+    snprintf(mine, sizeof mine, "%s/stein", s->results);
+    if (!copy) {
+        return 0;
+    }
+    snprintf(path, sizeof path, "%s/sets", s->folder);
+    int status = process_folder(path);
+    snprintf(path, sizeof path, "%s/sealed", s->folder);
+    status = status == 0 ? process_folder(path) : status;
+    status = status == 0 ? process_folder(s->results) : status;
+    return status == 0 && access(mine, X_OK) != 0 ? process_copy(program, mine) : status;
+}
+
+/* ---- draws in parallel ---- */
+
+/* wait for one of the draws under way. @return 1 when it failed */
+static int wait_one(int *running)
+{
+    int status = 0;
+    pid_t child = wait(&status);
+    --*running;
+    return child < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0;
+}
+
+/* levels take turns, so that a run that is broken off has something of each */
+static int run_all(const setup *s)
+{
+    int running = 0, failed = 0;
+    for (int i = 0; i < s->draws * s->nlevel; i++) {
+        fflush(NULL);
+        pid_t child = fork();
+        if (child == 0) {
+            _exit(draw_run(s, i % s->nlevel, i / s->nlevel + 1) == 0 ? 0 : 1);
+        }
+        failed += child < 0;
+        running += child > 0;
+        if (running == s->jobs) {
+            failed += wait_one(&running);
+        }
+    }
+    while (running > 0) {
+        failed += wait_one(&running);
+    }
+    return failed;
+}
+
+static int show(const setup *s)
+{
+    char path[PATH + 20];
+    snprintf(path, sizeof path, "%s/confusions.txt", s->results);
+    table_print(stdout, s);
+    if (table_confusions(path, s) != 0) {
+        return FAILED;
+    }
+    printf("%s\n", path);
+    return OK;
+}
+
+static int judge_one(const setup *s, const char *answer, const char *out)
+{
+    score r = {0};
+    snprintf(r.level, sizeof r.level, "-");
+    snprintf(r.build, sizeof r.build, "%s", s->hash);
+    if (judge(s, answer, out, &r) != 0) {
+        return FAILED;
+    }
+    score_print(stdout, &r);
+    return OK;
+}
+
+int main(int argc, char **argv)
+{
+    setup s;
+    const char *word[3] = {"", "", ""};
+    int n = parse(&s, argc, argv, word);
+    if (n < 0) {
+        return USAGE;
+    }
+    int is_run = n == 1 && strcmp(word[0], "run") == 0;
+    int is_table = n == 1 && strcmp(word[0], "table") == 0;
+    int is_readme = n == 2 && strcmp(word[0], "readme") == 0;
+    int is_judge = n == 3 && strcmp(word[0], "judge") == 0;
+    if (!is_run && !is_table && !is_readme && !is_judge) {
+        return usage("what is to be done? ", word[0]);
+    }
+    if (prepare(&s, !is_table && !is_readme) != 0) {
+        return FAILED;
+    }
+    if (is_judge) {
+        return judge_one(&s, word[1], word[2]);
+    }
+    if (is_readme) {
+        return table_into(word[1], &s) == 0 ? OK : FAILED;
+    }
+    int failed = is_run ? run_all(&s) : 0;
+    if (failed > 0) {
+        fprintf(stderr, "hidden: %d draws failed\n", failed);
+    }
+    int status = show(&s);
+    return failed > 0 ? FAILED : status;
+}

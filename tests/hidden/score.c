@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * score.c - results as files of "name value" lines, which appear whole or not at all.
+ */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hidden.h"
+
+typedef struct field {
+    const char *name;
+    char type; /* s text, i int, d double */
+    size_t at;
+} field;
+
+#define FIELD(name, type)                  \
+    {                                      \
+#name, type, offsetof(score, name) \
+    }
+static const field fields[] = {
+    FIELD(level, 's'),      FIELD(build, 's'),       FIELD(draw, 'i'),      FIELD(met, 'i'),
+    FIELD(rough, 'i'),      FIELD(seed, 'd'),        FIELD(reached, 'd'),   FIELD(kind, 's'),
+    FIELD(place, 's'),      FIELD(cls, 's'),         FIELD(exit_code, 'i'), FIELD(verdict, 's'),
+    FIELD(first_kind, 's'), FIELD(first_place, 's'), FIELD(causes, 'i'),    FIELD(rivals, 'i'),
+    FIELD(rank, 'i'),       FIELD(first, 'i'),       FIELD(set, 'i'),       FIELD(first_alike, 'i'),
+    FIELD(set_alike, 'i'),  FIELD(right_class, 'i'), FIELD(numbered, 'i'),  FIELD(covered, 'i'),
+    FIELD(found, 'd'),      FIELD(lo, 'd'),          FIELD(hi, 'd'),        FIELD(truth, 'd'),
+    FIELD(error, 'd'),      FIELD(before, 'd'),      FIELD(after, 'd'),     FIELD(floor, 'd'),
+    FIELD(cpu, 'd'),        FIELD(wall, 'd')};
+enum { FIELDS = sizeof fields / sizeof *fields };
+
+void score_print(FILE *f, const score *s)
+{
+    for (int i = 0; i < FIELDS; i++) {
+        const char *at = (const char *)s + fields[i].at;
+        fprintf(f, "%s ", fields[i].name);
+        if (fields[i].type == 's') {
+            fprintf(f, "%s\n", *at != '\0' ? at : "-");
+        } else if (fields[i].type == 'i') {
+            int value;
+            memcpy(&value, at, sizeof value);
+            fprintf(f, "%d\n", value);
+        } else {
+            double value;
+            memcpy(&value, at, sizeof value);
+            fprintf(f, "%.10g\n", value);
+        }
+    }
+}
+
+int score_write(const char *path, const score *s)
+{
+    char part[PATH + 8];
+    snprintf(part, sizeof part, "%s.part", path);
+    FILE *f = fopen(part, "w");
+    if (f == NULL) {
+        perror(part);
+        return -1;
+    }
+    score_print(f, s);
+    if (fclose(f) != 0 || rename(part, path) != 0) {
+        perror(path);
+        return -1;
+    }
+    return 0;
+}
+
+static void take(score *s, const char *name, const char *value)
+{
+    for (int i = 0; i < FIELDS; i++) {
+        char *at = (char *)s + fields[i].at;
+        if (strcmp(fields[i].name, name) != 0) {
+            continue;
+        }
+        if (fields[i].type == 's') {
+            snprintf(at, NAME, "%s", value);
+        } else if (fields[i].type == 'i') {
+            int number = (int)strtol(value, NULL, 10);
+            memcpy(at, &number, sizeof number);
+        } else {
+            double number = strtod(value, NULL);
+            memcpy(at, &number, sizeof number);
+        }
+    }
+}
+
+int score_read(const char *path, score *s)
+{
+    char name[NAME], value[NAME];
+    FILE *f = fopen(path, "r");
+    if (f == NULL) {
+        return -1;
+    }
+    memset(s, 0, sizeof *s);
+    while (fscanf(f, "%99s %99s", name, value) == 2) {
+        take(s, name, value);
+    }
+    fclose(f);
+    return 0;
+}

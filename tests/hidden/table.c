@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * table.c - the table of a run, and its confusions.
+ *
+ * Shares have 95 % Clopper-Pearson intervals: exact, from the beta distribution. A median has the
+ * interval between the order statistics that hold it with 95 %.
+ */
+#include <gsl/gsl_cdf.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hidden.h"
+
+enum { TEXT = 80, LEVELS = 8 };
+
+typedef struct results {
+    const setup *s;
+    score *of[LEVELS];
+    int n[LEVELS], missing, unmet;
+} results;
+
+static int is_null(const setup *s, int level)
+{
+    return strcmp(s->level[level], "null") == 0;
+}
+
+static results gather(const setup *s)
+{
+    results r = {.s = s};
+    char set[PATH], answer[PATH], out[PATH], scored[PATH];
+    for (int k = 0; k < s->nlevel; k++) {
+        r.of[k] = calloc((size_t)s->draws, sizeof *r.of[k]);
+        for (int i = 1; r.of[k] != NULL && i <= s->draws; i++) {
+            draw_paths(s, s->level[k], i, set, answer, out, scored);
+            score *one = &r.of[k][r.n[k]];
+            int there = score_read(scored, one) == 0;
+            r.missing += !there;
+            // an effect that nobody could make large enough asks something else
+            r.unmet += there && !one->met;
+            r.n[k] += there && one->met;
+        }
+    }
+    return r;
+}
+
+static void release(results *r)
+{
+    for (int k = 0; k < LEVELS; k++) {
+        free(r->of[k]);
+    }
+}
+
+/* ---- one cell ---- */
+
+static void share(char text[TEXT], int k, int n)
+{
+    if (n == 0) {
+        snprintf(text, TEXT, "-");
+        return;
+    }
+    double lo = k == 0 ? 0.0 : gsl_cdf_beta_Pinv(0.025, k, n - k + 1);
+    double hi = k == n ? 1.0 : gsl_cdf_beta_Pinv(0.975, k + 1, n - k);
+    snprintf(text, TEXT, "%.1f %% (%.1f .. %.1f) of %d", 100.0 * k / n, 100.0 * lo, 100.0 * hi, n);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void median(char text[TEXT], double *v, int n, const char *format, const char *unit)
+{
+    if (n == 0) {
+        snprintf(text, TEXT, "-");
+        return;
+    }
+    char mid[TEXT / 4], low[TEXT / 4], high[TEXT / 4];
+    qsort(v, (size_t)n, sizeof *v, ascending);
+    int k = (int)floor(0.5 * (n + 1) - 0.98 * sqrt(n)) - 1; // order statistics around the middle
+    int lo = k < 0 ? 0 : k, hi = n - 1 - lo;
+    snprintf(mid, sizeof mid, format, 0.5 * (v[(n - 1) / 2] + v[n / 2]));
+    snprintf(low, sizeof low, format, v[lo]);
+    snprintf(high, sizeof high, format, v[hi]);
+    snprintf(text, TEXT, "%s%s (%s .. %s)", mid, unit, low, high);
+}
+
+/* ---- the figures ---- */
+
+typedef enum {
+    FIRST,
+    FIRST_ALIKE,
+    SET,
+    SET_ALIKE,
+    SET_SIZE,
+    CLASS,
+    ALARM,
+    ALARM_CLEAN,
+    ALARM_ROUGH,
+    COVERED,
+    ERROR,
+    HELD_OUT,
+    NOT_CONVERGED,
+    FAILED,
+    SECONDS
+} figure;
+
+static const struct {
+    figure what;
+    int null; /* of the sets in which nothing is hidden: 1 only, 0 only the others, 2 all */
+    const char *text, *bar;
+} rows[] = {
+    {FIRST, 0, "right cause and place first", "90 / 70 %"},
+    {FIRST_ALIKE, 0, "- identical descriptions as one", ""},
+    {SET, 0, "right cause in the reported set", "95 / 88 %"},
+    {SET_ALIKE, 0, "- identical descriptions as one", ""},
+    {SET_SIZE, 0, "mean size of the reported set", "2.5"},
+    {CLASS, 0, "right class", "95 / 88 %"},
+    {ALARM, 1, "nothing hidden, called anything but explained", "5 %"},
+    {ALARM_ROUGH, 1, "- with scatter and wrong start values", ""},
+    {ALARM_CLEAN, 1, "- without", ""},
+    {COVERED, 0, "found number inside its 95 % interval", "88 .. 99 %"},
+    {ERROR, 0, "error of the found number, median", "10 % at L2"},
+    {HELD_OUT, 0, "held-out error over the noise's, median", "1.10"},
+    {NOT_CONVERGED, 2, "not converged, reported as such", ""},
+    {FAILED, 2, "no verdict at all", "0"},
+    {SECONDS, 2, "processor time of a diagnosis, median", "240 s"},
+};
+enum { ROWS = sizeof rows / sizeof *rows };
+
+static int counts(figure what, const score *d)
+{
+    int alarm = strcmp(d->verdict, "explained") != 0;
+    switch (what) {
+    case FIRST: return d->first;
+    case FIRST_ALIKE: return d->first_alike;
+    case SET: return d->set;
+    case SET_ALIKE: return d->set_alike;
+    case CLASS: return d->right_class;
+    case ALARM:
+    case ALARM_CLEAN:
+    case ALARM_ROUGH: return alarm;
+    case COVERED: return d->covered;
+    case NOT_CONVERGED: return strcmp(d->verdict, "not_converged") == 0;
+    case FAILED: return strcmp(d->verdict, "failed") == 0;
+    default: return 0;
+    }
+}
+
+static int concerns(figure what, const score *d)
+{
+    switch (what) {
+    case COVERED:
+    case ERROR: return d->numbered;
+    case ALARM_CLEAN: return !d->rough;
+    case ALARM_ROUGH: return d->rough;
+    case SET_SIZE: return d->causes > 0;
+    case HELD_OUT: return isfinite(d->after) && d->floor > 0.0;
+    default: return 1;
+    }
+}
+
+static void cell(char text[TEXT], const score *list, int n, figure what)
+{
+    double *v = calloc((size_t)n + 1, sizeof *v), sum = 0.0;
+    int k = 0, m = 0;
+    for (int i = 0; v != NULL && i < n; i++) {
+        const score *d = &list[i];
+        if (concerns(what, d)) {
+            k += counts(what, d);
+            sum += d->causes + d->rivals;
+            v[m++] = what == ERROR      ? 100.0 * d->error
+                     : what == HELD_OUT ? d->after / d->floor
+                                        : d->cpu;
+        }
+    }
+    if (what == ERROR) {
+        median(text, v, m, "%.1f", " %");
+    } else if (what == HELD_OUT) {
+        median(text, v, m, "%.3f", "");
+    } else if (what == SECONDS) {
+        median(text, v, m, "%.0f", " s");
+    } else if (what == SET_SIZE) {
+        snprintf(text, TEXT, m > 0 ? "%.2f of %d" : "-", sum / m, m);
+    } else {
+        share(text, k, m);
+    }
+    free(v);
+}
+
+/* ---- the table ---- */
+
+static void print_rows(FILE *f, const results *r)
+{
+    fprintf(f, "| figure | bar (L1 / L2) |");
+    for (int k = 0; k < r->s->nlevel; k++) {
+        fprintf(f, " %s |", r->s->level[k]);
+    }
+    fprintf(f, "\n|---|---|");
+    for (int k = 0; k < r->s->nlevel; k++) {
+        fprintf(f, "---|");
+    }
+    fprintf(f, "\n");
+    for (int i = 0; i < ROWS; i++) {
+        fprintf(f, "| %s | %s |", rows[i].text, rows[i].bar);
+        for (int k = 0; k < r->s->nlevel; k++) {
+            char text[TEXT] = "";
+            if (rows[i].null == 2 || rows[i].null == is_null(r->s, k)) {
+                cell(text, r->of[k], r->n[k], rows[i].what);
+            }
+            fprintf(f, " %s |", text);
+        }
+        fprintf(f, "\n");
+    }
+}
+
+void table_print(FILE *f, const setup *s)
+{
+    results r = gather(s);
+    print_rows(f, &r);
+    fprintf(f, "\nSeed %lu, %d draws a level; in brackets 95 %% intervals.", s->seed, s->draws);
+    if (r.unmet > 0) {
+        fprintf(f, " %d draws left out: no size within its limits reaches the level.", r.unmet);
+    }
+    if (r.missing > 0) {
+        fprintf(f, " %d draws are not there yet.", r.missing);
+    }
+    fprintf(f, "\n");
+    release(&r);
+}
+
+/* ---- confusions ---- */
+
+static int by_truth(const void *a, const void *b)
+{
+    const score *x = a, *y = b;
+    int order = strcmp(x->kind, y->kind);
+    order = order != 0 ? order : strcmp(x->place, y->place);
+    return order != 0 ? order : x->draw - y->draw;
+}
+
+/* how each kind fared */
+static void print_kinds(FILE *f, const score *list, int n)
+{
+    for (int i = 0; i < n;) {
+        int last = i, first = 0, set = 0, class = 0;
+        for (; last < n && strcmp(list[last].kind, list[i].kind) == 0; last++) {
+            first += list[last].first;
+            set += list[last].set;
+            class += list[last].right_class;
+        }
+        fprintf(f, "# %-22s %3d drawn, first %3d, in the set %3d, class %3d\n", list[i].kind,
+                last - i, first, set, class);
+        i = last;
+    }
+}
+
+static void print_draw(FILE *f, const score *d)
+{
+    char truth[2 * NAME + 4], found[2 * NAME + 4];
+    snprintf(truth, sizeof truth, "%s@%s", d->kind, d->place);
+    snprintf(found, sizeof found, "%s@%s", d->first_kind, d->first_place);
+    fprintf(f, "%-4s %4d %s%s %-46s %-15s %-46s rank %2d of %d+%d", d->level, d->draw,
+            d->first         ? "="
+            : d->first_alike ? "~"
+            : d->set         ? "+"
+                             : "-",
+            d->right_class ? "c" : " ", truth, d->verdict, found, d->rank, d->causes, d->rivals);
+    if (d->numbered) {
+        fprintf(f, "  %.4g (%.4g .. %.4g) true %.4g%s", d->found, d->lo, d->hi, d->truth,
+                d->covered ? "" : " OUTSIDE");
+    }
+    fprintf(f, "  held out %.3f -> %.3f  %.0f s\n", d->before, d->after, d->cpu);
+}
+
+int table_confusions(const char *path, const setup *s)
+{
+    FILE *f = fopen(path, "w");
+    if (f == NULL) {
+        perror(path);
+        return -1;
+    }
+    results r = gather(s);
+    fprintf(f,
+            "# = first, ~ an identical description first, + in the set, - missed; c right class\n"
+            "# level, draw, truth, verdict, first cause, rank of the truth (0: not in any list) "
+            "of causes + indistinguishable\n");
+    for (int k = 0; k < s->nlevel; k++) {
+        qsort(r.of[k], (size_t)r.n[k], sizeof *r.of[k], by_truth);
+        fprintf(f, "# ---- %s\n", s->level[k]);
+        print_kinds(f, r.of[k], r.n[k]);
+        for (int i = 0; i < r.n[k]; i++) {
+            print_draw(f, &r.of[k][i]);
+        }
+    }
+    release(&r);
+    return fclose(f) == 0 ? 0 : -1;
+}
+
+/* ---- into a document ---- */
+
+static const char begin_mark[] = "<!-- hidden: begin, written by make hidden-readme -->\n";
+static const char end_mark[] = "<!-- hidden: end -->\n";
+
+static char *read_all(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    char *text = calloc(1, 1 << 20);
+    if (f != NULL && text != NULL && fread(text, 1, (1 << 20) - 1, f) > 0) {
+        fclose(f);
+        return text;
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    free(text);
+    return NULL;
+}
+
+int table_into(const char *path, const setup *s)
+{
+    char part[PATH + 8];
+    char *text = read_all(path);
+    char *begin = text != NULL ? strstr(text, begin_mark) : NULL;
+    char *end = begin != NULL ? strstr(begin, end_mark) : NULL;
+    if (end == NULL) {
+        fprintf(stderr, "hidden: %s has no place for the table between\n%s%s", path, begin_mark,
+                end_mark);
+        free(text);
+        return -1;
+    }
+    snprintf(part, sizeof part, "%s.part", path);
+    FILE *f = fopen(part, "wb");
+    int ok = f != NULL;
+    if (ok) {
+        fwrite(text, 1, (size_t)(begin - text) + strlen(begin_mark), f);
+        fputc('\n', f);
+        table_print(f, s);
+        fputc('\n', f);
+        fputs(end, f);
+        ok = fclose(f) == 0 && rename(part, path) == 0;
+    }
+    if (!ok) {
+        perror(path);
+    }
+    free(text);
+    return ok ? 0 : -1;
+}

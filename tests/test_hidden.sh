@@ -1,0 +1,91 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_hidden.sh - the blind tests: the scorer tells right from wrong.
+set -u
+build=${STEIN_BUILD:-build}
+tmp=$(mktemp -d "${TMPDIR:-/tmp}/stein-hidden-XXXXXX") || exit 1
+trap 'rm -rf "$tmp"' EXIT
+trap 'exit 1' HUP INT TERM
+XDG_CACHE_HOME=$tmp/cache
+export XDG_CACHE_HOME
+LC_ALL=C
+export LC_ALL
+passed=0 failed=0
+ok() { # ok CLAIM STATUS
+    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
+}
+# scored CLAIM LINE: the last score has this line
+scored() { grep -qx -e "$2" "$tmp/score" || grep -e "^${2%% *} " "$tmp/score"; grep -qx -e "$2" "$tmp/score"; ok "$1" $?; }
+score() { # score ANSWER OUT
+    "$build/hidden" judge "$1" "$2" --build "$build" -o "$tmp/sets" >"$tmp/score" 2>"$tmp/err"
+    ok "the scorer reads $2" $?
+}
+
+# ---- the scorer, on verdicts written by hand
+mkdir "$tmp/out"
+cat >"$tmp/drag.json" <<'JSON'
+{"kind": "quadratic_drag", "place": "hammer", "class": "missing_effect",
+ "parameters": {"k": {"value": 1e-06, "unit": "N m s^2/rad^2"}},
+ "level": {"name": "L1", "target": 2, "reached": 2.01, "met": true}, "wrong_start": true}
+JSON
+cat >"$tmp/out/diagnosis.json" <<'JSON'
+{"verdict": "missing_effect",
+ "causes": [{"kind": "quadratic_drag", "place": "hammer",
+   "parameters": {"k": {"value": 1.1e-06, "lo": 0.9e-06, "hi": 1.3e-06}}}],
+ "indistinguishable": [{"kind": "viscous_friction", "place": "hammer"}],
+ "gain": {"rmse_before": 2.5, "rmse_after": 1.02}, "noise_floor": 1}
+JSON
+score "$tmp/drag.json" "$tmp/out"
+scored "the right cause is first" "first 1"
+scored "and in the set" "set 1"
+scored "of two" "rivals 1"
+scored "its class is right" "right_class 1"
+scored "its number is covered" "covered 1"
+scored "and 10 % off" "error 0.1"
+
+sed -i 's/"quadratic_drag", "place": "hammer"/"quadratic_drag", "place": "key"/' "$tmp/out/diagnosis.json"
+score "$tmp/drag.json" "$tmp/out"
+scored "the right kind at another place is wrong" "first 0"
+scored "and not in the set" "set 0"
+scored "though the class is right" "right_class 1"
+scored "and its number does not count" "numbered 0"
+
+cat >"$tmp/out/diagnosis.json" <<'JSON'
+{"verdict": "missing_effect", "causes": [{"kind": "viscous_friction", "place": "hammer"}],
+ "indistinguishable": [{"kind": "preload", "place": "key"}, {"kind": "quadratic_drag", "place": "hammer"}]}
+JSON
+score "$tmp/drag.json" "$tmp/out"
+scored "a rival is not first" "first 0"
+scored "but in the set" "set 1"
+scored "as the third" "rank 3"
+
+echo '{"verdict": "explained", "causes": [], "indistinguishable": []}' >"$tmp/out/diagnosis.json"
+score "$tmp/drag.json" "$tmp/out"
+scored "a miss has another class" "right_class 0"
+echo '{"verdict": "expl' >"$tmp/out/diagnosis.json"
+score "$tmp/drag.json" "$tmp/out"
+scored "half a file is no verdict" "verdict failed"
+
+cat >"$tmp/mass.json" <<'JSON'
+{"kind": "mass", "place": "hammer", "class": "wrong_parameter",
+ "parameters": {"hammer.mass": {"value": 0.0028, "unit": "kg", "file": 0.002561, "true_otherwise": 0.00255}},
+ "level": {"name": "L2", "reached": 0.5, "met": true}, "wrong_start": true}
+JSON
+cat >"$tmp/out/diagnosis.json" <<'JSON'
+{"verdict": "wrong_parameter", "causes": [{"kind": "mass", "place": "hammer",
+   "parameters": {"mass": {"value": 0.0002, "lo": 0.00015, "hi": 0.00025}}}], "indistinguishable": []}
+JSON
+sed 's/2\.561 g/2.76 g/' models/stein1788.yaml >"$tmp/out/extended.yaml"
+! cmp -s models/stein1788.yaml "$tmp/out/extended.yaml"
+ok "the extended file of the test is another one" $?
+score "$tmp/mass.json" "$tmp/out"
+scored "a number of the file is looked up in the extended one" "found 0.00276"
+scored "with the interval of the amount" "covered 1"
+
+# ---- a table of nothing yet is a table
+"$build/hidden" table --build "$build" -o "$tmp/sets" --draws 3 >"$tmp/table" 2>&1
+grep -q '^| right cause and place first |' "$tmp/table" && grep -q '12 draws are not there' "$tmp/table"
+ok "a table of nothing says what is missing" $?
+
+echo "test_hidden: $passed passed, $failed failed"
+test "$failed" -eq 0
