@@ -12,9 +12,9 @@
  * with controlled steps costs less than the extra equations of one parameter with fixed ones. The
  * price of differences is the choice of d, which is therefore made from what it does: so that the
  * predictions of a stroke change by a tenth of the noise (RMS), far below what bends and, with
- * steps of 1e-13, far above the integration's rounding. The derivatives that intervals are made of
- * are then right to 4e-6 in a stroke of the piano action with its 25 events; a test holds them
- * against differences of order six.
+ * steps of 1e-14, far above the integration's rounding. The derivatives that intervals are made of
+ * are then right to 5e-6 in a stroke of the piano action with its 25 events (steps of 1e-13 leave
+ * 5e-5); a test holds them against differences of order six.
  *
  * While a search is on its way, one-sided differences with changes of 0.3 noises and coarser
  * integration serve: they cost a quarter, and their error is of the order of d.
@@ -28,7 +28,7 @@
 /* RMS change of a stroke [noise]; step in prior sd: differences to one side, to both */
 static const double wanted_change[2] = {0.3, 0.1}, most_step[2] = {0.2, 0.05}, least_step = 1e-6;
 
-static const double fine = 1e-13; /* of an integration step [rad or m] */
+static const double fine = 1e-14; /* of an integration step [rad or m] */
 
 size_t fit__column(const fit__problem *p, int stroke, int k)
 {

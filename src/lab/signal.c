@@ -160,8 +160,8 @@ void fit__signal_at(const fit__signal *s, double t, double u[3])
 {
     int lo = 0, hi = s->n - 1;
     u[1] = u[2] = 0.0;
-    if (t <= s->t[0] || t >= s->t[hi]) {
-        u[0] = t <= s->t[0] ? s->g[0] : s->g[hi];
+    if (t < s->t[0] || t > s->t[hi]) {
+        u[0] = t < s->t[0] ? s->g[0] : s->g[hi];
         return;
     }
     // guess by proportion, which is right on a regular grid, then halve

@@ -32,7 +32,7 @@
 
 /* in steps of the file: a step that holds an event; any step */
 static const double across = 0.1, longest = 20.0;
-static const double shortest = 1e-10; /* [s] step below which a run has failed */
+static const double shortest = 1e-12; /* [s] */
 
 /* when the first event of the last step was */
 typedef struct watch {
@@ -76,7 +76,9 @@ stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double
         step = last ? left : step > 0.5 * left && !bounded ? 0.5 * left : step;
         double e = try_step(sim, last ? t_end : t + step, tolerance, &w, kept, &status, err);
         int cut = w.first <= t + step && step > crossing * (1.0 + 1e-6);
-        if (e <= 1.0 && !cut) {
+        // a signal that jumps has no step that is short enough: its speed times `shortest` is left
+        int jump = step < shortest && isfinite(e);
+        if ((e <= 1.0 && !cut) || jump) {
             double grown = step * fmin(4.0, fmax(0.3, 0.9 * pow(fmax(e, 1e-12), -0.2)));
             int rest = last || (bounded && !leads_across); // the rest of a step tells little
             *h = rest && grown < *h && e < 0.5 ? *h : grown;
