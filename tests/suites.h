@@ -24,7 +24,9 @@
     X(effects)    \
     X(mixed)      \
     X(reality)    \
-    X(fit)
+    X(fit)        \
+    X(fit_claims) \
+    X(measured)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

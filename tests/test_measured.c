@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_measured.c - measurements made by others: what they published is found in their data.
+ *
+ * The files are not part of this project; where they are absent the tests are skipped.
+ */
+#include "fit_support.h"
+#include "fitting.h"
+
+static int converted(void)
+{
+    if (access("../shared/data", R_OK) != 0) {
+        printf("skipped: no measurements in ../shared/data\n");
+        return 0;
+    }
+    char *command = lab__text("sh tests/convert_data.sh ../shared/data %s", folder);
+    int code = system(command);
+    free(command);
+    ck_assert_int_eq(code, 0);
+    return 1;
+}
+
+/* ---- a machine axis ---- */
+
+/* twice through a Butterworth filter of order two, there and back, so that nothing is late */
+static void low_pass(double *y, int n, double cut_off, double rate)
+{
+    double k = tan(acos(-1.0) * cut_off / rate), r = sqrt(2.0), d = 1.0 + r * k + k * k;
+    double b = k * k / d, a1 = 2.0 * (k * k - 1.0) / d, a2 = (1.0 - r * k + k * k) / d;
+    for (int pass = 0; pass < 2; pass++) {
+        double x1 = y[0], x2 = y[0], y1 = y[0], y2 = y[0];
+        for (int i = 0; i < n; i++) {
+            double x = y[i];
+            y[i] = b * (x + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+            x2 = x1;
+            x1 = x;
+            y2 = y1;
+            y1 = y[i];
+        }
+        for (int i = 0; i < n / 2; i++) {
+            double y_i = y[i];
+            y[i] = y[n - 1 - i];
+            y[n - 1 - i] = y_i;
+        }
+    }
+}
+
+static double rms_of(const double *y, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum += y[i] * y[i];
+    }
+    return sqrt(sum / n);
+}
+
+/* relative error of the force of a fitted axis in a file: of all of it, and of its slow part */
+static void force_error(const lab_fit *fit, const char *file, double *raw, double *slow)
+{
+    static const char *const names[] = {"slide.mass", NULL};
+    const char *data[] = {file, NULL};
+    fitted f;
+    fit__problem p;
+    fit__bench bench;
+    char set[8][80];
+    const char *list[8];
+    for (int k = 0; k < fit->nvalue; k++) { // the start of another fit is the end of this one
+        snprintf(set[k], sizeof set[k], "%s=%.17g %s", fit->value[k].name, fit->value[k].value,
+                 fit->value[k].unit);
+        list[k] = set[k];
+    }
+    list[fit->nvalue] = NULL;
+    open_fit(&f, "models/emps.yaml", list, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
+    ck_assert_stein(fit__bench_make(&bench, &p, err));
+    const fit__stroke *s = &p.stroke[0];
+    double *x = calloc((size_t)p.nu, sizeof *x), *r = calloc((size_t)s->n, sizeof *r);
+    ck_assert_stein(fit__simulate(&p, &bench, 0, x, r, err));
+    for (int i = 0; i < s->n; i++) {
+        r[i] -= s->y[i];
+    }
+    *raw = rms_of(r, s->n) / rms_of(s->y, s->n);
+    low_pass(r, s->n, 50.0, 1000.0);
+    low_pass(s->y, s->n, 50.0, 1000.0);
+    *slow = rms_of(r, s->n) / rms_of(s->y, s->n);
+    free(x);
+    free(r);
+    fit__bench_free(&bench);
+    fit__problem_free(&p);
+    drop(&f);
+}
+
+START_TEST(a_machine_axis_gets_its_friction_and_its_offset)
+{
+    static const char *const names[] = {"slide.mass",      "slide.damping", "slide.coulomb.T",
+                                        "slide.coulomb.w", "slide.preload", NULL};
+    static const char *const set[] = {"slide.mass=90 kg", "slide.coulomb.w=2 mm/s", NULL};
+    char train[200], pulses[200];
+    if (!converted()) {
+        return;
+    }
+    snprintf(train, sizeof train, "%s", in_folder("emps_train.csv"));
+    snprintf(pulses, sizeof pulses, "%s", in_folder("emps_pulses.csv"));
+    const char *data[] = {train, NULL};
+    fitted f;
+    open_fit(&f, "models/emps.yaml", set, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+    ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+    // published: 95.11 kg, 203.5 N s/m, 20.39 N, 3.165 N, by a regression on filtered signals
+    ck_assert_close(value_of(f.fit, "slide.mass")->value, 95.1089, 0.005, 0.0);
+    ck_assert_close(value_of(f.fit, "slide.damping")->value, 203.5034, 0.02, 0.0);
+    ck_assert_close(value_of(f.fit, "slide.coulomb.T")->value, 20.3935, 0.02, 0.0);
+    ck_assert_close(fabs(value_of(f.fit, "slide.preload")->value), 3.1648, 0.02, 0.0);
+    // published errors, of filtered signals too: 4.08 %, and 5.98 % of the other file
+    double raw, slow;
+    force_error(f.fit, train, &raw, &slow);
+    printf("emps, train:  %.2f %% of the force is left, below 50 Hz %.2f %%\n", 100.0 * raw,
+           100.0 * slow);
+    ck_assert(slow <= 0.0412);
+    force_error(f.fit, pulses, &raw, &slow);
+    printf("emps, pulses: %.2f %% of the force is left, below 50 Hz %.2f %%\n", 100.0 * raw,
+           100.0 * slow);
+    ck_assert(slow <= 0.0598);
+    drop(&f);
+}
+END_TEST
+
+/* ---- falling balls ---- */
+
+/* fit nothing but what a stroke has of its own, at this drag */
+static void follow(fitted *f, const char *file, double drag)
+{
+    static const char *const held[] = {"gravity.z", NULL}; // by its tolerance
+    char set[60];
+    snprintf(set, sizeof set, "ball.drag=%.9g N s^2/m^2", drag);
+    const char *known[] = {"gravity.z=-9.81 m/s^2 +- 0.001 m/s^2", set, NULL};
+    const char *data[] = {file, NULL};
+    open_fit(f, "models/falling_ball.yaml", known, data);
+    lab_fit_def def = free_these(held);
+    ck_assert_stein(lab_fit_run(&f->fit, f->model, f->data, &def, err));
+}
+
+/* the first rows of a drop, or all of them with a start that is known */
+static void copy_drop(const char *from, const char *to, int rows, const double *start)
+{
+    FILE *in = fopen(from, "r"), *out = fopen(to, "w");
+    char line[200];
+    ck_assert(in != NULL && out != NULL);
+    if (start != NULL) {
+        fprintf(out, "# set ball.initial.position: %.9g m\n# set ball.initial.speed: %.9g m/s\n",
+                start[0], start[1]);
+    }
+    while (fgets(line, sizeof line, in) != NULL && rows > 0) {
+        fputs(line, out);
+        rows -= line[0] >= '0' && line[0] <= '9';
+    }
+    fclose(in);
+    fclose(out);
+}
+
+/* RMS error of the prediction of a drop [m], its start taken from its first 12 samples */
+static double predicted(const char *file, double drag)
+{
+    static const double height = 47.7; // of the mechanism file
+    char part[200];
+    fitted f;
+    snprintf(part, sizeof part, "%s", in_folder("part.csv"));
+    copy_drop(file, part, 12, NULL);
+    follow(&f, part, drag);
+    const lab_fit_value *own = f.fit->stroke[0].value;
+    ck_assert_str_eq(own[0].name, "initial position ball");
+    double start[2] = {height + own[0].value, own[1].value};
+    drop(&f);
+    copy_drop(file, part, 1000, start);
+    follow(&f, part, drag);
+    double rms = f.fit->residual[0].rms;
+    drop(&f);
+    return rms;
+}
+
+/* squared errors on the second drop of a ball, without drag and with that of the first drop */
+static void hold_out(const char *ball, double squares[2])
+{
+    static const char *const drag[] = {"ball.drag", NULL};
+    char path[2][200];
+    fitted f;
+    for (int i = 0; i < 2; i++) {
+        char name[60];
+        snprintf(name, sizeof name, "ball_%s_%d.csv", ball, i + 1);
+        snprintf(path[i], sizeof path[i], "%s", in_folder(name));
+    }
+    const char *data[] = {path[0], NULL};
+    open_fit(&f, "models/falling_ball.yaml", NULL, data);
+    lab_fit_def def = free_these(drag);
+    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+    ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+    lab_fit_value v = f.fit->value[0];
+    drop(&f);
+    double before = predicted(path[1], 0.0);
+    double after = predicted(path[1], fmax(v.value, 0.0)); // air that pushes is no drag
+    printf("%-20s drag %9.2g +- %.2g N s^2/m^2   held-out error %.2f m -> %.2f m\n", ball, v.value,
+           v.sd, before, after);
+    squares[0] += before * before;
+    squares[1] += after * after;
+}
+
+START_TEST(light_balls_need_drag_and_heavy_ones_do_not)
+{
+    static const char *const light[] = {"whiffle_ball_1", "whiffle_ball_2", "yellow_whiffle_ball",
+                                        "orange_whiffle_ball", "volleyball"},
+                             *const heavy[] = {"bowling_ball", "golf_ball", "baseball"};
+    double squares[2] = {0.0, 0.0};
+    if (!converted()) {
+        return;
+    }
+    for (size_t i = 0; i < sizeof light / sizeof *light; i++) {
+        hold_out(light[i], squares);
+    }
+    double gain = sqrt(squares[0] / squares[1]);
+    printf("drag makes the held-out error of light balls %.1f times less\n", gain);
+    ck_assert(gain >= 5.0);
+    for (size_t i = 0; i < sizeof heavy / sizeof *heavy; i++) {
+        double own[2] = {0.0, 0.0};
+        hold_out(heavy[i], own);
+        ck_assert_msg(own[0] < 1.1 * 1.1 * own[1], "%s", heavy[i]);
+    }
+}
+END_TEST
+
+Suite *measured_suite(void)
+{
+    Suite *suite = suite_create("measured");
+    TCase *all = tcase_create("measured");
+    tcase_add_checked_fixture(all, make_folder, remove_folder);
+    tcase_set_timeout(all, 300);
+    tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
+    tcase_add_test(all, light_balls_need_drag_and_heavy_ones_do_not);
+    suite_add_tcase(suite, all);
+    return suite;
+}
