@@ -15,6 +15,7 @@
     X(stroke)     \
     X(facts)      \
     X(mechanism)  \
+    X(parts)      \
     X(generator)  \
     X(lab)        \
     X(study)      \

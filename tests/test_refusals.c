@@ -21,7 +21,7 @@ START_TEST(an_unknown_key_is_named_with_the_one_that_was_meant)
         {"    mass: 3.9 g\n", "    mass: 3.9 g\n    mas: 3.9 g\n", "mas: 3.9",
          "unknown key \"mas\" in a body, did you mean \"mass\"?"},
         {"    mass: 3.9 g\n", "    mass: 3.9 g\n    colour: red\n", "colour",
-         "unknown key \"colour\" in a body, expected one of parent joint at"},
+         "unknown key \"colour\" in a body, expected one of parent part_of joint at"},
         {"vt: 11 mm/s}", "vt: 11 mm/s, b1: 2}", "b1: 2", "in friction|did you mean \"B1\"?"},
         {"theta0: -0.347 rad}", "x0: -0.347 rad}", "x0: -0.347",
          "the spring of a turning joint|theta0"},

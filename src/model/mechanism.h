@@ -83,6 +83,7 @@ typedef struct mech_normal {
 typedef struct mech_body {
     char name[MECH_NAME];
     int parent; /* -1 frame */
+    int part;   /* 1: a piece of its parent, whose stated mass, centre, inertia include it */
     char type, axis;
     int sign;
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */

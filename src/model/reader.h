@@ -22,10 +22,11 @@ enum {
     MECH__MAX_PROBLEMS = 50,  /* reported in one run */
     MECH__MAX_BODIES = 64,
     MECH__MAX_POINTS = 256,
-    MECH__MAX_THINGS = 128, /* contacts, notches, links, inputs, outputs: of each */
-    MECH__MAX_STEPS = 256,  /* of one formula, after other formulas are put in */
-    MECH__MAX_DEPTH = 32,   /* brackets; formulas that refer to formulas */
-    MECH__WHY = 200         /* room for the cause of a problem */
+    MECH__MAX_THINGS = 128,   /* contacts, notches, links, inputs, outputs: of each */
+    MECH__MAX_STEPS = 256,    /* of one formula, after other formulas are put in */
+    MECH__MAX_DEPTH = 32,     /* brackets; formulas that refer to formulas */
+    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole */
+    MECH__WHY = 200           /* room for the cause of a problem */
 };
 
 /* --- problems.c: collecting problems, names --- */
@@ -85,7 +86,8 @@ typedef struct mech__slot {
     const char *label;       /* short text of a formula made by the reader, or NULL */
     double fallback;
     const mech_set *set;
-    mech_scalar *to; /* filled when done; NULL for a declared parameter */
+    mech_scalar *to;         /* filled when done; NULL for a declared parameter */
+    const mech_scalar *less; /* taken from what `to` gets: the joint of a part, or NULL */
     mech_scalar value;
     mech__state state;
     struct mech__slot *next;
@@ -199,6 +201,13 @@ mech__slot *mech__number(mech__reader *rd, mech_scalar *to, const char *unit, un
 /** Declare three numbers "BASE.x", "BASE.y", "BASE.z" from a list (NULL: zeros). */
 void mech__vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
                   const mech__node *node, const char *base);
+/** The same for a place in the axes of a body (-1 frame): one on a part counts from the origin of
+ *  the whole. */
+void mech__place(mech__reader *rd, int body, mech_scalar to[3], unsigned flags,
+                 const mech__node *node, const char *base);
+/** A new formula of the mechanism, with its value. */
+mech_scalar mech__formula(mech__reader *rd, const char *name, const char *text,
+                          const mech_step *steps, int nsteps);
 /** to[3] becomes from[3] once these are known. */
 void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from);
 /** A fixed number that is no parameter: a formula of one constant. */
@@ -226,6 +235,12 @@ void mech__section_links(mech__reader *rd);
 void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
+
+/* --- parts.c --- */
+
+/** What is left of every whole when its parts are taken out, and the places on parts. All numbers
+ *  are known, copies are made before and again after. */
+void mech__parts(mech__reader *rd);
 
 /* --- laws.c --- */
 

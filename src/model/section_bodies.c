@@ -15,7 +15,7 @@ typedef struct family {
     const mech__node *entry[MECH__MAX_BODIES];
     int parent[MECH__MAX_BODIES]; /* -1 frame */
     int place[MECH__MAX_BODIES];  /* in the sorted order, -1 not yet */
-    char orphan[MECH__MAX_BODIES];
+    char orphan[MECH__MAX_BODIES], part[MECH__MAX_BODIES];
     int n;
 } family;
 
@@ -31,11 +31,21 @@ static int find_entry(const family *f, const char *name)
 
 static void find_parent(mech__reader *rd, family *f, int i)
 {
-    const mech__node *node = mech__get(f->entry[i], "parent");
-    const char *name = node ? mech__text(rd, node, "parent") : NULL;
+    const mech__node *parent = mech__get(f->entry[i], "parent");
+    const mech__node *part = mech__get(f->entry[i], "part_of");
+    const mech__node *node = part ? part : parent;
+    const char *name = node ? mech__text(rd, node, part ? "part_of" : "parent") : NULL;
 
+    if (part && parent) {
+        mech__problem_at(rd, part->key, "parent and part_of exclude each other");
+    }
     f->parent[i] = -1;
+    f->part[i] = part != NULL;
     if (!name || strcmp(name, "frame") == 0) {
+        if (part && name) {
+            mech__problem_at(rd, part, "the frame has no parts, expected a body");
+        }
+        f->part[i] = 0;
         return;
     }
     f->parent[i] = find_entry(f, name);
@@ -68,11 +78,13 @@ static void cut_loop(mech__reader *rd, family *f)
     for (int k = f->parent[i]; k != i && text; k = f->parent[k]) {
         text = mech__print(rd, "%s -> %s", text, f->entry[k]->key->text);
     }
-    mech__problem_at(rd, mech__get(f->entry[i], "parent"),
+    const mech__node *node = mech__get(f->entry[i], f->part[i] ? "part_of" : "parent");
+    mech__problem_at(rd, node,
                      "the parents form a loop: %s -> %s, "
                      "expected a tree that begins at the frame",
                      text ? text : "", f->entry[i]->key->text);
     f->parent[i] = -1;
+    f->part[i] = 0;
     f->orphan[i] = 1;
 }
 
@@ -100,6 +112,12 @@ static void sort_bodies(mech__reader *rd, family *f)
         b->column = f->entry[i]->key->column;
         rd->body_node[m->nbody] = f->entry[i];
         rd->orphan[m->nbody] = f->orphan[i];
+        b->part = f->part[i] && !f->orphan[i];
+        if (b->part && m->bodies[b->parent].part) {
+            mech__problem_at(rd, mech__get(f->entry[i], "part_of"),
+                             "%s is a part itself, expected a whole body",
+                             m->bodies[b->parent].name);
+        }
         f->place[i] = m->nbody++;
     }
 }
@@ -169,7 +187,7 @@ static void place_points(mech__reader *rd, const mech__node *section, int body)
         i++;
     }
     for (; entry && i < rd->m->npoint && rd->m->points[i].body == body; i++) {
-        mech__vector(rd, rd->m->points[i].at, "m", MECH__VANISHES, entry, rd->m->points[i].name);
+        mech__place(rd, body, rd->m->points[i].at, MECH__VANISHES, entry, rd->m->points[i].name);
         entry = entry->next;
     }
 }
@@ -233,7 +251,7 @@ static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
 
         mech__name_copy(base, sizeof base, b->name);
         mech__name_copy(base + strlen(base), sizeof base - strlen(base), ".at");
-        mech__vector(rd, b->at, "m", MECH__VANISHES, node, base);
+        mech__place(rd, b->parent, b->at, MECH__VANISHES, node, base);
         return;
     }
     if (mech__point_ref(rd, node, &point) != 0) {
@@ -318,14 +336,14 @@ static void read_body(mech__reader *rd, int index)
     char *base = mech__print(rd, "%s.centre", b->name);
 
     mech__keys(rd, entry, "a body",
-               "parent joint at mass centre inertia pendulum spring damping "
+               "parent part_of joint at mass centre inertia pendulum spring damping "
                "friction drag preload coulomb backlash asymmetry initial points");
     if (!base) {
         return;
     }
     mech__number(rd, &b->mass, "kg", MECH__VANISHES | MECH__NOT_NEGATIVE, mech__get(entry, "mass"),
                  0.0, "%s.mass", b->name);
-    mech__vector(rd, b->centre, "m", MECH__VANISHES, mech__get(entry, "centre"), base);
+    mech__place(rd, index, b->centre, MECH__VANISHES, mech__get(entry, "centre"), base);
     read_inertia(rd, b, entry);
     read_at(rd, b, mech__get(entry, "at"));
     mech__joint_law(rd, b, entry);

@@ -47,7 +47,7 @@ static int read_place(mech__reader *rd, const mech__node *map, const char *what,
             return -1;
         }
         /* the y of a planar contact does nothing, so a zero there is no parameter */
-        mech__vector(rd, at, "m", MECH__PLANAR, node, base);
+        mech__place(rd, *body, at, MECH__PLANAR, node, base);
         return check_planar(rd, on, *body);
     }
     if (mech__point_ref(rd, node, &point) != 0) {

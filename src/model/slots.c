@@ -137,8 +137,8 @@ mech__slot *mech__number(mech__reader *rd, mech_scalar *to, const char *unit, un
     return s;
 }
 
-void mech__vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
-                  const mech__node *node, const char *base)
+static void vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
+                   const mech__node *node, const char *base, const mech_scalar *less)
 {
     const mech__node *entry = NULL;
 
@@ -150,9 +150,27 @@ void mech__vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigne
     for (int i = 0; i < 3; i++) {
         unsigned f = i == 1 && (flags & MECH__PLANAR) ? flags | MECH__VANISHES : flags;
 
-        mech__number(rd, &to[i], unit, f, entry, 0.0, "%s.%c", base, "xyz"[i]);
+        mech__slot *s = mech__number(rd, &to[i], unit, f, entry, 0.0, "%s.%c", base, "xyz"[i]);
+
+        if (s && less) {
+            s->less = &less[i];
+        }
         entry = entry ? entry->next : NULL;
     }
+}
+
+void mech__vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
+                  const mech__node *node, const char *base)
+{
+    vector(rd, to, unit, flags, node, base, NULL);
+}
+
+void mech__place(mech__reader *rd, int body, mech_scalar to[3], unsigned flags,
+                 const mech__node *node, const char *base)
+{
+    int part = body >= 0 && rd->m->bodies[body].part;
+
+    vector(rd, to, "m", flags, node, base, part ? rd->m->bodies[body].at : NULL);
 }
 
 void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from)
@@ -172,8 +190,8 @@ void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from)
     rd->last_copy = c;
 }
 
-static mech_scalar add_formula(mech__reader *rd, const char *name, const char *text,
-                               const mech_step *steps, int nsteps)
+mech_scalar mech__formula(mech__reader *rd, const char *name, const char *text,
+                          const mech_step *steps, int nsteps)
 {
     mech_formula *f = &rd->m->formulas[rd->m->nformula];
     mech_scalar s = {MECH_ZERO, 0, 0.0};
@@ -197,6 +215,7 @@ static mech_scalar add_formula(mech__reader *rd, const char *name, const char *t
     }
     s.kind = MECH_FORMULA;
     s.index = rd->m->nformula++;
+    s.value = mech__evaluate(steps, nsteps, rd->values);
     return s;
 }
 
@@ -206,8 +225,7 @@ void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char 
     mech_step step = {MECH_OP_CONST, -1, value};
 
     if (!rd->nomem) {
-        *to = add_formula(rd, name, text, &step, 1);
-        to->value = value;
+        *to = mech__formula(rd, name, text, &step, 1);
     }
 }
 
@@ -314,8 +332,8 @@ static int take_value(mech__reader *rd, mech__slot *s, const mech__expr *e, int 
         } else if (e->nsteps == 1 && (s->flags & MECH__VANISHES) && value == 0.0) {
             s->value = (mech_scalar){MECH_ZERO, 0, 0.0};
         } else {
-            s->value = add_formula(rd, s->path, s->label ? s->label : s->text, e->steps, e->nsteps);
-            s->value.value = value;
+            s->value =
+                mech__formula(rd, s->path, s->label ? s->label : s->text, e->steps, e->nsteps);
         }
     } else if ((s->flags & MECH__VANISHES) && value == 0.0) {
         s->value = (mech_scalar){MECH_ZERO, 0, 0.0};
@@ -454,13 +472,21 @@ static void check_sets(mech__reader *rd)
     }
 }
 
+static void copy_all(mech__reader *rd)
+{
+    for (const mech__copy *c = rd->copies; c; c = c->next) {
+        *c->to = *c->from;
+    }
+}
+
 void mech__resolve(mech__reader *rd)
 {
     mechanism *m = rd->m;
 
     rd->values = mech__alloc(rd, sizeof *rd->values * (size_t)(rd->nslot + 1));
     m->params = mech__array(rd, rd->nslot, sizeof *m->params);
-    m->formulas = mech__array(rd, rd->nslot + 1, sizeof *m->formulas);
+    m->formulas =
+        mech__array(rd, 2 * rd->nslot + MECH__PART_FORMULAS * m->nbody + 1, sizeof *m->formulas);
     for (mech__slot *s = rd->slots; s && !rd->nomem; s = s->next) {
         if (!s->text || !has_reference(s->text)) {
             resolve(rd, s);
@@ -469,9 +495,9 @@ void mech__resolve(mech__reader *rd)
     for (mech__slot *s = rd->slots; s && !rd->nomem; s = s->next) {
         resolve(rd, s);
     }
-    for (const mech__copy *c = rd->copies; c; c = c->next) {
-        *c->to = *c->from;
-    }
+    copy_all(rd);
+    mech__parts(rd);
+    copy_all(rd);
     if (!rd->nomem) {
         check_sets(rd);
     }

@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: MIT
+ * test_parts.c - bodies cut in two (part_of): as long as the piece does not move against the rest,
+ * both together are the body that the file states.
+ */
+#include <math.h>
+
+#include "lab_support.h"
+#include "mechanism_cases.h"
+
+Suite *parts_suite(void);
+
+/* a body that tumbles in space, all elements of its tensor stated */
+static const char whole[] = "mechanism: tumbler\n"
+                            "bodies:\n"
+                            "  base: {joint: R z, mass: 1.31 kg, centre: [0.11 m, 0.07 m, 0],\n"
+                            "    inertia: {xx: 0.21, yy: 0.27, zz: 0.33}}\n"
+                            "  link:\n"
+                            "    parent: base\n"
+                            "    joint: R x\n"
+                            "    at: [0.17 m, 0.03 m, 0.23 m]\n"
+                            "    mass: 0.93 kg +- 1 %%\n"
+                            "    centre: [0.31 m, -0.05 m, 0.13 m]\n"
+                            "    inertia: {xx: 0.041, yy: 0.067, zz: 0.059, xy: 3e-3, xz: -2e-3, "
+                            "yz: 5e-3}\n"
+                            "%s"
+                            "  tool: {parent: %s, joint: R y, at: [0.47 m, 0.09 m, 0.05 m], mass: "
+                            "0.19 kg,\n"
+                            "    centre: [0, 0.07 m, 0.02 m], inertia: {xx: 1e-3, yy: 2e-3, zz: "
+                            "1.7e-3}}\n";
+
+static const char piece[] = "  tail:\n"
+                            "    part_of: link\n"
+                            "    joint: R z\n"
+                            "    at: [0.21 m, 0.02 m, 0.07 m]\n"
+                            "    mass: 0.37 * link.mass\n"
+                            "    centre: [link.centre.x + 0.13 m, link.centre.y, 0.11 m]\n"
+                            "    inertia: {xx: 0.007, yy: 0.011, zz: 0.009, xy: 4e-4}\n";
+
+/* M and c at the same motion with the piece at rest; rows and columns without the piece */
+static void look(const char *text, const char *const *set, int nset, double M[3][3], double c[3],
+                 double energy[2])
+{
+    static const double q[] = {0.37, -0.53, 1.13}, qd[] = {2.3, -1.7, 3.1};
+    double full[16], bias[4], at[4] = {0.0}, speed[4] = {0.0};
+    lab_model *model = open_text(text, set, nset);
+    const stein_model *m = lab_equations(model);
+    stein_sim *sim = NULL;
+    int index[3], n = 0;
+    for (int i = 0; i < m->nq; i++) {
+        if (strcmp(m->bodies[i].name, "tail") != 0) {
+            at[i] = q[n], speed[i] = qd[n], index[n++] = i;
+        }
+    }
+    ck_assert_int_eq(n, 3);
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    stein_mass_bias(sim, at, speed, NULL, NULL, full, bias);
+    stein_energy(sim, at, speed, &energy[0], &energy[1]);
+    for (int i = 0; i < 3; i++) {
+        c[i] = bias[index[i]];
+        for (int k = 0; k < 3; k++) {
+            M[i][k] = full[index[i] * m->nq + index[k]];
+        }
+    }
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+
+static void compare(const char *const *set, int nset)
+{
+    char one[2000], two[2000];
+    double M[2][3][3], c[2][3], e[2][2];
+    snprintf(one, sizeof one, whole, "", "link");
+    snprintf(two, sizeof two, whole, piece, "tail");
+    make_folder();
+    look(one, set, nset, M[0], c[0], e[0]);
+    look(two, set, nset, M[1], c[1], e[1]);
+    remove_folder();
+    for (int i = 0; i < 3; i++) {
+        ck_assert_close(c[1][i], c[0][i], 1e-12, 1e-12);
+        ck_assert_close(e[1][i % 2], e[0][i % 2], 1e-12, 1e-12);
+        for (int k = 0; k < 3; k++) {
+            ck_assert_close(M[1][i][k], M[0][i][k], 1e-12, 1e-14);
+        }
+    }
+}
+
+START_TEST(both_pieces_together_are_the_whole)
+{
+    compare(NULL, 0);
+}
+END_TEST
+
+START_TEST(what_is_left_follows_the_whole)
+{
+    static const char *const set[] = {"link.mass=1.07 kg", "link.centre.x=0.27 m",
+                                      "link.inertia.yy=0.071", "tool.at.z=0.03 m"};
+    compare(set, 4);
+}
+END_TEST
+
+START_TEST(the_numbers_of_the_whole_stay_parameters)
+{
+    char text[2000];
+    snprintf(text, sizeof text, whole, piece, "tail");
+    mechanism *m = NULL;
+    ck_assert_stein(mech_read_text(&m, "x", text, strlen(text), NULL, 0, NULL, NULL, err));
+    int mass = mech_find_param(m, "link.mass", NULL), at = mech_find_param(m, "tool.at.x", NULL);
+    ck_assert_int_ge(mass, 0);
+    ck_assert_close(m->params[mass].value, 0.93, 0.0, 0.0);
+    ck_assert_close(m->params[mass].tolerance, 0.0093, 1e-15, 0.0);
+    ck_assert_close(m->params[at].value, 0.47, 0.0, 0.0);
+    ck_assert_close(m->bodies[1].mass.value, 0.63 * 0.93, 1e-15, 0.0);
+    ck_assert_int_eq(m->bodies[2].part, 1);
+    ck_assert_close(m->bodies[2].centre[0].value, 0.31 + 0.13 - 0.21, 1e-14, 0.0);
+    ck_assert_close(m->bodies[3].at[0].value, 0.47 - 0.21, 1e-15, 0.0);
+    mech_free(m);
+}
+END_TEST
+
+START_TEST(what_cannot_be_a_part_is_refused)
+{
+    static const refusal r[] = {
+        {"    joint: R -y\n    at: key.kapsel\n    mass: 3.31 g",
+         "    part_of: key\n    joint: R -y\n    at: key.kapsel\n    mass: 3.31 g", "part_of",
+         "parent and part_of exclude each other"},
+        {"  pawl:\n    joint: R -y\n", "  pawl:\n    part_of: frame\n    joint: R -y\n",
+         "frame\n    joint", "the frame has no parts"},
+        {"    parent: key\n", "    part_of: ky\n", "ky\n    joint",
+         "there is no body \"ky\", did you mean \"key\"?"},
+    };
+    refuse_all(r, 3);
+    char *text = changed("    parent: key\n", "    part_of: key\n");
+    const char *at = strstr(text, "3.31 g");
+    memcpy((char *)at, "91.2 g", 6);
+    refuse_text(text, strlen(text), NULL, 0, "part_of: key",
+                "the mass of key is not larger than that of its part hammer");
+    free(text);
+    text =
+        changed("  pawl:\n    joint: R -y\n    at: [-123 mm, 0, -33.1 mm]\n",
+                "  pawl:\n    part_of: hammer\n    joint: R -y\n    at: [-123 mm, 0, -33.1 mm]\n");
+    char *parent = strstr(text, "parent: key"), *rest = malloc(strlen(text) + 10);
+    sprintf(rest, "%.*spart_of%s", (int)(parent - text), text, parent + strlen("parent"));
+    refuse_text(rest, strlen(rest), NULL, 0, "hammer\n    joint: R -y\n    at: [-123",
+                "hammer is a part itself, expected a whole body");
+    free(rest);
+    free(text);
+}
+END_TEST
+
+Suite *parts_suite(void)
+{
+    Suite *suite = suite_create("parts");
+    TCase *tc = tcase_create("parts");
+    tcase_set_timeout(tc, 60);
+    tcase_add_test(tc, both_pieces_together_are_the_whole);
+    tcase_add_test(tc, what_is_left_follows_the_whole);
+    tcase_add_test(tc, the_numbers_of_the_whole_stay_parameters);
+    tcase_add_test(tc, what_cannot_be_a_part_is_refused);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
