@@ -35,7 +35,8 @@ typedef enum {
     LAB_MOVE_ADD,      /* v + a */
     LAB_MOVE_RELATIVE, /* v (1 + a) */
     LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
-    LAB_MOVE_SPRING    /* k + a, and theta0 such that k theta0 stays: a torque -a q */
+    LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */
+    LAB_MOVE_VALUE     /* a itself: the number of a part that the mechanism has not */
 } lab_move;
 
 /** One kind of effect. */
@@ -45,10 +46,11 @@ typedef struct lab_effect {
     lab_site site;
     const char *size;      /* name of its amount */
     const char *parameter; /* path behind the place, "%.damping"; NULL with `needs` */
-    const char *side;      /* a second parameter that it needs, NULL: none */
+    const char *side;      /* a second parameter that it needs, NULL: none; with `needs` its name */
     const char *equation, *looks;
     const char *twins; /* kinds that data often cannot tell from it; "" none */
-    const char *needs; /* "structure": not a parameter; listed, not scored. NULL: nothing */
+    const char *needs; /* "structure": a part or a freedom more (lab_candidate_open). NULL: nothing
+                        */
     int both_signs;
     int sampled; /* acts when channels are sampled, not in the motion */
 } lab_effect;
@@ -68,21 +70,48 @@ typedef struct lab_candidate {
     char place[LAB_PLACE]; /* "hammer", "string", "key_dip", "clock", "pawl.corner.x" */
     lab_move move;
     int nparam, param[LAB_MOVED]; /* of the model; the first one names the effect */
-    int side;                     /* parameter of the second number, -1: none */
+    int side; /* parameter of the second number, -1: none (side_hi 0) or, of a part, not yet open */
     double side_value, side_lo, side_hi;
-    const char *unit;   /* of the amount */
-    double limit;       /* plausible largest amount */
-    double start;       /* first secant, a share of the limit */
-    int joint, channel; /* that it sits at, -1: none */
+    int side_log;                           /* its range is one of factors */
+    int other;                              /* a third number of some parts, as side */
+    double other_value, other_lo, other_hi; /* seldom worth fitting */
+    const char *unit, *side_unit;           /* of the amount, of the second number */
+    const char *other_name, *other_unit;    /* NULL: there is none */
+    double limit;                           /* plausible largest amount */
+    double start;                           /* first secant, a share of the limit */
+    int joint, channel;                     /* that it sits at, -1: none */
+    char
+        alias[2 * LAB_PLACE]; /* numbers of the file whose change is exactly this, blanks between */
 } lab_candidate;
 
 /** All candidates of a mechanism, from its own structure. Limits follow from its weights, springs
- * and from one run with the file's own numbers. Effects with `needs` have none.
+ * and from one run with the file's own numbers. No two are the same direction: a number of the
+ * file whose change is exactly an effect (the height of a felt is its gap) is that one's alias.
+ * Effects with `needs` have no parameter yet (nparam 0): lab_candidate_open.
  *  @param list  out, freed by the caller with free()
  *  @return OK, ENOMEM, numerical failures of that run */
 stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err);
-/** Move the parameters p [np] of the equations by an amount; 0 leaves them bit for bit. */
+/** Move the parameters p [np] of the equations by an amount; 0 leaves them bit for bit. Of a part
+ *  that means: as lab_candidate_open made it. A compliance towards 0, a force or stiffness of 0 is
+ *  the mechanism without it. */
 void lab_candidate_apply(const lab_candidate *candidate, double amount, double *p);
+
+/** The mechanism in which an effect with `needs` can be simulated: the file's, with the part in
+ *  it, generated, compiled and cached as any other. Every number, input, output, contact of the
+ *  file keeps name, meaning, tolerance and value there; joints may have other indices. The part's
+ *  amount is start * limit (a compliance) or 0. Without `needs`: the file itself.
+ *  @param candidate  of the file; its parameters are bound to the new model's
+ *  @param options    as for lab_open, NULL: defaults
+ *  @return OK, EINVAL (it cannot sit there), or what lab_open returns */
+stein_status lab_candidate_open(lab_candidate *candidate, lab_model **model, const char *file,
+                                const lab_options *options, stein_err *err);
+/** Name, in the model that lab_candidate_open made, of a parameter of the file; NULL: the same. Of
+ *  every present kind it is the same: a link that is cut keeps its numbers as those of the whole.
+ */
+const char *lab_candidate_name(const lab_candidate *candidate, const char *name);
+/** Bind a candidate to the parameters of another model of the same mechanism, by kind and place.
+ *  @return OK, ENAME (it has no such place or parameter), ENOMEM */
+stein_status lab_candidate_bind(lab_candidate *candidate, const lab_model *model, stein_err *err);
 
 /* ---- diagnosis ---- */
 

@@ -15,7 +15,8 @@ static void print_effect(const lab_effect *e)
         printf("    hard to tell from: %s\n", e->twins);
     }
     if (e->needs != NULL) {
-        printf("    needs: %s - listed only, a diagnosis does not score it\n", e->needs);
+        printf("    needs: %s - a part or a degree of freedom more, tried in a mechanism with it\n",
+               e->needs);
     }
 }
 
@@ -33,7 +34,6 @@ static void json_effect(lab__json *j, const lab_effect *e)
     lab__json_text(j, "hard_to_tell_from", e->twins);
     lab__json_text(j, "needs", e->needs);
     lab__json_bool(j, "both_signs", e->both_signs);
-    lab__json_bool(j, "scored", e->needs == NULL);
     lab__json_close(j);
 }
 
@@ -59,6 +59,44 @@ static void print_table(int json)
     }
 }
 
+static void json_number(lab__json *j, const char *key, const char *name, const char *unit,
+                        const double range[3])
+{
+    if (name == NULL) {
+        lab__json_null(j, key);
+        return;
+    }
+    lab__json_open(j, key, '{');
+    lab__json_text(j, "name", name);
+    lab__json_text(j, "unit", unit);
+    lab__json_real(j, "lo", range[0]);
+    lab__json_real(j, "value", range[1]);
+    lab__json_real(j, "hi", range[2]);
+    lab__json_close(j);
+}
+
+static void json_candidate(lab__json *j, const stein_model *m, const lab_candidate *c)
+{
+    const char *side = c->side_unit != NULL ? c->effect->side : NULL;
+    lab__json_open(j, NULL, '{');
+    lab__json_text(j, "kind", c->effect->kind);
+    lab__json_text(j, "class", c->effect->cls);
+    lab__json_text(j, "place", c->place);
+    lab__json_text(j, "size", c->effect->size);
+    lab__json_text(j, "unit", c->unit);
+    lab__json_real(j, "limit", c->limit);
+    lab__json_open(j, "parameters", '[');
+    for (int k = 0; k < c->nparam; k++) {
+        lab__json_text(j, NULL, m->params[c->param[k]].name);
+    }
+    lab__json_close(j);
+    json_number(j, "side", side, c->side_unit, (double[]){c->side_lo, c->side_value, c->side_hi});
+    json_number(j, "other", c->other_name, c->other_unit,
+                (double[]){c->other_lo, c->other_value, c->other_hi});
+    lab__json_text(j, "also_called", c->alias);
+    lab__json_close(j);
+}
+
 static void json_candidates(const stein_model *m, const lab_candidate *list, int n)
 {
     lab__json j = {.stream = stdout};
@@ -66,46 +104,49 @@ static void json_candidates(const stein_model *m, const lab_candidate *list, int
     lab__json_text(&j, "model", m->name);
     lab__json_open(&j, "candidates", '[');
     for (int i = 0; i < n; i++) {
-        const lab_candidate *c = &list[i];
-        lab__json_open(&j, NULL, '{');
-        lab__json_text(&j, "kind", c->effect->kind);
-        lab__json_text(&j, "class", c->effect->cls);
-        lab__json_text(&j, "place", c->place);
-        lab__json_text(&j, "size", c->effect->size);
-        lab__json_text(&j, "unit", c->unit);
-        lab__json_real(&j, "limit", c->limit);
-        lab__json_open(&j, "parameters", '[');
-        for (int k = 0; k < c->nparam; k++) {
-            lab__json_text(&j, NULL, m->params[c->param[k]].name);
-        }
-        lab__json_close(&j);
-        lab__json_text(&j, "side", c->side >= 0 ? m->params[c->side].name : NULL);
-        lab__json_close(&j);
+        json_candidate(&j, m, &list[i]);
     }
     lab__json_close(&j);
     lab__json_close(&j);
 }
 
+/* "range 30 um .. 200 um" */
+static void print_range(const char *name, const char *unit, double lo, double hi)
+{
+    char low[CLI_TEXT], high[CLI_TEXT];
+    printf(", %s %s .. %s", name, cli_quantity(low, lo, unit), cli_quantity(high, hi, unit));
+}
+
+static void print_candidate(const stein_model *m, const lab_candidate *c, const char *kind)
+{
+    char limit[CLI_TEXT];
+    const char *name = c->nparam > 0 ? m->params[c->param[0]].name : "(a part more)";
+    printf("%-20s %-18s %-28s up to %s%s",
+           strcmp(kind, c->effect->kind) == 0 ? "" : c->effect->kind, c->place, name,
+           c->effect->both_signs ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
+    if (c->side_unit != NULL) {
+        const char *last = strrchr(c->effect->side, '.');
+        print_range(last != NULL ? last + 1 : c->effect->side, c->side_unit, c->side_lo,
+                    c->side_hi);
+    }
+    if (c->other_name != NULL) {
+        print_range(c->other_name, c->other_unit, c->other_lo, c->other_hi);
+    }
+    printf("%s%s\n", *c->alias != '\0' ? "; also called " : "", c->alias);
+}
+
 static void print_candidates(const stein_model *m, const lab_candidate *list, int n)
 {
     const char *kind = "";
+    int parts = 0;
     printf("%s: %d candidates\n", m->name, n);
     for (int i = 0; i < n; i++) {
-        const lab_candidate *c = &list[i];
-        char limit[CLI_TEXT];
-        const char *name = m->params[c->param[0]].name;
-        printf("%-20s %-18s %-28s up to %s%s\n",
-               strcmp(kind, c->effect->kind) == 0 ? "" : c->effect->kind, c->place, name,
-               c->effect->both_signs ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
-        kind = c->effect->kind;
+        print_candidate(m, &list[i], kind);
+        kind = list[i].effect->kind;
+        parts += list[i].effect->needs != NULL;
     }
-    int kinds;
-    const lab_effect *e = lab_effects(&kinds);
-    printf("not scored, each needs a part or a degree of freedom more:");
-    for (int i = 0; i < kinds; i++) {
-        printf("%s%s", e[i].needs != NULL ? " " : "", e[i].needs != NULL ? e[i].kind : "");
-    }
-    printf("\n");
+    printf("%s",
+           parts > 0 ? "(a part more): simulated in the mechanism with that part in it\n" : "");
 }
 
 static int show_candidates(const cli_args *args)
@@ -154,14 +195,17 @@ const cli_command cli_effects = {
         "mechanism's own weights, springs and motion. A neutral parameter does nothing; any of "
         "them\n"
         "can be tried with --set in every command. Kinds that need one more part or degree of\n"
-        "freedom are listed and say so.",
+        "freedom say so: they are simulated in an extended mechanism. What is \"also called\" "
+        "another\n"
+        "name is exactly the same change.",
     .output = "Text, or with --json {\"effects\": [{\"kind\", \"class\", \"site\", \"size\", "
               "\"parameter\",\n"
               "\"side\", \"equation\", \"looks_like\", \"hard_to_tell_from\", \"needs\", "
-              "\"both_signs\",\n"
-              "\"scored\"}]}, with MODEL {\"model\", \"candidates\": [{\"kind\", \"class\", "
-              "\"place\", \"size\",\n"
-              "\"unit\", \"limit\", \"parameters\", \"side\"}]}.",
+              "\"both_signs\"}]},\n"
+              "with MODEL {\"model\", \"candidates\": [{\"kind\", \"class\", \"place\", \"size\", "
+              "\"unit\",\n"
+              "\"limit\", \"parameters\", \"side\", \"other\" (name, unit, lo, value, hi), "
+              "\"also_called\"}]}.",
     .examples = "stein effects\n"
                 "stein effects models/stein1788.yaml\n"
                 "stein strike models/stein1788.yaml --set hammer.drag=1e-6",

@@ -16,15 +16,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "inner.h"
-#include "stein/diagnose.h"
+#include "structure.h"
 
 enum { MAX_SAMPLES = 4000 };
 static const double weak_range = 1e-4; /* of adhesion [m] */
+static const double arm = 0.1;         /* speed of a slide per that of a lever [m] */
+static const double pressed = 1e-4;    /* depth at which a contact has its typical stiffness [m] */
 
 /* what the limits come from, by joint and by channel */
 typedef struct scales {
-    double *weight, *spring, *energy, *speed, *travel, *length, *range;
+    double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
     double *room;
     double heaviness; /* of the whole tree [N] */
 } scales;
@@ -66,7 +67,7 @@ static stein_status look(void *ctx, stein_sim *sim)
 static double named(const build *b, const char *owner, const char *path, double other)
 {
     char name[2 * LAB_PLACE];
-    snprintf(name, sizeof name, "%s.%s", owner, path);
+    snprintf(name, sizeof name, "%.99s.%.90s", owner, path);
     int i = stein_find_param(b->m, name);
     return i >= 0 ? b->p[i] : other;
 }
@@ -93,6 +94,7 @@ static void derive(build *b, stein_sim *sim, double *M)
     for (int j = 0; j < nq; j++) {
         const char *name = b->m->bodies[j].name;
         double m = fmax(carried(b, j), 1e-12), Mjj = fmax(M[j * nq + j], 1e-18);
+        s->inertia[j] = Mjj;
         s->length[j] = sqrt(Mjj / m);
         s->spring[j] = fabs(named(b, name, "spring.k", 0.0) * named(b, name, "spring.theta0", 0.0));
         s->weight[j] = fmax(s->length[j] * m * g, s->spring[j]);
@@ -100,11 +102,11 @@ static void derive(build *b, stein_sim *sim, double *M)
     }
 }
 
-static stein_status measure(build *b, stein_err *err)
+/* all 0 but two ranges and a matrix behind them */
+static stein_status make_scales(build *b, stein_err *err)
 {
     int nq = b->m->nq, nc = b->m->nchannel;
-    stein_sim *sim = NULL;
-    size_t size = (size_t)(7 * nq + 3 * nc + nq * nq + nq + 1);
+    size_t size = (size_t)(8 * nq + 3 * nc + nq * nq + nq + 1);
     scales *s = &b->s;
     s->room = calloc(size, sizeof *s->room);
     if (s->room == NULL) {
@@ -112,7 +114,15 @@ static stein_status measure(build *b, stein_err *err)
     }
     s->weight = s->room, s->spring = s->weight + nq, s->energy = s->spring + nq;
     s->speed = s->energy + nq, s->travel = s->speed + nq, s->length = s->travel + nq;
-    s->range = s->length + nq;
+    s->inertia = s->length + nq, s->range = s->inertia + nq;
+    return STEIN_OK;
+}
+
+static stein_status measure(build *b, stein_err *err)
+{
+    int nq = b->m->nq, nc = b->m->nchannel;
+    stein_sim *sim = NULL;
+    scales *s = &b->s;
     double *low = s->range + nc, *high = low + nc, *M = high + nc;
     for (int c = 0; c < nc; c++) {
         low[c] = INFINITY, high[c] = -INFINITY;
@@ -160,9 +170,10 @@ static lab_candidate *add(build *b, const lab_effect *e, const char *place, int 
                          .nparam = 1,
                          .param = {param},
                          .side = -1,
+                         .other = -1,
                          .joint = -1,
                          .channel = -1,
-                         .unit = b->m->params[param].unit,
+                         .unit = param >= 0 ? b->m->params[param].unit : "1",
                          .start = 0.05};
     snprintf(c->place, sizeof c->place, "%s", place);
     return c;
@@ -193,6 +204,24 @@ static double joint_limit(const scales *s, const char *kind, int j)
                                                    : T / Q;
 }
 
+/* the second number: a range, and what to begin with */
+static void add_side(build *b, lab_candidate *c, double lo, double value, double hi)
+{
+    c->side = find(b, c->place, c->effect->side);
+    c->side_unit = c->side >= 0 ? b->m->params[c->side].unit : NULL;
+    c->side_lo = lo, c->side_value = value, c->side_hi = hi;
+}
+
+/* speed at which Coulomb friction has its full size; a stated one is believed to a factor of two */
+static void joint_speed(build *b, lab_candidate *c, double unit)
+{
+    add_side(b, c, 0.02 * unit, 0.05 * unit, 0.1 * unit);
+    if (c->side >= 0 && b->m->params[c->side].stated) {
+        double w = b->p[c->side];
+        c->side_lo = 0.5 * w, c->side_value = w, c->side_hi = 2.0 * w;
+    }
+}
+
 static void add_joint(build *b, const lab_effect *e, int j)
 {
     const char *name = b->m->bodies[j].name;
@@ -211,10 +240,14 @@ static void add_joint(build *b, const lab_effect *e, int j)
         c->nparam = c->param[1] >= 0 ? 2 : 1;
         c->move = LAB_MOVE_SPRING;
     }
-    if (e->side != NULL) {
-        c->side = find(b, name, e->side);
-        c->side_lo = 0.2 * b->s.travel[j], c->side_hi = 0.6 * b->s.travel[j];
-        c->side_value = 0.4 * b->s.travel[j];
+    if (strcmp(e->kind, "backlash") == 0) {
+        double Q = b->s.travel[j];
+        add_side(b, c, 0.2 * Q, 0.4 * Q, 0.6 * Q);
+    } else if (strcmp(e->kind, "coulomb_friction") == 0) {
+        joint_speed(b, c, b->m->bodies[j].type == 'T' ? arm : 1.0);
+    } else if (strcmp(e->kind, "stiction_peak") == 0) {
+        add_side(b, c, 1e-4, 1e-2, 1.0);
+        c->side_log = 1;
     }
 }
 
@@ -270,9 +303,9 @@ static void add_contact(build *b, const lab_effect *e, const char *place)
         c->limit = value > 0.0 ? 1.2 : 0.5;
     }
     if (e->side != NULL) {
-        c->side = find(b, place, e->side);
-        c->side_value = b->p[c->side] > 0.0 ? b->p[c->side] : weak_range;
-        c->side_lo = 0.3 * c->side_value, c->side_hi = 2.0 * c->side_value;
+        int side = find(b, place, e->side);
+        double range = side >= 0 && b->p[side] > 0.0 ? b->p[side] : weak_range;
+        add_side(b, c, 0.3 * range, range, 2.0 * range);
     }
 }
 
@@ -368,8 +401,80 @@ static void add_load(build *b, const lab_effect *e)
     }
 }
 
+/* ---- parts that the mechanism has not ---- */
+
+static double stiffness(const build *b, const char *contact)
+{
+    double c = named(b, contact, "normal.c", 0.0), bb = named(b, contact, "normal.b", 0.0);
+    double k = c + pressed * (bb + pressed * named(b, contact, "normal.a", 0.0));
+    return k > 0.0 ? k : 1e4;
+}
+
+/* a range by its lower end, its middle and its upper end */
+static void set_range(double to[3], double lo, double middle, double hi)
+{
+    to[0] = lo, to[1] = middle, to[2] = hi;
+}
+
+/* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */
+static void size_part(const build *b, lab_candidate *c, const lab__site *site)
+{
+    const scales *s = &b->s;
+    const char *kind = c->effect->kind;
+    int j = site->body;
+    double E = s->energy[j], Q = s->travel[j], l = s->length[j], dip = Q * site->reach;
+    double side[3] = {0.0}, other[3] = {0.0};
+    if (strcmp(kind, "elastic_hinge") == 0) {
+        c->limit = 0.02 * Q / E;
+        set_range(side, 0.02, 0.05, 0.1);
+    } else if (strcmp(kind, "axis_translation") == 0) {
+        c->limit = 0.02 * Q * l * l / E;
+        set_range(side, 0.05, 0.1, 0.2);
+    } else if (strcmp(kind, "compliant_partner") == 0) {
+        double mass = s->inertia[j] / fmax(site->reach * site->reach, l * l); // felt there
+        c->limit = 0.33 / stiffness(b, site->place);
+        set_range(side, 0.08 * mass, 0.2 * mass, 0.45 * mass);
+        set_range(other, 0.02, 0.05, 0.1);
+    } else if (strcmp(kind, "string_damper") == 0) {
+        c->limit = 0.6 * s->heaviness;
+        set_range(side, 0.15 * dip, 0.35 * dip, 0.6 * dip);
+        set_range(other, 0.36 / dip, 1.0 / dip, 2.9 / dip);
+    } else {
+        c->limit = 0.25 * s->heaviness / dip;
+        set_range(side, 0.0, 0.02, 0.05);
+        set_range(other, 0.17 * site->reach, 0.28 * site->reach, 0.45 * site->reach);
+    }
+    c->side_lo = side[0], c->side_value = side[1], c->side_hi = side[2];
+    c->other_lo = other[0], c->other_value = other[1], c->other_hi = other[2];
+}
+
+static void add_parts(build *b, const lab_effect *e)
+{
+    lab__site site[LAB_SITES];
+    const char *unit[3], *other;
+    if (!lab__structure_of(e->kind, unit, &other)) {
+        return;
+    }
+    int n = lab__sites(lab__mechanism(b->lab), e->kind, site);
+    for (int i = 0; i < n; i++) {
+        lab_candidate *c = add(b, e, site[i].place, -1);
+        if (c != NULL) {
+            c->nparam = 0;
+            c->move = LAB_MOVE_VALUE;
+            c->unit = unit[0], c->side_unit = unit[1], c->other_unit = unit[2];
+            c->other_name = other;
+            c->joint = site[i].body;
+            size_part(b, c, &site[i]);
+        }
+    }
+}
+
 static void enumerate(build *b, const lab_effect *e)
 {
+    if (e->needs != NULL) {
+        add_parts(b, e);
+        return;
+    }
     int surfaces = e->site == LAB_AT_SURFACE || e->site == LAB_AT_CONTACT;
     for (int j = 0; j < b->m->nq; j++) {
         if (j != b->m->load.body && e->site == LAB_AT_JOINT) {
@@ -410,16 +515,16 @@ stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model
     build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
-    stein_status status = measure(&b, err);
+    stein_status status = make_scales(&b, err);
+    status = status == STEIN_OK ? measure(&b, err) : status;
     for (int i = 0; status == STEIN_OK && i < kinds; i++) {
-        if (effect[i].needs == NULL) {
-            enumerate(&b, &effect[i]);
-        }
+        enumerate(&b, &effect[i]);
     }
     free(b.s.room);
     if (status == STEIN_OK && b.full) {
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
+    status = status == STEIN_OK ? lab__aliases(b.list, &b.n, model, err) : status;
     if (status != STEIN_OK) {
         free(b.list);
         return status;
@@ -427,6 +532,105 @@ stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model
     *list = b.list;
     *n = b.n;
     return STEIN_OK;
+}
+
+/* ---- in another model ---- */
+
+/* the part is there: its numbers by name */
+static stein_status bind_part(lab_candidate *c, const lab_model *model, stein_err *err)
+{
+    const stein_model *m = lab_equations(model);
+    char name[3][LAB_PLACE];
+    lab__structure_names(c, name);
+    int at[3] = {-1, -1, -1};
+    for (int i = 0; i < 3; i++) {
+        at[i] = name[i][0] != '\0' ? stein_find_param(m, name[i]) : -1;
+        if (name[i][0] != '\0' && at[i] < 0) {
+            return lab__fail(err, STEIN_ENAME,
+                             "%s has no number %s: the part of %s at %s is absent", m->name,
+                             name[i], c->effect->kind, c->place);
+        }
+    }
+    c->nparam = 1;
+    c->param[0] = at[0];
+    c->side = at[1];
+    c->other = at[2];
+    for (int j = 0; j < m->nq; j++) {
+        c->joint = strcmp(m->bodies[j].name, c->place) == 0 ? j : c->joint;
+    }
+    return STEIN_OK;
+}
+
+stein_status lab_candidate_bind(lab_candidate *c, const lab_model *model, stein_err *err)
+{
+    if (c->effect->needs != NULL) {
+        return bind_part(c, model, err);
+    }
+    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
+    stein_status status = make_scales(&b, err); // all 0: only the limits come from them
+    if (status == STEIN_OK && c->effect->site == LAB_AT_PARAMETER) {
+        int param = stein_find_param(b.m, c->place);
+        (void)(param >= 0 ? add(&b, c->effect, c->place, param) : NULL);
+    } else if (status == STEIN_OK) {
+        enumerate(&b, c->effect);
+    }
+    const lab_candidate *found = NULL;
+    for (int i = 0; i < b.n; i++) {
+        found = strcmp(b.list[i].place, c->place) == 0 ? &b.list[i] : found;
+    }
+    if (status == STEIN_OK && found == NULL) {
+        status = b.full ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                        : lab__fail(err, STEIN_ENAME, "%s has no place %s for %s", b.m->name,
+                                    c->place, c->effect->kind);
+    }
+    if (status == STEIN_OK) {
+        c->nparam = found->nparam;
+        memcpy(c->param, found->param, sizeof c->param);
+        c->side = found->side;
+        c->joint = found->joint;
+        c->channel = found->channel;
+    }
+    free(b.list);
+    free(b.s.room);
+    return status;
+}
+
+stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *file,
+                                const lab_options *options, stein_err *err)
+{
+    lab_model *whole = NULL, *model = NULL;
+    char *text = NULL, *extended = NULL;
+    size_t size = 0, more = 0;
+    stein_status status = lab_open(&whole, file, options, err);
+    if (status == STEIN_OK && c->effect->needs != NULL) {
+        int compliance = strcmp(c->effect->size, "compliance") == 0;
+        status = lab__read_file(file, &text, &size, err);
+        status = status == STEIN_OK
+                     ? lab__structure_text(c, compliance ? c->start * c->limit : 0.0,
+                                           lab__mechanism(whole), text, size, &extended, &more, err)
+                     : status;
+        status = status == STEIN_OK ? lab__open_text(&model, file, extended, more, options, err)
+                                    : status;
+        lab_close(whole);
+    } else {
+        model = whole;
+    }
+    status = status == STEIN_OK ? lab_candidate_bind(c, model, err) : status;
+    free(text);
+    free(extended);
+    if (status != STEIN_OK) {
+        lab_close(model);
+        return status;
+    }
+    *out = model;
+    return STEIN_OK;
+}
+
+const char *lab_candidate_name(const lab_candidate *c, const char *name)
+{
+    (void)c;
+    (void)name;
+    return NULL;
 }
 
 void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
@@ -443,10 +647,14 @@ void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
             break;
         }
         p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
+                         : c->move == LAB_MOVE_VALUE    ? amount
                          : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
                                                         : v * exp(amount);
     }
     if (c->side >= 0) {
         p[c->side] = c->side_value;
+    }
+    if (c->other >= 0) {
+        p[c->other] = c->other_value;
     }
 }

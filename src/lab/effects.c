@@ -8,8 +8,9 @@
  *
  * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
  * candidate are then each written once, and a new effect is one entry here and one term of a law.
- * Effects that add a coordinate or a part are listed with what they need: no parameter of the
- * present equations stands for them, and to score them as if one did would be pretence.
+ * Effects that add a coordinate or a part say so (`needs`): no parameter of the present equations
+ * stands for them, and to score them as if one did would be pretence. Theirs is a number of the
+ * mechanism in which lab_candidate_open puts that part.
  */
 #include <string.h>
 
@@ -22,10 +23,10 @@
 static const lab_effect effects[] = {
     {"viscous_friction", MISSING, LAB_AT_JOINT, "b", "damping", NULL, "torque -b qd",
      "decay in proportion to speed; ring-down by a constant ratio", "quadratic_drag", NULL, 0, 0},
-    {"coulomb_friction", MISSING, LAB_AT_JOINT, "T", "coulomb.T", NULL, "torque -T tanh(qd/w)",
-     "constant loss in either direction; slow strokes suffer most", "preload stiction_peak", NULL,
-     0, 0},
-    {"stiction_peak", MISSING, LAB_AT_JOINT, "B1", "friction.B1", NULL,
+    {"coulomb_friction", MISSING, LAB_AT_JOINT, "T", "coulomb.T", "coulomb.w",
+     "torque -T tanh(qd/w)", "constant loss in either direction; slow strokes suffer most",
+     "preload stiction_peak", NULL, 0, 0},
+    {"stiction_peak", MISSING, LAB_AT_JOINT, "B1", "friction.B1", "friction.B2",
      "joint friction A (tanh u + B1 u/(1 + B2 u^4)), u = qd/vt",
      "late, sudden starts; only at low speed", "coulomb_friction", NULL, 0, 0},
     {"quadratic_drag", MISSING, LAB_AT_JOINT, "k", "drag", NULL, "torque -k |qd| qd",
@@ -46,10 +47,10 @@ static const lab_effect effects[] = {
     {"inertia", WRONG, LAB_AT_BODY, "inertia", "inertia.yy", NULL,
      "moment of inertia about the centre", "all levels alike; fast phases most", "mass", NULL, 1,
      0},
-    {"elastic_hinge", MISSING, LAB_AT_BODY, "compliance", NULL, NULL,
+    {"elastic_hinge", MISSING, LAB_AT_BODY, "compliance", NULL, "damping_ratio",
      "the link bends at one place: torque k dphi + d dphid, k = 1/compliance",
      "a quick oscillation after kick and impact", "compliant_partner", "structure", 0, 0},
-    {"axis_translation", MISSING, LAB_AT_BODY, "compliance", NULL, NULL,
+    {"axis_translation", MISSING, LAB_AT_BODY, "compliance", NULL, "damping_ratio",
      "the axis moves by u: force -k u - d ud, k = 1/compliance",
      "the body moves as a whole when it is loaded", "elastic_hinge", "structure", 0, 0},
     {"contact_stiffness", WRONG, LAB_AT_SURFACE, "log_scale", "normal.c", NULL,
@@ -73,13 +74,13 @@ static const lab_effect effects[] = {
     {"contact_gap", WRONG, LAB_AT_SURFACE, "gap", "gap", NULL, "the surface lies deeper by gap",
      "the contact begins elsewhere; event times of all levels alike",
      "wrong_parameter contact_stiffness", NULL, 1, 0},
-    {"compliant_partner", MISSING, LAB_AT_CONTACT, "compliance", NULL, NULL,
+    {"compliant_partner", MISSING, LAB_AT_CONTACT, "compliance", NULL, "mass",
      "the partner is a mass on a spring with damper, k = 1/compliance", "long or double contacts",
      "contact_stiffness", "structure", 0, 0},
-    {"string_damper", MISSING, LAB_AT_BODY, "F0", NULL, NULL,
+    {"string_damper", MISSING, LAB_AT_BODY, "F0", NULL, "x0",
      "from dip x0 on the front is pushed up by F0 + k (dip - x0)", "a step of force in mid-travel",
      "joint_stiffness", "structure", 0, 0},
-    {"wire", MISSING, LAB_AT_BODY, "k", NULL, NULL,
+    {"wire", MISSING, LAB_AT_BODY, "k", NULL, "stretch",
      "spring from a point to the frame, stretched by a share of its length at rest",
      "pull towards a point", "joint_stiffness preload", "structure", 0, 0},
     {"unknown_load", "input", LAB_AT_LOAD, "error", "mass", NULL,

@@ -48,6 +48,8 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err);
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err);
 /** Is this path the standard output? */
 int lab__is_stdout(const char *path);
+/** A whole file, one 0 behind it; freed by the caller. @return OK, EIO, ENOMEM */
+stein_status lab__read_file(const char *path, char **text, size_t *size, stein_err *err);
 /** A folder with all its parents. @return OK, EIO */
 stein_status lab__folder(const char *path, stein_err *err);
 
@@ -197,6 +199,14 @@ stein_status lab__journal_add(const lab__journal *journal, const char *row, stei
 void lab__journal_close(lab__journal *journal);
 /** Read a journal into a table, which is made when *table is NULL. @return as lab__journal_open */
 stein_status lab__journal_read(lab_table **table, const char *path, int *damaged, stein_err *err);
+
+/* ---- open.c ---- */
+
+/** lab_open of a text in memory; `name` stands for the file. */
+stein_status lab__open_text(lab_model **out, const char *name, const char *text, size_t size,
+                            const lab_options *options, stein_err *err);
+/** The file behind a model. */
+const mechanism *lab__mechanism(const lab_model *model);
 
 /* ---- compile.c ---- */
 

@@ -126,7 +126,9 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
     return STEIN_OK;
 }
 
-stein_status lab_open(lab_model **out, const char *file, const lab_options *options, stein_err *err)
+/* text NULL: the file's */
+static stein_status open_model(lab_model **out, const char *file, const char *text, size_t size,
+                               const lab_options *options, stein_err *err)
 {
     lab_options defaults = lab_options_default();
     options = options != NULL ? options : &defaults;
@@ -137,9 +139,12 @@ stein_status lab_open(lab_model **out, const char *file, const lab_options *opti
     const stein_model *found = NULL;
     overrides given = {NULL, NULL, 0};
     stein_status status = cut_overrides(&given, options, err);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && text == NULL) {
         status =
             mech_read(&model->mech, file, given.set, given.n, options->report, options->ctx, err);
+    } else if (status == STEIN_OK) {
+        status = mech_read_text(&model->mech, file, text, size, given.set, given.n, options->report,
+                                options->ctx, err);
     }
     if (status == STEIN_OK) {
         status = find_equations(model, &found, options, err);
@@ -154,6 +159,22 @@ stein_status lab_open(lab_model **out, const char *file, const lab_options *opti
     }
     *out = model;
     return STEIN_OK;
+}
+
+stein_status lab_open(lab_model **out, const char *file, const lab_options *options, stein_err *err)
+{
+    return open_model(out, file, NULL, 0, options, err);
+}
+
+stein_status lab__open_text(lab_model **out, const char *name, const char *text, size_t size,
+                            const lab_options *options, stein_err *err)
+{
+    return open_model(out, name, text, size, options, err);
+}
+
+const mechanism *lab__mechanism(const lab_model *model)
+{
+    return model->mech;
 }
 
 void lab_close(lab_model *model)

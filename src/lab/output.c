@@ -199,3 +199,35 @@ stein_status lab__folder(const char *path, stein_err *err)
                ? lab__fail(err, STEIN_EIO, "folder %s cannot be made: %s", path, strerror(failed))
                : STEIN_OK;
 }
+
+stein_status lab__read_file(const char *path, char **text, size_t *size, stein_err *err)
+{
+    FILE *f = fopen(path, "rb");
+    size_t n = 0, room = 1 << 16;
+    char *t = malloc(room);
+    if (f == NULL || t == NULL) {
+        if (f != NULL) {
+            fclose(f);
+        }
+        free(t);
+        return lab__fail(err, f == NULL ? STEIN_EIO : STEIN_ENOMEM, "%s cannot be read", path);
+    }
+    for (size_t got; (got = fread(t + n, 1, room - n - 1, f)) > 0;) {
+        n += got;
+        if (n + 1 >= room) {
+            char *more = realloc(t, room *= 2);
+            if (more == NULL) {
+                fclose(f);
+                free(t);
+                return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            }
+            t = more;
+        }
+    }
+    int bad = ferror(f);
+    fclose(f);
+    t[n] = '\0';
+    *text = t;
+    *size = n;
+    return bad ? lab__fail(err, STEIN_EIO, "%s cannot be read", path) : STEIN_OK;
+}

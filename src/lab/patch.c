@@ -42,40 +42,6 @@ typedef struct patch {
     int n;
 } patch;
 
-/* ---- files ---- */
-
-static stein_status read_all(const char *path, char **text, size_t *size, stein_err *err)
-{
-    FILE *f = fopen(path, "rb");
-    size_t n = 0, room = 1 << 16;
-    char *t = malloc(room);
-    if (f == NULL || t == NULL) {
-        if (f != NULL) {
-            fclose(f);
-        }
-        free(t);
-        return lab__fail(err, f == NULL ? STEIN_EIO : STEIN_ENOMEM, "%s cannot be read", path);
-    }
-    for (size_t got; (got = fread(t + n, 1, room - n - 1, f)) > 0;) {
-        n += got;
-        if (n + 1 >= room) {
-            char *more = realloc(t, room *= 2);
-            if (more == NULL) {
-                fclose(f);
-                free(t);
-                return lab__fail(err, STEIN_ENOMEM, "out of memory");
-            }
-            t = more;
-        }
-    }
-    int bad = ferror(f);
-    fclose(f);
-    t[n] = '\0';
-    *text = t;
-    *size = n;
-    return bad ? lab__fail(err, STEIN_EIO, "%s cannot be read", path) : STEIN_OK;
-}
-
 /* ---- places ---- */
 
 /* byte of a place; columns count characters of UTF-8 */
@@ -486,7 +452,7 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
     char *room = NULL;
     mechanism *m = NULL;
     stein_status status = cut_sets(&sets, &room, options, err);
-    status = status == STEIN_OK ? read_all(file, &p.text, &p.size, err) : status;
+    status = status == STEIN_OK ? lab__read_file(file, &p.text, &p.size, err) : status;
     status = status == STEIN_OK ? mech_read_text(&m, file, p.text, p.size, sets, options->nset,
                                                  options->report, options->ctx, err)
                                 : status;

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * alias.c - candidates that say the same in other words.
+ *
+ * The equations know parameters p only through the derived constants d = setup(p). So two
+ * candidates are the same cause when they move d along the same line,
+ *
+ *      dd/da = (d(p + 2 e) - d(p + e)) / e         e: a small amount of the candidate
+ *
+ * in a form in which equal physics has equal numbers:
+ *
+ *      a line moved by u along its normal n        =  a gap of -u (along the line: nothing)
+ *      a spring's zero moved by u, or k by dk      =  a preload k u + dk q0 (and dk)
+ *
+ * Both are exact for the laws of law.h: a spot's place and speeds are those of the point, whatever
+ * the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that hardens,
+ * is left as it is. What follows from a formula of the file (string.height) needs no rule of its
+ * own. Comparing predictions instead would find the pairs that data cannot tell apart, which is
+ * another question: it depends on the data and has an interval.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "structure.h"
+
+static const double small_amount = 1e-5; /* of the limit */
+static const double alike = 1e-6;        /* relative difference of two directions */
+static const double rounding = 1e-13, residue = 1e-9;
+
+typedef struct compass {
+    const stein_model *m;
+    const double *base;  /* parameters of the file */
+    double *p, *d1, *d2; /* [np], [nd], [nd] */
+    double *way;         /* [n*nd] directions */
+} compass;
+
+/* ---- directions ---- */
+
+static void fold_lines(const compass *k, double *way)
+{
+    for (int i = 0; i < k->m->nspot; i++) {
+        const stein_spot *spot = &k->m->spots[i];
+        const stein_contact *contact = &k->m->contacts[spot->contact];
+        const double *line = k->d1 + spot->side[1].d;
+        double *move = way + spot->side[1].d;
+        int endless = spot->side[1].kind == STEIN_LINE && contact->nspot == 1 &&
+                      !isfinite(line[STEIN_SHAPE_LO]) && !isfinite(line[STEIN_SHAPE_HI]);
+        int turns = move[STEIN_SHAPE_NX] != 0.0 || move[STEIN_SHAPE_NZ] != 0.0;
+        if (!endless || turns) {
+            continue;
+        }
+        double x = move[STEIN_SHAPE_X], z = move[STEIN_SHAPE_Z];
+        double up = line[STEIN_SHAPE_NX] * x + line[STEIN_SHAPE_NZ] * z;
+        move[STEIN_SHAPE_X] = move[STEIN_SHAPE_Z] = 0.0;
+        way[contact->normal + STEIN_NORMAL_GAP] -= fabs(up) > residue * hypot(x, z) ? up : 0.0;
+    }
+}
+
+static void fold_springs(const compass *k, double *way)
+{
+    for (int j = 0; j < k->m->nq; j++) {
+        const double *law = k->d1 + k->m->bodies[j].joint;
+        double *move = way + k->m->bodies[j].joint;
+        if (law[STEIN_JOINT_K3] != 0.0 || move[STEIN_JOINT_K3] != 0.0) {
+            continue;
+        }
+        double a = law[STEIN_JOINT_K] * move[STEIN_JOINT_Q0];
+        double b = move[STEIN_JOINT_K] * law[STEIN_JOINT_Q0];
+        double torque = fabs(a + b) > 1e-8 * (fabs(a) + fabs(b)) ? a + b : 0.0;
+        move[STEIN_JOINT_PRELOAD] += torque;
+        move[STEIN_JOINT_Q0] = 0.0;
+    }
+}
+
+static void find_way(compass *k, const lab_candidate *c, double *way)
+{
+    size_t size = sizeof *k->p * (size_t)k->m->np;
+    double e = small_amount * c->limit;
+    memcpy(k->p, k->base, size);
+    lab_candidate_apply(c, 2.0 * e, k->p);
+    k->m->setup(k->p, k->d2);
+    memcpy(k->p, k->base, size);
+    lab_candidate_apply(c, e, k->p);
+    k->m->setup(k->p, k->d1);
+    for (int i = 0; i < k->m->nd; i++) {
+        double change = k->d2[i] - k->d1[i];
+        int none = !isfinite(change) || fabs(change) <= rounding * fabs(k->d1[i]);
+        way[i] = none ? 0.0 : change / e;
+    }
+    fold_lines(k, way);
+    fold_springs(k, way);
+}
+
+static int leads_nowhere(const double *way, int n)
+{
+    int i = 0;
+    while (i < n && way[i] == 0.0) {
+        i++;
+    }
+    return i == n;
+}
+
+static int parallel(const double *a, const double *b, int n)
+{
+    int first = 0;
+    while (first < n && a[first] == 0.0 && b[first] == 0.0) {
+        first++;
+    }
+    if (first == n || a[first] == 0.0 || b[first] == 0.0) {
+        return 0;
+    }
+    for (int i = first; i < n; i++) {
+        double scaled = b[i] * (a[first] / b[first]);
+        if (!(fabs(a[i] - scaled) <= alike * fmax(fabs(a[i]), fabs(scaled)))) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* ---- the list ---- */
+
+static void note(lab_candidate *kept, const lab_candidate *same)
+{
+    size_t n = strlen(kept->alias), more = strlen(same->place) + (n > 0);
+    if (same->effect->site == LAB_AT_PARAMETER && n + more < sizeof kept->alias) {
+        snprintf(kept->alias + n, sizeof kept->alias - n, "%s%s", n > 0 ? " " : "", same->place);
+    }
+}
+
+stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err)
+{
+    const stein_model *m = lab_equations(model);
+    size_t np = (size_t)m->np, nd = (size_t)m->nd;
+    compass k = {.m = m, .base = lab_parameters(model)};
+    k.p = malloc(sizeof *k.p * (np + 2 * nd + (size_t)*n * nd + 1));
+    if (k.p == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    k.d1 = k.p + np, k.d2 = k.d1 + nd, k.way = k.d2 + nd;
+    int kept = 0;
+    for (int i = 0; i < *n; i++) {
+        const lab_candidate c = list[i];
+        double *way = k.way + (size_t)kept * nd;
+        int same = -1, open = c.nparam > 0;
+        memset(way, 0, sizeof *way * nd); // a part is like nothing else
+        if (open) {
+            find_way(&k, &c, way);
+        }
+        for (int j = 0; open && same < 0 && j < kept; j++) {
+            same = parallel(k.way + (size_t)j * nd, way, m->nd) ? j : -1;
+        }
+        if (same >= 0) {
+            note(&list[same], &c);
+        } else if (!open || !leads_nowhere(way, m->nd)) {
+            list[kept++] = c;
+        }
+    }
+    *n = kept;
+    free(k.p);
+    return STEIN_OK;
+}

@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * structure.h - parts and degrees of freedom that a mechanism file may get. Not installed.
+ *
+ *   surgery.c     changes in the text of a mechanism file    candidates.c  effects at places
+ *   sites.c       where a part can sit                       alias.c       what says the same
+ *   structure.c   the parts                                  extend.c      the extended file
+ */
+#ifndef STRUCTURE_H
+#define STRUCTURE_H
+
+#include "inner.h"
+#include "stein/diagnose.h"
+
+/* ---- surgery.c ---- */
+
+/** Changes in the text of a YAML file; everything else in it stays as it is. */
+typedef struct lab__surgery lab__surgery;
+/** @param text  must outlive the surgery. @return OK, EPARSE, ENOMEM */
+stein_status lab__surgery_begin(lab__surgery **s, const char *text, size_t size, stein_err *err);
+void lab__surgery_end(lab__surgery *s);
+/** A new entry "name: value" at the beginning of a section, which is made when it is absent. Lines
+ *  after the first are indented. @return OK, EINVAL (no such place), ENOMEM */
+stein_status lab__surgery_add(lab__surgery *s, const char *section, const char *entry,
+                              stein_err *err);
+/** A new entry in the mapping at a path, "bodies/key". @return as above */
+stein_status lab__surgery_add_key(lab__surgery *s, const char *path, const char *entry,
+                                  stein_err *err);
+/** The scalar at a path, NULL when there is none; list items are counted, ".../between/0". */
+const char *lab__surgery_get(const lab__surgery *s, const char *path);
+/** It becomes another one. @return 0, or -1 when there is no scalar or no memory */
+int lab__surgery_set(lab__surgery *s, const char *path, const char *text);
+/** Every value (not key, not `about`) that is exactly this becomes another one.
+ *  @return how many, -1 without memory */
+int lab__surgery_swap(lab__surgery *s, const char *old, const char *text);
+/** The changed text, freed by the caller. @return OK, ENOMEM */
+stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size, stein_err *err);
+
+/* ---- sites.c ---- */
+
+/** In the x-z plane [m]. */
+typedef struct lab__vec {
+    double x, z;
+} lab__vec;
+lab__vec lab__at(const mech_scalar at[3]);
+/** A place in a body's axes as drawn in the frame. */
+lab__vec lab__drawn(const mechanism *m, int body, lab__vec at);
+
+/** Where a link bends, and its part beyond. */
+typedef struct lab__bent {
+    lab__vec at, e;    /* in the body's axes; e points to what lies beyond */
+    lab__vec offset;   /* of the part's centre from the whole's */
+    double mass, turn; /* shares of mass and inertia */
+    double radius2;    /* squared distance of the part's centre from the bend [m^2] */
+} lab__bent;
+/** @return 0, or -1 when the body has no such place */
+int lab__bend(lab__bent *b, const mechanism *m, int body);
+int lab__is_beyond(const lab__bent *b, lab__vec at);
+/** Axis along which a line's normal points, ' ' when it is oblique. */
+char lab__normal_axis(double facing);
+/** The point where the load stands or the first input pushes, -1: none. */
+int lab__load_point(const mechanism *m);
+
+/** Where a part can sit. */
+typedef struct lab__site {
+    char place[MECH_NAME];
+    int body;     /* that moves there */
+    double reach; /* of the point in question from the body's joint [m] */
+    int contact;  /* -1: none */
+} lab__site;
+enum { LAB_SITES = 32 };
+/** Sites of a kind that needs a part. @return their number */
+int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES]);
+
+/* ---- structure.c ---- */
+
+/** Units of the amount, the side and the third number of a kind, and the name of the third one,
+ *  NULL when there is none. @return 0 when the kind needs no part */
+int lab__structure_of(const char *kind, const char *unit[3], const char **other);
+/** Name of the part. @return 0, or -1 when the kind needs none */
+int lab__part_name(const char *kind, const char *place, char name[MECH_NAME]);
+/** Paths of the three numbers in the extended model; [0] is "" when there is none. */
+void lab__structure_names(const lab_candidate *c, char name[3][LAB_PLACE]);
+/** The text of a mechanism file with the part in it, freed by the caller.
+ *  @param m       the mechanism of that text
+ *  @param amount  of the effect; its other numbers are those of the candidate
+ *  @return OK, EINVAL (it cannot sit there), EPARSE, ENOMEM */
+stein_status lab__structure_text(const lab_candidate *c, double amount, const mechanism *m,
+                                 const char *text, size_t size, char **out, size_t *nout,
+                                 stein_err *err);
+
+/* ---- candidates.c, alias.c, extend.c ---- */
+
+/** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note
+ *  the names. @return OK, ENOMEM */
+stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err);
+
+#endif
