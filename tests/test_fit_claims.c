@@ -215,17 +215,22 @@ START_TEST(a_joint_that_is_driven_from_the_first_sample_on_may_be_moving)
     snprintf(path, sizeof path, "%s", in_folder("moving.csv"));
     FILE *to = fopen(path, "w");
     ck_assert_ptr_nonnull(to);
-    fprintf(to, "# noise slide_force: 0.01\ntime [s],slide_motion [m],slide_force [N]\n");
+    // 1379 N at the most, 1229 N at the first sample; 20 nm of noise are 4.3 N, unsmoothed
+    unsigned long long seed = 7;
+    fprintf(to, "# noise slide_force: 1\n# noise slide_motion: 20e-9\n"
+                "time [s],slide_motion [m],slide_force [N]\n");
     for (int i = 0; i <= 1000; i++) {
-        double t = 1e-3 * i, w = 4.0 * acos(-1.0), x = 0.1 * sin(w * t);
-        fprintf(to, "%.17g,%.17g,%.17g\n", 0.5 + t, x, -87.3 * w * w * x);
+        double t = 1e-3 * i, w = 4.0 * acos(-1.0), x = 0.1 * sin(w * t + 1.1);
+        fprintf(to, "%.17g,%.17g,%.17g\n", 0.5 + t, x + 20e-9 * gauss(&seed), -87.3 * w * w * x);
     }
     ck_assert_int_eq(fclose(to), 0);
     const char *data[] = {path, NULL};
     open_fit(&f, "models/emps.yaml", NULL, data);
     lab_fit_def def = free_these(names);
     ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
-    ck_assert_close(f.fit->value[0].value, 87.3, 1e-4, 0.0);
+    ck_assert_close(f.fit->value[0].value, 87.3, 2e-4, 0.0);
+    printf("driven joint: %.2g N of %.0f N are left\n", f.fit->residual[0].rms, 1379.0);
+    ck_assert(f.fit->residual[0].rms < 2.0);
     drop(&f);
 }
 END_TEST

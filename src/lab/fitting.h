@@ -24,7 +24,8 @@
 
 /* ---- signal.c ---- */
 
-/** One measured input: a cubic spline, for a motion a smoothing one. */
+/** One measured input: a motion smoothed, as a cubic spline; a force straight from sample to
+ * sample. */
 typedef struct fit__signal {
     int input, motion, n;
     double *t, *g, *c; /* [n] knots, values, second derivatives (motion) */

@@ -2,18 +2,20 @@
  * signal.c - measured inputs as signals with the derivatives a prescribed motion needs.
  *
  * A motion drives the mechanism through its second derivative, and differences of noise s at
- * intervals h have s sqrt(6)/h^2: 1 um at 1 kHz is 2.4 m/s^2. So a measured motion becomes the
- * natural cubic spline g that is as smooth as its noise allows (Reinsch 1967; Green & Silverman
- * 1994, 2.3):
+ * intervals h have s sqrt(6)/h^2: 1 um at 1 kHz is 2.4 m/s^2. So a measured motion is smoothed as
+ * far as its noise allows (Whittaker 1923; Reinsch 1967 for the choice of a):
  *
- *      minimise  sum (u_i - g(t_i))^2 + a int g''^2 dt     with a such that  sum (u_i - g_i)^2 = n
- * s^2
+ *      minimise  sum (u_i - g_i)^2 + a |D g|^2     with a such that  sum (u_i - g_i)^2 = n s^2
  *
- *      (R + a Q'Q) c = Q'u,    g = u - a Q c,    c = g'' at the inner knots
+ *      (1 + a D D') y = D u,    g = u - a D' y
  *
- * five diagonals, solved in O(n) for each trial a. s is the noise the audit found; without noise
- * a = 0 is the interpolating spline. A low-pass filter would need a cut-off from the user and runs
- * into the ends. A force needs no derivatives and runs straight between its samples.
+ * with D the third derivative by divided differences, each times the root of its interval; seven
+ * diagonals, solved in O(n) for each trial a. A cubic spline runs through g. The third derivative,
+ * because a penalty on the second one - the smoothing spline of the books - pulls accelerations
+ * themselves down and to 0 at both ends: a record that begins in motion lacked 70 N of a force of
+ * 90 N there. s is the noise the audit found; without noise a = 0. A low-pass filter would need a
+ * cut-off from the user and runs into the ends. A force needs no derivatives and runs straight
+ * between its samples.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -21,100 +23,163 @@
 
 #include "fitting.h"
 
-/* the banded problem: row i belongs to knot i+1 */
+enum { WIDTH = 4 }; /* diagonals on and above the middle one; points of a third difference */
+
+/* the banded problem: row i is the third difference of knots i .. i+3 */
 typedef struct bands {
-    int m;                    /* inner knots */
-    double *h;                /* [n-1] intervals */
-    double *q0, *q1, *q2, *z; /* diagonals of R + a Q'Q as L D L', right-hand side */
+    int m;
+    const double *t;
+    double *d;     /* [m*WIDTH] D */
+    double *p;     /* [m*WIDTH] D D' from the diagonal on */
+    double *q;     /* [m*WIDTH] the upper factor of 1 + a D D' */
+    double *z, *y; /* [m] D u; solution */
 } bands;
 
-/* L D L' of R + a Q'Q and the solution c [m]; Q has the rows 1/h_i, -1/h_i - 1/h_i+1, 1/h_i+1 */
-static void solve(bands *b, double a, double *c)
+static void fill(bands *b, const double *u)
 {
-    const double *h = b->h;
     for (int i = 0; i < b->m; i++) {
-        double l = 1.0 / h[i], r = 1.0 / h[i + 1], mid = -l - r;
-        b->q0[i] = (h[i] + h[i + 1]) / 3.0 + a * (l * l + mid * mid + r * r);
-        b->q1[i] = b->q2[i] = 0.0;
-        if (i + 1 < b->m) {
-            double far = 1.0 / h[i + 2];
-            b->q1[i] = h[i + 1] / 6.0 + a * (mid * r + r * (-r - far));
+        const double *t = b->t + i;
+        double root = sqrt((t[3] - t[0]) / 3.0);
+        b->z[i] = 0.0;
+        for (int j = 0; j < WIDTH; j++) {
+            double product = 1.0;
+            for (int k = 0; k < WIDTH; k++) {
+                product *= k != j ? t[j] - t[k] : 1.0;
+            }
+            b->d[WIDTH * i + j] = 6.0 * root / product;
+            b->z[i] += b->d[WIDTH * i + j] * u[i + j];
         }
-        if (i + 2 < b->m) {
-            b->q2[i] = a * r / h[i + 2];
-        }
-        c[i] = b->z[i];
     }
-    for (int i = 0; i < b->m; i++) { // factor, and go forward
-        double d = b->q0[i], e = b->q1[i], f = b->q2[i];
-        if (i + 1 < b->m) {
-            b->q0[i + 1] -= e * e / d;
-            b->q1[i + 1] -= e * f / d;
-            c[i + 1] -= e / d * c[i];
+    for (int i = 0; i < b->m; i++) {
+        for (int k = 0; k < WIDTH; k++) {
+            double *to = &b->p[WIDTH * i + k];
+            *to = 0.0;
+            for (int j = k; j < WIDTH && i + k < b->m; j++) { // knot i+j is the (j-k)th of row i+k
+                *to += b->d[WIDTH * i + j] * b->d[WIDTH * (i + k) + j - k];
+            }
         }
-        if (i + 2 < b->m) {
-            b->q0[i + 2] -= f * f / d;
-            c[i + 2] -= f / d * c[i];
+    }
+}
+
+static void solve(bands *b, double a)
+{
+    double *q = b->q, *y = b->y;
+    for (int i = 0; i < WIDTH * b->m; i++) {
+        q[i] = a * b->p[i] + (i % WIDTH == 0 ? 1.0 : 0.0);
+    }
+    memcpy(y, b->z, sizeof *y * (size_t)b->m);
+    for (int i = 0; i < b->m; i++) {
+        for (int r = 1; r < WIDTH && i + r < b->m; r++) {
+            double f = q[WIDTH * i + r] / q[WIDTH * i];
+            y[i + r] -= f * y[i];
+            for (int k = r; k < WIDTH; k++) {
+                q[WIDTH * (i + r) + k - r] -= f * q[WIDTH * i + k];
+            }
         }
     }
     for (int i = b->m - 1; i >= 0; i--) {
-        double s = c[i];
-        s -= i + 1 < b->m ? b->q1[i] * c[i + 1] : 0.0;
-        s -= i + 2 < b->m ? b->q2[i] * c[i + 2] : 0.0;
-        c[i] = s / b->q0[i];
+        for (int r = 1; r < WIDTH && i + r < b->m; r++) {
+            y[i] -= q[WIDTH * i + r] * y[i + r];
+        }
+        y[i] /= q[WIDTH * i];
     }
 }
 
-/* (Q c)_i for knot i */
-static double spread(const bands *b, const double *c, int i)
-{
-    double s = i < b->m ? c[i] / b->h[i] : 0.0;
-    s -= i > 0 && i <= b->m ? c[i - 1] * (1.0 / b->h[i - 1] + 1.0 / b->h[i]) : 0.0;
-    s += i > 1 ? c[i - 2] / b->h[i - 1] : 0.0;
-    return s;
-}
-
-static double misfit(const bands *b, double a, const double *c)
+/* what smoothing takes away from knot i */
+static double taken(const bands *b, double a, int i)
 {
     double sum = 0.0;
-    for (int i = 0; i < b->m + 2; i++) {
-        double d = a * spread(b, c, i);
+    for (int j = 0; j < WIDTH; j++) {
+        sum += i - j >= 0 && i - j < b->m ? b->d[WIDTH * (i - j) + j] * b->y[i - j] : 0.0;
+    }
+    return a * sum;
+}
+
+static double misfit(const bands *b, double a)
+{
+    double sum = 0.0;
+    for (int i = 0; i < b->m + 3; i++) {
+        double d = taken(b, a, i);
         sum += d * d;
     }
     return sum;
 }
 
 /* the largest a that stays within the noise */
-static double choose(bands *b, double *c, double noise)
+static double choose(bands *b, double noise)
 {
-    double wanted = noise * noise * (b->m + 2), scale = b->h[b->m / 2];
-    double low = -14.0, high = 14.0; // decades of a in units of scale^3
-    for (int i = 0; i < 60; i++) {
-        double mid = 0.5 * (low + high), a = scale * scale * scale * pow(10.0, mid);
-        solve(b, a, c);
-        if (misfit(b, a, c) > wanted) {
+    int n = b->m + 3;
+    double wanted = noise * noise * n, unit = pow((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
+    double low = -14.0, high = 14.0; // decades of a
+    for (int i = 0; i < 50; i++) {
+        double mid = 0.5 * (low + high), a = unit * pow(10.0, mid);
+        solve(b, a);
+        if (misfit(b, a) > wanted) {
             high = mid;
         } else {
             low = mid;
         }
     }
-    return scale * scale * scale * pow(10.0, low);
+    return unit * pow(10.0, low);
 }
 
-static void smooth(fit__signal *s, bands *b, double noise)
+static stein_status smooth(fit__signal *s, double noise, stein_err *err)
 {
-    for (int i = 0; i + 1 < s->n; i++) {
-        b->h[i] = s->t[i + 1] - s->t[i];
+    size_t n = (size_t)s->n;
+    double *room = calloc((3 * WIDTH + 2) * n, sizeof *room);
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    for (int i = 0; i < b->m; i++) {
-        b->z[i] = (s->g[i + 2] - s->g[i + 1]) / b->h[i + 1] - (s->g[i + 1] - s->g[i]) / b->h[i];
-    }
-    double *c = s->c + 1; // the ends are natural: 0
-    double a = noise > 0.0 ? choose(b, c, noise) : 0.0;
-    solve(b, a, c);
+    bands b = {.m = s->n - 3, .t = s->t, .d = room, .p = room + WIDTH * n};
+    b.q = b.p + WIDTH * n;
+    b.z = b.q + WIDTH * n;
+    b.y = b.z + n;
+    fill(&b, s->g);
+    double a = choose(&b, noise);
+    solve(&b, a);
     for (int i = 0; i < s->n; i++) {
-        s->g[i] -= a * spread(b, c, i);
+        s->g[i] -= taken(&b, a, i);
     }
+    free(room);
+    return STEIN_OK;
+}
+
+/* second derivatives of the cubic spline through the knots; its third derivative is the same on
+ * both sides of the second and of the last knot but one */
+static stein_status interpolate(fit__signal *s, stein_err *err)
+{
+    int n = s->n;
+    double *c = s->c, *upper = calloc((size_t)n, sizeof *upper);
+    if (upper == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    double first = (s->t[1] - s->t[0]) / (s->t[2] - s->t[1]);
+    double last = (s->t[n - 1] - s->t[n - 2]) / (s->t[n - 2] - s->t[n - 3]);
+    for (int i = 1; i < n - 1; i++) {
+        double h = s->t[i] - s->t[i - 1], k = s->t[i + 1] - s->t[i];
+        double low = h / 6.0, mid = (h + k) / 3.0, high = k / 6.0;
+        if (i == 1) { // c_0 = (1 + first) c_1 - first c_2
+            mid += low * (1.0 + first);
+            high -= low * first;
+            low = 0.0;
+        }
+        if (i == n - 2) {
+            mid += k / 6.0 * (1.0 + last);
+            low -= k / 6.0 * last;
+            high = 0.0;
+        }
+        double pivot = mid - low * upper[i - 1];
+        double bend = (s->g[i + 1] - s->g[i]) / k - (s->g[i] - s->g[i - 1]) / h;
+        upper[i] = high / pivot;
+        c[i] = (bend - low * c[i - 1]) / pivot;
+    }
+    for (int i = n - 3; i > 0; i--) {
+        c[i] -= upper[i] * c[i + 1];
+    }
+    c[0] = (1.0 + first) * c[1] - first * c[2];
+    c[n - 1] = (1.0 + last) * c[n - 2] - last * c[n - 3];
+    free(upper);
+    return STEIN_OK;
 }
 
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
@@ -125,10 +190,7 @@ stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_d
     s->t = calloc(n + 1, sizeof *s->t);
     s->g = calloc(n + 1, sizeof *s->g);
     s->c = calloc(n + 1, sizeof *s->c);
-    bands b = {.m = (int)n - 2};
-    double *room = calloc(5 * (n + 1), sizeof *room);
-    if (s->t == NULL || s->g == NULL || s->c == NULL || room == NULL) {
-        free(room);
+    if (s->t == NULL || s->g == NULL || s->c == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int i = 0; i < data->nrow; i++) {
@@ -137,16 +199,12 @@ stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_d
             s->g[s->n++] = column->value[i];
         }
     }
-    b.h = room;
-    b.q0 = room + n + 1;
-    b.q1 = b.q0 + n + 1;
-    b.q2 = b.q1 + n + 1;
-    b.z = b.q2 + n + 1;
-    if (motion && s->n > 2) {
-        smooth(s, &b, noise);
+    stein_status status = STEIN_OK;
+    if (motion && s->n > 4) { // fewer show no derivatives
+        status = noise > 0.0 ? smooth(s, noise, err) : STEIN_OK;
+        status = status == STEIN_OK ? interpolate(s, err) : status;
     }
-    free(room);
-    return STEIN_OK;
+    return status;
 }
 
 void fit__signal_free(fit__signal *s)
