@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnosis_lists.c - the map of departures, suspects as bars, gains, audit and parameters.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "diagnosis_page.h"
+
+enum { ROWS = 96, SUSPECTS = 12, AUDIT = 40 };
+
+/* ---- place by phase ---- */
+
+static int phase_used(const lab_diagnosis *d, int phase)
+{
+    for (int i = 0; i < d->ndeparture; i++) {
+        if (diag__phase_index(d->departure[i].phase) == phase) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* how hot a cell is, 0 .. 5 */
+static int heat(double z)
+{
+    return !(z >= 2.0) ? 0 : z < 3.0 ? 1 : z < 4.0 ? 2 : z < 6.0 ? 3 : z < 10.0 ? 4 : 5;
+}
+
+static void cell(FILE *f, const lab_departure *r)
+{
+    fprintf(f, "<td class=\"heat h%d\" title=\"z = ", heat(r->z));
+    page__number(f, r->z, 2);
+    fprintf(f, ", %d samples\">", r->samples);
+    if (r->is_force) {
+        page__unit u = page__unit_for(r->unit, r->size);
+        page__quantity(f, r->size, r->unit, 2);
+        fputs("<small>\xc2\xb1", f);
+        page__number(f, r->sd * u.factor, 2);
+    } else {
+        page__number(f, r->sd > 0.0 ? r->size / r->sd : (double)NAN, 3);
+        fputs("<small>", f);
+        page__quantity(f, r->size, r->unit, 2);
+    }
+    fputs(", z ", f);
+    page__number(f, r->z, 2);
+    fputs("</small></td>", f);
+}
+
+static void map_row(FILE *f, const lab_diagnosis *d, const char *place, int is_force)
+{
+    fputs("<tr><th scope=\"row\">", f);
+    page__words(f, place);
+    fputs("</th>", f);
+    for (int k = 0; k < DIAG_PHASES; k++) {
+        const lab_departure *found = NULL;
+        for (int i = 0; i < d->ndeparture; i++) {
+            const lab_departure *r = &d->departure[i];
+            int here = r->is_force == is_force && strcmp(r->place, place) == 0;
+            found = here && diag__phase_index(r->phase) == k ? r : found;
+        }
+        if (found != NULL) {
+            cell(f, found);
+        } else if (phase_used(d, k)) {
+            fputs("<td class=\"heat none\"></td>", f);
+        }
+    }
+    fputs("</tr>\n", f);
+}
+
+static void map_half(FILE *f, const lab_diagnosis *d, int is_force, const char *title)
+{
+    const char *done[ROWS];
+    int n = 0;
+    for (int i = 0; i < d->ndeparture; i++) {
+        const lab_departure *r = &d->departure[i];
+        int known = r->is_force != is_force || n == ROWS;
+        for (int k = 0; k < n; k++) {
+            known |= strcmp(done[k], r->place) == 0;
+        }
+        if (known) {
+            continue;
+        }
+        if (n == 0) {
+            fprintf(f, "<tr class=\"half\"><th colspan=\"%d\">%s</th></tr>\n", DIAG_PHASES + 1,
+                    title);
+        }
+        done[n++] = r->place;
+        map_row(f, d, r->place, is_force);
+    }
+}
+
+void page__map(FILE *f, const lab_diagnosis *d)
+{
+    if (d->ndeparture == 0) {
+        return;
+    }
+    fputs("<section id=\"map\"><h2>Where and when it departs</h2>\n<p>The model before anything "
+          "was added. Channels: RMS residual over the noise; joints: mean missing force. The "
+          "darker, the less it can be noise or chance from stroke to stroke; z is that "
+          "significance as a normal deviate.</p>\n<div class=\"scroll\"><table class=\"map\">\n<tr>"
+          "<th></th>",
+          f);
+    for (int k = 0; k < DIAG_PHASES; k++) {
+        if (phase_used(d, k)) {
+            fprintf(f, "<th scope=\"col\">%s</th>", diag__phase[k]);
+        }
+    }
+    fputs("</tr>\n", f);
+    map_half(f, d, 0, "channels: residual over noise");
+    map_half(f, d, 1, "joints: missing force");
+    fputs("</table></div>\n</section>\n", f);
+}
+
+/* ---- suspects ---- */
+
+static double gain_of(const lab_suspect *s)
+{
+    return s->refitted && isfinite(s->gain) ? s->gain : s->score;
+}
+
+static const char *rank_of(const lab_diagnosis *d, int i)
+{
+    return i < d->ncause               ? "cause"
+           : i < d->ncause + d->nrival ? "rival"
+           : d->suspect[i].possible    ? "other"
+                                       : "impossible";
+}
+
+static void suspect_numbers(FILE *f, const lab_suspect *s)
+{
+    for (int i = 0; i < s->nnumber && i < LAB_MOVED; i++) {
+        fputs(i > 0 ? ", " : "", f);
+        page__words(f, s->number[i].name);
+        fputs(" ", f);
+        page__interval(f, s->number[i].value, s->number[i].lo, s->number[i].hi, s->number[i].unit);
+    }
+    if (s->nnumber == 0 && s->candidate.effect != NULL && isfinite(s->amount)) {
+        page__words(f, s->candidate.effect->size);
+        fputs(" \xe2\x89\x88 ", f);
+        page__quantity(f, s->amount, s->candidate.unit, 2);
+    }
+}
+
+static void suspect_row(FILE *f, const lab_diagnosis *d, int i, double most)
+{
+    const lab_suspect *s = &d->suspect[i];
+    const char *rank = rank_of(d, i);
+    double share = most > 0.0 ? fmax(0.0, fmin(1.0, gain_of(s) / most)) : 0.0;
+    fprintf(f, "<tr class=\"%s\"><th scope=\"row\">", rank);
+    page__words(f, s->candidate.effect != NULL ? s->candidate.effect->kind : "");
+    fputs("<small>", f);
+    page__text(f, s->candidate.place);
+    fputs("</small></th><td class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" "
+          "aria-hidden=\"true\">",
+          f);
+    fprintf(f, "<rect class=\"%s\" x=\"0\" y=\"1\" width=\"%.1f\" height=\"8\"/></svg></td><td>",
+            s->refitted ? "full" : "predicted", fmax(0.4, 100.0 * share));
+    page__number(f, gain_of(s), 3);
+    fprintf(f, "%s</td><td>", s->refitted ? "" : "<small>predicted</small>");
+    suspect_numbers(f, s);
+    fputs("</td><td>", f);
+    if (i < d->ncause) {
+        fputs("the cause", f);
+    } else if (i < d->ncause + d->nrival) {
+        fputs("cannot be told from it", f);
+    } else {
+        page__text(f, s->why);
+    }
+    fputs("</td></tr>\n", f);
+}
+
+void page__suspects(FILE *f, const lab_diagnosis *d)
+{
+    int shown = 0, untestable = 0;
+    double most = 0.0;
+    for (int i = 0; i < d->nsuspect; i++) {
+        int testable = isfinite(gain_of(&d->suspect[i]));
+        untestable += !testable;
+        most = testable ? fmax(most, gain_of(&d->suspect[i])) : most;
+    }
+    if (d->nsuspect == 0) {
+        return;
+    }
+    fputs("<section id=\"suspects\"><h2>Suspects</h2>\n<p>How much the misfit (\xe2\x88\x92"
+          "2 log likelihood) falls when the effect is added and everything else is refitted, "
+          "strokes free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
+          "<div class=\"scroll\"><table class=\"suspects\">\n<tr><th></th><th></th><th>fall"
+          "</th><th>amount</th><th></th></tr>\n",
+          f);
+    for (int i = 0; i < d->nsuspect; i++) {
+        int must = i < d->ncause + d->nrival;
+        if (isfinite(gain_of(&d->suspect[i])) && (must || shown < SUSPECTS)) {
+            suspect_row(f, d, i, most);
+            shown++;
+        }
+    }
+    int rest = d->nsuspect - shown - untestable;
+    fputs("</table></div>\n<p class=\"quiet\">", f);
+    if (rest > 0) {
+        fprintf(f, "%d more explain less. ", rest);
+    }
+    if (untestable > 0) {
+        fprintf(f, "%d cannot be tested with these strokes.", untestable);
+    }
+    fputs("</p>\n</section>\n", f);
+}
+
+/* ---- gains ---- */
+
+/* ratio after/before on a logarithmic scale from 1/8 to 2 */
+static double ratio_x(double ratio)
+{
+    double x = (log2(fmax(ratio, 1e-9)) + 3.0) / 4.0;
+    return 100.0 * fmax(0.0, fmin(1.0, x));
+}
+
+static void ratio_bar(FILE *f, const lab_gain *g)
+{
+    fputs("<td class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" "
+          "aria-hidden=\"true\"><path class=\"one\" d=\"M75 0V10\"/>",
+          f);
+    if (isfinite(g->ratio)) {
+        double lo = isfinite(g->lo) ? g->lo : g->ratio, hi = isfinite(g->hi) ? g->hi : g->ratio;
+        fprintf(f,
+                "<rect class=\"span\" x=\"%.1f\" y=\"3.5\" width=\"%.1f\" height=\"3\"/><rect "
+                "class=\"full\" x=\"%.1f\" y=\"1\" width=\"1.2\" height=\"8\"/>",
+                ratio_x(lo), fmax(0.5, ratio_x(hi) - ratio_x(lo)), ratio_x(g->ratio) - 0.6);
+    }
+    fputs("</svg></td>", f);
+}
+
+static void gain_row(FILE *f, const lab_gain *g, const char *unit)
+{
+    fputs("<tr><th scope=\"row\">", f);
+    page__words(f, g->channel != NULL ? g->channel : "all channels");
+    fputs("<small>", f);
+    page__text(f, g->phase != NULL ? g->phase : "all phases");
+    fputs("</small></th><td>", f);
+    page__quantity(f, g->rmse_before, unit, 3);
+    fputs("</td><td>", f);
+    page__quantity(f, g->rmse_after, unit, 3);
+    fputs("</td><td>", f);
+    page__quantity(f, g->noise, unit, 3);
+    fputs("</td><td>", f);
+    page__interval(f, g->ratio, g->lo, g->hi, "1");
+    fputs("</td>", f);
+    ratio_bar(f, g);
+    fputs("</tr>\n", f);
+}
+
+void page__gains(FILE *f, const lab_diagnosis *d)
+{
+    if (d->ngain == 0) {
+        return;
+    }
+    fprintf(f,
+            "<section id=\"gain\"><h2>The gain on strokes held out</h2>\n<p>Error on %d stroke%s "
+            "that took no part in the fit. Left of the line is better; the bar is the 95&nbsp;%% "
+            "interval of after over before, from one eighth to twice.</p>\n<div "
+            "class=\"scroll\"><table class=\"gains\">\n<tr><th></th><th>before</th><th>after</th>"
+            "<th>noise</th><th>after / before</th><th></th></tr>\n",
+            d->nheld, d->nheld == 1 ? "" : "s");
+    gain_row(f, &d->gain, "1");
+    for (int i = 0; i < d->ngain; i++) {
+        gain_row(f, &d->gains[i], d->gains[i].unit);
+    }
+    fputs("</table></div>\n</section>\n", f);
+}
+
+/* ---- audit, parameters ---- */
+
+void page__audit(FILE *f, const lab_diagnosis *d)
+{
+    fputs("<section id=\"audit\"><h2>The data</h2>\n", f);
+    if (d->nfinding == 0) {
+        fputs("<p>The audit of the files found nothing that would limit the fit.</p>\n", f);
+    } else {
+        fputs("<ul>\n", f);
+        for (int i = 0; i < d->nfinding && i < AUDIT; i++) {
+            fputs("<li>", f);
+            page__text(f, d->finding[i]);
+            fputs("</li>\n", f);
+        }
+        fputs("</ul>\n", f);
+        if (d->nfinding > AUDIT) {
+            fprintf(f, "<p class=\"quiet\">and %d more.</p>\n", d->nfinding - AUDIT);
+        }
+    }
+    fputs("</section>\n", f);
+}
+
+static void parameter_row(FILE *f, const lab_fit_value *v)
+{
+    fputs("<tr><th scope=\"row\">", f);
+    page__text(f, v->name);
+    fputs("</th><td>", f);
+    page__quantity(f, v->start, v->unit, 5);
+    fputs("</td><td>", f);
+    page__interval(f, v->value, v->lo, v->hi, v->unit);
+    fputs("</td><td>", f);
+    if (v->unseen) {
+        fputs("not seen by these strokes", f);
+    } else if (isfinite(v->prior_sd) && v->prior_sd > 0.0) {
+        double off = (v->value - v->start) / v->prior_sd;
+        page__number(f, off, 2);
+        fputs(" sd of the file", f);
+    }
+    fputs("</td></tr>\n", f);
+}
+
+void page__parameters(FILE *f, const lab_diagnosis *d)
+{
+    static const char *const what[] = {"joint friction", "contact friction", "drive"};
+    if (d->nvalue > 0) {
+        fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\"><table>"
+              "\n<tr><th></th><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
+              f);
+        for (int i = 0; i < d->nvalue; i++) {
+            parameter_row(f, &d->value[i]);
+        }
+        fputs("</table></div>\n", f);
+        fputs("<p class=\"quiet\">From stroke to stroke:", f);
+        for (int i = 0; i < 3; i++) {
+            fprintf(f, "%s %s ", i > 0 ? "," : "", what[i]);
+            page__number(f, 100.0 * d->scatter[i], 2);
+            fputs("&nbsp;%", f);
+        }
+        fputs(".</p>\n</section>\n", f);
+    }
+}

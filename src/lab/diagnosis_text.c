@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnosis_text.c - texts and numbers as report.html shows them.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "diagnosis_page.h"
+
+void page__text(FILE *f, const char *text)
+{
+    for (; text != NULL && *text != '\0'; text++) {
+        switch (*text) {
+        case '&': fputs("&amp;", f); break;
+        case '<': fputs("&lt;", f); break;
+        case '>': fputs("&gt;", f); break;
+        case '"': fputs("&quot;", f); break;
+        case '\'': fputs("&#39;", f); break;
+        default: putc((unsigned char)*text < 0x20 ? ' ' : *text, f);
+        }
+    }
+}
+
+void page__words(FILE *f, const char *name)
+{
+    char part[2] = "";
+    for (; name != NULL && *name != '\0'; name++) {
+        part[0] = *name;
+        if (*name == '_') {
+            putc(' ', f);
+        } else {
+            page__text(f, part);
+        }
+    }
+}
+
+void page__cause(FILE *f, const lab_candidate *c)
+{
+    page__words(f, c->effect != NULL ? c->effect->kind : "nothing");
+    if (c->place[0] != '\0') {
+        fputs(" of ", f);
+        if (strpbrk(c->place, "._") == NULL) {
+            fputs("the ", f);
+        }
+        page__text(f, c->place);
+    }
+}
+
+/* ---- units ---- */
+
+page__unit page__unit_for(const char *unit, double typical)
+{
+    static const struct {
+        const char *unit, *small, *smaller; /* by thousandths */
+    } known[] = {{"m", "mm", "\xc2\xb5m"},       {"N", "mN", "\xc2\xb5N"},
+                 {"N m", "mN m", "\xc2\xb5N m"}, {"s", "ms", "\xc2\xb5s"},
+                 {"rad", "mrad", "\xc2\xb5rad"}, {"kg", "g", "mg"},
+                 {"m/s", "mm/s", "\xc2\xb5m/s"}};
+    page__unit u = {.factor = 1.0};
+    double size = fabs(typical);
+    snprintf(u.name, sizeof u.name, "%s", unit != NULL ? unit : "");
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        if (unit != NULL && strcmp(unit, known[i].unit) == 0 && size < 0.5 && size > 0.0) {
+            int tiny = size < 0.5e-3;
+            u.factor = tiny ? 1e6 : 1e3;
+            snprintf(u.name, sizeof u.name, "%s", tiny ? known[i].smaller : known[i].small);
+        }
+    }
+    if (unit != NULL && strcmp(unit, "1") == 0) {
+        u.name[0] = '\0';
+    }
+    return u;
+}
+
+void page__unit_name(FILE *f, const char *name)
+{
+    char part[2] = "";
+    for (; name != NULL && *name != '\0'; name++) {
+        if (*name == '^') {
+            size_t n = strspn(name + 1, "-0123456789");
+            fprintf(f, "<sup>%.*s</sup>", (int)n, name + 1);
+            name += n;
+        } else if (*name == ' ') {
+            fputs("&nbsp;", f);
+        } else {
+            part[0] = *name;
+            page__text(f, part);
+        }
+    }
+}
+
+/* ---- numbers ---- */
+
+static void decimal(FILE *f, double value, int decimals)
+{
+    char text[64];
+    snprintf(text, sizeof text, "%.*f", decimals < 0 ? 0 : decimals > 12 ? 12 : decimals, value);
+    int zero = strspn(text, "-0.") == strlen(text);
+    const char *at = text[0] == '-' ? text + 1 : text;
+    fprintf(f, "%s%s", text[0] == '-' && !zero ? "\xe2\x88\x92" : "", at);
+}
+
+static int exponent(double value)
+{
+    return value != 0.0 && isfinite(value) ? (int)floor(log10(fabs(value)) + 1e-12) : 0;
+}
+
+static void power(FILE *f, int e)
+{
+    if (e != 0) {
+        fprintf(f,
+                "\xc2\xb7"
+                "10<sup>%s%d</sup>",
+                e < 0 ? "\xe2\x88\x92" : "", e < 0 ? -e : e);
+    }
+}
+
+void page__number(FILE *f, double value, int digits)
+{
+    if (!isfinite(value)) {
+        fputs(isinf(value) ? (value > 0 ? "\xe2\x88\x9e" : "\xe2\x88\x92\xe2\x88\x9e")
+                           : "\xe2\x80\x93",
+              f);
+        return;
+    }
+    int e = exponent(value), large = e > 4 || e < -3;
+    decimal(f, large ? value * pow(10.0, -e) : value, large ? digits - 1 : digits - 1 - e);
+    power(f, large ? e : 0);
+}
+
+void page__quantity(FILE *f, double value, const char *unit, int digits)
+{
+    page__unit u = page__unit_for(unit, value);
+    page__number(f, value * u.factor, digits);
+    if (u.name[0] != '\0') {
+        fputs("&nbsp;", f);
+        page__unit_name(f, u.name);
+    }
+}
+
+void page__interval(FILE *f, double value, double lo, double hi, const char *unit)
+{
+    double width = hi - lo;
+    if (!isfinite(width) || !(width > 0.0) || !isfinite(value)) {
+        page__quantity(f, value, unit, 3);
+        return;
+    }
+    double size = fmax(fabs(value), fmax(fabs(lo), fabs(hi)));
+    page__unit u = page__unit_for(unit, size);
+    size *= u.factor;
+    int e = exponent(size), large = e > 4 || e < -3;
+    double scale = u.factor * (large ? pow(10.0, -e) : 1.0);
+    int decimals = 1 - exponent(width * scale);
+    decimal(f, value * scale, decimals);
+    fputs(" <span class=\"ci\">[", f);
+    decimal(f, lo * scale, decimals);
+    fputs(" \xe2\x80\xa6 ", f);
+    decimal(f, hi * scale, decimals);
+    fputs("]</span>", f);
+    power(f, large ? e : 0);
+    if (u.name[0] != '\0') {
+        fputs("&nbsp;", f);
+        page__unit_name(f, u.name);
+    }
+}
