@@ -7,6 +7,7 @@
 # DATA holds emps/, ball_drops/, piano_action/ with the files as they were published (see SOURCE.md
 # there); what is absent is left out. FOLDER gets one CSV file a record:
 #   emps_train.csv, emps_pulses.csv      slide_motion [m], slide_force [N] = 35.15065 N/V vir
+#   emps_train_1.csv .. _4.csv, pulses   the same, one file a cycle of the programme (6.24 s)
 #   ball_NAME_DROP.csv                   height [m], with mass and diameter where they are known
 #   piano_*.csv                          raw columns of the sensors, for the audit
 # Nothing is filtered, scaled or left out but the columns that are no measurements.
@@ -28,6 +29,14 @@ emps() { # FROM TO
             next
         }
         { printf "%s,%s,%.8f\n", $1, $3, 35.15065 * $4 }' "$1" >"$2"
+    awk -v to="${2%.csv}" '
+        /^#/ || /^time/ { head = head $0 "\n"; next }
+        {
+            file = to "_" (int(row / 6240) + 1) ".csv"
+            if (row % 6240 == 0) printf "%s", head >file
+            print >file
+            row++
+        }' "$2"
 }
 
 # weight in ounces (28.349523125 g) and circumference as in balls.txt, whose names differ a little

@@ -5,12 +5,12 @@
  * the information on the free parameters, in prior standard deviations:
  *
  *      I          of the data alone
- *      I + 1      with the priors:   covariance = v (I + 1)^-1,  v = max(1, chi2/dof) f
+ *      I/v + 1    with the priors:   covariance = (I/v + 1)^-1,  v = max(1, chi2/dof) f
  *
- * v widens the intervals where the residual is more than the stated noise (Birge 1932): then the
- * model lacks something and the formal errors mean little, but less would be false. Where the noise
- * was taken from the residual, f = 1 + 2 sum of its correlations (up to the first below 0.1): a
- * slow residual has fewer independent samples than rows. Eigenvalues of I show the combinations
+ * v widens what the data tell where the residual is more than the stated noise (Birge 1932): then
+ * the model lacks something and the formal errors mean little, but less would be false. Where the
+ * noise was taken from the residual, f = 1 + 2 sum of its correlations (up to the first below 0.1):
+ * a slow residual has fewer independent samples than rows. Eigenvalues of I show the combinations
  * that the data cannot tell: 1/sqrt(lambda) is their sd, in prior sd. Correlations by the data
  * alone are those of I^-1; parameters that no data depend on are named apart and left out.
  */
@@ -154,7 +154,7 @@ static void take_interval(lab_fit_value *v, const fit__unknown *u, double x, dou
 
 /* variances of the strokes' own: B^-1 + X S^-1 X' */
 static void own_intervals(const fit__problem *p, lab_fit *fit, const double *x,
-                          const fit__normal *n, const gsl_matrix *cov, double v)
+                          const fit__normal *n, const gsl_matrix *cov)
 {
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
@@ -171,17 +171,14 @@ static void own_intervals(const fit__problem *p, lab_fit *fit, const double *x,
                 }
             }
             take_interval(&fit->stroke[s].value[a], &p->unknown[t->first + a], x[t->first + a],
-                          v * sum);
+                          sum);
         }
     }
 }
 
-static stein_status covariances(const fit__problem *p, lab_fit *fit, const double *x,
-                                fit__normal *n, double v, stein_err *err)
+/* what one more step would gain */
+static stein_status last_gain(const fit__problem *p, lab_fit *fit, fit__normal *n, stein_err *err)
 {
-    if (fit__normal_factor(n, p, 0.0) != 0) {
-        return lab__fail(err, STEIN_ENONFINITE, "the information matrix is not positive");
-    }
     double *dx = malloc(sizeof *dx * (size_t)p->nu);
     if (dx == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -192,17 +189,40 @@ static stein_status covariances(const fit__problem *p, lab_fit *fit, const doubl
         fit->gradient -= dx[u] * n->g[u];
     }
     free(dx);
+    return STEIN_OK;
+}
+
+static void covariances(const fit__problem *p, lab_fit *fit, const double *x, fit__normal *n)
+{
     gsl_linalg_cholesky_invert(n->S);
     for (int i = 0; i < p->np; i++) {
         take_interval(&fit->value[i], &p->unknown[i], x[i],
-                      v * gsl_matrix_get(n->S, (size_t)i, (size_t)i));
+                      gsl_matrix_get(n->S, (size_t)i, (size_t)i));
         for (int k = 0; k < p->np; k++) {
-            fit->covariance[i * p->np + k] = v * gsl_matrix_get(n->S, (size_t)i, (size_t)k) *
-                                             p->unknown[i].sd * p->unknown[k].sd;
+            fit->covariance[i * p->np + k] =
+                gsl_matrix_get(n->S, (size_t)i, (size_t)k) * p->unknown[i].sd * p->unknown[k].sd;
         }
     }
-    own_intervals(p, fit, x, n, n->S, v);
-    return STEIN_OK;
+    own_intervals(p, fit, x, n, n->S);
+}
+
+/* the normal equations of data whose variances are v times as large */
+static stein_status refill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                           const double *J, double v, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke), columns = fit__columns(p);
+    double *scaled = malloc(sizeof *scaled * (rows + columns + 1)), factor = 1.0 / sqrt(v);
+    if (scaled == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (size_t i = 0; i < rows + columns; i++) {
+        scaled[i] = factor * (i < rows ? r[i] : J[i - rows]);
+    }
+    fit__normal_fill(n, p, x, scaled, scaled + rows, 1);
+    free(scaled);
+    return fit__normal_factor(n, p, 0.0) == 0
+               ? STEIN_OK
+               : lab__fail(err, STEIN_ENONFINITE, "the information matrix is not positive");
 }
 
 stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, const double *r,
@@ -223,8 +243,12 @@ stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, cons
         status = spectrum(p, fit, m, err);
     }
     if (status == STEIN_OK) {
-        fit__normal_fill(&n, p, x, r, J, 1);
-        status = covariances(p, fit, x, &n, v, err);
+        status = refill(&n, p, x, r, J, 1.0, err);
+        status = status == STEIN_OK ? last_gain(p, fit, &n, err) : status;
+        status = status == STEIN_OK ? refill(&n, p, x, r, J, v, err) : status;
+    }
+    if (status == STEIN_OK) {
+        covariances(p, fit, x, &n);
     }
     gsl_matrix_free(m);
     fit__normal_free(&n);
