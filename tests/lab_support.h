@@ -42,6 +42,16 @@ static inline void remove_folder(void)
     remove_tree(folder);
 }
 
+/* equations of extended mechanisms are compiled once for all tests: beside the products */
+static inline void cache_in_build(void)
+{
+    const char *build = getenv("STEIN_BUILD");
+    char *cache = lab__text("%s/cache", build != NULL ? build : "build");
+    ck_assert_ptr_nonnull(cache);
+    ck_assert_int_eq(setenv("XDG_CACHE_HOME", cache, 1), 0);
+    free(cache);
+}
+
 /* a path in the folder of the test; a few live at a time */
 static inline const char *in_folder(const char *name)
 {

@@ -410,10 +410,18 @@ static double stiffness(const build *b, const char *contact)
     return k > 0.0 ? k : 1e4;
 }
 
+/* a number as one would write it on a drawing */
+static double rounded(double value)
+{
+    char text[LAB_NUMBER];
+    snprintf(text, sizeof text, "%.3g", value);
+    return strtod(text, NULL);
+}
+
 /* a range by its lower end, its middle and its upper end */
 static void set_range(double to[3], double lo, double middle, double hi)
 {
-    to[0] = lo, to[1] = middle, to[2] = hi;
+    to[0] = rounded(lo), to[1] = rounded(middle), to[2] = rounded(hi);
 }
 
 /* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */

@@ -80,8 +80,6 @@ int lab__bend(lab__bent *b, const mechanism *m, int index)
     b->offset = (lab__vec){shift * b->e.x, shift * b->e.z};
     b->mass = f;
     b->turn = f * f * f;
-    lab__vec r = {c.x + b->offset.x - b->at.x, c.z + b->offset.z - b->at.z};
-    b->radius2 = along(r, r);
     return 0;
 }
 

@@ -30,7 +30,7 @@
 
 #include "structure.h"
 
-enum { WORDS = 128, LINES = 4 };
+enum { WORDS = 128, LINES = 6 };
 
 /* ---- the table ---- */
 
@@ -52,17 +52,22 @@ static const structure structures[] = {
      {"rad/(N m)", "1", NULL},
      NULL,
      {"compliance", "damping_ratio", NULL},
-     {{"parameters", "$P.inertia_share: $i"},
+     {{"parameters", "$P.offset.z: $w m"},
+      {"parameters", "$P.offset.x: $u m"},
+      {"parameters", "$P.inertia_share: $i"},
       {"parameters", "$P.mass_share: $m"},
       {"parameters", "$P.damping_ratio: $s"},
       {"bodies",
        "$P: {about: \"what lies beyond the place where $B bends, as of a thin uniform bar\",\n"
        "part_of: $B, joint: $j, at: [$x m, 0, $z m],\n"
        "mass: $P.mass_share * $B.mass, inertia: {yy: $P.inertia_share * $B.inertia.yy},\n"
-       "centre: [$B.centre.x + $u m, 0, $B.centre.z + $w m],\n"
+       "centre: [$B.centre.x + $P.offset.x, 0, $B.centre.z + $P.offset.z],\n"
        "spring: {k: 1 / $P.compliance},\n"
        "damping: 2 * $P.damping_ratio * sqrt(($P.inertia_share * $B.inertia.yy\n"
-       "+ $P.mass_share * $B.mass * $r m^2) / $P.compliance)$k}"}}},
+       "+ $P.mass_share * $B.mass *\n"
+       "(($B.centre.x + $P.offset.x - $P.at.x) * ($B.centre.x + $P.offset.x - $P.at.x)\n"
+       "+ ($B.centre.z + $P.offset.z - $P.at.z) * ($B.centre.z + $P.offset.z - $P.at.z)))\n"
+       "/ $P.compliance)$k}"}}},
     {"axis_translation",
      "_axis",
      {"m/N", "1", NULL},
@@ -281,7 +286,6 @@ static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mech
     set_rounded(w, 'w', b.offset.z);
     set_rounded(w, 'm', b.mass);
     set_rounded(w, 'i', b.turn);
-    set_rounded(w, 'r', b.radius2);
     stein_status status = move_beyond(s, m, body, &b, w->of['P'], points, err);
     w->of['k'] = *points;
     return status;

@@ -50,7 +50,6 @@ typedef struct lab__bent {
     lab__vec at, e;    /* in the body's axes; e points to what lies beyond */
     lab__vec offset;   /* of the part's centre from the whole's */
     double mass, turn; /* shares of mass and inertia */
-    double radius2;    /* squared distance of the part's centre from the bend [m^2] */
 } lab__bent;
 /** @return 0, or -1 when the body has no such place */
 int lab__bend(lab__bent *b, const mechanism *m, int body);
