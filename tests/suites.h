@@ -23,6 +23,8 @@
     X(journal)    \
     X(data)       \
     X(effects)    \
+    X(structure)  \
+    X(extend)     \
     X(mixed)      \
     X(reality)    \
     X(fit)        \

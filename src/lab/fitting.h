@@ -261,6 +261,21 @@ typedef struct fit__place {
 int fit__find_mapping(const char *text, size_t size, const char *const *path, int n,
                       fit__place *place);
 
+/* ---- patch.c ---- */
+
+/** One number of a mechanism file, what it shall be and its standard deviation, 0: none [SI]. */
+typedef struct fit__number {
+    const char *name;
+    double value, sd;
+} fit__number;
+/** The text of a mechanism file with new numbers in the old places, freed by the caller. It is
+ *  read again: the same mechanism with these numbers.
+ *  @param m       the mechanism of the text
+ *  @param digits  of the numbers
+ *  @return OK, EPARSE, EINVAL (a number has no place in the file), ENOMEM */
+stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char *text, size_t size,
+                        const fit__number *number, int n, int digits, stein_err *err);
+
 /* ---- starts.c ---- */
 
 /** All searches; the best end goes to x. */

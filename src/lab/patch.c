@@ -16,13 +16,7 @@
 
 #include "fitting.h"
 
-enum { DIGITS = 10, CELL = 160 };
-
-/* one number and what it shall be */
-typedef struct wanted {
-    const char *name;
-    double value, sd;
-} wanted;
+enum { CELL = 400 };
 
 /* text[from..to) becomes something else; law: a whole law comes in */
 typedef struct change {
@@ -34,10 +28,10 @@ typedef struct change {
 } change;
 
 typedef struct patch {
-    char *text;
+    const char *text;
     size_t size;
-    wanted *wanted; /* [nwanted] */
-    int nwanted;
+    const fit__number *wanted; /* [nwanted] */
+    int nwanted, digits;
     change *list; /* [n] */
     int n;
 } patch;
@@ -127,7 +121,7 @@ static void rounded(char *text, double value, int digits)
 
 /* "2.553104 g +- 0.0031 g"; without sd: as it stands there */
 static void write_quantity(char text[CELL], const mech_param *q, const char *old_unit, double value,
-                           double sd)
+                           double sd, int digits)
 {
     char number[LAB_NUMBER], tolerance[LAB_NUMBER], unit[MECH_UNIT];
     mech_dim dim;
@@ -138,7 +132,7 @@ static void write_quantity(char text[CELL], const mech_param *q, const char *old
         factor = 1.0;
         snprintf(unit, sizeof unit, "%s", strcmp(q->unit, "1") == 0 ? "" : q->unit);
     }
-    rounded(number, value / factor, DIGITS);
+    rounded(number, value / factor, digits);
     rounded(tolerance, sd / factor, 3);
     const char *blank = unit[0] == '\0' ? "" : " ";
     if (sd > 0.0 && isfinite(sd)) {
@@ -158,14 +152,14 @@ static change *new_change(patch *p, const char *name, double value)
 }
 
 /* a number that stands in the file */
-static void replace(patch *p, const mech_param *q, const wanted *w)
+static void replace(patch *p, const mech_param *q, const fit__number *w)
 {
     change *c = new_change(p, w->name, w->value);
     char unit[MECH_UNIT];
     c->from = find_byte(p, q->line, q->column);
     find_scalar(p, &c->from, &c->to);
     find_unit(p->text + c->from, c->to - c->from, unit);
-    write_quantity(c->text, q, unit, w->value, w->sd);
+    write_quantity(c->text, q, unit, w->value, w->sd, p->digits);
     if (p->text[c->from] == '"' || p->text[c->from] == '\'') { // the quotes stay
         c->from++;
         c->to--;
@@ -182,11 +176,11 @@ static int write_section(const patch *p, const mechanism *m, const char *prefix,
         if (strncmp(q->name, prefix, n) != 0 || strchr(q->name + n, '.') != NULL) {
             continue;
         }
-        wanted w = {q->name, q->value, q->tolerance};
+        fit__number w = {q->name, q->value, q->tolerance};
         for (int i = 0; i < p->nwanted; i++) {
             w = strcmp(p->wanted[i].name, q->name) == 0 ? p->wanted[i] : w;
         }
-        write_quantity(quantity, q, "", w.value, w.sd);
+        write_quantity(quantity, q, "", w.value, w.sd, p->digits);
         int wrote =
             snprintf(text + at, CELL - at, "%s%s: %s", at > 0 ? ", " : "", q->name + n, quantity);
         at += wrote > 0 ? (size_t)wrote : 0;
@@ -223,7 +217,7 @@ static int find_owner(const patch *p, const char *owner, const char *path[3], fi
 }
 
 /* a number that the file leaves at its neutral value: written where it belongs. @return 0, or -1 */
-static int introduce(patch *p, const mechanism *m, const mech_param *q, const wanted *w)
+static int introduce(patch *p, const mechanism *m, const mech_param *q, const fit__number *w)
 {
     char name[MECH_PATH], prefix[MECH_PATH], entry[CELL], law[CELL];
     const char *path[3];
@@ -236,19 +230,26 @@ static int introduce(patch *p, const mechanism *m, const mech_param *q, const wa
     *key++ = '\0';
     char *rest = strchr(key, '.');
     int n = find_owner(p, name, path, &place);
-    if (n == 0) {
+    if (n == 0 && (rest != NULL || strcmp(name, "clock") != 0)) {
         return -1;
     }
-    write_quantity(law, q, "", w->value, w->sd);
+    write_quantity(law, q, "", w->value, w->sd, p->digits);
+    if (n == 0) { // a section that the file does without
+        change *c = new_change(p, w->name, w->value);
+        c->from = c->to = p->size;
+        snprintf(c->text, sizeof c->text, "%s%s: {%.60s: %.300s}\n",
+                 p->size > 0 && p->text[p->size - 1] == '\n' ? "" : "\n", name, key, law);
+        return 0;
+    }
     if (rest == NULL) {
-        snprintf(entry, sizeof entry, "%.60s: %.90s", key, law);
+        snprintf(entry, sizeof entry, "%.60s: %.300s", key, law);
         insert(p, &place, entry, new_change(p, w->name, w->value));
         return 0;
     }
     *rest++ = '\0';
     path[n] = key;
     if (fit__find_mapping(p->text, p->size, path, n + 1, &place)) {
-        snprintf(entry, sizeof entry, "%.60s: %.90s", rest, law);
+        snprintf(entry, sizeof entry, "%.60s: %.300s", rest, law);
         insert(p, &place, entry, new_change(p, w->name, w->value));
         return 0;
     }
@@ -266,12 +267,12 @@ static int introduce(patch *p, const mechanism *m, const mech_param *q, const wa
         return -1;
     }
     char whole[2 * CELL];
-    snprintf(whole, sizeof whole, "%.40s: {%.155s}", key, law);
+    snprintf(whole, sizeof whole, "%.40s: {%.350s}", key, law);
     insert(p, &place, whole, c);
     return strlen(whole) + (size_t)place.column + 2 < sizeof c->text ? 0 : -1;
 }
 
-static stein_status add(patch *p, const mechanism *m, const wanted *w, stein_err *err)
+static stein_status add(patch *p, const mechanism *m, const fit__number *w, stein_err *err)
 {
     int k = mech_find_param(m, w->name, NULL);
     if (k >= 0 && m->params[k].line > 0) {
@@ -322,17 +323,6 @@ static void write_head(FILE *f, const lab_fit *fit, const char *file, const mech
     fprintf(f, "#\n");
 }
 
-static void write_body(FILE *f, const patch *p)
-{
-    size_t at = 0;
-    for (int i = 0; i < p->n; i++) {
-        fwrite(p->text + at, 1, p->list[i].from - at, f);
-        fputs(p->list[i].text, f);
-        at = p->list[i].to;
-    }
-    fwrite(p->text + at, 1, p->size - at, f);
-}
-
 /* ---- check ---- */
 
 /* the new text must be a mechanism, and the same one but for its numbers */
@@ -360,26 +350,56 @@ static stein_status check(const char *text, size_t size, const patch *p, const m
     return status;
 }
 
-static stein_status put(const patch *p, const lab_fit *fit, const char *file, const mechanism *m,
-                        const char *path, stein_err *err)
+/* ---- the text ---- */
+
+static void write_body(FILE *f, const patch *p)
 {
-    char *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
-    if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    size_t at = 0;
+    for (int i = 0; i < p->n; i++) {
+        fwrite(p->text + at, 1, p->list[i].from - at, f);
+        fputs(p->list[i].text, f);
+        at = p->list[i].to;
     }
-    write_head(f, fit, file, m);
-    write_body(f, p);
-    stein_status status = fclose(f) == 0 ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    status = status == STEIN_OK ? check(text, size, p, m, path, err) : status;
+    fwrite(p->text + at, 1, p->size - at, f);
+}
+
+stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char *text, size_t size,
+                        const fit__number *number, int n, int digits, stein_err *err)
+{
+    patch p = {.text = text, .size = size, .wanted = number, .nwanted = n, .digits = digits};
+    p.list = calloc((size_t)n + 1, sizeof *p.list);
+    stein_status status = p.list != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        status = add(&p, m, &number[i], err);
+    }
+    FILE *f = status == STEIN_OK ? open_memstream(out, nout) : NULL;
+    if (f != NULL) {
+        qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
+        write_body(f, &p);
+    }
+    if (status == STEIN_OK && (f == NULL || fclose(f) != 0)) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    } else if (status == STEIN_OK) {
+        status = check(*out, *nout, &p, m, m->file, err);
+        if (status != STEIN_OK) {
+            free(*out);
+        }
+    }
+    free(p.list);
+    return status;
+}
+
+static stein_status put(const lab_fit *fit, const char *file, const mechanism *m, const char *text,
+                        size_t size, const char *path, stein_err *err)
+{
     lab__file out;
-    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    stein_status status = lab__file_open(&out, path, err);
     if (status == STEIN_OK) {
-        fwrite(text, 1, size, out.stream);
+        size_t mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+        write_head(out.stream, fit, file, m);
+        fwrite(text + mark, 1, size - mark, out.stream);
         status = lab__file_close(&out, 1, err);
     }
-    free(text);
     return status;
 }
 
@@ -412,34 +432,25 @@ static stein_status cut_sets(mech_set **sets, char **room, const lab_options *o,
 }
 
 /* fitted numbers, and overrides that were not fitted */
-static stein_status collect(patch *p, const lab_fit *fit, const mechanism *m, const mech_set *sets,
-                            int nset, stein_err *err)
+static int collect(fit__number *list, const lab_fit *fit, const mechanism *m, const mech_set *sets,
+                   int nset)
 {
-    size_t most = (size_t)(fit->nvalue + nset) + 1;
-    p->wanted = calloc(most, sizeof *p->wanted);
-    p->list = calloc(most, sizeof *p->list);
-    if (p->wanted == NULL || p->list == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    int n = 0;
     for (int k = 0; k < fit->nvalue; k++) {
         const lab_fit_value *v = &fit->value[k];
-        p->wanted[p->nwanted++] = (wanted){v->name, v->value, v->sd};
+        list[n++] = (fit__number){v->name, v->value, v->sd};
     }
     for (int i = 0; i < nset; i++) {
         int known = 0, k = mech_find_param(m, sets[i].name, NULL);
-        for (int c = 0; c < p->nwanted; c++) {
-            known |= strcmp(p->wanted[c].name, sets[i].name) == 0;
+        for (int c = 0; c < n; c++) {
+            known |= strcmp(list[c].name, sets[i].name) == 0;
         }
         if (!known && k >= 0) {
-            p->wanted[p->nwanted++] =
-                (wanted){m->params[k].name, m->params[k].value, m->params[k].tolerance};
+            list[n++] =
+                (fit__number){m->params[k].name, m->params[k].value, m->params[k].tolerance};
         }
     }
-    stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < p->nwanted; i++) {
-        status = add(p, m, &p->wanted[i], err);
-    }
-    return status;
+    return n;
 }
 
 stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *file,
@@ -447,28 +458,30 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
 {
     lab_options defaults = lab_options_default();
     options = options != NULL ? options : &defaults;
-    patch p = {.text = NULL};
     mech_set *sets = NULL;
-    char *room = NULL;
+    char *room = NULL, *text = NULL, *fitted = NULL;
+    size_t size = 0, nfitted = 0;
     mechanism *m = NULL;
-    stein_status status = cut_sets(&sets, &room, options, err);
-    status = status == STEIN_OK ? lab__read_file(file, &p.text, &p.size, err) : status;
-    status = status == STEIN_OK ? mech_read_text(&m, file, p.text, p.size, sets, options->nset,
+    fit__number *list = calloc((size_t)(fit->nvalue + options->nset) + 1, sizeof *list);
+    stein_status status = list != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    status = status == STEIN_OK ? cut_sets(&sets, &room, options, err) : status;
+    status = status == STEIN_OK ? lab__read_file(file, &text, &size, err) : status;
+    status = status == STEIN_OK ? mech_read_text(&m, file, text, size, sets, options->nset,
                                                  options->report, options->ctx, err)
                                 : status;
     if (status == STEIN_OK) {
-        status = collect(&p, fit, m, sets, options->nset, err);
+        int n = collect(list, fit, m, sets, options->nset);
+        status = fit__patch(&fitted, &nfitted, m, text, size, list, n, 10, err);
     }
     if (status == STEIN_OK) {
-        qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
-        status = put(&p, fit, file, m, path, err);
+        status = put(fit, file, m, fitted, nfitted, path, err);
     }
     if (m != NULL) {
         mech_free(m);
     }
-    free(p.list);
-    free(p.wanted);
-    free(p.text);
+    free(list);
+    free(fitted);
+    free(text);
     free(sets);
     free(room);
     return status;

@@ -1,0 +1,335 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * extend.c - the mechanism file with the causes of a diagnosis in it.
+ *
+ *      text --parts of the causes--> text with parts --values, then causes--> p --patch--> file
+ *
+ * The numbers are those of lab_candidate_apply on the refitted values, so file and diagnosis speak
+ * of the same motion. A part brings its amount as a number of its own; every other cause is a
+ * number that has its place in the file, or gets it. Only the numbers that differ are written,
+ * with fifteen digits, which lose nothing that can be measured.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+#include "structure.h"
+
+enum { FULL_DIGITS = 15, SHOWN = 80 };
+static const double normal95 = 1.959964;
+
+typedef struct extension {
+    const lab_diagnosis *d;
+    const char *file;
+    char *text; /* the file, then with parts */
+    size_t size;
+    char hash[17];       /* of the file */
+    lab_model *model;    /* of the text with parts */
+    lab_candidate *list; /* [ncause] bound to that model, with the numbers found */
+    double *p, *sd;      /* [np] */
+    unsigned char *new;  /* [np] 1: to be written */
+} extension;
+
+/* ---- numbers of a cause ---- */
+
+static int is_called(const char *path, const char *name)
+{
+    const char *last = strrchr(path, '.');
+    return strcmp(path, name) == 0 || (last != NULL && strcmp(last + 1, name) == 0);
+}
+
+static const lab_cause_number *find_number(const lab_suspect *s, const char *path)
+{
+    for (int i = 0; path != NULL && i < s->nnumber; i++) {
+        if (is_called(path, s->number[i].name)) {
+            return &s->number[i];
+        }
+    }
+    return NULL;
+}
+
+/* the candidate with the second and third number that were found */
+static lab_candidate as_found(const lab_suspect *s)
+{
+    lab_candidate c = s->candidate;
+    const lab_cause_number *side = find_number(s, c.effect->side);
+    const lab_cause_number *other = find_number(s, c.other_name);
+    c.side_value = side != NULL ? side->value : c.side_value;
+    c.other_value = other != NULL ? other->value : c.other_value;
+    return c;
+}
+
+static double deviation(const lab_cause_number *n)
+{
+    double sd = n != NULL ? (n->hi - n->lo) / (2.0 * normal95) : 0.0;
+    return isfinite(sd) && sd > 0.0 ? sd : 0.0;
+}
+
+/* of a parameter that an amount moved from `before` to `after` */
+static double moved_deviation(const lab_candidate *c, const lab_suspect *s, double before,
+                              double after)
+{
+    const lab_cause_number *n = find_number(s, c->effect->size);
+    double sd = deviation(n);
+    int of_amount = n != NULL && fabs(n->value - s->amount) <= fabs(n->value - after);
+    return !of_amount                     ? sd
+           : c->move == LAB_MOVE_RELATIVE ? sd * fabs(before)
+           : c->move == LAB_MOVE_SCALE    ? sd * fabs(after)
+                                          : sd;
+}
+
+/* ---- the text with parts ---- */
+
+static stein_status add_part(extension *x, const lab_suspect *s, stein_err *err)
+{
+    const lab_candidate c = as_found(s);
+    mechanism *m = NULL;
+    char *text = NULL;
+    size_t size = 0;
+    stein_status status = mech_read_text(&m, x->file, x->text, x->size, NULL, 0, NULL, NULL, err);
+    if (status == STEIN_OK) {
+        status = lab__structure_text(&c, s->amount, m, x->text, x->size, &text, &size, err);
+        mech_free(m);
+    }
+    if (status == STEIN_OK) {
+        free(x->text);
+        x->text = text;
+        x->size = size;
+    }
+    return status;
+}
+
+static stein_status add_parts(extension *x, stein_err *err)
+{
+    mechanism *m = NULL;
+    stein_status status = lab__read_file(x->file, &x->text, &x->size, err);
+    status = status == STEIN_OK
+                 ? mech_read_text(&m, x->file, x->text, x->size, NULL, 0, NULL, NULL, err)
+                 : status;
+    if (status == STEIN_OK) {
+        snprintf(x->hash, sizeof x->hash, "%s", m->input_hash);
+        mech_free(m);
+    }
+    for (int i = 0; status == STEIN_OK && i < x->d->ncause; i++) {
+        const lab_suspect *s = &x->d->suspect[i];
+        status = s->candidate.effect->needs != NULL ? add_part(x, s, err) : status;
+    }
+    return status == STEIN_OK ? lab__open_text(&x->model, x->file, x->text, x->size, NULL, err)
+                              : status;
+}
+
+/* ---- its numbers ---- */
+
+static stein_status take_values(extension *x, stein_err *err)
+{
+    const stein_model *m = lab_equations(x->model);
+    for (int k = 0; k < x->d->nvalue; k++) {
+        const lab_fit_value *v = &x->d->value[k];
+        int i = stein_find_param(m, v->name);
+        if (i < 0) {
+            return lab__fail(err, STEIN_EINVAL, "%s has no number %s", x->file, v->name);
+        }
+        x->p[i] = v->value;
+        x->sd[i] = isfinite(v->sd) ? v->sd : 0.0;
+        x->new[i] = 1;
+    }
+    return STEIN_OK;
+}
+
+static void mark(extension *x, int param, double sd)
+{
+    if (param >= 0) {
+        x->new[param] = 1;
+        x->sd[param] = sd;
+    }
+}
+
+static stein_status take_cause(extension *x, int k, stein_err *err)
+{
+    const lab_suspect *s = &x->d->suspect[k];
+    lab_candidate *c = &x->list[k];
+    double before[LAB_MOVED] = {0.0};
+    *c = as_found(s);
+    stein_status status = lab_candidate_bind(c, x->model, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    for (int i = 0; i < c->nparam; i++) {
+        before[i] = x->p[c->param[i]];
+    }
+    lab_candidate_apply(c, s->amount, x->p);
+    for (int i = 0; i < c->nparam; i++) {
+        double after = x->p[c->param[i]];
+        int follows = c->move == LAB_MOVE_SPRING && i > 0; // by the stiffness, not by the data
+        mark(x, c->param[i], follows ? 0.0 : moved_deviation(c, s, before[i], after));
+    }
+    mark(x, c->side, deviation(find_number(s, c->effect->side)));
+    mark(x, c->other, deviation(find_number(s, c->other_name)));
+    return STEIN_OK;
+}
+
+static stein_status take_numbers(extension *x, stein_err *err)
+{
+    size_t np = (size_t)lab_equations(x->model)->np;
+    x->list = calloc((size_t)x->d->ncause, sizeof *x->list);
+    x->p = malloc(sizeof *x->p * (np + 1));
+    x->sd = calloc(np + 1, sizeof *x->sd);
+    x->new = calloc(np + 1, 1);
+    if (x->list == NULL || x->p == NULL || x->sd == NULL || x->new == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(x->p, lab_parameters(x->model), sizeof *x->p * np);
+    stein_status status = take_values(x, err);
+    for (int k = 0; status == STEIN_OK && k < x->d->ncause; k++) {
+        status = take_cause(x, k, err);
+    }
+    return status;
+}
+
+/* ---- the head ---- */
+
+/* in the unit, with few digits */
+static const char *shown(char text[SHOWN], double value, const char *unit)
+{
+    int bare = unit == NULL || strcmp(unit, "1") == 0;
+    snprintf(text, SHOWN, "%.5g%s%s", value, bare ? "" : " ", bare ? "" : unit);
+    for (char *c = text; *c != '\0'; c++) {
+        *c = *c == ',' ? '.' : *c;
+    }
+    return text;
+}
+
+static void write_text(FILE *f, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        fputc(*text == '\n' || *text == '\r' ? ' ' : *text, f);
+    }
+    fputc('\n', f);
+}
+
+static void write_number(FILE *f, const char *name, const char *unit, double value,
+                         const lab_cause_number *n)
+{
+    char text[SHOWN], lo[SHOWN], hi[SHOWN];
+    fprintf(f, "#     %s = %s", name, shown(text, value, unit));
+    if (n != NULL && isfinite(n->lo) && isfinite(n->hi)) {
+        fprintf(f, ", 95 %%: %s .. %s", shown(lo, n->lo, n->unit), shown(hi, n->hi, n->unit));
+    }
+    fputc('\n', f);
+}
+
+static void write_cause(FILE *f, const lab_suspect *s)
+{
+    const lab_candidate c = as_found(s);
+    fprintf(f, "#   %s at %s: %s\n", c.effect->kind, c.place, c.effect->equation);
+    const lab_cause_number *size = find_number(s, c.effect->size);
+    write_number(f, c.effect->size, size != NULL ? size->unit : c.unit,
+                 size != NULL ? size->value : s->amount, size);
+    if (c.side_unit != NULL) {
+        write_number(f, c.effect->side, c.side_unit, c.side_value, find_number(s, c.effect->side));
+    }
+    if (c.other_name != NULL) {
+        write_number(f, c.other_name, c.other_unit, c.other_value, find_number(s, c.other_name));
+    }
+}
+
+static void write_data(FILE *f, const lab_diagnosis *d)
+{
+    char text[3][SHOWN];
+    fprintf(f, "# From %d strokes, and %d held out", d->nfit, d->nheld);
+    if (isfinite(d->gain.ratio)) {
+        fprintf(f, ", on which the error is %s of what it was, 95 %%: %s .. %s",
+                shown(text[0], d->gain.ratio, NULL), shown(text[1], d->gain.lo, NULL),
+                shown(text[2], d->gain.hi, NULL));
+    }
+    fputc('\n', f);
+    for (int i = 0; i < d->ntrace; i++) {
+        int known = 0;
+        for (int k = 0; k < i; k++) {
+            known |= strcmp(d->trace[k].file, d->trace[i].file) == 0;
+        }
+        const char *base = strrchr(d->trace[i].file, '/');
+        if (!known) {
+            fprintf(f, "#   data %s%s\n", base != NULL ? base + 1 : d->trace[i].file,
+                    d->trace[i].held_out ? " (held out)" : "");
+        }
+    }
+    for (int i = 0; i < d->nfinding; i++) {
+        fputs("#   audit ", f);
+        write_text(f, d->finding[i]);
+    }
+}
+
+static void write_head(FILE *f, const extension *x)
+{
+    const lab_diagnosis *d = x->d;
+    const char *name = strrchr(x->file, '/');
+    fprintf(f, "# Extended by stein diagnose (%s), from %s (fnv1a64 %s).\n",
+            lab_verdict_text(d->verdict), name != NULL ? name + 1 : x->file, x->hash);
+    if (d->reason[0] != '\0') {
+        fputs("# ", f);
+        write_text(f, d->reason);
+    }
+    fputs("# Added:\n", f);
+    for (int i = 0; i < d->ncause; i++) {
+        write_cause(f, &d->suspect[i]);
+    }
+    write_data(f, d);
+    for (int k = 0; k < d->nvalue; k++) {
+        char text[3][SHOWN];
+        const lab_fit_value *v = &d->value[k];
+        fprintf(f, "#   %s = %s +- %s (was %s)\n", v->name, shown(text[0], v->value, NULL),
+                shown(text[1], v->sd, v->unit), shown(text[2], v->start, NULL));
+    }
+    fputs("#\n", f);
+}
+
+/* ---- the file ---- */
+
+static stein_status write_all(const extension *x, const char *path, stein_err *err)
+{
+    const stein_model *m = lab_equations(x->model);
+    fit__number *list = calloc((size_t)m->np + 1, sizeof *list);
+    char *text = NULL;
+    size_t size = 0;
+    int n = 0;
+    lab__file out;
+    for (int i = 0; list != NULL && i < m->np; i++) {
+        if (x->new[i]) {
+            double sd = x->sd[i] > 0.0 ? x->sd[i] : m->params[i].tolerance;
+            list[n++] = (fit__number){m->params[i].name, x->p[i], sd};
+        }
+    }
+    stein_status status = list != NULL ? fit__patch(&text, &size, lab__mechanism(x->model), x->text,
+                                                    x->size, list, n, FULL_DIGITS, err)
+                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    free(list);
+    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    if (status == STEIN_OK) {
+        size_t mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+        write_head(out.stream, x);
+        fwrite(text + mark, 1, size - mark, out.stream);
+        status = lab__file_close(&out, 1, err);
+    }
+    free(text);
+    return status;
+}
+
+stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
+                        stein_err *err)
+{
+    extension x = {.d = diagnosis, .file = file};
+    if (diagnosis->ncause < 1) {
+        return lab__fail(err, STEIN_EINVAL, "there is no cause to extend %s by", file);
+    }
+    stein_status status = add_parts(&x, err);
+    status = status == STEIN_OK ? take_numbers(&x, err) : status;
+    status = status == STEIN_OK ? write_all(&x, path, err) : status;
+    lab_close(x.model);
+    free(x.list);
+    free(x.p);
+    free(x.sd);
+    free(x.new);
+    free(x.text);
+    return status;
+}
