@@ -72,6 +72,9 @@ void stein__spot_forces(stein_sim *sim)
     const stein_model *model = sim->model;
     for (int i = 0; i < model->nspot; i++) {
         const stein_spot *spot = &model->spots[i];
+        if (sim->inside && !sim->mode[i]) {
+            continue; // its gap and guard are asked for at the end of the step
+        }
         const stein_contact *contact = &model->contacts[spot->contact];
         const stein_pose *pose0 = pose_of(sim->pose, spot->side[0].frame);
         const stein_pose *pose1 = pose_of(sim->pose, spot->side[1].frame);

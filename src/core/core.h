@@ -71,6 +71,7 @@ struct stein_sim {
     double *frc, *trq; /* [3*nq] */
     double *Q;         /* [nq] */
     int fresh;         /* 1: the above belongs to the current state */
+    int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
     stein_pose *pose;               /* [nframe] */

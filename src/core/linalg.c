@@ -3,34 +3,42 @@
  *
  * LDL^T without pivoting: M is symmetric positive definite for every mechanism with inertia on its
  * free joints, and no square root is needed. A pivot that loses all its digits against the diagonal
- * it started from is reported, not divided by.
+ * it started from is reported, not divided by. Rows begin at their first entry that is not 0.
  */
 #include "core.h"
 
+/* the first column of row i that is not 0: those of bodies on other branches are */
+static int begin_of(const double *row, int i)
+{
+    int k = 0;
+    while (k < i && row[k] == 0.0) {
+        k++;
+    }
+    return k;
+}
+
 int stein__solve_spd(int n, double *M, double *b)
 {
-    for (int j = 0; j < n; j++) {
-        double *row = M + j * n;
-        double diagonal = row[j];
-        for (int k = 0; k < j; k++) {
+    for (int i = 0; i < n; i++) {
+        double *row = M + i * n;
+        double diagonal = row[i];
+        int from = begin_of(row, i);
+        for (int j = from; j < i; j++) {
+            double s = row[j];
+            for (int k = from; k < j; k++) {
+                s -= row[k] * M[j * n + k] * M[k * n + k];
+            }
+            row[j] = s / M[j * n + j];
+        }
+        for (int k = from; k < i; k++) {
             diagonal -= row[k] * row[k] * M[k * n + k];
         }
-        if (!(diagonal > 1e-13 * row[j])) {
-            return j;
+        if (!(diagonal > 1e-13 * row[i])) {
+            return i;
         }
-        row[j] = diagonal;
-        for (int i = j + 1; i < n; i++) {
-            double *low = M + i * n;
-            double s = low[j];
-            for (int k = 0; k < j; k++) {
-                s -= low[k] * row[k] * M[k * n + k];
-            }
-            low[j] = s / diagonal;
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) {
-            b[i] -= M[i * n + k] * b[k];
+        row[i] = diagonal;
+        for (int k = from; k < i; k++) {
+            b[i] -= row[k] * b[k];
         }
     }
     for (int i = n - 1; i >= 0; i--) {

@@ -124,6 +124,9 @@ void stein__notch_forces(stein_sim *sim)
     for (int i = 0; i < sim->model->nnotch; i++) {
         const stein_notch *notch = &sim->model->notches[i];
         const unsigned char *mode = modes_of(sim, i);
+        if (sim->inside && !mode[NOTCH_TIP] && !mode[NOTCH_CORNER] && !mode[NOTCH_FACE]) {
+            continue;
+        }
         const stein_pose *catcher = pose_of(sim->pose, notch->catcher);
         const stein_pose *beak = pose_of(sim->pose, notch->beak);
         notch_geometry g = look(sim, notch, catcher, beak);

@@ -79,8 +79,10 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
             sim->q1[j] = sim->q[j] + h * combine(rk->a[i], i, sim->kq, nq, j);
             kq[j] = sim->qd[j] + h * combine(rk->a[i], i, sim->kqd, nq, j);
         }
+        sim->inside = 1;
         stein_status status =
             stein__evaluate(sim, t + rk->c[i] * h, sim->q1, kq, sim->kqd + i * nq, err);
+        sim->inside = 0;
         if (status != STEIN_OK) {
             return status;
         }
