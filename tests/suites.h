@@ -22,6 +22,7 @@
     X(sweep)      \
     X(journal)    \
     X(data)       \
+    X(settings)   \
     X(effects)    \
     X(structure)  \
     X(extend)     \

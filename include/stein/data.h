@@ -186,6 +186,12 @@ stein_status lab_data_rest(const lab_data *data, const lab_model *model, double 
 stein_status lab_data_check_rest(const lab_audit *audit, const double *expected,
                                  const double *tolerance, lab_report_fn *report, void *ctx,
                                  stein_err *err);
+/** Does every stroke move as its own settings say, compared with other values that a slip leads to
+ *  and with the other strokes? Wrong numbers of the model do not matter. Each one that does not is
+ *  reported, "file:line:column: ...".
+ *  @return OK, EPARSE, ENOMEM, numerical failures at the file's own values */
+stein_status lab_data_check_settings(const lab_dataset *data, const lab_model *model,
+                                     lab_report_fn *report, void *ctx, stein_err *err);
 
 #ifdef __cplusplus
 }

@@ -395,6 +395,17 @@ static lab_column *column_named(data__reader *r, const char *name)
     return NULL;
 }
 
+/* is there such a title, of a column that was refused? that has been told */
+static int is_refused(const data__reader *r, const char *name)
+{
+    for (int k = 1; k < r->ntitle; k++) {
+        if (!r->title[k].known && strcmp(r->title[k].name, name) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 void data__settle_noise(data__reader *r)
 {
     for (int i = 0; i < r->nnoise && !r->options->inputs_only; i++) {
@@ -404,6 +415,9 @@ void data__settle_noise(data__reader *r)
         char hint[MECH_PATH + 32], shown[DATA_SHOWN];
         mech_dim dim = {0, 0, 0, 0};
         double v = NAN;
+        if (c == NULL && is_refused(r, n->name)) {
+            continue;
+        }
         if (c == NULL) {
             int known = stein_find_channel(r->model, n->name) >= 0 ||
                         stein_find_input(r->model, n->name) >= 0;

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - command line of the independent source of measurements.
  *
- *   reality --model FILE --seed N [--level L0|L1|L2|L3 | --null] [--kind KIND [--place PLACE]]
- *           [--rate HZ] [--pixel UM] [--any-camera] [--hammer] [--clean | --rough] [--verify] -o
- * DIR one set: DIR/fit_01.csv .. fit_12.csv, held_01.csv .. held_06.csv and the sealed answer.json.
- *       Without --kind the effect is drawn too. --clean: true numbers are the file's and no
- * scatter;
- *       --rough: wrong numbers and scatter; without either every set with an effect is rough and
- *       every other null set is. --any-camera draws 1 to 10 kHz and 5 to 50 um. --unknown draws
- *       among the laws that are in no table of effects. --answer PATH puts the answer elsewhere.
+ *   reality --model FILE --seed N [--level L0|L1|L2|L3 | --null] -o DIR
+ *           [--kind KIND [--place PLACE] [--amount A]] [--rate HZ] [--pixel UM] [--any-camera]
+ *           [--hammer] [--clean | --rough] [--verify] [--unknown] [--answer PATH]
+ *       one set: DIR/fit_01.csv .. fit_12.csv, held_01.csv .. held_06.csv and the sealed answer,
+ *       DIR/answer.json or PATH. Without --kind the effect is drawn too; with --amount its size is
+ *       A times the kind's limit, without a search. --clean: true numbers are the file's and no
+ *       scatter; --rough: wrong numbers and scatter; without either every set with an effect is
+ *       rough and every other null set is. --any-camera draws 1 to 10 kHz and 5 to 50 um. --unknown
+ *       draws among the laws that are in no table of effects.
  *   reality --model FILE --stroke [--dx MM] [--load G] [--kind KIND --place PLACE --amount A] -o
  * CSV one exact stroke every 50 us: no camera, no scatter; for comparisons reality --list kinds,
  * places, laws reality --model FILE --survey -o TXT for every kind and place the size that makes
@@ -258,6 +259,14 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
 {
     effect e;
     int tries = o->kind == NULL ? MAX_REDRAWN : o->place == NULL ? 8 : 3;
+    if (o->kind != NULL && o->amount > 0.0) {
+        draw(o, &w->hidden, w->m, a->d->touch, rng);
+        w->hidden.amount *= o->amount;
+        a->level = "given";
+        a->target = 0.0;
+        a->met = 1;
+        return OK;
+    }
     refit *r = refit_create(w, a->d, 0);
     if (r == NULL) {
         fprintf(stderr, "reality: the strokes without effect cannot be computed\n");
