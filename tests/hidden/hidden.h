@@ -87,7 +87,7 @@ typedef struct setup {
     char results[PATH]; /* DIR/BUILD */
     char hash[NAME];
     unsigned long seed;
-    int draws, jobs, verbose;
+    int draws, jobs, verbose, only_sets;
     char level[8][NAME];
     int nlevel;
 } setup;

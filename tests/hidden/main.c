@@ -3,6 +3,7 @@
  *
  *   hidden run [--draws 200] [--levels null,L1,L2,L3] [--jobs 2] [--seed 1] [--quiet]
  *       make, diagnose and judge what is not judged yet, then print the table
+ *   hidden sets ...                     only make the sets
  *   hidden table ...                    the table of what is judged
  *   hidden readme FILE ...              the table into a document, between its two marker lines
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
@@ -24,7 +25,7 @@ enum { OK, FAILED, USAGE };
 static int usage(const char *why, const char *what)
 {
     fprintf(stderr,
-            "hidden: %s%s\nusage: hidden run|table|readme FILE|judge ANSWER OUT [--draws N] "
+            "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--draws N] "
             "[--levels null,L1,L2,L3] [--jobs N] [--seed N] [--build DIR] [--model FILE] "
             "[-o DIR]\n",
             why, what);
@@ -217,10 +218,11 @@ int main(int argc, char **argv)
         return USAGE;
     }
     int is_run = n == 1 && strcmp(word[0], "run") == 0;
+    int is_sets = n == 1 && strcmp(word[0], "sets") == 0;
     int is_table = n == 1 && strcmp(word[0], "table") == 0;
     int is_readme = n == 2 && strcmp(word[0], "readme") == 0;
     int is_judge = n == 3 && strcmp(word[0], "judge") == 0;
-    if (!is_run && !is_table && !is_readme && !is_judge) {
+    if (!is_run && !is_sets && !is_table && !is_readme && !is_judge) {
         return usage("what is to be done? ", word[0]);
     }
     if (prepare(&s, !is_table && !is_readme) != 0) {
@@ -232,10 +234,11 @@ int main(int argc, char **argv)
     if (is_readme) {
         return table_into(word[1], &s) == 0 ? OK : FAILED;
     }
-    int failed = is_run ? run_all(&s) : 0;
+    s.only_sets = is_sets;
+    int failed = is_run || is_sets ? run_all(&s) : 0;
     if (failed > 0) {
         fprintf(stderr, "hidden: %d draws failed\n", failed);
     }
-    int status = show(&s);
+    int status = is_sets ? OK : show(&s);
     return failed > 0 ? FAILED : status;
 }
