@@ -58,6 +58,7 @@ typedef struct diag__push {
     int phase;          /* of diag__phase; -1: a hat */
     double knot, width; /* of the hat: where it is 1, and how far from there it is 0 [s] */
     double amplitude;   /* in and out: of the differences; 0: to be found */
+    double limit;       /* of the amplitude, > 0 */
     double *column;     /* [nch*n] out: derivative of the weighted residuals; 0: no influence */
 } diag__push;
 /** Fill in the columns of n pushes, on threads.

@@ -157,6 +157,7 @@ static stein_status push_series(series *e, const diag__plan *l, stein_err *err)
                 e->push[h] = (diag__push){.stroke = e->stroke[k],
                                           .joint = l->joint[j],
                                           .phase = -1,
+                                          .limit = l->limit[j],
                                           .knot = i * e->width[k],
                                           .width = e->width[k],
                                           .column = at};
@@ -392,6 +393,7 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
     for (int j = 0; status == STEIN_OK && j < l.m->nq; j++) {
         if (j != l.m->load.body) {
+            l.limit[l.njoint] = 1.0;
             l.joint[l.njoint++] = j;
         }
     }

@@ -87,8 +87,11 @@ static stein_status push_table(table *t, const diag__plan *l, stein_err *err)
     double *at = t->memory;
     for (int s = 0; s < ns; s++) {
         for (int k = 0; k < t->n; k++) {
-            t->push[s * t->n + k] = (diag__push){
-                .stroke = s, .joint = l->joint[t->joint[k]], .phase = t->phase[k], .column = at};
+            t->push[s * t->n + k] = (diag__push){.stroke = s,
+                                                 .joint = l->joint[t->joint[k]],
+                                                 .phase = t->phase[k],
+                                                 .limit = l->limit[t->joint[k]],
+                                                 .column = at};
             at += diag__size(l->p, s);
         }
     }

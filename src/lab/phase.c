@@ -80,15 +80,21 @@ static void look(void *ctx, stein_sim *sim, int i)
     v->n = i + 1;
 }
 
-/* does anything move in this frame? */
-static int moves(const view *v, const double *most, int i)
+static int is_fast(const view *v, const double *most, int i)
 {
     for (int j = 0; j < v->nq; j++) {
-        if (v->speed[i * v->nq + j] > still * most[j] && v->speed[i * v->nq + j] > 0.0) {
+        if (v->speed[i * v->nq + j] > still * most[j]) {
             return v->frame[i].T > 0.0;
         }
     }
     return 0;
+}
+
+/* does anything move in this frame? A turn is no rest: the frames beside it move. */
+static int moves(const view *v, const double *most, int i)
+{
+    int turn = i > 0 && i + 1 < v->n && is_fast(v, most, i - 1) && is_fast(v, most, i + 1);
+    return turn || is_fast(v, most, i);
 }
 
 static int next_phase(const view *v, int now, int i)

@@ -3,6 +3,10 @@
  *
  *      dr/df = (r(f) - r(0)) / f,      f so small that r changes by a third of the noise
  *
+ * Where even the largest plausible force does less, that force is the difference. In a phase the
+ * force is constant; it comes and goes linearly within one frame, as steps of controlled error do
+ * not end where a force jumps.
+ *
  * Each push is a whole stroke with the force added to the equations, so that it acts through all
  * contacts and moves their events as a real force would.
  */
@@ -15,7 +19,7 @@
 enum { TRIES = 6 };
 static const double wanted = 0.3, least = 0.03, most = 1.5; /* RMS change of a stroke [noise] */
 static const double first_guess = 1e-6;                     /* [N m or N] */
-static const double longest_stride = 1e4, largest = 1e6;    /* of the guesses */
+static const double longest_stride = 1e4;                   /* of the guesses */
 
 typedef struct job {
     const fit__problem *p;
@@ -45,7 +49,14 @@ static double shape(acting *a, double t)
     while (a->at > 0 && a->time[a->at] > t) {
         a->at--;
     }
-    return a->phase[a->at] == diag__phase[push->phase] ? 1.0 : 0.0;
+    int here = a->phase[a->at] == diag__phase[push->phase], next = here;
+    double from = a->time[a->at], to = from;
+    if (a->at + 1 < a->n && isfinite(a->time[a->at + 1])) {
+        to = a->time[a->at + 1];
+        next = a->phase[a->at + 1] == diag__phase[push->phase];
+    }
+    double share = to > from ? fmin(1.0, fmax(0.0, (t - from) / (to - from))) : 0.0;
+    return here + share * (next - here);
 }
 
 static void act(void *ctx, double t, const double *q, const double *qd, double *Q)
@@ -85,19 +96,17 @@ static void one_push(void *ctx, fit__bench *b, int index)
     size_t row = diag__row(j->p, push->stroke);
     acting a = {push, j->time + row, j->phase + row, s->n, 0, push->amplitude};
     int known = push->amplitude > 0.0;
-    a.amplitude = known ? a.amplitude : first_guess;
+    a.amplitude = known ? a.amplitude : fmin(first_guess, push->limit);
     double moved = NAN;
     for (int i = 0; i < TRIES; i++) {
         moved = change(j, b, push, &a);
         // a guess from elsewhere may be weak here: then the force matters little here
-        if ((moved >= (known ? 0.0 : least) && moved <= most) || i == TRIES - 1) {
+        int enough = moved >= least || known || a.amplitude >= push->limit;
+        if ((enough && moved <= most) || i == TRIES - 1) {
             break;
         }
         double stride = isnan(moved) ? 1e-2 : wanted / fmax(moved, wanted / longest_stride);
-        if (a.amplitude * stride > largest) {
-            break;
-        }
-        a.amplitude *= stride;
+        a.amplitude = fmin(a.amplitude * stride, push->limit);
     }
     push->amplitude = a.amplitude;
     for (int i = 0; i < s->nch * s->n; i++) {
