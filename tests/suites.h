@@ -30,7 +30,8 @@
     X(reality)    \
     X(fit)        \
     X(fit_claims) \
-    X(measured)
+    X(measured)   \
+    X(report)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)
