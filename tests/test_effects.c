@@ -277,6 +277,146 @@ START_TEST(a_spring_that_is_added_pulls_by_the_angle_alone)
 }
 END_TEST
 
+/* by kind and place in a list */
+static const lab_candidate *find(const lab_candidate *list, int n, const char *kind,
+                                 const char *place)
+{
+    for (int i = 0; i < n; i++) {
+        if (strcmp(list[i].effect->kind, kind) == 0 && strcmp(list[i].place, place) == 0) {
+            return &list[i];
+        }
+    }
+    return NULL;
+}
+
+START_TEST(second_numbers_have_ranges)
+{
+    static const struct {
+        const char *kind, *place, *name;
+        double lo, hi;
+        int log;
+    } wanted[] = {{"coulomb_friction", "key", "key.coulomb.w", 0.02, 0.1, 0},
+                  {"stiction_peak", "hammer", "hammer.friction.B2", 1e-4, 1.0, 1},
+                  {"adhesion", "string", "string.adhesion.range", 3e-5, 2e-4, 0},
+                  {"backlash", "pawl", "pawl.backlash.gap", 0.0, 0.1, 0}};
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    lab_candidate *list = NULL;
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        const lab_candidate *c = find(list, n, wanted[i].kind, wanted[i].place);
+        ck_assert_ptr_nonnull(c);
+        ck_assert_int_eq(c->side, stein_find_param(m, wanted[i].name));
+        ck_assert_str_eq(c->side_unit, m->params[c->side].unit);
+        ck_assert(c->side_lo < c->side_value && c->side_value < c->side_hi);
+        ck_assert(c->side_lo >= wanted[i].lo * (1 - 1e-12) &&
+                  c->side_hi <= wanted[i].hi * (1 + 1e-12));
+        ck_assert_int_eq(c->side_log, wanted[i].log);
+        memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+        lab_candidate_apply(c, 0.1 * c->limit, p);
+        ck_assert(p[c->side] == c->side_value);
+    }
+    free(p);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(what_is_the_same_change_is_one_candidate)
+{
+    static const struct {
+        const char *kind, *place, *alias;
+    } same[] = {{"contact_gap", "dip", "dip.line.z"},
+                {"contact_gap", "loops", "loops.line.z"},
+                {"contact_gap", "string", "string.height"},
+                {"preload", "pawl", "pawl.spring.theta0"},
+                {"preload", "key", ""},
+                {"contact_gap", "notch", ""}};
+    /* other than these: a point turns with its body, a length of a line does nothing */
+    static const char *const gone[] = {"dip.line.z", "dip.line.x", "string.height",
+                                       "notch.friction.A", "key.mass"};
+    static const char *const there[] = {"pawl.corner.z", "key.below.z", "pawl.back.z",
+                                        "notch.beak.tilt", "dip.normal.c"};
+    lab_model *model = open_file("models/stein1788.yaml");
+    lab_candidate *list = NULL;
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (size_t i = 0; i < sizeof same / sizeof *same; i++) {
+        const lab_candidate *c = find(list, n, same[i].kind, same[i].place);
+        ck_assert_ptr_nonnull(c);
+        ck_assert_str_eq(c->alias, same[i].alias);
+    }
+    for (size_t i = 0; i < sizeof gone / sizeof *gone; i++) {
+        ck_assert_msg(find(list, n, "wrong_parameter", gone[i]) == NULL, "%s", gone[i]);
+        ck_assert_msg(find(list, n, "wrong_parameter", there[i]) != NULL, "%s", there[i]);
+    }
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
+/* an alias is exact: moving either makes the same stroke */
+START_TEST(an_alias_moves_alike)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    static const struct {
+        const char *a, *b;
+        double by, as;
+    } pair[] = {{"dip.gap", "dip.line.z", 2e-4, -2e-4},
+                {"string.gap", "string.height", 1e-4, 1e-4},
+                {"stop.gap", "pawl.stop_shift", 1e-4, 1e-4},
+                {"pawl.preload", "pawl.spring.theta0", 0.03224e-2, 1e-2}};
+    static trace one, two;
+    double *p = malloc(sizeof *p * (size_t)m->np), *q = malloc(sizeof *q * (size_t)m->np);
+    for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
+        memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+        memcpy(q, lab_parameters(model), sizeof *q * (size_t)m->np);
+        p[stein_find_param(m, pair[i].a)] += pair[i].by;
+        q[stein_find_param(m, pair[i].b)] += pair[i].as;
+        run(&one, model, p, 2);
+        run(&two, model, q, 2);
+        ck_assert_msg(change(&one, &two, m->nchannel) < 1e-7, "%s and %s: %g", pair[i].a, pair[i].b,
+                      change(&one, &two, m->nchannel));
+    }
+    free(p);
+    free(q);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(a_candidate_is_found_again_in_another_model)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    lab_candidate *list = NULL;
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (int i = 0; i < n; i++) {
+        lab_candidate c = list[i], lost = c;
+        stein_err why = {STEIN_OK, ""};
+        if (c.effect->needs != NULL) {
+            continue;
+        }
+        c.nparam = 0, c.param[0] = c.side = c.joint = c.channel = -7;
+        ck_assert_stein(lab_candidate_bind(&c, model, err));
+        ck_assert_int_eq(c.nparam, list[i].nparam);
+        for (int k = 0; k < c.nparam; k++) {
+            ck_assert_str_eq(m->params[c.param[k]].name, m->params[list[i].param[k]].name);
+        }
+        ck_assert_int_eq(c.side, list[i].side);
+        ck_assert_int_eq(c.joint, list[i].joint);
+        ck_assert_int_eq(c.channel, list[i].channel);
+        strcpy(lost.place, "nowhere");
+        ck_assert_int_eq(lab_candidate_bind(&lost, model, &why), STEIN_ENAME);
+    }
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
 Suite *effects_suite(void)
 {
     Suite *suite = suite_create("effects");
@@ -287,6 +427,10 @@ Suite *effects_suite(void)
     tcase_add_loop_test(tc, every_candidate_moves_what_is_predicted, 0, 4);
     tcase_add_test(tc, neutral_values_leave_a_stroke_bit_for_bit);
     tcase_add_test(tc, candidates_follow_the_structure);
+    tcase_add_test(tc, second_numbers_have_ranges);
+    tcase_add_test(tc, what_is_the_same_change_is_one_candidate);
+    tcase_add_test(tc, an_alias_moves_alike);
+    tcase_add_test(tc, a_candidate_is_found_again_in_another_model);
     tcase_add_test(tc, a_spring_that_is_added_pulls_by_the_angle_alone);
     suite_add_tcase(suite, tc);
     return suite;

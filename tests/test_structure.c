@@ -224,6 +224,56 @@ START_TEST(a_part_is_added_once)
 }
 END_TEST
 
+/* any two go into one file, the second one at a place of the first one's mechanism */
+START_TEST(parts_go_together)
+{
+    lab_model *model = open_file(file);
+    char *text = NULL, *one = NULL, *two = NULL;
+    size_t size = 0, none = 0, ntwo = 0;
+    ck_assert_stein(lab__read_file(file, &text, &size, err));
+    for (int a = 0; a < PARTS; a++) {
+        lab_candidate first = candidate(model, parts[a].kind, parts[a].place);
+        mechanism *m = NULL, *both = NULL;
+        ck_assert_stein(lab__structure_text(&first, first.limit, lab__mechanism(model), text, size,
+                                            &one, &none, err));
+        ck_assert_stein(mech_read_text(&m, file, one, none, NULL, 0, NULL, NULL, err));
+        for (int b = 0; b < PARTS; b++) {
+            lab_candidate second = candidate(model, parts[b].kind, parts[b].place);
+            if (a == b) {
+                continue;
+            }
+            ck_assert_stein(
+                lab__structure_text(&second, second.limit, m, one, none, &two, &ntwo, err));
+            ck_assert_stein(mech_read_text(&both, file, two, ntwo, NULL, 0, NULL, NULL, err));
+            ck_assert_int_ge(both->nbody + both->nlink + both->ncontact,
+                             m->nbody + m->nlink + m->ncontact + 1);
+            mech_free(both);
+            free(two);
+        }
+        mech_free(m);
+        free(one);
+    }
+    free(text);
+    lab_close(model);
+}
+END_TEST
+
+/* the places of an extended mechanism have sound ranges too: weights of parts are formulas */
+START_TEST(an_extended_mechanism_has_candidates_of_its_own)
+{
+    lab_model *model = open_file(file), *extended = NULL;
+    lab_candidate c = candidate(model, "elastic_hinge", "hammer");
+    lab_candidate plain = candidate(model, "compliant_partner", "string");
+    ck_assert_stein(lab_candidate_open(&c, &extended, file, NULL, err));
+    lab_candidate again = candidate(extended, "compliant_partner", "string");
+    ck_assert_close(again.side_value, plain.side_value, 0.5, 0.0);
+    ck_assert_close(again.limit, plain.limit, 1e-9, 0.0);
+    candidate(extended, "coulomb_friction", "hammer_outer");
+    lab_close(extended);
+    lab_close(model);
+}
+END_TEST
+
 /* ---- the motion ---- */
 
 typedef struct trace {
@@ -522,6 +572,8 @@ Suite *structure_suite(void)
     tcase_add_test(tc, the_rest_of_the_file_stays);
     tcase_add_test(tc, any_style_of_file_takes_a_part);
     tcase_add_test(tc, a_part_is_added_once);
+    tcase_add_test(tc, parts_go_together);
+    tcase_add_test(tc, an_extended_mechanism_has_candidates_of_its_own);
     tcase_add_test(tc, a_force_or_stiffness_of_zero_is_the_mechanism_without_it);
     tcase_add_loop_test(tc, a_compliance_towards_zero_is_the_mechanism_without_it, 0, PARTS);
     tcase_add_test(tc, a_cut_link_is_weighed_as_a_whole);

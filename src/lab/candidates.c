@@ -72,15 +72,17 @@ static double named(const build *b, const char *owner, const char *path, double 
     return i >= 0 ? b->p[i] : other;
 }
 
+/* also of bodies whose mass is a formula: a part, and what it leaves of the whole */
 static double carried(const build *b, int joint)
 {
+    const mechanism *mech = lab__mechanism(b->lab);
     double mass = 0.0;
     for (int k = joint; k < b->m->nq; k++) {
         int up = k;
         while (up > joint) {
             up = b->m->bodies[up].parent;
         }
-        mass += up == joint ? named(b, b->m->bodies[k].name, "mass", 0.0) : 0.0;
+        mass += up == joint ? mech->bodies[k].mass.value : 0.0;
     }
     return mass;
 }
@@ -90,7 +92,7 @@ static void derive(build *b, stein_sim *sim, double *M)
     const double g = 9.81;
     int nq = b->m->nq;
     scales *s = &b->s;
-    stein_mass_bias(sim, stein_q(sim), stein_qd(sim), NULL, NULL, M, M + nq * nq);
+    stein_mass_bias(sim, stein_q(sim), stein_qd(sim), NULL, NULL, M, M + (size_t)nq * (size_t)nq);
     for (int j = 0; j < nq; j++) {
         const char *name = b->m->bodies[j].name;
         double m = fmax(carried(b, j), 1e-12), Mjj = fmax(M[j * nq + j], 1e-18);
@@ -103,19 +105,19 @@ static void derive(build *b, stein_sim *sim, double *M)
 }
 
 /* all 0 but two ranges and a matrix behind them */
-static stein_status make_scales(build *b, stein_err *err)
+static int make_scales(build *b)
 {
     int nq = b->m->nq, nc = b->m->nchannel;
     size_t size = (size_t)(8 * nq + 3 * nc + nq * nq + nq + 1);
     scales *s = &b->s;
     s->room = calloc(size, sizeof *s->room);
     if (s->room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return -1;
     }
     s->weight = s->room, s->spring = s->weight + nq, s->energy = s->spring + nq;
     s->speed = s->energy + nq, s->travel = s->speed + nq, s->length = s->travel + nq;
     s->inertia = s->length + nq, s->range = s->inertia + nq;
-    return STEIN_OK;
+    return 0;
 }
 
 static stein_status measure(build *b, stein_err *err)
@@ -523,8 +525,10 @@ stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model
     build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
-    stein_status status = make_scales(&b, err);
-    status = status == STEIN_OK ? measure(&b, err) : status;
+    if (make_scales(&b) != 0) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = measure(&b, err);
     for (int i = 0; status == STEIN_OK && i < kinds; i++) {
         enumerate(&b, &effect[i]);
     }
@@ -575,23 +579,26 @@ stein_status lab_candidate_bind(lab_candidate *c, const lab_model *model, stein_
         return bind_part(c, model, err);
     }
     build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
-    stein_status status = make_scales(&b, err); // all 0: only the limits come from them
-    if (status == STEIN_OK && c->effect->site == LAB_AT_PARAMETER) {
+    stein_status status = STEIN_OK;
+    if (make_scales(&b) != 0) { // all 0: only the limits come from them
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (c->effect->site == LAB_AT_PARAMETER) {
         int param = stein_find_param(b.m, c->place);
         (void)(param >= 0 ? add(&b, c->effect, c->place, param) : NULL);
-    } else if (status == STEIN_OK) {
+    } else {
         enumerate(&b, c->effect);
     }
     const lab_candidate *found = NULL;
     for (int i = 0; i < b.n; i++) {
         found = strcmp(b.list[i].place, c->place) == 0 ? &b.list[i] : found;
     }
-    if (status == STEIN_OK && found == NULL) {
+    if (found == NULL) {
         status = b.full ? lab__fail(err, STEIN_ENOMEM, "out of memory")
                         : lab__fail(err, STEIN_ENAME, "%s has no place %s for %s", b.m->name,
                                     c->place, c->effect->kind);
     }
-    if (status == STEIN_OK) {
+    if (found != NULL) {
         c->nparam = found->nparam;
         memcpy(c->param, found->param, sizeof c->param);
         c->side = found->side;
