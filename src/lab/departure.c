@@ -99,7 +99,7 @@ static int collect(const fit__problem *p, int stroke, int c, const double *r,
                    const char *const *phase, int wanted, double *out)
 {
     const fit__stroke *s = &p->stroke[stroke];
-    const double *from = r + fit__offset(p, stroke) + c * s->n;
+    const double *from = r + fit__offset(p, stroke) + (size_t)c * (size_t)s->n;
     int n = 0;
     phase += diag__row(p, stroke);
     for (int i = 0; i < s->n; i++) {

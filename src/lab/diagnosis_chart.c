@@ -69,8 +69,10 @@ static void tick_text(FILE *f, double value, double step)
 static void x_axis(const page__plot *p, int numbers)
 {
     double step = round_step(p->x1 - p->x0, p->width / 62.0), bottom = p->top + p->height;
-    for (double v = step * ceil(p->x0 / step - 1e-9); v <= p->x1 + 1e-9 * step; v += step) {
-        double x = page__x(p, v);
+    long long first = (long long)ceil(p->x0 / step - 1e-9),
+              last = (long long)floor(p->x1 / step + 1e-9);
+    for (long long k = first; k <= last; k++) {
+        double v = step * (double)k, x = page__x(p, v);
         fprintf(p->f, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x, p->top, bottom);
         if (numbers) {
             fprintf(p->f, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", x, bottom + 13.0);
@@ -83,8 +85,10 @@ static void x_axis(const page__plot *p, int numbers)
 static void y_axis(const page__plot *p)
 {
     double step = round_step(p->y1 - p->y0, fmin(p->height / 27.0, 6.0));
-    for (double v = step * ceil(p->y0 / step - 1e-9); v <= p->y1 + 1e-9 * step; v += step) {
-        double y = page__y(p, v);
+    long long first = (long long)ceil(p->y0 / step - 1e-9),
+              last = (long long)floor(p->y1 / step + 1e-9);
+    for (long long k = first; k <= last; k++) {
+        double v = step * (double)k, y = page__y(p, v);
         fprintf(p->f, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", p->left, y,
                 p->left + p->width);
         fprintf(p->f, "<text class=\"tick side\" x=\"%.1f\" y=\"%.1f\">", p->left - 5.0, y + 3.5);

@@ -41,7 +41,7 @@ static double misfit(const lab_trace *t)
 static int choose(const lab_diagnosis *d, const char *channel, const lab_trace *shown[SHOWN])
 {
     int n = 0, held = 0;
-    const lab_trace **list = malloc(sizeof *list * (size_t)(d->ntrace + 1));
+    const lab_trace **list = malloc(sizeof(const lab_trace *) * (size_t)(d->ntrace + 1));
     for (int i = 0; i < d->ntrace; i++) {
         held |= d->trace[i].held_out && strcmp(d->trace[i].channel, channel) == 0;
     }
@@ -76,6 +76,14 @@ static void time_range(const lab_trace *t, double *from, double *to)
     *to = t->t[t->n - 1];
 }
 
+/* from seconds to what the time axis counts in, and its name */
+static double time_unit(double from, double to, const char **label)
+{
+    int slow = to - from > 1.5;
+    *label = slow ? "time [s]" : "time [ms]";
+    return slow ? 1.0 : 1e3;
+}
+
 static void note(const double *v, int n, double scale, double *lo, double *hi)
 {
     for (int i = 0; i < n; i++) {
@@ -95,26 +103,28 @@ static void draw_channel(FILE *f, const lab_trace *t, double from, double to, in
 {
     double lo = INFINITY, hi = -INFINITY;
     char label[LAB_PLACE + PAGE_UNIT];
+    const char *unused;
+    double sx = time_unit(from, to, &unused);
     note(t->y, t->n, 1.0, &lo, &hi);
     note(t->before, t->n, 1.0, &lo, &hi);
     page__unit u = page__unit_for(t->unit, fmax(fabs(lo), fabs(hi)));
     page__plot p = plot_at(f, 36.0, 118.0);
     p.caption = 20.0;
-    p.x0 = 1e3 * from;
-    p.x1 = 1e3 * to;
+    p.x0 = sx * from;
+    p.x1 = sx * to;
     p.y0 = u.factor * lo;
     p.y1 = u.factor * hi;
     page__range(&p.x0, &p.x1, 0.0);
     page__range(&p.y0, &p.y1, 0.07);
     if (t->phase != NULL) {
-        page__phases(&p, t->t, t->phase, t->n, 1e3);
+        page__phases(&p, t->t, t->phase, t->n, sx);
     }
     axis_label(label, sizeof label, t->channel, &u);
     page__axes(&p, NULL, label);
-    page__dots(&p, "measured", t->t, t->y, t->n, 1e3, u.factor);
-    page__curve(&p, changed ? "before" : "after", t->t, t->before, t->n, 1e3, u.factor);
+    page__dots(&p, "measured", t->t, t->y, t->n, sx, u.factor);
+    page__curve(&p, changed ? "before" : "after", t->t, t->before, t->n, sx, u.factor);
     if (changed) {
-        page__curve(&p, "after", t->t, t->after, t->n, 1e3, u.factor);
+        page__curve(&p, "after", t->t, t->after, t->n, sx, u.factor);
     }
 }
 
@@ -134,8 +144,10 @@ static void smooth(const double *r, double *m, int n)
 
 static void draw_residual(FILE *f, const lab_trace *t, double from, double to, int changed)
 {
-    double *r = malloc(sizeof *r * 3 * (size_t)t->n), *mean = r + 2 * t->n;
+    double *r = malloc(sizeof *r * 3 * (size_t)t->n), *mean = r + (size_t)2 * (size_t)t->n;
     double most = 3.0 * t->noise;
+    const char *time;
+    double sx = time_unit(from, to, &time);
     char label[LAB_PLACE + PAGE_UNIT];
     if (r == NULL) {
         return;
@@ -147,22 +159,23 @@ static void draw_residual(FILE *f, const lab_trace *t, double from, double to, i
     }
     page__unit u = page__unit_for(t->unit, most);
     page__plot p = plot_at(f, 182.0, 92.0);
-    p.x0 = 1e3 * from;
-    p.x1 = 1e3 * to;
+    p.x0 = sx * from;
+    p.x1 = sx * to;
     p.y1 = u.factor * most;
     p.y0 = -p.y1;
     page__range(&p.x0, &p.x1, 0.0);
     page__range(&p.y0, &p.y1, 0.04);
     page__rect(&p, "noise", p.x0, p.x1, -2.0 * u.factor * t->noise, 2.0 * u.factor * t->noise);
     axis_label(label, sizeof label, "measured \xe2\x88\x92 predicted", &u);
-    page__axes(&p, "time [ms]", label);
+    page__axes(&p, time, label);
     for (int k = 0; k <= changed; k++) {
         const char *cls = changed && k == 0 ? "before" : "after";
+        const double *own = r + (size_t)k * (size_t)t->n;
         char thin[16];
         snprintf(thin, sizeof thin, "%s thin", cls);
-        page__curve(&p, thin, t->t, r + k * t->n, t->n, 1e3, u.factor);
-        smooth(r + k * t->n, mean, t->n);
-        page__curve(&p, cls, t->t, mean, t->n, 1e3, u.factor);
+        page__curve(&p, thin, t->t, own, t->n, sx, u.factor);
+        smooth(own, mean, t->n);
+        page__curve(&p, cls, t->t, mean, t->n, sx, u.factor);
     }
     free(r);
 }
@@ -330,8 +343,10 @@ static void one_force(FILE *f, const lab_diagnosis *d, const lab_latent *l)
     }
     page__unit u = page__unit_for(l->unit, most);
     page__plot p = plot_at(f, 26.0, 116.0);
-    p.x0 = 1e3 * l->t[0];
-    p.x1 = 1e3 * l->t[l->n - 1];
+    const char *time;
+    double sx = time_unit(l->t[0], l->t[l->n - 1], &time);
+    p.x0 = sx * l->t[0];
+    p.x1 = sx * l->t[l->n - 1];
     p.y1 = u.factor * most;
     p.y0 = -p.y1;
     page__range(&p.x0, &p.x1, 0.0);
@@ -340,10 +355,10 @@ static void one_force(FILE *f, const lab_diagnosis *d, const lab_latent *l)
     page__svg_open(f, WIDTH, 172,
                    "the force that the model lacks at a joint, with its uncertainty");
     axis_label(label, sizeof label, l->joint, &u);
-    page__band(&p, "band", l->t, lo, lo + l->n, l->n, 1e3, u.factor);
-    page__axes(&p, "time [ms]", label);
+    page__band(&p, "band", l->t, lo, lo + l->n, l->n, sx, u.factor);
+    page__axes(&p, time, label);
     fprintf(f, "<path class=\"zero\" d=\"M%.1f %.1fh%.1f\"/>\n", p.left, page__y(&p, 0.0), p.width);
-    page__curve(&p, "after", l->t, l->force, l->n, 1e3, u.factor);
+    page__curve(&p, "after", l->t, l->force, l->n, sx, u.factor);
     page__svg_close(f);
     fputs("<figcaption>", f);
     page__text(f, base_name(l->file));
