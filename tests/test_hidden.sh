@@ -82,6 +82,23 @@ score "$tmp/mass.json" "$tmp/out"
 scored "a number of the file is looked up in the extended one" "found 0.00276"
 scored "with the interval of the amount" "covered 1"
 
+# ---- two names of one thing
+cat >"$tmp/height.json" <<'JSON'
+{"kind": "wrong_parameter", "place": "string.height", "class": "wrong_parameter",
+ "parameters": {"string.height": {"value": 0.0748, "unit": "m", "file": 0.074553, "true_otherwise": 0.0745}},
+ "level": {"name": "L1", "reached": 2.0, "met": true}, "wrong_start": true}
+JSON
+cat >"$tmp/out/diagnosis.json" <<'JSON'
+{"verdict": "wrong_parameter", "causes": [{"kind": "contact_gap", "place": "string",
+   "parameters": {"gap": {"value": -0.0002, "lo": -0.0003, "hi": -0.0001}}}], "indistinguishable": []}
+JSON
+score "$tmp/height.json" "$tmp/out"
+scored "the height of the string is not its gap" "first 0"
+scored "but stein effects says that it is the same" "first_alike 1"
+sed -i 's/"place": "string"/"place": "dip"/' "$tmp/out/diagnosis.json"
+score "$tmp/height.json" "$tmp/out"
+scored "as the gap of something else is not" "first_alike 0"
+
 # ---- a table of nothing yet is a table
 "$build/hidden" table --build "$build" -o "$tmp/sets" --draws 3 >"$tmp/table" 2>&1
 grep -q '^| right cause and place first |' "$tmp/table" && grep -q '12 draws are not there' "$tmp/table"

@@ -70,7 +70,7 @@ typedef struct score {
     int rank;       /* of the truth among all that was judged, 1: first, 0: not in the list */
     int first, set; /* truth is first, is in the set */
     int first_alike, set_alike; /* the same, with identical descriptions as one */
-    int right_class;
+    int right_class, class_alike;
     int numbered, covered; /* its number is known; is inside the interval */
     double found, lo, hi, truth, error;
     double before, after, floor; /* held-out error */

@@ -4,9 +4,9 @@
  * Right cause and place: kind and place of the first cause are those of the answer. The set: all
  * causes and what is reported as indistinguishable. Class: the verdict.
  *
- * Some descriptions are the same to the last bit (a contact that lies deeper and a line that is
- * shifted): `stein effects MODEL --json` lists them as `alike`. Both countings are kept, the strict
- * one and the one that takes them as one cause.
+ * Some descriptions are exactly the same (a contact that lies deeper and a line that is shifted):
+ * one of them is a candidate, and `stein effects MODEL --json` lists the others as `also_called`.
+ * Both countings are kept, the strict one and the one that takes them as one cause.
  *
  * The number. Most kinds have an amount of their own, compared as it is. Where a number of the
  * file is wrong the answer has its true value; found is the value in extended.yaml, as `stein
@@ -41,23 +41,34 @@ static tree *said(char *const argv[], const char *log)
 
 /* ---- identical descriptions ---- */
 
-static int alike(const tree *candidates, names a, names b)
+static int has_word(const char *words, const char *word)
 {
-    if (same(a, b)) {
-        return 1;
-    }
-    for (const tree *c = candidates != NULL ? candidates->child : NULL; c != NULL; c = c->next) {
-        const tree *list = tree_get(c, "alike");
-        if (!same(of(c), a) && !same(of(c), b)) {
-            continue;
+    size_t n = strlen(word);
+    for (const char *at = words; n > 0 && *at != '\0';) {
+        size_t length = strcspn(at, " ");
+        if (length == n && strncmp(at, word, n) == 0) {
+            return 1;
         }
-        for (const tree *k = list != NULL ? list->child : NULL; k != NULL; k = k->next) {
-            if (same(of(k), a) || same(of(k), b)) {
-                return 1;
-            }
-        }
+        at += length + strspn(at + length, " ");
     }
     return 0;
+}
+
+/* is it this candidate, or one of the numbers of the file that say the same? */
+static int belongs(const tree *candidate, names n)
+{
+    return same(of(candidate), n) || (strcmp(n.kind, "wrong_parameter") == 0 &&
+                                      has_word(tree_text(candidate, "also_called"), n.place));
+}
+
+static int alike(const tree *candidates, names a, names b)
+{
+    for (const tree *c = candidates != NULL ? candidates->child : NULL; c != NULL; c = c->next) {
+        if (belongs(c, a) && belongs(c, b)) {
+            return 1;
+        }
+    }
+    return same(a, b);
 }
 
 /* place of the truth in a list, counted on from `rank`; 0 when it is not in it */
@@ -172,6 +183,7 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     r->rough = rough != NULL && rough->type == 't';
     r->right_class = strcmp(r->verdict, r->cls) == 0;
     judge_names(r, found, of(answer), candidates);
+    r->class_alike = r->right_class || r->first_alike;
     judge_number(s, out, found, answer, r);
     r->before = tree_number(gain, "rmse_before");
     r->after = tree_number(gain, "rmse_after");

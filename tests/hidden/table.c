@@ -94,6 +94,7 @@ typedef enum {
     SET_ALIKE,
     SET_SIZE,
     CLASS,
+    CLASS_ALIKE,
     ALARM,
     ALARM_CLEAN,
     ALARM_ROUGH,
@@ -116,6 +117,7 @@ static const struct {
     {SET_ALIKE, 0, "- identical descriptions as one", ""},
     {SET_SIZE, 0, "mean size of the reported set", "2.5"},
     {CLASS, 0, "right class", "95 / 88 %"},
+    {CLASS_ALIKE, 0, "- identical descriptions as one", ""},
     {ALARM, 1, "nothing hidden, called anything but explained", "5 %"},
     {ALARM_ROUGH, 1, "- with scatter and wrong start values", ""},
     {ALARM_CLEAN, 1, "- without", ""},
@@ -137,6 +139,7 @@ static int counts(figure what, const score *d)
     case SET: return d->set;
     case SET_ALIKE: return d->set_alike;
     case CLASS: return d->right_class;
+    case CLASS_ALIKE: return d->class_alike;
     case ALARM:
     case ALARM_CLEAN:
     case ALARM_ROUGH: return alarm;
