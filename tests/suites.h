@@ -31,6 +31,7 @@
     X(fit)        \
     X(fit_claims) \
     X(measured)   \
+    X(show)       \
     X(report)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);

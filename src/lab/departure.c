@@ -9,14 +9,15 @@
  * (orthonormal on that grid). Noise, white or not, leaves the a_sk of neighbouring k with equal
  * variance; a departure that comes again in every stroke has a mean over the strokes. So
  *
- *      F = (1/K) sum_k S mean_s(a_sk)^2 / V,    k < K = 3
+ *      F = (1/K) sum_k S mean_s(a_sk)^2 / V_k,    k < K = 3
  *
- * where V is the larger of two estimates: the scatter of a_sk from stroke to stroke, and the mean
- * square of the next cosines k = K .. K + 5 (equally weighted cosines, the variance that holds
- * under autocorrelation: Lazarus, Lewis, Stock & Watson 2018). Neither asks what the noise was said
- * to be. F has the F distribution with K and the degrees of freedom of the V that counts; the
- * normal deviate with the same two-sided probability is the significance. The stroke is the unit:
- * 1000 frames of one stroke that was struck differently are one contradiction, not 1000.
+ * where V_k is the scatter of a_sk from stroke to stroke, but at least V, the larger of two estimates
+ * over all k: that scatter, and the mean square of the next cosines k = K .. K + 5 (equally weighted
+ * cosines, the variance that holds under autocorrelation: Lazarus, Lewis, Stock & Watson 2018).
+ * Neither asks what the noise was said to be. F is taken for the F distribution with K and the
+ * degrees of freedom of V, a little on the safe side; the normal deviate with the same two-sided
+ * probability is the significance. The stroke is the unit: 1000 frames of one stroke that was struck
+ * differently are one contradiction, not 1000.
  */
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_math.h>
@@ -78,20 +79,23 @@ static double deviate(double F, int K, int nu)
 
 static double significance(const tally *t)
 {
-    int S = t->strokes, K = t->slow;
-    double between = 0.0, mean2 = 0.0;
+    int S = t->strokes, K = t->slow, nu = (S - 1) * K;
+    double own[SLOW], between = 0.0, F = 0.0;
     for (int k = 0; k < K; k++) {
         double mean = t->sum[k] / S;
-        mean2 += S * mean * mean;
-        between += t->sum2[k] - S * mean * mean;
+        own[k] = fmax(0.0, t->sum2[k] - S * mean * mean);
+        between += own[k];
     }
-    int nu = (S - 1) * K;
     double V = nu > 0 ? between / nu : 0.0;
     if (t->next > 0 && t->high / t->next > V) {
         V = t->high / t->next;
         nu = t->next;
     }
-    return V > 0.0 && nu > 1 ? deviate(mean2 / (K * V), K, nu) : (double)NAN;
+    for (int k = 0; k < K; k++) {
+        double mean = t->sum[k] / S, scatter = S > 1 ? own[k] / (S - 1) : 0.0;
+        F += S * mean * mean / (K * fmax(V, scatter));
+    }
+    return V > 0.0 && nu > 1 ? deviate(F, K, nu) : (double)NAN;
 }
 
 /* one stroke's residuals of a model channel in one phase. @return their number */
