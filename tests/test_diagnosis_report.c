@@ -232,7 +232,7 @@ END_TEST
 /* every element that is opened is closed, in order */
 static void ck_assert_nested(const char *text)
 {
-    static const char *const alone[] = {"meta", "rect", "path", "!DOCTYPE"};
+    static const char *const alone[] = {"meta", "rect", "path", "br", "!DOCTYPE"};
     char open[64][16], name[16];
     int depth = 0;
     for (const char *at = strchr(text, '<'); at != NULL; at = strchr(at + 1, '<')) {

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnosing.h - what the files of the diagnosis share. Not installed.
  *
- *   phase.c       the phase of the stroke at every frame    diagnosis.c       words, release
- *   departure.c   where the residual is more than noise     diagnosis_json.c  diagnosis.json
- *   latent.c      the force that the model lacks            diagnosis_page.c  report.html
- *   latent_phase.c  the same by phase                       diagnosis_text.c  numbers in words
- *   push.c        what a force does to the channels         evidence.c        how large it is
+ *   phase.c         the phase of the stroke at every frame  diagnosis.c       words, release
+ *   departure.c     where the residual is more than noise   diagnosis_json.c  diagnosis.json
+ *   latent.c        the force that the model lacks          diagnosis_page.c  report.html, with
+ *   latent_phase.c  the same by phase                       diagnosis_page.h  its own files
+ *   push.c          what a force does to the channels
+ *   evidence.c      how large it is
  *
  * Phases lie behind each other, stroke by stroke, one name a frame: sample i of stroke s at
  * phase[diag__row(p, s) + i]. Names are constants, equal names are equal pointers.

@@ -135,7 +135,11 @@ static void where_card(FILE *f, const lab_diagnosis *d)
         fputs("in no phase more than in others", f);
     }
     fputs("</p>\n<p class=\"quiet\">", f);
-    page__text(f, c->effect != NULL ? c->effect->equation : "");
+    if (c->effect != NULL) {
+        page__text(f, c->effect->equation);
+        fputs("<br>looks like: ", f);
+        page__text(f, c->effect->looks);
+    }
     fputs("</p></div>\n", f);
 }
 
@@ -286,6 +290,20 @@ static void hottest_card(FILE *f, const lab_diagnosis *d)
     fputs("</p></div>\n", f);
 }
 
+static void suspect_card(FILE *f, const lab_diagnosis *d)
+{
+    card(f, "Best suspect");
+    if (d->nsuspect == 0) {
+        fputs("<p>none was tested</p></div>\n", f);
+        return;
+    }
+    fputs("<p class=\"big\">", f);
+    page__cause(f, &d->suspect[0].candidate);
+    fputs("</p>\n<p>chance of a score like this where nothing is: ", f);
+    page__number(f, d->p, 2);
+    fputs("</p></div>\n", f);
+}
+
 static void fit_card(FILE *f, const lab_diagnosis *d)
 {
     card(f, "The fit");
@@ -315,6 +333,7 @@ static void story(FILE *f, const lab_diagnosis *d)
         rivals_card(f, d);
     } else {
         hottest_card(f, d);
+        suspect_card(f, d);
     }
     gain_card(f, d);
     fit_card(f, d);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * latent.c - the force that the model lacks, on every joint: over time, and by phase.
+ * latent.c - the force that the model lacks, on every joint, over time.
  *
  * The equations of the mechanism and its measured channels, weighted by their noise, are
  *
@@ -20,9 +20,8 @@
  * and tau is what the marginal likelihood makes of it (evidence.c). That is the smoother of inverse
  * dynamics: with full and exact measurements of q it returns M qdd + c - Q, with fewer it returns
  * what they tell and a standard deviation for the rest - also for the part of a force that other
- * parameters would imitate. All is to first order at the fit: a
- * large force moves contacts, and what refitted parameters have taken over shows only as far as
- * their priors resist.
+ * parameters would imitate. All is to first order at the fit: a large force moves contacts, and
+ * what refitted parameters have taken over shows only as far as their priors resist.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>

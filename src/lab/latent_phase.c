@@ -20,7 +20,7 @@
 #include "diagnosing.h"
 #include "mixed.h"
 
-enum { FEWEST_FRAMES = 3, ROUNDS = 12, MOST_RANDOM = 128 };
+enum { FEWEST_FRAMES = 3, ROUNDS = 12, MOST_RANDOM = 512 };
 static const double flat_scale = 1e3; /* of unknowns without prior, in their sd */
 static const double wide = 30.0;      /* prior of a force before tau is known [sd of the data] */
 static const double largest_z = 37.0;
