@@ -108,7 +108,7 @@ static void derive(build *b, stein_sim *sim, double *M)
 static int make_scales(build *b)
 {
     int nq = b->m->nq, nc = b->m->nchannel;
-    size_t size = (size_t)(8 * nq + 3 * nc + nq * nq + nq + 1);
+    size_t n = (size_t)nq, size = 9 * n + 3 * (size_t)nc + n * n + 1;
     scales *s = &b->s;
     s->room = calloc(size, sizeof *s->room);
     if (s->room == NULL) {

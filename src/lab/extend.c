@@ -194,7 +194,9 @@ static const char *shown(char text[SHOWN], double value, const char *unit)
     int bare = unit == NULL || strcmp(unit, "1") == 0;
     snprintf(text, SHOWN, "%.5g%s%s", value, bare ? "" : " ", bare ? "" : unit);
     for (char *c = text; *c != '\0'; c++) {
-        *c = *c == ',' ? '.' : *c;
+        if (*c == ',') { // of a locale
+            *c = '.';
+        }
     }
     return text;
 }

@@ -367,26 +367,38 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
                         const fit__number *number, int n, int digits, stein_err *err)
 {
     patch p = {.text = text, .size = size, .wanted = number, .nwanted = n, .digits = digits};
+    char *patched = NULL;
+    size_t npatched = 0;
+    FILE *f = open_memstream(&patched, &npatched);
     p.list = calloc((size_t)n + 1, sizeof *p.list);
-    stein_status status = p.list != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (f == NULL || p.list == NULL) {
+        if (f != NULL) {
+            fclose(f);
+        }
+        free(patched);
+        free(p.list);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         status = add(&p, m, &number[i], err);
     }
-    FILE *f = status == STEIN_OK ? open_memstream(out, nout) : NULL;
-    if (f != NULL) {
+    if (status == STEIN_OK) {
         qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
         write_body(f, &p);
     }
-    if (status == STEIN_OK && (f == NULL || fclose(f) != 0)) {
+    if (fclose(f) != 0 && status == STEIN_OK) {
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
-    } else if (status == STEIN_OK) {
-        status = check(*out, *nout, &p, m, m->file, err);
-        if (status != STEIN_OK) {
-            free(*out);
-        }
     }
+    status = status == STEIN_OK ? check(patched, npatched, &p, m, m->file, err) : status;
     free(p.list);
-    return status;
+    if (status != STEIN_OK) {
+        free(patched);
+        return status;
+    }
+    *out = patched;
+    *nout = npatched;
+    return STEIN_OK;
 }
 
 static stein_status put(const lab_fit *fit, const char *file, const mechanism *m, const char *text,
@@ -463,8 +475,10 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
     size_t size = 0, nfitted = 0;
     mechanism *m = NULL;
     fit__number *list = calloc((size_t)(fit->nvalue + options->nset) + 1, sizeof *list);
-    stein_status status = list != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    status = status == STEIN_OK ? cut_sets(&sets, &room, options, err) : status;
+    if (list == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = cut_sets(&sets, &room, options, err);
     status = status == STEIN_OK ? lab__read_file(file, &text, &size, err) : status;
     status = status == STEIN_OK ? mech_read_text(&m, file, text, size, sets, options->nset,
                                                  options->report, options->ctx, err)

@@ -164,7 +164,10 @@ static int can_lift(const mechanism *m, int i, lab__site *site)
 char lab__normal_axis(double facing)
 {
     double c = fabs(cos(facing)), s = fabs(sin(facing));
-    return s < 1e-9 ? 'x' : c < 1e-9 ? 'z' : ' ';
+    if (s < 1e-9) {
+        return 'x';
+    }
+    return "z "[c >= 1e-9];
 }
 
 static int can_give(const mechanism *m, int i, lab__site *site)

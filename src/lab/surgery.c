@@ -226,7 +226,7 @@ static char *indented(const char *entry, size_t indent, const char *ending)
         }
     }
     if (text != NULL) {
-        strcpy(to, ending);
+        memcpy(to, ending, strlen(ending) + 1);
     }
     return text;
 }

@@ -40,7 +40,7 @@ static void find_parent(mech__reader *rd, family *f, int i)
         mech__problem_at(rd, part->key, "parent and part_of exclude each other");
     }
     f->parent[i] = -1;
-    f->part[i] = part != NULL;
+    f->part[i] = (char)(part != NULL);
     if (!name || strcmp(name, "frame") == 0) {
         if (part && name) {
             mech__problem_at(rd, part, "the frame has no parts, expected a body");
