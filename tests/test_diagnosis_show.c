@@ -257,6 +257,18 @@ START_TEST(noise_that_remembers_is_no_departure_but_what_comes_again_is)
     open_fit(&f, m.model, NULL, data);
     lab_fit_def def = free_these(names);
     ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
+    // and where two sets of residuals differ most
+    double *r = calloc(2 * fit__offset(&p, 8), sizeof *r), *other = r + fit__offset(&p, 8);
+    const char **phase = calloc(diag__row(&p, 8), sizeof *phase);
+    for (size_t i = 0; i < diag__row(&p, 8); i++) {
+        phase[i] = diag__phase[i % 4];
+    }
+    ck_assert_ptr_null(diag__phase_shown(&p, r, other, phase));
+    other[1] = 0.5;
+    other[4 * 7 + 2] = -0.7;
+    ck_assert_str_eq(diag__phase_shown(&p, r, other, phase), diag__phase[2]);
+    free(r);
+    free(phase);
     int white = count_departures(&p, 0.0, 0.0, 0.0, 2.0);
     int slow = count_departures(&p, 0.8, 0.0, 0.0, 2.0);
     int scattered = count_departures(&p, 0.3, 1.0, 0.0, 2.0);

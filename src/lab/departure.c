@@ -176,6 +176,26 @@ stein_status diag__departures(const fit__problem *p, const double *r, const char
     return status;
 }
 
+const char *diag__phase_shown(const fit__problem *p, const double *before, const double *after,
+                              const char *const *phase)
+{
+    double sum[DIAG_PHASES] = {0.0};
+    int best = -1;
+    for (int k = 0; k < p->nstroke; k++) {
+        const fit__stroke *s = &p->stroke[k];
+        size_t at = fit__offset(p, k), row = diag__row(p, k);
+        for (int i = 0; i < s->nch * s->n; i++) {
+            double change = before[at + (size_t)i] - after[at + (size_t)i];
+            int f = diag__phase_index(phase[row + (size_t)(i % s->n)]);
+            sum[f < 0 ? 0 : f] += change * change;
+        }
+    }
+    for (int f = 0; f < DIAG_PHASES; f++) {
+        best = sum[f] > 0.0 && (best < 0 || sum[f] > sum[best]) ? f : best;
+    }
+    return best >= 0 ? diag__phase[best] : NULL;
+}
+
 /* ---- traces ---- */
 
 static stein_status fill_trace(lab_trace *t, const fit__stroke *s, int c, const double *before,

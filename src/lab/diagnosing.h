@@ -42,6 +42,10 @@ stein_status diag__phases(const fit__problem *p, const double *x, const char **p
  *  @return OK, ENOMEM */
 stein_status diag__departures(const fit__problem *p, const double *r, const char *const *phase,
                               lab_departure **list, int *n, stein_err *err);
+/** The phase in which two sets of residuals of the same strokes differ most (sum of squares); NULL:
+ *  they do not. */
+const char *diag__phase_shown(const fit__problem *p, const double *before, const double *after,
+                              const char *const *phase);
 /** Add a stroke's channels, as measured and as predicted.
  *  @param before, after  [nch*n] of the stroke; after NULL: as before
  *  @param phase          [n] of the stroke

@@ -67,7 +67,18 @@ static double pace(const diag__plan *l, int stroke)
     return l->time[row + (size_t)i];
 }
 
-/* the fastest, the slowest and the one in the middle */
+static double end_of(const diag__plan *l, int stroke)
+{
+    size_t row = diag__row(l->p, stroke);
+    double end = 0.0;
+    for (int i = 0; i < l->p->stroke[stroke].n; i++) {
+        double T = l->time[row + (size_t)i];
+        end = isfinite(T) ? fmax(end, T) : end;
+    }
+    return end;
+}
+
+/* the fastest, the slowest and the one in the middle, of those that were simulated at all */
 static void choose_strokes(series *e, const diag__plan *l)
 {
     int ns = l->p->nstroke, count = ns < SHOWN ? ns : SHOWN;
@@ -79,22 +90,11 @@ static void choose_strokes(series *e, const diag__plan *l)
                 double a = pace(l, o), b = pace(l, s);
                 before += a < b || (!(a > b) && o < s);
             }
-            if (before == rank) {
+            if (before == rank && end_of(l, s) > 0.0) {
                 e->stroke[e->nstroke++] = s;
             }
         }
     }
-}
-
-static double end_of(const diag__plan *l, int stroke)
-{
-    size_t row = diag__row(l->p, stroke);
-    double end = 0.0;
-    for (int i = 0; i < l->p->stroke[stroke].n; i++) {
-        double T = l->time[row + (size_t)i];
-        end = isfinite(T) ? fmax(end, T) : end;
-    }
-    return end;
 }
 
 static stein_status make_series(series *e, const diag__plan *l, stein_err *err)
