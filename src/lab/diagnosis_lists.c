@@ -26,10 +26,20 @@ static int heat(double z)
     return !(z >= 2.0) ? 0 : z < 3.0 ? 1 : z < 4.0 ? 2 : z < 6.0 ? 3 : z < 10.0 ? 4 : 5;
 }
 
+/* a normal deviate, to a tenth */
+static void write_z(FILE *f, double z)
+{
+    if (isfinite(z)) {
+        fprintf(f, "%.1f", z);
+    } else {
+        fputs("\xe2\x80\x93", f);
+    }
+}
+
 static void cell(FILE *f, const lab_departure *r)
 {
     fprintf(f, "<td class=\"heat h%d\" title=\"z = ", heat(r->z));
-    page__number(f, r->z, 2);
+    write_z(f, r->z);
     fprintf(f, ", %d samples\">", r->samples);
     if (r->is_force) {
         page__unit u = page__unit_for(r->unit, r->size);
@@ -42,7 +52,7 @@ static void cell(FILE *f, const lab_departure *r)
         page__quantity(f, r->size, r->unit, 2);
     }
     fputs(", z ", f);
-    page__number(f, r->z, 2);
+    write_z(f, r->z);
     fputs("</small></td>", f);
 }
 

@@ -72,6 +72,8 @@ static const char *const style[] = {
     "small{color:var(--quiet);font-size:.8em}th small{display:block}td small{margin-left:.4em}\n"
     ".map{border-collapse:separate;border-spacing:3px}.map th,.map td{border:0;padding:.3rem "
     ".55rem}.map small{display:block;margin:0;color:inherit;opacity:.75}\n"
+    "th[scope=row]{position:sticky;left:0;background:var(--paper)}.map td:last-child{white-space:"
+    "nowrap}\n"
     ".map .half th{color:var(--quiet);font-size:.85em;padding-top:.7rem}\n"
     ".heat{border-radius:4px;background:var(--phase);min-width:5.2em}.heat.none{background:none}"
     ".h1{background:var(--h1)}.h2{background:var(--h2)}.h3{background:var(--h3)}.h4{background:"
