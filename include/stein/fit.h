@@ -44,7 +44,7 @@ typedef struct lab_fit_def {
     int scatter; /* strokes differ by themselves: 1 yes, 0 no, -1 (default) when there are 4 or more
                   */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
-    double drive_scatter;                  /* of its load or input forces; default 0.3 % */
+    double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     int starts;                            /* searches from different places; default 3 */
     int robust;                            /* 1: bisquare weights against single bad frames */
     int ladder;          /* 0: no innovation ladder (for comparisons); default 1 */

@@ -198,7 +198,7 @@ static int is_named(const char *name, const char *owner, const char *rest)
     return strncmp(name, owner, n) == 0 && strcmp(name + n, rest) == 0;
 }
 
-/* what scatters together: frictions of joints, frictions of contacts, load and input forces */
+/* what scatters together: frictions of joints, frictions of contacts, load and inputs */
 static int group_of(const stein_model *m, const char *name)
 {
     int group = FIT__CALM;
@@ -215,8 +215,7 @@ static int group_of(const stein_model *m, const char *name)
         group = is_named(name, m->notches[i].name, ".friction.A") ? FIT__CONTACTS : group;
     }
     for (int i = 0; i < m->ninput; i++) {
-        int force = m->inputs[i].kind != STEIN_INPUT_MOTION;
-        group = force && is_named(name, m->inputs[i].name, ".gain") ? FIT__DRIVE : group;
+        group = is_named(name, m->inputs[i].name, ".gain") ? FIT__DRIVE : group;
     }
     int load = m->load.body >= 0 && is_named(name, m->bodies[m->load.body].name, ".mass");
     return load ? FIT__DRIVE : group;
