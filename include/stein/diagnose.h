@@ -80,8 +80,8 @@ typedef struct lab_candidate {
     double limit;                           /* plausible largest amount */
     double start;                           /* first secant, a share of the limit */
     int joint, channel;                     /* that it sits at, -1: none */
-    char
-        alias[2 * LAB_PLACE]; /* numbers of the file whose change is exactly this, blanks between */
+    /* numbers of the file whose change is exactly this one, blanks between */
+    char alias[2 * LAB_PLACE];
 } lab_candidate;
 
 /** All candidates of a mechanism, from its own structure. Limits follow from its weights, springs
@@ -240,8 +240,13 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
 void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
 
-/** The mechanism file with the causes in it and the numbers refitted, comments kept.
- *  @return OK, EIO, EPARSE, EINVAL (there is no cause), ENOMEM */
+/** The mechanism file with the causes in it and the numbers refitted, comments kept, and a head
+ * that says what was added and from which data. Its numbers are those of diagnosis->value, then of
+ *  lab_candidate_apply with every cause's amount and its second and third number (of the list
+ *  `number`, by name, else the candidate's own). So a number of the file that a cause moves stands
+ * in `value`, if at all, as it is before that.
+ *  @return OK, EIO, EPARSE, EINVAL (there is no cause; a number or part has no place in the file),
+ *  ENOMEM, or what lab_open returns for the mechanism with its parts */
 stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
                         stein_err *err);
 /** DIR/diagnosis.json. @return OK, EIO, ENOMEM */

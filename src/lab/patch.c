@@ -431,7 +431,7 @@ static stein_status cut_sets(mech_set **sets, char **room, const lab_options *o,
     }
     char *at = *room;
     for (int i = 0; i < o->nset; i++) {
-        strcpy(at, o->set[i]);
+        memcpy(at, o->set[i], strlen(o->set[i]) + 1);
         char *sign = strchr(at, '=');
         if (sign == NULL) {
             return lab__fail(err, STEIN_EINVAL, "override \"%s\": expected NAME=VALUE", at);
