@@ -197,8 +197,9 @@ static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
 static double joint_limit(const scales *s, const char *kind, int j)
 {
     double T = s->weight[j], E = s->energy[j], w = s->speed[j], Q = s->travel[j];
-    return strcmp(kind, "viscous_friction") == 0   ? 0.5 * E / w
-           : strcmp(kind, "quadratic_drag") == 0   ? 0.5 * E / (w * w)
+    // a fall without air is faster than one that drag balances: up to 3 times
+    return strcmp(kind, "viscous_friction") == 0   ? 1.5 * E / w
+           : strcmp(kind, "quadratic_drag") == 0   ? 5.0 * E / (w * w)
            : strcmp(kind, "coulomb_friction") == 0 ? 0.3 * T
            : strcmp(kind, "stiction_peak") == 0    ? 30.0
            : strcmp(kind, "preload") == 0          ? 0.3 * T
@@ -236,6 +237,9 @@ static void add_joint(build *b, const lab_effect *e, int j)
     }
     c->joint = j;
     c->limit = joint_limit(&b->s, e->kind, j);
+    c->start *= strcmp(e->kind, "quadratic_drag") == 0     ? 0.1
+                : strcmp(e->kind, "viscous_friction") == 0 ? 0.3
+                                                           : 1.0;
     if (strcmp(e->kind, "joint_stiffness") == 0) {
         const char *neutral = b->m->bodies[j].type == 'T' ? "spring.x0" : "spring.theta0";
         c->param[1] = find(b, name, neutral);
