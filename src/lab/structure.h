@@ -4,6 +4,7 @@
  *   surgery.c     changes in the text of a mechanism file    candidates.c  effects at places
  *   sites.c       where a part can sit                       alias.c       what says the same
  *   structure.c   the parts                                  extend.c      the extended file
+ *   bind.c        a candidate in a model
  */
 #ifndef STRUCTURE_H
 #define STRUCTURE_H
@@ -87,8 +88,10 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
                                  const char *text, size_t size, char **out, size_t *nout,
                                  stein_err *err);
 
-/* ---- candidates.c, alias.c, extend.c ---- */
+/* ---- candidates.c, alias.c ---- */
 
+/** lab_candidate_bind of an effect that is a parameter. */
+stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
 /** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note
  *  the names. @return OK, ENOMEM */
 stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, stein_err *err);

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * bind.c - a candidate in a model: its parameters there, the model that has its part, its amount.
+ *
+ * Candidates are named by kind and place, parameters by index. So a candidate is bound to every
+ * model in which it shall act, and its part, if it needs one, is written into the mechanism first.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "structure.h"
+
+/* the part is there: its numbers by name */
+static stein_status bind_part(lab_candidate *c, const lab_model *model, stein_err *err)
+{
+    const stein_model *m = lab_equations(model);
+    char name[3][LAB_PLACE];
+    lab__structure_names(c, name);
+    int at[3] = {-1, -1, -1};
+    for (int i = 0; i < 3; i++) {
+        at[i] = name[i][0] != '\0' ? stein_find_param(m, name[i]) : -1;
+        if (name[i][0] != '\0' && at[i] < 0) {
+            return lab__fail(err, STEIN_ENAME,
+                             "%s has no number %s: the part of %s at %s is absent", m->name,
+                             name[i], c->effect->kind, c->place);
+        }
+    }
+    c->nparam = 1;
+    c->param[0] = at[0];
+    c->side = at[1];
+    c->other = at[2];
+    for (int j = 0; j < m->nq; j++) {
+        c->joint = strcmp(m->bodies[j].name, c->place) == 0 ? j : c->joint;
+    }
+    return STEIN_OK;
+}
+
+stein_status lab_candidate_bind(lab_candidate *c, const lab_model *model, stein_err *err)
+{
+    return c->effect->needs != NULL ? bind_part(c, model, err)
+                                    : lab__bind_parameters(c, model, err);
+}
+
+stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *file,
+                                const lab_options *options, stein_err *err)
+{
+    lab_model *whole = NULL, *model = NULL;
+    char *text = NULL, *extended = NULL;
+    size_t size = 0, more = 0;
+    stein_status status = lab_open(&whole, file, options, err);
+    if (status == STEIN_OK && c->effect->needs != NULL) {
+        int compliance = strcmp(c->effect->size, "compliance") == 0;
+        status = lab__read_file(file, &text, &size, err);
+        status = status == STEIN_OK
+                     ? lab__structure_text(c, compliance ? c->start * c->limit : 0.0,
+                                           lab__mechanism(whole), text, size, &extended, &more, err)
+                     : status;
+        status = status == STEIN_OK ? lab__open_text(&model, file, extended, more, options, err)
+                                    : status;
+        lab_close(whole);
+    } else {
+        model = whole;
+    }
+    status = status == STEIN_OK ? lab_candidate_bind(c, model, err) : status;
+    free(text);
+    free(extended);
+    if (status != STEIN_OK) {
+        lab_close(model);
+        return status;
+    }
+    *out = model;
+    return STEIN_OK;
+}
+
+const char *lab_candidate_name(const lab_candidate *c, const char *name)
+{
+    (void)c;
+    (void)name;
+    return NULL;
+}
+
+void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
+{
+    if (amount == 0.0) {
+        return;
+    }
+    for (int i = 0; i < c->nparam; i++) {
+        double v = p[c->param[i]];
+        if (c->move == LAB_MOVE_SPRING) {
+            double k = p[c->param[0]];
+            p[c->param[1]] *= c->nparam > 1 && k + amount != 0.0 ? k / (k + amount) : 1.0;
+            p[c->param[0]] = k + amount;
+            break;
+        }
+        p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
+                         : c->move == LAB_MOVE_VALUE    ? amount
+                         : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
+                                                        : v * exp(amount);
+    }
+    if (c->side >= 0) {
+        p[c->side] = c->side_value;
+    }
+    if (c->other >= 0) {
+        p[c->other] = c->other_value;
+    }
+}
