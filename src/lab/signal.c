@@ -25,13 +25,15 @@
 
 enum { WIDTH = 4 }; /* diagonals on and above the middle one; points of a third difference */
 
+typedef double row[WIDTH];
+
 /* the banded problem: row i is the third difference of knots i .. i+3 */
 typedef struct bands {
     int m;
     const double *t;
-    double *d;     /* [m*WIDTH] D */
-    double *p;     /* [m*WIDTH] D D' from the diagonal on */
-    double *q;     /* [m*WIDTH] the upper factor of 1 + a D D' */
+    row *d;        /* [m] D */
+    row *p;        /* [m] D D' from the diagonal on */
+    row *q;        /* [m] the upper factor of 1 + a D D' */
     double *z, *y; /* [m] D u; solution */
 } bands;
 
@@ -46,16 +48,16 @@ static void fill(bands *b, const double *u)
             for (int k = 0; k < WIDTH; k++) {
                 product *= k != j ? t[j] - t[k] : 1.0;
             }
-            b->d[WIDTH * i + j] = 6.0 * root / product;
-            b->z[i] += b->d[WIDTH * i + j] * u[i + j];
+            b->d[i][j] = 6.0 * root / product;
+            b->z[i] += b->d[i][j] * u[i + j];
         }
     }
     for (int i = 0; i < b->m; i++) {
         for (int k = 0; k < WIDTH; k++) {
-            double *to = &b->p[WIDTH * i + k];
+            double *to = &b->p[i][k];
             *to = 0.0;
             for (int j = k; j < WIDTH && i + k < b->m; j++) { // knot i+j is the (j-k)th of row i+k
-                *to += b->d[WIDTH * i + j] * b->d[WIDTH * (i + k) + j - k];
+                *to += b->d[i][j] * b->d[i + k][j - k];
             }
         }
     }
@@ -63,25 +65,28 @@ static void fill(bands *b, const double *u)
 
 static void solve(bands *b, double a)
 {
-    double *q = b->q, *y = b->y;
-    for (int i = 0; i < WIDTH * b->m; i++) {
-        q[i] = a * b->p[i] + (i % WIDTH == 0 ? 1.0 : 0.0);
+    row *q = b->q;
+    double *y = b->y;
+    for (int i = 0; i < b->m; i++) {
+        for (int k = 0; k < WIDTH; k++) {
+            q[i][k] = a * b->p[i][k] + (k == 0 ? 1.0 : 0.0);
+        }
     }
     memcpy(y, b->z, sizeof *y * (size_t)b->m);
     for (int i = 0; i < b->m; i++) {
         for (int r = 1; r < WIDTH && i + r < b->m; r++) {
-            double f = q[WIDTH * i + r] / q[WIDTH * i];
+            double f = q[i][r] / q[i][0];
             y[i + r] -= f * y[i];
             for (int k = r; k < WIDTH; k++) {
-                q[WIDTH * (i + r) + k - r] -= f * q[WIDTH * i + k];
+                q[i + r][k - r] -= f * q[i][k];
             }
         }
     }
     for (int i = b->m - 1; i >= 0; i--) {
         for (int r = 1; r < WIDTH && i + r < b->m; r++) {
-            y[i] -= q[WIDTH * i + r] * y[i + r];
+            y[i] -= q[i][r] * y[i + r];
         }
-        y[i] /= q[WIDTH * i];
+        y[i] /= q[i][0];
     }
 }
 
@@ -90,7 +95,7 @@ static double taken(const bands *b, double a, int i)
 {
     double sum = 0.0;
     for (int j = 0; j < WIDTH; j++) {
-        sum += i - j >= 0 && i - j < b->m ? b->d[WIDTH * (i - j) + j] * b->y[i - j] : 0.0;
+        sum += i - j >= 0 && i - j < b->m ? b->d[i - j][j] * b->y[i - j] : 0.0;
     }
     return a * sum;
 }
@@ -126,20 +131,23 @@ static double choose(bands *b, double noise)
 static stein_status smooth(fit__signal *s, double noise, stein_err *err)
 {
     size_t n = (size_t)s->n;
-    double *room = calloc((3 * WIDTH + 2) * n, sizeof *room);
-    if (room == NULL) {
+    row *rows = calloc(3 * n, sizeof *rows);
+    double *room = calloc(2 * n, sizeof *room);
+    if (rows == NULL || room == NULL) {
+        free(rows);
+        free(room);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    bands b = {.m = s->n - 3, .t = s->t, .d = room, .p = room + WIDTH * n};
-    b.q = b.p + WIDTH * n;
-    b.z = b.q + WIDTH * n;
-    b.y = b.z + n;
+    bands b = {.m = s->n - 3, .t = s->t, .d = rows, .p = rows + n, .q = rows + 2 * n};
+    b.z = room;
+    b.y = room + n;
     fill(&b, s->g);
     double a = choose(&b, noise);
     solve(&b, a);
     for (int i = 0; i < s->n; i++) {
         s->g[i] -= taken(&b, a, i);
     }
+    free(rows);
     free(room);
     return STEIN_OK;
 }
