@@ -20,7 +20,7 @@
 #include <gsl/gsl_matrix.h>
 
 #include "inner.h"
-#include "stein/fit.h"
+#include "stein/diagnose.h"
 
 /* ---- signal.c ---- */
 
@@ -44,7 +44,9 @@ typedef enum {
     FIT__OFFSET,
     FIT__POSITION,
     FIT__SPEED,
-    FIT__SCATTER
+    FIT__SCATTER,
+    FIT__AMOUNT, /* of the effect on trial */
+    FIT__SIDE    /* its second number */
 } fit__kind;
 /** Numbers that scatter together from stroke to stroke. */
 enum { FIT__CALM, FIT__JOINTS, FIT__CONTACTS, FIT__DRIVE, FIT__GROUPS };
@@ -55,6 +57,7 @@ typedef struct fit__unknown {
     int stroke;       /* -1: of all */
     int index;        /* parameter; channel slot of the stroke; joint; group */
     int log, prior;   /* prior 0: sd is only a scale */
+    int idle;         /* stays where it is */
     double start, sd; /* of z */
 } fit__unknown;
 
@@ -84,21 +87,35 @@ typedef struct fit__problem {
     fit__stroke *stroke;
     int nstroke;
     fit__unknown *unknown;
-    int np, nu;           /* free parameters; all unknowns */
-    unsigned char *group; /* [np of the model] what each parameter scatters with */
-    int clock;            /* parameter of the recorder's time base, -1: none */
-    double *step;         /* [nu] half-width of differences, in x */
-    double gain;          /* of the ladder, 0: plain simulation */
-    double tolerance;     /* of one step [rad or m] */
-    int central;          /* differences to both sides */
-    int fixed;            /* this unknown stays (profile); -1: none */
-    int flat;             /* the prior of this unknown does not count; -1: none */
-    int samples, rows;    /* rows: largest stroke */
+    int np, nu;                 /* free parameters; all unknowns */
+    unsigned char *group;       /* [np of the model] what each parameter scatters with */
+    int clock;                  /* parameter of the recorder's time base, -1: none */
+    double *step;               /* [nu] half-width of differences, in x */
+    double gain;                /* of the ladder, 0: plain simulation */
+    double tolerance;           /* of one step [rad or m] */
+    double horizon;             /* samples after it do not count [s of the simulation] */
+    double limit;               /* fit__descend: parameters stay within so many prior sd */
+    int central;                /* differences to both sides */
+    const lab_candidate *given; /* acts anyway, by given_amount; NULL: none */
+    double given_amount;
+    const lab_candidate *effect; /* on trial, NULL: none */
+    int amount, side;            /* its unknowns; -1: no room for one */
+    int fixed;                   /* this unknown stays (profile); -1: none */
+    int flat;                    /* the prior of this unknown does not count; -1: none */
+    int samples, rows;           /* rows: largest stroke */
     int threads;
 } fit__problem;
 
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err);
+/** The same with room for an effect: two more unknowns behind the parameters, idle until
+ *  fit__problem_try. def->nfree may be 0. */
+stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
+                                    const lab_dataset *data, const lab_fit_def *def,
+                                    stein_err *err);
+/** Put an effect on trial (NULL: none). Its amount counts in limits, its second number from
+ *  side_value in quarters of its range. */
+void fit__problem_try(fit__problem *p, const lab_candidate *effect);
 void fit__problem_free(fit__problem *p);
 /** Value of an unknown at x [SI]. */
 double fit__value(const fit__unknown *u, double x);
@@ -228,6 +245,12 @@ typedef stein_status fit__checkpoint(void *ctx, const fit__state *state, stein_e
 /** Levenberg-Marquardt from the state on.
  *  @param enough  stop when the expected gain falls below enough * (1 + relative * objective)
  *  @return OK (state->ended says whether it converged), or a failure at the start itself */
+/** The same from derivatives at hand, which serve as long as the steps do what they promise: a
+ *  residual costs a stroke where new derivatives cost one for every unknown.
+ *  @param J  in: at state->x; out: the last ones     @param r  out: residuals at state->x
+ *  @param renewals  of J, at most */
+stein_status fit__descend(fit__problem *p, fit__state *state, double *J, double *r, double enough,
+                          int renewals, stein_err *err);
 stein_status fit__minimise(fit__problem *p, fit__state *state, double enough, double relative,
                            int iterations, fit__checkpoint *checkpoint, void *ctx, stein_err *err);
 

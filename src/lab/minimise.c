@@ -29,7 +29,8 @@
 
 #include "fitting.h"
 
-enum { MAX_REFUSED = 12 };
+enum { MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 5 };
+static const double far_off = 30.0;     /* objective, from where no chord leads back */
 static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
 
 /* ---- the arrow ---- */
@@ -146,8 +147,10 @@ void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, co
             n->g[u] += x[u];
         }
     }
-    if (p->fixed >= 0) {
-        pin(n, p->fixed);
+    for (int u = 0; u < p->np; u++) {
+        if (u == p->fixed || p->unknown[u].idle) {
+            pin(n, u);
+        }
     }
 }
 
@@ -314,6 +317,143 @@ static stein_status begin(fit__problem *p, fit__state *s, room *m, stein_err *er
                          p->nstroke);
     }
     s->objective = fit__chi2(p, m->r) + fit__priors(p, s->x);
+    return status;
+}
+
+/* the gradient at another point, with the same derivatives */
+static void new_gradient(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                         const double *J)
+{
+    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int a = 0; a < p->np + t->own; a++) {
+            n->g[a < p->np ? a : t->first + a - p->np] +=
+                dot(J + fit__column(p, s, a), r + fit__offset(p, s), (size_t)(t->nch * t->n));
+        }
+    }
+    for (int u = 0; u < p->nu; u++) {
+        n->g[u] += p->unknown[u].prior && u != p->flat ? x[u] : 0.0;
+        if (u < p->np && (u == p->fixed || p->unknown[u].idle)) {
+            n->g[u] = 0.0;
+        }
+    }
+}
+
+/* objective at x + dx, which may be shortened; INFINITY when it cannot be simulated */
+static double go(fit__problem *p, room *m, const double *x, stein_status *status, stein_err *err)
+{
+    double longest = 0.0;
+    int failed = 0;
+    for (int u = 0; u < p->nu; u++) {
+        longest = p->unknown[u].prior ? fmax(longest, fabs(m->dx[u])) : longest;
+    }
+    double scale = longest > longest_step ? longest_step / longest : 1.0;
+    for (int u = 0; u < p->nu; u++) {
+        double to = x[u] + scale * m->dx[u], most = p->limit;
+        int bound = u < p->np && p->unknown[u].kind == FIT__PARAM && p->unknown[u].prior;
+        m->try_x[u] = bound ? fmin(fmax(to, -most), most) : to;
+    }
+    *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
+    return *status == STEIN_OK && failed == 0 ? fit__chi2(p, m->try_r) + fit__priors(p, m->try_x)
+                                              : (double)INFINITY;
+}
+
+/* Steps with one set of derivatives. The valley of parameters that the data hardly tell apart is
+ * bent: a full step along it leaves the floor, and is refused although it leads the right way. The
+ * steps after it, with the same derivatives, go back down across the valley, where derivatives
+ * hardly change; only where all of them have led is judged. A step costs one residual, derivatives
+ * cost one for every unknown. @return 1 when the objective fell */
+static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_status *status,
+                 stein_err *err)
+{
+    double start = s->objective, last = INFINITY;
+    size_t size = sizeof *x * (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    memcpy(x, s->x, size);
+    for (int k = 0; k < CHORDS; k++) {
+        double there = go(p, m, x, status, err);
+        if (*status != STEIN_OK || !(there < far_off * start + 1e4) || (k > 1 && there > last)) {
+            break;
+        }
+        memcpy(x, m->try_x, size);
+        if (there < s->objective) {
+            memcpy(s->x, x, size);
+            memcpy(m->r, m->try_r, sizeof *m->r * rows);
+            s->objective = there;
+        }
+        if (last - there < 0.05 * fabs(start - there) || fabs(start - there) < 1.0) {
+            break;
+        }
+        last = there;
+        new_gradient(&m->normal, p, x, m->try_r, m->J);
+        fit__normal_step(&m->normal, p, m->dx);
+    }
+    return s->objective < start;
+}
+
+/* A step with damping mu in units of the priors: what the data hardly tell moves slowly, what they
+ * tell well goes all the way at once. (Marquardt's scaling does the opposite, and creeps.) */
+static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein_status *status,
+                       stein_err *err)
+{
+    fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
+    for (int u = 0; u < p->np; u++) {
+        *diagonal(&m->normal, p, u) += s->mu;
+    }
+    if (fit__normal_factor(&m->normal, p, 0.0) != 0) {
+        return 0;
+    }
+    fit__normal_step(&m->normal, p, m->dx);
+    return chord(p, s, m, x, status, err);
+}
+
+/* the search of fit__descend, from J at s->x */
+static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, double enough,
+                            int renewals, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    while (status == STEIN_OK) {
+        fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
+        s->decrement = decrement(m, p);
+        s->ended = s->decrement < enough;
+        if (s->ended) {
+            break;
+        }
+        double before = s->objective;
+        int better = 0;
+        for (int k = 0; !better && status == STEIN_OK && k < DAMPINGS; k++) {
+            better = damped_step(p, s, m, x, &status, err);
+            s->mu = better ? 0.1 * s->mu : 30.0 * fmax(s->mu, 0.03);
+        }
+        s->iteration++;
+        double fell = before - s->objective;
+        s->ended = !better || fell < enough + 1e-4 * s->objective;
+        if (s->ended || renewals-- <= 0) {
+            s->ended = s->ended && s->decrement < 100.0 * enough + 1e-3 * s->objective;
+            break;
+        }
+        status = status == STEIN_OK ? fit__sensitivities(p, s->x, m->r, m->J, err) : status;
+        fit__choose_steps(p, m->J);
+    }
+    return status;
+}
+
+stein_status fit__descend(fit__problem *p, fit__state *s, double *J, double *r, double enough,
+                          int renewals, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
+    room m = {.r = r, .J = J, .try_r = malloc(sizeof *m.try_r * (rows + 3 * nu + 1))};
+    m.dx = m.try_r + (m.try_r != NULL ? rows : 0);
+    m.try_x = m.dx + (m.try_r != NULL ? nu : 0);
+    stein_status status = fit__normal_make(&m.normal, p, err);
+    if (status == STEIN_OK && m.try_r == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    s->ended = 0;
+    status = status == STEIN_OK ? begin(p, s, &m, err) : status;
+    status = status == STEIN_OK ? descend(p, s, &m, m.try_x + nu, enough, renewals, err) : status;
+    fit__normal_free(&m.normal);
+    free(m.try_r);
     return status;
 }
 

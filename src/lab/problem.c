@@ -117,8 +117,33 @@ static stein_status take_free(fit__problem *p, stein_err *err)
         }
         p->unknown[p->np++] = free_parameter(p, index);
     }
-    p->nu = p->np;
     return STEIN_OK;
+}
+
+static void take_effect(fit__problem *p)
+{
+    p->amount = p->np++;
+    p->side = p->np++;
+    p->unknown[p->amount] = (fit__unknown){
+        .kind = FIT__AMOUNT, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
+    p->unknown[p->side] = (fit__unknown){
+        .kind = FIT__SIDE, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
+}
+
+void fit__problem_try(fit__problem *p, const lab_candidate *effect)
+{
+    fit__unknown *amount = &p->unknown[p->amount], *side = &p->unknown[p->side];
+    p->effect = effect;
+    amount->idle = effect == NULL;
+    amount->sd = effect != NULL ? effect->limit : 1.0;
+    side->idle = effect == NULL || effect->side < 0;
+    if (side->idle) {
+        return;
+    }
+    side->log = effect->side_log;
+    side->start = side->log ? log(effect->side_value) : effect->side_value;
+    side->sd = 0.25 * (side->log ? log(effect->side_hi / effect->side_lo)
+                                 : effect->side_hi - effect->side_lo);
 }
 
 /* ---- a stroke's own ---- */
@@ -230,7 +255,7 @@ static int group_acts(const fit__problem *p, int group)
         acts |= p->group[i] == group && m->params[i].value != 0.0;
     }
     for (int k = 0; k < p->np; k++) {
-        acts |= p->group[p->unknown[k].index] == group;
+        acts |= p->unknown[k].kind == FIT__PARAM && p->group[p->unknown[k].index] == group;
     }
     return acts;
 }
@@ -362,9 +387,9 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     return status;
 }
 
-static stein_status check_def(const lab_fit_def *d, int nstroke, stein_err *err)
+static stein_status check_def(const lab_fit_def *d, int nstroke, int open, stein_err *err)
 {
-    const char *bad = d->nfree < 1                                  ? "nfree"
+    const char *bad = d->nfree < !open                              ? "nfree"
                       : !(d->prior > 0.0)                           ? "prior"
                       : !(d->offset >= 0.0)                         ? "offset"
                       : !(d->trigger >= 0.0)                        ? "trigger"
@@ -378,22 +403,26 @@ static stein_status check_def(const lab_fit_def *d, int nstroke, stein_err *err)
     return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no strokes to fit to") : STEIN_OK;
 }
 
-stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
-                               const lab_fit_def *def, stein_err *err)
+static stein_status make(fit__problem *p, const lab_model *model, const lab_dataset *data,
+                         const lab_fit_def *def, int open, stein_err *err)
 {
     *p = (fit__problem){.model = model,
                         .def = def,
                         .nstroke = data->n,
                         .fixed = -1,
+                        .amount = -1,
+                        .side = -1,
                         .flat = -1,
                         .tolerance = 1e-11,
+                        .horizon = INFINITY,
+                        .limit = 3.5,
                         .threads = def->threads};
-    stein_status status = check_def(def, data->n, err);
+    stein_status status = check_def(def, data->n, open, err);
     if (status != STEIN_OK) {
         return status;
     }
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
-    size_t most = (size_t)def->nfree, nq = (size_t)lab_equations(model)->nq;
+    size_t most = (size_t)def->nfree + 2, nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }
@@ -413,6 +442,10 @@ stein_status fit__problem_make(fit__problem *p, const lab_model *model, const la
         status = take_stroke(p, s, data->stroke[s], err);
     }
     status = status == STEIN_OK ? take_free(p, err) : status;
+    if (status == STEIN_OK && open) {
+        take_effect(p);
+    }
+    p->nu = p->np;
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         own_unknowns(p, s);
     }
@@ -426,6 +459,18 @@ stein_status fit__problem_make(fit__problem *p, const lab_model *model, const la
         p->step[k] = 1e-2;
     }
     return status;
+}
+
+stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
+                               const lab_fit_def *def, stein_err *err)
+{
+    return make(p, model, data, def, 0, err);
+}
+
+stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
+                                    const lab_dataset *data, const lab_fit_def *def, stein_err *err)
+{
+    return make(p, model, data, def, 1, err);
 }
 
 void fit__problem_free(fit__problem *p)

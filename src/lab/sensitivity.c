@@ -106,12 +106,16 @@ static void one_column(void *ctx, fit__bench *b, int index)
     free(x);
 }
 
-/* columns of offsets are known: -1/noise for their channel */
-static void offset_column(const fit__problem *p, int stroke, int k, double *J)
+/* columns that are known: -1/noise for the channel of an offset, 0 for what is idle */
+static void known_column(const fit__problem *p, int stroke, int k, double *J)
 {
     const fit__stroke *s = &p->stroke[stroke];
     const fit__unknown *u = &p->unknown[unknown_of(p, stroke, k)];
     double *column = J + fit__column(p, stroke, k);
+    if (u->idle) {
+        memset(column, 0, sizeof *column * (size_t)(s->nch * s->n));
+        return;
+    }
     for (int i = 0; i < s->nch * s->n; i++) {
         double w = s->weight != NULL ? s->weight[i] : 1.0;
         int on = i / s->n == u->index && isfinite(s->y[i]);
@@ -122,7 +126,8 @@ static void offset_column(const fit__problem *p, int stroke, int k, double *J)
 static int is_simulated(const fit__problem *p, int stroke, int k)
 {
     const fit__unknown *u = &p->unknown[unknown_of(p, stroke, k)];
-    return u->kind != FIT__OFFSET || p->gain > 0.0; // the ladder's pull answers to offsets
+    return !u->idle &&
+           (u->kind != FIT__OFFSET || p->gain > 0.0); // the ladder's pull answers to offsets
 }
 
 stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
@@ -142,7 +147,7 @@ stein_status fit__sensitivities(const fit__problem *p, const double *x, const do
             if (is_simulated(p, s, k)) {
                 list[n++] = (task){s, k};
             } else {
-                offset_column(p, s, k, J);
+                known_column(p, s, k, J);
             }
         }
     }

@@ -210,9 +210,19 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
     size_t nq = (size_t)m->nq;
     memcpy(b->p, lab_parameters(p->model), sizeof *b->p * (size_t)m->np);
     for (int k = 0; k < p->np; k++) {
-        b->p[p->unknown[k].index] = fit__value(&p->unknown[k], x[k]);
+        if (p->unknown[k].kind == FIT__PARAM) {
+            b->p[p->unknown[k].index] = fit__value(&p->unknown[k], x[k]);
+        }
     }
     lab_data_apply(s->data, b->p);
+    if (p->given != NULL) {
+        lab_candidate_apply(p->given, p->given_amount, b->p);
+    }
+    if (p->effect != NULL) {
+        lab_candidate c = *p->effect;
+        c.side_value = c.side >= 0 ? fit__value(&p->unknown[p->side], x[p->side]) : 0.0;
+        lab_candidate_apply(&c, fit__value(&p->unknown[p->amount], x[p->amount]), b->p);
+    }
     scatter(p, b, s, x);
     stein_status status = stein_set_all(sim, b->p, err);
     status = status == STEIN_OK ? stein_reset(sim, err) : status;
@@ -278,6 +288,13 @@ static double frame_time(const fit__problem *p, const fit__bench *b, const fit__
     return (1.0 + error) * s->data->time[i] + tau - s->origin;
 }
 
+/* from sample i on the prediction of a channel is the data: no residual */
+static void beyond(const fit__stroke *s, int c, int i, double *y)
+{
+    size_t at = (size_t)c * (size_t)s->n + (size_t)i;
+    memcpy(y + at, s->y + at, sizeof *y * (size_t)(s->n - i));
+}
+
 static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke *s, double tau,
                         double *y, stein_err *err)
 {
@@ -285,6 +302,12 @@ static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke 
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < s->n; i++) {
         double T = frame_time(p, b, s, tau, i);
+        if (T > p->horizon) {
+            for (int c = 0; c < s->nch; c++) {
+                beyond(s, c, i, y);
+            }
+            break;
+        }
         if (T > 0.0) {
             status = p->gain > 0.0 && i > 0
                          ? pulled(p, b, s, i - 1, y, T, &h, err)
@@ -315,6 +338,12 @@ static stein_status run_delayed(const fit__problem *p, fit__bench *b, const fit_
             double t = next[a] < s->n ? frame_time(p, b, s, tau, next[a]) - delay[a] : INFINITY;
             c = t < T ? a : c;
             T = fmin(t, T);
+        }
+        if (T > p->horizon) {
+            for (int a = 0; a < s->nch; a++) {
+                beyond(s, a, next[a], y);
+            }
+            break;
         }
         if (T > stein_time(b->sim)) {
             status = fit__advance(b->sim, T, p->tolerance, &h, b->kept, err);

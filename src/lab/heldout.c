@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * heldout.c - error on strokes that nothing was fitted to.
+ *
+ * What all strokes share stays as it was fitted; a stroke's own - trigger, offsets, and what
+ * differs by itself, with the variances the fit has found - is fitted to it, as no model could know
+ * it. Both models get the same help. The error is the RMS of what is left, in units of noise.
+ *
+ * The gain is the ratio of two such errors. Its interval is a bootstrap over strokes: frames of
+ * one stroke are no independent witnesses.
+ */
+#include <gsl/gsl_rng.h>
+#include <gsl/gsl_sort.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { DRAWS = 2000, RENEWALS = 3 };
+
+/* the held-out strokes of a model, in which only their own unknowns move */
+static stein_status make_problem(diag *d, const lab_model *model, const lab_dataset *data,
+                                 const double *D, fit__problem *p, stein_err *err)
+{
+    stein_status status = fit__problem_make_open(p, model, data, &d->fit_def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    p->tolerance = d->p.tolerance;
+    for (int k = p->np; k < p->nu; k++) {
+        fit__unknown *u = &p->unknown[k];
+        u->sd *= u->kind == FIT__SCATTER ? sqrt(fmax(D[u->index - FIT__JOINTS], 1e-6)) : 1.0;
+    }
+    return STEIN_OK;
+}
+
+static stein_status fit_own(fit__problem *p, double *x, double *r, stein_err *err)
+{
+    double *J = malloc(sizeof *J * (fit__columns(p) + (size_t)p->nu + 1));
+    double *step = J != NULL ? J + fit__columns(p) : NULL;
+    int failed = 0;
+    if (J == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = fit__residuals(p, x, r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        status = lab__fail(err, STEIN_ENONFINITE, "a held-out stroke cannot be simulated");
+    }
+    status = status == STEIN_OK ? fit__sensitivities(p, x, r, J, err) : status;
+    if (status == STEIN_OK) {
+        fit__choose_steps(p, J);
+        memcpy(step, p->step, sizeof *step * (size_t)p->nu);
+        fit__state s = {.x = x, .step = step, .mu = 1e-6, .nu = 2.0};
+        status = fit__descend(p, &s, J, r, 0.3, RENEWALS, err);
+    }
+    free(J);
+    return status;
+}
+
+stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
+{
+    const lab_model *model = s != NULL && s->model != NULL ? s->model : d->model;
+    const double *from = s != NULL ? s->x : d->x;
+    *to = (diag__held){.rmse = NAN};
+    const lab_dataset *data = model != d->model ? s->held_data : d->held_data;
+    stein_status status = make_problem(d, model, data, s != NULL ? s->D : d->null_D, &to->p, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    fit__problem *p = &to->p;
+    size_t rows = fit__offset(p, p->nstroke);
+    to->x = calloc((size_t)p->nu + rows + 1, sizeof *to->x);
+    if (to->x == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    to->r = to->x + p->nu;
+    memcpy(to->x, from, sizeof *to->x * (size_t)p->np);
+    if (s != NULL) {
+        fit__problem_try(p, &s->s.candidate);
+    }
+    for (int k = 0; k < p->np; k++) {
+        p->unknown[k].idle = 1;
+    }
+    status = fit_own(p, to->x, to->r, err);
+    if (status == STEIN_OK) {
+        to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
+    }
+    return status;
+}
+
+void diag__held_free(diag__held *h)
+{
+    fit__problem_free(&h->p);
+    free(h->x);
+}
+
+/* ---- gain ---- */
+
+/* squares and samples of a channel (-1: all) and phase (NULL: all) of a stroke */
+static void sums(const fit__problem *p, const double *r, const char *const *phase, int s,
+                 int channel, const char *want, double *square, double *n)
+{
+    const fit__stroke *t = &p->stroke[s];
+    *square = *n = 0.0;
+    for (int i = 0; i < t->nch * t->n; i++) {
+        int c = i / t->n, at = (int)diag__row(p, s) + i % t->n;
+        double unit = channel < 0 ? 1.0 : t->noise[c];
+        if (isfinite(t->y[i]) && (channel < 0 || t->channel[c] == channel) &&
+            (want == NULL || phase[at] == want)) {
+            double v = unit * r[fit__offset(p, s) + (size_t)i];
+            *square += v * v;
+            *n += 1.0;
+        }
+    }
+}
+
+static void interval(const double *before, const double *after, int n, lab_gain *g)
+{
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    double *ratio = malloc(sizeof *ratio * DRAWS);
+    if (rng != NULL && ratio != NULL) {
+        gsl_rng_set(rng, 1788);
+        for (int d = 0; d < DRAWS; d++) {
+            double b = 0.0, a = 0.0;
+            for (int i = 0; i < n; i++) {
+                unsigned long k = gsl_rng_uniform_int(rng, (unsigned long)n);
+                b += before[k];
+                a += after[k];
+            }
+            ratio[d] = b > 0.0 ? sqrt(a / b) : 1.0;
+        }
+        gsl_sort(ratio, 1, DRAWS);
+        g->lo = ratio[(int)(0.025 * DRAWS)];
+        g->hi = ratio[(int)(0.975 * DRAWS)];
+    }
+    gsl_rng_free(rng);
+    free(ratio);
+}
+
+/* @return samples */
+static int measure(const diag__held *before, const diag__held *after, const char *const *phase,
+                   int channel, const char *want, lab_gain *g, stein_err *err, stein_status *status)
+{
+    const fit__problem *p = &before->p;
+    double *b = malloc(sizeof *b * (size_t)(2 * p->nstroke + 1)), *a = b + p->nstroke;
+    double sb = 0.0, sa = 0.0, all = 0.0;
+    if (b == NULL) {
+        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return 0;
+    }
+    for (int s = 0; s < p->nstroke; s++) {
+        double n = 0.0;
+        sums(p, before->r, phase, s, channel, want, &b[s], &n);
+        sums(&after->p, after->r, phase, s, channel, want, &a[s], &n);
+        sb += b[s];
+        sa += a[s];
+        all += n;
+    }
+    g->samples = (int)all;
+    g->rmse_before = all > 0.0 ? sqrt(sb / all) : NAN;
+    g->rmse_after = all > 0.0 ? sqrt(sa / all) : NAN;
+    g->ratio = sb > 0.0 ? sqrt(sa / sb) : NAN;
+    g->lo = g->hi = NAN;
+    if (all > 0.0) {
+        interval(b, a, p->nstroke, g);
+    }
+    free(b);
+    return g->samples;
+}
+
+stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag__held *after,
+                        const char *const *phase, stein_err *err)
+{
+    const fit__problem *p = &before->p;
+    const stein_model *m = lab_equations(p->model);
+    stein_status status = STEIN_OK;
+    out->gain.noise = 1.0;
+    measure(before, after, phase, -1, NULL, &out->gain, err, &status);
+    out->gains = calloc((size_t)m->nchannel * (DIAG_PHASES + 1) + 1, sizeof *out->gains);
+    if (out->gains == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int c = 0; status == STEIN_OK && c < m->nchannel; c++) {
+        double noise = NAN;
+        for (int k = 0; k < p->stroke[0].nch; k++) {
+            noise = p->stroke[0].channel[k] == c ? p->stroke[0].noise[k] : noise;
+        }
+        for (int f = -1; isfinite(noise) && f < DIAG_PHASES; f++) {
+            lab_gain *g = &out->gains[out->ngain];
+            *g = (lab_gain){.channel = m->channels[c].name,
+                            .unit = m->channels[c].unit,
+                            .phase = f < 0 ? NULL : diag__phase[f],
+                            .noise = noise};
+            out->ngain += measure(before, after, phase, c, g->phase, g, err, &status) > 0;
+        }
+    }
+    return status;
+}

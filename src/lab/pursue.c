@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * pursue.c - the null fit, which follows the strokes from their beginning.
+ *
+ * A model that lacks an effect, or starts from wrong numbers, runs away from the data: after an
+ * escapement that comes a little late everything is different, and a fit to the whole stroke ends
+ * in a false minimum a thousand noises from the data, from where no suspect looks right. So the
+ * horizon grows: only samples up to it count. As long as the model fits, the next samples are near.
+ *
+ * The same idea as multiple shooting's or an observer's (Vyasarayani et al. 2012), but the model
+ * runs free: what is not in it cannot be made up for by forces that pull it to the data. And early
+ * horizons are cheap.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+/* shares of the longest stroke */
+static const double horizon[] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1.0};
+enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 2, RENEWALS_LAST = 5 };
+static const double enough = 0.3;
+
+static double longest(const fit__problem *p)
+{
+    double T = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        T = fmax(T, t->data->time[t->n - 1] - t->origin);
+    }
+    return T;
+}
+
+/* from d->x at the present horizon */
+static stein_status settle(diag *d, int renewals, stein_err *err)
+{
+    fit__problem *p = &d->p;
+    int failed = 0;
+    double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
+    if (step == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = fit__residuals(p, d->x, d->r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        status = lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
+                           p->nstroke);
+    }
+    status = status == STEIN_OK ? fit__sensitivities(p, d->x, d->r, d->J, err) : status;
+    if (status == STEIN_OK) {
+        fit__choose_steps(p, d->J);
+        memcpy(step, p->step, sizeof *step * (size_t)p->nu);
+        fit__state s = {.x = d->x, .step = step, .mu = 0.0, .nu = 2.0};
+        status = fit__descend(p, &s, d->J, d->r, enough, renewals, err);
+        d->objective = s.objective;
+        d->ended = s.ended;
+        d->out->fits++;
+    }
+    free(step);
+    return status;
+}
+
+stein_status diag__pursue(diag *d, stein_err *err)
+{
+    double T = longest(&d->p);
+    stein_status status = STEIN_OK;
+    fit__problem_try(&d->p, NULL);
+    for (int h = 0; status == STEIN_OK && h < (int)HORIZONS; h++) {
+        int last = h + 1 == (int)HORIZONS;
+        d->p.horizon = last ? (double)INFINITY : horizon[h] * T;
+        status = settle(d, last ? RENEWALS_LAST : RENEWALS, err);
+    }
+    // of the last derivatives to where they led is a short way
+    status = status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
+    return status;
+}

@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * rank.c - which suspects the residual looks like.
+ *
+ * At the null fit the strokes are linear in all unknowns (mixed.h):
+ *
+ *      d_s = F_s beta + Z_s u_s + G_s alpha + e,     d = r - J x,  F = -dr/dp,  Z = -dr/du
+ *
+ * beta the parameters with their priors; u what differs from stroke to stroke: trigger and offsets
+ * with theirs, friction and drive with variances D that are estimated, for every suspect anew. What
+ * a suspect gains is the fall of -2 log marginal likelihood,
+ *
+ *      gain_k = L(null) - L(with k),    the prior of its amount: one limit
+ *
+ * which needs no further price for a parameter more. Linear gains are right to a few percent at
+ * best - enough to choose whom to fit in full, not enough to accuse.
+ */
+#include <gsl/gsl_sort.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { ROUNDS = 40, SLOTS = 64 };
+static const double most_scatter = 6.25; /* variance, in those of the prior */
+static const double promising = 0.05;    /* share of the best score */
+static const double beyond = 1.5;        /* amounts up to so many limits are thinkable */
+
+/* ---- the mixed model of a problem ---- */
+
+/* what differs from stroke to stroke: kind and index of each column of Z */
+typedef struct slots {
+    int n;
+    fit__kind kind[SLOTS];
+    int index[SLOTS], class[SLOTS];
+} slots;
+
+static int index_of(const fit__stroke *t, const fit__unknown *u)
+{
+    return u->kind == FIT__OFFSET ? t->channel[u->index] : u->index;
+}
+
+static int slot_of(const slots *l, const fit__stroke *t, const fit__unknown *u)
+{
+    for (int i = 0; i < l->n; i++) {
+        if (l->kind[i] == u->kind && l->index[i] == index_of(t, u)) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static void find_slots(slots *l, const fit__problem *p)
+{
+    l->n = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int k = 0; k < t->own; k++) {
+            const fit__unknown *u = &p->unknown[t->first + k];
+            if (slot_of(l, t, u) < 0 && l->n < SLOTS) {
+                l->kind[l->n] = u->kind;
+                l->index[l->n] = index_of(t, u);
+                l->class[l->n++] = u->kind == FIT__SCATTER ? u->index - FIT__JOINTS : -1;
+            }
+        }
+    }
+}
+
+/* parameters that are fitted */
+static int free_ones(const fit__problem *p, int *list)
+{
+    int n = 0;
+    for (int k = 0; k < p->np; k++) {
+        if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
+            list[n++] = k;
+        }
+    }
+    return n;
+}
+
+static void negative(double *to, const double *from, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        to[i] = -from[i];
+    }
+}
+
+/* columns of a stroke: F, the suspects, d, Z */
+static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, const double *x,
+                 const double *J, const double *r, const int *beta, const double *const *column,
+                 double *C)
+{
+    const fit__stroke *t = &p->stroke[s];
+    size_t n = (size_t)(t->nch * t->n), at = fit__offset(p, s);
+    double *d = C + (size_t)(m->nf + m->nc) * n, *Z = d + n;
+    memset(C, 0, sizeof *C * n * (size_t)(m->ncol + m->nz));
+    memcpy(d, r + at, sizeof *d * n);
+    for (int k = 0; k < p->np + t->own; k++) {
+        int u = k < p->np ? k : t->first + k - p->np;
+        const double *j = J + fit__column(p, s, k);
+        for (size_t i = 0; x[u] != 0.0 && i < n; i++) {
+            d[i] -= j[i] * x[u];
+        }
+        int slot = k < p->np ? -1 : slot_of(l, t, &p->unknown[u]);
+        if (slot >= 0) {
+            negative(Z + (size_t)slot * n, j, n);
+        }
+    }
+    for (int k = 0; k < m->nf; k++) {
+        negative(C + (size_t)k * n, J + fit__column(p, s, beta[k]), n);
+    }
+    for (int k = 0; k < m->nc; k++) {
+        negative(C + (size_t)(m->nf + k) * n, column[k] + at, n);
+    }
+    lab__mixed_stroke(m, s, (int)n, C);
+}
+
+/* @param column [nc] each of all rows */
+static stein_status build(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                          const double *r, const double *const *column, int nc, stein_err *err)
+{
+    slots l;
+    int *beta = malloc(sizeof *beta * (size_t)(p->np + 1));
+    lab__scatter scatter[DIAG_CLASSES];
+    find_slots(&l, p);
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        scatter[i] = (lab__scatter){1.0, most_scatter};
+    }
+    int nf = beta != NULL ? free_ones(p, beta) : 0;
+    *m = (lab__mixed){.nf = 0};
+    stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
+                                                         scatter, DIAG_CLASSES, err)
+                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));
+    if (status == STEIN_OK && C == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        fill(m, p, &l, s, x, J, r, beta, column, C);
+    }
+    free(C);
+    free(beta);
+    return status;
+}
+
+/* a parameter's column over all rows */
+static double *gather(const fit__problem *p, const double *J, int k)
+{
+    double *to = malloc(sizeof *to * (fit__offset(p, p->nstroke) + 1));
+    for (int s = 0; to != NULL && s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        memcpy(to + fit__offset(p, s), J + fit__column(p, s, k),
+               sizeof *to * (size_t)(t->nch * t->n));
+    }
+    return to;
+}
+
+double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
+                        double *D, double *sd)
+{
+    lab__mixed m;
+    int nwith = 0, with[2] = {0, 1}, k[2] = {p->amount, p->side};
+    double *column[2] = {NULL, NULL}, objective = INFINITY;
+    while (nwith < 2 && k[nwith] >= 0 && !p->unknown[k[nwith]].idle) {
+        column[nwith] = gather(p, J, k[nwith]);
+        nwith += column[nwith] != NULL ? 1 : 3;
+    }
+    if (nwith < 3 &&
+        build(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK) {
+        int n = m.nf + nwith;
+        double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
+        double *all = beta + (beta != NULL ? n : 0);
+        if (beta != NULL) {
+            objective = lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
+            memcpy(D, m.D, sizeof m.D);
+        }
+        int *list = malloc(sizeof *list * (size_t)(p->np + 1));
+        int nf = list != NULL ? free_ones(p, list) : 0;
+        memset(sd, 0, sizeof *sd * (size_t)p->np);
+        for (int i = 0; beta != NULL && i < nf + nwith; i++) {
+            sd[i < nf ? list[i] : k[i - nf]] = sqrt(fmax(0.0, all[i * n + i]));
+        }
+        free(list);
+        free(beta);
+        lab__mixed_free(&m);
+    }
+    free(column[0]);
+    free(column[1]);
+    return objective;
+}
+
+/* ---- scores ---- */
+
+static int by_score(const void *a, const void *b)
+{
+    const diag__suspect *x = a, *y = b;
+    double sx = isfinite(x->s.score) ? x->s.score : -1e300;
+    double sy = isfinite(y->s.score) ? y->s.score : -1e300;
+    return sx > sy ? -1 : sx < sy;
+}
+
+static void note_amount(diag__suspect *s, double amount)
+{
+    const lab_effect *e = s->s.candidate.effect;
+    s->s.amount = amount * s->s.candidate.limit;
+    s->s.possible = fabs(amount) < beyond && (e->both_signs || amount > 0.0);
+    if (!s->s.possible) {
+        s->s.why = e->both_signs || amount > 0.0 ? "it would have to be larger than is thinkable"
+                                                 : "it would have to be negative";
+    }
+}
+
+static void score_one(diag *d, lab__mixed *m, int index, int k, double *beta)
+{
+    diag__suspect *s = &d->suspect[index];
+    memcpy(m->D, d->null_D, sizeof m->D);
+    double with = lab__mixed_scatter(m, &k, 1, 12, beta, NULL);
+    s->s.score = d->null_objective - with;
+    note_amount(s, beta[m->nf]);
+}
+
+static stein_status scores(diag *d, lab__mixed *m, const int *index, int n, stein_err *err)
+{
+    size_t nc = (size_t)n;
+    double *room = calloc((size_t)m->nf + 2 + 3 * nc + nc * nc, sizeof *room);
+    unsigned char *use = calloc(nc + 1, 1);
+    if (room == NULL || use == NULL) {
+        free(room);
+        free(use);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    double *beta = room, *score = beta + m->nf + 2, *epc = score + nc, *info = epc + nc,
+           *corr = info + nc, best = 0.0;
+    d->null_objective = lab__mixed_scatter(m, NULL, 0, ROUNDS, beta, NULL);
+    memcpy(d->null_D, m->D, sizeof m->D);
+    lab__mixed_score(m, score, epc, info, corr);
+    for (int i = 0; i < n; i++) {
+        note_amount(&d->suspect[index[i]], epc[i]);
+        use[i] = info[i] > 0.0;
+        best = d->suspect[index[i]].s.possible ? fmax(best, fabs(score[i])) : best;
+    }
+    d->p_value = lab__family_p(corr, use, n, best, d->p.nstroke > 2 ? d->p.nstroke - 1 : 1);
+    for (int i = 0; i < n; i++) {
+        d->suspect[index[i]].s.why = NULL;
+        score_one(d, m, index[i], i, beta);
+    }
+    free(room);
+    free(use);
+    return STEIN_OK;
+}
+
+/* G of all that have one */
+static int columns_of(const diag *d, const double **column, int *index)
+{
+    int n = 0;
+    for (int i = 0; i < d->n; i++) {
+        const diag__suspect *s = &d->suspect[i];
+        if (s->s.why == NULL && s->G != NULL &&
+            (d->p.given == NULL || (s->promising && s->model == NULL))) {
+            column[n] = s->G;
+            index[n++] = i;
+        }
+    }
+    return n;
+}
+
+stein_status diag__rank(diag *d, stein_err *err)
+{
+    const double **column = malloc(sizeof *column * (size_t)(d->n + 1));
+    int *index = malloc(sizeof *index * (size_t)(d->n + 1));
+    int n = column != NULL && index != NULL ? columns_of(d, column, index) : 0;
+    lab__mixed m = {.nf = 0};
+    stein_status status = column != NULL && index != NULL
+                              ? build(&m, &d->p, d->x, d->J, d->r, column, n, err)
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    status = status == STEIN_OK ? scores(d, &m, index, n, err) : status;
+    lab__mixed_free(&m);
+    free(column);
+    free(index);
+    qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_score);
+    for (int i = 0; i < d->n; i++) {
+        d->suspect[i].promising = d->suspect[i].s.score > promising * d->suspect[0].s.score;
+    }
+    return status;
+}
+
+/* ---- in the leader's place ---- */
+
+/* unknowns where candidate k stands in the leader's place */
+static stein_status start_of(diag *d, diag__suspect *s, lab__mixed *m, int k, const double *beta,
+                             stein_err *err)
+{
+    const fit__problem *p = &d->p;
+    slots l;
+    double u[SLOTS];
+    int *list = malloc(sizeof *list * (size_t)(p->np + 1));
+    if (s->start == NULL) {
+        s->start = malloc(sizeof *s->start * (size_t)p->nu);
+    }
+    if (list == NULL || s->start == NULL) {
+        free(list);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memset(s->start, 0, sizeof *s->start * (size_t)p->nu);
+    int nf = free_ones(p, list);
+    for (int i = 0; i < nf; i++) {
+        s->start[list[i]] = beta[i];
+    }
+    s->start[p->amount] = beta[nf];
+    find_slots(&l, p);
+    for (int a = 0; a < p->nstroke; a++) {
+        const fit__stroke *t = &p->stroke[a];
+        lab__mixed_effects(m, a, &k, 1, beta, u);
+        for (int i = 0; i < t->own; i++) {
+            int slot = slot_of(&l, t, &p->unknown[t->first + i]);
+            s->start[t->first + i] = slot >= 0 ? u[slot] : 0.0;
+        }
+    }
+    free(list);
+    return STEIN_OK;
+}
+
+stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
+{
+    const double **column = malloc(sizeof *column * (size_t)(d->n + 2));
+    int *index = malloc(sizeof *index * (size_t)(d->n + 2));
+    double *own = gather(&d->p, leader->J, d->p.amount), *beta = NULL;
+    int memory = column != NULL && index != NULL && own != NULL;
+    int n = memory ? columns_of(d, column, index) : 0, at = (int)(leader - d->suspect);
+    lab__mixed m = {.nf = 0};
+    if (memory) {
+        column[n] = own; // d is free of the leader's effect only when its column is among these
+    }
+    stein_status status =
+        memory ? build(&m, &d->p, leader->x, leader->J, leader->r, column, n + 1, err)
+               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    beta = malloc(sizeof *beta * (size_t)(m.nf + 2));
+    if (status == STEIN_OK && beta == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int k = 0; status == STEIN_OK && k < n; k++) {
+        diag__suspect *s = &d->suspect[index[k]];
+        memcpy(m.D, leader->D, sizeof m.D);
+        s->swap = lab__mixed_scatter(&m, &k, 1, 12, beta, NULL);
+        note_amount(s, beta[m.nf]);
+        s->swap = s->s.possible && index[k] != at ? s->swap : (double)INFINITY;
+        if (index[k] == at) {
+            s->s.amount = leader->x[d->p.amount] * s->s.candidate.limit;
+            s->s.possible = 1;
+            s->s.why = NULL;
+        }
+        status = isfinite(s->swap) ? start_of(d, s, &m, k, beta, err) : status;
+    }
+    lab__mixed_free(&m);
+    free(column);
+    free(index);
+    free(own);
+    free(beta);
+    return status;
+}

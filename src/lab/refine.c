@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * refine.c - full fits of the best suspects, and of what could stand in their place.
+ *
+ *   1. every suspect that the linear scores do not rule out is fitted with all other unknowns,
+ *      first with one renewal of the derivatives, the leading ones until they end
+ *   2. at the end of the leader - there the model describes the data, so linear predictions are as
+ *      good as they can be - all suspects are scored again, each in the leader's place, and those
+ *      that come near are fitted from there
+ *   3. if one of them leads now, once more
+ *
+ * Scores at the null fit alone name the wrong one more often: what is missing has bent all
+ * parameters by then.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { FIRST = 16, LEADERS = 3, IN_PLACE = 4, ROUNDS = 2, RENEW_FIRST = 0, RENEW_LEADERS = 2 };
+static const double worth = 0.08; /* linear gains below that share of the best are left out */
+static const double nearly = 0.5; /* in the leader's place: what loses less than that share */
+
+/* an amount at which it can be simulated: parts have no 0 */
+static double least_amount(const diag__suspect *s)
+{
+    return s->model != NULL ? s->step : 0.0;
+}
+
+static stein_status make_room(diag *d, diag__suspect *s, stein_err *err)
+{
+    const fit__problem *p = diag__problem(d, s);
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    if (s->x == NULL) {
+        s->x = malloc(sizeof *s->x * (nu + rows + fit__columns(p) + (size_t)p->np + 1));
+        s->r = s->x != NULL ? s->x + nu : NULL;
+        s->J = s->x != NULL ? s->r + rows : NULL;
+        s->sd = s->x != NULL ? s->J + fit__columns(p) : NULL;
+    }
+    return s->x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* derivatives at hand: those of the base, and the suspect's own column */
+static void borrow(const fit__problem *p, const double *J, const double *G, double *to)
+{
+    memcpy(to, J, sizeof *to * fit__columns(p));
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        size_t n = (size_t)(t->nch * t->n);
+        memcpy(to + fit__column(p, s, p->amount), G + fit__offset(p, s), sizeof *to * n);
+        memset(to + fit__column(p, s, p->side), 0, sizeof *to * n);
+    }
+}
+
+/* the fit of a suspect, from s->x with s->J */
+static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
+    if (step == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    p->horizon = INFINITY;
+    fit__problem_try(p, &s->s.candidate);
+    fit__choose_steps(p, s->J);
+    memcpy(step, p->step, sizeof *step * (size_t)p->nu);
+    fit__state state = {.x = s->x, .step = step, .mu = 0.0, .nu = 2.0};
+    stein_status status = fit__descend(p, &state, s->J, s->r, 0.3, renewals, err);
+    if (status == STEIN_OK) {
+        s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd);
+        s->ended = state.ended;
+        s->s.refitted = 1;
+        s->s.gain = d->null_objective - s->objective;
+        s->s.amount = s->x[p->amount] * s->s.candidate.limit;
+        s->s.chi2_dof = fit__chi2(p, s->r) / fmax(1.0, p->samples - p->nu);
+        d->out->fits++;
+    }
+    fit__problem_try(p, NULL);
+    free(step);
+    return status;
+}
+
+/* numerical failures are the suspect's misfortune */
+static stein_status attempt(diag *d, diag__suspect *s, int renewals, stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = fit_on(d, s, renewals, &why);
+    if (status == STEIN_ENOMEM) {
+        return lab__fail(err, status, "out of memory");
+    }
+    if (status != STEIN_OK) {
+        s->s.why = "it could not be fitted";
+        s->objective = INFINITY;
+    }
+    return STEIN_OK;
+}
+
+static int by_objective(const void *a, const void *b)
+{
+    const diag__suspect *x = a, *y = b;
+    if (x->objective < y->objective || y->objective < x->objective) {
+        return x->objective < y->objective ? -1 : 1;
+    }
+    double sx = isfinite(x->s.score) ? x->s.score : -1e300;
+    double sy = isfinite(y->s.score) ? y->s.score : -1e300;
+    return sx > sy ? -1 : sx < sy;
+}
+
+static void judge_size(diag *d, diag__suspect *s)
+{
+    const fit__problem *p = diag__problem(d, s);
+    double amount = s->x[p->amount];
+    s->s.possible = s->s.candidate.effect->both_signs || amount > 0.0;
+    if (fabs(amount) > 2.0 || !s->s.possible) {
+        s->s.possible = 0;
+        s->s.why = "its amount is not physical";
+        s->objective = INFINITY;
+    }
+}
+
+static void sort(diag *d)
+{
+    for (int i = 0; i < d->n; i++) {
+        if (d->suspect[i].s.refitted && isfinite(d->suspect[i].objective)) {
+            judge_size(d, &d->suspect[i]);
+        }
+    }
+    qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_objective);
+}
+
+/* ---- from the null fit ---- */
+
+static stein_status from_null(diag *d, stein_err *err)
+{
+    int tried = 0;
+    double best = d->n > 0 ? d->suspect[0].s.score : 0.0;
+    for (int i = 0; i < d->n && tried < FIRST; i++) {
+        diag__suspect *s = &d->suspect[i];
+        const fit__problem *p = diag__problem(d, s);
+        if (s->never != NULL || s->G == NULL || !(s->s.score > worth * best) || !s->s.possible) {
+            continue;
+        }
+        stein_status status = make_room(d, s, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        memcpy(s->x, d->x, sizeof *s->x * (size_t)p->nu);
+        s->x[p->amount] = least_amount(s);
+        borrow(p, d->J, s->G, s->J);
+        status = attempt(d, s, RENEW_FIRST, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        tried++;
+    }
+    sort(d);
+    for (int i = 0; i < d->n && i < LEADERS; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (s->s.refitted && isfinite(s->objective) && !s->ended) {
+            stein_status status = attempt(d, s, RENEW_LEADERS, err);
+            if (status != STEIN_OK) {
+                return status;
+            }
+        }
+    }
+    sort(d);
+    return STEIN_OK;
+}
+
+/* ---- in the leader's place ---- */
+
+/* G of all suspects at the leader's end, scored in its place; x of the promising ones */
+static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
+{
+    fit__problem *p = &d->p;
+    double amount = leader->x[p->amount];
+    lab_candidate given = leader->s.candidate;
+    if (given.side >= 0) {
+        fit__problem_try(p, &given);
+        given.side_value = fit__value(&p->unknown[p->side], leader->x[p->side]);
+        fit__problem_try(p, NULL);
+    }
+    p->given = &given;
+    p->given_amount = amount * given.limit;
+    double *x = d->x, *r = d->r; // changes are taken around the leader
+    d->x = leader->x;
+    d->r = leader->r;
+    stein_status status = diag__changes(d, err);
+    d->x = x;
+    d->r = r;
+    p->given = NULL;
+    return status == STEIN_OK ? diag__in_place(d, leader, err) : status;
+}
+
+static stein_status in_place(diag *d, int *changed, stein_err *err)
+{
+    if (d->suspect[0].model != NULL || !isfinite(d->suspect[0].objective)) {
+        return STEIN_OK; // candidates are bound to the mechanism of the file
+    }
+    double L = d->suspect[0].objective, lost = nearly * fmax(d->null_objective - L, 30.0);
+    stein_status status = swap(d, &d->suspect[0], err);
+    for (int n = 0; status == STEIN_OK && n < IN_PLACE;) {
+        diag__suspect *next = NULL;
+        for (int i = 1; i < d->n; i++) {
+            diag__suspect *s = &d->suspect[i];
+            if (s->swap < L + lost && s->swap < s->objective - 3.0 && s->start != NULL &&
+                (next == NULL || s->swap < next->swap)) {
+                next = s;
+            }
+        }
+        if (next == NULL) {
+            break;
+        }
+        status = make_room(d, next, err);
+        if (status == STEIN_OK) {
+            const fit__problem *p = diag__problem(d, next);
+            memcpy(next->x, next->start, sizeof *next->x * (size_t)p->nu);
+            borrow(p, d->suspect[0].J, next->G, next->J);
+            status = attempt(d, next, 1, err);
+        }
+        next->swap = INFINITY;
+        n++;
+    }
+    const lab_effect *kind = d->suspect[0].s.candidate.effect;
+    char place[LAB_PLACE];
+    memcpy(place, d->suspect[0].s.candidate.place, sizeof place);
+    sort(d);
+    *changed = d->suspect[0].s.candidate.effect != kind ||
+               strcmp(d->suspect[0].s.candidate.place, place) != 0;
+    return status;
+}
+
+stein_status diag__refit(diag *d, stein_err *err)
+{
+    stein_status status = from_null(d, err);
+    for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
+        status = in_place(d, &changed, err);
+        if (status == STEIN_OK && changed && !d->suspect[0].ended) {
+            status = attempt(d, &d->suspect[0], RENEW_LEADERS, err);
+        }
+    }
+    sort(d);
+    return status;
+}

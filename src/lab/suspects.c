@@ -1,0 +1,361 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * suspects.c - what each candidate would change in the strokes.
+ *
+ *      G = (r(x0, a) - r(x0)) / a
+ *
+ * with x0 the fit without it and r the weighted residuals of all strokes. An effect may begin
+ * one-sided or with zero slope (a gap that is never reached), so a derivative at a = 0 says little:
+ * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS).
+ * A share of the limit instead, the same for all, named a fifth fewer causes.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+static const double wanted = 1.0;    /* RMS change [noise] */
+static const double visible = 0.01;  /* less than that at the limit shows in no record */
+static const double smallest = 1e-6; /* amount [limits] */
+enum { SIZINGS = 5 };
+
+fit__problem *diag__problem(diag *d, diag__suspect *s)
+{
+    return s->fit != NULL ? s->fit : &d->p;
+}
+
+/* ---- simulating with a suspect ---- */
+
+typedef struct trial {
+    const fit__problem *p;
+    const double *x, *r0; /* of the null fit, all unknowns */
+    diag__suspect **suspect;
+    const int *stroke;
+    int nstroke;
+    unsigned char *failed; /* [suspects*strokes] */
+    double *square;        /* [suspects*strokes] change, then divided by nothing */
+} trial;
+
+/* one suspect on one stroke */
+static void one(void *ctx, fit__bench *b, int job)
+{
+    trial *t = ctx;
+    diag__suspect *s = t->suspect[job / t->nstroke];
+    int stroke = t->stroke[job % t->nstroke];
+    const fit__stroke *data = &t->p->stroke[stroke];
+    size_t at = fit__offset(t->p, stroke), n = (size_t)(data->nch * data->n);
+    fit__problem p = *t->p; // this thread's: with the suspect in it
+    fit__unknown *unknown = malloc(sizeof *unknown * (size_t)p.nu);
+    double *x = malloc(sizeof *x * (size_t)p.nu);
+    t->failed[job] = 1;
+    if (unknown != NULL && x != NULL) {
+        memcpy(unknown, p.unknown, sizeof *unknown * (size_t)p.nu);
+        memcpy(x, t->x, sizeof *x * (size_t)p.nu);
+        p.unknown = unknown;
+        fit__problem_try(&p, &s->s.candidate);
+        x[p.amount] = s->step;
+        t->failed[job] = fit__simulate(&p, b, stroke, x, s->G + at, NULL) != STEIN_OK;
+    }
+    free(unknown);
+    free(x);
+    if (t->failed[job]) {
+        return;
+    }
+    fit__weigh(data, s->G + at);
+    t->square[job] = 0.0;
+    for (size_t i = at; i < at + n; i++) {
+        s->G[i] -= t->r0[i];
+        t->square[job] += s->G[i] * s->G[i];
+        s->G[i] /= s->step;
+    }
+}
+
+static int samples_of(const fit__problem *p, const int *stroke, int n)
+{
+    int sum = 0;
+    for (int i = 0; i < n; i++) {
+        sum += p->stroke[stroke[i]].samples;
+    }
+    return sum > 0 ? sum : 1;
+}
+
+/* RMS change of suspect i over the strokes of a trial, INFINITY when one failed */
+static double change_of(const trial *t, int i)
+{
+    double sum = 0.0;
+    for (int k = 0; k < t->nstroke; k++) {
+        sum += t->failed[i * t->nstroke + k] ? (double)INFINITY : t->square[i * t->nstroke + k];
+    }
+    return sqrt(sum / samples_of(t->p, t->stroke, t->nstroke));
+}
+
+static stein_status try_all(diag *d, trial *t, int nsuspect, stein_err *err)
+{
+    size_t jobs = (size_t)nsuspect * (size_t)t->nstroke;
+    t->failed = calloc(jobs + 1, 1);
+    t->square = calloc(jobs + 1, sizeof *t->square);
+    d->out->strokes_simulated += (int)jobs;
+    return t->failed != NULL && t->square != NULL ? fit__parallel(t->p, (int)jobs, one, t, err)
+                                                  : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static void trial_free(trial *t)
+{
+    free(t->failed);
+    free(t->square);
+}
+
+/* ---- the size of the secant ---- */
+
+/* a new step for one that made this change. @return 1 when it will do as it is */
+static int resize(diag__suspect *s, double change)
+{
+    if (!isfinite(change)) {
+        s->step *= 0.1;
+        return 0;
+    }
+    if (change > 0.15 * wanted && change < 6.0 * wanted) {
+        return 1;
+    }
+    if (change < wanted && s->step >= 1.0) {
+        s->s.why = change < visible ? "it would not show in these strokes" : NULL;
+        return 1;
+    }
+    double factor = change > 0.0 ? wanted / change : 20.0;
+    s->step = fmin(1.0, s->step * fmin(fmax(factor, 1e-3), 20.0));
+    return 0;
+}
+
+/* steps of those suspects, from two strokes */
+static stein_status size_steps(diag *d, const fit__problem *p, diag__suspect **list, int n,
+                               stein_err *err)
+{
+    int some[1] = {p->nstroke / 2};
+    diag__suspect **open = malloc(sizeof *open * (size_t)(n + 1));
+    stein_status status = open != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        open[i] = list[i];
+        list[i]->step = list[i]->step > 0.0 ? list[i]->step : list[i]->s.candidate.start;
+    }
+    for (int round = 0; status == STEIN_OK && n > 0 && round < SIZINGS; round++) {
+        trial t = {.p = p, .x = d->x, .r0 = d->r, .suspect = open, .stroke = some, .nstroke = 1};
+        status = try_all(d, &t, n, err);
+        int left = 0;
+        for (int i = 0; status == STEIN_OK && i < n; i++) {
+            int done = resize(open[i], change_of(&t, i));
+            if (!done && open[i]->step < smallest) {
+                open[i]->s.why = "no amount of it can be simulated";
+                done = 1;
+            }
+            if (!done) {
+                open[left++] = open[i];
+            }
+        }
+        n = left;
+        trial_free(&t);
+    }
+    free(open);
+    return status;
+}
+
+/* G of suspects that are simulated in the same problem */
+static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **list, int n,
+                               stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke);
+    int *stroke = malloc(sizeof *stroke * (size_t)(p->nstroke + 1));
+    int left = 0;
+    for (int i = 0; stroke != NULL && i < n; i++) {
+        if (list[i]->G == NULL) {
+            list[i]->G = calloc(rows + 1, sizeof *list[i]->G);
+        }
+        if (list[i]->G == NULL) {
+            n = -1;
+        }
+    }
+    if (stroke == NULL || n < 0) {
+        free(stroke);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int s = 0; s < p->nstroke; s++) {
+        stroke[s] = s;
+    }
+    stein_status status = size_steps(d, p, list, n, err);
+    for (int i = 0; i < n; i++) {
+        if (list[i]->s.why == NULL) {
+            list[left++] = list[i];
+        }
+    }
+    trial t = {
+        .p = p, .x = d->x, .r0 = d->r, .suspect = list, .stroke = stroke, .nstroke = p->nstroke};
+    status = status == STEIN_OK ? try_all(d, &t, left, err) : status;
+    for (int i = 0; status == STEIN_OK && i < left; i++) {
+        if (!isfinite(change_of(&t, i))) {
+            list[i]->s.why = "not all strokes can be simulated with it";
+        }
+    }
+    trial_free(&t);
+    free(stroke);
+    return status;
+}
+
+/* ---- the list ---- */
+
+static int measures(const diag *d, int channel)
+{
+    for (int s = 0; s < d->p.nstroke; s++) {
+        for (int c = 0; c < d->p.stroke[s].nch; c++) {
+            if (d->p.stroke[s].channel[c] == channel) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+static int has_input(const diag *d, const char *name)
+{
+    const stein_model *m = lab_equations(d->model);
+    for (int s = 0; s < d->p.nstroke; s++) {
+        for (int k = 0; k < d->p.stroke[s].nsignal; k++) {
+            if (strcmp(m->inputs[d->p.stroke[s].signal[k].input].name, name) == 0) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+static const char *untestable(const diag *d, const lab_candidate *c)
+{
+    if (c->channel >= 0 && !measures(d, c->channel)) {
+        return "the channel was not measured";
+    }
+    if (c->effect->site == LAB_AT_INPUT && !has_input(d, c->place)) {
+        return "the input was not used";
+    }
+    if (strcmp(c->effect->kind, "sensor_offset") == 0) {
+        return "the offset of the marker, fitted anyhow, says the same";
+    }
+    return NULL;
+}
+
+/* the same files, bound to another model: it counts parameters and channels differently */
+static stein_status read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                               stein_err *err)
+{
+    lab_data_options options = lab_data_options_default(lab_equations(model));
+    const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
+    if (file == NULL) {
+        return STEIN_ENOMEM;
+    }
+    for (int i = 0; i < set->n; i++) {
+        file[i] = set->stroke[i]->file;
+    }
+    stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
+    free(file);
+    return status;
+}
+
+/* the mechanism with the part, and the strokes in it */
+static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    stein_status status =
+        lab_candidate_open(&s->s.candidate, &s->model, d->file, d->def->options, &why);
+    status = status == STEIN_OK ? read_again(d->fit_data, s->model, &s->fit_data, &why) : status;
+    status = status == STEIN_OK ? read_again(d->held_data, s->model, &s->held_data, &why) : status;
+    if (status == STEIN_OK) {
+        s->fit = calloc(1, sizeof *s->fit);
+        status = s->fit != NULL
+                     ? fit__problem_make_open(s->fit, s->model, s->fit_data, &d->fit_def, &why)
+                     : STEIN_ENOMEM;
+    }
+    if (status == STEIN_ENOMEM) {
+        return lab__fail(err, status, "out of memory");
+    }
+    if (status == STEIN_OK && s->fit->nu == d->p.nu) {
+        s->fit->tolerance = d->p.tolerance;
+        return STEIN_OK;
+    }
+    s->never = "its part cannot be added";
+    if (d->def->report != NULL) {
+        char *line =
+            lab__text("%s at %s: %s", s->s.candidate.effect->kind, s->s.candidate.place, why.msg);
+        if (line != NULL) {
+            d->def->report(d->def->ctx, line);
+        }
+        free(line);
+    }
+    return STEIN_OK;
+}
+
+stein_status diag__suspects(diag *d, stein_err *err)
+{
+    lab_candidate *list = NULL;
+    stein_status status = lab_candidates(&list, &d->n, d->model, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    d->suspect = calloc((size_t)d->n + 1, sizeof *d->suspect);
+    if (d->suspect == NULL) {
+        free(list);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = 0; status == STEIN_OK && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        s->s = (lab_suspect){
+            .candidate = list[i], .score = NAN, .gain = NAN, .held_out = NAN, .chi2_dof = NAN};
+        s->never = untestable(d, &list[i]);
+        s->objective = s->swap = INFINITY;
+        if (s->never == NULL && list[i].effect->needs != NULL) {
+            status = open_part(d, s, err);
+        }
+        s->s.why = s->never;
+    }
+    free(list);
+    return status;
+}
+
+stein_status diag__changes(diag *d, stein_err *err)
+{
+    diag__suspect **base = malloc(sizeof *base * (size_t)(d->n + 1));
+    int nbase = 0;
+    for (int i = 0; base != NULL && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        s->s.why = s->never;
+        s->s.score = NAN;
+        if (s->never == NULL && s->fit == NULL && (d->p.given == NULL || s->promising)) {
+            base[nbase++] = s;
+        }
+    }
+    stein_status status = base != NULL ? change_all(d, &d->p, base, nbase, err)
+                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    free(base);
+    for (int i = 0; status == STEIN_OK && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (s->fit != NULL && s->never == NULL && d->p.given == NULL) {
+            s->fit->horizon = d->p.horizon;
+            status = change_all(d, s->fit, &s, 1, err);
+        }
+    }
+    return status;
+}
+
+void diag__suspects_free(diag *d)
+{
+    for (int i = 0; d->suspect != NULL && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (s->fit != NULL) {
+            fit__problem_free(s->fit);
+        }
+        free(s->fit);
+        lab_dataset_close(s->fit_data);
+        lab_dataset_close(s->held_data);
+        lab_close(s->model);
+        free(s->G);
+        free(s->x);
+        free(s->start);
+    }
+    free(d->suspect);
+}
