@@ -186,16 +186,18 @@ static void note_numbers(diag *d, diag__suspect *s)
 {
     fit__problem *p = diag__problem(d, s);
     const lab_candidate *c = &s->s.candidate;
+    double wide = sqrt(diag__excess(d, s));
     fit__problem_try(p, c);
-    note_number(c->effect->size, c->unit, s->x[p->amount] * c->limit, s->sd[p->amount] * c->limit,
-                &s->s);
+    note_number(c->effect->size, c->unit, s->x[p->amount] * c->limit,
+                wide * s->sd[p->amount] * c->limit, &s->s);
     if (c->side >= 0) {
         const fit__unknown *u = &p->unknown[p->side];
         double value = fit__value(u, s->x[p->side]);
         const char *unit =
             c->side_unit != NULL ? c->side_unit : lab_equations(p->model)->params[c->side].unit;
         note_number(c->effect->side, unit, value,
-                    s->sd[p->side] * u->sd * fabs(fit__slope(u, s->x[p->side])), &s->s);
+                    fmin(1.0, wide * s->sd[p->side]) * u->sd * fabs(fit__slope(u, s->x[p->side])),
+                    &s->s);
         s->s.candidate.side_value = value;
     }
     fit__problem_try(p, NULL);
@@ -230,6 +232,7 @@ static stein_status note_values(diag *d, const diag__suspect *cause, stein_err *
     const fit__problem *p = cause != NULL ? diag__problem(d, (diag__suspect *)cause) : &d->p;
     const double *x = cause != NULL ? cause->x : d->x;
     const double *sd = cause != NULL ? cause->sd : d->sd;
+    double wide = cause != NULL ? sqrt(diag__excess(d, cause)) : 1.0;
     const stein_model *m = lab_equations(d->model);
     o->value = calloc((size_t)p->np + 1, sizeof *o->value);
     if (o->value == NULL) {
@@ -246,7 +249,9 @@ static stein_status note_values(diag *d, const diag__suspect *cause, stein_err *
         }
         const stein_param *q = &m->params[param];
         lab_fit_value *v = &o->value[o->nvalue++];
-        double value = fit__value(u, x[k]), s = sd[k] * u->sd * fabs(fit__slope(u, x[k]));
+        double value = fit__value(u, x[k]),
+               in_sd = u->prior ? fmin(1.0, wide * sd[k]) : wide * sd[k];
+        double s = in_sd * u->sd * fabs(fit__slope(u, x[k]));
         *v = (lab_fit_value){.name = q->name,
                              .unit = q->unit,
                              .param = param,

@@ -105,5 +105,8 @@ stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag
 
 /** Verdict, reason, causes and rivals from what the search has found; suspects are sorted. */
 void diag__verdict(diag *d, double held_before, double held_after);
+/** How much more than its noise a residual varies whose noise nobody stated: chi2/dof with this
+ *  suspect, times the length of the residual's memory; 1 where it was stated. */
+double diag__excess(const diag *d, const diag__suspect *s);
 
 #endif

@@ -39,6 +39,16 @@ static int noise_given(const fit__problem *p)
     return 1;
 }
 
+double diag__excess(const diag *d, const diag__suspect *s)
+{
+    if (noise_given(&d->p)) {
+        return 1.0;
+    }
+    const double *r = d->suspect[0].r;
+    double memory = r != NULL ? fit__inflation(&d->p, r) : 1.0;
+    return fmax(1.0, s->s.chi2_dof) * fmax(1.0, memory);
+}
+
 static void say_cause(diag *d, const diag__suspect *best)
 {
     lab_diagnosis *o = d->out;
@@ -53,10 +63,11 @@ static void say_cause(diag *d, const diag__suspect *best)
 static void count_rivals(diag *d)
 {
     lab_diagnosis *o = d->out;
+    double near = d->suspect[0].objective + rival * diag__excess(d, &d->suspect[0]);
     o->ncause = 1;
     for (int i = 1; i < d->n; i++) {
         const diag__suspect *s = &d->suspect[i];
-        if (!s->s.refitted || !s->s.possible || !(s->objective < d->suspect[0].objective + rival)) {
+        if (!s->s.refitted || !s->s.possible || !(s->objective < near)) {
             break;
         }
         o->nrival++;
@@ -81,9 +92,7 @@ void diag__verdict(diag *d, double before, double after)
     double dof = fmax(1.0, p->samples - p->nu), gain = best != NULL ? best->s.gain : 0.0;
     int given = noise_given(p);
     double noise = given ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
-    if (!given && best != NULL) {
-        gain /= fmax(1.0, best->s.chi2_dof) * fmax(1.0, fit__inflation(p, best->r));
-    }
+    gain /= best != NULL ? diag__excess(d, best) : 1.0;
     o->chi2_dof_before = fit__chi2(p, d->r) / dof;
     o->chi2_dof_after = best != NULL ? best->s.chi2_dof : o->chi2_dof_before;
     int spoken = best != NULL && isfinite(best->objective) && best->s.possible && gain > least &&
