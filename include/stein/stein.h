@@ -40,7 +40,8 @@
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies; data.h
- * measured strokes; fit.h parameters from them; diagnose.h the table of physical effects.
+ * measured strokes; fit.h parameters from them; diagnose.h the table of physical effects
+ * and which of them measured strokes show.
  */
 #ifndef STEIN_H
 #define STEIN_H

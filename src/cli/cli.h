@@ -54,12 +54,14 @@ struct cli_args {
     int nset;
     const char *vary[CLI_VARIES]; /* NAME=VALUES, of the commands that have --vary */
     int nvary;
+    const char *held[CLI_OPERANDS]; /* words of --held-out and --holdout */
+    int nheld;
     const char *operand[CLI_OPERANDS];
     int noperand;
 };
 
 extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_sweep, cli_merge,
-    cli_study, cli_effects, cli_fit;
+    cli_study, cli_effects, cli_fit, cli_diagnose;
 
 /* ---- options.c ---- */
 
@@ -113,6 +115,8 @@ typedef struct cli_progress {
 } cli_progress;
 void cli_progress_begin(cli_progress *p, const char *what);
 void cli_progress_show(cli_progress *p, double fraction);
+/** A line now and then for who is not at a terminal, at most every so many seconds. */
+void cli_progress_line(cli_progress *p, double fraction, double every);
 void cli_progress_end(cli_progress *p);
 
 enum { CLI_TEXT = 64 };

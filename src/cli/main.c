@@ -6,9 +6,9 @@
 
 #include "cli.h"
 
-static const cli_command *const commands[] = {&cli_check,    &cli_generate, &cli_strike,
-                                              &cli_simulate, &cli_sweep,    &cli_merge,
-                                              &cli_study,    &cli_effects,  &cli_fit};
+static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
+                                              &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
+                                              &cli_fit,   &cli_diagnose};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void overview(FILE *stream)

@@ -118,12 +118,24 @@ static int store_vary(cli_args *args, const char *value)
     return CLI_OK;
 }
 
+static int store_held(cli_args *args, const char *value)
+{
+    if (args->nheld == CLI_OPERANDS) {
+        return cli_misuse(args->command, "more than %d files held out", (int)CLI_OPERANDS);
+    }
+    args->held[args->nheld++] = value;
+    return CLI_OK;
+}
+
 static int store(cli_args *args, int option, const char *value)
 {
     const char *name = args->command->options[option].name;
     args->value[option] = value;
     if (strcmp(name, "vary") == 0) {
         return store_vary(args, value);
+    }
+    if (strcmp(name, "held-out") == 0 || strcmp(name, "holdout") == 0) {
+        return store_held(args, value);
     }
     if (strcmp(name, "set") != 0) {
         return CLI_OK;
@@ -142,7 +154,7 @@ static int store(cli_args *args, int option, const char *value)
     return CLI_OK;
 }
 
-/* one option word; *at moves past a value of its own */
+/* one option word; *at moves past a value of its own, or past all of them */
 static int take_option(cli_args *args, const char *word, int argc, char **argv, int *at)
 {
     const cli_command *command = args->command;
@@ -171,7 +183,12 @@ static int take_option(cli_args *args, const char *word, int argc, char **argv, 
         }
         inline_value = argv[++*at];
     }
-    return store(args, option, inline_value);
+    int code = store(args, option, inline_value);
+    int goes_on = strcmp(command->options[option].name, "holdout") == 0;
+    while (goes_on && code == CLI_OK && *at + 1 < argc && argv[*at + 1][0] != '-') {
+        code = store(args, option, argv[++*at]);
+    }
+    return code;
 }
 
 int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv)

@@ -106,9 +106,18 @@ void cli_progress_show(cli_progress *p, double fraction)
             fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0);
 }
 
+void cli_progress_line(cli_progress *p, double fraction, double every)
+{
+    double now = seconds();
+    if (!p->on && now - p->start >= every && now - p->shown >= every) {
+        p->shown = now;
+        fprintf(stderr, "%s: %.0f %% after %.0f s\n", p->what, 100.0 * fraction, now - p->start);
+    }
+}
+
 void cli_progress_end(cli_progress *p)
 {
-    if (p->shown > 0.0) {
+    if (p->on && p->shown > 0.0) {
         fputs("\r\033[K", stderr);
     }
 }

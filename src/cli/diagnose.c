@@ -1,0 +1,452 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnose.c - stein diagnose: what the simulation gets wrong, from measured strokes.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "stein/diagnose.h"
+
+enum { FINDINGS = 6, RIVALS = 5, SECONDS_A_LINE = 5 };
+
+typedef struct job {
+    const cli_args *args;
+    lab_model *model;
+    lab_dataset *data;
+    const char **file; /* [nfile] of all strokes, each once */
+    unsigned char *held_out;
+    int nfile;
+    char **text; /* [nheld] memory behind names between commas */
+    lab_diagnose_def def;
+    lab_diagnosis *diagnosis;
+    cli_progress progress;
+    const char *folder;
+} job;
+
+/* a bar on a terminal; elsewhere a line now and then */
+static void on_progress(void *ctx, double fraction, const char *step)
+{
+    job *j = ctx;
+    j->progress.what = step;
+    cli_progress_show(&j->progress, fraction);
+    cli_progress_line(&j->progress, fraction, SECONDS_A_LINE);
+}
+
+static void on_report(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+/* ---- the command line ---- */
+
+static int find_file(const job *j, const char *name)
+{
+    for (int i = 0; i < j->nfile; i++) {
+        if (strcmp(j->file[i], name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* one more stroke, or one that is there already. @return CLI_OK, or CLI_USAGE after a message */
+static int add_file(job *j, const char *name, int held_out)
+{
+    int i = find_file(j, name);
+    if (i < 0 && j->nfile == CLI_OPERANDS) {
+        return cli_misuse(j->args->command, "more than %d files", (int)CLI_OPERANDS);
+    }
+    i = i < 0 ? j->nfile++ : i;
+    j->file[i] = name;
+    j->held_out[i] |= (unsigned char)held_out;
+    return CLI_OK;
+}
+
+/* a word of --held-out: a file, or several between commas */
+static int add_held(job *j, int k)
+{
+    const char *word = j->args->held[k];
+    int code = CLI_OK;
+    if (access(word, F_OK) == 0 || strchr(word, ',') == NULL) {
+        return add_file(j, word, 1);
+    }
+    j->text[k] = lab__text("%s", word);
+    for (char *at = j->text[k]; code == CLI_OK && at != NULL;) {
+        char *comma = strchr(at, ',');
+        if (comma != NULL) {
+            *comma = '\0';
+        }
+        code = *at != '\0' ? add_file(j, at, 1)
+                           : cli_misuse(j->args->command,
+                                        "--held-out %s: expected files separated by commas", word);
+        at = comma != NULL ? comma + 1 : NULL;
+    }
+    return code;
+}
+
+static int read_files(job *j)
+{
+    int code = CLI_OK, fitted = 0;
+    for (int i = 1; code == CLI_OK && i < j->args->noperand; i++) {
+        code = add_file(j, j->args->operand[i], 0);
+    }
+    for (int i = 0; code == CLI_OK && i < j->args->nheld; i++) {
+        code = add_held(j, i);
+    }
+    for (int i = 0; i < j->nfile; i++) {
+        fitted += !j->held_out[i];
+    }
+    if (code == CLI_OK && fitted == 0) {
+        code = cli_misuse(j->args->command, "all strokes are held out, none is left to fit to");
+    }
+    return code;
+}
+
+static int read_options(job *j)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const char *jobs = cli_value(j->args, "jobs");
+    j->def = lab_diagnose_def_default();
+    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
+    j->folder = cli_value(j->args, "output");
+    if (j->folder == NULL) {
+        return cli_misuse(j->args->command, "where to? expected -o DIR");
+    }
+    if (jobs != NULL) {
+        size_t digits = strspn(jobs, "0123456789");
+        int n = digits > 0 && digits < 4 && jobs[digits] == '\0' ? (int)strtol(jobs, NULL, 10) : 0;
+        if (n < 1 || n > LAB_THREADS) {
+            return cli_misuse(j->args->command, "--jobs %s: expected a number from 1 to %d", jobs,
+                              (int)LAB_THREADS);
+        }
+        j->def.threads = n;
+    }
+    j->def.held_out = j->args->nheld > 0 ? j->held_out : NULL;
+    return read_files(j);
+}
+
+/* ---- the data ---- */
+
+static int open_data(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_data_options options = lab_data_options_default(lab_equations(j->model));
+    options.report = on_report;
+    stein_status status = lab_dataset_open(&j->data, j->file, j->nfile, &options, &err);
+    if (status == STEIN_EPARSE || status == STEIN_EIO) {
+        err.msg[0] = '\0'; // told one by one
+    }
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+/* what the audit of a stroke doubts; only the first lines of all strokes are shown */
+static stein_status tell_findings(const lab_data *data, int *told, stein_err *err)
+{
+    lab_audit *audit = NULL;
+    stein_status status = lab_audit_create(&audit, data, err);
+    for (int i = 0; status == STEIN_OK && i < audit->nfinding; i++) {
+        if ((*told)++ < FINDINGS) {
+            fprintf(stderr, "%s: %s\n", data->file, audit->finding[i]);
+        }
+    }
+    lab_audit_destroy(audit);
+    return status;
+}
+
+static int audit_data(const job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    int told = 0;
+    stein_status status = cli_value(j->args, "trust-settings") == NULL
+                              ? lab_data_check_settings(j->data, j->model, on_report, NULL, &err)
+                              : STEIN_OK;
+    if (status == STEIN_EPARSE) {
+        err.msg[0] = '\0'; // told one by one
+    }
+    for (int s = 0; status == STEIN_OK && s < j->data->n; s++) {
+        status = tell_findings(j->data->stroke[s], &told, &err);
+    }
+    if (told > FINDINGS) {
+        fprintf(stderr, "%d findings more, all of them are in the report\n", told - FINDINGS);
+    }
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+/* ---- the verdict ---- */
+
+static void print_cause(const lab_suspect *s)
+{
+    const lab_candidate *c = &s->candidate;
+    char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT];
+    printf("cause: %s at %s: %s\n", c->effect->kind, c->place, c->effect->equation);
+    for (int i = 0; i < s->nnumber; i++) {
+        const lab_cause_number *n = &s->number[i];
+        printf("  %s = %s  (95 %%: %s .. %s)\n", n->name, cli_quantity(value, n->value, n->unit),
+               cli_quantity(lo, n->lo, n->unit), cli_quantity(hi, n->hi, n->unit));
+    }
+}
+
+static void print_rivals(const lab_diagnosis *d)
+{
+    for (int i = 0; i < d->nrival; i++) {
+        const lab_candidate *c = &d->suspect[d->ncause + i].candidate;
+        if (i < RIVALS) {
+            printf("%s%s at %s", i == 0 ? "the data cannot tell it from: " : ", ", c->effect->kind,
+                   c->place);
+        }
+    }
+    if (d->nrival > 0) {
+        printf(d->nrival > RIVALS ? ", %d more\n" : "\n", d->nrival - RIVALS);
+    }
+}
+
+/* the strongest departures of the file as it is, when no cause explains them */
+static void print_departure(const lab_diagnosis *d)
+{
+    int worst = -1;
+    for (int i = 0; i < d->ndeparture; i++) {
+        if (worst < 0 || fabs(d->departure[i].z) > fabs(d->departure[worst].z)) {
+            worst = i;
+        }
+    }
+    if (worst < 0 || d->verdict == LAB_VERDICT_EXPLAINED) {
+        return;
+    }
+    const lab_departure *w = &d->departure[worst];
+    char size[CLI_TEXT];
+    printf("the file as it is departs most at %s, %s: %s %s (z = %.1f)\n", w->place, w->phase,
+           w->is_force ? "missing" : "off by", cli_quantity(size, w->size, w->unit), w->z);
+}
+
+static void print_gain(const lab_diagnosis *d)
+{
+    const lab_gain *g = &d->gain;
+    if (d->nheld > 0 && d->ncause > 0) {
+        printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
+               "noise alone leaves %.4g\n",
+               g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
+    } else if (d->nheld > 0) {
+        printf("held-out strokes: error %.4g noise; noise alone leaves %.4g\n", g->rmse_before,
+               d->noise_floor);
+    }
+    printf("fit: chi2/dof %.4g", d->chi2_dof_before);
+    if (d->ncause > 0) {
+        printf(" -> %.4g", d->chi2_dof_after);
+    }
+    printf("; strokes scatter by %.2g %% in joint friction, %.2g %% in contact friction, %.2g %% "
+           "in drive\n",
+           100.0 * d->scatter[0], 100.0 * d->scatter[1], 100.0 * d->scatter[2]);
+}
+
+static void print_story(const job *j)
+{
+    const lab_diagnosis *d = j->diagnosis;
+    printf("%s: %s\n", lab_equations(j->model)->name, lab_verdict_text(d->verdict));
+    if (d->reason[0] != '\0') {
+        printf("%s\n", d->reason);
+    }
+    print_departure(d);
+    for (int i = 0; i < d->ncause; i++) {
+        print_cause(&d->suspect[i]);
+    }
+    if (d->ncause > 0) {
+        printf("  seen most in: %s; probability where nothing is: %.2g\n",
+               d->phase != NULL ? d->phase : "-", d->p);
+        print_rivals(d);
+    }
+    print_gain(d);
+    printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
+           d->seconds);
+}
+
+/* ---- files ---- */
+
+static stein_status copy_to_stdout(const char *path, stein_err *err)
+{
+    char block[4096];
+    size_t n;
+    FILE *f = fopen(path, "rb");
+    if (f == NULL) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
+    }
+    while ((n = fread(block, 1, sizeof block, f)) > 0) {
+        fwrite(block, 1, n, stdout);
+    }
+    fclose(f);
+    return STEIN_OK;
+}
+
+/* Is there something to extend by? What an earlier run found must not lie beside another verdict.
+ */
+static stein_status write_extended(const job *j, const char *path, stein_err *err)
+{
+    if (j->diagnosis->ncause > 0) {
+        return lab_extend(path, j->args->operand[0], j->diagnosis, err);
+    }
+    return unlink(path) == 0 || errno == ENOENT
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EIO, "%s cannot be removed: %s", path, strerror(errno));
+}
+
+enum { JSON, EXTENDED, PAGE, FILES };
+
+static int write_files(const job *j, char *const path[FILES])
+{
+    stein_err err = {STEIN_OK, ""};
+    const lab_diagnosis *d = j->diagnosis;
+    stein_status status = lab_diagnosis_json(path[JSON], d, &err);
+    status = status == STEIN_OK ? lab_diagnosis_page(path[PAGE], d, &err) : status;
+    status = status == STEIN_OK ? write_extended(j, path[EXTENDED], &err) : status;
+    if (status != STEIN_OK) {
+        return cli_failed(status, &err);
+    }
+    if (cli_value(j->args, "json") != NULL) {
+        return cli_failed(copy_to_stdout(path[JSON], &err), &err);
+    }
+    for (int i = 0; i < FILES; i++) {
+        if (i != EXTENDED || d->ncause > 0) {
+            printf("%s\n", path[i]);
+        }
+    }
+    return CLI_OK;
+}
+
+static int write_results(const job *j)
+{
+    static const char *const name[FILES] = {"diagnosis.json", "extended.yaml", "report.html"};
+    stein_err err = {STEIN_OK, ""};
+    char *path[FILES];
+    int named = 0;
+    for (int i = 0; i < FILES; i++) {
+        path[i] = lab__text("%s/%s", j->folder, name[i]);
+        named += path[i] != NULL;
+    }
+    int code = named == FILES ? write_files(j, path)
+                              : cli_failed(lab__fail(&err, STEIN_ENOMEM, "out of memory"), &err);
+    for (int i = 0; i < FILES; i++) {
+        free(path[i]);
+    }
+    return code;
+}
+
+/* ---- running ---- */
+
+static int compute(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_options options = lab_options_default();
+    options.set = j->args->set;
+    options.nset = j->args->nset;
+    j->def.options = &options;
+    j->def.progress = on_progress;
+    j->def.report = on_report;
+    j->def.ctx = j;
+    cli_progress_begin(&j->progress, "diagnosis");
+    stein_status status =
+        lab_diagnose(&j->diagnosis, j->args->operand[0], j->model, j->data, &j->def, &err);
+    cli_progress_end(&j->progress);
+    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+}
+
+static int show(const job *j)
+{
+    if (cli_value(j->args, "json") == NULL) {
+        print_story(j);
+    }
+    int code = write_results(j);
+    if (code == CLI_OK && j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED) {
+        fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
+                j->diagnosis->reason);
+        code = CLI_NUMERICAL;
+    }
+    return code;
+}
+
+static int run_job(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    int code = open_data(j);
+    code = code == CLI_OK ? audit_data(j) : code;
+    code = code == CLI_OK ? cli_failed(lab__folder(j->folder, &err), &err) : code;
+    code = code == CLI_OK ? compute(j) : code;
+    return code == CLI_OK ? show(j) : code;
+}
+
+static int run(const cli_args *args)
+{
+    job j = {.args = args,
+             .file = calloc(CLI_OPERANDS, sizeof *j.file),
+             .held_out = calloc(CLI_OPERANDS, 1),
+             .text = calloc((size_t)args->nheld + 1, sizeof *j.text)};
+    stein_err err = {STEIN_OK, ""};
+    int code = j.file != NULL && j.held_out != NULL && j.text != NULL
+                   ? read_options(&j)
+                   : cli_failed(lab__fail(&err, STEIN_ENOMEM, "out of memory"), &err);
+    if (code == CLI_OK) {
+        stein_status status = cli_open(&j.model, args, &err);
+        code = status == STEIN_OK ? run_job(&j) : cli_failed(status, &err);
+    }
+    lab_diagnosis_destroy(j.diagnosis);
+    lab_dataset_close(j.data);
+    lab_close(j.model);
+    for (int i = 0; j.text != NULL && i < args->nheld; i++) {
+        free(j.text[i]);
+    }
+    free(j.text);
+    free(j.file);
+    free(j.held_out);
+    return code;
+}
+
+static const cli_option options[] = {
+    {"output", 'o', "DIR", "The folder of the results; it is made when it is missing."},
+    {"held-out", 0, "FILE,...",
+     "Strokes to judge by: nothing is fitted to them. Repeatable. Without it some of the\n"
+     "strokes (or blocks of one long record) are set aside."},
+    {"holdout", 0, "DATA...", "The same; all words up to the next option are files."},
+    {"trust-settings", 0, NULL,
+     "Go on with strokes that move far from what their own \"# set\" lines say."},
+    {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
+    CLI_COMMON};
+
+const cli_command cli_diagnose = {
+    .name = "diagnose",
+    .summary = "what the simulation gets wrong: the cause, from measured strokes",
+    .operands = "MODEL DATA...",
+    .noperands = 2,
+    .more = 1,
+    .options = options,
+    .description =
+        "Where and when does the model depart from the measurement, which physical effect "
+        "explains\n"
+        "it, what else could, and how much better does the extended model predict strokes that it\n"
+        "has not seen? Candidates are the kinds of `stein effects MODEL` at every place of the\n"
+        "mechanism. Each is tested with everything else refitted and with strokes that differ by\n"
+        "themselves; the best are fitted in full and judged by the strokes held out.\n"
+        "\n"
+        "The data are audited first: a file that is not in order is named with its line, and then\n"
+        "there is no verdict. The verdict is one of\n"
+        "  explained        nothing to find: noise, and strokes that differ by themselves\n"
+        "  wrong_parameter  a number of the file is another one\n"
+        "  sensor           an instrument errs\n"
+        "  input            what drives the mechanism is not what the record says\n"
+        "  missing_effect   physics that the file lacks\n"
+        "  unknown_effect   there is something, and no candidate explains it\n"
+        "  not_converged    no fit to trust, so nothing is said about physics (exit status 3)",
+    .output =
+        "The verdict with its cause, what the data cannot tell from it, and the gain on strokes\n"
+        "held out. In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
+        "\"phase\", \"parameters\", \"evidence\"}], \"indistinguishable\", \"next_experiment\",\n"
+        "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
+        "\"noise_floor\", \"audit\"}; report.html, one self-contained page; extended.yaml, the\n"
+        "mechanism file with the cause in it, when there is one that pays on strokes held out.\n"
+        "With --json diagnosis.json is printed too.",
+    .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
+                "stein diagnose models/stein1788.yaml fit_*.csv --holdout held_*.csv -o out\n"
+                "stein strike out/extended.yaml --plot stroke.svg",
+    .run = run,
+};
