@@ -194,6 +194,10 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
 
 static stein_status in_place(diag *d, int *changed, stein_err *err)
 {
+    if (!d->suspect[0].s.refitted) {
+        *changed = 0; // nobody leads
+        return STEIN_OK;
+    }
     if (d->suspect[0].model != NULL || !isfinite(d->suspect[0].objective)) {
         return STEIN_OK; // candidates are bound to the mechanism of the file
     }
