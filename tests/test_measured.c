@@ -4,6 +4,7 @@
  * The files are not part of this project; where they are absent the tests are skipped.
  */
 #include "fit_support.h"
+#include "stein/diagnose.h"
 #include "fitting.h"
 
 static int converted(void)
@@ -263,6 +264,114 @@ START_TEST(light_balls_need_drag_and_heavy_ones_do_not)
 }
 END_TEST
 
+/* ---- diagnosed ---- */
+
+/* diagnose files in the folder of the test, the last `held` of them held out */
+static lab_diagnosis *diagnosed(fitted *f, const char *model, const char *const *name, int n,
+                                int held)
+{
+    char path[8][200];
+    const char *data[9] = {NULL};
+    unsigned char is_held[8] = {0};
+    for (int i = 0; i < n; i++) {
+        snprintf(path[i], sizeof path[i], "%s", in_folder(name[i]));
+        data[i] = path[i];
+        is_held[i] = i >= n - held;
+    }
+    open_fit(f, model, NULL, data);
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.threads = 2;
+    def.options = &options;
+    def.held_out = is_held;
+    lab_diagnosis *d = NULL;
+    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
+    return d;
+}
+
+START_TEST(diagnoses_of_the_axis_find_its_friction_and_its_offset_one_by_one)
+{
+    static const char *const file[] = {
+        "emps_train_1.csv",  "emps_train_2.csv",  "emps_train_3.csv",  "emps_train_4.csv",
+        "emps_pulses_1.csv", "emps_pulses_2.csv", "emps_pulses_3.csv", "emps_pulses_4.csv"};
+    static const char *const cause[] = {"coulomb_friction", "viscous_friction", "preload"};
+    static const char *const name[] = {"slide.coulomb.T", "slide.damping", "slide.preload"};
+    static const double published[] = {20.3935, 203.5034, 3.1648};
+    char model[200] = "models/emps.yaml";
+    if (!converted()) {
+        return;
+    }
+    fitted f;
+    for (int i = 0; i < 3; i++) {
+        char next[40];
+        lab_diagnosis *d = diagnosed(&f, model, file, 8, 4);
+        ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+        ck_assert_str_eq(d->suspect[0].candidate.effect->kind, cause[i]);
+        printf("emps: %s, held-out error %.3f of what it was\n", cause[i], d->gain.ratio);
+        ck_assert(d->gain.hi < 1.0);
+        snprintf(next, sizeof next, "emps_%d.yaml", i + 1);
+        char *path = lab__text("%s", in_folder(next));
+        ck_assert_stein(lab_extend(path, model, d, err));
+        snprintf(model, sizeof model, "%s", path);
+        free(path);
+        lab_diagnosis_destroy(d);
+        drop(&f);
+    }
+    lab_model *last = NULL;
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&last, model, &options, err));
+    for (int i = 0; i < 3; i++) {
+        int k = stein_find_param(lab_equations(last), name[i]);
+        printf("emps: %-15s %.5g (published %.5g)\n", name[i], lab_parameters(last)[k],
+               published[i]);
+        ck_assert_close(fabs(lab_parameters(last)[k]), published[i], 0.02, 0.0);
+    }
+    lab_close(last);
+}
+END_TEST
+
+static void diagnose_ball(const char *ball, int light)
+{
+    char name[2][60];
+    fitted f;
+    for (int i = 0; i < 2; i++) {
+        snprintf(name[i], sizeof name[i], "ball_%s_%d.csv", ball, i + 1);
+    }
+    const char *const file[] = {name[0], name[1]};
+    lab_diagnosis *d = diagnosed(&f, "models/falling_ball.yaml", file, 2, 1);
+    const char *kind = d->ncause > 0 ? d->suspect[0].candidate.effect->kind : "-";
+    printf("%-20s %-15s %-17s held-out error %.3f of what it was\n", ball,
+           lab_verdict_text(d->verdict), kind, d->gain.ratio);
+    if (light) {
+        ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+        ck_assert_msg(strcmp(kind, "viscous_friction") == 0 || strcmp(kind, "quadratic_drag") == 0,
+                      "%s: %s", ball, kind);
+        ck_assert(d->gain.ratio <= 0.2);
+    } else {
+        ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
+        ck_assert_int_eq(d->ncause, 0);
+    }
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+
+START_TEST(diagnoses_of_balls_find_air_where_it_matters_and_only_there)
+{
+    static const char *const light[] = {"whiffle_ball_1", "whiffle_ball_2", "yellow_whiffle_ball",
+                                        "orange_whiffle_ball"},
+                             *const heavy[] = {"bowling_ball", "golf_ball", "baseball"};
+    if (!converted()) {
+        return;
+    }
+    for (size_t i = 0; i < sizeof light / sizeof *light; i++) {
+        diagnose_ball(light[i], 1);
+    }
+    for (size_t i = 0; i < sizeof heavy / sizeof *heavy; i++) {
+        diagnose_ball(heavy[i], 0);
+    }
+}
+END_TEST
+
 Suite *measured_suite(void)
 {
     Suite *suite = suite_create("measured");
@@ -271,6 +380,8 @@ Suite *measured_suite(void)
     tcase_set_timeout(all, 300);
     tcase_add_test(all, a_machine_axis_gets_its_friction_and_its_offset);
     tcase_add_test(all, its_causes_leave_what_a_regression_leaves);
+    tcase_add_test(all, diagnoses_of_the_axis_find_its_friction_and_its_offset_one_by_one);
+    tcase_add_test(all, diagnoses_of_balls_find_air_where_it_matters_and_only_there);
     tcase_add_test(all, light_balls_need_drag_and_heavy_ones_do_not);
     suite_add_tcase(suite, all);
     return suite;
