@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_hidden.sh - the blind tests: the scorer tells right from wrong.
+# test_hidden.sh - the blind tests: the scorer tells right from wrong; what is hidden in a few sets is
+# found by the whole program from the files alone. `make hidden` does it at length.
 set -u
 build=${STEIN_BUILD:-build}
 tmp=$(mktemp -d "${TMPDIR:-/tmp}/stein-hidden-XXXXXX") || exit 1
@@ -99,10 +100,97 @@ sed -i 's/"place": "string"/"place": "dip"/' "$tmp/out/diagnosis.json"
 score "$tmp/height.json" "$tmp/out"
 scored "as the gap of something else is not" "first_alike 0"
 
+# ---- found by the whole program, from the files alone: a pendulum, filmed with noise
+# swing NAME SEED [--set ...]: eight strokes
+swing() {
+    name=$1 seed=$2 i=0
+    shift 2
+    mkdir -p "$tmp/$name"
+    for degrees in 12 25 38 51 64 77 30 58; do
+        i=$((i + 1))
+        "$build/stein" simulate models/pendulum.yaml "$@" --set rod.initial.position=${degrees}deg \
+            --until 3s --every 10ms -o "$tmp/raw.csv" >"$tmp/said" 2>&1 || cat "$tmp/said"
+        {
+            echo "# set rod.initial.position: $degrees deg"
+            echo "# noise angle: 0.3 mrad"
+            echo "# trigger: synchronised"
+            echo "time [s],angle [rad]"
+            grep -v '^#' "$tmp/raw.csv" | awk -F, -v seed="$((100 * seed + i))" '
+                BEGIN { srand(seed) }
+                NR > 1 { u = rand(); v = rand()
+                    printf "%s,%.6f\n", $1, $2 + 3e-4 * sqrt(-2 * log(u + 1e-12)) * cos(6.2831853 * v) }'
+        } >"$tmp/$name/stroke_$i.csv"
+    done
+}
+# sealed NAME CLASS KIND PLACE NUMBER: its answer
+sealed() {
+    echo "{\"kind\": $3, \"place\": $4, \"class\": \"$2\", \"parameters\": {$5}," \
+        "\"level\": {\"name\": \"given\", \"reached\": 9, \"met\": true}, \"wrong_start\": false}" \
+        >"$tmp/$1.json"
+}
+# diagnosed NAME: the last two strokes are held out
+diagnosed() {
+    "$build/stein" diagnose models/pendulum.yaml "$tmp/$1"/stroke_[1-6].csv \
+        --holdout "$tmp/$1"/stroke_[78].csv -j 1 -o "$tmp/$1/out" >"$tmp/said" 2>&1
+    status=$?
+    [ $status = 0 ] || cat "$tmp/said"
+    ok "$1: a verdict is given" $status
+    score "$tmp/$1.json" "$tmp/$1/out"
+}
+
+swing null 11
+sealed null explained null null ""
+diagnosed null
+scored "nothing hidden is nothing found" "verdict explained"
+swing drag 12 --set rod.drag=4e-6
+sealed drag missing_effect '"quadratic_drag"' '"rod"' '"k": {"value": 4e-6, "unit": "N m s^2/rad^2"}'
+diagnosed drag
+scored "air drag is a missing effect" "verdict missing_effect"
+scored "and named first" "first 1"
+scored "its size is inside of the interval" "covered 1"
+swing coulomb 13 --set "rod.coulomb.T=3e-5 N m"
+sealed coulomb missing_effect '"coulomb_friction"' '"rod"' '"T": {"value": 3e-5, "unit": "N m"}'
+diagnosed coulomb
+scored "dry friction is a missing effect" "verdict missing_effect"
+scored "and named first" "first 1"
+swing nonlinear 14 --set angle.sensor.square=0.001
+sealed nonlinear sensor '"sensor_nonlinearity"' '"angle"' '"k2": {"value": 0.001, "unit": "1/rad"}'
+diagnosed nonlinear
+scored "a sensor that is not linear is an instrument" "verdict sensor"
+scored "and named first" "first 1"
+
+# ---- the strokes that come with the action: what is hidden in them, and what make run has to find
+cat >"$tmp/strokes.json" <<'JSON'
+{"kind": "quadratic_drag", "place": "hammer", "class": "missing_effect",
+ "parameters": {"k": {"value": 1e-06, "unit": "N m s^2/rad^2"}},
+ "level": {"name": "given", "reached": 2, "met": true}, "wrong_start": true}
+JSON
+case $build in
+*san*) echo "test_hidden: the strokes of the action are not diagnosed under the sanitizers: too slow" ;;
+*)
+    "$build/stein" diagnose models/stein1788.yaml models/strokes/*.csv -o "$tmp/strokes" >"$tmp/said" 2>&1
+    ok "the strokes of the action are diagnosed" $?
+    score "$tmp/strokes.json" "$tmp/strokes"
+    scored "an effect is missing" "verdict missing_effect"
+    scored "air drag on the hammer" "first 1"
+    awk '$1 == "error" && $2 < 0.2 { good = 1 } END { exit !good }' "$tmp/score"
+    ok "its size is right within a fifth" $?
+    "$build/stein" simulate "$tmp/strokes/extended.yaml" --json >"$tmp/said" 2>&1 && grep -q '"struck"' "$tmp/said"
+    ok "the extended mechanism strikes" $?
+    grep -q '</html>' "$tmp/strokes/report.html"
+    ok "the report is complete" $?
+    ;;
+esac
+
 # ---- a table of nothing yet is a table
 "$build/hidden" table --build "$build" -o "$tmp/sets" --draws 3 >"$tmp/table" 2>&1
 grep -q '^| right cause and place first |' "$tmp/table" && grep -q '12 draws are not there' "$tmp/table"
 ok "a table of nothing says what is missing" $?
+
+# ---- its place in the README
+grep -qx '<!-- hidden: begin, written by make hidden-readme -->' README.md &&
+    grep -qx '<!-- hidden: end -->' README.md
+ok "README.md has the place for the table" $?
 
 echo "test_hidden: $passed passed, $failed failed"
 test "$failed" -eq 0
