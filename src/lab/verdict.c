@@ -84,6 +84,21 @@ static void unexplained(diag *d, const char *what)
              ended ? "" : " The fits have not converged: this says nothing about physics yet.");
 }
 
+/* the audit sees noise that is quick; where nobody stated it, the slow rest may be noise, too */
+static void say_nothing_found(lab_diagnosis *o)
+{
+    if (o->chi2_dof_before > 2.0) {
+        snprintf(o->reason, sizeof o->reason,
+                 "No candidate explains what is left, so it counts as noise: nobody stated that, "
+                 "and the records alone show %.2g times less.",
+                 sqrt(o->chi2_dof_before));
+    } else {
+        snprintf(o->reason, sizeof o->reason,
+                 "What the strokes show, the model explains: noise, tolerances of the file and "
+                 "differences from stroke to stroke are enough.");
+    }
+}
+
 void diag__verdict(diag *d, double before, double after)
 {
     lab_diagnosis *o = d->out;
@@ -99,9 +114,7 @@ void diag__verdict(diag *d, double before, double after)
                  d->p_value < by_chance;
     if (!spoken && o->chi2_dof_before <= noise) {
         o->verdict = LAB_VERDICT_EXPLAINED;
-        snprintf(o->reason, sizeof o->reason,
-                 "What the strokes show, the model explains: noise, tolerances of the file and "
-                 "differences from stroke to stroke are enough.");
+        say_nothing_found(o);
         return;
     }
     if (!spoken) {
