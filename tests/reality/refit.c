@@ -14,7 +14,13 @@
  *
  *   u = argmin |r - X u|^2 + |u|^2 = (X'X + 1)^-1 X' r ,     size = RMS(r - X u)
  *
- * taken over the channel where it is largest. `Everything else`: the effect's own parameter, when
+ * taken over the channel where it is largest. An effect that looks like a parameter moves the films
+ * by hundreds of noises before the refit and bends them, so one linear step leaves what a fit would
+ * not: Gauss-Newton goes on from where the step led,
+ *
+ *   r = films(effect) - films(moved by u),   (X'X + 1) du = X' r - u
+ *
+ * with the same X, as long as the size falls. `Everything else`: the effect's own parameter, when
  * it has one, is not refitted - neither are the drive under a wrong load or input, the friction of
  * contacts under a wrong friction, a marker's offset under a wrong offset.
  */
@@ -51,7 +57,11 @@ struct refit {
     int rows;                        /* per stroke: frames times channels */
     block block[FIT];
     double *r; /* [FIT][rows] */
+    double *u; /* [unknowns] where the refit stands */
 };
+
+enum { STEPS = 5 };
+static const double settled = 0.03; /* a step that changes the size by less is the last one */
 
 static double *column(const refit *r, const block *b, int k)
 {
@@ -212,7 +222,8 @@ refit *refit_create(const world *w, const design *d, int central)
     }
     if (status == 0) {
         r->r = calloc((size_t)FIT * (size_t)r->rows, sizeof *r->r);
-        status = r->r != NULL ? 0 : -1;
+        r->u = calloc((size_t)(r->ncommon + FIT * OWN), sizeof *r->u);
+        status = r->r != NULL && r->u != NULL ? 0 : -1;
     }
     if (status != 0) {
         refit_free(r);
@@ -231,6 +242,7 @@ void refit_free(refit *r)
         free(r->block[i].X);
     }
     free(r->r);
+    free(r->u);
     free(r);
 }
 
@@ -259,28 +271,6 @@ static int allowed(const refit *r, const effect *e, int k)
     }
 }
 
-/* change of all films by the effect */
-static int residual(refit *r, const effect *e)
-{
-    for (int i = 0; i < FIT; i++) {
-        block *b = &r->block[i];
-        double *out = r->r + (size_t)i * (size_t)r->rows;
-        const block *like = first_like(r, i);
-        film f;
-        if (like != NULL) {
-            memcpy(out, r->r + (size_t)(like - r->block) * (size_t)r->rows,
-                   sizeof *out * (size_t)r->rows);
-            continue;
-        }
-        if (film_take(&f, r->w, e, r->w->p, &b->at, &r->camera) != 0) {
-            return -1;
-        }
-        change(r, &b->base, &f, 1.0, out);
-        film_free(&f);
-    }
-    return 0;
-}
-
 static size_t unknowns(const refit *r)
 {
     return (size_t)(r->ncommon + FIT * OWN);
@@ -290,6 +280,71 @@ static size_t unknowns(const refit *r)
 static size_t place(const refit *r, int i, int k)
 {
     return (size_t)(k < r->ncommon ? k : k + i * OWN);
+}
+
+/* film of a stroke without the effect, moved by what the refit has found; offsets and the trigger
+ * need no film: `take_away` */
+static int film_refitted(const refit *r, int i, film *f)
+{
+    const block *b = &r->block[i];
+    size_t size = sizeof(double) * (size_t)r->w->m->nparam;
+    double *p = malloc(size);
+    setting s = b->at;
+    if (p == NULL) {
+        return -1;
+    }
+    memcpy(p, r->w->p, size);
+    for (int k = 0; k < r->ncommon; k++) {
+        move_common(r, k, r->u[place(r, i, k)], p, &s);
+    }
+    for (int k = N_DRIVE; k < OWN; k++) {
+        move_own(r, k, r->u[place(r, i, r->ncommon + k)], p, &s);
+    }
+    int status = film_take(f, r->w, NULL, p, &s, &r->camera);
+    free(p);
+    return status;
+}
+
+/* what trigger and offsets of the refit take away, in units of noise */
+static void take_away(const refit *r, int i, double *out)
+{
+    for (int k = 0; k < N_DRIVE; k++) {
+        double u = r->u[place(r, i, r->ncommon + k)];
+        const double *c = column(r, &r->block[i], r->ncommon + k);
+        for (int row = 0; row < r->rows; row++) {
+            out[row] -= u * c[row];
+        }
+    }
+}
+
+/* films with the effect less films where the refit stands */
+static int residual(refit *r, const effect *e)
+{
+    for (int i = 0; i < FIT; i++) {
+        block *b = &r->block[i];
+        double *out = r->r + (size_t)i * (size_t)r->rows;
+        const block *like = first_like(r, i);
+        film f, g;
+        if (like != NULL) {
+            memcpy(out, r->r + (size_t)(like - r->block) * (size_t)r->rows,
+                   sizeof *out * (size_t)r->rows);
+            continue;
+        }
+        if (film_take(&f, r->w, e, r->w->p, &b->at, &r->camera) != 0) {
+            return -1;
+        }
+        int status = film_refitted(r, i, &g);
+        if (status == 0) {
+            change(r, &g, &f, 1.0, out);
+            take_away(r, i, out);
+            film_free(&g);
+        }
+        film_free(&f);
+        if (status != 0) {
+            return -1;
+        }
+    }
+    return 0;
 }
 
 static double inner(const double *a, const double *b, int n)
@@ -343,24 +398,55 @@ static double worst_channel(const refit *r, const effect *e, const gsl_vector *u
     return worst;
 }
 
-int refit_size(refit *r, const effect *e, double *size)
+/* one step from r->u: du out, and the size it predicts */
+static int step(const refit *r, const effect *e, gsl_vector *du, double *size)
 {
-    if (residual(r, e) != 0) {
-        return -1;
-    }
     gsl_matrix *A = gsl_matrix_alloc(unknowns(r), unknowns(r));
-    gsl_vector *b = gsl_vector_calloc(unknowns(r));
     gsl_matrix_set_identity(A);
+    gsl_vector_set_zero(du);
     for (int i = 0; i < FIT; i++) {
-        add_block(r, e, i, A, b);
+        add_block(r, e, i, A, du);
+    }
+    for (size_t k = 0; k < unknowns(r); k++) {
+        *gsl_vector_ptr(du, k) -= r->u[k];
     }
     int status = gsl_linalg_cholesky_decomp1(A);
     if (status == 0) {
-        status = gsl_linalg_cholesky_svx(A, b);
-        *size = worst_channel(r, e, b);
+        status = gsl_linalg_cholesky_svx(A, du);
+        *size = worst_channel(r, e, du);
     }
     gsl_matrix_free(A);
-    gsl_vector_free(b);
+    return status;
+}
+
+int refit_size(refit *r, const effect *e, double *size)
+{
+    memset(r->u, 0, sizeof *r->u * unknowns(r));
+    if (residual(r, e) != 0) {
+        return -1;
+    }
+    gsl_vector *du = gsl_vector_alloc(unknowns(r));
+    double *before = malloc(sizeof *before * unknowns(r));
+    int status = before != NULL ? step(r, e, du, size) : -1;
+    for (int n = 0; status == 0 && n < STEPS; n++) {
+        double next;
+        memcpy(before, r->u, sizeof *before * unknowns(r));
+        for (size_t k = 0; k < unknowns(r); k++) {
+            r->u[k] += gsl_vector_get(du, k);
+        }
+        if (residual(r, e) != 0 || step(r, e, du, &next) != 0 || !(next < *size)) {
+            memcpy(r->u, before, sizeof *before * unknowns(r)); // it led nowhere: as it was
+            status = residual(r, e);
+            break;
+        }
+        int last = next > (1.0 - settled) * *size;
+        *size = next;
+        if (last) {
+            break;
+        }
+    }
+    free(before);
+    gsl_vector_free(du);
     return status;
 }
 
@@ -380,7 +466,7 @@ static void dense_block(const refit *r, const effect *e, int i, gsl_matrix *X, g
 int refit_size_dense(refit *r, const effect *e, double *size)
 {
     size_t n = unknowns(r), rows = (size_t)(FIT * r->rows);
-    if (residual(r, e) != 0) {
+    if (refit_size(r, e, size) != 0) { // leaves the refit where its last step begins
         return -1;
     }
     gsl_matrix *X = gsl_matrix_calloc(rows + n, n), *cov = gsl_matrix_alloc(n, n);
@@ -392,6 +478,7 @@ int refit_size_dense(refit *r, const effect *e, double *size)
     }
     for (size_t k = 0; k < n; k++) {
         gsl_matrix_set(X, rows + k, k, 1.0); // the priors as rows
+        gsl_vector_set(y, rows + k, -r->u[k]);
     }
     int status = gsl_multifit_linear(X, y, u, cov, &chi2, w);
     *size = worst_channel(r, e, u);
