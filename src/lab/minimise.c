@@ -29,7 +29,7 @@
 
 #include "fitting.h"
 
-enum { MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 5 };
+enum { MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
 static const double far_off = 30.0;     /* objective, from where no chord leads back */
 static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
 
@@ -421,7 +421,7 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
         }
         double before = s->objective;
         int better = 0;
-        for (int k = 0; !better && status == STEIN_OK && k < DAMPINGS; k++) {
+        for (int k = 0; !better && status == STEIN_OK && k < (renewals > 0 ? DAMPINGS : 2); k++) {
             better = damped_step(p, s, m, x, &status, err);
             s->mu = better ? 0.1 * s->mu : 30.0 * fmax(s->mu, 0.03);
         }

@@ -20,6 +20,7 @@
 static const double horizon[] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1.0};
 enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 2, RENEWALS_LAST = 5 };
 static const double enough = 0.3;
+static const double near = 40.0; /* RMS [noise] */
 
 static double longest(const fit__problem *p)
 {
@@ -59,17 +60,47 @@ static stein_status settle(diag *d, int renewals, stein_err *err)
     return status;
 }
 
+/* the horizon up to which the model is near enough to the data for a fit: where the RMS of the
+ * samples of one more share is too large, it ends; at least one share beyond the last one */
+static int next_horizon(diag *d, int last, double T, stein_err *err)
+{
+    fit__problem *p = &d->p;
+    double square[HORIZONS] = {0.0}, n[HORIZONS] = {0.0};
+    int failed = 0, to = last + 1;
+    p->horizon = INFINITY;
+    if (fit__residuals(p, d->x, d->r, &failed, err) != STEIN_OK || failed > 0) {
+        return to;
+    }
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *r = d->r + fit__offset(p, s);
+        for (int i = 0; i < t->nch * t->n; i++) {
+            double share = (t->data->time[i % t->n] - t->origin) / T;
+            int h = 0;
+            while (h + 1 < (int)HORIZONS && share > horizon[h]) {
+                h++;
+            }
+            square[h] += r[i] * r[i];
+            n[h] += 1.0;
+        }
+    }
+    while (to + 1 < (int)HORIZONS && square[to + 1] < near * near * n[to + 1]) {
+        to++;
+    }
+    return to;
+}
+
 stein_status diag__pursue(diag *d, stein_err *err)
 {
     double T = longest(&d->p);
     stein_status status = STEIN_OK;
     fit__problem_try(&d->p, NULL);
-    for (int h = 0; status == STEIN_OK && h < (int)HORIZONS; h++) {
+    for (int h = -1; status == STEIN_OK && h + 1 < (int)HORIZONS;) {
+        h = next_horizon(d, h, T, err);
         int last = h + 1 == (int)HORIZONS;
         d->p.horizon = last ? (double)INFINITY : horizon[h] * T;
         status = settle(d, last ? RENEWALS_LAST : RENEWALS, err);
     }
-    // of the last derivatives to where they led is a short way
-    status = status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
-    return status;
+    // from the last derivatives to where they led is a short way
+    return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
 }
