@@ -29,7 +29,7 @@
 
 #include "fitting.h"
 
-enum { MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
+enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
 static const double far_off = 30.0;     /* objective, from where no chord leads back */
 static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
 
@@ -391,20 +391,51 @@ static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_statu
     return s->objective < start;
 }
 
-/* A step with damping mu in units of the priors: what the data hardly tell moves slowly, what they
- * tell well goes all the way at once. (Marquardt's scaling does the opposite, and creeps.) */
-static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein_status *status,
-                       stein_err *err)
+/* is a parameter at its bound, with a step that leads across? */
+static int leaves(const fit__problem *p, int u, double x, double dx)
+{
+    return p->unknown[u].kind == FIT__PARAM && p->unknown[u].prior && !p->unknown[u].idle &&
+           fabs(x) >= p->limit * (1.0 - 1e-9) && x * dx > 0.0;
+}
+
+/* dx with damping mu in units of the priors: what the data hardly tell moves slowly, what they tell
+ * well goes all the way at once. (Marquardt's scaling does the opposite, and creeps.) */
+static int solve_damped(const fit__problem *p, const fit__state *s, room *m)
 {
     fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
     for (int u = 0; u < p->np; u++) {
         *diagonal(&m->normal, p, u) += s->mu;
     }
     if (fit__normal_factor(&m->normal, p, 0.0) != 0) {
-        return 0;
+        return -1;
     }
     fit__normal_step(&m->normal, p, m->dx);
-    return chord(p, s, m, x, status, err);
+    return 0;
+}
+
+/* A damped step and its chords. Parameters at a bound that the step would cross stay there, and the
+ * others are solved for without them. */
+static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein_status *status,
+                       stein_err *err)
+{
+    int held = 1, better = 0, solved = solve_damped(p, s, m);
+    while (solved == 0 && held > 0) {
+        held = 0;
+        for (int u = 0; u < p->np; u++) {
+            if (leaves(p, u, s->x[u], m->dx[u])) {
+                p->unknown[u].idle = AT_BOUND;
+                held++;
+            }
+        }
+        solved = held > 0 ? solve_damped(p, s, m) : 0;
+    }
+    if (solved == 0) {
+        better = chord(p, s, m, x, status, err);
+    }
+    for (int u = 0; u < p->np; u++) {
+        p->unknown[u].idle = p->unknown[u].idle == AT_BOUND ? 0 : p->unknown[u].idle;
+    }
+    return better;
 }
 
 /* the search of fit__descend, from J at s->x */
@@ -412,11 +443,11 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
                             int renewals, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    while (status == STEIN_OK) {
+    for (int fresh = 0; status == STEIN_OK; fresh = 1) {
         fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
         s->decrement = decrement(m, p);
         s->ended = s->decrement < enough;
-        if (s->ended) {
+        if (s->ended && (fresh || renewals <= 0)) {
             break;
         }
         double before = s->objective;
@@ -427,11 +458,13 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
         }
         s->iteration++;
         double fell = before - s->objective;
-        s->ended = !better || fell < enough + 1e-4 * s->objective;
+        // derivatives from elsewhere have no right to say that this is the end
+        s->ended = (fresh || renewals <= 0) && (!better || fell < enough + 1e-4 * s->objective);
         if (s->ended || renewals-- <= 0) {
             s->ended = s->ended && s->decrement < 100.0 * enough + 1e-3 * s->objective;
             break;
         }
+        s->mu = better ? s->mu : 0.0;
         status = status == STEIN_OK ? fit__sensitivities(p, s->x, m->r, m->J, err) : status;
         fit__choose_steps(p, m->J);
     }

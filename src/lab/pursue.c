@@ -32,28 +32,27 @@ static double longest(const fit__problem *p)
     return T;
 }
 
-/* from d->x at the present horizon */
-static stein_status settle(diag *d, int renewals, stein_err *err)
+/* from x at the present horizon */
+static stein_status settle(diag *d, fit__problem *p, diag__end *e, int renewals, stein_err *err)
 {
-    fit__problem *p = &d->p;
     int failed = 0;
     double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
     if (step == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    stein_status status = fit__residuals(p, d->x, d->r, &failed, err);
+    stein_status status = fit__residuals(p, e->x, e->r, &failed, err);
     if (status == STEIN_OK && failed > 0) {
         status = lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
                            p->nstroke);
     }
-    status = status == STEIN_OK ? fit__sensitivities(p, d->x, d->r, d->J, err) : status;
+    status = status == STEIN_OK ? fit__sensitivities(p, e->x, e->r, e->J, err) : status;
     if (status == STEIN_OK) {
-        fit__choose_steps(p, d->J);
+        fit__choose_steps(p, e->J);
         memcpy(step, p->step, sizeof *step * (size_t)p->nu);
-        fit__state s = {.x = d->x, .step = step, .mu = 0.0, .nu = 2.0};
-        status = fit__descend(p, &s, d->J, d->r, enough, renewals, err);
-        d->objective = s.objective;
-        d->ended = s.ended;
+        fit__state s = {.x = e->x, .step = step, .mu = 0.0, .nu = 2.0};
+        status = fit__descend(p, &s, e->J, e->r, enough, renewals, err);
+        e->objective = s.objective;
+        e->ended = s.ended;
         d->out->fits++;
     }
     free(step);
@@ -62,18 +61,17 @@ static stein_status settle(diag *d, int renewals, stein_err *err)
 
 /* the horizon up to which the model is near enough to the data for a fit: where the RMS of the
  * samples of one more share is too large, it ends; at least one share beyond the last one */
-static int next_horizon(diag *d, int last, double T, stein_err *err)
+static int next_horizon(fit__problem *p, diag__end *e, int last, double T, stein_err *err)
 {
-    fit__problem *p = &d->p;
     double square[HORIZONS] = {0.0}, n[HORIZONS] = {0.0};
     int failed = 0, to = last + 1;
     p->horizon = INFINITY;
-    if (fit__residuals(p, d->x, d->r, &failed, err) != STEIN_OK || failed > 0) {
+    if (fit__residuals(p, e->x, e->r, &failed, err) != STEIN_OK || failed > 0) {
         return to;
     }
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        const double *r = d->r + fit__offset(p, s);
+        const double *r = e->r + fit__offset(p, s);
         for (int i = 0; i < t->nch * t->n; i++) {
             double share = (t->data->time[i % t->n] - t->origin) / T;
             int h = 0;
@@ -90,17 +88,27 @@ static int next_horizon(diag *d, int last, double T, stein_err *err)
     return to;
 }
 
+stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err)
+{
+    double T = longest(p);
+    stein_status status = STEIN_OK;
+    for (int h = -1; status == STEIN_OK && h + 1 < (int)HORIZONS;) {
+        h = next_horizon(p, e, h, T, err);
+        int last = h + 1 == (int)HORIZONS;
+        p->horizon = last ? (double)INFINITY : horizon[h] * T;
+        status = settle(d, p, e, last ? RENEWALS_LAST : RENEWALS, err);
+    }
+    p->horizon = INFINITY;
+    return status;
+}
+
 stein_status diag__pursue(diag *d, stein_err *err)
 {
-    double T = longest(&d->p);
-    stein_status status = STEIN_OK;
+    diag__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
-    for (int h = -1; status == STEIN_OK && h + 1 < (int)HORIZONS;) {
-        h = next_horizon(d, h, T, err);
-        int last = h + 1 == (int)HORIZONS;
-        d->p.horizon = last ? (double)INFINITY : horizon[h] * T;
-        status = settle(d, last ? RENEWALS_LAST : RENEWALS, err);
-    }
+    stein_status status = diag__follow(d, &d->p, &e, err);
+    d->objective = e.objective;
+    d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
 }

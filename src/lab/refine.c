@@ -17,9 +17,19 @@
 
 #include "searching.h"
 
-enum { FIRST = 16, LEADERS = 3, IN_PLACE = 4, ROUNDS = 2, RENEW_FIRST = 0, RENEW_LEADERS = 2 };
-static const double worth = 0.08; /* linear gains below that share of the best are left out */
-static const double nearly = 0.5; /* in the leader's place: what loses less than that share */
+enum {
+    FIRST = 16,
+    LEADERS = 3,
+    IN_PLACE = 6,
+    ROUNDS = 2,
+    RENEW_FIRST = 0,
+    RENEW_LEADERS = 2,
+    POLISHED = 4,
+    RENEW_LAST = 4
+};
+static const double far = 1.3;     /* chi2/dof from which on a fit begins anew */
+static const double worth = 0.08;  /* linear gains below that share of the best are left out */
+static const double nearly = 0.75; /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0 */
 static double least_amount(const diag__suspect *s)
@@ -169,12 +179,28 @@ static stein_status from_null(diag *d, stein_err *err)
 
 /* ---- in the leader's place ---- */
 
-/* G of all suspects at the leader's end, scored in its place; x of the promising ones */
+/* two places of one element of the mechanism: "stop" and "stop.normal.c" */
+static int related(const lab_candidate *a, const lab_candidate *b)
+{
+    size_t n = strcspn(a->place, ".");
+    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
+}
+
+/* G of the promising suspects and of the leader's neighbours at its end, scored in its place */
 static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
 {
     fit__problem *p = &d->p;
     double amount = leader->x[p->amount];
+    for (int i = 0; i < d->n; i++) {
+        d->suspect[i].promising |= related(&d->suspect[i].s.candidate, &leader->s.candidate);
+    }
     lab_candidate given = leader->s.candidate;
+    fit__problem_try(p, &given); // its derivatives may be those of the null fit yet
+    stein_status status = fit__sensitivities(p, leader->x, leader->r, leader->J, err);
+    fit__problem_try(p, NULL);
+    if (status != STEIN_OK) {
+        return status;
+    }
     if (given.side >= 0) {
         fit__problem_try(p, &given);
         given.side_value = fit__value(&p->unknown[p->side], leader->x[p->side]);
@@ -185,11 +211,12 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     double *x = d->x, *r = d->r; // changes are taken around the leader
     d->x = leader->x;
     d->r = leader->r;
-    stein_status status = diag__changes(d, err);
+    status = diag__changes(d, err);
     d->x = x;
     d->r = r;
+    status = status == STEIN_OK ? diag__in_place(d, leader, err) : status;
     p->given = NULL;
-    return status == STEIN_OK ? diag__in_place(d, leader, err) : status;
+    return status;
 }
 
 static stein_status in_place(diag *d, int *changed, stein_err *err)
@@ -234,15 +261,70 @@ static stein_status in_place(diag *d, int *changed, stein_err *err)
     return status;
 }
 
+/* once more along the strokes from the file's own numbers, with the effect in the model: a null fit
+ * without it has bent parameters so far that no step leads back. Kept when it is better. */
+static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    size_t nu = (size_t)p->nu, size = nu + fit__offset(p, p->nstroke) + fit__columns(p);
+    double *room = calloc(size + 1, sizeof *room), was = s->objective;
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(room, s->x, sizeof *room * size);
+    memset(s->x, 0, sizeof *s->x * nu);
+    s->x[p->amount] = room[p->amount];
+    s->x[p->side] = fmin(fmax(room[p->side], -1.0), 1.0);
+    fit__problem_try(p, &s->s.candidate);
+    diag__end e = {.x = s->x, .J = s->J, .r = s->r};
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = diag__follow(d, p, &e, &why);
+    status = status == STEIN_OK ? fit_on(d, s, 1, &why) : status;
+    if (status != STEIN_ENOMEM && (status != STEIN_OK || !(s->objective < was))) {
+        memcpy(s->x, room, sizeof *room * size);
+        status = fit_on(d, s, 0, &why);
+    }
+    fit__problem_try(p, NULL);
+    free(room);
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+/* the leading ones to their end, also where that is far */
+static stein_status polish(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < d->n && i < POLISHED; i++) {
+        diag__suspect *s = &d->suspect[i];
+        int behind = s->s.gain < 0.3 * d->suspect[0].s.gain;
+        if (!s->s.refitted || !isfinite(s->objective) || behind) {
+            continue;
+        }
+        if (!s->ended) {
+            status = attempt(d, s, RENEW_LAST, err);
+        }
+        if (status == STEIN_OK && s->s.chi2_dof > far && isfinite(s->objective)) {
+            status = anew(d, s, err);
+            for (int k = 0; status == STEIN_OK && k < 3 && !s->ended && isfinite(s->objective);
+                 k++) {
+                double was = s->objective;
+                status = attempt(d, s, RENEW_LAST, err);
+                k += was - s->objective < 10.0 ? 3 : 0;
+            }
+        }
+    }
+    sort(d);
+    return status;
+}
+
 stein_status diag__refit(diag *d, stein_err *err)
 {
     stein_status status = from_null(d, err);
+    status = status == STEIN_OK ? polish(d, err) : status;
     for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
         status = in_place(d, &changed, err);
         if (status == STEIN_OK && changed && !d->suspect[0].ended) {
             status = attempt(d, &d->suspect[0], RENEW_LEADERS, err);
         }
     }
-    sort(d);
-    return status;
+    return status == STEIN_OK ? polish(d, err) : status;
 }

@@ -66,6 +66,13 @@ fit__problem *diag__problem(diag *d, diag__suspect *s);
 
 /* ---- pursue.c ---- */
 
+/** Where a fit stands, with derivatives and residuals. */
+typedef struct diag__end {
+    double *x, *J, *r, objective;
+    int ended;
+} diag__end;
+/** A fit from e->x over growing horizons, with whatever effect the problem has on trial. */
+stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err);
 /** The null fit over growing horizons: x, J, r, objective, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
 /* ---- rank.c ---- */
