@@ -19,8 +19,9 @@ OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-
 OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/study
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclude -I$(B)/include \
-                -Isrc/core -Isrc/model -Igen -Isrc/lab -Isrc/lab/study -Isrc/cli $(CPPFLAGS)
+                -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
 DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
@@ -36,7 +37,7 @@ CHECK_LIBS = $(shell pkg-config --libs check)
 CORE_SRC  := $(wildcard src/core/*.c src/load/*.c)
 MODEL_SRC := $(wildcard src/model/*.c)
 GEN_SRC   := $(filter-out gen/main.c,$(wildcard gen/*.c))
-LAB_SRC   := $(wildcard src/lab/*.c src/lab/study/*.c)
+LAB_SRC   := $(wildcard $(LAB:%=%/*.c))
 CLI_SRC   := $(wildcard src/cli/*.c)
 TEST_SRC  := $(wildcard tests/*.c)
 MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)

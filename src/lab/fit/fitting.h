@@ -1,15 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * fitting.h - what the files of the fit share. Not installed.
  *
- *   problem.c      strokes and unknowns from model and data      resume.c     state, safe from kill
- * -9 signal.c       measured inputs as smooth signals             starts.c     ladder, several
- * starts simulate.c     one stroke at the data's own times            intervals.c  what the data
- * tell observer.c     the same, held near the data                  profile.c    profile likelihood
- *   residuals.c    weighted residuals of all strokes             patch.c      the file with new
- * numbers sensitivity.c  their derivatives                             fit.c        the whole
- *   minimise.c     Levenberg-Marquardt                           fit_report.c results in lists
- *                                                                 place.c      where a new number
- * goes
+ *   problem.c      strokes and unknowns from model and data
+ *   signal.c       measured inputs as smooth signals
+ *   simulate.c     one stroke at the data's own times
+ *   observer.c     the same, held near the data
+ *   residuals.c    weighted residuals of all strokes
+ *   sensitivity.c  their derivatives
+ *   minimise.c     Levenberg-Marquardt, and descent with derivatives at hand
+ *   starts.c       ladder, several starts
+ *   resume.c       state, safe from kill -9
+ *   intervals.c    what the data tell
+ *   profile.c      profile likelihood
+ *   patch.c        the file with new numbers
+ *   place.c        where a new number goes
+ *   fit.c          the whole
+ *   fit_report.c   results in lists
  *
  * Unknowns are counted in prior standard deviations from their start: x = (z - z0)/sd with z the
  * value or its logarithm. Globals come first, then each stroke's own in the order of the strokes.

@@ -303,26 +303,6 @@ static stein_status traces(diag *d, const fit__problem *p, const double *before,
     return status;
 }
 
-/* the phase in which the cause takes away most of the misfit, frame by frame */
-static const char *main_phase(const fit__problem *p, const double *before, const double *after,
-                              const char *const *phase)
-{
-    double fall[DIAG_PHASES] = {0.0};
-    int best = -1;
-    for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int i = 0; i < t->nch * t->n; i++) {
-            size_t k = fit__offset(p, s) + (size_t)i;
-            int f = diag__phase_index(phase[diag__row(p, s) + (size_t)(i % t->n)]);
-            fall[f >= 0 ? f : 0] += before[k] * before[k] - after[k] * after[k];
-        }
-    }
-    for (int f = 0; f < DIAG_PHASES; f++) {
-        best = fall[f] > 0.0 && (best < 0 || fall[f] > fall[best]) ? f : best;
-    }
-    return best >= 0 ? diag__phase[best] : NULL;
-}
-
 /* held-out strokes of the model with and without the best candidate, then the verdict */
 static stein_status conclude_held(diag *d, diag__held *before, diag__held *after, stein_err *err)
 {
@@ -362,7 +342,7 @@ static stein_status show(diag *d, diag__held *before, diag__held *after, stein_e
         status = diag__phases(&before->p, before->x, phase + frames, NULL, err);
     }
     if (status == STEIN_OK && cause != NULL) {
-        d->out->phase = main_phase(p, d->r, cause->r, phase);
+        d->out->phase = diag__phase_shown(p, d->r, cause->r, phase);
     }
     status = status == STEIN_OK
                  ? traces(d, p, d->r, cause != NULL ? cause->r : NULL, phase, 0, TRACES, err)
