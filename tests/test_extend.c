@@ -333,7 +333,7 @@ START_TEST(every_command_takes_the_extended_file)
     lab_suspect s = suspect(&c, 0.1 * c.limit);
     lab_diagnosis d = diagnosis(&s, 1);
     make_folder();
-    char path[200], line[1200], rest[600];
+    char path[200], line[3000], rest[1500];
     snprintf(path, sizeof path, "%s", in_folder("extended.yaml"));
     ck_assert_stein(lab_extend(path, file, &d, err));
     for (size_t i = 0; i < sizeof command / sizeof *command; i++) {

@@ -2,7 +2,8 @@
  * refine.c - full fits of the best suspects, and of what could stand in their place.
  *
  *   1. every suspect that the linear scores do not rule out is fitted with all other unknowns,
- *      first with one renewal of the derivatives, the leading ones until they end
+ *      first with the derivatives of the null fit, the leading ones with new ones until they end;
+ *      a leader that does not end near the data begins anew from the file's own numbers
  *   2. at the end of the leader - there the model describes the data, so linear predictions are as
  *      good as they can be - all suspects are scored again, each in the leader's place, and those
  *      that come near are fitted from there
@@ -25,11 +26,13 @@ enum {
     RENEW_FIRST = 0,
     RENEW_LEADERS = 2,
     POLISHED = 4,
-    RENEW_LAST = 4
+    RENEW_LAST = 4,
+    TRIES = 3
 };
-static const double far = 1.3;     /* chi2/dof from which on a fit begins anew */
-static const double worth = 0.08;  /* linear gains below that share of the best are left out */
-static const double nearly = 0.75; /* in the leader's place: what loses less than that share */
+static const double worth_a_try = 10.0; /* of the objective */
+static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
+static const double worth = 0.08;       /* linear gains below that share of the best are left out */
+static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0 */
 static double least_amount(const diag__suspect *s)
@@ -289,6 +292,20 @@ static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }
 
+/* until the fit has ended or new derivatives bring nothing any more */
+static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    double was = INFINITY;
+    for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
+                    was - s->objective > worth_a_try;
+         k++) {
+        was = s->objective;
+        status = attempt(d, s, RENEW_LAST, err);
+    }
+    return status;
+}
+
 /* the leading ones to their end, also where that is far */
 static stein_status polish(diag *d, stein_err *err)
 {
@@ -304,12 +321,7 @@ static stein_status polish(diag *d, stein_err *err)
         }
         if (status == STEIN_OK && s->s.chi2_dof > far && isfinite(s->objective)) {
             status = anew(d, s, err);
-            for (int k = 0; status == STEIN_OK && k < 3 && !s->ended && isfinite(s->objective);
-                 k++) {
-                double was = s->objective;
-                status = attempt(d, s, RENEW_LAST, err);
-                k += was - s->objective < 10.0 ? 3 : 0;
-            }
+            status = status == STEIN_OK ? to_the_end(d, s, err) : status;
         }
     }
     sort(d);
