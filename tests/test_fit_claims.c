@@ -247,7 +247,7 @@ END_TEST
 START_TEST(motions_that_scatter_are_no_misfit)
 {
     static const double gain[] = {1.004, 0.997, 0.998, 1.002};
-    char path[4][200], name[20];
+    char path[4][200], name[32];
     fitted f;
     for (int i = 0; i < 4; i++) {
         snprintf(name, sizeof name, "drive%d.csv", i);
