@@ -348,7 +348,7 @@ Suite *show_suite(void)
     Suite *suite = suite_create("show");
     TCase *shows = tcase_create("shows");
     tcase_add_checked_fixture(shows, make_folder, remove_folder);
-    tcase_set_timeout(shows, 300);
+    tcase_set_timeout(shows, 900);
     tcase_add_test(shows, nothing_hidden_nothing_shown);
     tcase_add_test(shows, a_mechanism_without_stroke_rests_or_moves);
     tcase_add_test(shows, noise_that_remembers_is_no_departure_but_what_comes_again_is);

@@ -512,9 +512,9 @@ Suite *fit_suite(void)
     tcase_add_checked_fixture(small, make_folder, remove_folder);
     tcase_add_checked_fixture(same, make_folder, remove_folder);
     tcase_add_checked_fixture(big, make_folder, remove_folder);
-    tcase_set_timeout(small, 400);
-    tcase_set_timeout(same, 400);
-    tcase_set_timeout(big, 300);
+    tcase_set_timeout(small, 900);
+    tcase_set_timeout(same, 900);
+    tcase_set_timeout(big, 900);
     tcase_add_test(small, wrong_parameters_are_corrected_and_the_search_agrees_with_itself);
     tcase_add_test(small, intervals_hold_the_truth_19_times_in_20);
     tcase_add_test(small, the_ladder_leads_out_of_a_false_minimum);

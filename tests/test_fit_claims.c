@@ -384,7 +384,7 @@ Suite *fit_claims_suite(void)
     Suite *suite = suite_create("fit_claims");
     TCase *all = tcase_create("claims");
     tcase_add_checked_fixture(all, make_folder, remove_folder);
-    tcase_set_timeout(all, 300);
+    tcase_set_timeout(all, 900);
     tcase_add_test(all, derivatives_of_a_stroke_are_right_to_1e5_across_its_events);
     tcase_add_test(all, controlled_steps_agree_with_short_fixed_ones);
     tcase_add_test(all, the_minimum_is_that_of_gsl);

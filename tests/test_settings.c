@@ -115,7 +115,7 @@ Suite *settings_suite(void)
     Suite *suite = suite_create("settings");
     TCase *tc = tcase_create("settings");
     tcase_add_checked_fixture(tc, open_strokes, close_strokes);
-    tcase_set_timeout(tc, 300.0);
+    tcase_set_timeout(tc, 900.0);
     tcase_add_test(tc, strokes_that_move_as_they_say_are_accepted);
     tcase_add_test(tc, a_load_of_another_stroke_is_noticed);
     tcase_add_test(tc, kilograms_for_grams_are_noticed);
