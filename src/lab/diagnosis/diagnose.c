@@ -96,16 +96,6 @@ static stein_status audit(diag *d, const lab_dataset *data, stein_err *err)
 
 /* ---- the null fit's problem ---- */
 
-static int is_set(const lab_data *data, int param)
-{
-    for (int i = 0; i < data->nset; i++) {
-        if (data->set[i].param == param) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
 /* every number whose tolerance the file states and that not every stroke sets */
 static stein_status choose_names(diag *d, stein_err *err)
 {
@@ -117,7 +107,7 @@ static stein_status choose_names(diag *d, stein_err *err)
     for (int i = 0; i < m->np; i++) {
         int known = 1;
         for (int s = 0; s < d->fit_data->n; s++) {
-            known &= is_set(d->fit_data->stroke[s], i);
+            known &= fit__is_set(d->fit_data->stroke[s], i);
         }
         if (m->params[i].tolerance > 0.0 && !known) {
             d->name[d->nname++] = m->params[i].name;

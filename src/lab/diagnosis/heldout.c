@@ -17,6 +17,7 @@
 #include "searching.h"
 
 enum { DRAWS = 2000, RENEWALS = 3 };
+static const double enough = 0.3; /* of the objective */
 
 /* the held-out strokes of a model, in which only their own unknowns move */
 static stein_status make_problem(diag *d, const lab_model *model, const lab_dataset *data,
@@ -36,24 +37,10 @@ static stein_status make_problem(diag *d, const lab_model *model, const lab_data
 
 static stein_status fit_own(fit__problem *p, double *x, double *r, stein_err *err)
 {
-    double *J = malloc(sizeof *J * (fit__columns(p) + (size_t)p->nu + 1));
-    double *step = J != NULL ? J + fit__columns(p) : NULL;
-    int failed = 0;
-    if (J == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    stein_status status = fit__residuals(p, x, r, &failed, err);
-    if (status == STEIN_OK && failed > 0) {
-        status = lab__fail(err, STEIN_ENONFINITE, "a held-out stroke cannot be simulated");
-    }
-    status = status == STEIN_OK ? fit__sensitivities(p, x, r, J, err) : status;
-    if (status == STEIN_OK) {
-        fit__choose_steps(p, J);
-        memcpy(step, p->step, sizeof *step * (size_t)p->nu);
-        fit__state s = {.x = x, .step = step, .mu = 1e-6, .nu = 2.0};
-        status = fit__descend(p, &s, J, r, 0.3, RENEWALS, err);
-    }
-    free(J);
+    fit__end e = {.x = x, .r = r, .J = malloc(sizeof *e.J * (fit__columns(p) + 1))};
+    stein_status status = e.J != NULL ? fit__descend(p, &e, 0, enough, RENEWALS, err)
+                                      : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    free(e.J);
     return status;
 }
 

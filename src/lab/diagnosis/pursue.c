@@ -32,36 +32,9 @@ static double longest(const fit__problem *p)
     return T;
 }
 
-/* from x at the present horizon */
-static stein_status settle(diag *d, fit__problem *p, diag__end *e, int renewals, stein_err *err)
-{
-    int failed = 0;
-    double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
-    if (step == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    stein_status status = fit__residuals(p, e->x, e->r, &failed, err);
-    if (status == STEIN_OK && failed > 0) {
-        status = lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
-                           p->nstroke);
-    }
-    status = status == STEIN_OK ? fit__sensitivities(p, e->x, e->r, e->J, err) : status;
-    if (status == STEIN_OK) {
-        fit__choose_steps(p, e->J);
-        memcpy(step, p->step, sizeof *step * (size_t)p->nu);
-        fit__state s = {.x = e->x, .step = step, .mu = 0.0, .nu = 2.0};
-        status = fit__descend(p, &s, e->J, e->r, enough, renewals, err);
-        e->objective = s.objective;
-        e->ended = s.ended;
-        d->out->fits++;
-    }
-    free(step);
-    return status;
-}
-
 /* the horizon up to which the model is near enough to the data for a fit: where the RMS of the
  * samples of one more share is too large, it ends; at least one share beyond the last one */
-static int next_horizon(fit__problem *p, diag__end *e, int last, double T, stein_err *err)
+static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_err *err)
 {
     double square[HORIZONS] = {0.0}, n[HORIZONS] = {0.0};
     int failed = 0, to = last + 1;
@@ -88,7 +61,7 @@ static int next_horizon(fit__problem *p, diag__end *e, int last, double T, stein
     return to;
 }
 
-stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err)
+stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
 {
     double T = longest(p);
     stein_status status = STEIN_OK;
@@ -96,7 +69,8 @@ stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err
         h = next_horizon(p, e, h, T, err);
         int last = h + 1 == (int)HORIZONS;
         p->horizon = last ? (double)INFINITY : horizon[h] * T;
-        status = settle(d, p, e, last ? RENEWALS_LAST : RENEWALS, err);
+        status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
+        d->out->fits++;
     }
     p->horizon = INFINITY;
     return status;
@@ -104,10 +78,9 @@ stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err
 
 stein_status diag__pursue(diag *d, stein_err *err)
 {
-    diag__end e = {.x = d->x, .J = d->J, .r = d->r};
+    fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
     stein_status status = diag__follow(d, &d->p, &e, err);
-    d->objective = e.objective;
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;

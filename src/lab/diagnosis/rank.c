@@ -11,10 +11,9 @@
  *
  *      gain_k = L(null) - L(with k),    the prior of its amount: one limit
  *
- * which needs no further price for a parameter more. Linear gains are right to a few percent at
- * best - enough to choose whom to fit in full, not enough to accuse.
+ * which needs no further price for a parameter more. These gains are linear: good enough to choose
+ * whom to fit in full, not to accuse.
  */
-#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

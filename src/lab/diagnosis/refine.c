@@ -29,6 +29,7 @@ enum {
     RENEW_LAST = 4,
     TRIES = 3
 };
+static const double enough = 0.3;       /* of the objective */
 static const double worth_a_try = 10.0; /* of the objective */
 static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
@@ -69,19 +70,13 @@ static void borrow(const fit__problem *p, const double *J, const double *G, doub
 static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
-    double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
-    if (step == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     p->horizon = INFINITY;
     fit__problem_try(p, &s->s.candidate);
-    fit__choose_steps(p, s->J);
-    memcpy(step, p->step, sizeof *step * (size_t)p->nu);
-    fit__state state = {.x = s->x, .step = step, .mu = 0.0, .nu = 2.0};
-    stein_status status = fit__descend(p, &state, s->J, s->r, 0.3, renewals, err);
+    stein_status status = fit__descend(p, &e, 1, enough, renewals, err);
     if (status == STEIN_OK) {
         s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd);
-        s->ended = state.ended;
+        s->ended = e.ended && renewals > 0; // derivatives of elsewhere do not tell the end
         s->s.refitted = 1;
         s->s.gain = d->null_objective - s->objective;
         s->s.amount = s->x[p->amount] * s->s.candidate.limit;
@@ -89,7 +84,6 @@ static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *e
         d->out->fits++;
     }
     fit__problem_try(p, NULL);
-    free(step);
     return status;
 }
 
@@ -200,14 +194,12 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     lab_candidate given = leader->s.candidate;
     fit__problem_try(p, &given); // its derivatives may be those of the null fit yet
     stein_status status = fit__sensitivities(p, leader->x, leader->r, leader->J, err);
+    if (given.side >= 0) {
+        given.side_value = fit__value(&p->unknown[p->side], leader->x[p->side]);
+    }
     fit__problem_try(p, NULL);
     if (status != STEIN_OK) {
         return status;
-    }
-    if (given.side >= 0) {
-        fit__problem_try(p, &given);
-        given.side_value = fit__value(&p->unknown[p->side], leader->x[p->side]);
-        fit__problem_try(p, NULL);
     }
     p->given = &given;
     p->given_amount = amount * given.limit;
@@ -279,7 +271,7 @@ static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
     s->x[p->amount] = room[p->amount];
     s->x[p->side] = fmin(fmax(room[p->side], -1.0), 1.0);
     fit__problem_try(p, &s->s.candidate);
-    diag__end e = {.x = s->x, .J = s->J, .r = s->r};
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     stein_err why = {STEIN_OK, ""};
     stein_status status = diag__follow(d, p, &e, &why);
     status = status == STEIN_OK ? fit_on(d, s, 1, &why) : status;

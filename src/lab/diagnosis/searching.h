@@ -3,7 +3,9 @@
  *
  *   diagnose.c    the whole: null fit, suspects, refits, held-out strokes, verdict
  *   suspects.c    candidates of the mechanism and what each would change
+ *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
+ *   refine.c      the best suspects fitted in full
  *   heldout.c     error on strokes that nothing was fitted to
  *   verdict.c     from numbers to one of seven words
  */
@@ -44,7 +46,6 @@ typedef struct diag {
     const lab_dataset *fit_data, *held_data;
     fit__problem p;
     double *x, *J, *r; /* null fit: nothing hidden */
-    double objective;  /* chi2 + priors */
     int ended;         /* it found its minimum */
     double *sd;        /* [np] of the free unknowns, in x */
     double null_objective, null_D[LAB_SCATTERS];
@@ -66,18 +67,14 @@ fit__problem *diag__problem(diag *d, diag__suspect *s);
 
 /* ---- pursue.c ---- */
 
-/** Where a fit stands, with derivatives and residuals. */
-typedef struct diag__end {
-    double *x, *J, *r, objective;
-    int ended;
-} diag__end;
 /** A fit from e->x over growing horizons, with whatever effect the problem has on trial. */
-stein_status diag__follow(diag *d, fit__problem *p, diag__end *e, stein_err *err);
-/** The null fit over growing horizons: x, J, r, objective, ended. */
+stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err);
+/** The null fit over growing horizons: x, J, r, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
+
 /* ---- rank.c ---- */
 
-/** Scores of all suspects at the null fit: s.score, s.amount, s.possible, likeness; sorted. */
+/** Scores of all suspects at the null fit: s.score, s.amount, s.possible; sorted. */
 stein_status diag__rank(diag *d, stein_err *err);
 /** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated.
  *  @param D   variances of scatter, out

@@ -6,7 +6,6 @@
  * with x0 the fit without it and r the weighted residuals of all strokes. An effect may begin
  * one-sided or with zero slope (a gap that is never reached), so a derivative at a = 0 says little:
  * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS).
- * A share of the limit instead, the same for all, named a fifth fewer causes.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -33,7 +32,7 @@ typedef struct trial {
     const int *stroke;
     int nstroke;
     unsigned char *failed; /* [suspects*strokes] */
-    double *square;        /* [suspects*strokes] change, then divided by nothing */
+    double *square;        /* [suspects*strokes] sums of squares of the change */
 } trial;
 
 /* one suspect on one stroke */
@@ -126,11 +125,11 @@ static int resize(diag__suspect *s, double change)
     return 0;
 }
 
-/* steps of those suspects, from two strokes */
+/* steps of those suspects, from one stroke */
 static stein_status size_steps(diag *d, const fit__problem *p, diag__suspect **list, int n,
                                stein_err *err)
 {
-    int some[1] = {p->nstroke / 2};
+    int middle = p->nstroke / 2;
     diag__suspect **open = malloc(sizeof *open * (size_t)(n + 1));
     stein_status status = open != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
     for (int i = 0; status == STEIN_OK && i < n; i++) {
@@ -138,7 +137,7 @@ static stein_status size_steps(diag *d, const fit__problem *p, diag__suspect **l
         list[i]->step = list[i]->step > 0.0 ? list[i]->step : list[i]->s.candidate.start;
     }
     for (int round = 0; status == STEIN_OK && n > 0 && round < SIZINGS; round++) {
-        trial t = {.p = p, .x = d->x, .r0 = d->r, .suspect = open, .stroke = some, .nstroke = 1};
+        trial t = {.p = p, .x = d->x, .r0 = d->r, .suspect = open, .stroke = &middle, .nstroke = 1};
         status = try_all(d, &t, n, err);
         int left = 0;
         for (int i = 0; status == STEIN_OK && i < n; i++) {

@@ -123,6 +123,8 @@ stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
  *  side_value in quarters of its range. */
 void fit__problem_try(fit__problem *p, const lab_candidate *effect);
 void fit__problem_free(fit__problem *p);
+/** Does the stroke state this parameter itself (# set)? */
+int fit__is_set(const lab_data *data, int param);
 /** Value of an unknown at x [SI]. */
 double fit__value(const fit__unknown *u, double x);
 /** dz value: value for a logarithm, else 1. */
@@ -251,14 +253,22 @@ typedef stein_status fit__checkpoint(void *ctx, const fit__state *state, stein_e
 /** Levenberg-Marquardt from the state on.
  *  @param enough  stop when the expected gain falls below enough * (1 + relative * objective)
  *  @return OK (state->ended says whether it converged), or a failure at the start itself */
-/** The same from derivatives at hand, which serve as long as the steps do what they promise: a
- *  residual costs a stroke where new derivatives cost one for every unknown.
- *  @param J  in: at state->x; out: the last ones     @param r  out: residuals at state->x
- *  @param renewals  of J, at most */
-stein_status fit__descend(fit__problem *p, fit__state *state, double *J, double *r, double enough,
-                          int renewals, stein_err *err);
 stein_status fit__minimise(fit__problem *p, fit__state *state, double enough, double relative,
                            int iterations, fit__checkpoint *checkpoint, void *ctx, stein_err *err);
+
+/** Where a descent stands: unknowns [nu], derivatives and residuals there, chi2 + priors. */
+typedef struct fit__end {
+    double *x, *J, *r, objective;
+    int ended; /* its minimum is found */
+} fit__end;
+/** Descent from e->x with the same derivatives as long as they do what they promise: a step costs
+ *  one residual, new derivatives cost one for every unknown. Parameters stay within p->limit.
+ *  @param known     1: e->J holds derivatives from somewhere near; 0: they are found first
+ *  @param enough    expected gain at which it has ended
+ *  @param renewals  of the derivatives, at most
+ *  @return OK (e->ended says whether it converged), or a failure where it begins */
+stein_status fit__descend(fit__problem *p, fit__end *e, int known, double enough, int renewals,
+                          stein_err *err);
 
 /* ---- resume.c ---- */
 

@@ -307,10 +307,10 @@ static int iterate(fit__problem *p, fit__state *s, room *m, stein_status *status
     return 0;
 }
 
-static stein_status begin(fit__problem *p, fit__state *s, room *m, stein_err *err)
+/* residuals and objective where the search begins */
+static stein_status begin(const fit__problem *p, fit__state *s, room *m, stein_err *err)
 {
     int failed = 0;
-    memcpy(p->step, s->step, sizeof *p->step * (size_t)p->nu);
     stein_status status = fit__residuals(p, s->x, m->r, &failed, err);
     if (status == STEIN_OK && failed > 0) {
         return lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
@@ -438,12 +438,22 @@ static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein
     return better;
 }
 
-/* the search of fit__descend, from J at s->x */
-static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, double enough,
-                            int renewals, stein_err *err)
+/* new derivatives where the search stands, and steps for the next ones */
+static stein_status renew(fit__problem *p, const fit__state *s, room *m, stein_err *err)
+{
+    stein_status status = fit__sensitivities(p, s->x, m->r, m->J, err);
+    if (status == STEIN_OK) {
+        fit__choose_steps(p, m->J);
+    }
+    return status;
+}
+
+/* the search of fit__descend. @param fresh  J is that of s->x */
+static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, int fresh,
+                            double enough, int renewals, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int fresh = 0; status == STEIN_OK; fresh = 1) {
+    for (; status == STEIN_OK; fresh = 1) {
         fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
         s->decrement = decrement(m, p);
         s->ended = s->decrement < enough;
@@ -465,26 +475,33 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
             break;
         }
         s->mu = better ? s->mu : 0.0;
-        status = status == STEIN_OK ? fit__sensitivities(p, s->x, m->r, m->J, err) : status;
-        fit__choose_steps(p, m->J);
+        status = status == STEIN_OK ? renew(p, s, m, err) : status;
     }
     return status;
 }
 
-stein_status fit__descend(fit__problem *p, fit__state *s, double *J, double *r, double enough,
-                          int renewals, stein_err *err)
+stein_status fit__descend(fit__problem *p, fit__end *e, int known, double enough, int renewals,
+                          stein_err *err)
 {
     size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
-    room m = {.r = r, .J = J, .try_r = malloc(sizeof *m.try_r * (rows + 3 * nu + 1))};
+    fit__state s = {.x = e->x};
+    room m = {.r = e->r, .J = e->J, .try_r = malloc(sizeof *m.try_r * (rows + 3 * nu + 1))};
     m.dx = m.try_r + (m.try_r != NULL ? rows : 0);
     m.try_x = m.dx + (m.try_r != NULL ? nu : 0);
     stein_status status = fit__normal_make(&m.normal, p, err);
     if (status == STEIN_OK && m.try_r == NULL) {
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    s->ended = 0;
-    status = status == STEIN_OK ? begin(p, s, &m, err) : status;
-    status = status == STEIN_OK ? descend(p, s, &m, m.try_x + nu, enough, renewals, err) : status;
+    status = status == STEIN_OK ? begin(p, &s, &m, err) : status;
+    if (status == STEIN_OK && known) {
+        fit__choose_steps(p, m.J);
+    } else if (status == STEIN_OK) {
+        status = renew(p, &s, &m, err);
+    }
+    status = status == STEIN_OK ? descend(p, &s, &m, m.try_x + nu, !known, enough, renewals, err)
+                                : status;
+    e->objective = s.objective;
+    e->ended = s.ended;
     fit__normal_free(&m.normal);
     free(m.try_r);
     return status;
@@ -494,6 +511,7 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
                            int iterations, fit__checkpoint *checkpoint, void *ctx, stein_err *err)
 {
     room m = {.r = NULL};
+    memcpy(p->step, s->step, sizeof *p->step * (size_t)p->nu);
     stein_status status = room_make(&m, p, err);
     status = status == STEIN_OK ? begin(p, s, &m, err) : status;
     s->ended = 0;

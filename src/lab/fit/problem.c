@@ -72,7 +72,7 @@ static fit__unknown free_parameter(const fit__problem *p, int index)
     return u;
 }
 
-static int is_set(const lab_data *data, int param)
+int fit__is_set(const lab_data *data, int param)
 {
     for (int i = 0; i < data->nset; i++) {
         if (data->set[i].param == param) {
@@ -86,7 +86,7 @@ static int is_set(const lab_data *data, int param)
 static int always_set(const fit__problem *p, int param)
 {
     for (int s = 0; s < p->nstroke; s++) {
-        if (!is_set(p->stroke[s].data, param)) {
+        if (!fit__is_set(p->stroke[s].data, param)) {
             return 0;
         }
     }
@@ -180,7 +180,7 @@ static int initial_known(const fit__problem *p, const fit__stroke *s, int joint,
                  i == 0 ? "position" : "speed");
         int index = stein_find_param(m, name);
         *position = i == 0 ? index : *position;
-        known |= index >= 0 && is_set(s->data, index);
+        known |= index >= 0 && fit__is_set(s->data, index);
         for (int k = 0; index >= 0 && k < p->np; k++) {
             known |= p->unknown[k].index == index;
         }
