@@ -267,7 +267,7 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
         a->met = 1;
         return OK;
     }
-    refit *r = refit_create(w, a->d, 0);
+    refit *r = refit_create(w, a->d);
     if (r == NULL) {
         fprintf(stderr, "reality: the strokes without effect cannot be computed\n");
         return FAILED;
@@ -291,7 +291,7 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
 
 static int verify(const world *w, answer *a)
 {
-    refit *r = refit_create(w, a->d, 1);
+    refit *r = refit_create(w, a->d);
     int status = r != NULL ? refit_size_dense(r, &w->hidden, &a->dense) : -1;
     refit_free(r);
     return status == 0 ? OK : FAILED;
@@ -403,7 +403,7 @@ static int survey(const options *o, const world *w)
     int status = f != NULL ? OK : FAILED;
     for (int touch = 0; status == OK && touch < 3; touch++) {
         design_strokes(&d, touch);
-        refit *r = refit_create(w, &d, 0);
+        refit *r = refit_create(w, &d);
         status = r != NULL ? OK : FAILED;
         for (const effect_kind *k = effect_kinds; status == OK && k->name != NULL; k++) {
             char place[MECH_PATH];

@@ -298,7 +298,7 @@ int film_frames(const camera *c);
 
 /* refit.c */
 typedef struct refit refit;
-refit *refit_create(const world *w, const design *d, int central);
+refit *refit_create(const world *w, const design *d);
 void refit_free(refit *r);
 /** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. */
 int refit_size(refit *r, const effect *e, double *size);

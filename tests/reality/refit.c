@@ -10,7 +10,8 @@
  *   own to each stroke      time of the trigger, one offset a marker, drive, joint friction,
  *                           contact friction (with the scatter of the set as prior)
  *
- * X by differences of films, 0.05 sd to one side (or 0.1 sd to both). With the priors the refit is
+ * X by differences of films, 0.1 sd to both sides (to one side, a refit can end 10 % beside the
+ * size, and takes more steps). With the priors the refit is
  *
  *   u = argmin |r - X u|^2 + |u|^2 = (X'X + 1)^-1 X' r ,     size = RMS(r - X u)
  *
@@ -79,7 +80,7 @@ static void change(const refit *r, const film *a, const film *b, double factor, 
     }
 }
 
-/* one column by films at -lo and +hi standard deviations of whatever `move` moves */
+/* one column by films at some standard deviations of whatever `move` moves, to both sides */
 typedef void move_fn(const refit *r, int k, double by, double *p, setting *s);
 
 static void move_common(const refit *r, int k, double by, double *p, setting *s)
@@ -111,17 +112,16 @@ static int film_moved(const refit *r, const block *b, move_fn *move, int k, doub
     return status;
 }
 
-static int difference(const refit *r, const block *b, move_fn *move, int k, int central,
-                      double *out)
+static int difference(const refit *r, const block *b, move_fn *move, int k, double *out)
 {
-    double by = central ? 0.1 : 0.05;
+    const double by = 0.1;
     film up, down = {0, NULL, NULL, 0.0};
     if (film_moved(r, b, move, k, by, &up) != 0) {
         return -1;
     }
-    int status = central ? film_moved(r, b, move, k, -by, &down) : 0;
+    int status = film_moved(r, b, move, k, -by, &down);
     if (status == 0) {
-        change(r, central ? &down : &b->base, &up, 1.0 / (central ? 2.0 * by : by), out);
+        change(r, &down, &up, 1.0 / (2.0 * by), out);
     }
     film_free(&up);
     film_free(&down);
@@ -144,7 +144,7 @@ static void direct_columns(const refit *r, const block *b)
     }
 }
 
-static int fill_block(refit *r, block *b, const setting *s, int central)
+static int fill_block(refit *r, block *b, const setting *s)
 {
     static const int moved[] = {N_DRIVE, N_JOINTS, N_CONTACTS};
     b->at = (setting){.dx = s->dx,
@@ -159,10 +159,10 @@ static int fill_block(refit *r, block *b, const setting *s, int central)
     b->X = calloc((size_t)(r->ncommon + OWN) * (size_t)r->rows, sizeof *b->X);
     int status = b->X != NULL ? 0 : -1;
     for (int k = 0; status == 0 && k < r->ncommon; k++) {
-        status = difference(r, b, move_common, k, central, column(r, b, k));
+        status = difference(r, b, move_common, k, column(r, b, k));
     }
     for (int k = 0; status == 0 && k < 3; k++) {
-        status = difference(r, b, move_own, moved[k], central, column(r, b, r->ncommon + moved[k]));
+        status = difference(r, b, move_own, moved[k], column(r, b, r->ncommon + moved[k]));
     }
     if (status == 0) {
         direct_columns(r, b);
@@ -200,7 +200,7 @@ static const block *first_like(const refit *r, int i)
     return NULL;
 }
 
-refit *refit_create(const world *w, const design *d, int central)
+refit *refit_create(const world *w, const design *d)
 {
     refit *r = calloc(1, sizeof *r);
     int status = r != NULL ? 0 : -1;
@@ -218,7 +218,7 @@ refit *refit_create(const world *w, const design *d, int central)
     for (int i = 0; status == 0 && i < FIT; i++) {
         const block *like = first_like(r, i);
         status = like != NULL ? copy_block(r, &r->block[i], like)
-                              : fill_block(r, &r->block[i], &d->stroke[i], central);
+                              : fill_block(r, &r->block[i], &d->stroke[i]);
     }
     if (status == 0) {
         r->r = calloc((size_t)FIT * (size_t)r->rows, sizeof *r->r);
