@@ -149,6 +149,9 @@ typedef struct lab_suspect {
     lab_cause_number number[LAB_MOVED];
     double chi2_dof; /* of the refit */
     double held_out; /* RMSE on held-out strokes over the noise; NAN unless refitted */
+    /* of one cause of several: held-out error with all over that without this one, all else
+     * refitted, with a 95 % bootstrap interval over strokes; else NAN */
+    double own_ratio, own_lo, own_hi;
     double likeness; /* to the first one: |correlation| of what each changes, all else refitted */
     const char *why; /* not testable, not possible: because ...; NULL */
 } lab_suspect;
@@ -196,8 +199,8 @@ typedef struct lab_diagnosis {
     char reason[320];  /* one or two sentences */
     const char *phase; /* where the found cause shows most; NULL without one */
     int nsuspect;
-    lab_suspect *suspect; /* best first; with a cause found suspect[0] is it */
-    int ncause;           /* suspect[0 .. ncause-1] are the causes */
+    lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */
+    int ncause;           /* suspect[0 .. ncause-1] are the causes, at most 3 */
     int nrival;           /* the next nrival cannot be told from it */
     double p;             /* family-wise probability of the best score where nothing is */
     lab_gain gain;        /* all channels, in units of noise */

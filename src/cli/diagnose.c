@@ -188,6 +188,10 @@ static void print_cause(const lab_suspect *s)
         printf("  %s = %s  (95 %%: %s .. %s)\n", n->name, cli_quantity(value, n->value, n->unit),
                cli_quantity(lo, n->lo, n->unit), cli_quantity(hi, n->hi, n->unit));
     }
+    if (isfinite(s->own_ratio)) {
+        printf("  held-out error: %.3g (95 %%: %.3g .. %.3g) of what it is without it\n",
+               s->own_ratio, s->own_lo, s->own_hi);
+    }
 }
 
 static void print_rivals(const lab_diagnosis *d)

@@ -7,8 +7,9 @@
  *   suspects    what every candidate would change (suspects.c)
  *   rank        whom the residual looks like (rank.c)
  *   refit       the best ones in full, then what could stand in their place (refine.c)
- *   held out    is anything gained where nothing was fitted (heldout.c)
- *   verdict     (verdict.c)
+ *   held out    is anything gained where nothing was fitted (heldout.c), and is there more
+ *               to be found (several.c)
+ *   verdict     (verdict.c), numbers (note.c)
  *   show        where the model departs, and the force it lacks (departure.c, latent.c)
  */
 #include <math.h>
@@ -128,19 +129,37 @@ static stein_status make_problem(diag *d, stein_err *err)
     d->fit_def.offset = offset_prior;
     d->fit_def.threads = d->def->threads > 0 ? d->def->threads : 1;
     d->fit_def.scatter = d->fit_data->n >= SCATTER_FROM;
-    status = fit__problem_make_open(&d->p, d->model, d->fit_data, &d->fit_def, err);
+    status = diag__open_problem(d, err);
+    d->p.tolerance = tolerance;
+    d->out->samples = d->p.samples;
+    return status;
+}
+
+stein_status diag__open_problem(diag *d, stein_err *err)
+{
+    stein_status status = fit__problem_make_with(&d->p, d->model, d->fit_data, &d->fit_def,
+                                                 d->accepted, d->naccepted, err);
     if (status != STEIN_OK) {
         return status;
     }
     size_t rows = fit__offset(&d->p, d->p.nstroke);
-    d->p.tolerance = tolerance;
-    d->out->samples = d->p.samples;
     d->x = calloc((size_t)d->p.nu + 1, sizeof *d->x);
+    d->sd = calloc((size_t)d->p.np + 1, sizeof *d->sd);
     d->J = malloc(sizeof *d->J * (fit__columns(&d->p) + 1));
     d->r = malloc(sizeof *d->r * (rows + 1));
-    return d->x != NULL && d->J != NULL && d->r != NULL
+    return d->x != NULL && d->sd != NULL && d->J != NULL && d->r != NULL
                ? STEIN_OK
                : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+void diag__close(diag *d)
+{
+    diag__suspects_free(d);
+    fit__problem_free(&d->p);
+    free(d->x);
+    free(d->J);
+    free(d->r);
+    free(d->sd);
 }
 
 /* ---- the search ---- */
@@ -159,109 +178,6 @@ static stein_status search(diag *d, stein_err *err)
 }
 
 /* ---- results ---- */
-
-static void note_number(const char *name, const char *unit, double value, double sd,
-                        lab_suspect *to)
-{
-    lab_cause_number *n = &to->number[to->nnumber++];
-    snprintf(n->name, sizeof n->name, "%s", name);
-    n->unit = unit;
-    n->value = value;
-    n->lo = value - 1.96 * sd;
-    n->hi = value + 1.96 * sd;
-}
-
-/* amount and second number of a refitted suspect */
-static void note_numbers(diag *d, diag__suspect *s)
-{
-    fit__problem *p = diag__problem(d, s);
-    const lab_candidate *c = &s->s.candidate;
-    double wide = sqrt(diag__excess(d, s));
-    fit__problem_try(p, c);
-    note_number(c->effect->size, c->unit, s->x[p->amount] * c->limit,
-                wide * s->sd[p->amount] * c->limit, &s->s);
-    if (c->side >= 0) {
-        const fit__unknown *u = &p->unknown[p->side];
-        double value = fit__value(u, s->x[p->side]);
-        const char *unit =
-            c->side_unit != NULL ? c->side_unit : lab_equations(p->model)->params[c->side].unit;
-        note_number(c->effect->side, unit, value,
-                    fmin(1.0, wide * s->sd[p->side]) * u->sd * fabs(fit__slope(u, s->x[p->side])),
-                    &s->s);
-        s->s.candidate.side_value = value;
-    }
-    fit__problem_try(p, NULL);
-}
-
-static stein_status note_suspects(diag *d, stein_err *err)
-{
-    lab_diagnosis *o = d->out;
-    double most = d->n > 0 ? d->suspect[0].s.gain : NAN;
-    o->suspect = calloc((size_t)d->n + 1, sizeof *o->suspect);
-    if (o->suspect == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    for (int i = 0; i < d->n; i++) {
-        diag__suspect *s = &d->suspect[i];
-        if (s->s.refitted && isfinite(s->objective)) {
-            note_numbers(d, s);
-        }
-        double gain = s->s.refitted ? s->s.gain : s->s.score;
-        s->s.likeness = most > 0.0 && gain > 0.0 ? fmin(1.0, sqrt(gain / most)) : 0.0;
-        o->suspect[i] = s->s;
-    }
-    o->nsuspect = d->n;
-    o->p = d->p_value;
-    return STEIN_OK;
-}
-
-/* the refitted numbers of the file, with the cause in the model if there is one */
-static stein_status note_values(diag *d, const diag__suspect *cause, stein_err *err)
-{
-    lab_diagnosis *o = d->out;
-    const fit__problem *p = cause != NULL ? diag__problem(d, (diag__suspect *)cause) : &d->p;
-    const double *x = cause != NULL ? cause->x : d->x;
-    const double *sd = cause != NULL ? cause->sd : d->sd;
-    double wide = cause != NULL ? sqrt(diag__excess(d, cause)) : 1.0;
-    const stein_model *m = lab_equations(d->model);
-    o->value = calloc((size_t)p->np + 1, sizeof *o->value);
-    if (o->value == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    for (int k = 0; k < p->np; k++) {
-        const fit__unknown *u = &p->unknown[k];
-        if (u->kind != FIT__PARAM) {
-            continue;
-        }
-        int param = stein_find_param(m, lab_equations(p->model)->params[u->index].name);
-        if (param < 0) {
-            continue; // the part's own
-        }
-        const stein_param *q = &m->params[param];
-        lab_fit_value *v = &o->value[o->nvalue++];
-        double value = fit__value(u, x[k]),
-               in_sd = u->prior ? fmin(1.0, wide * sd[k]) : wide * sd[k];
-        double s = in_sd * u->sd * fabs(fit__slope(u, x[k]));
-        *v = (lab_fit_value){.name = q->name,
-                             .unit = q->unit,
-                             .param = param,
-                             .logarithmic = u->log,
-                             .start = q->value,
-                             .value = value,
-                             .sd = s,
-                             .lo = value - 1.96 * s,
-                             .hi = value + 1.96 * s,
-                             .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
-                             .data_sd = NAN};
-    }
-    for (int i = 0; i < DIAG_CLASSES; i++) {
-        const double prior[] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
-                                d->fit_def.drive_scatter};
-        const double *D = cause != NULL ? cause->D : d->null_D;
-        o->scatter[i] = prior[i] * sqrt(D[i]);
-    }
-    return STEIN_OK;
-}
 
 /* predictions of a stroke from its weighted residuals */
 static void predict(const fit__problem *p, int s, const double *r, double *y)
@@ -293,34 +209,11 @@ static stein_status traces(diag *d, const fit__problem *p, const double *before,
     return status;
 }
 
-/* held-out strokes of the model with and without the best candidate, then the verdict */
-static stein_status conclude_held(diag *d, diag__held *before, diag__held *after, stein_err *err)
-{
-    diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
-    d->out->gain.ratio = d->out->gain.rmse_before = d->out->gain.rmse_after = NAN;
-    d->out->gain.lo = d->out->gain.hi = NAN;
-    if (d->held_data->n < 1) {
-        diag__verdict(d, NAN, NAN);
-        return STEIN_OK;
-    }
-    stein_err why = {STEIN_OK, ""};
-    stein_status status = diag__held_out(d, NULL, before, &why);
-    if (status == STEIN_OK && best != NULL && isfinite(best->objective)) {
-        status = diag__held_out(d, best, after, &why);
-        best->s.held_out = after->rmse;
-    }
-    if (status == STEIN_ENOMEM) {
-        return lab__fail(err, status, "out of memory");
-    }
-    d->out->gain.ratio = after->rmse / before->rmse;
-    diag__verdict(d, before->rmse, isfinite(after->rmse) ? after->rmse : before->rmse);
-    return STEIN_OK;
-}
-
-static stein_status show(diag *d, diag__held *before, diag__held *after, stein_err *err)
+/* the strokes as the file predicts them and as the end does */
+static stein_status show(diag *d, const diag__held *before, const diag__found *f, stein_err *err)
 {
     const fit__problem *p = &d->p;
-    const diag__suspect *cause = d->out->ncause > 0 ? &d->suspect[0] : NULL;
+    const double *r = f->n < 1 ? NULL : f->leader != NULL ? f->leader->r : f->end->r;
     size_t frames = diag__row(p, p->nstroke),
            more = before->x != NULL ? diag__row(&before->p, before->p.nstroke) : 0;
     const char **phase = malloc(sizeof *phase * (frames + more + 1));
@@ -331,14 +224,12 @@ static stein_status show(diag *d, diag__held *before, diag__held *after, stein_e
     if (status == STEIN_OK && more > 0) {
         status = diag__phases(&before->p, before->x, phase + frames, NULL, err);
     }
-    if (status == STEIN_OK && cause != NULL) {
-        d->out->phase = diag__phase_shown(p, d->r, cause->r, phase);
+    if (status == STEIN_OK && r != NULL) {
+        d->out->phase = diag__phase_shown(p, d->r, r, phase);
     }
-    status = status == STEIN_OK
-                 ? traces(d, p, d->r, cause != NULL ? cause->r : NULL, phase, 0, TRACES, err)
-                 : status;
+    status = status == STEIN_OK ? traces(d, p, d->r, r, phase, 0, TRACES, err) : status;
     if (status == STEIN_OK && more > 0) {
-        const diag__held *end = cause != NULL && after->x != NULL ? after : before;
+        const diag__held *end = r != NULL && f->held.x != NULL ? &f->held : before;
         status = traces(d, &before->p, before->r, end != before ? end->r : NULL, phase + frames, 1,
                         TRACES_HELD, err);
         status = status == STEIN_OK ? diag__gain(d->out, before, end, phase + frames, err) : status;
@@ -350,29 +241,48 @@ static stein_status show(diag *d, diag__held *before, diag__held *after, stein_e
     return status;
 }
 
+/* the mechanism with a part stays: causes and rivals have their units from it */
+static void keep_part(diag *d, const diag__found *f)
+{
+    for (int i = 0; i < d->n; i++) {
+        const lab_model *model = d->suspect[i].model;
+        int used = f->leader == &d->suspect[i];
+        for (int k = 0; k < f->nstage; k++) {
+            used |= f->stage[k]->model == model;
+        }
+        if (model != NULL && used) {
+            d->out->extended_model = d->suspect[i].model;
+            d->suspect[i].model = NULL;
+            return;
+        }
+    }
+}
+
 static stein_status conclude(diag *d, stein_err *err)
 {
-    diag__held before = {.x = NULL, .rmse = NAN}, after = {.x = NULL, .rmse = NAN};
-    d->sd = calloc((size_t)d->p.np + 1, sizeof *d->sd);
-    if (d->sd == NULL) {
+    diag__held before = {.x = NULL, .rmse = NAN};
+    diag__found found;
+    lab_diagnosis *o = d->out;
+    diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd);
+    progress(d, 0.8, "strokes that were held out");
+    o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
+    o->noise_floor = 1.0;
+    stein_err why = {STEIN_OK, ""};
+    if (d->held_data->n > 0 && diag__held_out(d, NULL, &before, &why) == STEIN_ENOMEM) {
+        diag__held_free(&before);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    double D[LAB_SCATTERS];
-    diag__likelihood(&d->p, d->x, d->J, d->r, D, d->sd);
-    progress(d, 0.85, "strokes that were held out");
-    stein_status status = conclude_held(d, &before, &after, err);
-    diag__suspect *cause = d->out->ncause > 0 ? &d->suspect[0] : NULL;
-    status = status == STEIN_OK ? note_suspects(d, err) : status;
-    status = status == STEIN_OK ? note_values(d, cause, err) : status;
-    progress(d, 0.92, "where the model departs");
-    status = status == STEIN_OK ? show(d, &before, &after, err) : status;
-    if (status == STEIN_OK && cause != NULL && cause->model != NULL) {
-        d->out->extended_model = cause->model;
-        cause->model = NULL;
+    stein_status status = diag__several(d, &before, &found, err);
+    if (status == STEIN_OK) {
+        o->gain.ratio = found.held.rmse / before.rmse;
+        diag__verdict(d, &found);
+        status = diag__note(d, &found, err);
     }
-    d->out->noise_floor = 1.0;
+    progress(d, 0.92, "where the model departs");
+    status = status == STEIN_OK ? show(d, &before, &found, err) : status;
+    keep_part(d, &found);
+    diag__found_free(&found);
     diag__held_free(&before);
-    diag__held_free(&after);
     return status;
 }
 
@@ -397,12 +307,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     clock_gettime(CLOCK_MONOTONIC, &end);
     d.out->seconds =
         (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
-    diag__suspects_free(&d);
-    fit__problem_free(&d.p);
-    free(d.x);
-    free(d.J);
-    free(d.r);
-    free(d.sd);
+    diag__close(&d);
     free(d.name);
     free(fit.stroke);
     free(held.stroke);

@@ -58,6 +58,11 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
     lab__json_real(j, "likeness", s->likeness);
     lab__json_real(j, "chi2_dof", s->chi2_dof);
     lab__json_real(j, "held_out", s->held_out);
+    lab__json_open(j, "own", '{');
+    lab__json_real(j, "ratio", s->own_ratio);
+    lab__json_real(j, "lo", s->own_lo);
+    lab__json_real(j, "hi", s->own_hi);
+    lab__json_close(j);
     lab__json_close(j);
     lab__json_close(j);
 }

@@ -23,7 +23,8 @@ static const double enough = 0.3; /* of the objective */
 static stein_status make_problem(diag *d, const lab_model *model, const lab_dataset *data,
                                  const double *D, fit__problem *p, stein_err *err)
 {
-    stein_status status = fit__problem_make_open(p, model, data, &d->fit_def, err);
+    stein_status status =
+        fit__problem_make_with(p, model, data, &d->fit_def, d->accepted, d->naccepted, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -153,6 +154,19 @@ static int measure(const diag__held *before, const diag__held *after, const char
     }
     free(b);
     return g->samples;
+}
+
+void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause)
+{
+    lab_gain g = {.ratio = NAN, .lo = NAN, .hi = NAN};
+    stein_status status = STEIN_OK;
+    stein_err none;
+    if (isfinite(without->rmse) && isfinite(with->rmse)) {
+        measure(without, with, NULL, -1, NULL, &g, &none, &status);
+    }
+    cause->own_ratio = g.ratio;
+    cause->own_lo = g.lo;
+    cause->own_hi = g.hi;
 }
 
 stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag__held *after,

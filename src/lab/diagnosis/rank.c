@@ -65,12 +65,12 @@ static void find_slots(slots *l, const fit__problem *p)
     }
 }
 
-/* parameters that are fitted */
+/* what is fitted, the effect on trial excepted */
 static int free_ones(const fit__problem *p, int *list)
 {
     int n = 0;
     for (int k = 0; k < p->np; k++) {
-        if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
+        if (!p->unknown[k].idle && k != p->amount && k != p->side) {
             list[n++] = k;
         }
     }

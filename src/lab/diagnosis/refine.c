@@ -268,6 +268,8 @@ static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
     }
     memcpy(room, s->x, sizeof *room * size);
     memset(s->x, 0, sizeof *s->x * nu);
+    memcpy(s->x + p->first_accepted, room + p->first_accepted,
+           sizeof *s->x * (size_t)(2 * p->naccepted));
     s->x[p->amount] = room[p->amount];
     s->x[p->side] = fmin(fmax(room[p->side], -1.0), 1.0);
     fit__problem_try(p, &s->s.candidate);

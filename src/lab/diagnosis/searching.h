@@ -7,7 +7,9 @@
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   refine.c      the best suspects fitted in full
  *   heldout.c     error on strokes that nothing was fitted to
+ *   several.c     one cause after the other, and whether each is needed
  *   verdict.c     from numbers to one of seven words
+ *   note.c        the numbers that a diagnosis tells
  */
 #ifndef SEARCHING_H
 #define SEARCHING_H
@@ -44,6 +46,8 @@ typedef struct diag {
     const char **name; /* free parameters */
     int nname;
     const lab_dataset *fit_data, *held_data;
+    lab_candidate accepted[FIT__ACCEPTED]; /* causes that earlier searches have found: they act */
+    int naccepted;
     fit__problem p;
     double *x, *J, *r; /* null fit: nothing hidden */
     int ended;         /* it found its minimum */
@@ -54,6 +58,14 @@ typedef struct diag {
     double p_value;
     lab_diagnosis *out;
 } diag;
+
+/* ---- diagnose.c ---- */
+
+/** p for d->model, fit_data, fit_def and accepted, with room for x (0), J, r and sd.
+ *  @return OK, or what fit__problem_make_with returns */
+stein_status diag__open_problem(diag *d, stein_err *err);
+/** What a search owns. */
+void diag__close(diag *d);
 
 /* ---- suspects.c ---- */
 
@@ -101,14 +113,52 @@ typedef struct diag__held {
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
+/** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
+void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);
 /** gain and gains of a diagnosis. @param phase  of all held-out frames */
 stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag__held *after,
                         const char *const *phase, stein_err *err);
 
+/* ---- several.c ---- */
+
+/** Where all searches have ended. */
+typedef struct diag__found {
+    int n;
+    lab_suspect cause[FIT__ACCEPTED];
+    const diag *from[FIT__ACCEPTED]; /* the search that found it */
+    diag *end;                       /* where all of them act */
+    diag__suspect *leader;           /* one of them is on trial there; NULL: all are accepted */
+    double chi2_dof, excess;
+    diag__held held; /* held-out strokes at the end */
+    diag **stage;    /* searches after the first one */
+    int nstage;
+} diag__found;
+/** All causes, after the first search has ended.
+ *  @param before  held-out strokes of the mechanism as it is; rmse NAN: none
+ *  @return OK, ENOMEM; free in any case */
+stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
+                           stein_err *err);
+void diag__found_free(diag__found *found);
+/** The unknowns of a cause at the end, amount and second number: x and sd [2].
+ *  @return the amount; the next one is the second number */
+const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
+
+/* ---- note.c ---- */
+
+/** Suspects, refitted numbers of the file and scatter of the diagnosis. @return OK, ENOMEM */
+stein_status diag__note(diag *d, diag__found *found, stein_err *err);
+
 /* ---- verdict.c ---- */
 
-/** Verdict, reason, causes and rivals from what the search has found; suspects are sorted. */
-void diag__verdict(diag *d, double held_before, double held_after);
+extern const double diag__rival;      /* of -2 log likelihood: nearer ones cannot be told apart */
+extern const double diag__least_gain; /* of -2 log likelihood, to speak of */
+/** Does the best suspect of a search gain enough to speak of, and not by chance? */
+int diag__spoken(const diag *d);
+/** Is a residual of this chi2/dof more than noise? Where nobody stated the noise it may be. */
+int diag__is_more(const diag *d, double chi2_dof);
+/** Verdict and reason from what the searches have found; without a cause that holds, found->n is 0
+ *  afterwards. */
+void diag__verdict(diag *d, diag__found *found);
 /** How much more than its noise a residual varies whose noise nobody stated: chi2/dof with this
  *  suspect, times the length of the residual's memory; 1 where it was stated. */
 double diag__excess(const diag *d, const diag__suspect *s);

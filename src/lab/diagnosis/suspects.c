@@ -236,6 +236,14 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     if (strcmp(c->effect->kind, "sensor_offset") == 0) {
         return "the offset of the marker, fitted anyhow, says the same";
     }
+    for (int i = 0; i < d->naccepted; i++) {
+        if (d->accepted[i].effect == c->effect && strcmp(d->accepted[i].place, c->place) == 0) {
+            return "it was found already";
+        }
+    }
+    if (d->naccepted > 0 && c->effect->needs != NULL) {
+        return "parts are tried in the mechanism of the file only";
+    }
     return NULL;
 }
 
@@ -304,7 +312,14 @@ stein_status diag__suspects(diag *d, stein_err *err)
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
         s->s = (lab_suspect){
-            .candidate = list[i], .score = NAN, .gain = NAN, .held_out = NAN, .chi2_dof = NAN};
+            .candidate = list[i],
+            .score = NAN,
+            .gain = NAN,
+            .held_out = NAN,
+            .chi2_dof = NAN,
+            .own_ratio = NAN,
+            .own_lo = NAN,
+            .own_hi = NAN};
         s->never = untestable(d, &list[i]);
         s->objective = s->swap = INFINITY;
         if (s->never == NULL && list[i].effect->needs != NULL) {

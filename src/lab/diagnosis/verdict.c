@@ -21,11 +21,11 @@
 
 #include "searching.h"
 
-static const double least = 25.0; /* gain */
+const double diag__least_gain = 25.0;
+const double diag__rival = 9.2; /* odds of 1 to 100 */
 static const double by_chance = 0.01;
 static const double slack = 0.05;       /* of chi2/dof */
 static const double must_explain = 0.7; /* share of the misfit */
-static const double rival = 9.2;        /* -2 ln of odds of 1 to 100 */
 
 static int noise_given(const fit__problem *p)
 {
@@ -49,28 +49,26 @@ double diag__excess(const diag *d, const diag__suspect *s)
     return fmax(1.0, s->s.chi2_dof) * fmax(1.0, memory);
 }
 
-static void say_cause(diag *d, const diag__suspect *best)
+/* "viscous_friction at slide" */
+static int say_place(char *to, size_t size, const lab_suspect *s)
 {
-    lab_diagnosis *o = d->out;
-    const lab_effect *e = best->s.candidate.effect;
-    snprintf(o->reason, sizeof o->reason,
-             "%s at %s: %s. %s%d other candidate%s cannot be told from it.", e->kind,
-             best->s.candidate.place, e->equation,
-             isfinite(o->gain.ratio) ? "Strokes that were held out are predicted better. " : "",
-             o->nrival, o->nrival == 1 ? "" : "s");
+    return snprintf(to, size, "%s at %s", s->candidate.effect->kind, s->candidate.place);
 }
 
-static void count_rivals(diag *d)
+static void say_causes(diag *d, const diag__found *f)
 {
     lab_diagnosis *o = d->out;
-    double near = d->suspect[0].objective + rival * diag__excess(d, &d->suspect[0]);
-    o->ncause = 1;
-    for (int i = 1; i < d->n; i++) {
-        const diag__suspect *s = &d->suspect[i];
-        if (!s->s.refitted || !s->s.possible || !(s->objective < near)) {
-            break;
-        }
-        o->nrival++;
+    size_t size = sizeof o->reason;
+    int n = 0;
+    for (int i = 0; i < f->n && n < (int)size; i++) {
+        n += snprintf(o->reason + n, size - (size_t)n, "%s",
+                      i == 0 ? "" : i + 1 < f->n ? ", " : " and ");
+        n += n < (int)size ? say_place(o->reason + n, size - (size_t)n, &f->cause[i]) : 0;
+    }
+    if (n < (int)size) {
+        snprintf(o->reason + n, size - (size_t)n, "%s%s.%s", f->n == 1 ? ": " : "",
+                 f->n == 1 ? f->cause[0].candidate.effect->equation : "",
+                 isfinite(o->gain.ratio) ? " Strokes that were held out are predicted better." : "");
     }
 }
 
@@ -99,51 +97,69 @@ static void say_nothing_found(lab_diagnosis *o)
     }
 }
 
-void diag__verdict(diag *d, double before, double after)
+static double most_noise(const diag *d)
+{
+    double dof = fmax(1.0, d->p.samples - d->p.nu);
+    return noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
+}
+
+int diag__spoken(const diag *d)
+{
+    const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
+    return best != NULL && isfinite(best->objective) && best->s.possible &&
+           best->s.gain > diag__least_gain * diag__excess(d, best) && d->p_value < by_chance;
+}
+
+int diag__is_more(const diag *d, double chi2_dof)
+{
+    return !noise_given(&d->p) || chi2_dof > most_noise(d);
+}
+
+/* @return does the diagnosis end without a cause? */
+static int is_unexplained(diag *d, double chi2_dof)
+{
+    double before = d->out->chi2_dof_before, noise = most_noise(d);
+    double share = (before - chi2_dof) / fmax(before - 1.0, 1e-9);
+    const char *what = chi2_dof > noise && share < must_explain
+                           ? "The best candidate leaves most of the misfit."
+                       : chi2_dof > 2.0 && noise_given(&d->p)
+                           ? "The best candidate leaves more than noise."
+                           : NULL;
+    if (what != NULL) {
+        unexplained(d, what);
+    }
+    return what != NULL;
+}
+
+void diag__verdict(diag *d, diag__found *f)
 {
     lab_diagnosis *o = d->out;
-    const fit__problem *p = &d->p;
     const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
-    double dof = fmax(1.0, p->samples - p->nu), gain = best != NULL ? best->s.gain : 0.0;
-    int given = noise_given(p);
-    double noise = given ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
-    gain /= best != NULL ? diag__excess(d, best) : 1.0;
-    o->chi2_dof_before = fit__chi2(p, d->r) / dof;
-    o->chi2_dof_after = best != NULL ? best->s.chi2_dof : o->chi2_dof_before;
-    int spoken = best != NULL && isfinite(best->objective) && best->s.possible && gain > least &&
-                 d->p_value < by_chance;
-    if (!spoken && o->chi2_dof_before <= noise) {
+    int spoken = diag__spoken(d);
+    o->chi2_dof_before = fit__chi2(&d->p, d->r) / fmax(1.0, d->p.samples - d->p.nu);
+    o->chi2_dof_after = f->n > 0       ? f->chi2_dof
+                        : best != NULL ? best->s.chi2_dof
+                                       : o->chi2_dof_before;
+    if (!spoken && o->chi2_dof_before <= most_noise(d)) {
         o->verdict = LAB_VERDICT_EXPLAINED;
         say_nothing_found(o);
-        return;
-    }
-    if (!spoken) {
+    } else if (!spoken) {
         unexplained(d, "The residual is more than noise, and no candidate explains it.");
-        return;
-    }
-    double share = (o->chi2_dof_before - best->s.chi2_dof) / fmax(o->chi2_dof_before - 1.0, 1e-9);
-    if (best->s.chi2_dof > noise && share < must_explain) {
-        unexplained(d, "The best candidate leaves most of the misfit.");
-        return;
-    }
-    if (best->s.chi2_dof > 2.0 && given) {
-        unexplained(d, "The best candidate leaves more than noise.");
-        return;
-    }
-    if (isfinite(before) && !(after < before)) {
+    } else if (is_unexplained(d, o->chi2_dof_after)) {
+        f->n = 0;
+    } else if (f->n < 1) {
         o->verdict = LAB_VERDICT_EXPLAINED;
         snprintf(o->reason, sizeof o->reason,
                  "The best candidate (%s at %s) fits better but does not predict the held-out "
                  "strokes better: no extension is made.",
                  best->s.candidate.effect->kind, best->s.candidate.place);
-        return;
-    }
-    const char *class = best->s.candidate.effect->cls;
-    for (int v = LAB_VERDICT_WRONG_PARAMETER; v <= LAB_VERDICT_MISSING_EFFECT; v++) {
-        if (strcmp(class, lab_verdict_text((lab_verdict)v)) == 0) {
-            o->verdict = (lab_verdict)v;
+    } else {
+        const char *class = f->cause[0].candidate.effect->cls;
+        for (int v = LAB_VERDICT_WRONG_PARAMETER; v <= LAB_VERDICT_MISSING_EFFECT; v++) {
+            if (strcmp(class, lab_verdict_text((lab_verdict)v)) == 0) {
+                o->verdict = (lab_verdict)v;
+            }
         }
+        say_causes(d, f);
     }
-    count_rivals(d);
-    say_cause(d, best);
 }

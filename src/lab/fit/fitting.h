@@ -87,6 +87,8 @@ typedef struct fit__stroke {
     int tau;        /* unknown of its trigger, -1: none */
 } fit__stroke;
 
+enum { FIT__ACCEPTED = 3 };
+
 typedef struct fit__problem {
     const lab_model *model;
     const lab_fit_def *def;
@@ -102,7 +104,9 @@ typedef struct fit__problem {
     double horizon;             /* samples after it do not count [s of the simulation] */
     double limit;               /* fit__descend: parameters stay within so many prior sd */
     int central;                /* differences to both sides */
-    const lab_candidate *given; /* acts anyway, by given_amount; NULL: none */
+    const lab_candidate *accepted[FIT__ACCEPTED]; /* effects that act, with unknowns of their own */
+    int naccepted, first_accepted;                /* amount and side of each, one behind the other */
+    const lab_candidate *given;                   /* acts anyway, by given_amount; NULL: none */
     double given_amount;
     const lab_candidate *effect; /* on trial, NULL: none */
     int amount, side;            /* its unknowns; -1: no room for one */
@@ -119,6 +123,12 @@ stein_status fit__problem_make(fit__problem *p, const lab_model *model, const la
 stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
                                     const lab_dataset *data, const lab_fit_def *def,
                                     stein_err *err);
+/** The same with effects that act in it, n <= FIT__ACCEPTED: amount and side of each are unknowns
+ *  between the parameters and those of the effect on trial.
+ *  @param accepted  must outlive the problem */
+stein_status fit__problem_make_with(fit__problem *p, const lab_model *model,
+                                    const lab_dataset *data, const lab_fit_def *def,
+                                    const lab_candidate *accepted, int n, stein_err *err);
 /** Put an effect on trial (NULL: none). Its amount counts in limits, its second number from
  *  side_value in quarters of its range. */
 void fit__problem_try(fit__problem *p, const lab_candidate *effect);

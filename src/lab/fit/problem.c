@@ -120,20 +120,20 @@ static stein_status take_free(fit__problem *p, stein_err *err)
     return STEIN_OK;
 }
 
-static void take_effect(fit__problem *p)
+/* room for the amount of an effect and its second number. @return the amount */
+static int take_pair(fit__problem *p)
 {
-    p->amount = p->np++;
-    p->side = p->np++;
-    p->unknown[p->amount] = (fit__unknown){
+    p->unknown[p->np++] = (fit__unknown){
         .kind = FIT__AMOUNT, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
-    p->unknown[p->side] = (fit__unknown){
+    p->unknown[p->np++] = (fit__unknown){
         .kind = FIT__SIDE, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
+    return p->np - 2;
 }
 
-void fit__problem_try(fit__problem *p, const lab_candidate *effect)
+/* amount in limits; the second number from side_value in quarters of its range */
+static void scale_pair(fit__unknown *amount, const lab_candidate *effect)
 {
-    fit__unknown *amount = &p->unknown[p->amount], *side = &p->unknown[p->side];
-    p->effect = effect;
+    fit__unknown *side = amount + 1;
     amount->idle = effect == NULL;
     amount->sd = effect != NULL ? effect->limit : 1.0;
     side->idle = effect == NULL || effect->side < 0;
@@ -144,6 +144,24 @@ void fit__problem_try(fit__problem *p, const lab_candidate *effect)
     side->start = side->log ? log(effect->side_value) : effect->side_value;
     side->sd = 0.25 * (side->log ? log(effect->side_hi / effect->side_lo)
                                  : effect->side_hi - effect->side_lo);
+}
+
+void fit__problem_try(fit__problem *p, const lab_candidate *effect)
+{
+    p->effect = effect;
+    scale_pair(&p->unknown[p->amount], effect);
+}
+
+static void take_effects(fit__problem *p, const lab_candidate *accepted, int n)
+{
+    p->first_accepted = p->np;
+    p->naccepted = n;
+    for (int i = 0; i < n; i++) {
+        p->accepted[i] = &accepted[i];
+        scale_pair(&p->unknown[take_pair(p)], &accepted[i]);
+    }
+    p->amount = take_pair(p);
+    p->side = p->amount + 1;
 }
 
 /* ---- a stroke's own ---- */
@@ -403,9 +421,12 @@ static stein_status check_def(const lab_fit_def *d, int nstroke, int open, stein
     return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no strokes to fit to") : STEIN_OK;
 }
 
+/* @param accepted  [n] effects that act; n < 0: no room for effects at all */
 static stein_status make(fit__problem *p, const lab_model *model, const lab_dataset *data,
-                         const lab_fit_def *def, int open, stein_err *err)
+                         const lab_fit_def *def, const lab_candidate *accepted, int n,
+                         stein_err *err)
 {
+    int open = n >= 0;
     *p = (fit__problem){.model = model,
                         .def = def,
                         .nstroke = data->n,
@@ -422,7 +443,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
         return status;
     }
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
-    size_t most = (size_t)def->nfree + 2, nq = (size_t)lab_equations(model)->nq;
+    size_t most = (size_t)(def->nfree + 2 * (n + 1)), nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }
@@ -443,7 +464,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     }
     status = status == STEIN_OK ? take_free(p, err) : status;
     if (status == STEIN_OK && open) {
-        take_effect(p);
+        take_effects(p, accepted, n);
     }
     p->nu = p->np;
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
@@ -464,13 +485,22 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err)
 {
-    return make(p, model, data, def, 0, err);
+    return make(p, model, data, def, NULL, -1, err);
 }
 
 stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
                                     const lab_dataset *data, const lab_fit_def *def, stein_err *err)
 {
-    return make(p, model, data, def, 1, err);
+    return make(p, model, data, def, NULL, 0, err);
+}
+
+stein_status fit__problem_make_with(fit__problem *p, const lab_model *model,
+                                    const lab_dataset *data, const lab_fit_def *def,
+                                    const lab_candidate *accepted, int n, stein_err *err)
+{
+    return n <= FIT__ACCEPTED
+               ? make(p, model, data, def, accepted, n, err)
+               : lab__fail(err, STEIN_EINVAL, "%d effects at once, at most %d", n, FIT__ACCEPTED);
 }
 
 void fit__problem_free(fit__problem *p)

@@ -202,6 +202,16 @@ static void scatter(const fit__problem *p, fit__bench *b, const fit__stroke *s, 
     }
 }
 
+/* an effect with its unknowns, `amount` and the next one */
+static void apply(const fit__problem *p, const lab_candidate *effect, int amount, const double *x,
+                  double *to)
+{
+    const fit__unknown *u = &p->unknown[amount];
+    lab_candidate c = *effect;
+    c.side_value = c.side >= 0 ? fit__value(u + 1, x[amount + 1]) : 0.0;
+    lab_candidate_apply(&c, fit__value(u, x[amount]), to);
+}
+
 /* parameters of the stroke, its start, and the changes of its initial state */
 static stein_status start(const fit__problem *p, fit__bench *b, const fit__stroke *s,
                           const double *x, stein_sim *sim, stein_err *err)
@@ -215,13 +225,14 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
         }
     }
     lab_data_apply(s->data, b->p);
+    for (int i = 0; i < p->naccepted; i++) {
+        apply(p, p->accepted[i], p->first_accepted + 2 * i, x, b->p);
+    }
     if (p->given != NULL) {
         lab_candidate_apply(p->given, p->given_amount, b->p);
     }
     if (p->effect != NULL) {
-        lab_candidate c = *p->effect;
-        c.side_value = c.side >= 0 ? fit__value(&p->unknown[p->side], x[p->side]) : 0.0;
-        lab_candidate_apply(&c, fit__value(&p->unknown[p->amount], x[p->amount]), b->p);
+        apply(p, p->effect, p->amount, x, b->p);
     }
     scatter(p, b, s, x);
     stein_status status = stein_set_all(sim, b->p, err);

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * note.c - the numbers of a diagnosis: causes, rivals, all other suspects, and the file's own.
+ *
+ * Causes have their numbers from where all of them act, rivals and others from the search in which
+ * they were fitted. Where nobody stated the noise all intervals are wider by
+ * sqrt(chi2/dof * memory) (diag__excess).
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+static const double normal95 = 1.96;
+
+static void note_number(const char *name, const char *unit, double value, double lo, double hi,
+                        lab_suspect *to)
+{
+    lab_cause_number *n = &to->number[to->nnumber++];
+    snprintf(n->name, sizeof n->name, "%s", name);
+    n->unit = unit;
+    n->value = value;
+    n->lo = lo;
+    n->hi = hi;
+}
+
+/* amount and second number at x with deviations sd [2], u [2] their unknowns */
+static void note_numbers(lab_suspect *s, const fit__unknown *u, const double *x, const double *sd,
+                         double wide)
+{
+    const lab_candidate *c = &s->candidate;
+    double half = normal95 * wide * sd[0] * c->limit;
+    s->nnumber = 0;
+    s->amount = x[0] * c->limit;
+    note_number(c->effect->size, c->unit, s->amount, s->amount - half, s->amount + half, s);
+    if (c->side >= 0) {
+        double own = normal95 * fmin(1.0, wide * sd[1]);
+        s->candidate.side_value = fit__value(&u[1], x[1]);
+        note_number(c->effect->side, c->side_unit, s->candidate.side_value,
+                    fit__value(&u[1], x[1] - own), fit__value(&u[1], x[1] + own), s);
+    }
+}
+
+/* a suspect of the search that has fitted it */
+static void note_suspect(diag *d, diag__suspect *s)
+{
+    fit__problem *p = diag__problem(d, s);
+    const lab_candidate given = s->s.candidate;
+    double gain = s->s.refitted ? s->s.gain : s->s.score, most = d->suspect[0].s.gain;
+    s->s.likeness = most > 0.0 && gain > 0.0 ? fmin(1.0, sqrt(gain / most)) : 0.0;
+    if (!s->s.refitted || !isfinite(s->objective)) {
+        return;
+    }
+    if (s->s.candidate.side >= 0 && s->s.candidate.side_unit == NULL) {
+        s->s.candidate.side_unit = lab_equations(p->model)->params[s->s.candidate.side].unit;
+    }
+    fit__problem_try(p, &given);
+    note_numbers(&s->s, &p->unknown[p->amount], s->x + p->amount, s->sd + p->amount,
+                 sqrt(diag__excess(d, s)));
+    fit__problem_try(p, NULL);
+}
+
+static void note_cause(diag__found *f, int i)
+{
+    lab_suspect *s = &f->cause[i];
+    double x[2], sd[2];
+    const fit__unknown *u = diag__amount(f, i, x, sd);
+    if (s->candidate.side >= 0 && s->candidate.side_unit == NULL) {
+        const lab_model *model = f->leader != NULL && f->leader->model != NULL ? f->leader->model
+                                                                               : f->end->model;
+        s->candidate.side_unit = lab_equations(model)->params[s->candidate.side].unit;
+    }
+    note_numbers(s, u, x, sd, sqrt(f->excess));
+    s->likeness = 1.0;
+    s->chi2_dof = f->chi2_dof;
+    s->held_out = f->held.rmse;
+}
+
+/* ---- the list ---- */
+
+static int is_listed(const lab_diagnosis *o, const lab_suspect *s)
+{
+    for (int i = 0; i < o->nsuspect; i++) {
+        const lab_candidate *c = &o->suspect[i].candidate;
+        if (c->effect == s->candidate.effect && strcmp(c->place, s->candidate.place) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* those of the search that has found a cause which the data cannot tell from it */
+static void list_rivals(lab_diagnosis *o, const diag *d)
+{
+    double near = d->suspect[0].objective + diag__rival * diag__excess(d, &d->suspect[0]);
+    for (int i = 1; i < d->n; i++) {
+        const diag__suspect *s = &d->suspect[i];
+        if (!s->s.refitted || !s->s.possible || !(s->objective < near)) {
+            break;
+        }
+        if (!is_listed(o, &s->s)) {
+            o->suspect[o->nsuspect++] = s->s;
+            o->nrival++;
+        }
+    }
+}
+
+static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    o->suspect = calloc((size_t)(d->n * (f->n + 1)) + FIT__ACCEPTED, sizeof *o->suspect);
+    if (o->suspect == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    o->ncause = f->n;
+    for (int i = 0; i < f->n; i++) {
+        note_cause(f, i);
+        o->suspect[o->nsuspect++] = f->cause[i];
+    }
+    for (int k = -1; k < f->nstage; k++) {
+        diag *stage = k < 0 ? d : f->stage[k];
+        for (int i = 0; i < stage->n; i++) {
+            note_suspect(stage, &stage->suspect[i]);
+        }
+    }
+    for (int i = 0; i < f->n; i++) {
+        list_rivals(o, f->from[i]);
+    }
+    for (int i = 0; i < d->n; i++) {
+        if (!is_listed(o, &d->suspect[i].s)) {
+            o->suspect[o->nsuspect++] = d->suspect[i].s;
+        }
+    }
+    o->p = d->p_value;
+    return STEIN_OK;
+}
+
+/* ---- the file's own numbers ---- */
+
+static void note_value(lab_diagnosis *o, const stein_model *m, const fit__problem *p, int k,
+                       double x, double sd, double wide)
+{
+    const fit__unknown *u = &p->unknown[k];
+    int param = u->kind == FIT__PARAM
+                    ? stein_find_param(m, lab_equations(p->model)->params[u->index].name)
+                    : -1;
+    if (param < 0) {
+        return; // an amount, or the part's own
+    }
+    const stein_param *q = &m->params[param];
+    double value = fit__value(u, x), in_sd = u->prior ? fmin(1.0, wide * sd) : wide * sd;
+    double s = in_sd * u->sd * fabs(fit__slope(u, x));
+    o->value[o->nvalue++] = (lab_fit_value){.name = q->name,
+                                            .unit = q->unit,
+                                            .param = param,
+                                            .logarithmic = u->log,
+                                            .start = q->value,
+                                            .value = value,
+                                            .sd = s,
+                                            .lo = value - normal95 * s,
+                                            .hi = value + normal95 * s,
+                                            .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
+                                            .data_sd = NAN};
+}
+
+/* as they are where the causes act, or without any */
+static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    diag__suspect *s = f->n > 0 ? f->leader : NULL;
+    diag *end = f->n > 0 ? f->end : d;
+    const fit__problem *p = s != NULL ? diag__problem(end, s) : &end->p;
+    const double *x = s != NULL ? s->x : end->x, *sd = s != NULL ? s->sd : end->sd;
+    const double *D = s != NULL ? s->D : end->null_D;
+    const double prior[] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
+                            d->fit_def.drive_scatter};
+    o->value = calloc((size_t)p->np + 1, sizeof *o->value);
+    if (o->value == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int k = 0; k < p->np; k++) {
+        note_value(o, lab_equations(d->model), p, k, x[k], sd[k],
+                   f->n > 0 ? sqrt(f->excess) : 1.0);
+    }
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        o->scatter[i] = prior[i] * sqrt(D[i]);
+    }
+    return STEIN_OK;
+}
+
+stein_status diag__note(diag *d, diag__found *f, stein_err *err)
+{
+    stein_status status = note_suspects(d, f, err);
+    return status == STEIN_OK ? note_values(d, f, err) : status;
+}

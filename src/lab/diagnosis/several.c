@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * several.c - one cause after the other, up to three, and each of them asked again in the end.
+ *
+ *      search --leader--> pays on held-out strokes? --> more than noise left? --> search again,
+ *                                                       with the leader in the model
+ *
+ * A later search begins where the last one ended: the causes found so far act, their amounts are
+ * unknowns like all others, and what the first cause had taken over for the second it may give back.
+ * That is also what shows a wrong first one: with the right one beside it nothing is left for it to
+ * do. So every cause but the last is left out once, all else refitted, and goes when
+ *
+ *      L(without) - L(with all) is nothing to speak of, or the held-out strokes do not miss it
+ *
+ * and one cause is not called two.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { RENEWALS = 6 };
+static const double enough = 0.3; /* of the objective */
+
+/* ---- where a search stands ---- */
+
+static double chi2_dof(const diag *d)
+{
+    return fit__chi2(&d->p, d->r) / fmax(1.0, d->p.samples - d->p.nu);
+}
+
+/* where all causes act: the last of them on trial, or all accepted */
+static double end_objective(const diag__found *f)
+{
+    return f->leader != NULL ? f->leader->objective : f->end->null_objective;
+}
+
+static int is_same(const lab_candidate *a, const lab_candidate *b)
+{
+    return a->effect == b->effect && strcmp(a->place, b->place) == 0;
+}
+
+/* ---- a further search ---- */
+
+/* effects that act in it; @param without  one that does not, NULL: all do */
+static int take_causes(diag *next, const diag *from, const diag__suspect *leader,
+                       const lab_candidate *without)
+{
+    int n = 0;
+    for (int i = 0; i <= from->naccepted; i++) {
+        const lab_candidate *c = i < from->naccepted ? &from->accepted[i]
+                                 : leader != NULL    ? &leader->s.candidate
+                                                     : NULL;
+        if (c != NULL && (without == NULL || !is_same(c, without)) && n < FIT__ACCEPTED) {
+            next->accepted[n++] = *c;
+        }
+    }
+    return next->naccepted = n;
+}
+
+/* the mechanism and the strokes in it: with its part where a cause needs one */
+static void take_model(diag *next, const diag *first, const diag *from, const diag__suspect *leader)
+{
+    const diag *has = first;
+    for (int i = 0; i < next->naccepted; i++) {
+        has = next->accepted[i].effect->needs != NULL ? from : has;
+    }
+    int part = has == from && leader != NULL && leader->model != NULL;
+    next->model = part ? leader->model : has->model;
+    next->fit_data = part ? leader->fit_data : has->fit_data;
+    next->held_data = part ? leader->held_data : has->held_data;
+}
+
+/* unknown of `from` (at a leader's end) that an effect's amount is, -1: it does not act there */
+static int amount_of(const diag *from, const diag__suspect *leader, const lab_candidate *c)
+{
+    for (int i = 0; i < from->naccepted; i++) {
+        if (is_same(&from->accepted[i], c)) {
+            return from->p.first_accepted + 2 * i;
+        }
+    }
+    return leader != NULL && is_same(&leader->s.candidate, c) ? from->p.amount : -1;
+}
+
+static void carry_over(diag *next, const diag *from, const diag__suspect *leader)
+{
+    const double *x = leader != NULL ? leader->x : from->x;
+    const fit__problem *to = &next->p, *p = &from->p;
+    memcpy(next->x, x, sizeof *x * (size_t)to->first_accepted);
+    for (int i = 0; i < next->naccepted; i++) {
+        int at = amount_of(from, leader, &next->accepted[i]), k = to->first_accepted + 2 * i;
+        next->x[k] = at >= 0 ? x[at] : 0.0;
+        next->x[k + 1] = at >= 0 ? x[at + 1] : 0.0;
+    }
+    memcpy(next->x + to->np, x + p->np, sizeof *x * (size_t)(p->nu - p->np));
+}
+
+static stein_status keep(diag__found *f, diag *stage, stein_err *err)
+{
+    diag **more = realloc(f->stage, sizeof *more * (size_t)(f->nstage + 1));
+    if (more == NULL) {
+        free(stage);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    f->stage = more;
+    f->stage[f->nstage++] = stage;
+    return STEIN_OK;
+}
+
+/* the model with the causes of `from` and its leader, all but one, at its minimum */
+static stein_status open_stage(diag__found *f, const diag *first, const diag *from,
+                               const diag__suspect *leader, const lab_candidate *without,
+                               diag **out, stein_err *err)
+{
+    diag *next = calloc(1, sizeof *next);
+    stein_status status = next != NULL ? keep(f, next, err)
+                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (status != STEIN_OK) {
+        return status;
+    }
+    next->file = first->file;
+    next->def = first->def;
+    next->fit_def = first->fit_def;
+    next->out = first->out;
+    take_causes(next, from, leader, without);
+    take_model(next, first, from, leader);
+    for (int i = 0; status == STEIN_OK && i < next->naccepted; i++) {
+        status = lab_candidate_bind(&next->accepted[i], next->model, err);
+    }
+    status = status == STEIN_OK ? diag__open_problem(next, err) : status;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    next->p.tolerance = first->p.tolerance;
+    carry_over(next, from, leader);
+    fit__end e = {.x = next->x, .J = next->J, .r = next->r};
+    status = fit__descend(&next->p, &e, 0, enough, RENEWALS, err);
+    status = status == STEIN_OK ? fit__sensitivities(&next->p, next->x, next->r, next->J, err)
+                                : status;
+    if (status == STEIN_OK) {
+        next->ended = e.ended;
+        next->null_objective =
+            diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd);
+        first->out->fits++;
+    }
+    *out = next;
+    return status;
+}
+
+static stein_status search(diag *d, stein_err *err)
+{
+    stein_status status = diag__suspects(d, err);
+    status = status == STEIN_OK ? diag__changes(d, err) : status;
+    status = status == STEIN_OK ? diag__rank(d, err) : status;
+    return status == STEIN_OK ? diag__refit(d, err) : status;
+}
+
+/* ---- held-out strokes ---- */
+
+/* numerical failures leave rmse NAN */
+static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    *to = (diag__held){.rmse = NAN};
+    if (d->held_data->n < 1 || diag__held_out(d, s, to, &why) != STEIN_ENOMEM) {
+        return STEIN_OK;
+    }
+    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* @return does the leader of this search pay where nothing was fitted? Then it is a cause. */
+static int accept(diag__found *f, diag *d, double before, stein_status *status, stein_err *err)
+{
+    diag__suspect *best = d->n > 0 ? &d->suspect[0] : NULL;
+    diag__held after;
+    if (best == NULL || !best->s.refitted || !isfinite(best->objective)) {
+        return 0;
+    }
+    *status = judge(d, best, &after, err);
+    best->s.held_out = after.rmse;
+    int pays = d->held_data->n < 1 || after.rmse < before;
+    if (*status != STEIN_OK || !pays || !diag__spoken(d)) {
+        diag__held_free(&after);
+        return 0;
+    }
+    diag__held_free(&f->held);
+    f->held = after;
+    f->cause[f->n] = best->s;
+    f->from[f->n++] = d;
+    f->end = d;
+    f->leader = best;
+    f->chi2_dof = best->s.chi2_dof;
+    return 1;
+}
+
+/* the end is one where all causes are accepted and none is on trial */
+static stein_status end_at(diag__found *f, diag *d, stein_err *err)
+{
+    diag__held_free(&f->held);
+    f->end = d;
+    f->leader = NULL;
+    f->chi2_dof = chi2_dof(d);
+    return judge(d, NULL, &f->held, err);
+}
+
+/* ---- is each of them needed? ---- */
+
+/* the end without cause i */
+static stein_status leave_out(diag__found *f, const diag *first, int i, diag **without,
+                              diag__held *held, stein_err *err)
+{
+    const lab_candidate *c = &f->cause[i].candidate;
+    int on_trial = f->leader != NULL && is_same(&f->leader->s.candidate, c);
+    stein_status status = STEIN_OK;
+    *without = f->end; // where only the others act
+    if (!on_trial) {
+        status = open_stage(f, first, f->end, f->leader, c, without, err);
+    }
+    return status == STEIN_OK ? judge(*without, NULL, held, err) : status;
+}
+
+static int is_needless(const diag__found *f, const diag *without, const lab_suspect *cause)
+{
+    double loss = (without->null_objective - end_objective(f)) / f->excess;
+    return !(loss > diag__least_gain) || cause->own_ratio >= 1.0;
+}
+
+/* a cause that the others do without goes. @return whether one went */
+static int prune(diag__found *f, const diag *first, stein_status *status, stein_err *err)
+{
+    for (int i = 0; i < f->n && *status == STEIN_OK; i++) {
+        diag *without = NULL;
+        diag__held held = {.rmse = NAN};
+        stein_err why = {STEIN_OK, ""};
+        stein_status tried = leave_out(f, first, i, &without, &held, &why);
+        if (tried == STEIN_ENOMEM) {
+            *status = lab__fail(err, tried, "out of memory");
+        }
+        if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
+            diag__ratio(&held, &f->held, &f->cause[i]);
+        }
+        int goes = tried == STEIN_OK && is_needless(f, without, &f->cause[i]);
+        diag__held_free(&held);
+        if (goes) {
+            for (int k = i; k + 1 < f->n; k++) {
+                f->cause[k] = f->cause[k + 1];
+                f->from[k] = f->from[k + 1];
+            }
+            f->n--;
+            *status = end_at(f, without, err);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* ---- the whole ---- */
+
+stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    diag *d = first;
+    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
+    while (accept(f, d, f->n > 0 ? f->held.rmse : before->rmse, &status, err)) {
+        f->excess = diag__excess(d, f->leader);
+        if (f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
+            break;
+        }
+        stein_err why = {STEIN_OK, ""};
+        diag *next = NULL;
+        if (first->def->progress != NULL) {
+            first->def->progress(first->def->ctx, 0.85, "is there another cause");
+        }
+        status = open_stage(f, first, d, f->leader, NULL, &next, &why);
+        if (status == STEIN_OK && !diag__is_more(first, chi2_dof(next))) {
+            status = end_at(f, next, err); // the leader's fit had not ended
+            break;
+        }
+        status = status == STEIN_OK ? search(next, &why) : status;
+        if (status != STEIN_OK) { // what was found stays found
+            status = status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+            break;
+        }
+        d = next;
+    }
+    while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
+    }
+    return status;
+}
+
+void diag__found_free(diag__found *f)
+{
+    for (int i = f->nstage - 1; i >= 0; i--) {
+        diag__close(f->stage[i]);
+        free(f->stage[i]);
+    }
+    free(f->stage);
+    diag__held_free(&f->held);
+}
+
+/* ---- numbers of the causes at the end ---- */
+
+const fit__unknown *diag__amount(const diag__found *f, int i, double *x, double *sd)
+{
+    const double *at = f->leader != NULL ? f->leader->x : f->end->x;
+    const double *sds = f->leader != NULL ? f->leader->sd : f->end->sd;
+    int k = amount_of(f->end, f->leader, &f->cause[i].candidate);
+    fit__problem *p = &f->end->p;
+    if (f->leader != NULL) {
+        p = diag__problem(f->end, f->leader);
+        fit__problem_try(p, &f->leader->s.candidate);
+    }
+    for (int j = 0; j < 2; j++) {
+        x[j] = at[k + j];
+        sd[j] = sds[k + j];
+    }
+    return &p->unknown[k];
+}
