@@ -31,6 +31,7 @@
     X(fit)        \
     X(fit_claims) \
     X(measured)   \
+    X(several)    \
     X(show)       \
     X(report)
 

@@ -21,22 +21,30 @@ void draw_paths(const setup *s, const char *level, int draw, char set[PATH], cha
     snprintf(scored, PATH, "%.500s/%s.score", s->results, name);
 }
 
+/* "L1x2": two effects, each of that size */
+static int is_double(const char *level)
+{
+    return strcmp(level + strlen(level) - 2, "x2") == 0;
+}
+
 /* Sets of different levels are different sets: each level has seeds of its own. */
 static unsigned long seed_of(const setup *s, const char *level, int draw)
 {
     unsigned long k = strcmp(level, "null") == 0 ? 0 : (unsigned long)(level[1] - '0');
+    k += is_double(level) ? 4 : 0;
     return s->seed * SEEDS_A_RUN + k * SEEDS_A_LEVEL + (unsigned long)draw;
 }
 
 /* the answer is written last, so a set with an answer is complete */
 static int make(const setup *s, const char *level, int draw, const char *set, const char *answer)
 {
-    char program[PATH], seed[NAME], part[PATH + 8], log[PATH + 8];
+    char program[PATH], seed[NAME], part[PATH + 8], log[PATH + 8], size[3] = "";
     snprintf(program, sizeof program, "%s/reality", s->build);
     snprintf(seed, sizeof seed, "%lu", seed_of(s, level, draw));
     snprintf(part, sizeof part, "%s.part", answer);
     snprintf(log, sizeof log, "%s.log", answer);
     int null = strcmp(level, "null") == 0;
+    snprintf(size, sizeof size, "%.2s", level);
     char *argv[] = {program,
                     "--model",
                     (char *)s->model,
@@ -47,7 +55,8 @@ static int make(const setup *s, const char *level, int draw, const char *set, co
                     "--answer",
                     part,
                     null ? "--null" : "--level",
-                    null ? NULL : (char *)level,
+                    null ? NULL : size,
+                    is_double(level) ? "--also" : NULL,
                     NULL};
     if (access(answer, R_OK) == 0) {
         return 0;

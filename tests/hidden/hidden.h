@@ -69,6 +69,7 @@ typedef struct score {
     int causes, rivals;
     int rank;       /* of the truth among all that was judged, 1: first, 0: not in the list */
     int first, set; /* truth is first, is in the set */
+    int all;        /* the causes are what is hidden, all of it and nothing else */
     int first_alike, set_alike; /* the same, with identical descriptions as one */
     int right_class, class_alike;
     int numbered, covered; /* its number is known; is inside the interval */

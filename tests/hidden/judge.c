@@ -94,6 +94,18 @@ static int length(const tree *list)
     return n;
 }
 
+/* as many causes as truths, each of them one */
+static int is_all(const tree *causes, names truth, const tree *also)
+{
+    int two = also != NULL && also->type == '{', rank = 0;
+    if (length(causes) != 1 + two || rank_in(causes, truth, NULL, &rank) == 0) {
+        return 0;
+    }
+    rank = 0;
+    return !two || rank_in(causes, of(also), NULL, &rank) > 0;
+}
+
+/* @param truth  the one of two that was found first, if it is */
 static void judge_names(score *r, const tree *found, names truth, const tree *candidates)
 {
     const tree *causes = tree_get(found, "causes"), *rivals = tree_get(found, "indistinguishable");
@@ -182,7 +194,12 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     r->met = met != NULL && met->type == 't';
     r->rough = rough != NULL && rough->type == 't';
     r->right_class = strcmp(r->verdict, r->cls) == 0;
-    judge_names(r, found, of(answer), candidates);
+    const tree *causes = tree_get(found, "causes"), *also = tree_get(answer, "also");
+    const tree *first = causes != NULL ? causes->child : NULL;
+    int second = also != NULL && also->type == '{' && first != NULL && same(of(first), of(also));
+    judge_names(r, found, second ? of(also) : of(answer), candidates);
+    r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
+    r->all = is_all(causes, of(answer), also);
     r->class_alike = r->right_class || r->first_alike;
     judge_number(s, out, found, answer, r);
     r->before = tree_number(gain, "rmse_before");

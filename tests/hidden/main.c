@@ -39,9 +39,10 @@ static int read_levels(setup *s, const char *list)
     s->nlevel = 0;
     while (*list != '\0') {
         size_t n = strcspn(list, ", ");
+        int two = n == 4 && strncmp(list + 2, "x2", 2) == 0; // effects at once
         int known = (n == 4 && strncmp(list, "null", 4) == 0) ||
-                    (n == 2 && list[0] == 'L' && list[1] >= '1' && list[1] <= '3');
-        if (!known || s->nlevel == 4) {
+                    ((n == 2 || two) && list[0] == 'L' && list[1] >= '1' && list[1] <= '3');
+        if (!known || s->nlevel == (int)(sizeof s->level / sizeof *s->level)) {
             return -1;
         }
         snprintf(s->level[s->nlevel++], NAME, "%.*s", (int)n, list);

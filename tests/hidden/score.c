@@ -19,18 +19,18 @@ typedef struct field {
 #name, type, offsetof(score, name) \
     }
 static const field fields[] = {
-    FIELD(level, 's'),       FIELD(build, 's'),       FIELD(draw, 'i'),
-    FIELD(met, 'i'),         FIELD(rough, 'i'),       FIELD(seed, 'd'),
-    FIELD(reached, 'd'),     FIELD(kind, 's'),        FIELD(place, 's'),
-    FIELD(cls, 's'),         FIELD(exit_code, 'i'),   FIELD(verdict, 's'),
-    FIELD(first_kind, 's'),  FIELD(first_place, 's'), FIELD(causes, 'i'),
-    FIELD(rivals, 'i'),      FIELD(rank, 'i'),        FIELD(first, 'i'),
-    FIELD(set, 'i'),         FIELD(first_alike, 'i'), FIELD(set_alike, 'i'),
-    FIELD(right_class, 'i'), FIELD(class_alike, 'i'), FIELD(numbered, 'i'),
-    FIELD(covered, 'i'),     FIELD(found, 'd'),       FIELD(lo, 'd'),
-    FIELD(hi, 'd'),          FIELD(truth, 'd'),       FIELD(error, 'd'),
-    FIELD(before, 'd'),      FIELD(after, 'd'),       FIELD(floor, 'd'),
-    FIELD(cpu, 'd'),         FIELD(wall, 'd')};
+    FIELD(level, 's'),      FIELD(build, 's'),       FIELD(draw, 'i'),
+    FIELD(met, 'i'),        FIELD(rough, 'i'),       FIELD(seed, 'd'),
+    FIELD(reached, 'd'),    FIELD(kind, 's'),        FIELD(place, 's'),
+    FIELD(cls, 's'),        FIELD(exit_code, 'i'),   FIELD(verdict, 's'),
+    FIELD(first_kind, 's'), FIELD(first_place, 's'), FIELD(causes, 'i'),
+    FIELD(rivals, 'i'),     FIELD(rank, 'i'),        FIELD(first, 'i'),
+    FIELD(set, 'i'),        FIELD(all, 'i'),         FIELD(first_alike, 'i'),
+    FIELD(set_alike, 'i'),  FIELD(right_class, 'i'), FIELD(class_alike, 'i'),
+    FIELD(numbered, 'i'),   FIELD(covered, 'i'),     FIELD(found, 'd'),
+    FIELD(lo, 'd'),         FIELD(hi, 'd'),          FIELD(truth, 'd'),
+    FIELD(error, 'd'),      FIELD(before, 'd'),      FIELD(after, 'd'),
+    FIELD(floor, 'd'),      FIELD(cpu, 'd'),         FIELD(wall, 'd')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
 void score_print(FILE *f, const score *s)

@@ -90,6 +90,7 @@ static void median(char text[TEXT], double *v, int n, const char *format, const 
 typedef enum {
     FIRST,
     FIRST_ALIKE,
+    ALL,
     SET,
     SET_ALIKE,
     SET_SIZE,
@@ -113,6 +114,7 @@ static const struct {
 } rows[] = {
     {FIRST, 0, "right cause and place first", "90 / 70 %"},
     {FIRST_ALIKE, 0, "- identical descriptions as one", ""},
+    {ALL, 0, "all that is hidden and nothing else", ""},
     {SET, 0, "right cause in the reported set", "95 / 88 %"},
     {SET_ALIKE, 0, "- identical descriptions as one", ""},
     {SET_SIZE, 0, "mean size of the reported set", "2.5"},
@@ -136,6 +138,7 @@ static int counts(figure what, const score *d)
     switch (what) {
     case FIRST: return d->first;
     case FIRST_ALIKE: return d->first_alike;
+    case ALL: return d->all;
     case SET: return d->set;
     case SET_ALIKE: return d->set_alike;
     case CLASS: return d->right_class;

@@ -2,6 +2,7 @@
  * answer.c - the sealed answer of a set, as JSON.
  *
  *   kind, place, class      what is hidden; class as in the verdicts of a diagnosis
+ *   also                    kind, place and class of a second one, else null
  *   parameters              name: {value, unit}, the first is the size; `sets` tells the value that
  * a parameter of the file takes, when the effect is a wrong one level                   name,
  * target and reached size (RMS after refitting / noise of a sample), dense: the same by another
@@ -42,6 +43,18 @@ static void effect_part(FILE *f, const answer *a)
                 e->side[i], *unit == '\0' ? "rad" : unit);
     }
     fprintf(f, "\n  },\n");
+}
+
+static void also_part(FILE *f, const effect *e)
+{
+    if (e == NULL) {
+        fprintf(f, "  \"also\": null,\n");
+        return;
+    }
+    fprintf(f,
+            "  \"also\": {\"kind\": \"%s\", \"place\": \"%s\", \"class\": \"%s\", \"law\": "
+            "\"%s\", \"size\": {\"value\": %.10g, \"unit\": \"%s\"}},\n",
+            e->kind->name, e->place, e->kind->verdict, e->kind->law, effect_size(e), e->kind->unit);
 }
 
 static void level_part(FILE *f, const answer *a)
@@ -107,6 +120,7 @@ int answer_write(const char *path, const answer *a)
     }
     fprintf(f, "{\n  \"seed\": %lu,\n", a->seed);
     effect_part(f, a);
+    also_part(f, a->w->hidden.also);
     level_part(f, a);
     fprintf(f, "  \"wrong_start\": %s,\n", a->d->wrong_start ? "true" : "false");
     fprintf(f, "  \"camera\": {\"rate\": %.10g, \"pixel\": %.10g},\n  \"noise\": {", c->rate,

@@ -28,7 +28,7 @@ typedef struct options {
     const char *model, *level, *kind, *place, *out, *answer;
     unsigned long seed;
     double rate, pixel, dx, load, amount;
-    int null, unknown, list, stroke, clean, rough, verify, hammer, any_camera, survey;
+    int null, unknown, list, stroke, clean, rough, verify, hammer, any_camera, survey, also;
 } options;
 
 enum { OK, FAILED, USAGE };
@@ -37,7 +37,7 @@ static int usage(const char *why, const char *what)
 {
     fprintf(stderr,
             "reality: %s%s\nusage: reality --model FILE --seed N [--level L0|L1|L2|L3] "
-            "[--kind KIND [--place PLACE]] -o DIR   (or --list, --stroke)\n",
+            "[--kind KIND [--place PLACE]] [--also] -o DIR   (or --list, --stroke)\n",
             why, what);
     return USAGE;
 }
@@ -63,7 +63,7 @@ static int flag(options *o, const char *name)
         {"--null", &o->null},     {"--unknown", &o->unknown}, {"--list", &o->list},
         {"--stroke", &o->stroke}, {"--clean", &o->clean},     {"--rough", &o->rough},
         {"--verify", &o->verify}, {"--hammer", &o->hammer},   {"--any-camera", &o->any_camera},
-        {"--survey", &o->survey}};
+        {"--survey", &o->survey}, {"--also", &o->also}};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         if (strcmp(name, flags[i].name) == 0) {
             *flags[i].to = 1;
@@ -254,6 +254,25 @@ static void note_redrawn(answer *a, const effect *e, const char *why)
     }
 }
 
+/* a second effect: a missing one elsewhere, of the same size were it alone */
+static int hide_second(const options *o, world *w, answer *a, refit *r, gsl_rng *rng)
+{
+    options any = *o;
+    any.kind = any.place = NULL;
+    for (int i = 0; i < MAX_REDRAWN; i++) {
+        effect e;
+        double reached = 0.0;
+        draw(&any, &e, w->m, a->d->touch, rng);
+        if (strcmp(e.kind->verdict, "missing_effect") == 0 && e.kind != w->hidden.kind &&
+            strcmp(e.place, w->hidden.place) != 0 && refit_scale(r, &e, a->target, &reached) == 0) {
+            w->second = e;
+            w->hidden.also = &w->second;
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* draw effects until one reaches the level within its limits */
 static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
 {
@@ -285,6 +304,9 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
         }
     }
     w->hidden = e;
+    if (o->also) {
+        a->met = a->met && hide_second(o, w, a, r, rng);
+    }
     refit_free(r);
     return OK;
 }

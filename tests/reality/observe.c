@@ -39,7 +39,9 @@ static int make_action(action *a, const world *w, const effect *e, const double 
     memcpy(own, p, sizeof *own * (size_t)w->m->nparam);
     own[dx] = s->dx;
     own[load] = s->load;
-    effect_on_parameters(e, w->m, own);
+    for (const effect *one = e; one != NULL; one = one->also) {
+        effect_on_parameters(one, w->m, own);
+    }
     int status = parts_fill(a, w->m, own);
     free(own);
     for (int i = 0; i < JOINTS; i++) {
@@ -56,7 +58,9 @@ static int make_action(action *a, const world *w, const effect *e, const double 
     } else {
         a->load_mass *= 1.0 + s->drive;
     }
-    effect_on_action(e, a);
+    for (const effect *one = e; one != NULL; one = one->also) {
+        effect_on_action(one, a);
+    }
     return status;
 }
 

@@ -220,6 +220,7 @@ typedef struct effect {
     char place[MECH_PATH];
     int where; /* joint, contact, channel or parameter index, by kind */
     double amount, side[SIDES];
+    const struct effect *also; /* a second one, NULL: none */
 } effect;
 
 /** An instrument's errors. */
@@ -232,8 +233,8 @@ extern const char *const seen_name[SEEN], *const seen_unit[SEEN];
 /** All that is true of one laboratory. */
 typedef struct world {
     const mechanism *m;
-    double *p; /* [nparam] true values, without the effect */
-    effect hidden;
+    double *p;             /* [nparam] true values, without the effect */
+    effect hidden, second; /* hidden.also is the second, or NULL */
 } world;
 
 extern const effect_kind effect_kinds[];

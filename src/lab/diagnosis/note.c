@@ -66,8 +66,8 @@ static void note_cause(diag__found *f, int i)
     double x[2], sd[2];
     const fit__unknown *u = diag__amount(f, i, x, sd);
     if (s->candidate.side >= 0 && s->candidate.side_unit == NULL) {
-        const lab_model *model = f->leader != NULL && f->leader->model != NULL ? f->leader->model
-                                                                               : f->end->model;
+        const lab_model *model =
+            f->leader != NULL && f->leader->model != NULL ? f->leader->model : f->end->model;
         s->candidate.side_unit = lab_equations(model)->params[s->candidate.side].unit;
     }
     note_numbers(s, u, x, sd, sqrt(f->excess));
@@ -179,8 +179,7 @@ static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int k = 0; k < p->np; k++) {
-        note_value(o, lab_equations(d->model), p, k, x[k], sd[k],
-                   f->n > 0 ? sqrt(f->excess) : 1.0);
+        note_value(o, lab_equations(d->model), p, k, x[k], sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);
     }
     for (int i = 0; i < DIAG_CLASSES; i++) {
         o->scatter[i] = prior[i] * sqrt(D[i]);

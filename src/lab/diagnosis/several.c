@@ -5,9 +5,9 @@
  *                                                       with the leader in the model
  *
  * A later search begins where the last one ended: the causes found so far act, their amounts are
- * unknowns like all others, and what the first cause had taken over for the second it may give back.
- * That is also what shows a wrong first one: with the right one beside it nothing is left for it to
- * do. So every cause but the last is left out once, all else refitted, and goes when
+ * unknowns like all others, and what the first cause had taken over for the second it may give
+ * back. That is also what shows a wrong first one: with the right one beside it nothing is left for
+ * it to do. So every cause but the last is left out once, all else refitted, and goes when
  *
  *      L(without) - L(with all) is nothing to speak of, or the held-out strokes do not miss it
  *
@@ -113,8 +113,8 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
                                diag **out, stein_err *err)
 {
     diag *next = calloc(1, sizeof *next);
-    stein_status status = next != NULL ? keep(f, next, err)
-                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        next != NULL ? keep(f, next, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
     if (status != STEIN_OK) {
         return status;
     }
@@ -135,8 +135,8 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     carry_over(next, from, leader);
     fit__end e = {.x = next->x, .J = next->J, .r = next->r};
     status = fit__descend(&next->p, &e, 0, enough, RENEWALS, err);
-    status = status == STEIN_OK ? fit__sensitivities(&next->p, next->x, next->r, next->J, err)
-                                : status;
+    status =
+        status == STEIN_OK ? fit__sensitivities(&next->p, next->x, next->r, next->J, err) : status;
     if (status == STEIN_OK) {
         next->ended = e.ended;
         next->null_objective =

@@ -311,15 +311,14 @@ stein_status diag__suspects(diag *d, stein_err *err)
     }
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
-        s->s = (lab_suspect){
-            .candidate = list[i],
-            .score = NAN,
-            .gain = NAN,
-            .held_out = NAN,
-            .chi2_dof = NAN,
-            .own_ratio = NAN,
-            .own_lo = NAN,
-            .own_hi = NAN};
+        s->s = (lab_suspect){.candidate = list[i],
+                             .score = NAN,
+                             .gain = NAN,
+                             .held_out = NAN,
+                             .chi2_dof = NAN,
+                             .own_ratio = NAN,
+                             .own_lo = NAN,
+                             .own_hi = NAN};
         s->never = untestable(d, &list[i]);
         s->objective = s->swap = INFINITY;
         if (s->never == NULL && list[i].effect->needs != NULL) {

@@ -62,13 +62,16 @@ static void say_causes(diag *d, const diag__found *f)
     int n = 0;
     for (int i = 0; i < f->n && n < (int)size; i++) {
         n += snprintf(o->reason + n, size - (size_t)n, "%s",
-                      i == 0 ? "" : i + 1 < f->n ? ", " : " and ");
+                      i == 0         ? ""
+                      : i + 1 < f->n ? ", "
+                                     : " and ");
         n += n < (int)size ? say_place(o->reason + n, size - (size_t)n, &f->cause[i]) : 0;
     }
     if (n < (int)size) {
         snprintf(o->reason + n, size - (size_t)n, "%s%s.%s", f->n == 1 ? ": " : "",
                  f->n == 1 ? f->cause[0].candidate.effect->equation : "",
-                 isfinite(o->gain.ratio) ? " Strokes that were held out are predicted better." : "");
+                 isfinite(o->gain.ratio) ? " Strokes that were held out are predicted better."
+                                         : "");
     }
 }
 
@@ -120,11 +123,10 @@ static int is_unexplained(diag *d, double chi2_dof)
 {
     double before = d->out->chi2_dof_before, noise = most_noise(d);
     double share = (before - chi2_dof) / fmax(before - 1.0, 1e-9);
-    const char *what = chi2_dof > noise && share < must_explain
-                           ? "The best candidate leaves most of the misfit."
-                       : chi2_dof > 2.0 && noise_given(&d->p)
-                           ? "The best candidate leaves more than noise."
-                           : NULL;
+    const char *what =
+        chi2_dof > noise && share < must_explain ? "The best candidate leaves most of the misfit."
+        : chi2_dof > 2.0 && noise_given(&d->p)   ? "The best candidate leaves more than noise."
+                                                 : NULL;
     if (what != NULL) {
         unexplained(d, what);
     }

@@ -95,18 +95,18 @@ typedef struct fit__problem {
     fit__stroke *stroke;
     int nstroke;
     fit__unknown *unknown;
-    int np, nu;                 /* free parameters; all unknowns */
-    unsigned char *group;       /* [np of the model] what each parameter scatters with */
-    int clock;                  /* parameter of the recorder's time base, -1: none */
-    double *step;               /* [nu] half-width of differences, in x */
-    double gain;                /* of the ladder, 0: plain simulation */
-    double tolerance;           /* of one step [rad or m] */
-    double horizon;             /* samples after it do not count [s of the simulation] */
-    double limit;               /* fit__descend: parameters stay within so many prior sd */
-    int central;                /* differences to both sides */
+    int np, nu;           /* free parameters; all unknowns */
+    unsigned char *group; /* [np of the model] what each parameter scatters with */
+    int clock;            /* parameter of the recorder's time base, -1: none */
+    double *step;         /* [nu] half-width of differences, in x */
+    double gain;          /* of the ladder, 0: plain simulation */
+    double tolerance;     /* of one step [rad or m] */
+    double horizon;       /* samples after it do not count [s of the simulation] */
+    double limit;         /* fit__descend: parameters stay within so many prior sd */
+    int central;          /* differences to both sides */
     const lab_candidate *accepted[FIT__ACCEPTED]; /* effects that act, with unknowns of their own */
-    int naccepted, first_accepted;                /* amount and side of each, one behind the other */
-    const lab_candidate *given;                   /* acts anyway, by given_amount; NULL: none */
+    int naccepted, first_accepted; /* amount and side of each, one behind the other */
+    const lab_candidate *given;    /* acts anyway, by given_amount; NULL: none */
     double given_amount;
     const lab_candidate *effect; /* on trial, NULL: none */
     int amount, side;            /* its unknowns; -1: no room for one */

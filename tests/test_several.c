@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_several.c - two effects hidden at once in the swings of a pendulum are both found; one is
+ * not called two.
+ */
+#include "fit_support.h"
+#include "stein/diagnose.h"
+#include "suites.h"
+
+enum { SWINGS = 9 };
+
+static lab_diagnosis *diagnose(fitted *f, const char *const *truth, unsigned long long seed)
+{
+    static char kept[SWINGS][200];
+    const char *data[SWINGS + 1] = {NULL};
+    for (int i = 0; i < SWINGS; i++) {
+        char start[60], name[20];
+        snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
+        const char *const told[] = {start, NULL};
+        film m = {.model = "models/pendulum.yaml",
+                  .truth = truth,
+                  .told = told,
+                  .channels = "angle",
+                  .rate = 100.0,
+                  .until = 4.0,
+                  .noise = 1e-3,
+                  .seed = seed + (unsigned long long)i};
+        snprintf(name, sizeof name, "swing%d.csv", i);
+        snprintf(kept[i], sizeof kept[i], "%s", take(name, &m));
+        data[i] = kept[i];
+    }
+    open_fit(f, "models/pendulum.yaml", NULL, data);
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.threads = 2;
+    def.options = &options;
+    lab_diagnosis *d = NULL;
+    ck_assert_stein(lab_diagnose(&d, "models/pendulum.yaml", f->model, f->data, &def, err));
+    printf("%s: %s, chi2/dof %.3f -> %.3f\n", truth[0], d->reason, d->chi2_dof_before,
+           d->chi2_dof_after);
+    return d;
+}
+
+/* one of the causes is that kind, its number is right and the held-out swings need it */
+static void ck_assert_cause(const lab_diagnosis *d, const char *kind, double truth, int several)
+{
+    for (int i = 0; i < d->ncause; i++) {
+        const lab_suspect *s = &d->suspect[i];
+        if (strcmp(s->candidate.effect->kind, kind) == 0) {
+            const lab_cause_number *n = &s->number[0];
+            double sd = (n->hi - n->lo) / 3.92;
+            printf("  %s %.4g (%.4g .. %.4g), true %.4g; error %.3f of what it is without\n", kind,
+                   n->value, n->lo, n->hi, truth, s->own_ratio);
+            ck_assert(fabs(n->value - truth) < 4.0 * sd);
+            ck_assert(sd < 0.2 * fabs(truth));
+            ck_assert(several ? s->own_hi < 1.0 : isnan(s->own_ratio));
+            return;
+        }
+    }
+    ck_abort_msg("%s is not among the causes: %s", kind, d->reason);
+}
+
+START_TEST(two_effects_at_once_are_both_found)
+{
+    static const char *const truth[] = {"rod.coulomb.T=2 mN m", "rod.preload=4 mN m", NULL};
+    fitted f;
+    lab_diagnosis *d = diagnose(&f, truth, 500);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+    ck_assert_int_eq(d->ncause, 2);
+    ck_assert_cause(d, "coulomb_friction", 2e-3, 1);
+    ck_assert_cause(d, "preload", 4e-3, 1);
+    ck_assert_double_lt(d->chi2_dof_after, 1.1);
+    // and the file with both moves like that
+    char *path = lab__text("%s", in_folder("both.yaml"));
+    ck_assert_stein(lab_extend(path, "models/pendulum.yaml", d, err));
+    lab_model *both = NULL;
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&both, path, &options, err));
+    for (int i = 0; i < 2; i++) {
+        const lab_suspect *s = &d->suspect[i];
+        int k = stein_find_param(
+            lab_equations(both),
+            strcmp(s->candidate.effect->kind, "preload") == 0 ? "rod.preload" : "rod.coulomb.T");
+        ck_assert_close(lab_parameters(both)[k], s->number[0].value, 1e-6, 0.0);
+    }
+    lab_close(both);
+    free(path);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+START_TEST(one_effect_is_not_called_two)
+{
+    static const char *const truth[] = {"rod.coulomb.T=2 mN m", NULL};
+    fitted f;
+    lab_diagnosis *d = diagnose(&f, truth, 700);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_cause(d, "coulomb_friction", 2e-3, 0);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+Suite *several_suite(void)
+{
+    Suite *suite = suite_create("several");
+    TCase *tc = tcase_create("several");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 600.0);
+    tcase_add_test(tc, two_effects_at_once_are_both_found);
+    tcase_add_test(tc, one_effect_is_not_called_two);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
