@@ -80,6 +80,27 @@ stein_status stein_step(stein_sim *sim, stein_err *err);
 /** Steps of dt up to exactly t_end [s]; the last one is shorter when t_end is off the grid.
  *  @return as stein_step; EINVAL when t_end is before the current time or not finite */
 stein_status stein_run(stein_sim *sim, double t_end, stein_err *err);
+/** Called by stein_run_adaptive with the simulation in the state of the time asked for: it may be
+ * read and saved, not changed. @return the next time to be called at [s]; INFINITY: no more */
+typedef double stein_look_fn(void *ctx, stein_sim *sim);
+/** How stein_run_adaptive steps, and where it is looked at. */
+typedef struct stein_pace {
+    double tolerance; /* of a step's error estimate, max over joints of |e_q| and h |e_qd|
+                       * [rad or m], > 0 */
+    double longest;   /* longest step [s], > 0 */
+    double h;         /* step to begin with [s], > 0; out: the one that would be next */
+    double next;      /* first time to look at [s], not before the present one; out: the next one */
+    stein_look_fn *look; /* NULL: nobody looks */
+    void *ctx;
+} stein_pace;
+/** Run to exactly t_end [s] with steps of controlled error (Dormand-Prince 5(4)) that end at events
+ *  and at t_end. The times that are looked at do not shorten them: states inside of a step come
+ * from its dense output, to order 6 in q and 5 in qd. So what is seen depends smoothly on when one
+ * looks.
+ *  @return OK; EINVAL (the integrator is RK4, a number of pace out of range, t_end before the
+ * current time or not finite); ENONFINITE, ESINGULAR, ECHATTER: as stein_step, when no step is
+ * short enough */
+stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
 double stein_time(const stein_sim *sim);
 /** Length of a whole step [s], as the definition set it. */
 double stein_dt(const stein_sim *sim);

@@ -3,8 +3,9 @@
  *
  *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
  *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
- *   contact.c   spots: geometry and forces               channel.c  output channels
- *   notch.c     the notch and its memory                 law.c, linalg.c, status.c
+ *   contact.c   spots: geometry and forces               adapt.c    steps of controlled error
+ *   notch.c     the notch and its memory                 channel.c  output channels
+ *   law.c, linalg.c, status.c
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -82,6 +83,7 @@ struct stein_sim {
     double *px, *pv, *pJ, *pa;      /* points */
     double *kq, *kqd;               /* [7*nq] stages */
     double *q1, *qd1, *qdd0, *qdd1; /* [nq] trial step and end derivatives */
+    double *q0, *qd0;               /* [nq] where it began */
     double *zero;                   /* [3*nq] */
     double *work;                   /* [nq*nq + 2*nq] */
     double *root;                   /* [nguard] */
@@ -155,6 +157,21 @@ void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
+
+/* step.c: a trial step of h from the current state, whose qdd must be in qdd0, to q1, qd1, qdd1 and
+ * the guards there; checked for numbers that are none */
+stein_status stein__try(stein_sim *sim, double h, stein_err *err);
+/* dense output of the trial step: quintic Hermite at theta in 0..1 of h; qd may be NULL */
+void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd);
+/* is a guard, as evaluated last, on the other side of its mode? */
+int stein__any_crossed(const stein_sim *sim);
+/* theta of the first root in begin..end of those that are at `end`, where they were evaluated;
+ * crossed[] marks what switches there */
+double stein__first_root(stein_sim *sim, double h, double begin, double end);
+/* the trial step becomes the state at t1; its end derivative is the next first stage */
+void stein__accept(stein_sim *sim, double t1);
+/* switch what crossed[] marks, and tell */
+void stein__flip_crossed(stein_sim *sim);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);

@@ -91,6 +91,8 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->kqd = doubles(a, 7 * nq);
     s->q1 = doubles(a, nq);
     s->qd1 = doubles(a, nq);
+    s->q0 = doubles(a, nq);
+    s->qd0 = doubles(a, nq);
     s->qdd0 = doubles(a, nq);
     s->qdd1 = doubles(a, nq);
     s->zero = doubles(a, 3 * nq);

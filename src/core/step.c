@@ -71,6 +71,8 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
     const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
     int nq = sim->model->nq;
     double t = sim->head->t;
+    memcpy(sim->q0, sim->q, sizeof *sim->q * (size_t)nq);
+    memcpy(sim->qd0, sim->qd, sizeof *sim->qd * (size_t)nq);
     memcpy(sim->kq, sim->qd, sizeof *sim->qd * (size_t)nq);
     memcpy(sim->kqd, sim->qdd0, sizeof *sim->qdd0 * (size_t)nq);
     for (int i = 1; i < rk->stages; i++) {
@@ -108,8 +110,7 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
     return STEIN_OK;
 }
 
-/* dense output: quintic Hermite at theta in [0, 1] of the trial step of h */
-static void interpolate(const stein_sim *sim, double h, double theta, double *q)
+void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd)
 {
     double u = theta, v = 1.0 - theta;
     double u3 = u * u * u, v3 = v * v * v;
@@ -117,14 +118,24 @@ static void interpolate(const stein_sim *sim, double h, double theta, double *q)
     double s0 = v3 * u * (1.0 + 3.0 * u), s1 = -u3 * v * (1.0 + 3.0 * v);
     double a0 = 0.5 * v3 * u * u, a1 = 0.5 * u3 * v * v;
     for (int j = 0; j < sim->model->nq; j++) {
-        q[j] = p0 * sim->q[j] + p1 * sim->q1[j] + h * (s0 * sim->qd[j] + s1 * sim->qd1[j]) +
+        q[j] = p0 * sim->q0[j] + p1 * sim->q1[j] + h * (s0 * sim->qd0[j] + s1 * sim->qd1[j]) +
                h * h * (a0 * sim->qdd0[j] + a1 * sim->qdd1[j]);
+    }
+
+    // its derivative
+    double dp = 30.0 * u * u * v * v;
+    double ds0 = v * v * (1.0 + 2.0 * u - 15.0 * u * u);
+    double ds1 = u * u * (1.0 + 2.0 * v - 15.0 * v * v);
+    double da0 = 0.5 * v * v * u * (2.0 - 5.0 * u), da1 = 0.5 * u * u * v * (5.0 * v - 2.0);
+    for (int j = 0; qd != NULL && j < sim->model->nq; j++) {
+        qd[j] = dp * (sim->q1[j] - sim->q0[j]) / h + ds0 * sim->qd0[j] + ds1 * sim->qd1[j] +
+                h * (da0 * sim->qdd0[j] + da1 * sim->qdd1[j]);
     }
 }
 
 static double guard_at(stein_sim *sim, double h, double theta, int i)
 {
-    interpolate(sim, h, theta, sim->xq);
+    stein__interpolate(sim, h, theta, sim->xq, NULL);
     stein__guards(sim, sim->xq, sim->guard);
     return sim->guard[i];
 }
@@ -134,13 +145,13 @@ static int is_crossed(const stein_sim *sim, int i)
     return (sim->guard[i] > 0.0) != sim->mode[i];
 }
 
-/* root of guard i inside the trial step: regula falsi with the Illinois change, kept in the bracket
- */
-static double root(stein_sim *sim, double h, int i, double g1)
+/* root of guard i in begin..end of the trial step: regula falsi with the Illinois change, kept in
+ * the bracket */
+static double root(stein_sim *sim, double h, double begin, double end, int i, double g1)
 {
-    double lo = 0.0, hi = 1.0, glo = guard_at(sim, h, 0.0, i), ghi = g1;
+    double lo = begin, hi = end, glo = guard_at(sim, h, begin, i), ghi = g1;
     if ((glo > 0.0) == (ghi > 0.0)) {
-        return 0.0; // on the wrong side from the start, by rounding: switch at once
+        return begin; // on the wrong side from the start, by rounding: switch at once
     }
     int side = 0;
     for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > 1e-13; n++) {
@@ -234,8 +245,7 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
     }
 }
 
-/* The first root of the trial step of h; crossed[] marks the guards that switch there. */
-static double first_root(stein_sim *sim, double h)
+double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
     int n = sim->nguard;
     double *theta = sim->root;
@@ -246,7 +256,7 @@ static double first_root(stein_sim *sim, double h)
     }
     for (int i = 0; i < n; i++) {
         if (sim->crossed[i]) {
-            theta[i] = root(sim, h, i, theta[i]);
+            theta[i] = root(sim, h, begin, end, i, theta[i]);
             first = fmin(first, theta[i]);
         }
     }
@@ -256,7 +266,7 @@ static double first_root(stein_sim *sim, double h)
     return first;
 }
 
-static int any_crossed(const stein_sim *sim)
+int stein__any_crossed(const stein_sim *sim)
 {
     for (int i = 0; i < sim->nguard; i++) {
         if (is_crossed(sim, i)) {
@@ -279,8 +289,7 @@ static stein_status check_finite(stein_sim *sim, stein_err *err)
     return STEIN_OK;
 }
 
-/* the trial step becomes the state; its end derivative is the next first stage */
-static void accept(stein_sim *sim, double t1)
+void stein__accept(stein_sim *sim, double t1)
 {
     size_t nq = (size_t)sim->model->nq;
     memcpy(sim->q, sim->q1, sizeof *sim->q * nq);
@@ -290,14 +299,13 @@ static void accept(stein_sim *sim, double t1)
     sim->fresh = 1;
 }
 
-/* a trial step of h and the check of its numbers */
-static stein_status checked_trial(stein_sim *sim, double h, stein_err *err)
+stein_status stein__try(stein_sim *sim, double h, stein_err *err)
 {
     stein_status status = trial(sim, h, err);
     return status == STEIN_OK ? check_finite(sim, err) : status;
 }
 
-static void flip_crossed(stein_sim *sim)
+void stein__flip_crossed(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int i = 0; i < model->nspot; i++) {
@@ -322,23 +330,23 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     }
     memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
     double h = target - sim->head->t;
-    status = checked_trial(sim, h, err);
+    status = stein__try(sim, h, err);
     if (status != STEIN_OK) {
         return status;
     }
-    if (!any_crossed(sim)) {
-        accept(sim, target);
+    if (!stein__any_crossed(sim)) {
+        stein__accept(sim, target);
         return STEIN_OK;
     }
-    double t1 = sim->head->t + first_root(sim, h) * h;
+    double t1 = sim->head->t + stein__first_root(sim, h, 0.0, 1.0) * h;
     if (t1 > sim->head->t) {
-        status = checked_trial(sim, t1 - sim->head->t, err);
+        status = stein__try(sim, t1 - sim->head->t, err);
         if (status != STEIN_OK) {
             return status;
         }
-        accept(sim, t1);
+        stein__accept(sim, t1);
     }
-    flip_crossed(sim);
+    stein__flip_crossed(sim);
     return STEIN_OK;
 }
 

@@ -151,7 +151,6 @@ typedef struct fit__bench {
     double *p;              /* [np] */
     double *q, *qd;         /* [nq] */
     double *shown;          /* [nch] what is added to the readings of a stroke */
-    void *kept;
     struct fit__observer *observer;
     stein_force_fn *force; /* forces that the model lacks, not with the ladder; NULL: none */
     void *force_ctx;
@@ -165,10 +164,6 @@ void fit__bench_free(fit__bench *b);
  *  @return OK or a numerical failure */
 stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, const double *x,
                            double *y, stein_err *err);
-/** Simulate up to exactly t_end with steps of controlled error. @param h  present step, in and out
- */
-stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double *h, void *kept,
-                          stein_err *err);
 
 /* ---- observer.c ---- */
 

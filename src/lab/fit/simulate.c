@@ -30,76 +30,14 @@
 
 #include "fitting.h"
 
-/* in steps of the file: a step that holds an event; any step */
-static const double across = 0.1, longest = 20.0;
-static const double shortest = 1e-12; /* [s] */
+/* in steps of the file: the first step, any step */
+static const double first = 0.1, longest = 20.0;
 
-/* when the first event of the last step was */
-typedef struct watch {
-    double first;
-} watch;
-
-static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
+static stein_pace pace_of(const fit__problem *p)
 {
-    watch *w = ctx;
-    (void)sim;
-    w->first = fmin(w->first, event->time);
-}
-
-/* one step, tried. @return its error in tolerances; INFINITY when it failed */
-static double try_step(stein_sim *sim, double target, double tolerance, watch *w, void *kept,
-                       stein_status *status, stein_err *err)
-{
-    double eq = 0.0, eqd = 0.0, step = target - stein_time(sim);
-    stein_save(sim, kept);
-    w->first = INFINITY;
-    *status = stein_run(sim, target, err);
-    return *status == STEIN_OK && stein_step_error(sim, &eq, &eqd, NULL) == STEIN_OK
-               ? fmax(eq, step * eqd) / tolerance
-               : (double)INFINITY;
-}
-
-stein_status fit__advance(stein_sim *sim, double t_end, double tolerance, double *h, void *kept,
-                          stein_err *err)
-{
-    watch w;
-    double dt = stein_sim_model(sim)->dt, crossing = across * dt;
-    double event = INFINITY; // that the steps have to end just before
-    stein_status status = STEIN_OK;
-    stein_on_event(sim, on_event, &w);
-    for (double t = stein_time(sim); status == STEIN_OK && t < t_end; t = stein_time(sim)) {
-        double left = t_end - t, step = fmin(*h, longest * dt);
-        double before = event - 0.5 * crossing - t;
-        int leads_across = before <= 1e-3 * crossing, bounded = leads_across || before <= step;
-        step = leads_across ? fmin(step, crossing) : fmin(step, before);
-        int last = step >= left * (1.0 - 1e-9);
-        step = last ? left : step > 0.5 * left && !bounded ? 0.5 * left : step;
-        double e = try_step(sim, last ? t_end : t + step, tolerance, &w, kept, &status, err);
-        int cut = w.first <= t + step && step > crossing * (1.0 + 1e-6);
-        // a signal that jumps has no step that is short enough: its speed times `shortest` is left
-        int jump = step < shortest && isfinite(e);
-        if ((e <= 1.0 && !cut) || jump) {
-            double grown = step * fmin(4.0, fmax(0.3, 0.9 * pow(fmax(e, 1e-12), -0.2)));
-            int rest = last || (bounded && !leads_across); // the rest of a step tells little
-            *h = rest && grown < *h && e < 0.5 ? *h : grown;
-            event = leads_across ? INFINITY : event;
-            continue;
-        }
-        if (step < shortest) {
-            status = status != STEIN_OK ? status
-                                        : lab__fail(err, STEIN_ENONFINITE,
-                                                    "no step is short enough at t = %g s", t);
-            break;
-        }
-        status = stein_restore(sim, kept, err);
-        if (cut && e < INFINITY) { // its error is that of what came behind the event
-            event = w.first;
-        } else {
-            *h = step * fmax(0.2, isfinite(e) ? 0.9 * pow(e, -0.2) : 0.2);
-        }
-    }
-    stein_on_event(sim, NULL, NULL);
-    return status;
+    double dt = lab_equations(p->model)->dt;
+    return (stein_pace){
+        .tolerance = p->tolerance, .longest = longest * dt, .h = first * dt, .next = INFINITY};
 }
 
 /* ---- what a thread keeps ---- */
@@ -111,7 +49,6 @@ stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *er
     stein_sim_def def = lab_def(p->model);
     *b = (fit__bench){.sim = NULL};
     def.integrator = STEIN_DP5;
-    def.dt = 1e6; // steps end where fit__advance says
     stein_status status = lab_sim(p->model, &def, &b->sim, err);
     if (status == STEIN_OK && p->gain > 0.0) {
         status = lab_sim(p->model, &def, &b->probe, err);
@@ -124,8 +61,7 @@ stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *er
     b->q = calloc(nq + 1, sizeof *b->q);
     b->qd = calloc(nq + 1, sizeof *b->qd);
     b->shown = calloc((size_t)m->nchannel + (size_t)m->ninput + 1, sizeof *b->shown);
-    b->kept = malloc(stein_state_size(b->sim));
-    int memory = b->p && b->q && b->qd && b->shown && b->kept && (p->gain <= 0.0 || b->observer);
+    int memory = b->p && b->q && b->qd && b->shown && (p->gain <= 0.0 || b->observer);
     return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
@@ -138,7 +74,6 @@ void fit__bench_free(fit__bench *b)
     free(b->q);
     free(b->qd);
     free(b->shown);
-    free(b->kept);
 }
 
 /* ---- one stroke ---- */
@@ -257,129 +192,170 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
     return status;
 }
 
-static stein_status read_sample(fit__bench *b, const fit__stroke *s, int c, int i, double *y,
-                                stein_err *err)
+/* ---- its samples ---- */
+
+/* A stroke that is being read. An instrument that lags shows at T what was at T - delay, so the
+ * channels have their own times; `next` is the first sample of each that is not read. */
+typedef struct reader {
+    const fit__problem *p;
+    fit__bench *b;
+    const fit__stroke *s;
+    double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
+    double *delay;       /* [nch] s */
+    int *next;           /* [nch] */
+    double *y;
+    stein_status status;
+    stein_err *err;
+} reader;
+
+/* simulation time of what channel c shows as sample i; INFINITY behind its last one that counts */
+static double sample_time(const reader *r, int c, int i)
 {
-    double value = stein_read(b->sim, s->channel[c]) + b->shown[c];
-    if (!isfinite(value)) {
-        return lab__fail(err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(b->sim));
+    double T = i < r->s->n ? (1.0 + r->error) * r->s->data->time[i] + r->shift - r->delay[c]
+                           : (double)INFINITY;
+    return T <= r->p->horizon ? T : (double)INFINITY;
+}
+
+static double next_time(const reader *r)
+{
+    double T = INFINITY;
+    for (int c = 0; c < r->s->nch; c++) {
+        T = fmin(T, sample_time(r, c, r->next[c]));
     }
-    y[c * s->n + i] = value;
-    if (c == 0 && b->watch != NULL) {
-        b->watch(b->watch_ctx, b->sim, i);
+    return T;
+}
+
+static void read_sample(reader *r, int c, int i)
+{
+    const fit__stroke *s = r->s;
+    double value = stein_read(r->b->sim, s->channel[c]) + r->b->shown[c];
+    if (!isfinite(value) && r->status == STEIN_OK) {
+        r->status =
+            lab__fail(r->err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(r->b->sim));
     }
-    return STEIN_OK;
+    r->y[c * s->n + i] = value;
+    if (c == 0 && r->b->watch != NULL) {
+        r->b->watch(r->b->watch_ctx, r->b->sim, i);
+    }
+}
+
+/* the samples of the present time. @return the time of the next ones */
+static double look(void *ctx, stein_sim *sim)
+{
+    reader *r = ctx;
+    double T = next_time(r);
+    (void)sim;
+    for (int c = 0; c < r->s->nch; c++) {
+        if (sample_time(r, c, r->next[c]) <= T) {
+            read_sample(r, c, r->next[c]++);
+        }
+    }
+    return r->status == STEIN_OK ? next_time(r) : (double)INFINITY;
+}
+
+static double last_time(const reader *r)
+{
+    double T = 0.0;
+    for (int c = 0; c < r->s->nch; c++) {
+        T = fmax(T, sample_time(r, c, r->s->n - 1));
+    }
+    return fmin(T, r->p->horizon);
+}
+
+/* up to t_end, read on the way */
+static stein_status read_to(reader *r, double t_end, stein_pace *pace)
+{
+    pace->look = look;
+    pace->ctx = r;
+    pace->next = next_time(r);
+    stein_status status = stein_run_adaptive(r->b->sim, t_end, pace, r->err);
+    return status == STEIN_OK ? r->status : status;
+}
+
+/* Free. A recorded input bends at its samples, a force of the bench's at the frames: there the
+ * steps end. */
+static stein_status run(reader *r)
+{
+    const fit__stroke *s = r->s;
+    double t_end = last_time(r);
+    stein_pace pace = pace_of(r->p);
+    stein_status status = STEIN_OK;
+    int bent = s->nsignal > 0 || r->b->force != NULL;
+    for (int i = 0; status == STEIN_OK && bent && i < s->n; i++) {
+        double T = s->data->time[i] + r->shift;
+        if (T > stein_time(r->b->sim) && T < t_end) {
+            status = read_to(r, T, &pace);
+        }
+    }
+    return status == STEIN_OK ? read_to(r, t_end, &pace) : status;
 }
 
 /* down the ladder: from sample i to the next one, at T */
-static stein_status pulled(const fit__problem *p, fit__bench *b, const fit__stroke *s, int i,
-                           const double *y, double T, double *h, stein_err *err)
+static stein_status pulled(reader *r, int i, double T, stein_pace *pace)
 {
+    fit__bench *b = r->b;
     double t = stein_time(b->sim);
-    stein_status status = t > 0.0 ? fit__observe(b, s, i, y + i, err) : STEIN_OK;
+    stein_status status = t > 0.0 ? fit__observe(b, r->s, i, r->y + i, r->err) : STEIN_OK;
     for (int second = 0; status == STEIN_OK && second < 2; second++) {
-        fit__observer_half(b->observer, p->gain, second);
+        fit__observer_half(b->observer, r->p->gain, second);
         stein_on_force(b->sim, fit__observer_force, b->observer); // it has changed: evaluate anew
-        status = fit__advance(b->sim, second ? T : 0.5 * (t + T), p->tolerance, h, b->kept, err);
+        status = stein_run_adaptive(b->sim, second ? T : 0.5 * (t + T), pace, r->err);
     }
     return status;
 }
 
-/* delay of the instrument behind a channel [s]; the core leaves it to who samples */
-static double delay_of(const fit__bench *b, const fit__stroke *s, int c)
+/* held near the data: instruments do not lag */
+static stein_status run_pulled(reader *r)
 {
-    return s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
-}
-
-/* simulation time of the frame recorded as sample i */
-static double frame_time(const fit__problem *p, const fit__bench *b, const fit__stroke *s,
-                         double tau, int i)
-{
-    double error = p->clock >= 0 ? b->p[p->clock] : 0.0;
-    return (1.0 + error) * s->data->time[i] + tau - s->origin;
-}
-
-/* from sample i on the prediction of a channel is the data: no residual */
-static void beyond(const fit__stroke *s, int c, int i, double *y)
-{
-    size_t at = (size_t)c * (size_t)s->n + (size_t)i;
-    memcpy(y + at, s->y + at, sizeof *y * (size_t)(s->n - i));
-}
-
-static stein_status run(const fit__problem *p, fit__bench *b, const fit__stroke *s, double tau,
-                        double *y, stein_err *err)
-{
-    double h = 0.1 * lab_equations(p->model)->dt;
+    stein_pace pace = pace_of(r->p);
     stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < s->n; i++) {
-        double T = frame_time(p, b, s, tau, i);
-        if (T > p->horizon) {
-            for (int c = 0; c < s->nch; c++) {
-                beyond(s, c, i, y);
-            }
-            break;
-        }
+    memset(r->delay, 0, sizeof *r->delay * (size_t)r->s->nch);
+    for (int i = 0; status == STEIN_OK && isfinite(sample_time(r, 0, i)); i++) {
+        double T = sample_time(r, 0, i);
         if (T > 0.0) {
-            status = p->gain > 0.0 && i > 0
-                         ? pulled(p, b, s, i - 1, y, T, &h, err)
-                         : fit__advance(b->sim, T, p->tolerance, &h, b->kept, err);
+            status = i > 0 ? pulled(r, i - 1, T, &pace)
+                           : stein_run_adaptive(r->b->sim, T, &pace, r->err);
         }
-        for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
-            status = read_sample(b, s, c, i, y, err);
+        if (status == STEIN_OK) {
+            look(r, r->b->sim);
+            status = r->status;
         }
     }
     return status;
 }
 
-/* the same with instruments that lag: the samples of all channels in the order of their true times
+/* from its first sample that was not read on the prediction of a channel is the data: no residual
  */
-static stein_status run_delayed(const fit__problem *p, fit__bench *b, const fit__stroke *s,
-                                double tau, const double *delay, double *y, stein_err *err)
+static void fill_beyond(const reader *r)
 {
-    double h = 0.1 * lab_equations(p->model)->dt;
-    stein_status status = STEIN_OK;
-    int *next = calloc((size_t)s->nch + 1, sizeof *next);
-    if (next == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int c = 0; c < r->s->nch; c++) {
+        size_t at = (size_t)c * (size_t)r->s->n + (size_t)r->next[c];
+        memcpy(r->y + at, r->s->y + at, sizeof *r->y * (size_t)(r->s->n - r->next[c]));
     }
-    for (int k = 0; status == STEIN_OK && k < s->nch * s->n; k++) {
-        int c = -1;
-        double T = INFINITY;
-        for (int a = 0; a < s->nch; a++) {
-            double t = next[a] < s->n ? frame_time(p, b, s, tau, next[a]) - delay[a] : INFINITY;
-            c = t < T ? a : c;
-            T = fmin(t, T);
-        }
-        if (T > p->horizon) {
-            for (int a = 0; a < s->nch; a++) {
-                beyond(s, a, next[a], y);
-            }
-            break;
-        }
-        if (T > stein_time(b->sim)) {
-            status = fit__advance(b->sim, T, p->tolerance, &h, b->kept, err);
-        }
-        status = status == STEIN_OK ? read_sample(b, s, c, next[c]++, y, err) : status;
-    }
-    free(next);
-    return status;
 }
 
-static stein_status run_either(const fit__problem *p, fit__bench *b, const fit__stroke *s,
-                               double tau, double *y, stein_err *err)
+static stein_status read_stroke(const fit__problem *p, fit__bench *b, const fit__stroke *s,
+                                double tau, double *y, stein_err *err)
 {
-    double *delay = calloc((size_t)s->nch + 1, sizeof *delay);
-    int any = 0;
-    if (delay == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    size_t nch = (size_t)s->nch;
+    reader r = {.p = p, .b = b, .s = s, .shift = tau - s->origin, .y = y, .err = err};
+    r.error = p->clock >= 0 ? b->p[p->clock] : 0.0;
+    r.delay = calloc(nch + 1, sizeof *r.delay);
+    r.next = calloc(nch + 1, sizeof *r.next);
+    stein_status status = r.delay != NULL && r.next != NULL
+                              ? STEIN_OK
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
+        r.delay[c] = s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
     }
-    for (int c = 0; c < s->nch; c++) {
-        delay[c] = delay_of(b, s, c);
-        any |= delay[c] != 0.0;
+    if (status == STEIN_OK) {
+        status = p->gain > 0.0 ? run_pulled(&r) : run(&r);
     }
-    stein_status status = any && p->gain <= 0.0 ? run_delayed(p, b, s, tau, delay, y, err)
-                                                : run(p, b, s, tau, y, err);
-    free(delay);
+    if (status == STEIN_OK) {
+        fill_beyond(&r);
+    }
+    free(r.delay);
+    free(r.next);
     return status;
 }
 
@@ -402,7 +378,7 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
         fit__observer_rest(b->observer);
         stein_on_force(b->sim, fit__observer_force, b->observer);
     }
-    status = status == STEIN_OK ? run_either(p, b, s, tau, y, err) : status;
+    status = status == STEIN_OK ? read_stroke(p, b, s, tau, y, err) : status;
     free(c); // the next stroke binds its own
     return status;
 }

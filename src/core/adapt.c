@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: MIT
+ * adapt.c - steps of controlled error, and what is seen between their ends.
+ *
+ * Dormand & Prince's own estimate controls the step,
+ *
+ *      h <- 0.9 h (tol/e)^(1/5),    e = max over joints (|e_q|, h |e_qd|)
+ *
+ * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
+ * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first
+ * root, which its dense output gives to order 6, and the next step begins behind the switch. A
+ * trial step that does not pass is not asked for its events.
+ *
+ * Whoever looks at the motion gets the states of the same dense output. Steps that end at every
+ * look were more, and moved with the looks.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+
+enum { MAX_EVENTS_ON_THE_SPOT = 200 };
+static const double shortest = 1e-12;        /* [s] */
+static const double beside = 1e-3;           /* just before and behind an event, in steps */
+static const double most = 4.0, least = 0.2; /* factors from one step to the next */
+
+/* the simulation at every look in [t, t1). @return whether there was one */
+static int look_inside(stein_sim *sim, double t1, stein_pace *pace)
+{
+    double t = sim->head->t, h = t1 - t;
+    int looks = 0;
+    for (; pace->look != NULL && pace->next < t1; looks = 1) {
+        double at = fmax(pace->next, t);
+        stein__interpolate(sim, h, (at - t) / h, sim->q, sim->qd);
+        sim->head->t = at;
+        sim->fresh = 0;
+        pace->next = pace->look(pace->ctx, sim);
+    }
+    return looks;
+}
+
+/* The trial step to t1 becomes the state. After a look inside forces and gaps are those of there;
+ * they are evaluated anew when somebody asks, while qdd is known. */
+static void finish(stein_sim *sim, double t1, stein_pace *pace)
+{
+    int looks = look_inside(sim, t1, pace);
+    stein__accept(sim, t1);
+    sim->fresh = !looks;
+}
+
+static int is_crossed_at(stein_sim *sim, double h, double theta)
+{
+    stein__interpolate(sim, h, theta, sim->xq, NULL);
+    stein__guards(sim, sim->xq, sim->guard);
+    return stein__any_crossed(sim);
+}
+
+/* Theta of the first event of the trial step. Behind a switch the guards may hide another one
+ * before it - a beak that has passed the corner does not tell that it had met it - so they are
+ * asked again just before. A guard that has just switched is 0 up to rounding where the step
+ * begins; what it is just behind counts. */
+static double first_event(stein_sim *sim, double h)
+{
+    double begin = 0.0, theta = stein__first_root(sim, h, begin, 1.0);
+    if (theta < beside) {
+        if (is_crossed_at(sim, h, beside)) {
+            return stein__first_root(sim, h, begin, beside);
+        }
+        begin = beside;
+        (void)is_crossed_at(sim, h, 1.0);
+        theta = stein__first_root(sim, h, begin, 1.0);
+    }
+    while (theta - beside > begin && is_crossed_at(sim, h, theta - beside)) {
+        theta = stein__first_root(sim, h, begin, theta - beside);
+    }
+    return theta;
+}
+
+/* the trial step of h that passed: all of it, or up to its first event and the switch there */
+static stein_status advance(stein_sim *sim, double t1, double h, stein_pace *pace, stein_err *err)
+{
+    double t = sim->head->t;
+    if (!stein__any_crossed(sim)) {
+        finish(sim, t1, pace);
+        return STEIN_OK;
+    }
+    t1 = t + first_event(sim, h) * h;
+    if (t1 > t) {
+        stein_status status = stein__try(sim, t1 - t, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        finish(sim, t1, pace);
+    }
+    stein__flip_crossed(sim);
+    return stein__refresh(sim, err);
+}
+
+/* error of the trial step of h in tolerances; INFINITY when it failed */
+static double try_step(stein_sim *sim, double h, double tolerance, stein_status *status,
+                       stein_err *err)
+{
+    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
+    sim->fresh = 0; // from here on forces and gaps are those of the trial
+    *status = stein__try(sim, h, err);
+    double e = fmax(sim->eq, h * sim->eqd) / tolerance;
+    return *status == STEIN_OK && isfinite(e) ? e : (double)INFINITY;
+}
+
+static double factor(double e)
+{
+    return 0.9 * pow(fmax(e, 1e-12), -0.2);
+}
+
+static stein_status check_pace(const stein_sim *sim, double t_end, const stein_pace *pace,
+                               stein_err *err)
+{
+    if (sim->def.integrator != STEIN_DP5) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "no error estimate: it comes with a step of Dormand-Prince 5(4)");
+    }
+    if (!isfinite(t_end) || t_end < sim->head->t) {
+        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end,
+                           sim->head->t);
+    }
+    if (!(pace->tolerance > 0.0) || !(pace->longest > 0.0) || !(pace->h > 0.0)) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "stein_pace: tolerance %g, longest %g s and h %g s have to be positive",
+                           pace->tolerance, pace->longest, pace->h);
+    }
+    return STEIN_OK;
+}
+
+/* all steps from the current state, whose qdd is known, to t_end */
+static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int spot = 0; // events without a step between them
+    while (status == STEIN_OK && sim->head->t < t_end) {
+        double t = sim->head->t, left = t_end - t, wanted = fmin(pace->h, pace->longest);
+        int last = wanted >= left * (1.0 - 1e-9);
+        double h = last ? left : fmin(wanted, 0.5 * left); // no crumb before t_end
+        double e = try_step(sim, h, pace->tolerance, &status, err);
+        // a signal that jumps has no step that is short enough: its speed times `shortest` is left
+        if (e > 1.0 && h >= shortest) {
+            pace->h = h * fmax(least, isfinite(e) ? factor(e) : least);
+            status = STEIN_OK;
+            continue;
+        }
+        if (status == STEIN_OK && !isfinite(e)) {
+            status = stein__fail(err, STEIN_ENONFINITE, "no step is short enough at t = %g s", t);
+        }
+        if (status == STEIN_OK) {
+            status = advance(sim, last ? t_end : t + h, h, pace, err);
+        }
+        double grown = h * fmin(most, fmax(least, factor(e)));
+        pace->h = h < wanted && e < 0.5 ? fmax(grown, pace->h) : grown; // a rest tells little
+        spot = sim->head->t > t ? 0 : spot + 1;
+        if (spot > MAX_EVENTS_ON_THE_SPOT) {
+            status = stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
+                                 (int)MAX_EVENTS_ON_THE_SPOT, t);
+        }
+    }
+    return status;
+}
+
+stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+{
+    stein_status status = check_pace(sim, t_end, pace, err);
+    status = status == STEIN_OK ? stein__refresh(sim, err) : status;
+    status = status == STEIN_OK ? run(sim, t_end, pace, err) : status;
+    if (status != STEIN_OK) {
+        sim->fresh = 0;
+        return status;
+    }
+    sim->head->t0 = t_end;
+    sim->head->step = 0;
+    while (pace->look != NULL && pace->next <= t_end) {
+        pace->next = pace->look(pace->ctx, sim);
+    }
+    return STEIN_OK;
+}
