@@ -31,7 +31,7 @@
 #include "fitting.h"
 
 /* in steps of the file: the first step, any step */
-static const double first = 0.1, longest = 20.0;
+static const double first = 0.1, longest = 30.0;
 
 static stein_pace pace_of(const fit__problem *p)
 {
