@@ -133,9 +133,7 @@ static void forces(stein_sim *sim, double t)
     const stein_model *model = sim->model;
     size_t nq = (size_t)model->nq;
     memset(sim->Q, 0, sizeof *sim->Q * nq);
-    memset(sim->frc, 0, sizeof *sim->frc * 3 * nq);
-    memset(sim->trq, 0, sizeof *sim->trq * 3 * nq);
-    if (model->nframe > 0) {
+    if (model->nframe > 0) { // frc and trq: 0 from the beginning where there is no frame
         memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
         model->pose(sim->xq, sim->xqd, sim->d, sim->pose);
     }
@@ -178,6 +176,20 @@ int stein__is_driven(const stein_sim *sim, int joint)
     return driver(sim, joint) != -1;
 }
 
+/* is there a joint that driver() has to be asked about? Mostly not. */
+static int any_driven(const stein_sim *sim)
+{
+    int any = 0;
+    for (int j = 0; j < sim->model->nq; j++) {
+        any |= sim->held[j];
+    }
+    for (int i = 0; i < sim->model->ninput; i++) {
+        const stein_input *input = &sim->model->inputs[i];
+        any |= input->kind == STEIN_INPUT_MOTION && (sim->signal[i] != NULL || input->hold);
+    }
+    return any;
+}
+
 /* take joint j out of the unknowns of M x = b: x_j = value */
 static void prescribe(int n, double *M, double *b, int j, double value)
 {
@@ -200,7 +212,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }
-    for (int j = 0; j < nq; j++) {
+    for (int j = 0, any = any_driven(sim); any && j < nq; j++) {
         int by = driver(sim, j);
         if (by != -1) {
             prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);

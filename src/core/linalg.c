@@ -24,22 +24,19 @@ int stein__solve_spd(int n, double *M, double *b)
         double diagonal = row[i];
         int from = begin_of(row, i);
         for (int j = from; j < i; j++) {
+            const double *other = M + j * n;
             double s = row[j];
             for (int k = from; k < j; k++) {
-                s -= row[k] * M[j * n + k] * M[k * n + k];
+                s -= row[k] * other[k] * M[k * n + k];
             }
-            row[j] = s / M[j * n + j];
-        }
-        for (int k = from; k < i; k++) {
-            diagonal -= row[k] * row[k] * M[k * n + k];
+            row[j] = s / other[j];
+            diagonal -= row[j] * row[j] * other[j];
+            b[i] -= row[j] * b[j];
         }
         if (!(diagonal > 1e-13 * row[i])) {
             return i;
         }
         row[i] = diagonal;
-        for (int k = from; k < i; k++) {
-            b[i] -= row[k] * b[k];
-        }
     }
     for (int i = n - 1; i >= 0; i--) {
         b[i] /= M[i * n + i];

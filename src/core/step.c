@@ -54,14 +54,26 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
-/* sum of w_k k_k over the first n stages, component j */
-static double combine(const double *w, int n, const double *k, int nq, int j)
+/* sums of w_i k_i over the first n stages, component j of q' and of qd' */
+static inline void combine(const stein_sim *sim, const double *w, int n, int j, double *q,
+                           double *qd)
 {
-    double s = 0.0;
-    for (int i = 0; i < n; i++) {
-        s += w[i] * k[i * nq + j];
+    int nq = sim->model->nq;
+    const double *kq = sim->kq + j, *kqd = sim->kqd + j;
+    double s = 0.0, sd = 0.0;
+    for (int i = 0; i < n; i++, kq += nq, kqd += nq) {
+        s += w[i] * *kq;
+        sd += w[i] * *kqd;
     }
-    return s;
+    *q = s;
+    *qd = sd;
+}
+
+static void copy(double *restrict to, const double *restrict from, int n)
+{
+    for (int j = 0; j < n; j++) {
+        to[j] = from[j];
+    }
 }
 
 /* Trial step of h from the current state: q1, qd1 and, at its end, qdd1 and all guards. Stage 0 is
@@ -70,16 +82,17 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
 {
     const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
     int nq = sim->model->nq;
-    double t = sim->head->t;
-    memcpy(sim->q0, sim->q, sizeof *sim->q * (size_t)nq);
-    memcpy(sim->qd0, sim->qd, sizeof *sim->qd * (size_t)nq);
-    memcpy(sim->kq, sim->qd, sizeof *sim->qd * (size_t)nq);
-    memcpy(sim->kqd, sim->qdd0, sizeof *sim->qdd0 * (size_t)nq);
+    double t = sim->head->t, dq, dqd;
+    copy(sim->q0, sim->q, nq);
+    copy(sim->qd0, sim->qd, nq);
+    copy(sim->kq, sim->qd, nq);
+    copy(sim->kqd, sim->qdd0, nq);
     for (int i = 1; i < rk->stages; i++) {
         double *kq = sim->kq + i * nq;
         for (int j = 0; j < nq; j++) {
-            sim->q1[j] = sim->q[j] + h * combine(rk->a[i], i, sim->kq, nq, j);
-            kq[j] = sim->qd[j] + h * combine(rk->a[i], i, sim->kqd, nq, j);
+            combine(sim, rk->a[i], i, j, &dq, &dqd);
+            sim->q1[j] = sim->q[j] + h * dq;
+            kq[j] = sim->qd[j] + h * dqd;
         }
         sim->inside = 1;
         stein_status status =
@@ -90,20 +103,22 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
         }
     }
     for (int j = 0; j < nq; j++) {
-        sim->q1[j] = sim->q[j] + h * combine(rk->b, rk->stages, sim->kq, nq, j);
-        sim->qd1[j] = sim->qd[j] + h * combine(rk->b, rk->stages, sim->kqd, nq, j);
+        combine(sim, rk->b, rk->stages, j, &dq, &dqd);
+        sim->q1[j] = sim->q[j] + h * dq;
+        sim->qd1[j] = sim->qd[j] + h * dqd;
     }
     stein_status status = stein__evaluate(sim, t + h, sim->q1, sim->qd1, sim->qdd1, err);
     if (status != STEIN_OK) {
         return status;
     }
-    memcpy(sim->q1, sim->xq, sizeof *sim->q1 * (size_t)nq); // prescribed joints exactly on track
-    memcpy(sim->qd1, sim->xqd, sizeof *sim->qd1 * (size_t)nq);
+    copy(sim->q1, sim->xq, nq); // prescribed joints exactly on track
+    copy(sim->qd1, sim->xqd, nq);
 
     sim->eq = sim->eqd = rk->embedded ? 0.0 : -1.0;
     for (int j = 0; rk->embedded && j < nq; j++) {
-        double eq = combine(rk->e, rk->stages, sim->kq, nq, j) + rk->e[rk->stages] * sim->qd1[j];
-        double eqd = combine(rk->e, rk->stages, sim->kqd, nq, j) + rk->e[rk->stages] * sim->qdd1[j];
+        combine(sim, rk->e, rk->stages, j, &dq, &dqd);
+        double eq = dq + rk->e[rk->stages] * sim->qd1[j];
+        double eqd = dqd + rk->e[rk->stages] * sim->qdd1[j];
         sim->eq = fmax(sim->eq, fabs(h * eq));
         sim->eqd = fmax(sim->eqd, fabs(h * eqd));
     }
