@@ -13,8 +13,8 @@
  * price of differences is the choice of d, which is therefore made from what it does: so that the
  * predictions of a stroke change by a tenth of the noise (RMS), far below what bends and, with
  * steps of 1e-14, far above the integration's rounding. The derivatives that intervals are made of
- * are then right to 5e-6 in a stroke of the piano action with its 25 events (steps of 1e-13 leave
- * 5e-5); a test holds them against differences of order six.
+ * are then right to 1e-6 in a stroke of the piano action with its 25 events (steps of 1e-13 leave
+ * 2e-5); a test holds them against differences of order six.
  *
  * While a search is on its way, one-sided differences with changes of 0.3 noises and coarser
  * integration serve: they cost a quarter, and their error is of the order of d.

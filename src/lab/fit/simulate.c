@@ -4,25 +4,20 @@
  *      T = (1 + e) t + tau - origin      simulation time of the frame recorded at t
  *
  * with e the error of the recorder's time base (clock.error); a lagging instrument shows in it what
- * was at T - delay. The run ends exactly at every T, so no grid moves when tau or e change. Before
- * T = 0 the mechanism waits in its initial state. Measured motions and forces are no frames: they
- * have the trigger's time, and a time base that is right.
+ * was at T - delay. Before T = 0 the mechanism waits in its initial state. Measured motions and
+ * forces are no frames: they have the trigger's time, and a time base that is right.
  *
  * Steps. A fixed step of 10 us leaves an error of 0.2 um (RK4) or 0.5 um (DP5) in a stroke of the
  * piano action, 20-40 us leave 1 to 7 um: the rubbing notch is stiff for a few ms (mu f_n/(m v_t),
- * about 1e5 1/s) and nothing happens for the rest. So Dormand-Prince's own error estimate controls
- * the step from outside of the core, which still cuts it at every event:
+ * about 1e5 1/s) and nothing happens for the rest. So their error is controlled, and the samples
+ * are read from their dense output: the steps know nothing of frames, trigger and clock, and
+ * differences with respect to those see a smooth interpolant. Only the samples of a recorded input,
+ * which bends there, end a step. (Steps that ended at every frame were half as many again, and
+ * derivatives were right to 5e-6 instead of 1e-6.)
  *
- *      h <- 0.9 h (tol/e)^(1/5),    e = max over joints (|e_q|, h |e_qd|)
- *
- * The estimate is that of the last piece of a step that was cut. So a step with an event in it is
- * taken back, the next ones end just before the event, and a tenth of the file's step leads across.
- * Without that an escapement was found with the states of an unchecked long step, and strokes came
- * out microns apart for no reason.
- *
- * With tol = 1e-11 a stroke is right to 1e-10 m in a quarter of the evaluations, and what
- * differences of strokes see of the steps' choice is as small. A sequence of steps kept from the
- * unchanged parameters would be smoother still, but not where a contact begins earlier than it did.
+ * With tol = 1e-11 a stroke is right to 1e-9 m, and what differences of strokes see of the steps'
+ * choice is smaller. A sequence of steps kept from the unchanged parameters would be smoother
+ * still, but not where a contact begins earlier than it did.
  */
 #include <math.h>
 #include <stdlib.h>
