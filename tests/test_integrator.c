@@ -126,6 +126,91 @@ START_TEST(a_run_lands_exactly_on_its_end)
 }
 END_TEST
 
+/* ---- controlled steps ---- */
+
+/* the double pendulum as it is seen at irregular times */
+typedef struct seen {
+    double last, q[3], qd[3]; /* at 0.25, 0.7 and 1 s */
+    int n, looks;
+} seen;
+
+static double look(void *ctx, stein_sim *sim)
+{
+    static const double when[] = {0.25, 0.7, 1.0};
+    seen *s = ctx;
+    double t = stein_time(sim);
+    ck_assert(t >= s->last);
+    s->last = t;
+    s->looks++;
+    if (s->n < 3 && t == when[s->n]) {
+        s->q[s->n] = stein_q(sim)[1];
+        s->qd[s->n++] = stein_qd(sim)[1];
+    }
+    double next = t + 0.0123;
+    return s->n < 3 && next > when[s->n] ? when[s->n] : next;
+}
+
+static stein_pace pace_of(double tolerance, stein_look_fn *fn, void *ctx)
+{
+    return (stein_pace){tolerance, 0.1, 1e-3, 0.0, fn, ctx};
+}
+
+START_TEST(what_is_seen_inside_of_controlled_steps_is_the_motion)
+{
+    static const double when[] = {0.25, 0.7, 1.0};
+    seen s = {.last = 0.0};
+    stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_DP5, 0.01);
+    stein_sim *fine = make_sim(&stein_model_double_pendulum, STEIN_DP5, 2e-4);
+    stein_pace pace = pace_of(1e-10, look, &s);
+    ck_assert_stein(stein_set_state(sim, 0.0, start_q, start_qd, err));
+    ck_assert_stein(stein_set_state(fine, 0.0, start_q, start_qd, err));
+    ck_assert_stein(stein_run_adaptive(sim, 1.0, &pace, err));
+    ck_assert(stein_time(sim) == 1.0);
+    ck_assert_int_eq(s.n, 3);
+    ck_assert(s.looks > 80);
+    for (int i = 0; i < 3; i++) {
+        ck_assert_stein(stein_run(fine, when[i], err));
+        ck_assert_close(s.q[i], stein_q(fine)[1], 0.0, 2e-8);
+        ck_assert_close(s.qd[i], stein_qd(fine)[1], 0.0, 2e-7);
+    }
+    stein_sim_destroy(sim);
+    stein_sim_destroy(fine);
+}
+END_TEST
+
+START_TEST(nobody_moves_a_controlled_step_by_looking)
+{
+    double end[2][2];
+    seen s = {.last = 0.0};
+    for (int i = 0; i < 2; i++) {
+        stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_DP5, 1e-5);
+        stein_pace pace = {1e-9, 3e-4, 1e-6, 0.0, i == 0 ? NULL : look, &s};
+        ck_assert_stein(stein_run_adaptive(sim, 0.08, &pace, err));
+        memcpy(end[i], stein_q(sim), sizeof end[i]);
+        stein_sim_destroy(sim);
+    }
+    ck_assert(s.looks > 5);
+    ck_assert_mem_eq(end[0], end[1], sizeof end[0]);
+}
+END_TEST
+
+START_TEST(controlled_steps_refuse_what_makes_no_sense)
+{
+    stein_sim *rk4 = make_sim(&stein_model_pendulum, STEIN_RK4, 1e-3);
+    stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_DP5, 1e-3);
+    stein_pace pace = pace_of(1e-9, NULL, NULL);
+    ck_assert_int_eq(stein_run_adaptive(rk4, 0.1, &pace, NULL), STEIN_EINVAL);
+    ck_assert_int_eq(stein_run_adaptive(sim, NAN, &pace, NULL), STEIN_EINVAL);
+    ck_assert_stein(stein_run_adaptive(sim, 0.1, &pace, err));
+    ck_assert_int_eq(stein_run_adaptive(sim, 0.05, &pace, NULL), STEIN_EINVAL);
+    pace.tolerance = 0.0;
+    ck_assert_int_eq(stein_run_adaptive(sim, 0.2, &pace, NULL), STEIN_EINVAL);
+    ck_assert(stein_time(sim) == 0.1);
+    stein_sim_destroy(rk4);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 START_TEST(the_same_run_gives_the_same_bits)
 {
     double a[4], b[4];
@@ -174,6 +259,9 @@ Suite *integrator_suite(void)
     tcase_add_test(tc, dp5_error_estimate_shrinks_with_the_fifth_power_and_rk4_has_none);
     tcase_add_test(tc, dp5_error_estimate_is_larger_than_the_error);
     tcase_add_test(tc, a_run_lands_exactly_on_its_end);
+    tcase_add_test(tc, what_is_seen_inside_of_controlled_steps_is_the_motion);
+    tcase_add_test(tc, nobody_moves_a_controlled_step_by_looking);
+    tcase_add_test(tc, controlled_steps_refuse_what_makes_no_sense);
     tcase_add_test(tc, the_same_run_gives_the_same_bits);
     tcase_add_test(tc, a_restored_state_continues_bit_for_bit);
     suite_add_tcase(suite, tc);

@@ -61,6 +61,13 @@ double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int i)
         .guard;
 }
 
+double stein__spot_gap(const stein_sim *sim, const stein_pose *pose, int i)
+{
+    const stein_spot *spot = &sim->model->spots[i];
+    return -meet(sim, spot, pose_of(pose, spot->side[0].frame), pose_of(pose, spot->side[1].frame))
+                .depth;
+}
+
 /* the contact of the free load is gone with it */
 static int is_lifted(const stein_sim *sim, int contact)
 {

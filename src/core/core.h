@@ -108,6 +108,7 @@ int stein__solve_spd(int n, double *M, double *b);
 
 /* contact.c */
 double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int spot);
+double stein__spot_gap(const stein_sim *sim, const stein_pose *pose, int spot);
 void stein__spot_forces(stein_sim *sim);
 extern const stein_pose stein__fixed_frame;
 
@@ -155,6 +156,8 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
                              double *qdd, stein_err *err);
 void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
+/* xq, xqd and poses of the current state, without its forces */
+void stein__place(stein_sim *sim);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
 

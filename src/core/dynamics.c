@@ -243,6 +243,14 @@ void stein__guards(stein_sim *sim, const double *q, double *guard)
     }
 }
 
+void stein__place(stein_sim *sim)
+{
+    drive(sim, sim->head->t, sim->q, sim->qd);
+    if (sim->model->nframe > 0) {
+        sim->model->pose(sim->xq, sim->xqd, sim->d, sim->pose);
+    }
+}
+
 stein_status stein__refresh(stein_sim *sim, stein_err *err)
 {
     if (!sim->fresh) {
