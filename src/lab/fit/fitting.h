@@ -40,7 +40,9 @@ typedef struct fit__signal {
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
                               const lab_column *column, double noise, stein_err *err);
 void fit__signal_free(fit__signal *s);
-void fit__signal_at(const fit__signal *s, double t, double u[3]);
+/** Value and derivatives at t. @param at  where it was found last, kept by the caller; 0 at first
+ */
+void fit__signal_at(const fit__signal *s, double t, int *at, double u[3]);
 
 /* ---- problem.c ---- */
 

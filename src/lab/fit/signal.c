@@ -222,20 +222,14 @@ void fit__signal_free(fit__signal *s)
     free(s->c);
 }
 
-void fit__signal_at(const fit__signal *s, double t, double u[3])
+/* the interval of t, t[i] <= t < t[i+1]; mostly the one before or the next */
+static int interval(const fit__signal *s, double t, int before)
 {
     int lo = 0, hi = s->n - 1;
-    u[1] = u[2] = 0.0;
-    if (t < s->t[0] || t > s->t[hi]) {
-        u[0] = t < s->t[0] ? s->g[0] : s->g[hi];
-        return;
-    }
-    // guess by proportion, which is right on a regular grid, then halve
-    int guess = (int)((t - s->t[0]) / (s->t[hi] - s->t[0]) * hi);
-    guess = guess > hi - 1 ? hi - 1 : guess;
-    if (s->t[guess] <= t && t < s->t[guess + 1]) {
-        lo = guess;
-        hi = guess + 1;
+    for (int i = before; i < before + 2 && i >= 0 && i < hi; i++) {
+        if (s->t[i] <= t && t < s->t[i + 1]) {
+            return i;
+        }
     }
     while (hi - lo > 1) {
         int mid = lo + (hi - lo) / 2;
@@ -245,6 +239,18 @@ void fit__signal_at(const fit__signal *s, double t, double u[3])
             hi = mid;
         }
     }
+    return lo;
+}
+
+void fit__signal_at(const fit__signal *s, double t, int *at, double u[3])
+{
+    int end = s->n - 1;
+    u[1] = u[2] = 0.0;
+    if (t < s->t[0] || t > s->t[end]) {
+        u[0] = t < s->t[0] ? s->g[0] : s->g[end];
+        return;
+    }
+    int lo = *at = interval(s, t, *at), hi = lo + 1;
     double h = s->t[hi] - s->t[lo], a = (s->t[hi] - t) / h, b = 1.0 - a;
     u[0] = a * s->g[lo] + b * s->g[hi];
     if (s->motion) {

@@ -77,12 +77,13 @@ void fit__bench_free(fit__bench *b)
 typedef struct clocked {
     const fit__signal *signal;
     double shift;
+    int at; /* where it was read last */
 } clocked;
 
 static void signal_at(void *ctx, double t, double u[3])
 {
-    const clocked *c = ctx;
-    fit__signal_at(c->signal, t + c->shift, u);
+    clocked *c = ctx;
+    fit__signal_at(c->signal, t + c->shift, &c->at, u);
 }
 
 static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke *s, clocked *c,
@@ -93,7 +94,7 @@ static stein_status bind(stein_sim *sim, const stein_model *m, const fit__stroke
         status = stein_drive(sim, m->inputs[i].name, NULL, NULL, err);
     }
     for (int k = 0; status == STEIN_OK && k < s->nsignal; k++) {
-        c[k] = (clocked){&s->signal[k], shift};
+        c[k] = (clocked){&s->signal[k], shift, 0};
         status = stein_drive(sim, m->inputs[s->signal[k].input].name, signal_at, &c[k], err);
     }
     return status;
