@@ -290,7 +290,7 @@ static stein_status one_stage(run *r, const stage *st, stein_err *err)
     int rung_only = st->gain > 0.0;
     p->gain = st->gain;
     p->central = st->start < 0;
-    p->tolerance = rung_only ? 1e-8 : p->central ? 1e-11 : 1e-10;
+    p->tolerance = rung_only ? 1e-8 : p->central ? 1e-11 : 1e-9;
     stein_status status = st->start < 0 ? new_noise(p, s->best[best_of(s)], err) : STEIN_OK;
     if (status == STEIN_OK && st->start == -2) {
         status = new_weights(p, s->entry, err);
