@@ -28,39 +28,47 @@ static const double shortest = 1e-12;        /* [s] */
 static const double beside = 1e-3;           /* just before and behind an event, in steps */
 static const double most = 4.0, least = 0.1; /* factors from one step to the next */
 
-/* the simulation at every look in [t, t1). @return whether there was one */
-static int look_inside(stein_sim *sim, double t1, stein_pace *pace)
+/* the simulation at every look in [t, t1) */
+static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
 {
     double t = sim->head->t, h = t1 - t;
-    int looks = 0;
-    for (; pace->look != NULL && pace->next < t1; looks = 1) {
+    while (pace->look != NULL && pace->next < t1) {
         double at = fmax(pace->next, t);
         stein__interpolate(sim, h, (at - t) / h, sim->q, sim->qd);
         sim->head->t = at;
         sim->fresh = 0;
         pace->next = pace->look(pace->ctx, sim);
     }
-    return looks;
 }
 
-/* The trial step to t1 becomes the state. After a look inside forces and gaps are those of there;
- * they are evaluated anew when somebody asks, while qdd is known. */
+/* The trial step to t1 becomes the state. Forces and gaps are those of where one looked inside
+ * last; they are evaluated anew when somebody asks, while qdd is known. */
 static void finish(stein_sim *sim, double t1, stein_pace *pace)
 {
-    int looks = look_inside(sim, t1, pace);
+    look_inside(sim, t1, pace);
+    int fresh = sim->fresh;
     stein__accept(sim, t1);
-    sim->fresh = !looks;
+    sim->fresh = fresh;
+}
+
+/* `fresh` is about the end of the trial step, while there is one */
+static stein_status attempt(stein_sim *sim, double h, stein_err *err)
+{
+    stein_status status = stein__try(sim, h, err);
+    sim->fresh = status == STEIN_OK;
+    return status;
 }
 
 static int is_crossed_at(stein_sim *sim, double h, double theta)
 {
+    sim->fresh = 0;
     stein__interpolate(sim, h, theta, sim->xq, NULL);
     stein__guards(sim, sim->xq, sim->guard);
     return stein__any_crossed(sim);
 }
 
-/* Theta of the first event of the trial step. Behind a switch the guards may hide another one
- * before it - a beak that has passed the corner does not tell that it had met it - so they are
+/* Theta of the first event of a trial step that ends behind it. There the guards may hide another
+ * one before it - a beak that has passed the corner does not tell that it had met it - so they are
  * asked again just before. A guard that has just switched is 0 up to rounding where the step
  * begins; what it is just behind counts. */
 static double first_event(stein_sim *sim, double h)
@@ -80,17 +88,28 @@ static double first_event(stein_sim *sim, double h)
     return theta;
 }
 
+/* Theta of the first event of the trial step, 2 where there is none. Long steps are asked in the
+ * middle as well: a contact may have come and gone. */
+static double event_of(stein_sim *sim, double h, double longest)
+{
+    if (stein__any_crossed(sim)) {
+        return first_event(sim, h);
+    }
+    int grazed = h > 0.5 * longest && is_crossed_at(sim, h, 0.5);
+    return grazed ? stein__first_root(sim, h, 0.0, 0.5) : 2.0;
+}
+
 /* the trial step of h that passed: all of it, or up to its first event and the switch there */
 static stein_status advance(stein_sim *sim, double t1, double h, stein_pace *pace, stein_err *err)
 {
-    double t = sim->head->t;
-    if (!stein__any_crossed(sim)) {
+    double t = sim->head->t, theta = event_of(sim, h, pace->longest);
+    if (theta > 1.0) {
         finish(sim, t1, pace);
         return STEIN_OK;
     }
-    t1 = t + first_event(sim, h) * h;
+    t1 = t + theta * h;
     if (t1 > t) {
-        stein_status status = stein__try(sim, t1 - t, err);
+        stein_status status = attempt(sim, t1 - t, err);
         if (status != STEIN_OK) {
             return status;
         }
@@ -105,8 +124,7 @@ static double try_step(stein_sim *sim, double h, double tolerance, stein_status 
                        stein_err *err)
 {
     memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
-    sim->fresh = 0; // from here on forces and gaps are those of the trial
-    *status = stein__try(sim, h, err);
+    *status = attempt(sim, h, err);
     double e = fmax(sim->eq, h * sim->eqd) / tolerance;
     return *status == STEIN_OK && isfinite(e) ? e : (double)INFINITY;
 }

@@ -21,7 +21,7 @@
 
 enum { FEWEST = 2, HOLD_EVERY = 3, SCATTER_FROM = 4, TRACES = 4, TRACES_HELD = 2 };
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
-/* of integration steps: a stroke is right to 0.1 um and derivatives by differences to 0.5 %, while
+/* of integration steps: a stroke is right to 0.4 um and derivatives by differences to 0.5 %, while
  * differences to one side are up to 13 % off by themselves; 1e-8 leaves 4 um and 2 % */
 static const double tolerance = 1e-9;
 
