@@ -33,7 +33,8 @@
     X(measured)   \
     X(several)    \
     X(show)       \
-    X(report)
+    X(report)     \
+    X(seen)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -136,6 +136,28 @@ typedef struct lab_cause_number {
     double value, lo, hi;
 } lab_cause_number;
 
+/** Could it have been seen? */
+typedef enum {
+    LAB_NOT_JUDGED,  /* no fit has converged */
+    LAB_PRESENT,     /* it is a cause */
+    LAB_WEAK,        /* plausible, but too weak to be named: something points to it or may hide */
+    LAB_ABSENT,      /* it would have been named at its plausible limit, and is not there */
+    LAB_NOT_TESTABLE /* these data say nothing about it */
+} lab_presence;
+enum { LAB_PRESENCES = LAB_NOT_TESTABLE + 1 };
+/** "present", "weak", "absent", "not_testable"; NULL: not judged. */
+const char *lab_presence_text(lab_presence presence);
+
+/** What the data say about the amount of a candidate, all else refitted linearly at the accepted
+ *  model; in the candidate's unit, NAN where there is nothing to say. */
+typedef struct lab_power {
+    lab_presence presence;
+    double amount, sd;   /* beside the causes, without a prior of its own */
+    double detectable;   /* an amount that would have been named with 95 % probability */
+    double upper;        /* 95 % upper limit of what is there */
+    const char *because; /* a reason in words; NULL: not judged */
+} lab_power;
+
 /** A candidate, judged. Gains are falls of -2 log likelihood with the strokes' scatter taken out.
  */
 typedef struct lab_suspect {
@@ -154,6 +176,7 @@ typedef struct lab_suspect {
     double own_ratio, own_lo, own_hi;
     double likeness; /* to the first one: |correlation| of what each changes, all else refitted */
     const char *why; /* not testable, not possible: because ...; NULL */
+    lab_power power; /* could it have been seen? */
 } lab_suspect;
 
 /** Error on held-out strokes before and after the extension. */

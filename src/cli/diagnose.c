@@ -246,6 +246,21 @@ static void print_gain(const lab_diagnosis *d)
            100.0 * d->scatter[0], 100.0 * d->scatter[1], 100.0 * d->scatter[2]);
 }
 
+/* could the others have been seen? */
+static void print_presence(const lab_diagnosis *d)
+{
+    int count[LAB_PRESENCES] = {0};
+    for (int i = 0; i < d->nsuspect; i++) {
+        count[d->suspect[i].power.presence]++;
+    }
+    if (count[LAB_NOT_JUDGED] < d->nsuspect) {
+        printf("of %d candidates: %d present, %d absent, %d plausible but weak, %d not testable "
+               "with these data\n",
+               d->nsuspect, count[LAB_PRESENT], count[LAB_ABSENT], count[LAB_WEAK],
+               count[LAB_NOT_TESTABLE]);
+    }
+}
+
 static void print_story(const job *j)
 {
     const lab_diagnosis *d = j->diagnosis;
@@ -263,6 +278,7 @@ static void print_story(const job *j)
         print_rivals(d);
     }
     print_gain(d);
+    print_presence(d);
     printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
            d->seconds);
 }
@@ -446,7 +462,9 @@ const cli_command cli_diagnose = {
         "held out. In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
         "\"phase\", \"parameters\", \"evidence\"}], \"indistinguishable\", \"next_experiment\",\n"
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
-        "\"noise_floor\", \"audit\"}; report.html, one self-contained page; extended.yaml, the\n"
+        "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
+        "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
+        "report.html, one self-contained page; extended.yaml, the\n"
         "mechanism file with the cause in it, when there is one that pays on strokes held out.\n"
         "With --json diagnosis.json is printed too.",
     .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"

@@ -278,8 +278,10 @@ static stein_status conclude(diag *d, stein_err *err)
     if (status == STEIN_OK) {
         o->gain.ratio = found.held.rmse / before.rmse;
         diag__verdict(d, &found);
-        status = diag__note(d, &found, err);
+        diag *last = found.n > 0 ? found.from[found.n - 1] : d;
+        status = diag__power(last, found.n > 0, err);
     }
+    status = status == STEIN_OK ? diag__note(d, &found, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, &before, &found, err) : status;
     keep_part(d, &found);

@@ -121,6 +121,11 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
                                  lab_departure **list, int *n, lab_latent **latent, int *nlatent,
                                  stein_err *err);
 
+/* ---- diagnosis_seen.c ---- */
+
+/** How many suspects have that presence. */
+int diag__count(const lab_diagnosis *d, lab_presence presence);
+
 /* ---- diagnosis.c ---- */
 
 /** All of the above into departure and latent of a diagnosis, from the residuals r at x; J may be

@@ -123,6 +123,22 @@ static void write_audit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
+/* could it have been seen? amounts in the unit of its parameter, shares of its plausible limit */
+static void write_power(lab__json *j, const lab_suspect *s)
+{
+    const lab_power *p = &s->power;
+    int judged = p->presence != LAB_NOT_JUDGED;
+    lab__json_text(j, "presence", lab_presence_text(p->presence));
+    lab__json_text(j, "because", p->because);
+    lab__json_real(j, "limit", s->candidate.limit);
+    lab__json_text(j, "unit", s->candidate.unit);
+    lab__json_real(j, "estimate", judged ? p->amount : (double)NAN);
+    lab__json_real(j, "estimate_sd", judged ? p->sd : (double)NAN);
+    lab__json_real(j, "detectable", judged ? p->detectable : (double)NAN);
+    lab__json_real(j, "upper_limit", judged ? p->upper : (double)NAN);
+    lab__json_real(j, "upper_share", judged ? p->upper / s->candidate.limit : (double)NAN);
+}
+
 static void write_suspects(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "suspects", '[');
@@ -139,6 +155,7 @@ static void write_suspects(lab__json *j, const lab_diagnosis *d)
         lab__json_real(j, "held_out", s->held_out);
         write_parameters(j, s);
         lab__json_text(j, "why", s->why);
+        write_power(j, s);
         lab__json_close(j);
     }
     lab__json_close(j);

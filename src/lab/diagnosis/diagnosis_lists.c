@@ -174,7 +174,7 @@ static void suspect_row(FILE *f, const lab_diagnosis *d, int i, double most)
     } else if (i < d->ncause + d->nrival) {
         fputs("cannot be told from it", f);
     } else {
-        page__text(f, s->why);
+        page__text(f, s->why != NULL ? s->why : s->power.because);
     }
     fputs("</td></tr>\n", f);
 }

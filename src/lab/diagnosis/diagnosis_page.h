@@ -3,7 +3,7 @@
  *
  *   diagnosis_page.c   the page and its first screen      diagnosis_chart.c  axes and curves
  *   diagnosis_plots.c  strokes over time, forces          diagnosis_text.c   texts and numbers
- *   diagnosis_lists.c  maps, bars and tables
+ *   diagnosis_lists.c  maps, bars and tables             diagnosis_seen.c   every candidate
  */
 #ifndef DIAGNOSIS_PAGE_H
 #define DIAGNOSIS_PAGE_H
@@ -69,6 +69,10 @@ void page__range(double *lo, double *hi, double margin);
 
 void page__strokes(FILE *f, const lab_diagnosis *d);
 void page__forces(FILE *f, const lab_diagnosis *d);
+
+/* ---- diagnosis_seen.c ---- */
+
+void page__seen(FILE *f, const lab_diagnosis *d);
 
 /* ---- diagnosis_lists.c ---- */
 

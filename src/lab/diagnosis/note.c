@@ -71,6 +71,7 @@ static void note_cause(diag__found *f, int i)
         s->candidate.side_unit = lab_equations(model)->params[s->candidate.side].unit;
     }
     note_numbers(s, u, x, sd, sqrt(f->excess));
+    diag__present(s, sqrt(f->excess) * sd[0] * s->candidate.limit);
     s->likeness = 1.0;
     s->chi2_dof = f->chi2_dof;
     s->held_out = f->held.rmse;
@@ -92,14 +93,9 @@ static int is_listed(const lab_diagnosis *o, const lab_suspect *s)
 /* those of the search that has found a cause which the data cannot tell from it */
 static void list_rivals(lab_diagnosis *o, const diag *d)
 {
-    double near = d->suspect[0].objective + diag__rival * diag__excess(d, &d->suspect[0]);
-    for (int i = 1; i < d->n; i++) {
-        const diag__suspect *s = &d->suspect[i];
-        if (!s->s.refitted || !s->s.possible || !(s->objective < near)) {
-            break;
-        }
-        if (!is_listed(o, &s->s)) {
-            o->suspect[o->nsuspect++] = s->s;
+    for (int i = 1; i < d->n && diag__is_rival(d, i); i++) {
+        if (!is_listed(o, &d->suspect[i].s)) {
+            o->suspect[o->nsuspect++] = d->suspect[i].s;
             o->nrival++;
         }
     }
@@ -126,9 +122,10 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
     for (int i = 0; i < f->n; i++) {
         list_rivals(o, f->from[i]);
     }
-    for (int i = 0; i < d->n; i++) {
-        if (!is_listed(o, &d->suspect[i].s)) {
-            o->suspect[o->nsuspect++] = d->suspect[i].s;
+    const diag *last = f->n > 0 ? f->from[f->n - 1] : d;
+    for (int i = 0; i < last->n; i++) {
+        if (!is_listed(o, &last->suspect[i].s)) {
+            o->suspect[o->nsuspect++] = last->suspect[i].s;
         }
     }
     o->p = d->p_value;

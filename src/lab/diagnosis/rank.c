@@ -114,9 +114,8 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     lab__mixed_stroke(m, s, (int)n, C);
 }
 
-/* @param column [nc] each of all rows */
-static stein_status build(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
-                          const double *r, const double *const *column, int nc, stein_err *err)
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err)
 {
     slots l;
     int *beta = malloc(sizeof *beta * (size_t)(p->np + 1));
@@ -142,8 +141,7 @@ static stein_status build(lab__mixed *m, const fit__problem *p, const double *x,
     return status;
 }
 
-/* a parameter's column over all rows */
-static double *gather(const fit__problem *p, const double *J, int k)
+double *diag__column(const fit__problem *p, const double *J, int k)
 {
     double *to = malloc(sizeof *to * (fit__offset(p, p->nstroke) + 1));
     for (int s = 0; to != NULL && s < p->nstroke; s++) {
@@ -161,11 +159,11 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
     int nwith = 0, with[2] = {0, 1}, k[2] = {p->amount, p->side};
     double *column[2] = {NULL, NULL}, objective = INFINITY;
     while (nwith < 2 && k[nwith] >= 0 && !p->unknown[k[nwith]].idle) {
-        column[nwith] = gather(p, J, k[nwith]);
+        column[nwith] = diag__column(p, J, k[nwith]);
         nwith += column[nwith] != NULL ? 1 : 3;
     }
     if (nwith < 3 &&
-        build(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK) {
+        diag__mixed_at(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK) {
         int n = m.nf + nwith;
         double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
         double *all = beta + (beta != NULL ? n : 0);
@@ -270,7 +268,7 @@ stein_status diag__rank(diag *d, stein_err *err)
     int n = column != NULL && index != NULL ? columns_of(d, column, index) : 0;
     lab__mixed m = {.nf = 0};
     stein_status status = column != NULL && index != NULL
-                              ? build(&m, &d->p, d->x, d->J, d->r, column, n, err)
+                              ? diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, n, err)
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
     status = status == STEIN_OK ? scores(d, &m, index, n, err) : status;
     lab__mixed_free(&m);
@@ -323,7 +321,7 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
 {
     const double **column = malloc(sizeof *column * (size_t)(d->n + 2));
     int *index = malloc(sizeof *index * (size_t)(d->n + 2));
-    double *own = gather(&d->p, leader->J, d->p.amount), *beta = NULL;
+    double *own = diag__column(&d->p, leader->J, d->p.amount), *beta = NULL;
     int memory = column != NULL && index != NULL && own != NULL;
     int n = memory ? columns_of(d, column, index) : 0, at = (int)(leader - d->suspect);
     lab__mixed m = {.nf = 0};
@@ -331,7 +329,7 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
         column[n] = own; // d is free of the leader's effect only when its column is among these
     }
     stein_status status =
-        memory ? build(&m, &d->p, leader->x, leader->J, leader->r, column, n + 1, err)
+        memory ? diag__mixed_at(&m, &d->p, leader->x, leader->J, leader->r, column, n + 1, err)
                : lab__fail(err, STEIN_ENOMEM, "out of memory");
     beta = malloc(sizeof *beta * (size_t)(m.nf + 2));
     if (status == STEIN_OK && beta == NULL) {

@@ -6,6 +6,7 @@
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   refine.c      the best suspects fitted in full
+ *   power.c       which of the others could have been seen
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
  *   verdict.c     from numbers to one of seven words
@@ -24,6 +25,7 @@ typedef struct diag__suspect {
     lab_dataset *fit_data, *held_data; /* the strokes in it */
     fit__problem *fit;                 /* of the extended mechanism; NULL: the base's */
     const char *never;                 /* the data cannot show it, because ... */
+    const char *unseen;                /* G says nothing, because ...; NULL: it does */
     double step;                       /* amount that G was made with, in limits */
     double *G;              /* change of all weighted residuals per limit; NULL: nothing to see */
     double *x, *J, *r;      /* of a refit, one block; NULL before */
@@ -97,6 +99,21 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
  *  diag__changes was called there. */
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err);
 
+/** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;
+ *  lab__mixed_free in any case. @return OK, ENOMEM */
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err);
+/** The column of unknown k < np over all rows, freed by the caller; NULL: out of memory. */
+double *diag__column(const fit__problem *p, const double *J, int k);
+
+/* ---- power.c ---- */
+
+/** Could it have been seen? s.power of all suspects of a search; the verdict is known.
+ *  @param led  1: its best suspect is a cause  @return OK, ENOMEM */
+stein_status diag__power(diag *d, int led, stein_err *err);
+/** That of a cause with its amount and the standard deviation. */
+void diag__present(lab_suspect *cause, double sd);
+
 /* ---- refine.c ---- */
 
 /** Full fits of the best suspects; the best first. */
@@ -125,7 +142,7 @@ stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag
 typedef struct diag__found {
     int n;
     lab_suspect cause[FIT__ACCEPTED];
-    const diag *from[FIT__ACCEPTED]; /* the search that found it */
+    diag *from[FIT__ACCEPTED]; /* the search that found it */
     diag *end;                       /* where all of them act */
     diag__suspect *leader;           /* one of them is on trial there; NULL: all are accepted */
     double chi2_dof, excess;
@@ -150,7 +167,8 @@ stein_status diag__note(diag *d, diag__found *found, stein_err *err);
 
 /* ---- verdict.c ---- */
 
-extern const double diag__rival;      /* of -2 log likelihood: nearer ones cannot be told apart */
+/** Cannot the data tell suspect i of a search from its best one? They are sorted. */
+int diag__is_rival(const diag *d, int i);
 extern const double diag__least_gain; /* of -2 log likelihood, to speak of */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);

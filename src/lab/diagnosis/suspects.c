@@ -351,6 +351,9 @@ stein_status diag__changes(diag *d, stein_err *err)
             s->fit->horizon = d->p.horizon;
             status = change_all(d, s->fit, &s, 1, err);
         }
+        if (d->p.given == NULL || (s->promising && s->fit == NULL)) {
+            s->unseen = s->s.why; // s.why is written again by who ranks and fits
+        }
     }
     return status;
 }

@@ -22,7 +22,7 @@
 #include "searching.h"
 
 const double diag__least_gain = 25.0;
-const double diag__rival = 9.2; /* odds of 1 to 100 */
+static const double near = 9.2; /* -2 ln of odds of 1 to 100 */
 static const double by_chance = 0.01;
 static const double slack = 0.05;       /* of chi2/dof */
 static const double must_explain = 0.7; /* share of the misfit */
@@ -104,6 +104,13 @@ static double most_noise(const diag *d)
 {
     double dof = fmax(1.0, d->p.samples - d->p.nu);
     return noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
+}
+
+int diag__is_rival(const diag *d, int i)
+{
+    const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
+    return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
+           s->objective < best->objective + near * diag__excess(d, best);
 }
 
 int diag__spoken(const diag *d)

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * rotor_support.h - a wheel on a spiral spring, let go from an angle, for tests of the diagnosis:
+ * strokes with noise take milliseconds, and at one angle its drags look alike.
+ */
+#ifndef ROTOR_SUPPORT_H
+#define ROTOR_SUPPORT_H
+
+#include "fit_support.h"
+#include "stein/diagnose.h"
+
+static const char rotor_text[] = "mechanism: rotor\n"
+                                 "bodies:\n"
+                                 "  wheel:\n"
+                                 "    joint: R y\n"
+                                 "    mass: 0.4 kg\n"
+                                 "    inertia: {yy: 2.1e-3 kg m^2 +- 1 %}\n"
+                                 "    spring: {k: 0.83 N m/rad +- 1 %}\n"
+                                 "    initial: {position: 0.2 rad}\n"
+                                 "outputs:\n"
+                                 "  angle: {joint: wheel, read: position}\n"
+                                 "simulation: {dt: 0.2 ms, until: 0.7 s}\n";
+
+enum { ROTOR_STROKES = 6 };
+
+/** A model, its strokes and their diagnosis. */
+typedef struct rotor {
+    lab_model *model;
+    lab_dataset *data;
+    lab_diagnosis *d;
+} rotor;
+
+static inline void rotor_free(rotor *r)
+{
+    lab_diagnosis_destroy(r->d);
+    lab_dataset_close(r->data);
+    lab_close(r->model);
+}
+
+/** Strokes with `truth` ("NAME=VALUE") in them, diagnosed. @param start
+ * "wheel.initial.position=..." of stroke s is start[s % n] */
+static inline rotor rotor_diagnosed(const char *truth, const char *const *start, int n)
+{
+    rotor r = {NULL, NULL, NULL};
+    char file[100];
+    snprintf(file, sizeof file, "%s", write_file("rotor.yaml", rotor_text));
+    const char *path[ROTOR_STROKES];
+    char kept[ROTOR_STROKES][100];
+    for (int s = 0; s < ROTOR_STROKES; s++) {
+        const char *truths[] = {truth, NULL}, *told[] = {start[s % n], NULL};
+        char name[20];
+        snprintf(name, sizeof name, "s%d.csv", s);
+        film m = {.model = file,
+                  .truth = truths,
+                  .told = told,
+                  .channels = "angle",
+                  .rate = 200.0,
+                  .until = 0.7,
+                  .noise = 1e-3,
+                  .seed = 17ULL + (unsigned long long)s};
+        snprintf(kept[s], sizeof kept[s], "%s", take(name, &m));
+        path[s] = kept[s];
+    }
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&r.model, file, &options, err));
+    lab_data_options how = lab_data_options_default(lab_equations(r.model));
+    ck_assert_stein(lab_dataset_open(&r.data, path, ROTOR_STROKES, &how, err));
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    def.threads = 2;
+    ck_assert_stein(lab_diagnose(&r.d, file, r.model, r.data, &def, err));
+    return r;
+}
+
+/** A suspect by its kind. */
+static inline const lab_suspect *rotor_suspect(const rotor *r, const char *kind)
+{
+    for (int i = 0; i < r->d->nsuspect; i++) {
+        if (strcmp(r->d->suspect[i].candidate.effect->kind, kind) == 0) {
+            return &r->d->suspect[i];
+        }
+    }
+    ck_abort_msg("no suspect %s", kind);
+    return NULL;
+}
+
+#endif
