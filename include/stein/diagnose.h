@@ -158,6 +158,18 @@ typedef struct lab_power {
     const char *because; /* a reason in words; NULL: not judged */
 } lab_power;
 
+/** What is known of all numbers of a fit together, near its end: z is the logarithm of a number
+ * that was fitted as one, else the number itself. */
+typedef struct lab_posterior {
+    int n;
+    struct lab_uncertain {
+        char name[LAB_PLACE]; /* a parameter of the file; "amount" or "side" of the effect */
+        int logarithmic;
+        double value, sd; /* [SI], of z */
+    } * number;
+    double *correlation; /* [n*n] of z */
+} lab_posterior;
+
 /** A candidate, judged. Gains are falls of -2 log likelihood with the strokes' scatter taken out.
  */
 typedef struct lab_suspect {
@@ -177,6 +189,7 @@ typedef struct lab_suspect {
     double likeness; /* to the first one: |correlation| of what each changes, all else refitted */
     const char *why; /* not testable, not possible: because ...; NULL */
     lab_power power; /* could it have been seen? */
+    lab_posterior posterior; /* of causes and rivals; n 0: unknown */
 } lab_suspect;
 
 /** Error on held-out strokes before and after the extension. */
@@ -216,6 +229,27 @@ typedef struct lab_latent {
     double *t, *force, *sd; /* [n] */
 } lab_latent;
 
+/** What the strokes were like. */
+typedef struct lab_used {
+    char name[LAB_PLACE];
+    const char *unit;
+    double lo, hi; /* of a setting over the strokes, of an input over its samples [SI] */
+    double noise;  /* of a channel: sd of one sample */
+} lab_used;
+typedef struct lab_conditions {
+    double from, until, interval; /* recorded times, median interval [s] */
+    int unsynchronised;           /* 1: the trigger was not known */
+    int nchannel, ninput, nsetting;
+    lab_used *channel, *input, *setting; /* measured, driven, set by the strokes */
+} lab_conditions;
+
+/** The experiment that tells the cause from its rivals best (plan.h). */
+typedef struct lab_next {
+    char name[200];
+    double odds, odds_worst; /* 2 ln of the odds one stroke is expected to give; worst tenth */
+    int repeats;             /* for the odds wanted; 0: more than can be asked for */
+} lab_next;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
@@ -231,6 +265,8 @@ typedef struct lab_diagnosis {
     lab_gain *gains; /* by channel and phase */
     int nfit, nheld; /* strokes */
     int samples;
+    lab_conditions conditions;
+    lab_next *next;     /* NULL: nothing to tell apart, or no experiment does */
     double noise_floor; /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */

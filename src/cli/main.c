@@ -8,7 +8,7 @@
 
 static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
                                               &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
-                                              &cli_fit,   &cli_diagnose};
+                                              &cli_fit,   &cli_diagnose, &cli_plan};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void overview(FILE *stream)

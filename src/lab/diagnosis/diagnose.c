@@ -282,6 +282,7 @@ static stein_status conclude(diag *d, stein_err *err)
         status = diag__power(last, found.n > 0, err);
     }
     status = status == STEIN_OK ? diag__note(d, &found, err) : status;
+    status = status == STEIN_OK ? diag__posteriors(d, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, &before, &found, err) : status;
     keep_part(d, &found);

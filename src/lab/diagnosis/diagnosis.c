@@ -3,7 +3,7 @@
  */
 #include <stdlib.h>
 
-#include "diagnosing.h"
+#include "searching.h"
 
 const char *lab_verdict_text(lab_verdict verdict)
 {
@@ -64,6 +64,7 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
         free(d->latent[i].force);
         free(d->latent[i].sd);
     }
+    diag__posteriors_free(d);
     free(d->suspect);
     free(d->gains);
     free(d->value);

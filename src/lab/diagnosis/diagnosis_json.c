@@ -43,6 +43,32 @@ static void write_name(lab__json *j, const lab_suspect *s)
     lab__json_text(j, "class", e != NULL ? e->cls : NULL);
 }
 
+static void write_list(lab__json *j, const char *key, const double *v, int n)
+{
+    lab__json_open(j, key, '[');
+    for (int i = 0; i < n; i++) {
+        lab__json_real(j, NULL, v[i]);
+    }
+    lab__json_close(j);
+}
+
+/* all numbers of its fit with their joint uncertainty; sd and correlation of the logarithm where
+ * one was fitted */
+static void write_posterior(lab__json *j, const lab_posterior *p)
+{
+    lab__json_open(j, "posterior", '[');
+    for (int i = 0; i < p->n; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", p->number[i].name);
+        lab__json_bool(j, "logarithmic", p->number[i].logarithmic);
+        lab__json_real(j, "value", p->number[i].value);
+        lab__json_real(j, "sd", p->number[i].sd);
+        write_list(j, "correlation", p->correlation + i * p->n, i);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect *s)
 {
     lab__json_open(j, NULL, '{');
@@ -64,6 +90,7 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
     lab__json_real(j, "hi", s->own_hi);
     lab__json_close(j);
     lab__json_close(j);
+    write_posterior(j, &s->posterior);
     lab__json_close(j);
 }
 
@@ -79,7 +106,51 @@ static void write_causes(lab__json *j, const lab_diagnosis *d)
         write_cause(j, d, &d->suspect[i]);
     }
     lab__json_close(j);
-    lab__json_null(j, "next_experiment");
+    if (d->next == NULL) {
+        lab__json_null(j, "next_experiment");
+        return;
+    }
+    lab__json_open(j, "next_experiment", '{');
+    lab__json_text(j, "experiment", d->next->name);
+    lab__json_real(j, "odds", d->next->odds);
+    lab__json_real(j, "odds_worst", d->next->odds_worst);
+    if (d->next->repeats > 0) {
+        lab__json_int(j, "repeats", d->next->repeats);
+    } else {
+        lab__json_null(j, "repeats");
+    }
+    lab__json_close(j);
+}
+
+static void write_used(lab__json *j, const char *key, const lab_used *u, int n, int noise)
+{
+    lab__json_open(j, key, '[');
+    for (int i = 0; i < n; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", u[i].name);
+        lab__json_text(j, "unit", u[i].unit);
+        lab__json_real(j, "lo", u[i].lo);
+        lab__json_real(j, "hi", u[i].hi);
+        if (noise) {
+            lab__json_real(j, "noise", u[i].noise);
+        }
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+/* what the strokes were like */
+static void write_conditions(lab__json *j, const lab_conditions *c)
+{
+    lab__json_open(j, "conditions", '{');
+    lab__json_real(j, "from", c->from);
+    lab__json_real(j, "until", c->until);
+    lab__json_real(j, "interval", c->interval);
+    lab__json_bool(j, "unsynchronised", c->unsynchronised);
+    write_used(j, "channels", c->channel, c->nchannel, 1);
+    write_used(j, "inputs", c->input, c->ninput, 0);
+    write_used(j, "settings", c->setting, c->nsetting, 0);
+    lab__json_close(j);
 }
 
 static void write_errors(lab__json *j, const lab_gain *g)
@@ -182,15 +253,6 @@ static void write_departures(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-static void write_list(lab__json *j, const char *key, const double *v, int n)
-{
-    lab__json_open(j, key, '[');
-    for (int i = 0; i < n; i++) {
-        lab__json_real(j, NULL, v[i]);
-    }
-    lab__json_close(j);
-}
-
 static void write_forces(lab__json *j, const lab_diagnosis *d)
 {
     lab__json_open(j, "missing_forces", '[');
@@ -254,6 +316,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     write_causes(&j, d);
     write_gain(&j, d);
     write_audit(&j, d);
+    write_conditions(&j, &d->conditions);
     write_fit(&j, d);
     write_suspects(&j, d);
     write_departures(&j, d);

@@ -7,6 +7,7 @@
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   refine.c      the best suspects fitted in full
  *   power.c       which of the others could have been seen
+ *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
  *   verdict.c     from numbers to one of seven words
@@ -164,6 +165,13 @@ const fit__unknown *diag__amount(const diag__found *found, int cause, double *x,
 
 /** Suspects, refitted numbers of the file and scatter of the diagnosis. @return OK, ENOMEM */
 stein_status diag__note(diag *d, diag__found *found, stein_err *err);
+
+/* ---- posterior.c ---- */
+
+/** What causes and rivals are known to be, and what the strokes were like: into the diagnosis, for
+ *  who plans the next experiment. @return OK, ENOMEM */
+stein_status diag__posteriors(diag *d, stein_err *err);
+void diag__posteriors_free(lab_diagnosis *o);
 
 /* ---- verdict.c ---- */
 

@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * plan.c - stein plan: the next experiment, when a diagnosis cannot tell its causes apart.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "stein/plan.h"
+
+enum { SHOWN = 12, SECONDS_A_LINE = 5, NAME_WIDTH = 46 };
+enum { PLAN, STROKE, RIVAL, FILES };
+
+typedef struct job {
+    const cli_args *args;
+    lab_model *model;
+    lab_diagnosis *diagnosis;
+    lab_plan *plan;
+    lab_plan_def def;
+    cli_progress progress;
+    const char *folder;
+    char *path[FILES];
+} job;
+
+static void on_progress(void *ctx, double fraction, const char *step)
+{
+    job *j = ctx;
+    j->progress.what = step;
+    cli_progress_show(&j->progress, fraction);
+    cli_progress_line(&j->progress, fraction, SECONDS_A_LINE);
+}
+
+/* ---- the command line ---- */
+
+static int read_options(job *j)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const char *jobs = cli_value(j->args, "jobs"), *odds = cli_value(j->args, "odds");
+    stein_err err = {STEIN_OK, ""};
+    j->def = lab_plan_def_default();
+    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
+    j->folder = cli_value(j->args, "output");
+    if (jobs != NULL) {
+        size_t digits = strspn(jobs, "0123456789");
+        int n = digits > 0 && digits < 4 && jobs[digits] == '\0' ? (int)strtol(jobs, NULL, 10) : 0;
+        if (n < 1 || n > LAB_THREADS) {
+            return cli_misuse(j->args->command, "--jobs %s: expected a number from 1 to %d", jobs,
+                              (int)LAB_THREADS);
+        }
+        j->def.threads = n;
+    }
+    if (odds != NULL) {
+        double value = 0.0;
+        if (mech_parse_quantity(odds, (mech_dim){0, 0, 0, 0}, &value, &err) != STEIN_OK ||
+            !(value > 1.0 && value <= 1e6)) {
+            return cli_misuse(j->args->command, "--odds %s: expected a number from 1 to 1e6", odds);
+        }
+        j->def.wanted = value;
+    }
+    return CLI_OK;
+}
+
+/* ---- what is printed ---- */
+
+static void print_name(const char *text)
+{
+    printf("%s%*s", text, cli_width(text) < NAME_WIDTH ? NAME_WIDTH - cli_width(text) : 1, "");
+}
+
+static void print_experiment(const lab_experiment *e, const lab_plan *plan)
+{
+    char repeats[CLI_TEXT];
+    if (e->repeats > 0) {
+        snprintf(repeats, sizeof repeats, "%d", e->repeats);
+    } else {
+        snprintf(repeats, sizeof repeats, "> %d", plan->most);
+    }
+    print_name(e->name);
+    if (e->feasible) {
+        printf("%10.3g %10.3g %8s  %s\n", e->odds, e->odds_worst, repeats, e->why);
+    } else {
+        printf("%10s %10s %8s  %s\n", "-", "-", "-", e->why);
+    }
+}
+
+static void print_plan(const job *j)
+{
+    const lab_plan *p = j->plan;
+    const lab_diagnosis *d = j->diagnosis;
+    const lab_candidate *c = &d->suspect[0].candidate;
+    int shown = p->n < SHOWN ? p->n : SHOWN;
+    printf("%s: %s at %s, or", lab_equations(j->model)->name, c->effect->kind, c->place);
+    for (int i = d->ncause, n = 0; n < p->nrival && i < d->nsuspect; i++) {
+        if (d->suspect[i].posterior.n > 0) {
+            const lab_candidate *r = &d->suspect[i].candidate;
+            printf("%s %s at %s", n++ > 0 ? "," : "", r->effect->kind, r->place);
+        }
+    }
+    printf("?\n");
+    if (p->left_out > 0) {
+        printf("%d rivals more are left out, they are less likely\n", p->left_out);
+    }
+    printf("\n");
+    print_name("experiment");
+    printf("%10s %10s %8s  %s\n", "2 ln odds", "worst 10 %", "strokes", "");
+    for (int i = 0; i < shown; i++) {
+        print_experiment(&p->experiment[i], p);
+    }
+    if (p->n > shown) {
+        printf("%d more tell less\n", p->n - shown);
+    }
+    printf(
+        "\n2 ln odds: expected of one stroke, whoever is right; 9 of 10 strokes exceed the worst "
+        "10 %%.\nstrokes: so many give odds of %.4g to 1, 9 times of 10.\n",
+        p->wanted);
+    printf("%d strokes simulated, %.3g s\n", p->strokes, p->seconds);
+}
+
+/* ---- files ---- */
+
+static int best_is_usable(const lab_plan *p)
+{
+    return p->n > 0 && p->experiment[0].feasible;
+}
+
+static stein_status write_files(job *j, stein_err *err)
+{
+    const char *model = j->args->operand[0];
+    static const char *const name[FILES] = {"plan.json", "next_stroke.csv", "next_rival.csv"};
+    const lab_experiment *best = j->plan->experiment;
+    stein_status status = lab__folder(j->folder, err);
+    for (int i = 0; status == STEIN_OK && i < FILES; i++) {
+        j->path[i] = lab__text("%s/%s", j->folder, name[i]);
+        status = j->path[i] != NULL ? status : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = STROKE; status == STEIN_OK && best_is_usable(j->plan) && i <= RIVAL; i++) {
+        status = lab_plan_stroke(j->path[i], best, i == STROKE ? 0 : best->against, model, j->model,
+                                 j->diagnosis, &j->def, err);
+    }
+    return status == STEIN_OK
+               ? lab_plan_json(j->path[PLAN], j->plan, j->diagnosis,
+                               best_is_usable(j->plan) ? &j->path[STROKE] : NULL, err)
+               : status;
+}
+
+static int show(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    int json = cli_value(j->args, "json") != NULL;
+    stein_status status = j->folder != NULL ? write_files(j, &err) : STEIN_OK;
+    if (status == STEIN_OK && json) {
+        status = lab_plan_json(
+            "-", j->plan, j->diagnosis,
+            j->folder != NULL && best_is_usable(j->plan) ? &j->path[STROKE] : NULL, &err);
+    } else if (status == STEIN_OK) {
+        print_plan(j);
+        for (int i = 0; j->folder != NULL && i < FILES; i++) {
+            if (i == PLAN || best_is_usable(j->plan)) {
+                printf("%s\n", j->path[i]);
+            }
+        }
+    }
+    return cli_failed(status, &err);
+}
+
+/* ---- running ---- */
+
+static int compute(job *j)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_options options = lab_options_default();
+    const char *const *file = j->args->operand;
+    options.set = j->args->set;
+    options.nset = j->args->nset;
+    j->def.options = &options;
+    j->def.progress = on_progress;
+    j->def.ctx = j;
+    stein_status status = lab_diagnosis_read(&j->diagnosis, file[1], j->model, &err);
+    if (status == STEIN_OK) {
+        cli_progress_begin(&j->progress, "experiments");
+        status = lab_plan_make(&j->plan, file[0], j->model, j->diagnosis, &j->def, &err);
+        cli_progress_end(&j->progress);
+    }
+    return status == STEIN_OK ? show(j) : cli_failed(status, &err);
+}
+
+static int run(const cli_args *args)
+{
+    job j = {.args = args};
+    stein_err err = {STEIN_OK, ""};
+    int code = read_options(&j);
+    if (code == CLI_OK) {
+        stein_status status = cli_open(&j.model, args, &err);
+        code = status == STEIN_OK ? compute(&j) : cli_failed(status, &err);
+    }
+    for (int i = 0; i < FILES; i++) {
+        free(j.path[i]);
+    }
+    lab_plan_destroy(j.plan);
+    lab_diagnosis_destroy(j.diagnosis);
+    lab_close(j.model);
+    return code;
+}
+
+static const cli_option options[] = {
+    {"output", 'o', "DIR", "Write plan.json and the best experiment's strokes into this folder."},
+    {"odds", 0, "N", "Odds wanted between the cause and its rivals; default 100."},
+    {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
+    CLI_COMMON};
+
+const cli_command cli_plan = {
+    .name = "plan",
+    .summary = "the next experiment, when a diagnosis cannot tell causes apart",
+    .operands = "MODEL DIAGNOSIS.json",
+    .noperands = 2,
+    .options = options,
+    .description =
+        "A diagnosis may end with a cause and rivals that the strokes cannot tell from it\n"
+        "(\"indistinguishable\" of its diagnosis.json). Which stroke would? Experiments that the\n"
+        "mechanism has room for are simulated with the cause and with every rival, each with the\n"
+        "numbers it was fitted with: other settings of what the strokes set, another load, "
+        "another\n"
+        "start, a prescribed motion, half a stroke, a force, the string removed, a mass added,\n"
+        "another channel, a faster camera. What a refit of uncertain numbers, of the trigger, of\n"
+        "offsets and of the strokes' own scatter could imitate counts for nothing. The best\n"
+        "experiment needs the fewest strokes against the rival that is hardest to tell.\n"
+        "\n"
+        "MODEL is the mechanism file that was diagnosed, with the same --set.",
+    .output =
+        "A table: the experiment, 2 ln of the odds that one stroke is expected to give, what 9 of\n"
+        "10 strokes exceed, how many strokes give the odds wanted, and what has to be done. In\n"
+        "DIR: plan.json {\"cause\", \"rivals\", \"odds_wanted\", \"experiments\": "
+        "[{\"experiment\",\n"
+        "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"against\", \"set\",\n"
+        "\"drive\", \"channel\", \"frames_for_one\"}], \"stroke\", \"stroke_of_rival\"};\n"
+        "next_stroke.csv, the best experiment as the cause predicts it, and next_rival.csv, as "
+        "the\n"
+        "rival does: data files with the settings (# set) and the driven input, for\n"
+        "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.",
+    .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
+                "stein plan models/stein1788.yaml out/diagnosis.json -o next\n"
+                "stein plan models/stein1788.yaml out/diagnosis.json --odds 20 --json",
+    .run = run,
+};

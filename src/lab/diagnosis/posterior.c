@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * posterior.c - what the next experiment starts from: all numbers of a cause or rival with their
+ * joint uncertainty, and what the strokes were like.
+ *
+ *      cov(x) = ([F g]' V^-1 [F g] + 1)^-1
+ *
+ * F the parameters, g the effect's own columns, V noise, nuisances and scatter (mixed.h): the
+ * intervals of the diagnosis with what they leave out, their correlations. Numbers that one kind of
+ * stroke cannot tell apart have wide intervals and a narrow sum; without it an experiment that
+ * measures that sum once more would look worth its time.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+static stein_status make(lab_posterior *to, int n, stein_err *err)
+{
+    to->number = calloc((size_t)n + 1, sizeof *to->number);
+    to->correlation = calloc((size_t)(n * n) + 1, sizeof *to->correlation);
+    to->n = n;
+    return to->number != NULL && to->correlation != NULL
+               ? STEIN_OK
+               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* @param unknown  [n] of the problem;  cov [n*n] of x */
+static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *p,
+                 const int *unknown, const double *cov, double wide)
+{
+    int n = to->n;
+    for (int i = 0; i < n; i++) {
+        const fit__unknown *u = &p->unknown[unknown[i]];
+        struct lab_uncertain *q = &to->number[i];
+        snprintf(q->name, sizeof q->name, "%s",
+                 u->kind == FIT__PARAM    ? lab_equations(p->model)->params[u->index].name
+                 : u->kind == FIT__AMOUNT ? "amount"
+                                          : "side");
+        double sd = sqrt(fmax(0.0, wide * cov[i * n + i]));
+        q->logarithmic = u->log;
+        q->value = fit__value(u, s->x[unknown[i]]);
+        q->sd = u->sd * (u->prior ? fmin(1.0, sd) : sd);
+        for (int k = 0; k < n; k++) {
+            double size = sqrt(cov[i * n + i] * cov[k * n + k]);
+            to->correlation[i * n + k] = i == k ? 1.0 : size > 0.0 ? cov[i * n + k] / size : 0.0;
+        }
+    }
+}
+
+static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    lab__mixed m = {.nf = 0};
+    int own[2] = {p->amount, p->side}, nown = s->s.candidate.side >= 0 ? 2 : 1, n = 0;
+    int with[2] = {0, 1}, *unknown = malloc(sizeof *unknown * (size_t)(p->np + 1));
+    double *column[2] = {diag__column(p, s->J, own[0]), diag__column(p, s->J, own[1])};
+    double *cov = malloc(sizeof *cov * (size_t)((p->np + 1) * (p->np + 1)));
+    int memory = unknown != NULL && column[0] != NULL && column[1] != NULL && cov != NULL;
+    stein_status status =
+        memory ? diag__mixed_at(&m, p, s->x, s->J, s->r, (const double *const *)column, nown, err)
+               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int k = 0; status == STEIN_OK && k < p->np; k++) {
+        if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
+            unknown[n++] = k;
+        }
+    }
+    for (int k = 0; status == STEIN_OK && k < nown; k++) {
+        unknown[n++] = own[k];
+    }
+    status = status == STEIN_OK ? make(to, n, err) : status;
+    double *beta = malloc(sizeof *beta * (size_t)(n + 1));
+    if (status == STEIN_OK && beta != NULL) {
+        memcpy(m.D, s->D, sizeof m.D);
+        lab__mixed_weigh(&m);
+        fit__problem_try(p, &s->s.candidate);
+        if (isfinite(lab__mixed_solve(&m, with, nown, beta, cov))) {
+            note(to, s, p, unknown, cov, diag__excess(d, s));
+        } else {
+            to->n = 0;
+        }
+        fit__problem_try(p, NULL);
+    }
+    free(beta);
+    free(cov);
+    free(column[0]);
+    free(column[1]);
+    free(unknown);
+    lab__mixed_free(&m);
+    return status;
+}
+
+/* ---- what the strokes were like ---- */
+
+/* the entry of that name, a new one if need be. @return NULL: out of memory */
+static lab_used *entry(lab_used **list, int *n, const char *name, const char *unit)
+{
+    for (int i = 0; i < *n; i++) {
+        if (strcmp((*list)[i].name, name) == 0) {
+            return &(*list)[i];
+        }
+    }
+    lab_used *more = realloc(*list, sizeof *more * (size_t)(*n + 1));
+    if (more == NULL) {
+        return NULL;
+    }
+    *list = more;
+    more[*n] = (lab_used){.unit = unit, .lo = INFINITY, .hi = -INFINITY, .noise = NAN};
+    snprintf(more[*n].name, sizeof more->name, "%s", name);
+    return &more[(*n)++];
+}
+
+static void widen(lab_used *u, double value)
+{
+    u->lo = fmin(u->lo, value);
+    u->hi = fmax(u->hi, value);
+}
+
+static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_model *m, double excess)
+{
+    const lab_data *data = t->data;
+    int ok = 1;
+    for (int i = 0; i < data->nset; i++) {
+        const lab_setting *s = &data->set[i];
+        lab_used *u = entry(&c->setting, &c->nsetting, s->name, m->params[s->param].unit);
+        ok &= u != NULL;
+        if (u != NULL) {
+            widen(u, s->value);
+        }
+    }
+    for (int i = 0; i < data->ncolumn; i++) {
+        const lab_column *k = &data->column[i];
+        lab_used *u = k->role == LAB_INPUT ? entry(&c->input, &c->ninput, k->name, k->unit) : NULL;
+        ok &= u != NULL || k->role != LAB_INPUT;
+        for (int a = 0; u != NULL && a < data->nrow; a++) {
+            if (k->present[a]) {
+                widen(u, k->value[a]);
+            }
+        }
+    }
+    for (int k = 0; k < t->nch; k++) {
+        const stein_channel *channel = &m->channels[t->channel[k]];
+        lab_used *u = entry(&c->channel, &c->nchannel, channel->name, channel->unit);
+        ok &= u != NULL;
+        if (u != NULL) {
+            double noise = t->noise[k] * (t->given[k] ? 1.0 : sqrt(excess));
+            u->noise = isfinite(u->noise) ? fmax(u->noise, noise) : noise;
+            for (int i = 0; i < t->n; i++) {
+                if (isfinite(t->y[k * t->n + i])) {
+                    widen(u, t->y[k * t->n + i]);
+                }
+            }
+        }
+    }
+    return ok;
+}
+
+static stein_status conditions(diag *d, double excess, stein_err *err)
+{
+    lab_conditions *c = &d->out->conditions;
+    int ok = 1;
+    *c = (lab_conditions){.from = INFINITY, .until = -INFINITY, .interval = INFINITY};
+    for (int s = 0; s < d->p.nstroke; s++) {
+        const lab_data *data = d->p.stroke[s].data;
+        double span = data->time[data->nrow - 1] - data->time[0];
+        c->from = fmin(c->from, data->time[0]);
+        c->until = fmax(c->until, data->time[data->nrow - 1]);
+        c->interval = fmin(c->interval, span / fmax(1.0, data->nrow - 1));
+        c->unsynchronised |= data->trigger == LAB_TRIGGER_UNSYNCHRONISED;
+        ok &= note_stroke(c, &d->p.stroke[s], lab_equations(d->model), excess);
+    }
+    return ok ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+stein_status diag__posteriors(diag *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    stein_status status = conditions(d, o->ncause > 0 ? diag__excess(d, &d->suspect[0]) : 1.0, err);
+    // several causes are not one suspect of the first search: nothing is planned for them yet
+    for (int i = 0; o->ncause == 1 && status == STEIN_OK && i < 1 + o->nrival; i++) {
+        if (d->suspect[i].J != NULL) {
+            status = posterior(d, &d->suspect[i], &o->suspect[i].posterior, err);
+        }
+    }
+    return status;
+}
+
+void diag__posteriors_free(lab_diagnosis *o)
+{
+    for (int i = 0; o->suspect != NULL && i < o->nsuspect; i++) {
+        free(o->suspect[i].posterior.number);
+        free(o->suspect[i].posterior.correlation);
+    }
+    free(o->conditions.channel);
+    free(o->conditions.input);
+    free(o->conditions.setting);
+    free(o->next);
+}

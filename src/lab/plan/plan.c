@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * plan.c - from rivals to the experiment that tells them apart.
+ *
+ * Every experiment is predicted by the cause and by each rival (predict.c), every pair of cause and
+ * rival has its odds (odds.c), and an experiment counts what it says about the rival that it tells
+ * least from the cause: max-min. The best one needs the fewest repeats, then promises most.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "planning.h"
+
+enum { MOST = 64 };
+
+lab_plan_def lab_plan_def_default(void)
+{
+    return (lab_plan_def){.wanted = 100.0, .threads = 1};
+}
+
+typedef struct planner {
+    const lab_diagnosis *d;
+    const lab_plan_def *def;
+    plan__side side[1 + LAB_PLAN_RIVALS];
+    int suspect[1 + LAB_PLAN_RIVALS]; /* of the diagnosis */
+    int nside;
+    plan__bench bench;
+    plan__pair pair[LAB_PLAN_RIVALS]; /* of the present motion */
+    int known;                        /* pairs of the present motion are there */
+    stein_err why;                    /* why not */
+} planner;
+
+static int same_motion(const lab_experiment *a, const lab_experiment *b)
+{
+    int same = a->nset == b->nset && strcmp(a->input, b->input) == 0 && a->shape == b->shape &&
+               a->zero == b->zero && a->size == b->size && a->time == b->time &&
+               a->faster == b->faster;
+    for (int i = 0; same && i < a->nset; i++) {
+        same = strcmp(a->set[i].name, b->set[i].name) == 0 && a->set[i].value == b->set[i].value;
+    }
+    return same;
+}
+
+static void forget(planner *p)
+{
+    for (int k = 0; k < p->nside - 1; k++) {
+        plan__pair_free(&p->pair[k]);
+    }
+    p->known = 0;
+}
+
+/* pairs of cause and rivals for the motion of an experiment; p->known stays 0 when one of them
+ * cannot be simulated. @return OK, ENOMEM */
+static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
+{
+    plan__view view[1 + LAB_PLAN_RIVALS];
+    memset(view, 0, sizeof view);
+    forget(p);
+    p->why = (stein_err){STEIN_OK, ""};
+    stein_status status = STEIN_OK;
+    for (int k = 0; status == STEIN_OK && k < p->nside; k++) {
+        status = plan__predict(&view[k], &p->bench, &p->side[k], e, 0, &p->why);
+    }
+    for (int k = 1; status == STEIN_OK && k < p->nside; k++) {
+        status = plan__pair_make(&p->pair[k - 1], &view[0], &view[k], &p->why);
+    }
+    p->known = status == STEIN_OK;
+    for (int k = 0; k < p->nside; k++) {
+        plan__view_free(&view[k]);
+    }
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+/* a is no more worth than b */
+static int less(const lab_experiment *a, const lab_experiment *b)
+{
+    int na = a->repeats > 0 ? a->repeats : MOST + 1, nb = b->repeats > 0 ? b->repeats : MOST + 1;
+    return na != nb ? na > nb : a->odds < b->odds;
+}
+
+static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
+{
+    unsigned char use[PLAN_EYES] = {0};
+    stein_status status = STEIN_OK;
+    lab_experiment worst = *e;
+    if (!p->known) {
+        e->feasible = 0;
+        e->odds = e->odds_worst = NAN;
+        snprintf(e->why, sizeof e->why, "%.*s", LAB_PLAN_TEXT - 1, p->why.msg);
+        return STEIN_OK;
+    }
+    for (int c = 0; c < p->bench.neye; c++) {
+        use[c] = p->bench.eye[c].measured || strcmp(p->bench.eye[c].name, e->channel) == 0;
+    }
+    for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
+        lab_experiment one = *e;
+        one.against = p->suspect[k + 1];
+        status = plan__odds(&p->pair[k], use, 2.0 * log(p->def->wanted), MOST, &one, err);
+        worst = k == 0 || less(&one, &worst) ? one : worst;
+    }
+    *e = worst;
+    return status;
+}
+
+static int by_worth(const void *a, const void *b)
+{
+    const lab_experiment *x = a, *y = b;
+    if (x->feasible != y->feasible) {
+        return x->feasible ? -1 : 1;
+    }
+    return !x->feasible ? 0 : less(x, y) ? 1 : less(y, x) ? -1 : 0;
+}
+
+static stein_status judge_all(planner *p, lab_plan *plan, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < plan->n; i++) {
+        lab_experiment *e = &plan->experiment[i];
+        if (p->def->progress != NULL) {
+            p->def->progress(p->def->ctx, (double)i / plan->n, "experiments");
+        }
+        if (i == 0 || !same_motion(e, &plan->experiment[i - 1])) {
+            status = predict(p, e, err);
+        }
+        status = status == STEIN_OK ? judge(p, e, err) : status;
+    }
+    forget(p);
+    qsort(plan->experiment, (size_t)plan->n, sizeof *plan->experiment, by_worth);
+    return status;
+}
+
+/* the cause and the first rivals whose numbers are known */
+static stein_status open_sides(planner *p, lab_plan *plan, const char *file, const lab_model *model,
+                               stein_err *err)
+{
+    const lab_diagnosis *d = p->d;
+    if (d->ncause < 1 || d->nrival < 1 || d->suspect[0].posterior.n < 1) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "the diagnosis (%s) has no cause with rivals: there is nothing to tell "
+                         "apart",
+                         lab_verdict_text(d->verdict));
+    }
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < d->ncause + d->nrival; i++) {
+        if (i > 0 && (i < d->ncause || d->suspect[i].posterior.n < 1)) {
+            continue; // with several causes the first one and its rivals
+        }
+        if (p->nside > LAB_PLAN_RIVALS) {
+            plan->left_out++;
+            continue;
+        }
+        status =
+            plan__side_open(&p->side[p->nside], &d->suspect[i], file, model, p->def->options, err);
+        p->suspect[p->nside++] = i;
+    }
+    plan->nrival = p->nside - 1;
+    return status;
+}
+
+static stein_status check(const lab_plan_def *def, stein_err *err)
+{
+    return def->wanted > 1.0 && def->threads >= 1
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EINVAL, "lab_plan_def.%s is out of range",
+                           def->threads < 1 ? "threads" : "wanted");
+}
+
+stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *model,
+                           const lab_diagnosis *d, const lab_plan_def *def, stein_err *err)
+{
+    lab_plan_def none = lab_plan_def_default();
+    planner p = {.d = d, .def = def != NULL ? def : &none};
+    lab_plan *plan = calloc(1, sizeof *plan);
+    struct timespec begin, end;
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    if (plan == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    plan->wanted = p.def->wanted;
+    plan->most = MOST;
+    p.bench.threads = p.def->threads;
+    stein_status status = check(p.def, err);
+    status = status == STEIN_OK ? open_sides(&p, plan, file, model, err) : status;
+    if (status == STEIN_OK) {
+        status = plan__bench_make(&p.bench, &p.side[0], d, lab_equations(model), err);
+    }
+    if (status == STEIN_OK) {
+        status = plan__experiments(&p.bench, p.side, p.nside, &plan->experiment, &plan->n, err);
+    }
+    status = status == STEIN_OK ? judge_all(&p, plan, err) : status;
+    plan->strokes = p.bench.strokes;
+    plan__bench_free(&p.bench);
+    for (int k = 0; k < p.nside; k++) {
+        plan__side_close(&p.side[k]);
+    }
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    plan->seconds =
+        (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    if (status != STEIN_OK) {
+        lab_plan_destroy(plan);
+        return status;
+    }
+    *out = plan;
+    return STEIN_OK;
+}
+
+void lab_plan_destroy(lab_plan *plan)
+{
+    if (plan != NULL) {
+        free(plan->experiment);
+        free(plan);
+    }
+}

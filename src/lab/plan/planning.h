@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * planning.h - what the files of the plan share. Not installed.
+ *
+ *   plan.c         the whole                       odds.c   what a stroke is expected to say
+ *   experiments.c  what could be done              read.c   diagnosis.json
+ *   predict.c      what a suspect predicts of it   show.c   plan.json, files of strokes
+ */
+#ifndef PLANNING_H
+#define PLANNING_H
+
+#include "fitting.h"
+#include "stein/plan.h"
+
+/** The cause or a rival, ready to be simulated. */
+typedef struct plan__side {
+    const lab_suspect *s;
+    lab_candidate candidate; /* bound to the model, its second number as fitted */
+    const lab_model *model;
+    lab_model *own; /* mechanism with its part; NULL: the file's */
+} plan__side;
+stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char *file,
+                             const lab_model *model, const lab_options *options, stein_err *err);
+void plan__side_close(plan__side *side);
+
+/** A channel that could be measured. */
+typedef struct plan__eye {
+    char name[LAB_PLACE];
+    double noise;
+    int measured; /* 1: it was */
+} plan__eye;
+
+enum { PLAN_EYES = 32 };
+
+/** What the experiments are made around. */
+typedef struct plan__bench {
+    const lab_diagnosis *d;
+    const stein_model *m; /* of the file */
+    int threads;
+    double *p;           /* [np] the file's numbers as the cause has them */
+    lab_experiment base; /* the strokes so far, in the middle of their range */
+    int neye;
+    plan__eye eye[PLAN_EYES];
+    double *low, *high, *rest; /* [nq] of every joint in the base [rad or m] */
+    double *when;              /* [nq] time of nearly all of its travel [s] */
+    int strokes;               /* simulated */
+} plan__bench;
+
+/* ---- experiments.c ---- */
+
+/** Base, eyes and joints of a bench. @return OK, ENOMEM, numerical failures of the base */
+stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
+                              const stein_model *m, stein_err *err);
+void plan__bench_free(plan__bench *b);
+/** All experiments that the mechanism has room for, the base first. @return OK, ENOMEM */
+stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,
+                               lab_experiment **list, int *n, stein_err *err);
+
+/* ---- predict.c ---- */
+
+/** What a side predicts of an experiment, in units of noise: y, and what its uncertain numbers (P)
+ *  and a stroke's own ones (Z) do, each column by one standard deviation. */
+typedef struct plan__view {
+    int rows, neye; /* rows of one channel; channels */
+    int np, nz;
+    double *y;    /* [neye*rows] */
+    double *P;    /* [np][neye*rows] */
+    double *Z;    /* [nz][neye*rows] */
+    double *time; /* [rows] */
+} plan__view;
+/** @param only_y  1: P and Z are left out
+ *  @return OK, ENOMEM, numerical failures; plan__view_free in any case */
+stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
+                           const lab_experiment *e, int only_y, stein_err *err);
+void plan__view_free(plan__view *v);
+
+/* ---- odds.c ---- */
+
+/** Gram matrices of X = [y_A - y_B, P_A, Z_A, P_B, Z_B], one a channel. */
+typedef struct plan__pair {
+    int np[2], nz[2], n, neye;
+    double *K; /* [neye][n*n] */
+} plan__pair;
+stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__view *b,
+                             stein_err *err);
+void plan__pair_free(plan__pair *pair);
+/** Odds of an experiment that sees some channels.
+ *  @param use     [neye]
+ *  @param wanted  2 ln of the odds wanted
+ *  @param most    repeats at most
+ *  @return OK, ENOMEM */
+stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
+                        lab_experiment *e, stein_err *err);
+
+#endif

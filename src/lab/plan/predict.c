@@ -1,0 +1,361 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * predict.c - what the cause or a rival predicts of an experiment.
+ *
+ * The experiment becomes a stroke like any other: its settings, its clock, the driven input and
+ * channels without values, whose residual is the prediction. So what is uncertain about it - the
+ * trigger, offsets, an initial state, scatter - is what the fit would have to find, with the same
+ * priors, and derivatives are those of the fit.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <gsl/gsl_linalg.h>
+
+#include "planning.h"
+
+enum { MOST_ROWS = 4000 };
+static const double offset_prior = 1e-3;   /* [m] as in a diagnosis */
+static const double tolerance = 1e-10;     /* of integration steps */
+static const double unknown_start = 100.0; /* of an initial speed without prior, in its scale */
+static const double least_step = 1e-6, most_step = 0.05; /* of differences, in prior sd */
+
+double lab_shape_at(lab_shape shape, double time, double t)
+{
+    static const double pi = 3.14159265358979323846;
+    double s = time > 0.0 ? fmax(t / time, 0.0) : 1.0;
+    if (shape == LAB_SHAPE_SWING) {
+        return s < 2.0 ? sin(pi * s) : 0.0;
+    }
+    s = shape == LAB_SHAPE_BACK && s > 1.0 ? fmax(2.0 - s, 0.0) : fmin(s, 1.0);
+    return shape == LAB_SHAPE_NONE ? 0.0 : s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+}
+
+/* ---- the sides ---- */
+
+stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char *file,
+                             const lab_model *model, const lab_options *options, stein_err *err)
+{
+    *side = (plan__side){.s = s, .candidate = s->candidate, .model = model};
+    stein_status status = STEIN_OK;
+    if (s->candidate.effect->needs != NULL) {
+        status = lab_candidate_open(&side->candidate, &side->own, file, options, err);
+        side->model = status == STEIN_OK ? side->own : model;
+    } else {
+        status = lab_candidate_bind(&side->candidate, model, err);
+    }
+    for (int i = 0; i < s->posterior.n; i++) {
+        if (strcmp(s->posterior.number[i].name, "side") == 0) {
+            side->candidate.side_value = s->posterior.number[i].value;
+        }
+    }
+    return status;
+}
+
+void plan__side_close(plan__side *side)
+{
+    lab_close(side->own);
+    side->own = NULL;
+}
+
+/* ---- the stroke ---- */
+
+/* a stroke without values, in one block of memory each */
+typedef struct blank {
+    lab_data data, *list[1];
+    lab_dataset set;
+    lab_column *column;
+    lab_setting *setting;
+    double *time, *value, *zero;
+    unsigned char *present;
+} blank;
+
+static void blank_free(blank *b)
+{
+    free(b->column);
+    free(b->setting);
+    free(b->time);
+    free(b->present);
+}
+
+static stein_status blank_make(blank *b, const plan__bench *bench, const stein_model *m,
+                               const lab_experiment *e, stein_err *err)
+{
+    const lab_conditions *c = &bench->d->conditions;
+    double interval = c->interval / e->faster;
+    int rows = (int)fmin(MOST_ROWS * e->faster, floor((c->until - c->from) / interval + 1.5));
+    size_t n = (size_t)rows, ncolumn = (size_t)bench->neye + 1;
+    *b = (blank){.column = calloc(ncolumn, sizeof *b->column),
+                 .setting = calloc((size_t)e->nset + 1, sizeof *b->setting),
+                 .time = calloc(3 * n, sizeof *b->time),
+                 .present = malloc(n)};
+    if (!b->column || !b->setting || !b->time || !b->present) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    b->value = b->time + n;
+    b->zero = b->value + n;
+    memset(b->present, 1, n);
+    for (int i = 0; i < rows; i++) {
+        b->time[i] = c->from + interval * i;
+        b->value[i] = e->zero + e->size * lab_shape_at(e->shape, e->time, b->time[i]);
+    }
+    b->data = (lab_data){.file = "an experiment",
+                         .model = m,
+                         .nrow = rows,
+                         .time = b->time,
+                         .column = b->column,
+                         .set = b->setting,
+                         .trigger =
+                             c->unsynchronised ? LAB_TRIGGER_UNSYNCHRONISED : LAB_TRIGGER_UNSTATED};
+    for (int i = 0; i < e->nset; i++) {
+        int param = stein_find_param(m, e->set[i].name);
+        if (param < 0) {
+            return lab__fail(err, STEIN_ENAME, "no parameter \"%s\"", e->set[i].name);
+        }
+        b->setting[b->data.nset++] =
+            (lab_setting){m->params[param].name, param, e->set[i].value, 1, 1};
+    }
+    if (e->input[0] != '\0') {
+        int input = 0;
+        while (input < m->ninput && strcmp(m->inputs[input].name, e->input) != 0) {
+            input++;
+        }
+        if (input == m->ninput) {
+            return lab__fail(err, STEIN_ENAME, "no input \"%s\"", e->input);
+        }
+        b->column[b->data.ncolumn++] = (lab_column){m->inputs[input].name,
+                                                    m->inputs[input].unit,
+                                                    LAB_INPUT,
+                                                    input,
+                                                    b->value,
+                                                    b->present,
+                                                    rows,
+                                                    1e-12,
+                                                    1,
+                                                    1};
+    }
+    for (int i = 0; i < bench->neye; i++) {
+        int k = stein_find_channel(m, bench->eye[i].name);
+        if (k < 0) {
+            return lab__fail(err, STEIN_ENAME, "no output \"%s\"", bench->eye[i].name);
+        }
+        b->column[b->data.ncolumn++] = (lab_column){m->channels[k].name,
+                                                    m->channels[k].unit,
+                                                    LAB_OUTPUT,
+                                                    k,
+                                                    b->zero,
+                                                    b->present,
+                                                    rows,
+                                                    bench->eye[i].noise,
+                                                    1,
+                                                    1};
+    }
+    b->list[0] = &b->data;
+    b->set = (lab_dataset){1, b->list};
+    return STEIN_OK;
+}
+
+/* ---- what is uncertain ---- */
+
+static int is_set(const lab_experiment *e, const char *name)
+{
+    for (int i = 0; i < e->nset; i++) {
+        if (strcmp(e->set[i].name, name) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* numbers of the posterior in the order of the problem's unknowns; of[k] -1: known by now */
+static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
+{
+    const stein_model *m = lab_equations(p->model);
+    int found = 0;
+    for (int k = 0; k < p->np; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        const char *name = u->kind == FIT__PARAM    ? m->params[u->index].name
+                           : u->kind == FIT__AMOUNT ? "amount"
+                                                    : "side";
+        of[k] = -1;
+        for (int i = 0; !u->idle && i < q->n; i++) {
+            of[k] = strcmp(q->number[i].name, name) == 0 ? i : of[k];
+        }
+        found += of[k] >= 0;
+    }
+    return found;
+}
+
+/* x and steps of what the posterior knows */
+static void place(fit__problem *p, const lab_posterior *q, const int *of, double *x)
+{
+    memset(x, 0, sizeof *x * (size_t)p->nu);
+    for (int k = 0; k < p->np; k++) {
+        if (of[k] >= 0) {
+            const fit__unknown *u = &p->unknown[k];
+            const struct lab_uncertain *n = &q->number[of[k]];
+            double z = u->log ? log(n->value) : n->value;
+            x[k] = (z - u->start) / u->sd;
+            p->step[k] = fmin(fmax(0.5 * n->sd / u->sd, least_step), most_step);
+        }
+    }
+}
+
+/* P: columns of J times the Cholesky factor of the posterior's covariance */
+static stein_status spread(plan__view *v, const fit__problem *p, const lab_posterior *q,
+                           const int *of, const double *J, stein_err *err)
+{
+    size_t n = (size_t)(v->neye * v->rows), np = (size_t)v->np;
+    int *at = malloc(sizeof *at * ((size_t)p->np + 1)), k = 0;
+    gsl_matrix *C = gsl_matrix_alloc(np + 1, np + 1);
+    if (at == NULL || C == NULL) {
+        free(at);
+        gsl_matrix_free(C);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = 0; i < p->np; i++) {
+        if (of[i] >= 0) {
+            at[k++] = i;
+        }
+    }
+    gsl_matrix_view c = gsl_matrix_submatrix(C, 0, 0, np > 0 ? np : 1, np > 0 ? np : 1);
+    for (size_t a = 0; a < np; a++) {
+        for (size_t b = 0; b < np; b++) {
+            double r = q->correlation[of[at[a]] * q->n + of[at[b]]];
+            gsl_matrix_set(C, a, b, a == b ? 1.0 + 1e-10 : r);
+        }
+    }
+    int ok = np == 0 || gsl_linalg_cholesky_decomp1(&c.matrix) == 0;
+    for (size_t b = 0; b < np; b++) {
+        for (size_t a = ok ? b : np; a < np; a++) { // L is lower
+            double sd = q->number[of[at[a]]].sd / p->unknown[at[a]].sd;
+            double by = -sd * gsl_matrix_get(C, a, b);
+            const double *j = J + fit__column(p, 0, at[a]);
+            for (size_t i = 0; i < n; i++) {
+                v->P[b * n + i] += by * j[i];
+            }
+        }
+    }
+    free(at);
+    gsl_matrix_free(C);
+    return ok ? STEIN_OK : lab__fail(err, STEIN_EINVAL, "the correlations of its numbers are none");
+}
+
+/* Z: the stroke's own */
+static void own_columns(plan__view *v, const fit__problem *p, const double *scatter,
+                        const double *J)
+{
+    size_t n = (size_t)(v->neye * v->rows);
+    for (int k = 0; k < v->nz; k++) {
+        const fit__unknown *u = &p->unknown[p->stroke[0].first + k];
+        double by = u->kind == FIT__SCATTER ? scatter[u->index - FIT__JOINTS] / u->sd
+                    : u->prior              ? 1.0
+                                            : unknown_start;
+        const double *j = J + fit__column(p, 0, p->np + k);
+        for (size_t i = 0; i < n; i++) {
+            v->Z[(size_t)k * n + i] = -by * j[i];
+        }
+    }
+}
+
+/* ---- predicting ---- */
+
+static stein_status view_make(plan__view *v, const plan__bench *b, const fit__problem *p, int np,
+                              stein_err *err)
+{
+    const fit__stroke *t = &p->stroke[0];
+    *v = (plan__view){.rows = t->n, .neye = b->neye, .np = np, .nz = t->own};
+    size_t n = (size_t)(v->rows * v->neye);
+    v->y = calloc(n + 1, sizeof *v->y);
+    v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
+    v->Z = calloc(n * (size_t)v->nz + 1, sizeof *v->Z);
+    v->time = calloc((size_t)v->rows + 1, sizeof *v->time);
+    if (!v->y || !v->P || !v->Z || !v->time) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(v->time, t->data->time, sizeof *v->time * (size_t)v->rows);
+    return STEIN_OK;
+}
+
+void plan__view_free(plan__view *v)
+{
+    free(v->y);
+    free(v->P);
+    free(v->Z);
+    free(v->time);
+    *v = (plan__view){.y = NULL};
+}
+
+static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, fit__problem *p,
+                        int only_y, stein_err *err)
+{
+    const lab_posterior *q = &side->s->posterior;
+    int *of = malloc(sizeof *of * ((size_t)p->np + 1)), failed = 0;
+    double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL;
+    p->tolerance = tolerance;
+    p->central = 1;
+    fit__problem_try(p, &side->candidate);
+    stein_status status =
+        of != NULL && x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    int np = status == STEIN_OK ? unknowns(p, q, of) : 0;
+    status = status == STEIN_OK ? view_make(v, b, p, np, err) : status;
+    if (status == STEIN_OK) {
+        place(p, q, of, x);
+        b->strokes++;
+        status = fit__residuals(p, x, v->y, &failed, err);
+    }
+    if (status == STEIN_OK && failed > 0) {
+        status = lab__fail(err, STEIN_ENONFINITE, "it cannot be simulated");
+    }
+    if (status == STEIN_OK && !only_y) {
+        J = malloc(sizeof *J * (fit__columns(p) + 1));
+        b->strokes += 2 * (np + v->nz);
+        status = J != NULL ? fit__sensitivities(p, x, v->y, J, err)
+                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (status == STEIN_OK && !only_y) {
+        status = spread(v, p, q, of, J, err);
+        own_columns(v, p, b->d->scatter, J);
+    }
+    for (int i = 0; status == STEIN_OK && i < v->rows * v->neye; i++) {
+        v->y[i] = -v->y[i]; // the residual of nothing
+    }
+    free(of);
+    free(x);
+    free(J);
+    return status;
+}
+
+stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
+                           const lab_experiment *e, int only_y, stein_err *err)
+{
+    const stein_model *m = lab_equations(side->model);
+    const lab_posterior *q = &side->s->posterior;
+    const char **name = malloc(sizeof *name * ((size_t)q->n + 1));
+    blank stroke;
+    fit__problem p = {.nstroke = 0};
+    *v = (plan__view){.y = NULL};
+    stein_status status = blank_make(&stroke, b, m, e, err);
+    if (status == STEIN_OK && name == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    lab_fit_def def = lab_fit_def_default();
+    for (int i = 0; status == STEIN_OK && i < q->n; i++) {
+        const char *n = q->number[i].name;
+        if (strcmp(n, "amount") != 0 && strcmp(n, "side") != 0 && !is_set(e, n)) {
+            name[def.nfree++] = n;
+        }
+    }
+    def.free = name;
+    def.offset = offset_prior;
+    def.scatter = 1;
+    def.threads = b->threads;
+    if (status == STEIN_OK) {
+        status = fit__problem_make_open(&p, side->model, &stroke.set, &def, err);
+        status = status == STEIN_OK ? run(v, b, side, &p, only_y, err) : status;
+        fit__problem_free(&p);
+    }
+    blank_free(&stroke);
+    free(name);
+    return status;
+}
