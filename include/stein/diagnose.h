@@ -243,12 +243,41 @@ typedef struct lab_conditions {
     lab_used *channel, *input, *setting; /* measured, driven, set by the strokes */
 } lab_conditions;
 
-/** The experiment that tells the cause from its rivals best (plan.h). */
-typedef struct lab_next {
-    char name[200];
-    double odds, odds_worst; /* 2 ln of the odds one stroke is expected to give; worst tenth */
-    int repeats;             /* for the odds wanted; 0: more than can be asked for */
-} lab_next;
+enum { LAB_PLAN_SETS = 8, LAB_PLAN_TEXT = 200 };
+
+/** How an input is driven: zero + size * shape(t). */
+typedef enum {
+    LAB_SHAPE_NONE,
+    LAB_SHAPE_RISE, /* 0 to 1 in `time`, then 1 */
+    LAB_SHAPE_BACK, /* 0 to 1 in `time`, and back in the same time */
+    LAB_SHAPE_SWING /* one period of a sine, 2 `time` long */
+} lab_shape;
+/** A number that the experiment sets, "# set NAME: VALUE". */
+typedef struct lab_planned_set {
+    char name[LAB_PLACE];
+    const char *unit;
+    double value; /* [SI] */
+} lab_planned_set;
+
+/** An experiment, and what it is worth (plan.h). */
+typedef struct lab_experiment {
+    char name[LAB_PLAN_TEXT]; /* in words */
+    char why[LAB_PLAN_TEXT];  /* what has to be done or is assumed; why it is impossible */
+    int nset;
+    lab_planned_set set[LAB_PLAN_SETS];
+    char input[LAB_PLACE]; /* driven input, "": none */
+    lab_shape shape;
+    double zero, size, time; /* of its signal [SI] */
+    char channel[LAB_PLACE]; /* measured besides the channels so far, "": none */
+    double noise;            /* of that channel, sd of one sample */
+    int faster;              /* frames per frame so far */
+    int feasible;            /* 0: it cannot be simulated */
+    double odds;             /* expected 2 ln of the odds that one stroke gives, whoever is right */
+    double odds_worst;       /* what 9 of 10 strokes exceed */
+    int repeats;             /* strokes after which 9 of 10 times the odds wanted are reached; 0:
+                                more than can be asked for */
+    int against;             /* suspect of the diagnosis that is hardest to tell from the cause */
+} lab_experiment;
 
 /** A diagnosis. */
 typedef struct lab_diagnosis {
@@ -266,8 +295,8 @@ typedef struct lab_diagnosis {
     int nfit, nheld; /* strokes */
     int samples;
     lab_conditions conditions;
-    lab_next *next;     /* NULL: nothing to tell apart, or no experiment does */
-    double noise_floor; /* RMSE that noise alone leaves, in units of noise: 1 */
+    lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
+    double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */

@@ -15,44 +15,10 @@
 extern "C" {
 #endif
 
-enum { LAB_PLAN_SETS = 8, LAB_PLAN_RIVALS = 4, LAB_PLAN_TEXT = 200 };
+enum { LAB_PLAN_RIVALS = 4 };
 
-/** How an input is driven: zero + size * shape(t). */
-typedef enum {
-    LAB_SHAPE_NONE,
-    LAB_SHAPE_RISE, /* 0 to 1 in `time`, then 1 */
-    LAB_SHAPE_BACK, /* 0 to 1 in `time`, and back in the same time */
-    LAB_SHAPE_SWING /* one period of a sine, 2 `time` long */
-} lab_shape;
-/** Shape at t [s]; 0 before t = 0. */
+/** Shape of a driven input at t [s]; 0 before t = 0. */
 double lab_shape_at(lab_shape shape, double time, double t);
-
-/** A number that the experiment sets, "# set NAME: VALUE". */
-typedef struct lab_planned_set {
-    char name[LAB_PLACE];
-    const char *unit;
-    double value; /* [SI] */
-} lab_planned_set;
-
-/** One experiment. */
-typedef struct lab_experiment {
-    char name[LAB_PLAN_TEXT]; /* in words */
-    char why[LAB_PLAN_TEXT];  /* what has to be done or is assumed; why it is impossible */
-    int nset;
-    lab_planned_set set[LAB_PLAN_SETS];
-    char input[LAB_PLACE]; /* driven input, "": none */
-    lab_shape shape;
-    double zero, size, time; /* of its signal [SI] */
-    char channel[LAB_PLACE]; /* measured besides the channels so far, "": none */
-    double noise;            /* of that channel, sd of one sample */
-    int faster;              /* frames per frame so far */
-    int feasible;            /* 0: it cannot be simulated */
-    double odds;             /* expected 2 ln of the odds that one stroke gives, whoever is right */
-    double odds_worst;       /* what 9 of 10 strokes exceed */
-    int repeats;             /* strokes after which 9 of 10 times the odds wanted are reached; 0:
-                                more than lab_plan.most */
-    int against;             /* suspect of the diagnosis that is hardest to tell from the cause */
-} lab_experiment;
 
 /** A plan. */
 typedef struct lab_plan {
@@ -67,8 +33,10 @@ typedef struct lab_plan {
 
 /** How to plan. Start from lab_plan_def_default(). */
 typedef struct lab_plan_def {
-    double wanted;              /* odds, default 100 */
-    int threads;                /* results do not depend on it */
+    double wanted; /* odds, default 100 */
+    int rivals;    /* at most so many, default LAB_PLAN_RIVALS */
+    int quick;     /* 1: differences to one side, half of the strokes; odds are right to some % */
+    int threads;   /* results do not depend on it */
     const lab_options *options; /* for rivals that need a part; NULL: defaults */
     lab_fit_progress_fn *progress;
     void *ctx;

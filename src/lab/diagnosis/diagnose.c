@@ -275,17 +275,24 @@ static stein_status conclude(diag *d, stein_err *err)
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     stein_status status = diag__several(d, &before, &found, err);
+    int alone = 0; // the first search has found the only cause
     if (status == STEIN_OK) {
         o->gain.ratio = found.held.rmse / before.rmse;
         diag__verdict(d, &found);
-        diag *last = found.n > 0 ? found.from[found.n - 1] : d;
-        status = diag__power(last, found.n > 0, err);
+        alone = found.n == 1 && found.leader == d->suspect;
+        status = alone ? diag__widths(d, err) : STEIN_OK;
     }
+    diag *last = found.n > 0 ? found.from[found.n - 1] : d;
+    status = status == STEIN_OK ? diag__power(last, found.n > 0, err) : status;
     status = status == STEIN_OK ? diag__note(d, &found, err) : status;
-    status = status == STEIN_OK ? diag__posteriors(d, err) : status;
+    status = status == STEIN_OK ? diag__posteriors(d, alone, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, &before, &found, err) : status;
     keep_part(d, &found);
+    if (status == STEIN_OK && alone && o->nrival > 0) {
+        progress(d, 0.95, "the next experiment");
+        status = diag__next(d, err);
+    }
     diag__found_free(&found);
     diag__held_free(&before);
     return status;

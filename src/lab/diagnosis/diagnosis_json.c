@@ -7,7 +7,8 @@
  */
 #include <math.h>
 
-#include "diagnosing.h"
+#include "planning.h"
+#include "searching.h"
 
 static void write_number(lab__json *j, const char *name, const char *unit, double value, double lo,
                          double hi)
@@ -106,20 +107,11 @@ static void write_causes(lab__json *j, const lab_diagnosis *d)
         write_cause(j, d, &d->suspect[i]);
     }
     lab__json_close(j);
-    if (d->next == NULL) {
-        lab__json_null(j, "next_experiment");
-        return;
-    }
-    lab__json_open(j, "next_experiment", '{');
-    lab__json_text(j, "experiment", d->next->name);
-    lab__json_real(j, "odds", d->next->odds);
-    lab__json_real(j, "odds_worst", d->next->odds_worst);
-    if (d->next->repeats > 0) {
-        lab__json_int(j, "repeats", d->next->repeats);
+    if (d->next != NULL) {
+        plan__experiment_json(j, "next_experiment", d->next, d);
     } else {
-        lab__json_null(j, "repeats");
+        lab__json_null(j, "next_experiment");
     }
-    lab__json_close(j);
 }
 
 static void write_used(lab__json *j, const char *key, const lab_used *u, int n, int noise)

@@ -266,7 +266,21 @@ static const char *advice(const lab_diagnosis *d)
 static void next_card(FILE *f, const lab_diagnosis *d)
 {
     card(f, "What to do next");
-    fprintf(f, "<p>%s</p></div>\n", advice(d));
+    fprintf(f, "<p>%s</p>", advice(d));
+    if (d->next != NULL) {
+        fputs("<p>Best of the experiments tried: <b>", f);
+        page__text(f, d->next->name);
+        fputs("</b> against ", f);
+        page__cause(f, &d->suspect[d->next->against].candidate);
+        if (d->next->repeats > 0) {
+            fprintf(f, "; %d stroke%s will do.", d->next->repeats,
+                    d->next->repeats == 1 ? "" : "s");
+        } else {
+            fputs("; even that takes very many strokes.", f);
+        }
+        fputs(" <code>stein plan</code> has the list and writes the stroke.</p>", f);
+    }
+    fputs("</div>\n", f);
 }
 
 static void hottest_card(FILE *f, const lab_diagnosis *d)

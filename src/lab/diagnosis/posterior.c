@@ -14,6 +14,9 @@
 #include <string.h>
 
 #include "searching.h"
+#include "stein/plan.h"
+
+enum { RIVALS = 2 }; // for the next experiment; stein plan takes more
 
 static stein_status make(lab_posterior *to, int n, stein_err *err)
 {
@@ -87,6 +90,35 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     free(column[1]);
     free(unknown);
     lab__mixed_free(&m);
+    return status;
+}
+
+/* rivals may have ended with derivatives of elsewhere: the leader's are new (refine.c) */
+static stein_status renew(diag *d, diag__suspect *s, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    stein_err why = {STEIN_OK, ""};
+    fit__problem_try(p, &s->s.candidate);
+    stein_status status = fit__sensitivities(p, s->x, s->r, s->J, &why);
+    fit__problem_try(p, NULL);
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+stein_status diag__widths(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < d->n && (i == 0 || diag__is_rival(d, i)); i++) {
+        diag__suspect *s = &d->suspect[i];
+        double D[LAB_SCATTERS];
+        if (s->J == NULL) {
+            continue;
+        }
+        status = i > 0 && i <= RIVALS ? renew(d, s, err) : STEIN_OK;
+        fit__problem *p = diag__problem(d, s);
+        fit__problem_try(p, &s->s.candidate);
+        diag__likelihood(p, s->x, s->J, s->r, D, s->sd);
+        fit__problem_try(p, NULL);
+    }
     return status;
 }
 
@@ -172,17 +204,40 @@ static stein_status conditions(diag *d, double excess, stein_err *err)
     return ok ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-stein_status diag__posteriors(diag *d, stein_err *err)
+stein_status diag__posteriors(diag *d, int alone, stein_err *err)
 {
     lab_diagnosis *o = d->out;
     stein_status status = conditions(d, o->ncause > 0 ? diag__excess(d, &d->suspect[0]) : 1.0, err);
-    // several causes are not one suspect of the first search: nothing is planned for them yet
-    for (int i = 0; o->ncause == 1 && status == STEIN_OK && i < 1 + o->nrival; i++) {
+    for (int i = 0; alone && status == STEIN_OK && i < 1 + o->nrival; i++) {
         if (d->suspect[i].J != NULL) {
             status = posterior(d, &d->suspect[i], &o->suspect[i].posterior, err);
         }
     }
     return status;
+}
+
+stein_status diag__next(diag *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    lab_plan *plan = NULL;
+    lab_plan_def def = lab_plan_def_default();
+    stein_err why = {STEIN_OK, ""};
+    def.rivals = RIVALS;
+    def.quick = 1;
+    def.threads = d->fit_def.threads;
+    def.options = d->def->options;
+    stein_status status = lab_plan_make(&plan, d->file, d->model, o, &def, &why);
+    if (status == STEIN_OK && plan->n > 0 && plan->experiment[0].feasible) {
+        o->strokes_simulated += plan->strokes;
+        o->next = malloc(sizeof *o->next);
+        if (o->next != NULL) {
+            *o->next = plan->experiment[0];
+        } else {
+            status = STEIN_ENOMEM;
+        }
+    }
+    lab_plan_destroy(plan);
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }
 
 void diag__posteriors_free(lab_diagnosis *o)

@@ -168,10 +168,21 @@ stein_status diag__note(diag *d, diag__found *found, stein_err *err);
 
 /* ---- posterior.c ---- */
 
+/** Standard deviations of the only cause, the first suspect, and its rivals from derivatives at
+ *  their ends. The fits stop with what they had on the way, which may say half of it.
+ *  @return OK, ENOMEM */
+stein_status diag__widths(diag *d, stein_err *err);
+
 /** What causes and rivals are known to be, and what the strokes were like: into the diagnosis, for
- *  who plans the next experiment. @return OK, ENOMEM */
-stein_status diag__posteriors(diag *d, stein_err *err);
+ *  who plans the next experiment.
+ *  @param alone  1: the first suspect is the only cause; of several nothing is planned
+ *  @return OK, ENOMEM */
+stein_status diag__posteriors(diag *d, int alone, stein_err *err);
 void diag__posteriors_free(lab_diagnosis *o);
+
+/** The next experiment, where there are rivals. @return OK (also when no experiment can be
+ *  simulated), ENOMEM */
+stein_status diag__next(diag *d, stein_err *err);
 
 /* ---- verdict.c ---- */
 

@@ -262,8 +262,8 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
 {
     const stein_model *own = lab_equations(cause->model);
     size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel;
-    int threads = b->threads;
-    *b = (plan__bench){.d = d, .m = m, .threads = threads};
+    int threads = b->threads, one_sided = b->quick;
+    *b = (plan__bench){.d = d, .m = m, .threads = threads, .quick = one_sided};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
     b->low = calloc(4 * nq + 1, sizeof *b->low);
     look l = {.b = b,
@@ -536,7 +536,23 @@ static void without_string(list *l, const plan__side *side, int nside)
     }
 }
 
-static void masses(list *l)
+/* does an effect on trial move that parameter? */
+static int moves(const plan__side *side, int nside, const char *name)
+{
+    for (int i = 0; i < nside; i++) {
+        const lab_candidate *c = &side[i].candidate;
+        const stein_model *m = lab_equations(side[i].model);
+        for (int k = 0; k < c->nparam; k++) {
+            if (strcmp(m->params[c->param[k]].name, name) == 0) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* who weighs a body that is suspected to be heavier has no use for a stroke */
+static void masses(list *l, const plan__side *side, int nside)
 {
     const plan__bench *b = l->b;
     const stein_model *m = b->m;
@@ -545,7 +561,7 @@ static void masses(list *l)
         snprintf(name, sizeof name, "%s.mass", m->bodies[j].name);
         int i = stein_find_param(m, name);
         if (i < 0 || j == m->load.body || !m->params[i].stated || !(b->p[i] > 0.0) ||
-            fabs(travel(b, j)) < least_travel) {
+            fabs(travel(b, j)) < least_travel || moves(side, nside, name)) {
             continue;
         }
         double extra = rounded(more_mass * b->p[i]), whole = rounded(b->p[i] + extra);
@@ -598,7 +614,7 @@ stein_status plan__experiments(const plan__bench *b, const plan__side *side, int
     motions(&l);
     forces(&l);
     without_string(&l, side, nside);
-    masses(&l);
+    masses(&l, side, nside);
     if (l.nomem) {
         free(l.e);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");

@@ -3,7 +3,9 @@
  *
  * Every experiment is predicted by the cause and by each rival (predict.c), every pair of cause and
  * rival has its odds (odds.c), and an experiment counts what it says about the rival that it tells
- * least from the cause: max-min. The best one needs the fewest repeats, then promises most.
+ * least from the cause: max-min. The best one needs the fewest repeats, then says most where it
+ * goes badly: numbers of a stroke that are drawn from the tail of what is known can promise any
+ * odds.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +18,7 @@ enum { MOST = 64 };
 
 lab_plan_def lab_plan_def_default(void)
 {
-    return (lab_plan_def){.wanted = 100.0, .threads = 1};
+    return (lab_plan_def){.wanted = 100.0, .rivals = LAB_PLAN_RIVALS, .threads = 1};
 }
 
 typedef struct planner {
@@ -76,7 +78,7 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
 static int less(const lab_experiment *a, const lab_experiment *b)
 {
     int na = a->repeats > 0 ? a->repeats : MOST + 1, nb = b->repeats > 0 ? b->repeats : MOST + 1;
-    return na != nb ? na > nb : a->odds < b->odds;
+    return na != nb ? na > nb : a->repeats > 0 ? a->odds_worst < b->odds_worst : a->odds < b->odds;
 }
 
 static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
@@ -146,7 +148,7 @@ static stein_status open_sides(planner *p, lab_plan *plan, const char *file, con
         if (i > 0 && (i < d->ncause || d->suspect[i].posterior.n < 1)) {
             continue; // with several causes the first one and its rivals
         }
-        if (p->nside > LAB_PLAN_RIVALS) {
+        if (p->nside > p->def->rivals) {
             plan->left_out++;
             continue;
         }
@@ -160,10 +162,12 @@ static stein_status open_sides(planner *p, lab_plan *plan, const char *file, con
 
 static stein_status check(const lab_plan_def *def, stein_err *err)
 {
-    return def->wanted > 1.0 && def->threads >= 1
-               ? STEIN_OK
-               : lab__fail(err, STEIN_EINVAL, "lab_plan_def.%s is out of range",
-                           def->threads < 1 ? "threads" : "wanted");
+    const char *bad = def->threads < 1                                   ? "threads"
+                      : !(def->wanted > 1.0)                             ? "wanted"
+                      : def->rivals < 1 || def->rivals > LAB_PLAN_RIVALS ? "rivals"
+                                                                         : NULL;
+    return bad == NULL ? STEIN_OK
+                       : lab__fail(err, STEIN_EINVAL, "lab_plan_def.%s is out of range", bad);
 }
 
 stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *model,
@@ -180,6 +184,7 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     plan->wanted = p.def->wanted;
     plan->most = MOST;
     p.bench.threads = p.def->threads;
+    p.bench.quick = p.def->quick;
     stein_status status = check(p.def, err);
     status = status == STEIN_OK ? open_sides(&p, plan, file, model, err) : status;
     if (status == STEIN_OK) {

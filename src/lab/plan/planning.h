@@ -35,7 +35,7 @@ enum { PLAN_EYES = 32 };
 typedef struct plan__bench {
     const lab_diagnosis *d;
     const stein_model *m; /* of the file */
-    int threads;
+    int threads, quick;
     double *p;           /* [np] the file's numbers as the cause has them */
     lab_experiment base; /* the strokes so far, in the middle of their range */
     int neye;
@@ -72,6 +72,12 @@ typedef struct plan__view {
 stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
                            const lab_experiment *e, int only_y, stein_err *err);
 void plan__view_free(plan__view *v);
+
+/* ---- show.c ---- */
+
+/** One experiment of a diagnosis. */
+void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
+                           const lab_diagnosis *d);
 
 /* ---- odds.c ---- */
 

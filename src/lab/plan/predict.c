@@ -293,7 +293,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     int *of = malloc(sizeof *of * ((size_t)p->np + 1)), failed = 0;
     double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL;
     p->tolerance = tolerance;
-    p->central = 1;
+    p->central = !b->quick;
     fit__problem_try(p, &side->candidate);
     stein_status status =
         of != NULL && x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");

@@ -101,10 +101,11 @@ static void write_suspect(lab__json *j, const char *key, const lab_candidate *c)
     lab__json_close(j);
 }
 
-static void write_experiment(lab__json *j, const lab_experiment *e, const lab_diagnosis *d)
+void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
+                           const lab_diagnosis *d)
 {
     static const char *const shape[] = {NULL, "rise", "there_and_back", "swing"};
-    lab__json_open(j, NULL, '{');
+    lab__json_open(j, key, '{');
     lab__json_text(j, "experiment", e->name);
     lab__json_text(j, "why", e->why);
     lab__json_bool(j, "feasible", e->feasible);
@@ -165,7 +166,7 @@ stein_status lab_plan_json(const char *path, const lab_plan *p, const lab_diagno
     lab__json_int(&j, "most_repeats", p->most);
     lab__json_open(&j, "experiments", '[');
     for (int i = 0; i < p->n; i++) {
-        write_experiment(&j, &p->experiment[i], d);
+        plan__experiment_json(&j, NULL, &p->experiment[i], d);
     }
     lab__json_close(&j);
     lab__json_text(&j, "stroke", stroke != NULL ? stroke[0] : NULL);
