@@ -34,7 +34,8 @@
     X(several)    \
     X(show)       \
     X(report)     \
-    X(seen)
+    X(seen)       \
+    X(plan)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

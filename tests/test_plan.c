@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_plan.c - the next experiment: odds are those of dense algebra, two drags that strokes at one
+ * angle cannot tell apart are told apart by the stroke that is proposed, whichever is there.
+ */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+
+#include "planning.h"
+#include "rotor_support.h"
+
+Suite *plan_suite(void);
+
+/* ---- odds ---- */
+
+enum { ROWS = 40, NP = 3, NZ = 2 };
+
+/* two models of one channel whose columns partly agree */
+static void make_views(double Y[2][ROWS], double P[2][NP * ROWS], double Z[2][NZ * ROWS],
+                       plan__view *v)
+{
+    for (int m = 0; m < 2; m++) {
+        for (int i = 0; i < ROWS; i++) {
+            double t = (i + 0.5) / ROWS;
+            Y[m][i] = m == 0 ? 3.1 * sin(5.0 * t) : 2.9 * sin(5.0 * t) + 9.7 * t * t;
+            P[m][i] = 2.3 * sin(5.0 * t);
+            P[m][ROWS + i] = 0.7 * cos(3.0 * t);
+            P[m][2 * ROWS + i] = m == 0 ? 0.9 * t * t : 1.1 * t;
+            Z[m][i] = 30.0;
+            Z[m][ROWS + i] = 0.8 * exp(-2.0 * t);
+        }
+        v[m] = (plan__view){
+            .rows = ROWS, .neye = 1, .np = NP, .nz = NZ, .y = Y[m], .P = P[m], .Z = Z[m]};
+    }
+}
+
+/* V of a model and ln|V| */
+static gsl_matrix *variance(const double *P, const double *Z, gsl_matrix *inverse, double *logdet)
+{
+    gsl_matrix *V = gsl_matrix_alloc(ROWS, ROWS);
+    for (size_t i = 0; i < ROWS; i++) {
+        for (size_t k = 0; k < ROWS; k++) {
+            double sum = i == k ? 1.0 : 0.0;
+            for (size_t c = 0; c < NP; c++) {
+                sum += P[c * ROWS + i] * P[c * ROWS + k];
+            }
+            for (size_t c = 0; c < NZ; c++) {
+                sum += Z[c * ROWS + i] * Z[c * ROWS + k];
+            }
+            gsl_matrix_set(V, i, k, sum);
+        }
+    }
+    gsl_matrix_memcpy(inverse, V);
+    ck_assert_int_eq(gsl_linalg_cholesky_decomp1(inverse), 0);
+    *logdet = 0.0;
+    for (size_t i = 0; i < ROWS; i++) {
+        *logdet += 2.0 * log(gsl_matrix_get(inverse, i, i));
+    }
+    gsl_linalg_cholesky_invert(inverse);
+    return V;
+}
+
+START_TEST(odds_of_draws_are_those_of_dense_algebra)
+{
+    static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
+    plan__view v[2];
+    plan__pair pair;
+    lab_experiment e = {.faster = 1};
+    const unsigned char use[] = {1};
+    double expected = INFINITY, logdet[2];
+    make_views(Y, P, Z, v);
+    gsl_matrix *V[2], *W[2];
+    for (int m = 0; m < 2; m++) {
+        W[m] = gsl_matrix_alloc(ROWS, ROWS);
+        V[m] = variance(P[m], Z[m], W[m], &logdet[m]);
+    }
+    // E 2 ln odds = d'V_B^-1 d + tr(V_B^-1 V_A) - n + ln|V_B| - ln|V_A|
+    for (int a = 0; a < 2; a++) {
+        double sum = logdet[1 - a] - logdet[a] - ROWS;
+        for (size_t i = 0; i < ROWS; i++) {
+            for (size_t k = 0; k < ROWS; k++) {
+                double w = gsl_matrix_get(W[1 - a], i, k);
+                sum += w * (gsl_matrix_get(V[a], k, i) + (Y[0][i] - Y[1][i]) * (Y[0][k] - Y[1][k]));
+            }
+        }
+        expected = fmin(expected, sum);
+    }
+    ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, &e, err));
+    printf("odds: %.3f by draws, %.3f by dense algebra, worst %.3f, %d repeats\n", e.odds, expected,
+           e.odds_worst, e.repeats);
+    fflush(stdout);
+    ck_assert_close(e.odds, expected, 0.1, 0.1);
+    ck_assert(e.odds_worst < e.odds);
+    ck_assert_int_gt(e.repeats, 1);
+    plan__pair_free(&pair);
+    for (int m = 0; m < 2; m++) {
+        gsl_matrix_free(V[m]);
+        gsl_matrix_free(W[m]);
+    }
+}
+END_TEST
+
+START_TEST(models_that_predict_the_same_are_never_told_apart)
+{
+    static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
+    plan__view v[2];
+    plan__pair pair;
+    lab_experiment e = {.faster = 1};
+    const unsigned char use[] = {1};
+    make_views(Y, P, Z, v);
+    for (int i = 0; i < ROWS; i++) { // they differ by what an offset can imitate
+        Y[1][i] = Y[0][i] + 0.3;
+    }
+    v[1].P = P[0];
+    ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, &e, err));
+    ck_assert(fabs(e.odds) < 0.05);
+    ck_assert_int_eq(e.repeats, 0);
+    plan__pair_free(&pair);
+}
+END_TEST
+
+/* ---- two drags ---- */
+
+static const char *const truth[] = {"wheel.drag=1e-4 N m s^2/rad^2",
+                                    "wheel.damping=3.2e-4 N m s/rad"};
+static const char *const kind[] = {"quadratic_drag", "viscous_friction"};
+static const char *const start[] = {"wheel.initial.position=0.2 rad", NULL};
+
+static lab_plan *planned(const rotor *r, const lab_diagnosis *d)
+{
+    lab_plan *plan = NULL;
+    lab_options options = cache_here(NULL);
+    lab_plan_def def = lab_plan_def_default();
+    def.threads = 2;
+    def.options = &options;
+    ck_assert_stein(lab_plan_make(&plan, in_folder("rotor.yaml"), r->model, d, &def, err));
+    return plan;
+}
+
+static const lab_experiment *named(const lab_plan *plan, const char *name)
+{
+    for (int i = 0; i < plan->n; i++) {
+        if (strstr(plan->experiment[i].name, name) != NULL) {
+            return &plan->experiment[i];
+        }
+    }
+    ck_abort_msg("no experiment \"%s\"", name);
+    return NULL;
+}
+
+START_TEST(the_proposed_stroke_tells_two_drags_apart)
+{
+    rotor r = rotor_diagnosed(truth[_i], start, 1);
+    const lab_suspect *right = rotor_suspect(&r, kind[_i]),
+                      *other = rotor_suspect(&r, kind[1 - _i]);
+    ck_assert_int_eq(r.d->ncause, 1);
+    ck_assert_int_ge(r.d->nrival, 1);
+    ck_assert(right - r.d->suspect < 1 + r.d->nrival && other - r.d->suspect < 1 + r.d->nrival);
+
+    lab_plan *plan = planned(&r, r.d);
+    lab_experiment best = plan->experiment[0];
+    const lab_experiment *same = named(plan, "the same again");
+    printf("%s: %s, 2 ln odds %.3g, worst %.3g, %d repeats; the same again %.3g, %d repeats\n",
+           kind[_i], best.name, best.odds, best.odds_worst, best.repeats, same->odds,
+           same->repeats);
+    ck_assert_int_eq(best.nset, 1);
+    ck_assert_str_eq(best.set[0].name, "wheel.initial.position");
+    ck_assert(best.set[0].value != 0.2);
+    ck_assert_int_eq(best.repeats, 1);
+    ck_assert(same->repeats == 0 || same->repeats > 8);
+    ck_assert_ptr_nonnull(r.d->next); // the diagnosis says it, too
+    ck_assert_str_eq(r.d->next->name, best.name);
+    lab_plan_destroy(plan);
+    rotor_free(&r);
+
+    // made, it names the right one alone
+    char more[80];
+    snprintf(more, sizeof more, "wheel.initial.position=%.17g rad", best.set[0].value);
+    const char *const both[] = {start[0], more};
+    r = rotor_diagnosed(truth[_i], both, 2);
+    ck_assert_int_eq(r.d->nrival, 0);
+    ck_assert_str_eq(r.d->suspect[0].candidate.effect->kind, kind[_i]);
+    ck_assert_ptr_null(r.d->next);
+    rotor_free(&r);
+}
+END_TEST
+
+START_TEST(the_report_names_the_next_experiment_and_lists_what_could_have_been_seen)
+{
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    const char *path = in_folder("report.html");
+    char *text = NULL;
+    size_t size = 0;
+    ck_assert_stein(lab_diagnosis_page(path, r.d, err));
+    ck_assert_stein(lab__read_file(path, &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "Best of the experiments tried: <b>wheel.initial.position"));
+    ck_assert_ptr_nonnull(strstr(text, "<section id=\"seen\">"));
+    ck_assert_ptr_nonnull(strstr(text, "1 present: "));
+    free(text);
+    rotor_free(&r);
+}
+END_TEST
+
+START_TEST(a_diagnosis_is_planned_for_from_its_file_as_from_memory)
+{
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    lab_diagnosis *d = NULL;
+    const char *path = in_folder("diagnosis.json");
+    ck_assert_stein(lab_diagnosis_json(path, r.d, err));
+    ck_assert_stein(lab_diagnosis_read(&d, path, r.model, err));
+    ck_assert_int_eq(d->verdict, r.d->verdict);
+    ck_assert_int_eq(d->nsuspect, 1 + r.d->nrival);
+    ck_assert_int_eq(d->conditions.nchannel, 1);
+    ck_assert(d->conditions.until == r.d->conditions.until);
+    lab_plan *a = planned(&r, r.d), *b = planned(&r, d);
+    ck_assert_int_eq(a->n, b->n);
+    for (int i = 0; i < a->n; i++) {
+        ck_assert_str_eq(a->experiment[i].name, b->experiment[i].name);
+        ck_assert(a->experiment[i].odds == b->experiment[i].odds);
+        ck_assert_int_eq(a->experiment[i].repeats, b->experiment[i].repeats);
+    }
+    lab_plan_destroy(a);
+    lab_plan_destroy(b);
+    lab_diagnosis_destroy(d);
+
+    // without a rival there is nothing to plan
+    int nrival = r.d->nrival;
+    lab_plan *none = NULL;
+    r.d->nrival = 0;
+    ck_assert_int_eq(lab_plan_make(&none, in_folder("rotor.yaml"), r.model, r.d, NULL, NULL),
+                     STEIN_EINVAL);
+    ck_assert_ptr_null(none);
+    r.d->nrival = nrival;
+    rotor_free(&r);
+}
+END_TEST
+
+Suite *plan_suite(void)
+{
+    Suite *s = suite_create("plan");
+    TCase *tc = tcase_create("plan");
+    tcase_set_timeout(tc, 240);
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, odds_of_draws_are_those_of_dense_algebra);
+    tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
+    tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
+    tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);
+    tcase_add_test(tc, a_diagnosis_is_planned_for_from_its_file_as_from_memory);
+    suite_add_tcase(s, tc);
+    return s;
+}

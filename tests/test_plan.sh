@@ -1,0 +1,149 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_plan.sh - stein plan: from strokes over a diagnosis with a rival to the stroke that separates
+# them, whose file can be simulated and diagnosed; what is wrong with a diagnosis.json is told with
+# file, line and field; exit codes; files appear whole.
+set -u
+build=${STEIN_BUILD:-build}
+stein=$build/stein
+dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-plan-XXXXXX") || exit 1
+trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
+trap 'exit 1' HUP INT TERM
+XDG_CACHE_HOME=$dir/cache
+export XDG_CACHE_HOME
+LC_ALL=C
+export LC_ALL
+passed=0 failed=0
+
+pass() { passed=$((passed + 1)); }
+fail() { failed=$((failed + 1)); echo "FAILED: $*"; sed 's/^/    /' "$dir/err" | head -n 4; }
+# claim CODE TEXT COMMAND...: the command exits with CODE
+claim() {
+    code=$1 text=$2
+    shift 2
+    "$@" >"$dir/out" 2>"$dir/err" </dev/null
+    got=$?
+    if [ "$got" = "$code" ]; then pass; else fail "$text (exit $got, expected $code)"; fi
+}
+says() { if grep -q -e "$2" "$dir/err"; then pass; else fail "$1"; fi; }
+shows() { if grep -q -e "$2" "$3"; then pass; else fail "$1"; fi; }
+
+# ---- a wheel on a spiral spring, with a drag; strokes at one angle, with noise
+model=$dir/wheel.yaml
+cat >"$model" <<'END'
+mechanism: wheel
+bodies:
+  wheel:
+    joint: R y
+    mass: 0.4 kg
+    inertia: {yy: 2.1e-3 kg m^2 +- 1 %}
+    spring: {k: 0.83 N m/rad +- 1 %}
+    initial: {position: 0.2 rad}
+inputs:
+  turn: {motion: wheel}
+outputs:
+  angle: {joint: wheel, read: position}
+  rate: {joint: wheel, read: speed}
+simulation: {dt: 0.2 ms, until: 0.7 s}
+END
+# film FILE SEED ANGLE
+film() {
+    "$stein" simulate "$model" --set wheel.drag=1e-4 --set wheel.initial.position="$3" --every 5ms \
+        -o "$dir/raw.csv" >/dev/null 2>"$dir/err" || fail "a stroke is simulated"
+    awk -F, -v seed="$2" -v angle="$3" '
+        BEGIN { srand(seed); print "# set wheel.initial.position: " angle
+                print "# noise angle: 1 mrad"; print "time [s],angle [rad]" }
+        /^#/ || /^time/ { next }
+        { g = sqrt(-2 * log(1 - rand())) * cos(6.283185307 * rand())
+          printf "%s,%.9f\n", $1, $2 + 1e-3 * g }' "$dir/raw.csv" >"$1"
+}
+for k in 1 2 3 4 5 6; do film "$dir/s$k.csv" $k "0.2 rad"; done
+claim 0 "a diagnosis of strokes at one angle" "$stein" diagnose "$model" "$dir"/s?.csv -o "$dir/o"
+cause=$(sed -n 's/^cause: \([a-z_]*\).*/\1/p' "$dir/out") # any of the two
+shows "has a rival" 'cannot tell it from' "$dir/out"
+shows "and the next experiment" '"experiment": "wheel.initial.position = 400 mrad"' "$dir/o/diagnosis.json"
+diagnosis=$dir/o/diagnosis.json
+
+# ---- the plan
+claim 0 "a plan" "$stein" plan "$model" "$diagnosis" -o "$dir/p"
+shows "names the cause" "^wheel: $cause at wheel, or " "$dir/out"
+for kind in quadratic_drag viscous_friction; do shows "names both" "$kind at wheel" "$dir/out"; done
+if sed -n 4p "$dir/out" | grep -q 'wheel.initial.position = 400 mrad'; then pass; else fail "the other angle is best"; fi
+shows "compares with the same again" 'the same again' "$dir/out"
+shows "offers the prescribed motion" 'turn ' "$dir/out"
+if grep -q -e 'string removed' -e 'load' -e 'camera tilt' "$dir/out"; then fail "what it lacks is proposed"; else pass; fi
+for f in plan.json next_stroke.csv next_rival.csv; do
+    if [ -s "$dir/p/$f" ]; then pass; else fail "$f is written"; fi
+done
+if [ "$(ls "$dir/p" | wc -l)" -eq 3 ]; then pass; else fail "nothing else is"; fi
+cp "$dir/out" "$dir/table"
+claim 0 "on one thread" "$stein" plan "$model" "$diagnosis" -j 1
+if [ "$(sed '/simulated/,$d' "$dir/out")" = "$(sed '/simulated/,$d' "$dir/table")" ]; then pass; else fail "the same"; fi
+claim 0 "as JSON" "$stein" plan "$model" "$diagnosis" --json
+shows "one object" '"experiments": \[' "$dir/out"
+if [ "$(head -c 1 "$dir/out")" = "{" ]; then pass; else fail "and nothing else"; fi
+claim 0 "other odds" "$stein" plan "$model" "$diagnosis" --odds 20
+shows "are told" 'odds of 20 to 1' "$dir/out"
+
+# ---- its strokes are data
+shows "the stroke says its settings" '^# set wheel.initial.position: 0.4 rad' "$dir/p/next_stroke.csv"
+claim 0 "the prediction is a stroke for the diagnosis" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
+    "$dir/p/next_stroke.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o2"
+shows "which then is sure" "^cause: $cause at wheel" "$dir/out"
+if grep -q 'cannot tell it from' "$dir/out"; then fail "and has no rival"; else pass; fi
+film "$dir/made.csv" 7 "0.4 rad"
+claim 0 "made with what is really there" "$stein" diagnose "$model" "$dir"/s[1-4].csv \
+    "$dir/made.csv" --held-out "$dir/s5.csv","$dir/s6.csv" -o "$dir/o3"
+shows "it names that" '^cause: quadratic_drag at wheel' "$dir/out"
+if grep -q 'cannot tell it from' "$dir/out"; then fail "and nothing else"; else pass; fi
+claim 0 "the settings can be simulated" "$stein" simulate "$model" --set 'wheel.initial.position=0.4 rad'
+printf 'time [s],turn [rad]\n0,0\n0.1,0.01\n0.2,0.1\n0.3,0.2\n0.4,0.2\n0.7,0.2\n' >"$dir/drive.csv"
+claim 0 "a driven input, too" "$stein" simulate "$model" --drive "$dir/drive.csv"
+
+# ---- the command line
+claim 2 "a plan needs a diagnosis" "$stein" plan "$model"
+claim 2 "and no more" "$stein" plan "$model" "$diagnosis" more
+claim 2 "threads are a number" "$stein" plan "$model" "$diagnosis" -j 0
+claim 2 "odds are above 1" "$stein" plan "$model" "$diagnosis" --odds 1
+says "which is told" 'expected a number'
+claim 0 "help" "$stein" plan --help
+shows "has a synopsis" 'stein plan \[options\] MODEL\|stein plan MODEL' "$dir/out"
+: >"$dir/file"
+claim 1 "a folder that cannot be made" "$stein" plan "$model" "$diagnosis" -o "$dir/file/p"
+says "is named" "$dir/file"
+
+# ---- a diagnosis.json that is not in order: file, line, field
+# broken TEXT PATTERN SED
+broken() {
+    sed -e "$3" "$diagnosis" >"$dir/broken.json"
+    if cmp -s "$diagnosis" "$dir/broken.json"; then fail "$1: the edit does nothing"; fi
+    claim 1 "$1" "$stein" plan "$model" "$dir/broken.json" -o "$dir/q"
+    says "$1: says where and what" "broken.json:[0-9][0-9]*: .*$2"
+    if [ -s "$dir/out" ] || [ -e "$dir/q" ]; then fail "$1: gives no plan"; else pass; fi
+}
+broken "half a file" 'no JSON' '20,$d'
+broken "a field that is missing" '"conditions" is missing' 's/"conditions"/"konditions"/'
+broken "a field of an earlier version" '"posterior" is missing' 's/"posterior"/"anterior"/'
+broken "a text for a number" '"interval": expected a number' 's/"interval": .*,/"interval": "often",/'
+broken "no number at all" '"until": expected a number' 's/"until": .*,/"until": null,/'
+broken "an interval of nothing" '"interval": expected more than 0' 's/"interval": .*,/"interval": 0,/'
+broken "a verdict that there is not" '"verdict"' 's/"missing_effect"/"guilty"/'
+broken "a kind that there is not" 'no gravitation' 's/"quadratic_drag"/"gravitation"/'
+broken "another mechanism's channel" '"elbow" is not an output' 's/"name": "angle"/"name": "elbow"/'
+broken "another mechanism's number" 'is not a parameter' 's/"name": "wheel.spring.k"/"name": "spring.k"/'
+broken "a correlation of 3" 'from -1 to 1' 's/"correlation": \[\]/"correlation": []/; s/^ *0\.99[0-9]*$/3/'
+echo 'not json: [' >"$dir/broken.json"
+claim 1 "no JSON" "$stein" plan "$model" "$dir/broken.json"
+echo '[1, 2]' >"$dir/broken.json"
+claim 1 "another JSON" "$stein" plan "$model" "$dir/broken.json"
+says "what it should be" 'expected a diagnosis.json'
+claim 1 "an absent file" "$stein" plan "$model" "$dir/absent.json"
+says "is named" 'absent.json'
+sed -e '/"indistinguishable": \[/,/^  \],/c\  "indistinguishable": [],' "$diagnosis" >"$dir/alone.json"
+claim 1 "a cause without rivals" "$stein" plan "$model" "$dir/alone.json"
+says "leaves nothing to tell apart" 'nothing to tell apart'
+claim 1 "the diagnosis of another mechanism" "$stein" plan models/stein1788.yaml "$diagnosis"
+says "is told" 'another mechanism'
+
+echo "test_plan: $passed passed, $failed failed"
+test "$failed" -eq 0
