@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * planning.h - what the files of the plan share. Not installed.
  *
- *   plan.c         the whole                       odds.c   what a stroke is expected to say
- *   experiments.c  what could be done              read.c   diagnosis.json
- *   predict.c      what a suspect predicts of it   show.c   plan.json, files of strokes
+ *   plan.c         the whole                       predict.c  what a suspect predicts of it
+ *   bench.c        the strokes so far              odds.c     what a stroke is expected to say
+ *   experiments.c  what could be done next         show.c     plan.json, files of strokes
+ *                                                  read.c     diagnosis.json
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -45,12 +46,23 @@ typedef struct plan__bench {
     int strokes;               /* simulated */
 } plan__bench;
 
-/* ---- experiments.c ---- */
+/* ---- bench.c ---- */
 
 /** Base, eyes and joints of a bench. @return OK, ENOMEM, numerical failures of the base */
 stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
                               const stein_model *m, stein_err *err);
 void plan__bench_free(plan__bench *b);
+/** Farthest way of a joint from rest in the base, with its sign [rad or m]. */
+double plan__travel(const plan__bench *b, int joint);
+/** Entry by name, NULL: there is none. */
+const lab_used *plan__used(const lab_used *list, int n, const char *name);
+/** Set a number in an experiment. @return 0: no room for one more */
+int plan__set(lab_experiment *e, const char *name, const char *unit, double value);
+/** To three digits. */
+double plan__rounded(double value);
+
+/* ---- experiments.c ---- */
+
 /** All experiments that the mechanism has room for, the base first. @return OK, ENOMEM */
 stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,
                                lab_experiment **list, int *n, stein_err *err);
