@@ -33,7 +33,7 @@ static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *
                  const int *unknown, const double *cov, double wide)
 {
     int n = to->n;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; cov != NULL && i < n; i++) {
         const fit__unknown *u = &p->unknown[unknown[i]];
         struct lab_uncertain *q = &to->number[i];
         snprintf(q->name, sizeof q->name, "%s",
@@ -63,12 +63,12 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     stein_status status =
         memory ? diag__mixed_at(&m, p, s->x, s->J, s->r, (const double *const *)column, nown, err)
                : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    for (int k = 0; status == STEIN_OK && k < p->np; k++) {
+    for (int k = 0; memory && status == STEIN_OK && k < p->np; k++) {
         if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
             unknown[n++] = k;
         }
     }
-    for (int k = 0; status == STEIN_OK && k < nown; k++) {
+    for (int k = 0; memory && status == STEIN_OK && k < nown; k++) {
         unknown[n++] = own[k];
     }
     status = status == STEIN_OK ? make(to, n, err) : status;

@@ -136,6 +136,7 @@ static void take(look *l, stein_sim *sim, int first)
         b->rest[j] = first ? q : b->rest[j];
         b->low[j] = first ? q : fmin(b->low[j], q);
         b->high[j] = first ? q : fmax(b->high[j], q);
+        b->fast[j] = l->joint[j] >= 0 ? fmax(b->fast[j], fabs(stein_qd(sim)[l->joint[j]])) : 0.0;
     }
     for (int k = 0; k < b->m->nchannel; k++) {
         if (l->channel[k] >= 0) {
@@ -242,7 +243,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
     int threads = b->threads, one_sided = b->quick;
     *b = (plan__bench){.d = d, .m = m, .threads = threads, .quick = one_sided};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
-    b->low = calloc(4 * nq + 1, sizeof *b->low);
+    b->low = calloc(5 * nq + 1, sizeof *b->low);
     look l = {.b = b,
               .m = own,
               .joint = calloc(nq + 1, sizeof *l.joint),
@@ -250,13 +251,14 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
               .channel = calloc(nc + 1, sizeof *l.channel)};
     double *p = calloc((size_t)own->np + 1, sizeof *p);
     stein_sim *sim = NULL;
-    stein_status status = b->p && b->low && l.joint && l.range && l.channel && p
-                              ? lab_sim(cause->model, NULL, &sim, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    if (status == STEIN_OK) {
+    int memory = b->p && b->low && l.joint && l.range && l.channel && p;
+    stein_status status = memory ? lab_sim(cause->model, NULL, &sim, err)
+                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (memory && status == STEIN_OK) {
         b->high = b->low + nq;
         b->rest = b->high + nq;
         b->when = b->rest + nq;
+        b->fast = b->when + nq;
         for (int j = 0; j < m->nq; j++) {
             l.joint[j] = body_of(own, m->bodies[j].name);
             b->when[j] = INFINITY;

@@ -120,27 +120,64 @@ static void corners(list *l)
     }
 }
 
-/* numbers that nobody set so far but that are easy to */
-static void vary_others(list *l)
+/* the load, when nobody set it so far */
+static void vary_load(list *l)
+{
+    const plan__bench *b = l->b;
+    const lab_conditions *c = &b->d->conditions;
+    char name[LAB_PLACE] = "";
+    if (b->m->load.body >= 0) {
+        snprintf(name, sizeof name, "%s.mass", b->m->bodies[b->m->load.body].name);
+    }
+    int i = stein_find_param(b->m, name);
+    if (i >= 0 && b->m->params[i].stated && plan__used(c->setting, c->nsetting, name) == NULL) {
+        lab_used u = {.unit = b->m->params[i].unit, .lo = b->p[i], .hi = b->p[i]};
+        snprintf(u.name, sizeof u.name, "%s", name);
+        vary(l, &u);
+    }
+}
+
+/* where and how a joint is let go, of mechanisms that do not settle */
+static void vary_start(list *l, int joint)
 {
     const plan__bench *b = l->b;
     const stein_model *m = b->m;
     const lab_conditions *c = &b->d->conditions;
-    for (int j = 0; j < m->nq; j++) {
-        const char *const rest[] = {"mass", "initial.position", "initial.speed"};
-        for (int k = 0; k < 3; k++) {
-            char name[LAB_PLACE];
-            int load = j == m->load.body;
-            snprintf(name, sizeof name, "%s.%s", m->bodies[j].name, rest[k]);
-            int i = stein_find_param(m, name);
-            int wanted = k == 0 ? load : !load && !m->settle && m->load.body < 0;
-            if (!wanted || i < 0 || !m->params[i].stated ||
-                plan__used(c->setting, c->nsetting, name)) {
-                continue;
-            }
-            lab_used u = {.unit = m->params[i].unit, .lo = b->p[i], .hi = b->p[i]};
-            snprintf(u.name, sizeof u.name, "%s", name);
-            vary(l, &u);
+    char name[LAB_PLACE];
+    snprintf(name, sizeof name, "%s.initial.position", m->bodies[joint].name);
+    int i = stein_find_param(m, name);
+    const lab_used *set = plan__used(c->setting, c->nsetting, name);
+    if (i >= 0 && set == NULL && m->params[i].stated) {
+        lab_used u = {.unit = m->params[i].unit, .lo = b->p[i], .hi = b->p[i]};
+        snprintf(u.name, sizeof u.name, "%s", name);
+        vary(l, &u);
+    }
+    double from = set != NULL ? set->hi : i >= 0 ? b->p[i] : 0.0;
+    if (i >= 0 && from != 0.0 && strcmp(m->params[i].unit, "rad") == 0) {
+        add_setting(l, name, m->params[i].unit, -from, "let go on the other side");
+    }
+    snprintf(name, sizeof name, "%s.initial.speed", m->bodies[joint].name);
+    i = stein_find_param(m, name);
+    double speed = plan__rounded(half * b->fast[joint]);
+    if (i >= 0 && speed > 0.0 && plan__used(c->setting, c->nsetting, name) == NULL) {
+        add_setting(l, name, m->params[i].unit, speed, "let go with a speed");
+        add_setting(l, name, m->params[i].unit, -speed, "let go with a speed, the other way");
+    }
+}
+
+static void vary_others(list *l)
+{
+    const stein_model *m = l->b->m;
+    vary_load(l);
+    for (int j = 0; j < m->nq && !m->settle && m->load.body < 0; j++) {
+        int driven = 0;
+        for (int i = 0; i < m->ninput; i++) {
+            const stein_input *input = &m->inputs[i];
+            driven |= input->kind == STEIN_INPUT_MOTION && input->index == j &&
+                      (input->hold || strcmp(input->name, l->b->base.input) == 0);
+        }
+        if (!driven) {
+            vary_start(l, j);
         }
     }
 }

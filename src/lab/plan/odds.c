@@ -38,7 +38,7 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
                              stein_err *err)
 {
     int n = 1 + a->np + a->nz + b->np + b->nz;
-    size_t rows = (size_t)a->rows, all = rows * (size_t)a->neye, size = (size_t)(n * n);
+    size_t rows = (size_t)a->rows, all = rows * (size_t)a->neye, size = (size_t)n * (size_t)n;
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = malloc(sizeof *X * ((size_t)n * rows + 1));

@@ -42,6 +42,7 @@ typedef struct plan__bench {
     int neye;
     plan__eye eye[PLAN_EYES];
     double *low, *high, *rest; /* [nq] of every joint in the base [rad or m] */
+    double *fast;              /* [nq] largest speed [rad/s or m/s] */
     double *when;              /* [nq] time of nearly all of its travel [s] */
     int strokes;               /* simulated */
 } plan__bench;
