@@ -85,10 +85,10 @@ static stein_status blank_make(blank *b, const plan__bench *bench, const stein_m
     double interval = c->interval / e->faster;
     int rows = (int)fmin(MOST_ROWS * e->faster, floor((c->until - c->from) / interval + 1.5));
     size_t n = (size_t)rows, ncolumn = (size_t)bench->neye + 1;
-    *b = (blank){.column = calloc(ncolumn, sizeof *b->column),
-                 .setting = calloc((size_t)e->nset + 1, sizeof *b->setting),
-                 .time = calloc(3 * n, sizeof *b->time),
-                 .present = malloc(n)};
+    b->column = calloc(ncolumn, sizeof *b->column);
+    b->setting = calloc((size_t)e->nset + 1, sizeof *b->setting);
+    b->time = calloc(3 * n, sizeof *b->time);
+    b->present = malloc(n);
     if (!b->column || !b->setting || !b->time || !b->present) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -99,14 +99,13 @@ static stein_status blank_make(blank *b, const plan__bench *bench, const stein_m
         b->time[i] = c->from + interval * i;
         b->value[i] = e->zero + e->size * lab_shape_at(e->shape, e->time, b->time[i]);
     }
-    b->data = (lab_data){.file = "an experiment",
-                         .model = m,
-                         .nrow = rows,
-                         .time = b->time,
-                         .column = b->column,
-                         .set = b->setting,
-                         .trigger =
-                             c->unsynchronised ? LAB_TRIGGER_UNSYNCHRONISED : LAB_TRIGGER_UNSTATED};
+    b->data.file = "an experiment";
+    b->data.model = m;
+    b->data.nrow = rows;
+    b->data.time = b->time;
+    b->data.column = b->column;
+    b->data.set = b->setting;
+    b->data.trigger = c->unsynchronised ? LAB_TRIGGER_UNSYNCHRONISED : LAB_TRIGGER_UNSTATED;
     for (int i = 0; i < e->nset; i++) {
         int param = stein_find_param(m, e->set[i].name);
         if (param < 0) {
@@ -205,8 +204,8 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
 static stein_status spread(plan__view *v, const fit__problem *p, const lab_posterior *q,
                            const int *of, const double *J, stein_err *err)
 {
-    size_t n = (size_t)(v->neye * v->rows), np = (size_t)v->np;
-    int *at = malloc(sizeof *at * ((size_t)p->np + 1)), k = 0;
+    size_t n = (size_t)v->neye * (size_t)v->rows, np = (size_t)v->np;
+    int *at = calloc((size_t)p->np + 1, sizeof *at), k = 0;
     gsl_matrix *C = gsl_matrix_alloc(np + 1, np + 1);
     if (at == NULL || C == NULL) {
         free(at);
@@ -245,7 +244,7 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
 static void own_columns(plan__view *v, const fit__problem *p, const double *scatter,
                         const double *J)
 {
-    size_t n = (size_t)(v->neye * v->rows);
+    size_t n = (size_t)v->neye * (size_t)v->rows;
     for (int k = 0; k < v->nz; k++) {
         const fit__unknown *u = &p->unknown[p->stroke[0].first + k];
         double by = u->kind == FIT__SCATTER ? scatter[u->index - FIT__JOINTS] / u->sd
@@ -265,7 +264,7 @@ static stein_status view_make(plan__view *v, const plan__bench *b, const fit__pr
 {
     const fit__stroke *t = &p->stroke[0];
     *v = (plan__view){.rows = t->n, .neye = b->neye, .np = np, .nz = t->own};
-    size_t n = (size_t)(v->rows * v->neye);
+    size_t n = (size_t)v->rows * (size_t)v->neye;
     v->y = calloc(n + 1, sizeof *v->y);
     v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
     v->Z = calloc(n * (size_t)v->nz + 1, sizeof *v->Z);
@@ -295,9 +294,13 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     p->tolerance = tolerance;
     p->central = !b->quick;
     fit__problem_try(p, &side->candidate);
-    stein_status status =
-        of != NULL && x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    int np = status == STEIN_OK ? unknowns(p, q, of) : 0;
+    if (of == NULL || x == NULL) {
+        free(of);
+        free(x);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    int np = unknowns(p, q, of);
+    stein_status status = STEIN_OK;
     status = status == STEIN_OK ? view_make(v, b, p, np, err) : status;
     if (status == STEIN_OK) {
         place(p, q, of, x);
@@ -313,7 +316,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
         status = J != NULL ? fit__sensitivities(p, x, v->y, J, err)
                            : lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    if (status == STEIN_OK && !only_y) {
+    if (status == STEIN_OK && J != NULL) {
         status = spread(v, p, q, of, J, err);
         own_columns(v, p, b->d->scatter, J);
     }
@@ -332,7 +335,7 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     const stein_model *m = lab_equations(side->model);
     const lab_posterior *q = &side->s->posterior;
     const char **name = malloc(sizeof *name * ((size_t)q->n + 1));
-    blank stroke;
+    blank stroke = {.column = NULL};
     fit__problem p = {.nstroke = 0};
     *v = (plan__view){.y = NULL};
     stein_status status = blank_make(&stroke, b, m, e, err);
@@ -340,7 +343,7 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     lab_fit_def def = lab_fit_def_default();
-    for (int i = 0; status == STEIN_OK && i < q->n; i++) {
+    for (int i = 0; name != NULL && i < q->n; i++) {
         const char *n = q->number[i].name;
         if (strcmp(n, "amount") != 0 && strcmp(n, "side") != 0 && !is_set(e, n)) {
             name[def.nfree++] = n;

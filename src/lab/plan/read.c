@@ -73,10 +73,11 @@ static yaml_node_t *field(reader *r, yaml_node_t *of, const char *key)
 static const char *text_of(reader *r, yaml_node_t *of, const char *key)
 {
     yaml_node_t *n = field(r, of, key);
-    if (r->status == STEIN_OK && (n == NULL || n->type != YAML_SCALAR_NODE)) {
-        bad(r, n, "\"%s\": expected a text", key);
+    if (n != NULL && n->type == YAML_SCALAR_NODE) {
+        return (const char *)n->data.scalar.value;
     }
-    return r->status == STEIN_OK ? (const char *)n->data.scalar.value : "";
+    bad(r, n, "\"%s\": expected a text", key);
+    return "";
 }
 
 /* a number; null is NAN where that is allowed */
@@ -171,7 +172,7 @@ static void take_used(reader *r, yaml_node_t *of, const char *key, what kind, la
         no_memory(r);
         *n = 0;
     }
-    for (int i = 0; r->status == STEIN_OK && i < *n; i++) {
+    for (int i = 0; *to != NULL && r->status == STEIN_OK && i < *n; i++) {
         lab_used *u = &(*to)[i];
         yaml_node_t *e = entry(r, list, i);
         take_name(r, e, "name", u->name);
@@ -243,7 +244,7 @@ static void take_posterior(reader *r, yaml_node_t *of, lab_posterior *q)
         no_memory(r);
         q->n = 0;
     }
-    for (int i = 0; r->status == STEIN_OK && i < n; i++) {
+    for (int i = 0; q->number != NULL && r->status == STEIN_OK && i < n; i++) {
         struct lab_uncertain *u = &q->number[i];
         yaml_node_t *e = entry(r, list, i);
         take_name(r, e, "name", u->name);
