@@ -289,7 +289,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
                         int only_y, stein_err *err)
 {
     const lab_posterior *q = &side->s->posterior;
-    int *of = malloc(sizeof *of * ((size_t)p->np + 1)), failed = 0;
+    int *of = calloc((size_t)p->np + 1, sizeof *of), failed = 0;
     double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL;
     p->tolerance = tolerance;
     p->central = !b->quick;
