@@ -41,6 +41,7 @@ typedef struct layout {
     int *normal, *rub, *shape;             /* [ncontact], [ncontact], [2 * nspot] */
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */
     int *link;                             /* [nlink] */
+    int *table;                            /* [ntable] */
     int *direction, *signal;               /* [ninput] */
     int *sensor;                           /* [nchannel] */
     int *store;

@@ -2,7 +2,7 @@
  * setup.c - the layout of the derived constants d.
  *
  *      initial {q, qd} | clock | laws of the joints | centres | contacts | notches | links |
- *      inputs | sensors | constants of the equations
+ *      tables | inputs | sensors | constants of the equations
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -182,6 +182,16 @@ static void put_rest(layout *l, const tree *t)
         put(l, tree_scalar(t, k->length), "  length");
         put(l, tree_scalar(t, k->damping), "  damping");
     }
+    for (int i = 0; i < m->ntable; i++) {
+        const mech_table *k = &m->tables[i];
+        for (int j = 0; j < 2 * k->n; j++) {
+            ex node = tree_scalar(t, k->v[j]);
+            int at = j == 0 ? put(l, node, "%s: table of %d points, at and value",
+                                  text_safe(k->name), k->n)
+                            : put(l, node, "  %s", j < k->n ? "at" : "value");
+            l->table[i] = j == 0 ? at : l->table[i];
+        }
+    }
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
         const char *name = text_safe(k->name);
@@ -209,7 +219,7 @@ int layout_build(layout *l, const tree *t)
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    int size = 2 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
+    int size = 2 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink + m->ntable +
                2 * m->ninput + m->nchannel;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
@@ -221,7 +231,8 @@ int layout_build(layout *l, const tree *t)
         {&l->joint, m->nbody},         {&l->com, m->nbody},        {&l->normal, m->ncontact},
         {&l->rub, m->ncontact},        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},
         {&l->notch_normal, m->nnotch}, {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},
-        {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel}};
+        {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel},
+        {&l->table, m->ntable}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;

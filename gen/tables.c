@@ -335,6 +335,23 @@ static void table_notches(text *x, const tree *t, const layout *l)
     }
 }
 
+static void table_curves(text *x, const tree *t, const layout *l)
+{
+    static const char *const kind[] = {"STEIN_TABLE_POSITION", "STEIN_TABLE_SPEED",
+                                       "STEIN_TABLE_DEPTH", "STEIN_TABLE_RATE"};
+    const mechanism *m = t->m;
+    if (m->ntable) {
+        open_table(x, "table", "curves");
+        for (int i = 0; i < m->ntable; i++) {
+            const mech_table *k = &m->tables[i];
+            text_add(x, "    {");
+            text_literal(x, k->name);
+            text_add(x, ", %s, %d, %d, %d},\n", kind[k->kind], k->index, k->n, l->table[i]);
+        }
+        close_table(x);
+    }
+}
+
 static const char *read_name(int kind)
 {
     static const char *const name[] = {
@@ -401,6 +418,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_points(x, t, l);
     table_contacts(x, t, l);
     table_notches(x, t, l);
+    table_curves(x, t, l);
     table_signals(x, t, l);
 }
 
@@ -456,6 +474,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     text_add(x, "    .load = {%d, %d}, .stroke = {%d, %d}, .initial = %d, .clock = %d,\n",
              m->load_body, m->load_contact, m->stroke_string, m->stroke_notch, l->initial,
              l->clock);
+    if (m->ntable) {
+        text_add(x, "    .ntable = %d, .tables = curves,\n", m->ntable);
+    }
     ops_field(x, "setup", &f->setup);
     ops_field(x, "mass_bias", &f->mass_bias.ops);
     ops_field(x, "inverse", &f->inverse.ops);

@@ -16,6 +16,7 @@
     X(facts)      \
     X(mechanism)  \
     X(parts)      \
+    X(table)      \
     X(generator)  \
     X(lab)        \
     X(study)      \

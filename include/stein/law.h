@@ -44,6 +44,24 @@ double stein_friction(const double law[4], double v);
  *  @return [N m or N] along the coordinate */
 double stein_joint_force(const double *law, double q, double qd);
 
+/** Slopes of the curve through the points of a table: in a point that of the parabola through it
+ *  and its neighbours, at both ends that of the straight line to the next one,
+ *
+ *      s_i = (h_i d_(i-1) + h_(i-1) d_i) / (h_(i-1) + h_i),     h_i = x_(i+1) - x_i,
+ *                                                               d_i = (y_(i+1) - y_i) / h_i
+ *
+ *  They are linear in y, and so is the curve: the table of a sum is the sum of the tables.
+ *  @param n      points, at least 2
+ *  @param at     x [n], increasing; where they do not increase the curve is level
+ *  @param value  y [n]
+ *  @param slope  s [n] out */
+void stein_table_slopes(int n, const double *at, const double *value, double *slope);
+
+/** The curve: between two points the cubic with their values and slopes, so without kinks; beyond
+ *  the first and the last point straight on.  @param x  any number  @return y at x */
+double stein_table_value(int n, const double *at, const double *value, const double *slope,
+                         double x);
+
 #ifdef __cplusplus
 }
 #endif

@@ -29,7 +29,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 1
+#define STEIN_MODEL_ABI 2
 
 /** One parameter p[i]. */
 typedef struct stein_param {
@@ -169,6 +169,24 @@ typedef struct stein_link {
     int d;        /* base of {k [N/m], length [m], b [N s/m]} */
 } stein_link;
 
+/** What a table is read over: the coordinate of a joint or its speed; the depth of a contact or the
+ *  rate at which that grows. */
+typedef enum {
+    STEIN_TABLE_POSITION, /* force in the joint [N m or N] over q [rad or m] */
+    STEIN_TABLE_SPEED,    /* the same over qd [rad/s or m/s] */
+    STEIN_TABLE_DEPTH,    /* normal force [N] over x [m], where x > 0 */
+    STEIN_TABLE_RATE      /* normal force as a share of what it is otherwise, over xdot [m/s] */
+} stein_table_kind;
+
+/** A law as a curve through points (law.h), beside the laws of a joint or a contact. */
+typedef struct stein_table {
+    const char *name;
+    stein_table_kind kind;
+    int index; /* of the joint; of the contact; ncontact + that of the notch */
+    int n;     /* points, at least 2 */
+    int d;     /* base of at [n], increasing, and value [n] */
+} stein_table;
+
 /** The free load: joint coordinate of its body and the contact it rests on. */
 typedef struct stein_load {
     int body; /* -1 when the mechanism has no load */
@@ -239,11 +257,13 @@ typedef struct stein_model {
     const stein_channel *channels; /* [nchannel], channel 0 is "time" */
     stein_load load;
     stein_stroke stroke;
-    int initial;      /* d index of {q0, qd0} pairs, 2*nq values */
-    int clock;        /* d index of the recorder's clock error e: recorded t was (1 + e) t */
-    int settle;       /* 1 = start from static equilibrium near q0 */
-    int integrator;   /* 0 RK4, 1 Dormand-Prince 5 */
-    double dt, until; /* default step and duration [s] */
+    int initial; /* d index of {q0, qd0} pairs, 2*nq values */
+    int clock;   /* d index of the recorder's clock error e: recorded t was (1 + e) t */
+    int ntable;
+    const stein_table *tables; /* [ntable] */
+    int settle;                /* 1 = start from static equilibrium near q0 */
+    int integrator;            /* 0 RK4, 1 Dormand-Prince 5 */
+    double dt, until;          /* default step and duration [s] */
     stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy;
 
     /** Derived constants from parameters. p [np] in, d [nd] out. */

@@ -97,8 +97,9 @@ void stein__spot_forces(stein_sim *sim)
         vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
         vec2 v = {v0.x - v1.x, v0.z - v1.z};
         vec2 t = {g.n.z, -g.n.x};
-        f->normal =
-            stein_normal_force(sim->d + contact->normal, g.depth, -(v.x * g.n.x + v.z * g.n.z));
+        double rate = -(v.x * g.n.x + v.z * g.n.z);
+        f->normal = stein_normal_force(sim->d + contact->normal, g.depth, rate);
+        f->normal = stein__tables_normal(sim, spot->contact, f->normal, g.depth, rate);
         if (f->normal > 0.0) {
             f->tangent =
                 -f->normal * stein_friction(sim->d + contact->friction, v.x * t.x + v.z * t.z);

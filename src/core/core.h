@@ -5,7 +5,7 @@
  *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
  *   contact.c   spots: geometry and forces               adapt.c    steps of controlled error
  *   notch.c     the notch and its memory                 channel.c  output channels
- *   law.c, linalg.c, status.c
+ *   table.c     laws given by points                     law.c, linalg.c, status.c
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -62,7 +62,9 @@ struct stein_sim {
     unsigned char *held;    /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 
-    double *p, *d; /* [np], [nd] */
+    double *p, *d;           /* [np], [nd] */
+    double *slope;           /* of the points of all tables, behind each other */
+    unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
 
     /* result of the last evaluation (stein__evaluate) */
     double *qdd;       /* [nq] */
@@ -178,6 +180,13 @@ void stein__flip_crossed(stein_sim *sim);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);
+
+/* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
+ * `index` (a notch: ncontact + its index) with what its tables say */
+int stein__table_points(const stein_model *model);
+void stein__tables_prepare(stein_sim *sim);
+void stein__tables_joints(stein_sim *sim);
+double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot);
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

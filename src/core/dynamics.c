@@ -99,6 +99,7 @@ static void joint_forces(stein_sim *sim)
     for (int j = 0; j < model->nq; j++) {
         sim->Q[j] += stein_joint_force(sim->d + model->bodies[j].joint, sim->xq[j], sim->xqd[j]);
     }
+    stein__tables_joints(sim);
 }
 
 static void input_forces(stein_sim *sim)

@@ -108,6 +108,8 @@ static void press(stein_sim *sim, const stein_notch *notch, const stein_pose *ca
     vec2 v = {vb.x - vc.x, vb.z - vc.z};
     vec2 t = {n.z, -n.x};
     double normal = stein_normal_force(sim->d + notch->normal, depth, -dot(v, n));
+    int index = sim->model->ncontact + (int)(notch - sim->model->notches);
+    normal = stein__tables_normal(sim, index, normal, depth, -dot(v, n));
     double tangent = 0.0;
     if (normal > 0.0) {
         tangent = -normal * stein_friction(sim->d + notch->friction, dot(v, t));

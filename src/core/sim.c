@@ -69,6 +69,8 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     carve_state(s, a, m);
     s->p = doubles(a, m->np);
     s->d = doubles(a, m->nd);
+    s->slope = doubles(a, stein__table_points(m));
+    s->table_on = carve(a, (size_t)m->ntable);
     s->qdd = doubles(a, nq);
     s->guard = doubles(a, s->nguard);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
@@ -159,6 +161,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->p[i] = model->params[i].value;
     }
     model->setup(sim->p, sim->d);
+    stein__tables_prepare(sim);
     status = stein_reset(sim, err);
     if (status != STEIN_OK) {
         stein_sim_destroy(sim);
@@ -216,6 +219,7 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
     }
     sim->p[i] = value;
     sim->model->setup(sim->p, sim->d);
+    stein__tables_prepare(sim);
     sim->fresh = 0;
     return STEIN_OK;
 }
@@ -230,6 +234,7 @@ stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
     }
     memcpy(sim->p, p, sizeof *p * (size_t)sim->model->np);
     sim->model->setup(sim->p, sim->d);
+    stein__tables_prepare(sim);
     sim->fresh = 0;
     return STEIN_OK;
 }

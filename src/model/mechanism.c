@@ -49,15 +49,17 @@ static void read_name(mech__reader *rd)
 
 static void read_sections(mech__reader *rd)
 {
-    mech__keys(rd, rd->root, "the file",
-               "mechanism gravity parameters bodies points links contacts notches load inputs "
-               "outputs stroke simulation clock");
+    mech__keys(
+        rd, rd->root, "the file",
+        "mechanism gravity parameters bodies points links contacts notches load tables inputs "
+        "outputs stroke simulation clock");
     read_name(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);
     if (!rd->nomem) {
         mech__section_links(rd);
         mech__section_contacts(rd);
+        mech__section_tables(rd);
         mech__section_signals(rd);
     }
     if (!rd->nomem) {
@@ -65,6 +67,7 @@ static void read_sections(mech__reader *rd)
     }
     if (!rd->nomem) {
         mech__contacts_finish(rd);
+        mech__tables_finish(rd);
     }
     if (!rd->nomem) {
         mech__checks(rd);
@@ -178,6 +181,10 @@ void mech_free(mechanism *m)
     free(m->contacts);
     free(m->notches);
     free(m->links);
+    for (int i = 0; i < m->ntable; i++) {
+        free(m->tables[i].v);
+    }
+    free(m->tables);
     free(m->inputs);
     free(m->channels);
     free(m);

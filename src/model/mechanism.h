@@ -134,6 +134,15 @@ typedef struct mech_notch {
     mech_friction friction;
 } mech_notch;
 
+/** A law given by points: at [n], then value [n]. */
+typedef struct mech_table {
+    char name[MECH_NAME];
+    int kind;  /* stein_table_kind */
+    int index; /* as in stein_table */
+    int n;
+    mech_scalar *v; /* [2*n] */
+} mech_table;
+
 typedef struct mech_link {
     char name[MECH_NAME];
     int point[2];
@@ -177,6 +186,8 @@ typedef struct mechanism {
     int nnotch;
     mech_link *links;
     int nlink;
+    mech_table *tables;
+    int ntable;
     mech_input *inputs;
     int ninput;
     mech_channel *channels; /* without "time", which every model has */

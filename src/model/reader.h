@@ -22,7 +22,8 @@ enum {
     MECH__MAX_PROBLEMS = 50,  /* reported in one run */
     MECH__MAX_BODIES = 64,
     MECH__MAX_POINTS = 256,
-    MECH__MAX_THINGS = 128,   /* contacts, notches, links, inputs, outputs: of each */
+    MECH__MAX_THINGS = 128,   /* contacts, notches, links, tables, inputs, outputs: of each */
+    MECH__MAX_TABLE = 64,     /* points of one table */
     MECH__MAX_STEPS = 256,    /* of one formula, after other formulas are put in */
     MECH__MAX_DEPTH = 32,     /* brackets; formulas that refer to formulas */
     MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole */
@@ -111,6 +112,7 @@ typedef struct mech__reader {
     int nslot, depth;
     double *values; /* of the parameters found so far */
     mech__copy *copies, *last_copy;
+    const mech__node *table_at[MECH__MAX_THINGS];  /* the list of each table, in their order */
     const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
     char orphan[MECH__MAX_BODIES]; /* the parent could not be found, which is told already */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
@@ -235,6 +237,12 @@ void mech__section_links(mech__reader *rd);
 void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
+
+/* --- section_tables.c --- */
+
+void mech__section_tables(mech__reader *rd);
+/** With all numbers at hand: do the points of every table increase? */
+void mech__tables_finish(mech__reader *rd);
 
 /* --- parts.c --- */
 

@@ -343,6 +343,18 @@ static void add_channel(build *b, const lab_effect *e, int channel)
 
 /* a stated number that no other candidate moves and that is no regulation, gravity or initial state
  */
+/* of a curve: one of its points moved alone is no law */
+static int is_in_table(const stein_model *m, const char *name)
+{
+    for (int i = 0; i < m->ntable; i++) {
+        size_t n = strlen(m->tables[i].name);
+        if (strncmp(name, m->tables[i].name, n) == 0 && name[n] == '.') {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static int is_plain(const build *b, int param)
 {
     const stein_param *q = &b->m->params[param];
@@ -366,7 +378,7 @@ static int is_plain(const build *b, int param)
             return 0;
         }
     }
-    return q->stated && (b->p[param] != 0.0 || q->tolerance > 0.0);
+    return q->stated && !is_in_table(b->m, q->name) && (b->p[param] != 0.0 || q->tolerance > 0.0);
 }
 
 static void add_parameters(build *b, const lab_effect *e)

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT
+ * table.c - laws given by points: the curve, and where it acts.
+ *
+ *      y(x) = (1 + 2u)(1 - u)^2 y_0 + u^2 (3 - 2u) y_1 + h u (1 - u) [(1 - u) s_0 - u s_1]
+ *
+ * with u = (x - x_0)/h in 0..1 between two points (Hermite), slopes s as law.h has them. A monotone
+ * choice of slopes (Fritsch & Carlson 1980) would never overshoot, but is not linear in the values:
+ * a curve that is fitted changes its shape with its size then, and has no derivative at 0. A
+ * straight line from point to point has kinks, which cost an integrator with controlled steps more
+ * than the cubic.
+ *
+ * Slopes are worked out once per parameter set. A table that is 0 everywhere is not looked at.
+ */
+#include "core.h"
+
+static double secant(const double *at, const double *value, int i)
+{
+    double h = at[i + 1] - at[i];
+    return h > 0.0 ? (value[i + 1] - value[i]) / h : 0.0;
+}
+
+void stein_table_slopes(int n, const double *at, const double *value, double *slope)
+{
+    slope[0] = secant(at, value, 0);
+    slope[n - 1] = secant(at, value, n - 2);
+    for (int i = 1; i < n - 1; i++) {
+        double before = at[i] - at[i - 1], after = at[i + 1] - at[i];
+        slope[i] = before > 0.0 && after > 0.0
+                       ? (after * secant(at, value, i - 1) + before * secant(at, value, i)) /
+                             (before + after)
+                       : 0.0;
+    }
+}
+
+double stein_table_value(int n, const double *at, const double *value, const double *slope,
+                         double x)
+{
+    int lo = 0, hi = n - 1;
+    if (!(x > at[0])) {
+        return value[0] + slope[0] * (x - at[0]);
+    }
+    if (!(x < at[hi])) {
+        return value[hi] + slope[hi] * (x - at[hi]);
+    }
+    while (hi - lo > 1) {
+        int middle = (lo + hi) / 2;
+        if (x < at[middle]) {
+            hi = middle;
+        } else {
+            lo = middle;
+        }
+    }
+    double h = at[hi] - at[lo];
+    if (!(h > 0.0)) {
+        return value[lo];
+    }
+    double u = (x - at[lo]) / h, v = 1.0 - u;
+    return (1.0 + 2.0 * u) * v * v * value[lo] + u * u * (1.0 + 2.0 * v) * value[hi] +
+           h * u * v * (v * slope[lo] - u * slope[hi]);
+}
+
+int stein__table_points(const stein_model *model)
+{
+    int n = 0;
+    for (int i = 0; i < model->ntable; i++) {
+        n += model->tables[i].n;
+    }
+    return n;
+}
+
+void stein__tables_prepare(stein_sim *sim)
+{
+    double *slope = sim->slope;
+    for (int i = 0; i < sim->model->ntable; i++) {
+        const stein_table *t = &sim->model->tables[i];
+        const double *at = sim->d + t->d, *value = at + t->n;
+        sim->table_on[i] = 0;
+        for (int k = 0; k < t->n; k++) {
+            sim->table_on[i] |= value[k] != 0.0;
+        }
+        stein_table_slopes(t->n, at, value, slope);
+        slope += t->n;
+    }
+}
+
+/* the value of table t, whose slopes are at `slope` */
+static double read_table(const stein_sim *sim, const stein_table *t, const double *slope, double x)
+{
+    const double *at = sim->d + t->d;
+    return stein_table_value(t->n, at, at + t->n, slope, x);
+}
+
+void stein__tables_joints(stein_sim *sim)
+{
+    const double *slope = sim->slope;
+    for (int i = 0; i < sim->model->ntable; i++) {
+        const stein_table *t = &sim->model->tables[i];
+        if (sim->table_on[i] && t->kind <= STEIN_TABLE_SPEED) {
+            double x = t->kind == STEIN_TABLE_POSITION ? sim->xq[t->index] : sim->xqd[t->index];
+            sim->Q[t->index] += read_table(sim, t, slope, x);
+        }
+        slope += t->n;
+    }
+}
+
+double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot)
+{
+    const double *slope = sim->slope;
+    double factor = 1.0, sum = force;
+    int any = 0;
+    if (sim->model->ntable == 0 || !(x > 0.0)) {
+        return force;
+    }
+    for (int i = 0; i < sim->model->ntable; i++) {
+        const stein_table *t = &sim->model->tables[i];
+        if (sim->table_on[i] && t->kind >= STEIN_TABLE_DEPTH && t->index == index) {
+            any = 1;
+            if (t->kind == STEIN_TABLE_DEPTH) {
+                sum += read_table(sim, t, slope, x);
+            } else {
+                factor += read_table(sim, t, slope, xdot);
+            }
+        }
+        slope += t->n;
+    }
+    sum *= factor;
+    return !any ? force : sum > 0.0 && factor > 0.0 ? sum : 0.0;
+}
