@@ -33,6 +33,7 @@
     X(fit_claims) \
     X(measured)   \
     X(several)    \
+    X(curve)      \
     X(show)       \
     X(report)     \
     X(seen)       \

@@ -279,6 +279,24 @@ typedef struct lab_experiment {
     int against;             /* suspect of the diagnosis that is hardest to tell from the cause */
 } lab_experiment;
 
+/** A law recovered from the strokes, as a curve with its 95 % band: what acts somewhere beside the
+ *  laws of the file, as a function of the state there. A table of the extended file. */
+typedef struct lab_law {
+    char place[LAB_PLACE]; /* body of the joint, contact or notch */
+    const char *site;      /* "joint", "contact", "notch" */
+    const char *of;        /* "position", "speed", "depth", "rate" */
+    const char *what;      /* "torque", "force", "factor": of the normal force */
+    const char *at_unit, *unit;
+    char table[LAB_PLACE]; /* its name in the extended file */
+    int n;
+    double *at, *value, *lo, *hi, *sd; /* [n] */
+    int *seen;   /* [n] frames (of a contact: evaluations) nearer to this point than to others */
+    double gain; /* fall of -2 ln marginal likelihood against the fit without it */
+    double chi2_dof, held_out; /* of the fit with it; RMSE on held-out strokes over the noise */
+    double share; /* of the misfit beyond noise that it takes away, on held-out strokes if any */
+    int pays;     /* held-out strokes are predicted better */
+} lab_law;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
@@ -307,6 +325,8 @@ typedef struct lab_diagnosis {
     lab_trace *trace;
     lab_departure *departure;
     lab_latent *latent;
+    lab_law *law; /* with an unknown effect: the best first; law[0].pays: it is in the extension */
+    int nlaw;
     int fits, strokes_simulated;
     double seconds;
     lab_model *extended_model; /* NULL: nothing to extend by */
@@ -336,6 +356,7 @@ void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
  *  lab_candidate_apply with every cause's amount and its second and third number (of the list
  *  `number`, by name, else the candidate's own). So a number of the file that a cause moves stands
  * in `value`, if at all, as it is before that.
+ * With an unknown effect whose law pays: with that law as a table.
  *  @return OK, EIO, EPARSE, EINVAL (there is no cause; a number or part has no place in the file),
  *  ENOMEM, or what lab_open returns for the mechanism with its parts */
 stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,

@@ -176,6 +176,11 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
  *  with t, q, qd [nq]; must not call back into the simulation. NULL unbinds. */
 typedef void stein_force_fn(void *ctx, double t, const double *q, const double *qd, double *Q);
 void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx);
+/** Deformation of a contact, or with ncontact + its index of a notch, at the last evaluation of the
+ *  forces; a force hook may ask for it.
+ *  @param x, xdot  out: depth [m] and its rate [m/s] where it is deepest; untouched when nothing
+ *  touches.  @return 1 when it touches, else 0 */
+int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot);
 
 /* ---- equations ---- */
 

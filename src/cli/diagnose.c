@@ -226,10 +226,33 @@ static void print_departure(const lab_diagnosis *d)
            w->is_force ? "missing" : "off by", cli_quantity(size, w->size, w->unit), w->z);
 }
 
+/* is there something that the extended file has and the file has not? */
+static int is_extended(const lab_diagnosis *d)
+{
+    return d->ncause > 0 || (d->nlaw > 0 && d->law[0].pays);
+}
+
+static void print_law(const lab_diagnosis *d)
+{
+    const lab_law *l = &d->law[0];
+    char lo[CLI_TEXT], hi[CLI_TEXT];
+    double least = INFINITY, most = -INFINITY;
+    if (d->nlaw == 0 || !l->pays) {
+        return;
+    }
+    for (int k = 0; k < l->n; k++) {
+        least = fmin(least, l->value[k]);
+        most = fmax(most, l->value[k]);
+    }
+    printf("  law: %s at %s over its %s, %s .. %s, table %s of %d points; gain %.4g\n", l->what,
+           l->place, l->of, cli_quantity(lo, least, l->unit), cli_quantity(hi, most, l->unit),
+           l->table, l->n, l->gain);
+}
+
 static void print_gain(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    if (d->nheld > 0 && d->ncause > 0) {
+    if (d->nheld > 0 && is_extended(d)) {
         printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
                "noise alone leaves %.4g\n",
                g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
@@ -238,7 +261,7 @@ static void print_gain(const lab_diagnosis *d)
                d->noise_floor);
     }
     printf("fit: chi2/dof %.4g", d->chi2_dof_before);
-    if (d->ncause > 0) {
+    if (is_extended(d)) {
         printf(" -> %.4g", d->chi2_dof_after);
     }
     printf("; strokes scatter by %.2g %% in joint friction, %.2g %% in contact friction, %.2g %% "
@@ -277,6 +300,7 @@ static void print_story(const job *j)
                d->phase != NULL ? d->phase : "-", d->p);
         print_rivals(d);
     }
+    print_law(d);
     print_gain(d);
     print_presence(d);
     printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
@@ -304,7 +328,7 @@ static stein_status copy_to_stdout(const char *path, stein_err *err)
  */
 static stein_status write_extended(const job *j, const char *path, stein_err *err)
 {
-    if (j->diagnosis->ncause > 0) {
+    if (is_extended(j->diagnosis)) {
         return lab_extend(path, j->args->operand[0], j->diagnosis, err);
     }
     return unlink(path) == 0 || errno == ENOENT
@@ -328,7 +352,7 @@ static int write_files(const job *j, char *const path[FILES])
         return cli_failed(copy_to_stdout(path[JSON], &err), &err);
     }
     for (int i = 0; i < FILES; i++) {
-        if (i != EXTENDED || d->ncause > 0) {
+        if (i != EXTENDED || is_extended(d)) {
             printf("%s\n", path[i]);
         }
     }
@@ -461,11 +485,13 @@ const cli_command cli_diagnose = {
         "The verdict with its cause, what the data cannot tell from it, and the gain on strokes\n"
         "held out. In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
         "\"phase\", \"parameters\", \"evidence\"}], \"indistinguishable\", \"next_experiment\",\n"
+        "\"law\": {\"place\", \"of\", \"at\", \"value\", \"lo\", \"hi\"} of an unknown effect,\n"
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
         "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
-        "report.html, one self-contained page; extended.yaml, the\n"
-        "mechanism file with the cause in it, when there is one that pays on strokes held out.\n"
+        "report.html, one self-contained page; extended.yaml, the mechanism file with the cause in\n"
+        "it (of an unknown effect its law as a table), when there is one that pays on strokes\n"
+        "held out.\n"
         "With --json diagnosis.json is printed too.",
     .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
                 "stein diagnose models/stein1788.yaml fit_*.csv --holdout held_*.csv -o out\n"

@@ -80,6 +80,7 @@ void stein__spot_forces(stein_sim *sim)
     for (int i = 0; i < model->nspot; i++) {
         const stein_spot *spot = &model->spots[i];
         if (sim->inside && !sim->mode[i]) {
+            sim->spot[i].depth = 0.0;
             continue; // its gap and guard are asked for at the end of the step
         }
         const stein_contact *contact = &model->contacts[spot->contact];
@@ -87,7 +88,7 @@ void stein__spot_forces(stein_sim *sim)
         const stein_pose *pose1 = pose_of(sim->pose, spot->side[1].frame);
         spot_geometry g = meet(sim, spot, pose0, pose1);
         spot_force *f = &sim->spot[i];
-        *f = (spot_force){-g.depth, 0.0, 0.0};
+        *f = (spot_force){.gap = -g.depth};
         sim->guard[i] = is_lifted(sim, spot->contact) ? -1.0 : g.guard;
         if (!sim->mode[i]) {
             continue;
@@ -98,6 +99,8 @@ void stein__spot_forces(stein_sim *sim)
         vec2 v = {v0.x - v1.x, v0.z - v1.z};
         vec2 t = {g.n.z, -g.n.x};
         double rate = -(v.x * g.n.x + v.z * g.n.z);
+        f->depth = g.depth;
+        f->rate = rate;
         f->normal = stein_normal_force(sim->d + contact->normal, g.depth, rate);
         f->normal = stein__tables_normal(sim, spot->contact, f->normal, g.depth, rate);
         if (f->normal > 0.0) {
@@ -109,4 +112,24 @@ void stein__spot_forces(stein_sim *sim)
         apply(sim, spot->side[0].frame, pose0, g.at, force);
         apply(sim, spot->side[1].frame, pose1, g.at, (vec2){-force.x, -force.z});
     }
+}
+
+int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot)
+{
+    const stein_model *model = sim->model;
+    const spot_force *f = NULL;
+    if (index >= model->ncontact && index < model->ncontact + model->nnotch) {
+        f = &sim->beak[index - model->ncontact];
+    } else if (index >= 0 && index < model->ncontact) {
+        const stein_contact *contact = &model->contacts[index];
+        for (int i = contact->first_spot; i < contact->first_spot + contact->nspot; i++) {
+            f = f == NULL || sim->spot[i].depth > f->depth ? &sim->spot[i] : f;
+        }
+    }
+    if (f == NULL || !(f->depth > 0.0)) {
+        return 0;
+    }
+    *x = f->depth;
+    *xdot = f->rate;
+    return 1;
 }

@@ -26,9 +26,10 @@ typedef struct vec2 {
 
 /** Forces of one spot or of one notch, from the last evaluation. */
 typedef struct spot_force {
-    double gap;     /* [m], > 0 apart */
-    double normal;  /* [N] >= 0 */
-    double tangent; /* [N], signed along the tangent */
+    double gap;         /* [m], > 0 apart */
+    double normal;      /* [N] >= 0 */
+    double tangent;     /* [N], signed along the tangent */
+    double depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
 } spot_force;
 
 /** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */

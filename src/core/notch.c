@@ -117,6 +117,10 @@ static void press(stein_sim *sim, const stein_notch *notch, const stein_pose *ca
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
     apply(sim, notch->beak, beak, at, force);
     apply(sim, notch->catcher, catcher, at, (vec2){-force.x, -force.z});
+    if (depth > sum->depth) {
+        sum->depth = depth;
+        sum->rate = -dot(v, n);
+    }
     sum->normal += normal;
     sum->tangent += tangent;
 }
@@ -127,6 +131,7 @@ void stein__notch_forces(stein_sim *sim)
         const stein_notch *notch = &sim->model->notches[i];
         const unsigned char *mode = modes_of(sim, i);
         if (sim->inside && !mode[NOTCH_TIP] && !mode[NOTCH_CORNER] && !mode[NOTCH_FACE]) {
+            sim->beak[i].depth = 0.0;
             continue;
         }
         const stein_pose *catcher = pose_of(sim->pose, notch->catcher);
@@ -136,7 +141,7 @@ void stein__notch_forces(stein_sim *sim)
                sim->guard + sim->model->nspot + NOTCH_GUARDS * i);
 
         spot_force *sum = &sim->beak[i];
-        *sum = (spot_force){g.s, 0.0, 0.0};
+        *sum = (spot_force){.gap = g.s};
         if (mode[NOTCH_TIP]) {
             press(sim, notch, catcher, beak, g.end, g.roof, g.depth[NOTCH_TIP], sum);
         }

@@ -10,6 +10,7 @@
  *   held out    is anything gained where nothing was fitted (heldout.c), and is there more
  *               to be found (several.c)
  *   verdict     (verdict.c), numbers (note.c)
+ *   law         of an unknown effect, as a curve (curve.c)
  *   show        where the model departs, and the force it lacks (departure.c, latent.c)
  */
 #include <math.h>
@@ -215,7 +216,9 @@ static stein_status traces(diag *d, const fit__problem *p, const double *before,
 static stein_status show(diag *d, const diag__held *before, const diag__found *f, stein_err *err)
 {
     const fit__problem *p = &d->p;
-    const double *r = f->n < 1 ? NULL : f->leader != NULL ? f->leader->r : f->end->r;
+    const double *r = f->n < 1            ? diag__law_residuals(d)
+                      : f->leader != NULL ? f->leader->r
+                                          : f->end->r;
     size_t frames = diag__row(p, p->nstroke),
            more = before->x != NULL ? diag__row(&before->p, before->p.nstroke) : 0;
     const char **phase = malloc(sizeof *phase * (frames + more + 1));
@@ -282,6 +285,10 @@ static stein_status conclude(diag *d, stein_err *err)
         alone = found.n == 1 && found.leader == d->suspect;
         status = alone ? diag__widths(d, err) : STEIN_OK;
     }
+    if (status == STEIN_OK && o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT) {
+        progress(d, 0.88, "the law of what is in no table");
+        status = diag__unknown_law(d, &before, &found.held, err);
+    }
     diag *last = found.n > 0 ? found.from[found.n - 1] : d;
     status = status == STEIN_OK ? diag__power(last, found.n > 0, err) : status;
     status = status == STEIN_OK ? diag__note(d, &found, err) : status;
@@ -319,6 +326,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     clock_gettime(CLOCK_MONOTONIC, &end);
     d.out->seconds =
         (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+    diag__law_free(&d);
     diag__close(&d);
     free(d.name);
     free(fit.stroke);

@@ -65,6 +65,11 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
         free(d->latent[i].sd);
     }
     diag__posteriors_free(d);
+    for (int i = 0; d->law != NULL && i < d->nlaw; i++) {
+        free(d->law[i].at);
+        free(d->law[i].seen);
+    }
+    free(d->law);
     free(d->suspect);
     free(d->gains);
     free(d->value);

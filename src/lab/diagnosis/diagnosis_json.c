@@ -7,6 +7,7 @@
  */
 #include <math.h>
 
+#include "curve.h"
 #include "planning.h"
 #include "searching.h"
 
@@ -306,6 +307,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "reason", d->reason);
     lab__json_text(&j, "phase", d->phase);
     write_causes(&j, d);
+    diag__law_json(&j, d);
     write_gain(&j, d);
     write_audit(&j, d);
     write_conditions(&j, &d->conditions);

@@ -92,6 +92,11 @@ static int has_cause(const lab_diagnosis *d)
     return d->ncause > 0 && d->nsuspect > 0;
 }
 
+static int has_law(const lab_diagnosis *d)
+{
+    return d->nlaw > 0 && d->law[0].pays;
+}
+
 /* ---- the first screen ---- */
 
 static void causes(FILE *f, const lab_diagnosis *d)
@@ -212,19 +217,20 @@ static void gain_bars(FILE *f, const lab_diagnosis *d)
 static void gain_card(FILE *f, const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    card(f, has_cause(d) ? "Gain on strokes held out" : "Error on strokes held out");
+    int after = has_cause(d) || has_law(d);
+    card(f, after ? "Gain on strokes held out" : "Error on strokes held out");
     if (!isfinite(g->rmse_before)) {
         fputs("<p>not measured</p></div>\n", f);
         return;
     }
     fputs("<p class=\"big\">", f);
     page__number(f, g->rmse_before, 3);
-    if (has_cause(d) && isfinite(g->rmse_after)) {
+    if (after && isfinite(g->rmse_after)) {
         fputs(" \xe2\x86\x92 ", f);
         page__number(f, g->rmse_after, 3);
     }
     fputs(" noises</p>\n", f);
-    if (has_cause(d)) {
+    if (after) {
         fputs("<p>after over before ", f);
         page__interval(f, g->ratio, g->lo, g->hi, "1");
         fputs("</p>\n", f);
@@ -247,6 +253,10 @@ static const char *advice(const lab_diagnosis *d)
         return "Look at the data and the starting numbers below first; nothing about physics can "
                "be said before the fit holds.";
     case LAB_VERDICT_UNKNOWN_EFFECT:
+        if (has_law(d)) {
+            return "Go on with extended.yaml: it has the law below as a table. Its shape is what a "
+                   "physical explanation has to have.";
+        }
         return "Look where the map below is darkest, and at the force that is missing there: its "
                "course over time is what a new effect has to explain.";
     default: break;
@@ -325,7 +335,7 @@ static void fit_card(FILE *f, const lab_diagnosis *d)
     card(f, "The fit");
     fputs("<p class=\"big\">", f);
     page__number(f, d->chi2_dof_before, 3);
-    if (has_cause(d)) {
+    if (has_cause(d) || has_law(d)) {
         fputs(" \xe2\x86\x92 ", f);
         page__number(f, d->chi2_dof_after, 3);
     }
@@ -371,6 +381,7 @@ static void write_page(FILE *f, const lab_diagnosis *d)
     }
     fputs("</style>\n</head>\n<body>\n<main>\n", f);
     story(f, d);
+    page__law(f, d);
     page__strokes(f, d);
     page__map(f, d);
     page__forces(f, d);

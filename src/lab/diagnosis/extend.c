@@ -12,8 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fitting.h"
-#include "structure.h"
+#include "curve.h"
 
 enum { FULL_DIGITS = 15, SHOWN = 80 };
 static const double normal95 = 1.959964;
@@ -102,6 +101,25 @@ static stein_status add_part(extension *x, const lab_suspect *s, stein_err *err)
     return status;
 }
 
+/* of an unknown effect; NULL: none */
+static const lab_law *law_of(const lab_diagnosis *d)
+{
+    return d->ncause == 0 && d->nlaw > 0 && d->law[0].pays ? &d->law[0] : NULL;
+}
+
+static stein_status add_law(extension *x, const lab_law *law, stein_err *err)
+{
+    char *text = NULL;
+    size_t size = 0;
+    stein_status status = lab__law_text(law, x->text, x->size, &text, &size, err);
+    if (status == STEIN_OK) {
+        free(x->text);
+        x->text = text;
+        x->size = size;
+    }
+    return status;
+}
+
 static stein_status add_parts(extension *x, stein_err *err)
 {
     mechanism *m = NULL;
@@ -116,6 +134,9 @@ static stein_status add_parts(extension *x, stein_err *err)
     for (int i = 0; status == STEIN_OK && i < x->d->ncause; i++) {
         const lab_suspect *s = &x->d->suspect[i];
         status = s->candidate.effect->needs != NULL ? add_part(x, s, err) : status;
+    }
+    if (status == STEIN_OK && law_of(x->d) != NULL) {
+        status = add_law(x, law_of(x->d), err);
     }
     return status == STEIN_OK ? lab__open_text(&x->model, x->file, x->text, x->size, NULL, err)
                               : status;
@@ -176,7 +197,7 @@ static stein_status take_cause(extension *x, int k, stein_err *err)
 static stein_status take_numbers(extension *x, stein_err *err)
 {
     size_t np = (size_t)lab_equations(x->model)->np;
-    x->list = calloc((size_t)x->d->ncause, sizeof *x->list);
+    x->list = calloc((size_t)x->d->ncause + 1, sizeof *x->list);
     x->p = malloc(sizeof *x->p * (np + 1));
     x->sd = calloc(np + 1, sizeof *x->sd);
     x->new = calloc(np + 1, 1);
@@ -281,6 +302,11 @@ static void write_head(FILE *f, const extension *x)
     for (int i = 0; i < d->ncause; i++) {
         write_cause(f, &d->suspect[i]);
     }
+    const lab_law *law = law_of(d);
+    if (law != NULL) {
+        fprintf(f, "#   a %s at %s over its %s, as the table %s\n", law->what, law->place, law->of,
+                law->table);
+    }
     write_data(f, d);
     for (int k = 0; k < d->nvalue; k++) {
         char text[3][SHOWN];
@@ -326,7 +352,7 @@ stein_status lab_extend(const char *path, const char *file, const lab_diagnosis 
                         stein_err *err)
 {
     extension x = {.d = diagnosis, .file = file};
-    if (diagnosis->ncause < 1) {
+    if (diagnosis->ncause < 1 && law_of(diagnosis) == NULL) {
         return lab__fail(err, STEIN_EINVAL, "there is no cause to extend %s by", file);
     }
     stein_status status = add_parts(&x, err);

@@ -187,5 +187,6 @@ static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
 stein_status diag__note(diag *d, diag__found *f, stein_err *err)
 {
     stein_status status = note_suspects(d, f, err);
-    return status == STEIN_OK ? note_values(d, f, err) : status;
+    // a law that was recovered has its own (curve.c)
+    return status == STEIN_OK && d->out->value == NULL ? note_values(d, f, err) : status;
 }

@@ -12,6 +12,7 @@
  *   several.c     one cause after the other, and whether each is needed
  *   verdict.c     from numbers to one of seven words
  *   note.c        the numbers that a diagnosis tells
+ *   curve.c       the law of an effect that is in no table
  */
 #ifndef SEARCHING_H
 #define SEARCHING_H
@@ -59,6 +60,7 @@ typedef struct diag {
     diag__suspect *suspect;
     int n;
     double p_value;
+    struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
 } diag;
 
@@ -183,6 +185,18 @@ void diag__posteriors_free(lab_diagnosis *o);
 /** The next experiment, where there are rivals. @return OK (also when no experiment can be
  *  simulated), ENOMEM */
 stein_status diag__next(diag *d, stein_err *err);
+
+/* ---- curve.c ---- */
+
+/** After a verdict of an unknown effect: its law, if it has one, into d->out.
+ *  @param before  the held-out strokes without it
+ *  @param after   with it, if it pays; else without anything
+ *  @return OK (also when there is none), ENOMEM */
+stein_status diag__unknown_law(diag *d, const diag__held *before, diag__held *after,
+                               stein_err *err);
+/** Weighted residuals of the strokes with a law that pays; NULL: there is none. */
+const double *diag__law_residuals(const diag *d);
+void diag__law_free(diag *d);
 
 /* ---- verdict.c ---- */
 

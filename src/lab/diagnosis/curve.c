@@ -1,0 +1,436 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve.c - an effect that is in no table: which law, of what, and where.
+ *
+ *   sites    every joint over its position and its speed, every contact over its depth and its
+ * rate, where the strokes go (curve_site.c) model    the mechanism with a table of zeros at each of
+ * them: one more compilation, none a site scores   marginal likelihood of every curve to first
+ * order at the null fit fits     the best ones in full, everything else refitted (curve_fit.c)
+ *   judge    the best of those by marginal likelihood; it is believed when strokes that were held
+ *            out are predicted better, and otherwise nothing of what was tried explains them
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve.h"
+
+enum { FITTED = 4, JUDGED = 3, NAME = 2 * MECH_NAME };
+static const double least = 25.0;       /* gain worth speaking of, as in verdict.c */
+static const double explained = 2.0;    /* chi2/dof of a fit that can be trusted, as there */
+static const double must_explain = 0.7; /* share of the misfit, as there */
+static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
+
+/* ---- the mechanism with all tables ---- */
+
+static stein_status make_text(const diag *d, const diag__curves *w, char **text, size_t *size,
+                              stein_err *err)
+{
+    const stein_model *m = lab_equations(d->model);
+    char *old = NULL;
+    size_t nold = 0;
+    lab__surgery *s = NULL;
+    double zero[CURVE_POINTS] = {0.0};
+    stein_status status = lab__read_file(d->file, &old, &nold, err);
+    status = status == STEIN_OK ? lab__surgery_begin(&s, old, nold, err) : status;
+    for (int i = 0; status == STEIN_OK && i < w->nsite; i++) {
+        const diag__site *o = &w->site[i];
+        status = lab__table_add(s, o->table, diag__site_word(o->kind, m, o->index), o->place,
+                                diag__site_of(o->kind), diag__site_what(o), o->n, o->at, zero, NULL,
+                                err);
+    }
+    status = status == STEIN_OK ? lab__surgery_text(s, text, size, err) : status;
+    lab__surgery_end(s);
+    free(old);
+    return status;
+}
+
+/* the strokes again, bound to the model: it counts parameters differently */
+static stein_status read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                               stein_err *err)
+{
+    lab_data_options options = lab_data_options_default(lab_equations(model));
+    const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
+    if (file == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = 0; i < set->n; i++) {
+        file[i] = set->stroke[i]->file;
+    }
+    stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
+    free(file);
+    return status;
+}
+
+/* free: the null fit's numbers, then all values of all tables in their order */
+static stein_status make_names(const diag *d, diag__curves *w, stein_err *err)
+{
+    size_t most = (size_t)d->nname + (size_t)w->nsite * CURVE_POINTS;
+    int n = 0;
+    w->name = malloc(sizeof *w->name * (most + 1));
+    w->names = malloc(NAME * (most + 1));
+    if (w->name == NULL || w->names == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (; n < d->nname; n++) {
+        w->name[n] = d->name[n];
+    }
+    for (int i = 0; i < w->nsite; i++) {
+        diag__site *s = &w->site[i];
+        s->first = n;
+        for (int k = 0; k < s->n; k++) {
+            char *to = w->names + (size_t)n * NAME;
+            snprintf(to, NAME, "%s.%s.%d", s->table, diag__site_what(s), k + 1);
+            w->name[n++] = to;
+        }
+    }
+    w->def = d->fit_def;
+    w->def.free = w->name;
+    w->def.nfree = n;
+    return STEIN_OK;
+}
+
+/* where the null fit stands, in the new problem */
+static stein_status take_null(const diag *d, diag__curves *w, stein_err *err)
+{
+    fit__problem *p = &w->p;
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    w->x = calloc(nu + rows + 1, sizeof *w->x);
+    w->J = malloc(sizeof *w->J * (fit__columns(p) + 1));
+    if (w->x == NULL || w->J == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    w->r = w->x + nu;
+    memcpy(w->x, d->x, sizeof *w->x * (size_t)d->nname);
+    for (int k = 0; k < d->nname; k++) {
+        p->step[k] = d->p.step[k];
+    }
+    for (int k = 0; k < p->nu - p->np; k++) {
+        fit__unknown *u = &p->unknown[p->np + k];
+        double was = u->sd;
+        u->sd *=
+            u->kind == FIT__SCATTER ? sqrt(fmax(d->null_D[u->index - FIT__JOINTS], 1e-6)) : 1.0;
+        w->x[p->np + k] = d->x[d->p.np + k] * was / u->sd;
+        p->step[p->np + k] = d->p.step[d->p.np + k] * was / u->sd;
+    }
+    for (int i = 0; i < w->nsite; i++) {
+        for (int k = 0; k < w->site[i].n; k++) {
+            fit__unknown *u = &p->unknown[w->site[i].first + k];
+            u->prior = u->log = 0;
+            u->start = 0.0;
+            u->sd = 1.0;
+            u->idle = k < w->site[i].pinned;
+        }
+    }
+    return STEIN_OK;
+}
+
+static stein_status open_model(const diag *d, diag__curves *w, stein_err *err)
+{
+    char *text = NULL;
+    size_t size = 0;
+    stein_status status = make_text(d, w, &text, &size, err);
+    if (status == STEIN_OK) {
+        status = lab__open_text(&w->model, d->file, text, size, d->def->options, err);
+    }
+    free(text);
+    status = status == STEIN_OK ? read_again(d->fit_data, w->model, &w->fit_data, err) : status;
+    status = status == STEIN_OK ? read_again(d->held_data, w->model, &w->held_data, err) : status;
+    status = status == STEIN_OK ? make_names(d, w, err) : status;
+    status = status == STEIN_OK ? fit__problem_make_open(&w->p, w->model, w->fit_data, &w->def, err)
+                                : status;
+    if (status == STEIN_OK && w->p.nu - w->p.np != d->p.nu - d->p.np) {
+        status = lab__fail(err, STEIN_EINVAL, "tables make other strokes of the data");
+    }
+    w->p.tolerance = d->p.tolerance;
+    return status == STEIN_OK ? take_null(d, w, err) : status;
+}
+
+/* ---- derivatives at the null fit ---- */
+
+/* a value that changes the strokes by about a third of the noise, to begin with: by one stroke */
+typedef struct sizing {
+    diag__curves *w;
+    int stroke;
+} sizing;
+
+static void one_size(void *ctx, fit__bench *b, int job)
+{
+    enum { TRIES = 8 };
+    sizing *z = ctx;
+    fit__problem *p = &z->w->p;
+    const diag__site *site = &z->w->site[job];
+    const fit__stroke *s = &p->stroke[z->stroke];
+    size_t n = (size_t)(s->nch * s->n);
+    double *x = malloc(sizeof *x * ((size_t)p->nu + n + 1)), value = 1e-4;
+    for (int k = 0; x != NULL && k < TRIES; k++) {
+        double *y = x + p->nu, sum = 0.0;
+        memcpy(x, z->w->x, sizeof *x * (size_t)p->nu);
+        for (int i = site->pinned; i < site->n; i++) {
+            x[site->first + i] = value;
+        }
+        int bad = fit__simulate(p, b, z->stroke, x, y, NULL) != STEIN_OK;
+        fit__weigh(s, y);
+        for (size_t i = 0; !bad && i < n; i++) {
+            double change = y[i] - z->w->r[fit__offset(p, z->stroke) + i];
+            sum += change * change;
+        }
+        double moved = bad ? (double)INFINITY : sqrt(sum / fmax(1.0, s->samples));
+        if (moved > 0.3 && moved < 3.0) {
+            break;
+        }
+        double factor = isfinite(moved) ? 1.0 / fmax(moved, 1e-3) : 1e-2;
+        value = fmin(value * fmax(factor, 1e-4), 1e6);
+    }
+    for (int i = 0; i < site->n; i++) {
+        p->step[site->first + i] = value;
+    }
+    free(x);
+}
+
+static stein_status look(diag__curves *w, stein_err *err)
+{
+    int failed = 0;
+    stein_status status = fit__residuals(&w->p, w->x, w->r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+    }
+    w->objective = fit__chi2(&w->p, w->r) + fit__priors(&w->p, w->x);
+    sizing z = {w, w->p.nstroke / 2};
+    status = status == STEIN_OK ? fit__parallel(&w->p, w->nsite, one_size, &z, err) : status;
+    return status == STEIN_OK ? fit__sensitivities(&w->p, w->x, w->r, w->J, err) : status;
+}
+
+/* ---- judging ---- */
+
+static int by_gain(const void *a, const void *b)
+{
+    const diag__curve *x = a, *y = b;
+    return x->gain > y->gain ? -1 : x->gain < y->gain;
+}
+
+static stein_status hold(const diag *d, const diag__curves *w, diag__curve *c, diag__held *to,
+                         stein_err *err)
+{
+    diag other = *d;
+    stein_err why = {STEIN_OK, ""};
+    other.model = w->model;
+    other.held_data = w->held_data;
+    other.fit_def = w->def;
+    other.x = c->x;
+    stein_status status = diag__held_out(&other, NULL, to, &why);
+    to->p.def = &w->def;
+    c->held = status == STEIN_OK ? to->rmse : (double)NAN;
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+/* ---- results ---- */
+
+static stein_status note(const diag *d, const diag__curves *w, const diag__curve *c, lab_law *to,
+                         stein_err *err)
+{
+    const diag__site *s = c->site;
+    size_t n = (size_t)s->n;
+    *to = (lab_law){.site = diag__site_word(s->kind, lab_equations(d->model), s->index),
+                    .of = diag__site_of(s->kind),
+                    .what = diag__site_what(s),
+                    .at_unit = diag__site_at_unit(s),
+                    .unit = diag__site_unit(s),
+                    .n = s->n,
+                    .gain = c->gain,
+                    .held_out = c->held,
+                    .share = NAN,
+                    .chi2_dof = fit__chi2(&w->p, c->r) / fmax(1.0, w->p.samples - d->p.nu),
+                    .at = malloc(sizeof(double) * 5 * n),
+                    .seen = malloc(sizeof(int) * n)};
+    if (to->at == NULL || to->seen == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    to->value = to->at + n;
+    to->lo = to->value + n;
+    to->hi = to->lo + n;
+    to->sd = to->hi + n;
+    snprintf(to->place, sizeof to->place, "%s", s->place);
+    snprintf(to->table, sizeof to->table, "%s", s->table);
+    for (int k = 0; k < s->n; k++) {
+        to->at[k] = s->at[k];
+        to->sd[k] = sqrt(fmax(0.0, c->cov[k * s->n + k]));
+        double digits = to->sd[k] > 0.0 ? pow(10.0, 2.0 - floor(log10(to->sd[k]))) : 0.0;
+        to->value[k] = c->x[s->first + k];
+        to->value[k] = digits > 0.0 ? round(to->value[k] * digits) / digits : to->value[k];
+        to->lo[k] = to->value[k] - 1.959964 * to->sd[k];
+        to->hi[k] = to->value[k] + 1.959964 * to->sd[k];
+        to->seen[k] = s->seen[k];
+    }
+    return STEIN_OK;
+}
+
+/* the refitted numbers of the file, with the law in the model */
+static stein_status note_values(diag *d, const diag__curves *w, const diag__curve *c,
+                                stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const stein_model *m = lab_equations(d->model);
+    o->value = calloc((size_t)d->nname + 1, sizeof *o->value);
+    if (o->value == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    const double prior[DIAG_CLASSES] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
+                                        d->fit_def.drive_scatter};
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        o->scatter[i] = prior[i] * sqrt(d->null_D[i]);
+    }
+    o->chi2_dof_after = o->law[0].chi2_dof;
+    for (int k = 0; k < d->nname; k++) {
+        const fit__unknown *u = &w->p.unknown[k];
+        int param = stein_find_param(m, d->name[k]);
+        double in_sd = u->prior ? fmin(1.0, c->sd[k]) : c->sd[k];
+        double value = fit__value(u, c->x[k]), slope = fabs(fit__slope(u, c->x[k]));
+        double sd = in_sd * u->sd * slope;
+        o->value[o->nvalue++] = (lab_fit_value){.name = m->params[param].name,
+                                                .unit = m->params[param].unit,
+                                                .param = param,
+                                                .logarithmic = u->log,
+                                                .start = m->params[param].value,
+                                                .value = value,
+                                                .sd = sd,
+                                                .lo = value - 1.96 * sd,
+                                                .hi = value + 1.96 * sd,
+                                                .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
+                                                .data_sd = NAN};
+    }
+    return STEIN_OK;
+}
+
+static void say(lab_diagnosis *o, double before)
+{
+    const lab_law *l = &o->law[0];
+    size_t n = strlen(o->reason);
+    if (l->pays && o->verdict == LAB_VERDICT_NOT_CONVERGED && l->chi2_dof < explained) {
+        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+        n = (size_t)snprintf(o->reason, sizeof o->reason,
+                             "The residual is more than noise, and no candidate explains it.");
+    }
+    if (l->pays && l->share >= must_explain) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " A %s at %s over its %s does, as a curve: held-out strokes %.3g -> %.3g noise.",
+                 l->what, l->place, l->of, before, l->held_out);
+    } else if (l->pays) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
+                 "the misfit: no state function of those tried explains the rest.",
+                 l->what, l->place, l->of, 100.0 * l->share);
+    } else {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " No state function of those tried explains it either: curves over position or "
+                 "speed of a joint, depth or rate of a contact.");
+    }
+}
+
+static stein_status conclude(diag *d, diag__curves *w, int n, double before, diag__held *after,
+                             stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    diag__curve *c = w->curve;
+    stein_status status = STEIN_OK;
+    qsort(c, (size_t)n, sizeof *c, by_gain);
+    for (int i = 0; status == STEIN_OK && i < n && i < JUDGED && c[i].fitted; i++) {
+        diag__held other = {.x = NULL, .rmse = NAN};
+        status = hold(d, w, &c[i], i == 0 ? after : &other, err);
+        diag__held_free(&other);
+    }
+    o->law = calloc((size_t)n + 1, sizeof *o->law);
+    if (status == STEIN_OK && o->law == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int i = 0; status == STEIN_OK && i < n && c[i].fitted; i++) {
+        status = note(d, w, &c[i], &o->law[o->nlaw++], err);
+    }
+    if (status == STEIN_OK && o->nlaw > 0) {
+        int held = isfinite(before);
+        lab_law *l = &o->law[0];
+        double was = held ? before * before : o->chi2_dof_before;
+        double is = held ? l->held_out * l->held_out : l->chi2_dof;
+        l->share = fmin(1.0, (was - is) / fmax(was - 1.0, 1e-9));
+        o->law[0].pays = o->law[0].gain > least && (!held || o->law[0].held_out < before);
+        say(o, before);
+        status = o->law[0].pays ? note_values(d, w, &c[0], err) : STEIN_OK;
+    }
+    if (o->nlaw == 0 || !o->law[0].pays) {
+        diag__held_free(after);
+        *after = (diag__held){.x = NULL, .rmse = NAN};
+    }
+    return status;
+}
+
+/* the best curves by first order, in full */
+static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
+{
+    diag__curve *c = w->curve;
+    qsort(c, (size_t)w->nsite, sizeof *c, by_gain);
+    stein_status status = STEIN_OK;
+    double best = c[0].gain;
+    *n = 0;
+    while (status == STEIN_OK && *n < FITTED && *n < w->nsite &&
+           (*n < 2 || c[*n].gain > near * best)) {
+        status = diag__curve_fit(w, &c[*n], err);
+        d->out->fits++;
+        ++*n;
+    }
+    return status;
+}
+
+stein_status diag__unknown_law(diag *d, const diag__held *before, diag__held *after, stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    int n = 0;
+    diag__curves *w = d->curves = calloc(1, sizeof *w);
+    diag__held_free(after);
+    *after = (diag__held){.x = NULL, .rmse = NAN};
+    if (w == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = diag__sites(d, &w->site, &w->nsite, &why);
+    if (status == STEIN_OK && w->nsite > 0) {
+        w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
+        status = w->curve != NULL ? open_model(d, w, &why) : STEIN_ENOMEM;
+        status = status == STEIN_OK ? look(w, &why) : status;
+        status = status == STEIN_OK ? diag__curve_scores(w, w->curve, &why) : status;
+        status = status == STEIN_OK ? fit_best(d, w, &n, &why) : status;
+        status = status == STEIN_OK ? conclude(d, w, n, before->rmse, after, &why) : status;
+    }
+    if (status == STEIN_ENOMEM) {
+        return lab__fail(err, status, "out of memory");
+    }
+    if (status != STEIN_OK && d->def->report != NULL) { // a verdict stands without a law
+        d->def->report(d->def->ctx, why.msg);
+    }
+    return STEIN_OK;
+}
+
+const double *diag__law_residuals(const diag *d)
+{
+    return d->out->nlaw > 0 && d->out->law[0].pays ? d->curves->curve[0].r : NULL;
+}
+
+void diag__law_free(diag *d)
+{
+    diag__curves *w = d->curves;
+    if (w == NULL) {
+        return;
+    }
+    for (int i = 0; w->curve != NULL && i < w->nsite; i++) {
+        free(w->curve[i].x);
+    }
+    free(w->curve);
+    fit__problem_free(&w->p);
+    lab_dataset_close(w->fit_data);
+    lab_dataset_close(w->held_data);
+    lab_close(w->model);
+    free(w->site);
+    free(w->name);
+    free(w->names);
+    free(w->x);
+    free(w->J);
+    free(w);
+    d->curves = NULL;
+}

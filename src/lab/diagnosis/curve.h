@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve.h - what the files of the search for an unknown law share. Not installed.
+ *
+ *   curve.c        places and states, one after the other: which law explains what is left
+ *   curve_site.c   where a law could sit, and the states that the strokes visit there
+ *   curve_text.c   a mechanism file with tables in it
+ *   curve_fit.c    a curve and all other unknowns, by penalised least squares
+ *   curve_show.c   the law in diagnosis.json and report.html
+ */
+#ifndef CURVE_H
+#define CURVE_H
+
+#include <gsl/gsl_matrix.h>
+
+#include "searching.h"
+#include "structure.h"
+
+enum { CURVE_POINTS = 25, CURVE_CONTACT_POINTS = 13 };
+
+/** A place and a state of it: the points of the curve that may act there. */
+typedef struct diag__site {
+    char place[MECH_NAME], table[MECH_NAME];
+    stein_table_kind kind;
+    int index;  /* as in stein_table */
+    int slides; /* of a joint */
+    int n;
+    double at[CURVE_POINTS];
+    int seen[CURVE_POINTS];
+    int pinned; /* 1: the first value stays 0 */
+    int first;  /* unknown of the first value */
+} diag__site;
+
+/** A curve at one site, fitted. */
+typedef struct diag__curve {
+    const diag__site *site;
+    double *x, *r; /* [nu], [rows]; one block */
+    double *sd;    /* [np] of the parameters, in x */
+    double gain;   /* linear; then of the fit: fall of -2 ln marginal likelihood */
+    double cov[CURVE_POINTS * CURVE_POINTS];
+    double excess; /* factor on variances where nobody stated the noise */
+    double held;   /* RMSE on held-out strokes */
+    int fitted;
+} diag__curve;
+
+/** The mechanism with a table of zeros at every site, and the strokes in it. */
+typedef struct diag__curves {
+    diag__site *site;
+    int nsite;
+    lab_model *model;
+    lab_dataset *fit_data, *held_data;
+    lab_fit_def def;
+    const char **name; /* free: those of the null fit, then all values */
+    char *names;
+    fit__problem p;
+    double *x, *r, *J;  /* null fit in it */
+    double objective;   /* there, chi2 and priors */
+    diag__curve *curve; /* [nsite], the best first */
+} diag__curves;
+
+/* ---- curve_site.c ---- */
+
+/** Sites that the strokes visit in the null fit. @return OK, ENOMEM */
+stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *err);
+/** "joint", "position", "torque", "rad", "N m". */
+const char *diag__site_word(stein_table_kind kind, const stein_model *m, int index);
+const char *diag__site_of(stein_table_kind kind);
+const char *diag__site_what(const diag__site *s);
+const char *diag__site_at_unit(const diag__site *s);
+const char *diag__site_unit(const diag__site *s);
+
+/* ---- curve_text.c ---- */
+
+/** Add a table to a file's text.
+ *  @param word, of, what  as in lab_law
+ *  @param sd  [n] tolerances, NULL: none */
+stein_status lab__table_add(lab__surgery *s, const char *table, const char *word, const char *place,
+                            const char *of, const char *what, int n, const double *at,
+                            const double *value, const double *sd, stein_err *err);
+/** The text with the law in it, freed by the caller. */
+stein_status lab__law_text(const lab_law *law, const char *text, size_t size, char **out,
+                           size_t *nout, stein_err *err);
+
+/* ---- curve_fit.c ---- */
+
+/** Gains of all curves (c[i] of site i) to first order at the null fit. */
+stein_status diag__curve_scores(const diag__curves *w, diag__curve *c, stein_err *err);
+/** Fit one curve with everything else in a few rounds from the null fit. A stroke that cannot be
+ *  simulated ends it where it is. @return OK, ENOMEM */
+stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
+
+/* ---- curve_show.c ---- */
+
+void diag__law_json(lab__json *j, const lab_diagnosis *d);
+
+#endif

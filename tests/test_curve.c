@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_curve.c - laws that are in no table: strokes are made with one, the diagnosis has to say
+ * where it acts, as a function of what, and how, and write a mechanism that moves like that.
+ */
+#include <math.h>
+
+#include "fit_support.h"
+#include "stein/diagnose.h"
+
+Suite *curve_suite(void);
+
+enum { STROKES = 9, SAMPLES = 200 };
+static const char pendulum[] = "models/pendulum.yaml";
+
+/* a weight that falls on soft felt */
+static const char felt[] =
+    "mechanism: felt\n"
+    "bodies:\n"
+    "  hammer: {joint: T z, mass: 3.1 g +- 0.01 g, initial: {position: 20 mm},\n"
+    "    points: {head: [0, 0, 0]}}\n"
+    "contacts:\n"
+    "  pad:\n"
+    "    between:\n"
+    "      - {point: hammer.head}\n"
+    "      - {line: {on: frame, at: [0, 0, 0], facing: 90 deg}}\n"
+    "    normal: {c: 300 N/m +- 3 N/m, D: 0.2 s/m}\n"
+    "outputs:\n"
+    "  height: {joint: hammer, read: position}\n"
+    "simulation: {dt: 20 us, until: 0.12 s}\n";
+
+/* a law on joint 0, of what is at, and over a contact also of its rate */
+typedef double law_fn(double q, double qd);
+
+/* magnets along the way */
+static double cogging(double q, double qd)
+{
+    (void)qd;
+    return -1e-3 * sin(8.0 * q + 0.4);
+}
+
+/* a brake that bites at one speed */
+static double squeal(double q, double qd)
+{
+    double u = (fabs(qd) - 1.9) / 0.7;
+    (void)q;
+    return qd < 0.0 ? 1.5e-3 * exp(-u * u) : -1.5e-3 * exp(-u * u);
+}
+
+/* a hard layer inside of the felt, as a force on the weight at height q */
+static double layer(double q, double qd)
+{
+    double u = (-q - 1.1e-3) / 0.4e-3;
+    (void)qd;
+    return q < 0.0 ? 0.06 * (exp(-u * u) - exp(-7.5625)) : 0.0;
+}
+
+/* felt that stiffens when it is pressed at one speed */
+static double shear(double q, double qd)
+{
+    double u = (-qd - 0.4) / 0.15;
+    return q < 0.0 ? -300.0 * q * (1.0 - 0.2 * qd) * 0.25 * exp(-u * u) : 0.0;
+}
+
+/* nothing that a state knows */
+static double shaken(double t)
+{
+    return 1e-2 * sin(19.0 * t) * sin(3.3 * t);
+}
+
+static void act(void *ctx, double t, const double *q, const double *qd, double *Q)
+{
+    law_fn *const *law = ctx;
+    Q[0] += *law != NULL ? (*law)(q[0], qd[0]) : shaken(t);
+}
+
+/** A diagnosis with what it refers to. */
+typedef struct case_t {
+    const char *file;
+    char path[STROKES][200];
+    lab_model *model;
+    lab_dataset *data;
+    lab_diagnosis *d;
+} case_t;
+
+/* one swing or fall from a height of its own, on film */
+static void make_stroke(case_t *c, int s, law_fn *law, unsigned long long *seed)
+{
+    const stein_model *m = lab_equations(c->model);
+    int swings = m->bodies[0].type == 'R';
+    stein_sim_def def = lab_def(c->model);
+    stein_sim *sim = NULL;
+    double start = swings ? (s % 2 ? -1.0 : 1.0) * (0.25 + 0.07 * ((s * 4) % 9)) : 6e-3 + 2e-3 * s;
+    double dt = swings ? 0.01 : 5e-4, noise = swings ? 1e-3 : 1e-5;
+    char name[80];
+    snprintf(name, sizeof name, "%s.initial.position", m->bodies[0].name);
+    def.dt = swings ? 1e-4 : 5e-6;
+    ck_assert_stein(lab_sim(c->model, &def, &sim, err));
+    ck_assert_stein(stein_set(sim, name, start, err));
+    ck_assert_stein(stein_reset(sim, err));
+    stein_on_force(sim, act, &law);
+    snprintf(c->path[s], sizeof c->path[s], "%s/stroke%d.csv", folder, s);
+    FILE *f = fopen(c->path[s], "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "# set %s: %.17g\n# noise %s: %g\ntime [s],%s [%s]\n", name, start,
+            m->channels[1].name, noise, m->channels[1].name, m->channels[1].unit);
+    for (int i = 0; i <= SAMPLES; i++) {
+        if (i > 0) {
+            ck_assert_stein(stein_run(sim, dt * i, err));
+        }
+        fprintf(f, "%.17g,%.17g\n", dt * i, stein_read(sim, 1) + noise * gauss(seed));
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    stein_sim_destroy(sim);
+}
+
+static void open_case(case_t *c, const char *file, law_fn *law, int seed)
+{
+    unsigned long long random = 20260ULL + (unsigned long long)seed;
+    const char *path[STROKES];
+    lab_options options = cache_here(NULL);
+    c->file = file;
+    ck_assert_stein(lab_open(&c->model, file, &options, err));
+    for (int s = 0; s < STROKES; s++) {
+        make_stroke(c, s, law, &random);
+        path[s] = c->path[s];
+    }
+    lab_data_options o = lab_data_options_default(lab_equations(c->model));
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    def.threads = 2;
+    ck_assert_stein(lab_dataset_open(&c->data, path, STROKES, &o, err));
+    ck_assert_stein(lab_diagnose(&c->d, file, c->model, c->data, &def, err));
+}
+
+static void close_case(case_t *c)
+{
+    lab_diagnosis_destroy(c->d);
+    lab_dataset_close(c->data);
+    lab_close(c->model);
+}
+
+/* the law at a point of the table */
+static double truth(const lab_law *l, law_fn *law, double at)
+{
+    if (strcmp(l->of, "rate") == 0) {
+        return law(-1e-3, -at) / (0.3 * (1.0 + 0.2 * at));
+    }
+    return strcmp(l->of, "speed") == 0 ? law(0.0, at)
+                                       : law(strcmp(l->of, "depth") == 0 ? -at : at, 0.0);
+}
+
+enum { LAWS = 4 };
+static const struct {
+    law_fn *law;
+    const char *place, *of;
+} hidden[LAWS] = {{cogging, "rod", "position"},
+                  {squeal, "rod", "speed"},
+                  {layer, "pad", "depth"},
+                  {shear, "pad", "rate"}};
+
+static void open_hidden(case_t *c, int which, int seed)
+{
+    open_case(c, which < 2 ? pendulum : write_file("felt.yaml", felt), hidden[which].law, seed);
+}
+
+START_TEST(a_law_in_no_table_is_found_with_place_state_and_shape)
+{
+    case_t c;
+    open_hidden(&c, _i, 0);
+    ck_assert_int_eq(c.d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_int_eq(c.d->ncause, 0);
+    ck_assert_int_ge(c.d->nlaw, 1);
+    const lab_law *l = &c.d->law[0];
+    double square = 0.0, most = 0.0;
+    int inside = 0;
+    ck_assert_str_eq(l->place, hidden[_i].place);
+    ck_assert_str_eq(l->of, hidden[_i].of);
+    ck_assert_int_eq(l->pays, 1);
+    ck_assert_double_lt(l->held_out, 1.1); // down to the noise, on strokes it has not seen
+    ck_assert_double_gt(c.d->gain.rmse_before, 3.0);
+    ck_assert_close(c.d->gain.rmse_after, l->held_out, 1e-9, 0.0);
+    for (int k = 0; k < l->n; k++) {
+        double is = truth(l, hidden[_i].law, l->at[k]);
+        square += (l->value[k] - is) * (l->value[k] - is) / l->n;
+        most = fmax(most, fabs(is));
+        inside += l->lo[k] <= is && is <= l->hi[k];
+    }
+    ck_assert_double_lt(sqrt(square), 0.15 * most);
+    ck_assert_int_ge(inside, l->n * 17 / 20);
+    close_case(&c);
+}
+END_TEST
+
+START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
+{
+    int inside = 0, all = 0;
+    for (int which = 0; which < LAWS; which++) {
+        for (int seed = 1; seed <= 2; seed++) {
+            case_t c;
+            open_hidden(&c, which, 77 * seed);
+            ck_assert_int_ge(c.d->nlaw, 1);
+            const lab_law *l = &c.d->law[0];
+            ck_assert_str_eq(l->of, hidden[which].of);
+            for (int k = 0; k < l->n; k++) {
+                double is = truth(l, hidden[which].law, l->at[k]);
+                inside += l->lo[k] <= is && is <= l->hi[k];
+                all++;
+            }
+            close_case(&c);
+        }
+    }
+    ck_assert_double_ge(inside, 0.88 * all); // 148 of 152 when this was written
+}
+END_TEST
+
+START_TEST(the_extended_file_moves_like_the_strokes)
+{
+    case_t c;
+    open_hidden(&c, _i, 0);
+    const char *path = in_folder("extended.yaml"), *set[1];
+    lab_model *model = NULL;
+    stein_sim *sim[2];
+    double off = 0.0;
+    char start[60];
+    law_fn *law = hidden[_i].law;
+    ck_assert_stein(lab_extend(path, c.file, c.d, err));
+    int swings = _i < 2;
+    snprintf(start, sizeof start, "%s.initial.position=%s", swings ? "rod" : "hammer",
+             swings ? "0.53 rad" : "17.3 mm");
+    set[0] = start;
+    lab_options options = cache_here(NULL);
+    options.set = set;
+    options.nset = 1;
+    for (int i = 0; i < 2; i++) {
+        ck_assert_stein(lab_open(&model, i == 0 ? c.file : path, &options, err));
+        ck_assert_int_eq(lab_equations(model)->ntable, i);
+        ck_assert_stein(lab_sim(model, NULL, &sim[i], err));
+        stein_on_force(sim[i], i == 0 ? act : NULL, &law);
+        for (int k = 1; k <= 100; k++) {
+            double t = (swings ? 0.02 : 0.001) * k, y;
+            ck_assert_stein(stein_run(sim[i], t, err));
+            y = stein_read(sim[i], 1);
+            static double kept[101];
+            kept[k] = i == 0 ? y : kept[k];
+            off = fmax(off, fabs(y - kept[k]));
+        }
+        stein_sim_destroy(sim[i]);
+        lab_close(model);
+    }
+    ck_assert_double_lt(off, swings ? 2e-3 : 2e-5); // twice the noise of one sample
+    close_case(&c);
+}
+END_TEST
+
+START_TEST(what_no_state_knows_is_not_called_a_law)
+{
+    case_t c;
+    open_case(&c, pendulum, NULL, 0);
+    ck_assert_int_eq(c.d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert(c.d->nlaw == 0 || !c.d->law[0].pays || c.d->law[0].share < 0.5);
+    ck_assert_ptr_nonnull(strstr(c.d->reason, "o state function of those tried explains"));
+    close_case(&c);
+}
+END_TEST
+
+START_TEST(a_law_is_in_all_that_is_written)
+{
+    case_t c;
+    char *text = NULL;
+    size_t size = 0;
+    open_hidden(&c, 1, 0);
+    ck_assert_stein(lab_diagnosis_json(in_folder("d.json"), c.d, err));
+    ck_assert_stein(lab__read_file(in_folder("d.json"), &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "\"law\""));
+    ck_assert_ptr_nonnull(strstr(text, "\"of\": \"speed\""));
+    ck_assert_ptr_nonnull(strstr(text, "\"laws_tried\""));
+    free(text);
+    ck_assert_stein(lab_diagnosis_page(in_folder("d.html"), c.d, err));
+    ck_assert_stein(lab__read_file(in_folder("d.html"), &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "The law itself"));
+    free(text);
+    close_case(&c);
+}
+END_TEST
+
+Suite *curve_suite(void)
+{
+    Suite *s = suite_create("curve");
+    TCase *tc = tcase_create("curve");
+    tcase_set_timeout(tc, 300);
+    tcase_add_unchecked_fixture(tc, cache_in_build, NULL);
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_loop_test(tc, a_law_in_no_table_is_found_with_place_state_and_shape, 0, LAWS);
+    tcase_add_loop_test(tc, the_extended_file_moves_like_the_strokes, 0, LAWS);
+    tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_they_say);
+    tcase_add_test(tc, what_no_state_knows_is_not_called_a_law);
+    tcase_add_test(tc, a_law_is_in_all_that_is_written);
+    suite_add_tcase(s, tc);
+    return s;
+}
