@@ -89,7 +89,7 @@ static void make_stroke(case_t *c, int s, law_fn *law, unsigned long long *seed)
     int swings = m->bodies[0].type == 'R';
     stein_sim_def def = lab_def(c->model);
     stein_sim *sim = NULL;
-    double start = swings ? (s % 2 ? -1.0 : 1.0) * (0.25 + 0.07 * ((s * 4) % 9)) : 6e-3 + 2e-3 * s;
+    double start = swings ? (s % 2 ? -1.0 : 1.0) * (0.25 + 0.07 * ((s * 5) % 9)) : 6e-3 + 2e-3 * s;
     double dt = swings ? 0.01 : 5e-4, noise = swings ? 1e-3 : 1e-5;
     char name[80];
     snprintf(name, sizeof name, "%s.initial.position", m->bodies[0].name);

@@ -16,17 +16,19 @@ static double curve(int n, const double *at, const double *value, double x)
     return stein_table_value(n, at, value, slope, x);
 }
 
-START_TEST(a_curve_goes_through_its_points_without_kinks_and_straight_on)
+START_TEST(a_curve_goes_through_its_points_without_kinks_and_is_level_beyond)
 {
     static const double at[] = {-0.31, -0.02, 0.13, 0.77, 1.19}, y[] = {1.7, -0.3, 0.4, 0.2, 2.9};
     for (int i = 0; i < 5; i++) {
         ck_assert_close(curve(5, at, y, at[i]), y[i], 1e-13, 1e-15);
+    }
+    for (int i = 1; i < 4; i++) {
         double before = (y[i] - curve(5, at, y, at[i] - 1e-6)) / 1e-6;
         double after = (curve(5, at, y, at[i] + 1e-6) - y[i]) / 1e-6;
         ck_assert_close(before, after, 1e-3, 1e-3);
     }
-    ck_assert_close(curve(5, at, y, 2.19), 2.9 + 2.7 / 0.42, 1e-12, 0.0);
-    ck_assert_close(curve(5, at, y, -1.31), 1.7 + 2.0 / 0.29, 1e-12, 0.0);
+    ck_assert_close(curve(5, at, y, 2.19), 2.9, 1e-15, 0.0);
+    ck_assert_close(curve(5, at, y, -1.31), 1.7, 1e-15, 0.0);
 }
 END_TEST
 
@@ -191,7 +193,7 @@ Suite *table_suite(void)
     TCase *tc = tcase_create("table");
     tcase_set_timeout(tc, 60);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_test(tc, a_curve_goes_through_its_points_without_kinks_and_straight_on);
+    tcase_add_test(tc, a_curve_goes_through_its_points_without_kinks_and_is_level_beyond);
     tcase_add_test(tc, the_curve_of_a_sum_is_the_sum_of_the_curves);
     tcase_add_test(tc, points_that_do_not_increase_do_no_harm);
     tcase_add_test(tc, a_spring_given_by_points_swings_as_the_formula_says);

@@ -58,7 +58,7 @@ double stein_joint_force(const double *law, double q, double qd);
 void stein_table_slopes(int n, const double *at, const double *value, double *slope);
 
 /** The curve: between two points the cubic with their values and slopes, so without kinks; beyond
- *  the first and the last point straight on.  @param x  any number  @return y at x */
+ *  the first and the last point level.  @param x  any number  @return y at x */
 double stein_table_value(int n, const double *at, const double *value, const double *slope,
                          double x);
 

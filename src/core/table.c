@@ -9,6 +9,9 @@
  * straight line from point to point has kinks, which cost an integrator with controlled steps more
  * than the cubic.
  *
+ * Beyond the ends the curve is level: a force that went on growing there with the speed, as a fit
+ * may well try, would drive a mechanism to infinity.
+ *
  * Slopes are worked out once per parameter set. A table that is 0 everywhere is not looked at.
  */
 #include "core.h"
@@ -37,10 +40,10 @@ double stein_table_value(int n, const double *at, const double *value, const dou
 {
     int lo = 0, hi = n - 1;
     if (!(x > at[0])) {
-        return value[0] + slope[0] * (x - at[0]);
+        return value[0];
     }
     if (!(x < at[hi])) {
-        return value[hi] + slope[hi] * (x - at[hi]);
+        return value[hi];
     }
     while (hi - lo > 1) {
         int middle = (lo + hi) / 2;

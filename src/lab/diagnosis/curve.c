@@ -14,10 +14,11 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, JUDGED = 3, NAME = 2 * MECH_NAME };
+enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, NAME = 2 * MECH_NAME };
 static const double least = 25.0;       /* gain worth speaking of, as in verdict.c */
 static const double explained = 2.0;    /* chi2/dof of a fit that can be trusted, as there */
 static const double must_explain = 0.7; /* share of the misfit, as there */
+static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -305,7 +306,7 @@ static void say(lab_diagnosis *o, double before)
 {
     const lab_law *l = &o->law[0];
     size_t n = strlen(o->reason);
-    if (l->pays && o->verdict == LAB_VERDICT_NOT_CONVERGED && l->chi2_dof < explained) {
+    if (l->pays && o->verdict == LAB_VERDICT_NOT_CONVERGED) {
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         n = (size_t)snprintf(o->reason, sizeof o->reason,
                              "The residual is more than noise, and no candidate explains it.");
@@ -319,7 +320,7 @@ static void say(lab_diagnosis *o, double before)
                  " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
                  "the misfit: no state function of those tried explains the rest.",
                  l->what, l->place, l->of, 100.0 * l->share);
-    } else {
+    } else if (o->verdict == LAB_VERDICT_UNKNOWN_EFFECT) {
         snprintf(o->reason + n, sizeof o->reason - n,
                  " No state function of those tried explains it either: curves over position or "
                  "speed of a joint, depth or rate of a contact.");
@@ -351,7 +352,8 @@ static stein_status conclude(diag *d, diag__curves *w, int n, double before, dia
         double was = held ? before * before : o->chi2_dof_before;
         double is = held ? l->held_out * l->held_out : l->chi2_dof;
         l->share = fmin(1.0, (was - is) / fmax(was - 1.0, 1e-9));
-        o->law[0].pays = o->law[0].gain > least && (!held || o->law[0].held_out < before);
+        int trusted = o->verdict == LAB_VERDICT_UNKNOWN_EFFECT || l->chi2_dof < explained;
+        l->pays = trusted && l->gain > least && (!held || l->held_out < before);
         say(o, before);
         status = o->law[0].pays ? note_values(d, w, &c[0], err) : STEIN_OK;
     }
@@ -360,6 +362,18 @@ static stein_status conclude(diag *d, diag__curves *w, int n, double before, dia
         *after = (diag__held){.x = NULL, .rmse = NAN};
     }
     return status;
+}
+
+/* does one of them describe the data? */
+static int is_near(const diag__curves *w, const diag__curve *c, int n)
+{
+    double dof = fmax(1.0, w->p.samples - w->p.nu);
+    for (int i = 0; i < n; i++) {
+        if (c[i].fitted && fit__chi2(&w->p, c[i].r) < far * dof) {
+            return 1;
+        }
+    }
+    return 0;
 }
 
 /* the best curves by first order, in full */
@@ -375,6 +389,10 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
         status = diag__curve_fit(w, &c[*n], err);
         d->out->fits++;
         ++*n;
+    }
+    qsort(c, (size_t)*n, sizeof *c, by_gain);
+    for (int i = 0; status == STEIN_OK && i < *n && i < BEGUN_ANEW && !is_near(w, c, *n); i++) {
+        status = diag__curve_anew(w, &c[i], err);
     }
     return status;
 }

@@ -4,6 +4,7 @@
  *   curve.c        places and states, one after the other: which law explains what is left
  *   curve_site.c   where a law could sit, and the states that the strokes visit there
  *   curve_text.c   a mechanism file with tables in it
+ *   curve_prior.c  a curve as a Gaussian process: how large, how smooth
  *   curve_fit.c    a curve and all other unknowns, by penalised least squares
  *   curve_show.c   the law in diagnosis.json and report.html
  */
@@ -80,6 +81,23 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
 stein_status lab__law_text(const lab_law *law, const char *text, size_t size, char **out,
                            size_t *nout, stein_err *err);
 
+/* ---- curve_prior.c ---- */
+
+/** One curve with all else eliminated, and the prior that the data choose. */
+typedef struct diag__reduced {
+    int n, index[CURVE_POINTS]; /* unknowns of the curve that are free */
+    double M[CURVE_POINTS * CURVE_POINTS], c[CURVE_POINTS];
+    double tau, length; /* chosen */
+    int kind;
+    double L[CURVE_POINTS * CURVE_POINTS], f[CURVE_POINTS], cov[CURVE_POINTS * CURVE_POINTS],
+        logdet;
+    double gained; /* fall of -2 ln p */
+} diag__reduced;
+/** Prior of the largest marginal likelihood, then f, cov, logdet, gained from M and c. */
+void diag__curve_choose(const diag__site *s, diag__reduced *q);
+/** f'(tau^2 K)^-1 f of values f [n]. */
+double diag__curve_penalty(const diag__reduced *q, const double *f);
+
 /* ---- curve_fit.c ---- */
 
 /** Gains of all curves (c[i] of site i) to first order at the null fit. */
@@ -87,6 +105,9 @@ stein_status diag__curve_scores(const diag__curves *w, diag__curve *c, stein_err
 /** Fit one curve with everything else in a few rounds from the null fit. A stroke that cannot be
  *  simulated ends it where it is. @return OK, ENOMEM */
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
+/** A fit that ended far from the data once more, from the file's own numbers and along the strokes
+ *  as the null fit did (pursue.c): without the law that has bent them. Kept when it is better. */
+stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err);
 
 /* ---- curve_show.c ---- */
 

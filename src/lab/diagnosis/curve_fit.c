@@ -29,137 +29,9 @@
 
 #include "curve.h"
 
-enum { N = CURVE_POINTS, LEVELS = 26, LENGTHS = 8, KINDS = 3, ROUNDS = 5, HALVINGS = 6 };
-static const double first_tau = 0.1, stride = 2.0; /* in values that change the data by one noise */
-static const double length[LENGTHS] = {0.06, 0.1, 0.16, 0.25,
-                                       0.4,  0.8, 1.6,  4.0}; /* of the range */
-static const double wanted = 0.3;   /* RMS change of differences [noise] */
-static const double beyond = 100.0; /* -2 ln p */
-static const double little = 0.5;   /* gain of a round */
-static const double jitter = 1e-8;  /* of K */
-
-/* one curve, all else eliminated: r as a function of f alone */
-typedef struct reduced {
-    int n, index[N]; /* unknowns of the curve that are free */
-    double M[N * N], c[N];
-    double tau, length; /* chosen */
-    int kind;
-    double L[N * N], f[N], cov[N * N], logdet;
-    double gained; /* fall of -2 ln p */
-} reduced;
-
-/* ---- the prior ---- */
-
-static double kernel(int kind, double d)
-{
-    double u = (kind == 1 ? sqrt(5.0) : sqrt(3.0)) * d;
-    return kind == 0   ? exp(-0.5 * d * d)
-           : kind == 1 ? (1.0 + u + u * u / 3.0) * exp(-u)
-                       : (1.0 + u) * exp(-u);
-}
-
-/* lower Cholesky factor of tau^2 K in L. @return 0, -1 */
-static int prior_factor(const diag__site *s, const reduced *q, int kind, double tau, double scale,
-                        double *L)
-{
-    double range = s->at[s->n - 1] - s->at[0];
-    for (int i = 0; i < q->n; i++) {
-        for (int j = 0; j < q->n; j++) {
-            double a = s->at[q->index[i] - s->first], b = s->at[q->index[j] - s->first];
-            L[i * q->n + j] =
-                tau * tau * (kernel(kind, fabs(a - b) / (scale * range)) + (i == j) * jitter);
-        }
-    }
-    gsl_matrix_view m = gsl_matrix_view_array(L, (size_t)q->n, (size_t)q->n);
-    if (gsl_linalg_cholesky_decomp1(&m.matrix) != 0) {
-        return -1;
-    }
-    for (int i = 0; i < q->n; i++) {
-        for (int j = i + 1; j < q->n; j++) {
-            L[i * q->n + j] = 0.0;
-        }
-    }
-    return 0;
-}
-
-/* f, cov, logdet of a prior. @return fall of -2 ln p, -INFINITY without a solution */
-static double solve(reduced *q, const double *L)
-{
-    size_t n = (size_t)q->n;
-    double S[N * N], T[N * N], b[N], h[N], gained = 0.0;
-    gsl_matrix_view l = gsl_matrix_view_array((double *)L, n, n);
-    gsl_matrix_view m = gsl_matrix_view_array(q->M, n, n), s = gsl_matrix_view_array(S, n, n);
-    gsl_matrix_view t = gsl_matrix_view_array(T, n, n), cov = gsl_matrix_view_array(q->cov, n, n);
-    gsl_vector_view c = gsl_vector_view_array(q->c, n), bv = gsl_vector_view_array(b, n);
-    gsl_vector_view hv = gsl_vector_view_array(h, n), fv = gsl_vector_view_array(q->f, n);
-    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &m.matrix, &l.matrix, 0.0, &t.matrix);
-    gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, &l.matrix, &t.matrix, 0.0, &s.matrix);
-    for (int i = 0; i < q->n; i++) {
-        S[i * q->n + i] += 1.0;
-    }
-    gsl_blas_dgemv(CblasTrans, 1.0, &l.matrix, &c.vector, 0.0, &bv.vector);
-    if (gsl_linalg_cholesky_decomp1(&s.matrix) != 0) {
-        return -INFINITY;
-    }
-    q->logdet = 0.0;
-    for (int i = 0; i < q->n; i++) {
-        q->logdet += 2.0 * log(S[i * q->n + i]);
-    }
-    gsl_linalg_cholesky_solve(&s.matrix, &bv.vector, &hv.vector);
-    gsl_blas_ddot(&bv.vector, &hv.vector, &gained);
-    gsl_blas_dgemv(CblasNoTrans, 1.0, &l.matrix, &hv.vector, 0.0, &fv.vector);
-    gsl_linalg_cholesky_invert(&s.matrix);
-    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &l.matrix, &s.matrix, 0.0, &t.matrix);
-    gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &t.matrix, &l.matrix, 0.0, &cov.matrix);
-    return gained - q->logdet;
-}
-
-/* tau and length of the largest marginal likelihood, then f and cov */
-static void choose(const diag__site *s, reduced *q)
-{
-    double L[N * N], best = -INFINITY, mean = 0.0;
-    for (int i = 0; i < q->n; i++) {
-        mean += fmax(0.0, q->M[i * q->n + i]) / q->n;
-    }
-    double unit = mean > 0.0 ? 1.0 / sqrt(mean) : 1.0;
-    q->tau = 0.0;
-    for (int k = 0; k < LENGTHS * KINDS; k++) {
-        double tau = first_tau * unit, most = -INFINITY;
-        for (int i = 0; i < LEVELS; i++, tau *= stride) {
-            int bad = prior_factor(s, q, k / LENGTHS, tau, length[k % LENGTHS], L) != 0;
-            double gain = bad ? -INFINITY : solve(q, L);
-            if (gain > best) {
-                best = gain;
-                q->tau = tau;
-                q->length = length[k % LENGTHS];
-                q->kind = k / LENGTHS;
-            }
-            most = fmax(most, gain);
-            if (gain < most - beyond) {
-                break; // ever larger priors only cost
-            }
-        }
-    }
-    q->gained = best;
-    if (q->tau > 0.0 && prior_factor(s, q, q->kind, q->tau, q->length, q->L) == 0) {
-        q->gained = solve(q, q->L);
-    }
-}
-
-/* f'(tau^2 K)^-1 f */
-static double penalty(const reduced *q, const double *f)
-{
-    double h[N], sum = 0.0;
-    for (int i = 0; i < q->n; i++) {
-        h[i] = f[i];
-        for (int j = 0; j < i; j++) {
-            h[i] -= q->L[i * q->n + j] * h[j];
-        }
-        h[i] /= q->L[i * q->n + i];
-        sum += h[i] * h[i];
-    }
-    return sum;
-}
+enum { N = CURVE_POINTS, ROUNDS = 5, HALVINGS = 6 };
+static const double wanted = 0.3; /* RMS change of differences [noise] */
+static const double little = 0.5; /* gain of a round */
 
 /* ---- eliminating everything else ---- */
 
@@ -225,11 +97,11 @@ static void free_others(others *o)
 
 /* M, c of a curve at f_now = x */
 static stein_status reduce(const diag__curves *w, const diag__site *s, const globals *o,
-                           const double *x, others *t, reduced *q, stein_err *err)
+                           const double *x, others *t, diag__reduced *q, stein_err *err)
 {
     const fit__problem *p = &w->p;
     *t = (others){.index = malloc(sizeof(int) * (size_t)(p->np + 1))};
-    *q = (reduced){.n = 0};
+    *q = (diag__reduced){.n = 0};
     for (int k = 0; t->index != NULL && k < p->np; k++) {
         if (is_other(w, k) && !p->unknown[k].idle) {
             t->index[t->n++] = k;
@@ -310,7 +182,7 @@ static double excess_of(const fit__problem *p, const double *r)
     return 1.0;
 }
 
-static void temper(reduced *q, double excess)
+static void temper(diag__reduced *q, double excess)
 {
     for (int i = 0; i < q->n; i++) {
         q->c[i] /= excess;
@@ -334,12 +206,12 @@ stein_status diag__curve_scores(const diag__curves *w, diag__curve *c, stein_err
     }
     for (int i = 0; status == STEIN_OK && i < w->nsite; i++) {
         others t;
-        reduced q;
+        diag__reduced q;
         c[i] = (diag__curve){.site = &w->site[i], .gain = -INFINITY, .held = NAN, .excess = excess};
         status = reduce(w, &w->site[i], &o, w->x, &t, &q, err);
         if (status == STEIN_OK) {
             temper(&q, excess);
-            choose(&w->site[i], &q);
+            diag__curve_choose(&w->site[i], &q);
             c[i].gain = q.gained;
         }
         free_others(&t);
@@ -356,7 +228,7 @@ typedef struct fitting {
     diag__curves *w;
     diag__curve *c;
     fit__normal n;
-    reduced q;
+    diag__reduced q;
     double *J, *try_x, *try_r, *dx, objective;
 } fitting;
 
@@ -366,7 +238,8 @@ static double objective_at(const fitting *t, const double *x, const double *r)
     for (int i = 0; i < t->q.n; i++) {
         f[i] = x[t->q.index[i]];
     }
-    return (fit__chi2(&t->w->p, r) + fit__priors(&t->w->p, x)) / t->c->excess + penalty(&t->q, f);
+    return (fit__chi2(&t->w->p, r) + fit__priors(&t->w->p, x)) / t->c->excess +
+           diag__curve_penalty(&t->q, f);
 }
 
 /* differences of the curve's values: a third of the noise */
@@ -494,7 +367,7 @@ static int one_round(fitting *t, int first, stein_status *status, stein_err *err
     if (*status == STEIN_OK) {
         t->c->excess = excess_of(p, t->c->r);
         temper(&t->q, t->c->excess);
-        choose(t->c->site, &t->q);
+        diag__curve_choose(t->c->site, &t->q);
         choose_steps(t);
         step_of(t, &o);
         before = t->objective = objective_at(t, t->c->x, t->c->r);
@@ -507,49 +380,125 @@ static int one_round(fitting *t, int first, stein_status *status, stein_err *err
     return better && before - t->objective > little;
 }
 
+/* x of zeros: the file's own numbers */
+static stein_status curve_room(const fit__problem *p, diag__curve *c, stein_err *err)
+{
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke), np = (size_t)p->np;
+    c->x = calloc(nu + rows + np + 1, sizeof *c->x);
+    c->r = c->x != NULL ? c->x + nu : NULL;
+    c->sd = c->x != NULL ? c->r + rows : NULL;
+    return c->x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
 static stein_status make_room(fitting *t, stein_err *err)
 {
     const fit__problem *p = &t->w->p;
-    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke), np = (size_t)p->np;
-    t->c->x = calloc(nu + rows + np + 1, sizeof *t->c->x);
-    t->c->r = t->c->x != NULL ? t->c->x + nu : NULL;
-    t->c->sd = t->c->x != NULL ? t->c->r + rows : NULL;
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     t->J = malloc(sizeof *t->J * (fit__columns(p) + 1));
     t->try_x = malloc(sizeof *t->try_x * (2 * nu + rows + 1));
     t->dx = t->try_x != NULL ? t->try_x + nu : NULL;
     t->try_r = t->try_x != NULL ? t->dx + nu : NULL;
     stein_status status = fit__normal_make(&t->n, p, err);
-    if (status == STEIN_OK && (t->c->x == NULL || t->J == NULL || t->try_x == NULL)) {
+    if (status == STEIN_OK && (t->J == NULL || t->try_x == NULL)) {
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     return status;
 }
 
-stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
+/* the longest stroke [s] */
+static double longest(const fit__problem *p)
 {
-    fit__problem *p = &w->p;
+    double T = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        T = fmax(T, t->data->time[t->n - 1] - t->origin);
+    }
+    return T;
+}
+
+static double gain_of(const fitting *t)
+{
+    return t->w->objective / t->c->excess - t->objective - t->q.logdet;
+}
+
+/* rounds over the samples up to a horizon. @return how it ended */
+static stein_status rounds_to(fitting *t, double horizon, int rounds, int known, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    stein_status status = STEIN_OK;
+    int failed = 0;
+    p->horizon = horizon;
+    if (!known) {
+        status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
+    }
+    if (status == STEIN_OK && failed > 0) {
+        status = lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+    }
+    for (int k = 0; status == STEIN_OK && k < rounds; k++) {
+        int first = known && k == 0;
+        if (!one_round(t, first, &status, err) && !first) {
+            break;
+        }
+    }
+    p->horizon = INFINITY;
+    return status;
+}
+
+/* only this curve moves */
+static void free_only(diag__curves *w, const diag__site *s)
+{
+    for (int k = w->site[0].first; k < w->p.amount; k++) {
+        w->p.unknown[k].idle = k < s->first + s->pinned || k >= s->first + s->n;
+    }
+}
+
+/* from c->x on. @param anew  1: along the strokes, over growing horizons */
+static stein_status fit(diag__curves *w, diag__curve *c, int anew, stein_err *err)
+{
+    static const double share[] = {0.25, 0.4, 0.65};
     fitting t = {.w = w, .c = c};
     stein_err why = {STEIN_OK, ""};
-    stein_status status = make_room(&t, err);
-    for (int k = w->site[0].first; k < p->amount; k++) { // only this curve moves
-        p->unknown[k].idle =
-            k < c->site->first + c->site->pinned || k >= c->site->first + c->site->n;
+    stein_status status = make_room(&t, err), end = STEIN_OK;
+    free_only(w, c->site);
+    double T = longest(&w->p);
+    for (size_t k = 0; status == STEIN_OK && anew && k < sizeof share / sizeof *share; k++) {
+        end = end == STEIN_OK ? rounds_to(&t, share[k] * T, 2, 0, &why) : end;
     }
-    if (status == STEIN_OK) {
-        memcpy(c->x, w->x, sizeof *c->x * (size_t)p->nu);
-        memcpy(c->r, w->r, sizeof *c->r * fit__offset(p, p->nstroke));
-        stein_status end = STEIN_OK;
-        for (int k = 0; end == STEIN_OK && k < ROUNDS; k++) {
-            if (!one_round(&t, k == 0, &end, &why) && k > 0) {
-                break;
-            }
-        }
-        c->fitted = end == STEIN_OK;
-        c->gain = c->fitted ? w->objective / c->excess - t.objective - t.q.logdet : -INFINITY;
-        status = end == STEIN_ENOMEM ? lab__fail(err, end, "out of memory") : STEIN_OK;
+    if (status == STEIN_OK && end == STEIN_OK) {
+        end = rounds_to(&t, INFINITY, ROUNDS, !anew, &why);
     }
+    c->fitted = status == STEIN_OK && end == STEIN_OK;
+    c->gain = c->fitted ? gain_of(&t) : -(double)INFINITY;
     fit__normal_free(&t.n);
     free(t.J);
     free(t.try_x);
+    return end == STEIN_ENOMEM ? lab__fail(err, end, "out of memory") : status;
+}
+
+stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
+{
+    stein_status status = curve_room(&w->p, c, err);
+    if (status == STEIN_OK) {
+        memcpy(c->x, w->x, sizeof *c->x * (size_t)w->p.nu);
+        memcpy(c->r, w->r, sizeof *c->r * fit__offset(&w->p, w->p.nstroke));
+        status = fit(w, c, 0, err);
+    }
+    return status;
+}
+
+stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err)
+{
+    diag__curve other = {.site = c->site, .held = NAN};
+    if (!c->fitted) {
+        return STEIN_OK;
+    }
+    stein_status status = curve_room(&w->p, &other, err);
+    status = status == STEIN_OK ? fit(w, &other, 1, err) : status;
+    if (status == STEIN_OK && other.gain > c->gain) {
+        free(c->x);
+        *c = other;
+    } else {
+        free(other.x);
+    }
     return status;
 }
