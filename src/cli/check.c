@@ -160,6 +160,31 @@ static void print_parameters(const mechanism *m)
     }
 }
 
+/* what a table is read over, and where it sits */
+static const char *table_of(const mech_table *t)
+{
+    static const char *const of[] = {"position", "speed", "depth", "rate"};
+    return of[t->kind];
+}
+
+static const char *table_place(const mechanism *m, const mech_table *t)
+{
+    return t->kind <= STEIN_TABLE_SPEED ? m->bodies[t->index].name
+           : t->index < m->ncontact     ? m->contacts[t->index].name
+                                        : m->notches[t->index - m->ncontact].name;
+}
+
+static void print_tables(const mechanism *m)
+{
+    if (m->ntable > 0) {
+        printf("\ntables (%d)\n", m->ntable);
+    }
+    for (int i = 0; i < m->ntable; i++) {
+        const mech_table *t = &m->tables[i];
+        printf("  %-16s at %s over %s, %d points\n", t->name, table_place(m, t), table_of(t), t->n);
+    }
+}
+
 static void print_contacts(const mechanism *m)
 {
     if (m->ncontact > 0) {
@@ -241,6 +266,7 @@ static void print_text(const checked *c)
     print_bodies(m);
     print_parameters(m);
     print_contacts(m);
+    print_tables(m);
     print_signals(m);
     print_operations(c->g);
 }
@@ -273,6 +299,21 @@ static void json_bodies(lab__json *j, const mechanism *m)
         lab__json_real(j, "value", p->value);
         lab__json_real(j, "tolerance", p->tolerance);
         lab__json_bool(j, "stated", p->stated);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void json_tables(lab__json *j, const mechanism *m)
+{
+    lab__json_open(j, "tables", '[');
+    for (int i = 0; i < m->ntable; i++) {
+        const mech_table *t = &m->tables[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", t->name);
+        lab__json_text(j, "place", table_place(m, t));
+        lab__json_text(j, "of", table_of(t));
+        lab__json_int(j, "points", t->n);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -378,6 +419,7 @@ static void print_json(const checked *c)
     lab__json_text(&j, "equations", c->g->equations);
     json_bodies(&j, m);
     json_contacts(&j, m);
+    json_tables(&j, m);
     json_signals(&j, m);
     lab__json_text(&j, "load", m->load_body < 0 ? NULL : m->bodies[m->load_body].name);
     if (m->stroke_string >= 0) {
