@@ -335,6 +335,8 @@ typedef struct lab_diagnosis {
 /** How to diagnose. Start from lab_diagnose_def_default(). */
 typedef struct lab_diagnose_def {
     const unsigned char *held_out; /* [strokes] 1: judge by it, do not fit to it; NULL: choose */
+    const char *const *free;       /* [nfree] to be refitted besides the numbers with a tolerance */
+    int nfree;
     int threads;
     const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
     lab_fit_progress_fn *progress;

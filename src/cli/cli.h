@@ -76,6 +76,17 @@ const char *cli_nearest(const char *name, const char *const *names, int n);
 /** "stein strike: MESSAGE" and a pointer to --help. @return CLI_USAGE */
 int cli_misuse(const cli_command *command, const char *format, ...);
 
+/* ---- names.c ---- */
+
+enum { CLI_NAMES = 128 };
+/** "a,b,c" cut at the commas.
+ *  @param memory  out, behind the names, freed by the caller  @param name  [CLI_NAMES] out
+ *  @return their number, -1: too many, an empty one, or no memory */
+int cli_names(const char *option, char **memory, const char **name);
+/** Are the names of --free parameters of the equations? @return CLI_OK, or CLI_USAGE after a
+ *  message that says what may be meant */
+int cli_free_known(const cli_args *args, const lab_model *model, const char *const *name, int n);
+
 /* ---- help.c ---- */
 
 void cli_help(const cli_command *command);

@@ -20,6 +20,8 @@ typedef struct job {
     unsigned char *held_out;
     int nfile;
     char **text; /* [nheld] memory behind names between commas */
+    const char *free[CLI_NAMES];
+    char *names; /* memory behind them */
     lab_diagnose_def def;
     lab_diagnosis *diagnosis;
     cli_progress progress;
@@ -109,12 +111,20 @@ static int read_files(job *j)
 static int read_options(job *j)
 {
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const char *jobs = cli_value(j->args, "jobs");
+    const char *jobs = cli_value(j->args, "jobs"), *free = cli_value(j->args, "free");
     j->def = lab_diagnose_def_default();
     j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
     j->folder = cli_value(j->args, "output");
     if (j->folder == NULL) {
         return cli_misuse(j->args->command, "where to? expected -o DIR");
+    }
+    if (free != NULL) {
+        j->def.free = j->free;
+        j->def.nfree = cli_names(free, &j->names, j->free);
+        if (j->def.nfree < 0) {
+            return cli_misuse(j->args->command, "--free %s: expected names separated by commas",
+                              free);
+        }
     }
     if (jobs != NULL) {
         size_t digits = strspn(jobs, "0123456789");
@@ -413,7 +423,8 @@ static int show(const job *j)
 static int run_job(job *j)
 {
     stein_err err = {STEIN_OK, ""};
-    int code = open_data(j);
+    int code = cli_free_known(j->args, j->model, j->free, j->def.nfree);
+    code = code == CLI_OK ? open_data(j) : code;
     code = code == CLI_OK ? audit_data(j) : code;
     code = code == CLI_OK ? cli_failed(lab__folder(j->folder, &err), &err) : code;
     code = code == CLI_OK ? compute(j) : code;
@@ -441,6 +452,7 @@ static int run(const cli_args *args)
         free(j.text[i]);
     }
     free(j.text);
+    free(j.names);
     free(j.file);
     free(j.held_out);
     return code;
@@ -452,6 +464,8 @@ static const cli_option options[] = {
      "Strokes to judge by: nothing is fitted to them. Repeatable. Without it some of the\n"
      "strokes (or blocks of one long record) are set aside."},
     {"holdout", 0, "DATA...", "The same; all words up to the next option are files."},
+    {"free", 0, "NAME,...",
+     "Numbers of the file to refit besides those whose tolerance it states."},
     {"trust-settings", 0, NULL,
      "Go on with strokes that move far from what their own \"# set\" lines say."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
@@ -489,7 +503,8 @@ const cli_command cli_diagnose = {
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
         "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
-        "report.html, one self-contained page; extended.yaml, the mechanism file with the cause in\n"
+        "report.html, one self-contained page; extended.yaml, the mechanism file with the cause "
+        "in\n"
         "it (of an unknown effect its law as a table), when there is one that pays on strokes\n"
         "held out.\n"
         "With --json diagnosis.json is printed too.",

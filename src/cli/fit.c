@@ -9,15 +9,13 @@
 #include "cli.h"
 #include "stein/fit.h"
 
-enum { MAX_NAMES = 128 };
-
 typedef struct job {
     const cli_args *args;
     lab_model *model;
     lab_dataset *data;
     lab_fit_def def;
     lab_fit *fit;
-    const char *free[MAX_NAMES], *profile[MAX_NAMES];
+    const char *free[CLI_NAMES], *profile[CLI_NAMES];
     char *text[2]; /* memory behind them */
     cli_progress progress;
 } job;
@@ -36,25 +34,6 @@ static void on_report(void *ctx, const char *message)
 }
 
 /* ---- the command line ---- */
-
-/* "a,b,c" cut at the commas. @return their number, -1: too many or an empty one */
-static int cut_names(const char *option, char **memory, const char **name)
-{
-    int n = 0;
-    *memory = lab__text("%s", option);
-    for (char *at = *memory; at != NULL;) {
-        char *comma = strchr(at, ',');
-        if (comma != NULL) {
-            *comma = '\0';
-        }
-        if (*at == '\0' || n == MAX_NAMES) {
-            return -1;
-        }
-        name[n++] = at;
-        at = comma != NULL ? comma + 1 : NULL;
-    }
-    return n;
-}
 
 static int read_count(const job *j, const char *option, int most, int *value)
 {
@@ -90,14 +69,14 @@ static int read_names(job *j)
     if (free == NULL) {
         return cli_misuse(j->args->command, "what is to be fitted? expected --free NAME,...");
     }
-    j->def.nfree = cut_names(free, &j->text[0], j->free);
+    j->def.nfree = cli_names(free, &j->text[0], j->free);
     j->def.free = j->free;
     if (j->def.nfree < 0) {
         return cli_misuse(j->args->command, "--free %s: expected names separated by commas", free);
     }
     j->def.profile_flagged = profile != NULL && strcmp(profile, "flagged") == 0;
     if (profile != NULL && !j->def.profile_flagged) {
-        j->def.nprofile = cut_names(profile, &j->text[1], j->profile);
+        j->def.nprofile = cli_names(profile, &j->text[1], j->profile);
         j->def.profile = j->profile;
         if (j->def.nprofile < 0) {
             return cli_misuse(j->args->command,
@@ -139,39 +118,6 @@ static int read_options(job *j)
     }
     j->def.robust = cli_value(j->args, "robust") != NULL;
     j->def.journal = cli_value(j->args, "journal");
-    return code;
-}
-
-/* ---- names ---- */
-
-/* a name that is no parameter of the equations is misuse; say what was meant */
-static int check_names(const job *j)
-{
-    const stein_model *m = lab_equations(j->model);
-    const char **names = calloc((size_t)m->np + 1, sizeof *names);
-    int code = CLI_OK;
-    for (int i = 0; names != NULL && i < m->np; i++) {
-        names[i] = m->params[i].name;
-    }
-    for (int k = 0; names != NULL && code == CLI_OK && k < j->def.nfree; k++) {
-        const char *name = j->free[k];
-        if (stein_find_param(m, name) >= 0) {
-            continue;
-        }
-        const char *nearest = cli_nearest(name, names, m->np);
-        code =
-            nearest != NULL
-                ? cli_misuse(j->args->command,
-                             "--free %s: no such parameter in \"%s\"; did you "
-                             "mean %s?",
-                             name, m->name, nearest)
-                : cli_misuse(j->args->command,
-                             "--free %s: no such parameter in \"%s\" (a number "
-                             "that is 0 in the file is not in its equations: --set %s=... brings "
-                             "it in)",
-                             name, m->name, name);
-    }
-    free(names);
     return code;
 }
 
@@ -431,7 +377,7 @@ static int show(job *j)
 
 static int run_job(job *j)
 {
-    int code = check_names(j);
+    int code = cli_free_known(j->args, j->model, j->free, j->def.nfree);
     code = code == CLI_OK ? open_data(j) : code;
     code = code == CLI_OK ? compute(j) : code;
     return code == CLI_OK ? show(j) : code;

@@ -100,11 +100,12 @@ static stein_status audit(diag *d, const lab_dataset *data, stein_err *err)
 
 /* ---- the null fit's problem ---- */
 
-/* every number whose tolerance the file states and that not every stroke sets */
+/* every number whose tolerance the file states and that not every stroke sets, and what the caller
+ * wants free; of a name that is none the fit will tell */
 static stein_status choose_names(diag *d, stein_err *err)
 {
     const stein_model *m = lab_equations(d->model);
-    d->name = malloc(sizeof *d->name * (size_t)(m->np + 1));
+    d->name = malloc(sizeof *d->name * (size_t)(m->np + d->def->nfree + 1));
     if (d->name == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -115,6 +116,12 @@ static stein_status choose_names(diag *d, stein_err *err)
         }
         if (m->params[i].tolerance > 0.0 && !known) {
             d->name[d->nname++] = m->params[i].name;
+        }
+    }
+    for (int k = 0; k < d->def->nfree; k++) {
+        int i = stein_find_param(m, d->def->free[k]);
+        if (i < 0 || !(m->params[i].tolerance > 0.0)) {
+            d->name[d->nname++] = d->def->free[k];
         }
     }
     return STEIN_OK;

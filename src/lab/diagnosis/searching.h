@@ -146,8 +146,8 @@ typedef struct diag__found {
     int n;
     lab_suspect cause[FIT__ACCEPTED];
     diag *from[FIT__ACCEPTED]; /* the search that found it */
-    diag *end;                       /* where all of them act */
-    diag__suspect *leader;           /* one of them is on trial there; NULL: all are accepted */
+    diag *end;                 /* where all of them act */
+    diag__suspect *leader;     /* one of them is on trial there; NULL: all are accepted */
     double chi2_dof, excess;
     diag__held held; /* held-out strokes at the end */
     diag **stage;    /* searches after the first one */

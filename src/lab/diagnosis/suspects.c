@@ -236,6 +236,11 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     if (strcmp(c->effect->kind, "sensor_offset") == 0) {
         return "the offset of the marker, fitted anyhow, says the same";
     }
+    for (int i = 0; i < d->def->nfree; i++) {
+        if (c->effect->site == LAB_AT_PARAMETER && strcmp(d->def->free[i], c->place) == 0) {
+            return "it is refitted anyhow";
+        }
+    }
     for (int i = 0; i < d->naccepted; i++) {
         if (d->accepted[i].effect == c->effect && strcmp(d->accepted[i].place, c->place) == 0) {
             return "it was found already";
