@@ -42,7 +42,7 @@ START_TEST(what_would_have_been_named_is_named_when_it_is_there)
 {
     double amount = detectable(), upper;
     int named;
-    with(1.5 * amount, &upper, &named);
+    with(amount, &upper, &named);
     ck_assert(named);
     ck_assert_int_ne(with(0.02 * amount, &upper, &named), LAB_PRESENT);
     ck_assert(!named);

@@ -60,7 +60,7 @@ static void note_suspect(diag *d, diag__suspect *s)
     fit__problem_try(p, NULL);
 }
 
-static void note_cause(diag__found *f, int i)
+static void note_cause(const diag *d, diag__found *f, int i)
 {
     lab_suspect *s = &f->cause[i];
     double x[2], sd[2];
@@ -71,7 +71,7 @@ static void note_cause(diag__found *f, int i)
         s->candidate.side_unit = lab_equations(model)->params[s->candidate.side].unit;
     }
     note_numbers(s, u, x, sd, sqrt(f->excess));
-    diag__present(s, sqrt(f->excess) * sd[0] * s->candidate.limit);
+    diag__present(d, s, sqrt(f->excess) * sd[0] * s->candidate.limit, f->excess);
     s->likeness = 1.0;
     s->chi2_dof = f->chi2_dof;
     s->held_out = f->held.rmse;
@@ -110,7 +110,7 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
     }
     o->ncause = f->n;
     for (int i = 0; i < f->n; i++) {
-        note_cause(f, i);
+        note_cause(d, f, i);
         o->suspect[o->nsuspect++] = f->cause[i];
     }
     for (int k = -1; k < f->nstage; k++) {

@@ -13,11 +13,15 @@
  *      I = G' P G,   a = G' P r / I,   sd = sqrt(w / I),   z = a / sd
  *
  * without a prior of the amount itself: what these data alone say. w = 1, or chi2/dof and memory of
- * the residual where it is more than stated noise. The verdict names nothing below a gain of 25,
- * about z^2, so
+ * the residual where it is more than stated noise. The verdict names nothing below a gain of 25 -
+ * z^2 less the price of an amount that could have been anything up to its limit - and nothing that
+ * the best of all candidates reaches by chance in one clean set of a hundred, its z_1 (few strokes
+ * tell little of their scatter, so it may be far out). So
  *
- *      detectable = (5 + 1.645) sd             an amount that would have been named with 95 %
- *      upper      = max(a, 0) + 1.645 sd       95 % upper limit (|a| where both signs are possible)
+ *      named      = max(sqrt(25 + ln(1 + I) / w), z_1)   the z that is named
+ *      detectable = (named + 1.645) sd                 an amount that would have been, with 95 %
+ *      upper      = max(a, 0) + 1.645 sd               95 % upper limit (|a| where both signs are
+ *                                                      possible)
  *
  *   not_testable  there is no column (the part never moves, nobody measured it, it cannot be
  *                 simulated), or 1.645 sd >= limit: other numbers, the causes or the strokes' own
@@ -40,7 +44,7 @@
 #include "searching.h"
 
 enum { OWN = 2 }; /* amount and second number */
-static const double named = 5.0, sure = 1.645, points_to = 2.0;
+static const double least = 25.0, sure = 1.645, points_to = 2.0;
 static const double visible = 0.01; /* RMS change at the limit [noise] */
 
 const char *lab_presence_text(lab_presence presence)
@@ -106,8 +110,15 @@ static void project(const lab__mixed *m, const gsl_matrix *L, int ne, int k, dou
     gsl_vector_free(t);
 }
 
+/* the z from which on it is named, of an amount with that sd [limits] */
+static double named_from(const diag *d, double sd, double wide)
+{
+    return fmax(d->z_by_chance, sqrt(least + log1p(wide / (sd * sd)) / wide));
+}
+
 /* @param raw  information before anything is projected out; amounts count in limits */
-static void judge(diag__suspect *s, int rival, double info, double score, double raw, double wide)
+static void judge(const diag *d, diag__suspect *s, int rival, double info, double score, double raw,
+                  double wide)
 {
     const lab_candidate *c = &s->s.candidate;
     double sd = info > 1e-9 * raw ? sqrt(wide / info) : INFINITY;
@@ -119,15 +130,16 @@ static void judge(diag__suspect *s, int rival, double info, double score, double
         s->s.power.because = rival ? "it could stand in the cause's place" : s->s.power.because;
         return;
     }
-    double a = score / info, toward = c->effect->both_signs ? fabs(a) : a;
+    double z = named_from(d, sd, wide), a = score / info,
+           toward = c->effect->both_signs ? fabs(a) : a;
     lab_power *p = &s->s.power;
     *p = (lab_power){.presence = LAB_ABSENT,
                      .amount = a * c->limit,
                      .sd = sd * c->limit,
-                     .detectable = (named + sure) * sd * c->limit,
+                     .detectable = (z + sure) * sd * c->limit,
                      .upper = (fmax(toward, 0.0) + sure * sd) * c->limit,
                      .because = "it would have been named at its limit"};
-    if (rival || toward >= points_to * sd || (named + sure) * sd > 1.0) {
+    if (rival || toward >= points_to * sd || (z + sure) * sd > 1.0) {
         p->presence = LAB_WEAK;
         p->because = rival                      ? "it could stand in the cause's place"
                      : toward >= points_to * sd ? "something points to it"
@@ -135,12 +147,12 @@ static void judge(diag__suspect *s, int rival, double info, double score, double
     }
 }
 
-void diag__present(lab_suspect *s, double sd)
+void diag__present(const diag *d, lab_suspect *s, double sd, double wide)
 {
     s->power = (lab_power){.presence = LAB_PRESENT,
                            .amount = s->amount,
                            .sd = sd,
-                           .detectable = (named + sure) * sd,
+                           .detectable = (named_from(d, sd / s->candidate.limit, wide) + sure) * sd,
                            .upper = fabs(s->amount) + sure * sd,
                            .because = "it is a cause"};
 }
@@ -185,7 +197,7 @@ static stein_status judge_all(diag *d, const lab__mixed *m, int nown, const int 
         int k = ne + i, rival = diag__is_rival(d, index[i]);
         double info, score;
         project(m, &v.matrix, ne, k, &info, &score);
-        judge(&d->suspect[index[i]], rival, info, score, m->A[k * m->ncol + k], wide);
+        judge(d, &d->suspect[index[i]], rival, info, score, m->A[k * m->ncol + k], wide);
     }
     gsl_matrix_free(L);
     return STEIN_OK;

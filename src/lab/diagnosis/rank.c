@@ -216,6 +216,18 @@ static void score_one(diag *d, lab__mixed *m, int index, int k, double *beta)
     note_amount(s, beta[m->nf]);
 }
 
+/* the score that the best of all would reach by chance in one clean set of a hundred */
+static double by_chance(const double *corr, const unsigned char *use, int n, int nu)
+{
+    double lo = 2.0, hi = 64.0;
+    while (hi / lo > 1.03) {
+        double middle = sqrt(lo * hi);
+        double *end = lab__family_p(corr, use, n, middle, nu) < 0.01 ? &hi : &lo;
+        *end = middle;
+    }
+    return hi;
+}
+
 static stein_status scores(diag *d, lab__mixed *m, const int *index, int n, stein_err *err)
 {
     size_t nc = (size_t)n;
@@ -236,7 +248,9 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, int n, stei
         use[i] = info[i] > 0.0;
         best = d->suspect[index[i]].s.possible ? fmax(best, fabs(score[i])) : best;
     }
-    d->p_value = lab__family_p(corr, use, n, best, d->p.nstroke > 2 ? d->p.nstroke - 1 : 1);
+    int nu = d->p.nstroke > 2 ? d->p.nstroke - 1 : 1;
+    d->p_value = lab__family_p(corr, use, n, best, nu);
+    d->z_by_chance = by_chance(corr, use, n, nu);
     for (int i = 0; i < n; i++) {
         d->suspect[index[i]].s.why = NULL;
         score_one(d, m, index[i], i, beta);

@@ -59,7 +59,7 @@ typedef struct diag {
     double null_objective, null_D[LAB_SCATTERS];
     diag__suspect *suspect;
     int n;
-    double p_value;
+    double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
 } diag;
@@ -114,8 +114,9 @@ double *diag__column(const fit__problem *p, const double *J, int k);
 /** Could it have been seen? s.power of all suspects of a search; the verdict is known.
  *  @param led  1: its best suspect is a cause  @return OK, ENOMEM */
 stein_status diag__power(diag *d, int led, stein_err *err);
-/** That of a cause with its amount and the standard deviation. */
-void diag__present(lab_suspect *cause, double sd);
+/** That of a cause with its amount and the standard deviation; wide: factor that its variance has.
+ */
+void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 
 /* ---- refine.c ---- */
 
