@@ -13,7 +13,10 @@
  *      q_M = sum v'S^-1 v - h'(1 + n H)^-1 h,   v = y - y_M,  h = sum P'S^-1 v,  H = P'S^-1 P
  *      ln|V_M| = n ln|S| + ln|1 + n H|
  *
- * so whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
+ * Both models have the mean of their Z: a trigger moves a stroke by thousands of noises, and what
+ * its derivatives differ by, a small part of that, would be rounding and curvature, no evidence.
+ *
+ * So whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
  * Buzzi-Ferraris and Forzatti 1984). Strokes are drawn from either model: the mean and the worst
  * tenth of 2 ln odds, the lesser one of both truths. A draw needs no vector as long as a stroke:
  * with X = [y_A - y_B, P_A, Z_A, P_B, Z_B] and K = X'X, X'v follows from w, u and X'e ~ N(0, K).
@@ -42,16 +45,22 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = malloc(sizeof *X * ((size_t)n * rows + 1));
-    if (pair->K == NULL || X == NULL) {
+    double *Z = malloc(sizeof *Z * ((size_t)a->nz * all + 1));
+    if (pair->K == NULL || X == NULL || Z == NULL || a->nz != b->nz) {
         free(X);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        free(Z);
+        return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (size_t i = 0; i < (size_t)a->nz * all; i++) {
+        Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
     for (int c = 0; c < a->neye; c++) {
         size_t at = rows * (size_t)c, k = 1;
         for (size_t i = 0; i < rows; i++) {
             X[i] = a->y[at + i] - b->y[at + i];
         }
-        const double *block[] = {a->P, a->Z, b->P, b->Z};
+        const double *block[] = {a->P, Z, b->P, Z};
         const int count[] = {a->np, a->nz, b->np, b->nz};
         for (int part = 0; part < 4; part++) {
             for (int i = 0; i < count[part]; i++, k++) {
@@ -63,6 +72,7 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
         gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &x.matrix, &x.matrix, 0.0, &K.matrix);
     }
     free(X);
+    free(Z);
     return STEIN_OK;
 }
 
