@@ -287,7 +287,7 @@ Suite *curve_suite(void)
 {
     Suite *s = suite_create("curve");
     TCase *tc = tcase_create("curve");
-    tcase_set_timeout(tc, 300);
+    tcase_set_timeout(tc, 900); // minutes under the sanitizers
     tcase_add_unchecked_fixture(tc, cache_in_build, NULL);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_loop_test(tc, a_law_in_no_table_is_found_with_place_state_and_shape, 0, LAWS);

@@ -236,9 +236,13 @@ static diag__site new_site(const stein_model *m, stein_table_kind kind, int inde
     snprintf(s.place, sizeof s.place, "%s", place);
     s.slides = kind <= STEIN_TABLE_SPEED && m->bodies[index].type == 'T';
     for (int k = 1; k < 100; k++) {
-        char more[8] = "";
-        snprintf(more, k > 1 ? sizeof more : 1, "%d", k);
-        snprintf(s.table, sizeof s.table, "%.16s_%s_law%s", place, diag__site_of(kind), more);
+        char name[3 * MECH_NAME];
+        snprintf(name, sizeof name, "%.16s_%s_law", place, diag__site_of(kind));
+        size_t end = strlen(name);
+        if (k > 1) {
+            snprintf(name + end, sizeof name - end, "%d", k);
+        }
+        snprintf(s.table, sizeof s.table, "%.32s", name);
         if (!is_taken(m, s.table)) {
             break;
         }
