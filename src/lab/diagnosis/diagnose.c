@@ -290,7 +290,7 @@ static stein_status conclude(diag *d, stein_err *err)
         o->gain.ratio = found.held.rmse / before.rmse;
         diag__verdict(d, &found);
         alone = found.n == 1 && found.leader == d->suspect;
-        status = alone ? diag__widths(d, err) : STEIN_OK;
+        status = found.n > 0 && found.leader != NULL ? diag__widths(found.end, err) : STEIN_OK;
     }
     if (status == STEIN_OK && o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT) {
         progress(d, 0.88, "the law of what is in no table");

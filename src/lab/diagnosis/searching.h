@@ -171,8 +171,8 @@ stein_status diag__note(diag *d, diag__found *found, stein_err *err);
 
 /* ---- posterior.c ---- */
 
-/** Standard deviations of the only cause, the first suspect, and its rivals from derivatives at
- *  their ends. The fits stop with what they had on the way, which may say half of it.
+/** Standard deviations of the best suspect of a search and its rivals from derivatives at their
+ *  ends. The fits stop with what they had on the way, which may say half of it.
  *  @return OK, ENOMEM */
 stein_status diag__widths(diag *d, stein_err *err);
 
