@@ -13,7 +13,7 @@ static lab_diagnosis *diagnose(fitted *f, const char *const *truth, unsigned lon
     static char kept[SWINGS][200];
     const char *data[SWINGS + 1] = {NULL};
     for (int i = 0; i < SWINGS; i++) {
-        char start[60], name[20];
+        char start[60], name[40];
         snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
         const char *const told[] = {start, NULL};
         film m = {.model = "models/pendulum.yaml",

@@ -15,7 +15,6 @@
 #include "curve.h"
 
 enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, NAME = 2 * MECH_NAME };
-static const double least = 25.0;       /* gain worth speaking of, as in verdict.c */
 static const double explained = 2.0;    /* chi2/dof of a fit that can be trusted, as there */
 static const double must_explain = 0.7; /* share of the misfit, as there */
 static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
@@ -306,11 +305,6 @@ static void say(lab_diagnosis *o, double before)
 {
     const lab_law *l = &o->law[0];
     size_t n = strlen(o->reason);
-    if (l->pays && o->verdict == LAB_VERDICT_NOT_CONVERGED) {
-        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
-        n = (size_t)snprintf(o->reason, sizeof o->reason,
-                             "The residual is more than noise, and no candidate explains it.");
-    }
     if (l->pays && l->share >= must_explain) {
         snprintf(o->reason + n, sizeof o->reason - n,
                  " A %s at %s over its %s does, as a curve: held-out strokes %.3g -> %.3g noise.",
@@ -327,16 +321,61 @@ static void say(lab_diagnosis *o, double before)
     }
 }
 
-static stein_status conclude(diag *d, diag__curves *w, int n, double before, diag__held *after,
+int diag__asks_for_law(const diag *d, const diag__found *f)
+{
+    const lab_diagnosis *o = d->out;
+    double left = f->n > 0 ? f->chi2_dof : o->chi2_dof_before;
+    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d);
+}
+
+/* Is the law believed? It has to predict held-out strokes better than nothing does, and than the
+ * causes do whose place it would take: those are things people know. */
+static int is_believed(const diag *d, const diag__found *f, const lab_law *l, double before)
+{
+    const lab_diagnosis *o = d->out;
+    int held = isfinite(before);
+    if (!(l->gain > diag__least_gain) || (held && !(l->held_out < before))) {
+        return 0;
+    }
+    if (o->verdict == LAB_VERDICT_UNKNOWN_EFFECT) {
+        return 1;
+    }
+    if (o->verdict == LAB_VERDICT_NOT_CONVERGED) {
+        return l->chi2_dof < explained;
+    }
+    double other = f->n > 0 ? d->null_objective - diag__objective(f) : 0.0;
+    return l->share >= must_explain && l->chi2_dof <= diag__most_noise(d) &&
+           l->gain > other + diag__least_gain && (!held || f->n == 0 || l->held_out < f->held.rmse);
+}
+
+static void take_over(diag *d, diag__found *f, diag__held *held)
+{
+    lab_diagnosis *o = d->out;
+    if (o->verdict != LAB_VERDICT_UNKNOWN_EFFECT && d->n > 0 && d->suspect[0].s.refitted) {
+        snprintf(o->reason, sizeof o->reason,
+                 "The best candidate (%s at %.60s) leaves more than noise.",
+                 d->suspect[0].s.candidate.effect->kind, d->suspect[0].s.candidate.place);
+    } else if (o->verdict != LAB_VERDICT_UNKNOWN_EFFECT) {
+        snprintf(o->reason, sizeof o->reason, "No candidate explains these strokes.");
+    }
+    o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+    f->n = 0;
+    diag__held_free(&f->held);
+    f->held = *held;
+    *held = (diag__held){.x = NULL, .rmse = NAN};
+}
+
+static stein_status conclude(diag *d, diag__curves *w, int n, double before, diag__found *f,
                              stein_err *err)
 {
     lab_diagnosis *o = d->out;
     diag__curve *c = w->curve;
+    diag__held held = {.x = NULL, .rmse = NAN};
     stein_status status = STEIN_OK;
     qsort(c, (size_t)n, sizeof *c, by_gain);
     for (int i = 0; status == STEIN_OK && i < n && i < JUDGED && c[i].fitted; i++) {
         diag__held other = {.x = NULL, .rmse = NAN};
-        status = hold(d, w, &c[i], i == 0 ? after : &other, err);
+        status = hold(d, w, &c[i], i == 0 ? &held : &other, err);
         diag__held_free(&other);
     }
     o->law = calloc((size_t)n + 1, sizeof *o->law);
@@ -347,20 +386,22 @@ static stein_status conclude(diag *d, diag__curves *w, int n, double before, dia
         status = note(d, w, &c[i], &o->law[o->nlaw++], err);
     }
     if (status == STEIN_OK && o->nlaw > 0) {
-        int held = isfinite(before);
         lab_law *l = &o->law[0];
-        double was = held ? before * before : o->chi2_dof_before;
-        double is = held ? l->held_out * l->held_out : l->chi2_dof;
+        double was = isfinite(before) ? before * before : o->chi2_dof_before;
+        double is = isfinite(before) ? l->held_out * l->held_out : l->chi2_dof;
         l->share = fmin(1.0, (was - is) / fmax(was - 1.0, 1e-9));
-        int trusted = o->verdict == LAB_VERDICT_UNKNOWN_EFFECT || l->chi2_dof < explained;
-        l->pays = trusted && l->gain > least && (!held || l->held_out < before);
+        l->pays = is_believed(d, f, l, before);
+        if (l->pays) {
+            take_over(d, f, &held);
+            status = note_values(d, w, &c[0], err);
+        }
         say(o, before);
-        status = o->law[0].pays ? note_values(d, w, &c[0], err) : STEIN_OK;
     }
-    if (o->nlaw == 0 || !o->law[0].pays) {
-        diag__held_free(after);
-        *after = (diag__held){.x = NULL, .rmse = NAN};
+    if (o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT && (o->nlaw == 0 || !o->law[0].pays)) {
+        diag__held_free(&f->held); // of a candidate that is no cause
+        f->held = (diag__held){.x = NULL, .rmse = NAN};
     }
+    diag__held_free(&held);
     return status;
 }
 
@@ -397,13 +438,11 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
     return status;
 }
 
-stein_status diag__unknown_law(diag *d, const diag__held *before, diag__held *after, stein_err *err)
+stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
     int n = 0;
     diag__curves *w = d->curves = calloc(1, sizeof *w);
-    diag__held_free(after);
-    *after = (diag__held){.x = NULL, .rmse = NAN};
     if (w == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -414,7 +453,7 @@ stein_status diag__unknown_law(diag *d, const diag__held *before, diag__held *af
         status = status == STEIN_OK ? look(w, &why) : status;
         status = status == STEIN_OK ? diag__curve_scores(w, w->curve, &why) : status;
         status = status == STEIN_OK ? fit_best(d, w, &n, &why) : status;
-        status = status == STEIN_OK ? conclude(d, w, n, before->rmse, after, &why) : status;
+        status = status == STEIN_OK ? conclude(d, w, n, before->rmse, f, &why) : status;
     }
     if (status == STEIN_ENOMEM) {
         return lab__fail(err, status, "out of memory");

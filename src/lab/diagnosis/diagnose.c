@@ -292,9 +292,10 @@ static stein_status conclude(diag *d, stein_err *err)
         alone = found.n == 1 && found.leader == d->suspect;
         status = found.n > 0 && found.leader != NULL ? diag__widths(found.end, err) : STEIN_OK;
     }
-    if (status == STEIN_OK && o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT) {
+    if (status == STEIN_OK && diag__asks_for_law(d, &found)) {
         progress(d, 0.88, "the law of what is in no table");
-        status = diag__unknown_law(d, &before, &found.held, err);
+        status = diag__unknown_law(d, &before, &found, err);
+        alone = alone && found.n == 1;
     }
     diag *last = found.n > 0 ? found.from[found.n - 1] : d;
     status = status == STEIN_OK ? diag__power(last, found.n > 0, err) : status;

@@ -160,9 +160,27 @@ typedef struct diag__found {
 stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
                            stein_err *err);
 void diag__found_free(diag__found *found);
+/** -2 log likelihood at the end. */
+double diag__objective(const diag__found *found);
 /** The unknowns of a cause at the end, amount and second number: x and sd [2].
  *  @return the amount; the next one is the second number */
 const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
+
+/* ---- curve.c ---- */
+
+/** After the verdict: is there an unknown effect, or does what was found leave more than the noise
+ *  that the data state? */
+int diag__asks_for_law(const diag *d, const diag__found *found);
+/** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise
+ *  give way to a law that predicts better: then the verdict is an unknown effect.
+ *  @param before  the held-out strokes without it
+ *  @param found   with the law, if it pays: no cause, held-out strokes with it
+ *  @return OK (also when there is none), ENOMEM */
+stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *found,
+                               stein_err *err);
+/** Weighted residuals of the strokes with a law that pays; NULL: there is none. */
+const double *diag__law_residuals(const diag *d);
+void diag__law_free(diag *d);
 
 /* ---- note.c ---- */
 
@@ -187,18 +205,6 @@ void diag__posteriors_free(lab_diagnosis *o);
  *  simulated), ENOMEM */
 stein_status diag__next(diag *d, stein_err *err);
 
-/* ---- curve.c ---- */
-
-/** After a verdict of an unknown effect: its law, if it has one, into d->out.
- *  @param before  the held-out strokes without it
- *  @param after   with it, if it pays; else without anything
- *  @return OK (also when there is none), ENOMEM */
-stein_status diag__unknown_law(diag *d, const diag__held *before, diag__held *after,
-                               stein_err *err);
-/** Weighted residuals of the strokes with a law that pays; NULL: there is none. */
-const double *diag__law_residuals(const diag *d);
-void diag__law_free(diag *d);
-
 /* ---- verdict.c ---- */
 
 /** Cannot the data tell suspect i of a search from its best one? They are sorted. */
@@ -206,6 +212,8 @@ int diag__is_rival(const diag *d, int i);
 extern const double diag__least_gain; /* of -2 log likelihood, to speak of */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
+/** Largest chi2/dof of noise that the data state; INFINITY where they do not state it. */
+double diag__most_noise(const diag *d);
 /** Is a residual of this chi2/dof more than noise? Where nobody stated the noise it may be. */
 int diag__is_more(const diag *d, double chi2_dof);
 /** Verdict and reason from what the searches have found; without a cause that holds, found->n is 0

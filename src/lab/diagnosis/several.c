@@ -30,7 +30,7 @@ static double chi2_dof(const diag *d)
 }
 
 /* where all causes act: the last of them on trial, or all accepted */
-static double end_objective(const diag__found *f)
+double diag__objective(const diag__found *f)
 {
     return f->leader != NULL ? f->leader->objective : f->end->null_objective;
 }
@@ -221,7 +221,7 @@ static stein_status leave_out(diag__found *f, const diag *first, int i, diag **w
 
 static int is_needless(const diag__found *f, const diag *without, const lab_suspect *cause)
 {
-    double loss = (without->null_objective - end_objective(f)) / f->excess;
+    double loss = (without->null_objective - diag__objective(f)) / f->excess;
     return !(loss > diag__least_gain) || cause->own_ratio >= 1.0;
 }
 

@@ -100,7 +100,7 @@ static void say_nothing_found(lab_diagnosis *o)
     }
 }
 
-static double most_noise(const diag *d)
+double diag__most_noise(const diag *d)
 {
     double dof = fmax(1.0, d->p.samples - d->p.nu);
     return noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
@@ -122,13 +122,13 @@ int diag__spoken(const diag *d)
 
 int diag__is_more(const diag *d, double chi2_dof)
 {
-    return !noise_given(&d->p) || chi2_dof > most_noise(d);
+    return !noise_given(&d->p) || chi2_dof > diag__most_noise(d);
 }
 
 /* @return does the diagnosis end without a cause? */
 static int is_unexplained(diag *d, double chi2_dof)
 {
-    double before = d->out->chi2_dof_before, noise = most_noise(d);
+    double before = d->out->chi2_dof_before, noise = diag__most_noise(d);
     double share = (before - chi2_dof) / fmax(before - 1.0, 1e-9);
     const char *what =
         chi2_dof > noise && share < must_explain ? "The best candidate leaves most of the misfit."
@@ -149,7 +149,7 @@ void diag__verdict(diag *d, diag__found *f)
     o->chi2_dof_after = f->n > 0       ? f->chi2_dof
                         : best != NULL ? best->s.chi2_dof
                                        : o->chi2_dof_before;
-    if (!spoken && o->chi2_dof_before <= most_noise(d)) {
+    if (!spoken && o->chi2_dof_before <= diag__most_noise(d)) {
         o->verdict = LAB_VERDICT_EXPLAINED;
         say_nothing_found(o);
     } else if (!spoken) {
