@@ -16,8 +16,7 @@
 
 #include "searching.h"
 
-enum { DRAWS = 2000, RENEWALS = 3 };
-static const double enough = 0.3; /* of the objective */
+enum { DRAWS = 2000 };
 
 /* the held-out strokes of a model, in which only their own unknowns move */
 static stein_status make_problem(diag *d, const lab_model *model, const lab_dataset *data,
@@ -36,19 +35,42 @@ static stein_status make_problem(diag *d, const lab_model *model, const lab_data
     return STEIN_OK;
 }
 
-static stein_status fit_own(fit__problem *p, double *x, double *r, stein_err *err)
+/* One stroke, its own unknowns fitted: strokes that are fitted together wait for the slowest, and
+ * one that has far to go stops all.
+ * @param p  of all held-out strokes; x and r are of all of them, in and out */
+static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *data,
+                            const fit__problem *p, int stroke, double *x, double *r, stein_err *err)
 {
-    fit__end e = {.x = x, .r = r, .J = malloc(sizeof *e.J * (fit__columns(p) + 1))};
-    stein_status status = e.J != NULL ? fit__descend(p, &e, 0, enough, RENEWALS, err)
-                                      : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    free(e.J);
+    const fit__stroke *t = &p->stroke[stroke];
+    lab_dataset one = {1, &data->stroke[stroke]};
+    fit__problem own;
+    stein_status status = make_problem(d, p->model, &one, s != NULL ? s->D : d->null_D, &own, err);
+    double *room =
+        status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *room) : NULL;
+    if (status == STEIN_OK && room == NULL) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (status == STEIN_OK) {
+        fit__end e = {.x = room, .J = room + own.nu, .r = r + fit__offset(p, stroke)};
+        size_t shared = sizeof *x * (size_t)p->np, mine = sizeof *x * (size_t)t->own;
+        memcpy(room, x, shared);
+        if (s != NULL) {
+            fit__problem_try(&own, &s->s.candidate);
+        }
+        for (int k = 0; k < own.np; k++) {
+            own.unknown[k].idle = 1;
+        }
+        status = diag__follow(d, &own, &e, err);
+        memcpy(x + t->first, room + own.np, mine);
+    }
+    free(room);
+    fit__problem_free(&own);
     return status;
 }
 
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
 {
     const lab_model *model = s != NULL && s->model != NULL ? s->model : d->model;
-    const double *from = s != NULL ? s->x : d->x;
     *to = (diag__held){.rmse = NAN};
     const lab_dataset *data = model != d->model ? s->held_data : d->held_data;
     stein_status status = make_problem(d, model, data, s != NULL ? s->D : d->null_D, &to->p, err);
@@ -62,14 +84,16 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     to->r = to->x + p->nu;
-    memcpy(to->x, from, sizeof *to->x * (size_t)p->np);
+    memcpy(to->x, s != NULL ? s->x : d->x, sizeof *to->x * (size_t)p->np);
     if (s != NULL) {
         fit__problem_try(p, &s->s.candidate);
     }
     for (int k = 0; k < p->np; k++) {
         p->unknown[k].idle = 1;
     }
-    status = fit_own(p, to->x, to->r, err);
+    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
+        status = fit_one(d, s, data, p, i, to->x, to->r, err);
+    }
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
     }
