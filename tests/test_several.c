@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_several.c - two effects hidden at once in the swings of a pendulum are both found; one is
- * not called two.
+ * test_several.c - diagnoses of the swings of a pendulum: two effects hidden at once are both
+ * found; one is not called two; a step that is too coarse is told, and is no physics.
  */
 #include "fit_support.h"
 #include "stein/diagnose.h"
 #include "suites.h"
 
 enum { SWINGS = 9 };
+static const char pendulum[] = "models/pendulum.yaml";
 
-static lab_diagnosis *diagnose(fitted *f, const char *const *truth, unsigned long long seed)
+/* @param model  the file that is diagnosed; the swings are those of models/pendulum.yaml */
+static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
+                               unsigned long long seed)
 {
     static char kept[SWINGS][200];
     const char *data[SWINGS + 1] = {NULL};
@@ -16,7 +19,7 @@ static lab_diagnosis *diagnose(fitted *f, const char *const *truth, unsigned lon
         char start[60], name[40];
         snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
         const char *const told[] = {start, NULL};
-        film m = {.model = "models/pendulum.yaml",
+        film m = {.model = pendulum,
                   .truth = truth,
                   .told = told,
                   .channels = "angle",
@@ -28,13 +31,13 @@ static lab_diagnosis *diagnose(fitted *f, const char *const *truth, unsigned lon
         snprintf(kept[i], sizeof kept[i], "%s", take(name, &m));
         data[i] = kept[i];
     }
-    open_fit(f, "models/pendulum.yaml", NULL, data);
+    open_fit(f, model, NULL, data);
     lab_options options = cache_here(NULL);
     lab_diagnose_def def = lab_diagnose_def_default();
     def.threads = 2;
     def.options = &options;
     lab_diagnosis *d = NULL;
-    ck_assert_stein(lab_diagnose(&d, "models/pendulum.yaml", f->model, f->data, &def, err));
+    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
     printf("%s: %s, chi2/dof %.3f -> %.3f\n", truth[0], d->reason, d->chi2_dof_before,
            d->chi2_dof_after);
     return d;
@@ -63,7 +66,7 @@ START_TEST(two_effects_at_once_are_both_found)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", "rod.preload=4 mN m", NULL};
     fitted f;
-    lab_diagnosis *d = diagnose(&f, truth, 500);
+    lab_diagnosis *d = diagnose(&f, pendulum, truth, 500);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
     ck_assert_int_eq(d->ncause, 2);
     ck_assert_cause(d, "coulomb_friction", 2e-3, 1);
@@ -71,7 +74,7 @@ START_TEST(two_effects_at_once_are_both_found)
     ck_assert_double_lt(d->chi2_dof_after, 1.1);
     // and the file with both moves like that
     char *path = lab__text("%s", in_folder("both.yaml"));
-    ck_assert_stein(lab_extend(path, "models/pendulum.yaml", d, err));
+    ck_assert_stein(lab_extend(path, pendulum, d, err));
     lab_model *both = NULL;
     lab_options options = cache_here(NULL);
     ck_assert_stein(lab_open(&both, path, &options, err));
@@ -93,12 +96,50 @@ START_TEST(one_effect_is_not_called_two)
 {
     static const char *const truth[] = {"rod.coulomb.T=2 mN m", NULL};
     fitted f;
-    lab_diagnosis *d = diagnose(&f, truth, 700);
+    lab_diagnosis *d = diagnose(&f, pendulum, truth, 700);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
     ck_assert_int_eq(d->ncause, 1);
     ck_assert_cause(d, "coulomb_friction", 2e-3, 0);
     lab_diagnosis_destroy(d);
     drop(&f);
+}
+END_TEST
+
+/* the file with another step */
+static void with_step(const char *path, const char *step)
+{
+    char line[300];
+    FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
+    ck_assert(from != NULL && to != NULL);
+    while (fgets(line, sizeof line, from) != NULL) {
+        int is_it = strncmp(line, "simulation:", 11) == 0;
+        fputs(is_it ? "" : line, to);
+        if (is_it) {
+            fprintf(to, "simulation: {dt: %s, until: 10 s}\n", step);
+        }
+    }
+    fclose(from);
+    ck_assert_int_eq(fclose(to), 0);
+}
+
+START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
+{
+    static const char *const truth[] = {"rod.coulomb.T=0 N m", NULL};
+    for (int coarse = 0; coarse < 2; coarse++) {
+        fitted f;
+        int told = 0;
+        char *model = lab__text("%s", in_folder("stepped.yaml"));
+        with_step(model, coarse ? "300 ms" : "10 ms");
+        lab_diagnosis *d = diagnose(&f, model, truth, 900);
+        ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
+        for (int i = 0; i < d->nfinding; i++) {
+            told += strstr(d->finding[i], "too coarse") != NULL;
+        }
+        ck_assert_int_eq(told, coarse);
+        lab_diagnosis_destroy(d);
+        drop(&f);
+        free(model);
+    }
 }
 END_TEST
 
@@ -110,6 +151,7 @@ Suite *several_suite(void)
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, two_effects_at_once_are_both_found);
     tcase_add_test(tc, one_effect_is_not_called_two);
+    tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
     suite_add_tcase(suite, tc);
     return suite;
 }

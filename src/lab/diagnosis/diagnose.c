@@ -329,6 +329,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     stein_status status = split(&d, data, &fit, &held, err);
     status = status == STEIN_OK ? audit(&d, data, err) : status;
     status = status == STEIN_OK ? make_problem(&d, err) : status;
+    status = status == STEIN_OK ? diag__check_step(&d, err) : status;
     status = status == STEIN_OK ? search(&d, err) : status;
     status = status == STEIN_OK ? conclude(&d, err) : status;
     clock_gettime(CLOCK_MONOTONIC, &end);

@@ -2,6 +2,7 @@
  * searching.h - what the search for a cause shares. Not installed.
  *
  *   diagnose.c    the whole: null fit, suspects, refits, held-out strokes, verdict
+ *   step.c        is the file's own step good enough
  *   suspects.c    candidates of the mechanism and what each would change
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
@@ -71,6 +72,11 @@ typedef struct diag {
 stein_status diag__open_problem(diag *d, stein_err *err);
 /** What a search owns. */
 void diag__close(diag *d);
+
+/* ---- step.c ---- */
+
+/** A finding where the file's own step is too coarse for the strokes. @return OK, ENOMEM */
+stein_status diag__check_step(diag *d, stein_err *err);
 
 /* ---- suspects.c ---- */
 

@@ -103,6 +103,7 @@ typedef struct fit__problem {
     double *step;         /* [nu] half-width of differences, in x */
     double gain;          /* of the ladder, 0: plain simulation */
     double tolerance;     /* of one step [rad or m] */
+    int plain;            /* 1: steps as long as the file's instead */
     double horizon;       /* samples after it do not count [s of the simulation] */
     double limit;         /* fit__descend: parameters stay within so many prior sd */
     int central;          /* differences to both sides */

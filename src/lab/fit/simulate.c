@@ -31,6 +31,9 @@ static const double first = 0.1, longest = 30.0;
 static stein_pace pace_of(const fit__problem *p)
 {
     double dt = lab_equations(p->model)->dt;
+    if (p->plain) {
+        return (stein_pace){.tolerance = INFINITY, .longest = dt, .h = dt, .next = INFINITY};
+    }
     return (stein_pace){
         .tolerance = p->tolerance, .longest = longest * dt, .h = first * dt, .next = INFINITY};
 }

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * step.c - is the file's own step good enough for these strokes?
+ *
+ * The diagnosis takes steps of controlled error (simulate.c of the fit), so a step that is too
+ * coarse cannot pass for physics here; every other command takes the file's. Where the two differ
+ * by what the films can show, the extended file would miss the strokes it was fitted to, so that is
+ * said. For a stroke in the middle, at the file's numbers, with Dormand-Prince steps of either
+ * length (the step, not the tableau, is in question), RMS of a channel:
+ *
+ *      |y(file's step) - y(controlled steps)|  >  0.3 noise
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+static const double visible = 0.3; /* of the noise */
+
+static stein_status note(diag *d, char *line, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    char **more = realloc(o->finding, sizeof *more * (size_t)(o->nfinding + 1));
+    o->finding = more != NULL ? more : o->finding;
+    if (line == NULL || more == NULL) {
+        free(line);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    o->finding[o->nfinding++] = line;
+    return STEIN_OK;
+}
+
+/* predictions of a stroke with the file's numbers. @return 0, -1: it cannot be simulated */
+static int predict(const diag *d, int stroke, int plain, double *y)
+{
+    fit__problem p = d->p;
+    fit__bench b;
+    p.plain = plain;
+    double *x = calloc((size_t)p.nu + 1, sizeof *x);
+    int ok = x != NULL && fit__bench_make(&b, &p, NULL) == STEIN_OK;
+    if (ok) {
+        ok = fit__simulate(&p, &b, stroke, x, y, NULL) == STEIN_OK;
+        fit__bench_free(&b);
+    }
+    free(x);
+    return ok ? 0 : -1;
+}
+
+/* the channel that the step spoils most. @return RMS [noise] */
+static double worst(const fit__stroke *t, const double *a, const double *b, int *channel)
+{
+    double most = 0.0;
+    for (int c = 0; c < t->nch; c++) {
+        double sum = 0.0;
+        for (int i = 0; i < t->n; i++) {
+            double off = a[c * t->n + i] - b[c * t->n + i];
+            sum += off * off;
+        }
+        double rms = sqrt(sum / t->n) / t->noise[c];
+        *channel = rms > most ? c : *channel;
+        most = fmax(most, rms);
+    }
+    return most;
+}
+
+stein_status diag__check_step(diag *d, stein_err *err)
+{
+    int stroke = d->p.nstroke / 2, channel = 0;
+    const fit__stroke *t = &d->p.stroke[stroke];
+    const stein_model *m = lab_equations(d->model);
+    size_t size = (size_t)(t->nch * t->n);
+    double *y = malloc(sizeof *y * (2 * size + 1)), off = 0.0;
+    if (y == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    int fine = predict(d, stroke, 0, y), plain = fine == 0 ? predict(d, stroke, 1, y + size) : 0;
+    if (fine == 0 && plain == 0) {
+        off = worst(t, y, y + size, &channel);
+    }
+    free(y);
+    if (plain != 0) {
+        return note(d,
+                    lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
+                              "is too coarse; the diagnosis takes finer ones",
+                              t->data->file, m->dt),
+                    err);
+    }
+    return off > visible
+               ? note(
+                     d,
+                     lab__text("%s: the file's own step of %g s is too coarse: it moves %s by %.2g "
+                               "of its noise; the diagnosis takes finer ones, other commands do "
+                               "not",
+                               t->data->file, m->dt, m->channels[t->channel[channel]].name, off),
+                     err)
+               : STEIN_OK;
+}
