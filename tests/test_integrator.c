@@ -194,6 +194,20 @@ START_TEST(nobody_moves_a_controlled_step_by_looking)
 }
 END_TEST
 
+START_TEST(controlled_steps_give_up_on_a_motion_that_is_too_stiff)
+{
+    stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_DP5, 1e-3);
+    stein_pace pace = {.tolerance = 1e-10, .longest = 1e-2, .h = 1e-4, .next = INFINITY};
+    const double q = 0.4, qd = 1.0;
+    stein_err why;
+    ck_assert_stein(stein_set(sim, "rod.damping", 1e9, err));
+    ck_assert_stein(stein_set_state(sim, 0.0, &q, &qd, err));
+    ck_assert_int_eq(stein_run_adaptive(sim, 10.0, &pace, &why), STEIN_ECHATTER);
+    ck_assert_ptr_nonnull(strstr(why.msg, "too stiff"));
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 START_TEST(controlled_steps_refuse_what_makes_no_sense)
 {
     stein_sim *rk4 = make_sim(&stein_model_pendulum, STEIN_RK4, 1e-3);
@@ -262,6 +276,7 @@ Suite *integrator_suite(void)
     tcase_add_test(tc, what_is_seen_inside_of_controlled_steps_is_the_motion);
     tcase_add_test(tc, nobody_moves_a_controlled_step_by_looking);
     tcase_add_test(tc, controlled_steps_refuse_what_makes_no_sense);
+    tcase_add_test(tc, controlled_steps_give_up_on_a_motion_that_is_too_stiff);
     tcase_add_test(tc, the_same_run_gives_the_same_bits);
     tcase_add_test(tc, a_restored_state_continues_bit_for_bit);
     suite_add_tcase(suite, tc);

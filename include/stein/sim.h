@@ -99,7 +99,8 @@ typedef struct stein_pace {
  * looks.
  *  @return OK; EINVAL (the integrator is RK4, a number of pace out of range, t_end before the
  * current time or not finite); ENONFINITE, ESINGULAR, ECHATTER: as stein_step, when no step is
- * short enough */
+ * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest
+ * trial steps: it is too stiff */
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
 double stein_time(const stein_sim *sim);
 /** Length of a whole step [s], as the definition set it. */

@@ -24,7 +24,9 @@
 #include "core.h"
 
 enum { MAX_EVENTS_ON_THE_SPOT = 200 };
-static const double shortest = 1e-12;        /* [s] */
+static const double shortest = 1e-12; /* [s] */
+/* trials of a run: what a motion may ask for that is too stiff for explicit steps */
+static const double fewest_trials = 2e4, trials_a_longest = 1e3;
 static const double beside = 1e-3;           /* just before and behind an event, in steps */
 static const double most = 4.0, least = 0.1; /* factors from one step to the next */
 
@@ -160,8 +162,14 @@ static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_er
 {
     stein_status status = STEIN_OK;
     double e_last = 1.0, growth = most;
+    double left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
     int spot = 0; // events without a step between them
     while (status == STEIN_OK && sim->head->t < t_end) {
+        if (--left_over < 0.0) {
+            return stein__fail(err, STEIN_ECHATTER,
+                               "the motion is too stiff: steps of %g s at t = %g s would never end",
+                               pace->h, sim->head->t);
+        }
         double t = sim->head->t, left = t_end - t, wanted = fmin(pace->h, pace->longest);
         int last = wanted >= left * (1.0 - 1e-9);
         double h = last ? left : fmin(wanted, 0.5 * left); // no crumb before t_end
