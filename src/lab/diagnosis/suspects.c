@@ -293,7 +293,8 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
     s->never = "its part cannot be added";
     if (d->def->report != NULL) {
         char *line =
-            lab__text("%s at %s: %s", s->s.candidate.effect->kind, s->s.candidate.place, why.msg);
+            lab__text("%s at %s: %s", s->s.candidate.effect->kind, s->s.candidate.place,
+                      why.msg[0] != '\0' ? why.msg : "its strokes would begin in other ways");
         if (line != NULL) {
             d->def->report(d->def->ctx, line);
         }
