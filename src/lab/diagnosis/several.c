@@ -168,7 +168,9 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
     return lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-/* @return does the leader of this search pay where nothing was fitted? Then it is a cause. */
+/* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
+ * leaves more than the stated noise it may be one before it pays: what else is missing bends the
+ * numbers until that is found, too. */
 static int accept(diag__found *f, diag *d, double before, stein_status *status, stein_err *err)
 {
     diag__suspect *best = d->n > 0 ? &d->suspect[0] : NULL;
@@ -178,7 +180,8 @@ static int accept(diag__found *f, diag *d, double before, stein_status *status, 
     }
     *status = judge(d, best, &after, err);
     best->s.held_out = after.rmse;
-    int pays = d->held_data->n < 1 || after.rmse < before;
+    int pays = d->held_data->n < 1 || after.rmse < before ||
+               (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
     if (*status != STEIN_OK || !pays || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;
@@ -284,6 +287,11 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         d = next;
     }
     while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
+    }
+    if (f->n > 0 && isfinite(before->rmse) && !(f->held.rmse < before->rmse)) {
+        f->n = 0; // all of them together do not pay
+        f->end = first;
+        f->leader = NULL;
     }
     return status;
 }
