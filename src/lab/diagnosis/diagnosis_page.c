@@ -128,12 +128,26 @@ static void card(FILE *f, const char *title)
     fprintf(f, "<div class=\"card\"><h2>%s</h2>\n", title);
 }
 
+static int is_first_there(const lab_diagnosis *d, int cause)
+{
+    for (int i = 0; i < cause; i++) {
+        if (strcmp(d->suspect[i].candidate.place, d->suspect[cause].candidate.place) == 0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 static void where_card(FILE *f, const lab_diagnosis *d)
 {
-    const lab_candidate *c = &d->suspect[0].candidate;
     card(f, "Where and when");
     fputs("<p class=\"big\">", f);
-    page__text(f, c->place);
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        if (is_first_there(d, i)) {
+            fputs(i == 0 ? "" : ", ", f);
+            page__text(f, d->suspect[i].candidate.place);
+        }
+    }
     fputs("</p>\n<p>", f);
     if (d->phase != NULL) {
         fputs("shows most in: ", f);
@@ -141,13 +155,31 @@ static void where_card(FILE *f, const lab_diagnosis *d)
     } else {
         fputs("in no phase more than in others", f);
     }
-    fputs("</p>\n<p class=\"quiet\">", f);
-    if (c->effect != NULL) {
-        page__text(f, c->effect->equation);
-        fputs("<br>looks like: ", f);
-        page__text(f, c->effect->looks);
+    fputs("</p>\n", f);
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        const lab_effect *e = d->suspect[i].candidate.effect;
+        if (e != NULL) {
+            fputs("<p class=\"quiet\">", f);
+            page__text(f, e->equation);
+            fputs("<br>looks like: ", f);
+            page__text(f, e->looks);
+            fputs("</p>\n", f);
+        }
     }
-    fputs("</p></div>\n", f);
+    fputs("</div>\n", f);
+}
+
+/* which of several causes, and what the others are without it */
+static void cause_line(FILE *f, const lab_suspect *s)
+{
+    fputs("<p>", f);
+    page__cause(f, &s->candidate);
+    if (isfinite(s->own_ratio)) {
+        fputs(" <small>error ", f);
+        page__number(f, s->own_ratio, 2);
+        fputs(" of what it is without it</small>", f);
+    }
+    fputs("</p>\n", f);
 }
 
 static void size_card(FILE *f, const lab_diagnosis *d)
@@ -155,6 +187,9 @@ static void size_card(FILE *f, const lab_diagnosis *d)
     card(f, "How large, with 95 % interval");
     for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
         const lab_suspect *s = &d->suspect[i];
+        if (d->ncause > 1) {
+            cause_line(f, s);
+        }
         for (int k = 0; k < s->nnumber && k < LAB_MOVED; k++) {
             const lab_cause_number *n = &s->number[k];
             fputs(k == 0 ? "<p class=\"big\">" : "<p>", f);
