@@ -7,27 +7,9 @@ stein=${STEIN_BUILD:-build}/stein
 dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-cli-XXXXXX") || exit 1
 trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
 trap 'exit 1' HUP INT TERM
-XDG_CACHE_HOME=$dir/cache
-export XDG_CACHE_HOME
+. tests/claims.sh
 unset CC
-LC_ALL=C
-export LC_ALL
-passed=0
-failed=0
 
-pass() { passed=$((passed + 1)); }
-fail() { failed=$((failed + 1)); echo "FAILED: $*"; sed 's/^/    /' "$dir/err" | head -n 4; }
-
-# claim CODE TEXT COMMAND...: the command exits with CODE; output in $dir/out, $dir/err
-claim() {
-    code=$1 text=$2
-    shift 2
-    "$@" >"$dir/out" 2>"$dir/err" </dev/null
-    got=$?
-    if [ "$got" = "$code" ]; then pass; else fail "$text (exit $got, expected $code)"; fi
-}
-# says TEXT PATTERN: standard error of the last claim has the pattern
-says() { if grep -q -e "$2" "$dir/err"; then pass; else fail "$1"; fi; }
 # shows TEXT PATTERN: standard output of the last claim has the pattern
 shows() { if grep -q -e "$2" "$dir/out"; then pass; else fail "$1"; fi; }
 # quiet TEXT: standard output of the last claim is empty

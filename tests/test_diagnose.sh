@@ -9,25 +9,10 @@ model=models/stein1788.yaml
 dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-diagnose-XXXXXX") || exit 1
 trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
 trap 'exit 1' HUP INT TERM
-XDG_CACHE_HOME=$dir/cache
-export XDG_CACHE_HOME
-LC_ALL=C
-export LC_ALL
-passed=0 failed=0
+. tests/claims.sh
 
-pass() { passed=$((passed + 1)); }
-fail() { failed=$((failed + 1)); echo "FAILED: $*"; sed 's/^/    /' "$dir/err" | head -n 4; }
-# claim CODE TEXT COMMAND...: the command exits with CODE
-claim() {
-    code=$1 text=$2
-    shift 2
-    "$@" >"$dir/out" 2>"$dir/err" </dev/null
-    got=$?
-    if [ "$got" = "$code" ]; then pass; else fail "$text (exit $got, expected $code)"; fi
-}
 # holds TEXT COMMAND...
 holds() { text=$1; shift; if "$@" >/dev/null 2>&1; then pass; else fail "$text"; fi; }
-says() { if grep -q -e "$2" "$dir/err"; then pass; else fail "$1"; fi; }
 
 # ---- the command line
 claim 2 "a diagnosis needs a folder" "$stein" diagnose $model models/strokes/stroke_01.csv

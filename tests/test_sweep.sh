@@ -8,25 +8,10 @@ stein=${STEIN_BUILD:-build}/stein
 dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-sweep-XXXXXX") || exit 1
 trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
 trap 'exit 1' HUP INT TERM
-LC_ALL=C
-export LC_ALL
-passed=0
-failed=0
+. tests/claims.sh
 kills=${KILLS:-200}
 model=models/stein1788.yaml
 
-pass() { passed=$((passed + 1)); }
-fail() { failed=$((failed + 1)); echo "FAILED: $*"; sed 's/^/    /' "$dir/err" | head -n 4; }
-# claim CODE TEXT COMMAND...: the command exits with CODE; output in $dir/out, $dir/err
-claim() {
-    code=$1 text=$2
-    shift 2
-    "$@" >"$dir/out" 2>"$dir/err" </dev/null
-    got=$?
-    if [ "$got" = "$code" ]; then pass; else fail "$text (exit $got, expected $code)"; fi
-}
-# says TEXT PATTERN: standard error of the last claim has the pattern
-says() { if grep -q -e "$2" "$dir/err"; then pass; else fail "$1"; fi; }
 # one_line: standard error of the last claim is a single line, standard output empty
 one_line() {
     if [ "$(wc -l <"$dir/err")" = 1 ] && [ ! -s "$dir/out" ]; then pass; else fail "$1: one line"; fi

@@ -71,6 +71,11 @@ int cli_parse(cli_args *args, const cli_command *command, int argc, char **argv)
 const char *cli_value(const cli_args *args, const char *option);
 /** A time option ("0.3 s", "300ms"); *seconds stays when it was not given. */
 int cli_time(const cli_args *args, const char *option, double *seconds);
+/** A whole number from 1 to most; *value stays when it was not given.
+ *  @return CLI_OK, or CLI_USAGE after a message */
+int cli_count(const cli_args *args, const char *option, int most, int *value);
+/** --jobs, else one thread a processor. @return as cli_count */
+int cli_threads(const cli_args *args, int *threads);
 /** The nearest of n names (NULL: none is near). */
 const char *cli_nearest(const char *name, const char *const *names, int n);
 /** "stein strike: MESSAGE" and a pointer to --help. @return CLI_USAGE */
@@ -129,6 +134,8 @@ void cli_progress_show(cli_progress *p, double fraction);
 /** A line now and then for who is not at a terminal, at most every so many seconds. */
 void cli_progress_line(cli_progress *p, double fraction, double every);
 void cli_progress_end(cli_progress *p);
+/** A bar on a terminal, elsewhere a line now and then. @param ctx  the cli_progress */
+void cli_progress_step(void *ctx, double fraction, const char *step);
 
 enum { CLI_TEXT = 64 };
 /** A quantity for people: "7.2 mm", "82 g", "1.571 rad = 90 deg". @param text [CLI_TEXT] */

@@ -10,7 +10,7 @@
 #include "cli.h"
 #include "stein/diagnose.h"
 
-enum { FINDINGS = 6, RIVALS = 5, SECONDS_A_LINE = 5 };
+enum { FINDINGS = 6, RIVALS = 5 };
 
 typedef struct job {
     const cli_args *args;
@@ -27,15 +27,6 @@ typedef struct job {
     cli_progress progress;
     const char *folder;
 } job;
-
-/* a bar on a terminal; elsewhere a line now and then */
-static void on_progress(void *ctx, double fraction, const char *step)
-{
-    job *j = ctx;
-    j->progress.what = step;
-    cli_progress_show(&j->progress, fraction);
-    cli_progress_line(&j->progress, fraction, SECONDS_A_LINE);
-}
 
 static void on_report(void *ctx, const char *message)
 {
@@ -110,10 +101,8 @@ static int read_files(job *j)
 
 static int read_options(job *j)
 {
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const char *jobs = cli_value(j->args, "jobs"), *free = cli_value(j->args, "free");
+    const char *free = cli_value(j->args, "free");
     j->def = lab_diagnose_def_default();
-    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
     j->folder = cli_value(j->args, "output");
     if (j->folder == NULL) {
         return cli_misuse(j->args->command, "where to? expected -o DIR");
@@ -126,17 +115,9 @@ static int read_options(job *j)
                               free);
         }
     }
-    if (jobs != NULL) {
-        size_t digits = strspn(jobs, "0123456789");
-        int n = digits > 0 && digits < 4 && jobs[digits] == '\0' ? (int)strtol(jobs, NULL, 10) : 0;
-        if (n < 1 || n > LAB_THREADS) {
-            return cli_misuse(j->args->command, "--jobs %s: expected a number from 1 to %d", jobs,
-                              (int)LAB_THREADS);
-        }
-        j->def.threads = n;
-    }
     j->def.held_out = j->args->nheld > 0 ? j->held_out : NULL;
-    return read_files(j);
+    int code = cli_threads(j->args, &j->def.threads);
+    return code == CLI_OK ? read_files(j) : code;
 }
 
 /* ---- the data ---- */
@@ -396,9 +377,9 @@ static int compute(job *j)
     options.set = j->args->set;
     options.nset = j->args->nset;
     j->def.options = &options;
-    j->def.progress = on_progress;
+    j->def.progress = cli_progress_step;
     j->def.report = on_report;
-    j->def.ctx = j;
+    j->def.ctx = &j->progress;
     cli_progress_begin(&j->progress, "diagnosis");
     stein_status status =
         lab_diagnose(&j->diagnosis, j->args->operand[0], j->model, j->data, &j->def, &err);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli.h"
 #include "stein/fit.h"
@@ -34,22 +33,6 @@ static void on_report(void *ctx, const char *message)
 }
 
 /* ---- the command line ---- */
-
-static int read_count(const job *j, const char *option, int most, int *value)
-{
-    const char *text = cli_value(j->args, option);
-    if (text == NULL) {
-        return CLI_OK;
-    }
-    size_t digits = strspn(text, "0123456789");
-    long n = digits > 0 && digits < 7 && text[digits] == '\0' ? strtol(text, NULL, 10) : -1;
-    if (n < 1 || n > most) {
-        return cli_misuse(j->args->command, "--%s %s: expected a number from 1 to %d", option, text,
-                          most);
-    }
-    *value = (int)n;
-    return CLI_OK;
-}
 
 static int read_quantity(const job *j, const char *option, mech_dim dim, double *value)
 {
@@ -89,13 +72,11 @@ static int read_names(job *j)
 
 static int read_options(job *j)
 {
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
     const char *initial = cli_value(j->args, "initial");
     j->def = lab_fit_def_default();
-    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
     int code = read_names(j);
-    code = code == CLI_OK ? read_count(j, "jobs", LAB_THREADS, &j->def.threads) : code;
-    code = code == CLI_OK ? read_count(j, "starts", LAB_FIT_STARTS, &j->def.starts) : code;
+    code = code == CLI_OK ? cli_threads(j->args, &j->def.threads) : code;
+    code = code == CLI_OK ? cli_count(j->args, "starts", LAB_FIT_STARTS, &j->def.starts) : code;
     code = code == CLI_OK ? read_quantity(j, "prior", (mech_dim){0, 0, 0, 0}, &j->def.prior) : code;
     code = code == CLI_OK ? read_quantity(j, "offset", (mech_dim){.m = 1}, &j->def.offset) : code;
     code = code == CLI_OK ? read_quantity(j, "trigger", (mech_dim){.s = 1}, &j->def.trigger) : code;

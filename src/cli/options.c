@@ -6,7 +6,9 @@
  * which option was meant.
  */
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli.h"
 
@@ -237,4 +239,27 @@ int cli_time(const cli_args *args, const char *option, double *seconds)
         return cli_misuse(args->command, "--%s %s: %s", option, text, err.msg);
     }
     return CLI_OK;
+}
+
+int cli_count(const cli_args *args, const char *option, int most, int *value)
+{
+    const char *text = cli_value(args, option);
+    if (text == NULL) {
+        return CLI_OK;
+    }
+    size_t digits = strspn(text, "0123456789");
+    long n = digits > 0 && digits < 7 && text[digits] == '\0' ? strtol(text, NULL, 10) : -1;
+    if (n < 1 || n > most) {
+        return cli_misuse(args->command, "--%s %s: expected a number from 1 to %d", option, text,
+                          most);
+    }
+    *value = (int)n;
+    return CLI_OK;
+}
+
+int cli_threads(const cli_args *args, int *threads)
+{
+    long n = sysconf(_SC_NPROCESSORS_ONLN);
+    *threads = n < 1 ? 1 : n > LAB_THREADS ? LAB_THREADS : (int)n;
+    return cli_count(args, "jobs", LAB_THREADS, threads);
 }

@@ -4,12 +4,11 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli.h"
 #include "stein/plan.h"
 
-enum { SHOWN = 12, SECONDS_A_LINE = 5, NAME_WIDTH = 46 };
+enum { SHOWN = 12, NAME_WIDTH = 46 };
 enum { PLAN, STROKE, RIVAL, FILES };
 
 typedef struct job {
@@ -23,33 +22,14 @@ typedef struct job {
     char *path[FILES];
 } job;
 
-static void on_progress(void *ctx, double fraction, const char *step)
-{
-    job *j = ctx;
-    j->progress.what = step;
-    cli_progress_show(&j->progress, fraction);
-    cli_progress_line(&j->progress, fraction, SECONDS_A_LINE);
-}
-
 /* ---- the command line ---- */
 
 static int read_options(job *j)
 {
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const char *jobs = cli_value(j->args, "jobs"), *odds = cli_value(j->args, "odds");
+    const char *odds = cli_value(j->args, "odds");
     stein_err err = {STEIN_OK, ""};
     j->def = lab_plan_def_default();
-    j->def.threads = processors < 1 ? 1 : processors > LAB_THREADS ? LAB_THREADS : (int)processors;
     j->folder = cli_value(j->args, "output");
-    if (jobs != NULL) {
-        size_t digits = strspn(jobs, "0123456789");
-        int n = digits > 0 && digits < 4 && jobs[digits] == '\0' ? (int)strtol(jobs, NULL, 10) : 0;
-        if (n < 1 || n > LAB_THREADS) {
-            return cli_misuse(j->args->command, "--jobs %s: expected a number from 1 to %d", jobs,
-                              (int)LAB_THREADS);
-        }
-        j->def.threads = n;
-    }
     if (odds != NULL) {
         double value = 0.0;
         if (mech_parse_quantity(odds, (mech_dim){0, 0, 0, 0}, &value, &err) != STEIN_OK ||
@@ -58,7 +38,7 @@ static int read_options(job *j)
         }
         j->def.wanted = value;
     }
-    return CLI_OK;
+    return cli_threads(j->args, &j->def.threads);
 }
 
 /* ---- what is printed ---- */
@@ -174,8 +154,8 @@ static int compute(job *j)
     options.set = j->args->set;
     options.nset = j->args->nset;
     j->def.options = &options;
-    j->def.progress = on_progress;
-    j->def.ctx = j;
+    j->def.progress = cli_progress_step;
+    j->def.ctx = &j->progress;
     stein_status status = lab_diagnosis_read(&j->diagnosis, file[1], j->model, &err);
     if (status == STEIN_OK) {
         cli_progress_begin(&j->progress, "experiments");

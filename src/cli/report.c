@@ -122,6 +122,15 @@ void cli_progress_end(cli_progress *p)
     }
 }
 
+void cli_progress_step(void *ctx, double fraction, const char *step)
+{
+    enum { SECONDS_A_LINE = 5 };
+    cli_progress *p = ctx;
+    p->what = step;
+    cli_progress_show(p, fraction);
+    cli_progress_line(p, fraction, SECONDS_A_LINE);
+}
+
 /* ---- for people ---- */
 
 const char *cli_quantity(char *text, double value, const char *unit)

@@ -244,21 +244,15 @@ static void print_json(const inquiry *s)
 
 static int run(const cli_args *args)
 {
-    const char *folder = cli_value(args, "output"), *jobs = cli_value(args, "jobs");
+    const char *folder = cli_value(args, "output");
     inquiry s = {.args = args};
     stein_err err = {STEIN_OK, ""};
-    long online = sysconf(_SC_NPROCESSORS_ONLN);
-    int threads = online > 0 && online < 64 ? (int)online : 1;
+    int threads = 1, code = cli_threads(args, &threads);
     if (folder == NULL) {
         return cli_misuse(args->command, "where to? expected -o DIR");
     }
-    if (jobs != NULL) {
-        char *end;
-        long n = strtol(jobs, &end, 10);
-        if (*jobs == '\0' || *end != '\0' || n < 1 || n > 64) {
-            return cli_misuse(args->command, "--jobs %s: expected 1 to 64", jobs);
-        }
-        threads = (int)n;
+    if (code != CLI_OK) {
+        return code;
     }
     int further = cli_value(args, "facts") == NULL;
     stein_status status = cli_open(&s.model, args, &err);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli.h"
 
@@ -68,21 +67,6 @@ static int read_shard(job *j)
     return CLI_OK;
 }
 
-static int read_jobs(job *j)
-{
-    const char *text = cli_value(j->args, "jobs"), *at = text;
-    long n = sysconf(_SC_NPROCESSORS_ONLN);
-    j->def.threads = n < 1 ? 1 : n > LAB_THREADS ? LAB_THREADS : (int)n;
-    if (text == NULL) {
-        return CLI_OK;
-    }
-    if (read_int(&at, &n) != 0 || *at != '\0' || n < 1 || n > LAB_THREADS) {
-        return cli_misuse(j->args->command, "--jobs %s: expected 1 to %d", text, (int)LAB_THREADS);
-    }
-    j->def.threads = (int)n;
-    return CLI_OK;
-}
-
 static int read_times(job *j)
 {
     int code = cli_time(j->args, "until", &j->def.until);
@@ -113,7 +97,7 @@ static int read_options(job *j)
     j->def.set = j->args->set;
     j->def.nset = j->args->nset;
     int code = read_shard(j);
-    code = code == CLI_OK ? read_jobs(j) : code;
+    code = code == CLI_OK ? cli_threads(j->args, &j->def.threads) : code;
     return code == CLI_OK ? cli_results_check(j->args) : code;
 }
 

@@ -5,10 +5,7 @@
  *
  *      h <- 0.9 h e^-0.17 e_last^0.04,    e = max over joints (|e_q|, h |e_qd|) / tol
  *
- * (Gustafsson's PI controller with the exponents of Hairer's DOPRI5: half as many steps are thrown
- * away as with e^(-1/5) alone, and strokes are twice as near to the truth.) The pair of order 8 of
- * Dormand & Prince was tried: no cheaper at the same error, as friction turns over within a few of
- * its steps and events cut the rest.
+ * (Gustafsson's PI controller with the exponents of Hairer's DOPRI5.)
  *
  * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
  * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first

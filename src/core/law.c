@@ -9,9 +9,8 @@
 static const double felt_unit = 1e-4;  /* m, where the exponent is neutral */
 static const double turn_speed = 0.01; /* m/s, loading turns into unloading within it */
 
-/* tanh in half the time of libm's and a little nearer to it (1.4 units in the last place,
- * glibc 2.1): a quarter of a simulation's time went there. Near 0 Cephes' rational function
- * (Moshier 1989). */
+/* tanh without the detour over expm1 that libm takes: laws ask for little else. Near 0 the rational
+ * function of Cephes (Moshier 1989). */
 static double tanh_of(double u)
 {
     double a = fabs(u);

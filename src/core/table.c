@@ -6,8 +6,7 @@
  * with u = (x - x_0)/h in 0..1 between two points (Hermite), slopes s as law.h has them. A monotone
  * choice of slopes (Fritsch & Carlson 1980) would never overshoot, but is not linear in the values:
  * a curve that is fitted changes its shape with its size then, and has no derivative at 0. A
- * straight line from point to point has kinks, which cost an integrator with controlled steps more
- * than the cubic.
+ * straight line from point to point has kinks, each of which a controlled step would have to find.
  *
  * Beyond the ends the curve is level: a force that went on growing there with the speed, as a fit
  * may well try, would drive a mechanism to infinity.

@@ -65,8 +65,9 @@ typedef struct lab__json {
 } lab__json;
 void lab__json_open(lab__json *j, const char *key, char bracket); /* '{' or '[' */
 void lab__json_close(lab__json *j);
-void lab__json_text(lab__json *j, const char *key, const char *value); /* NULL: null */
-void lab__json_real(lab__json *j, const char *key, double value);      /* not finite: null */
+void lab__json_text(lab__json *j, const char *key, const char *value);       /* NULL: null */
+void lab__json_real(lab__json *j, const char *key, double value);            /* not finite: null */
+void lab__json_reals(lab__json *j, const char *key, const double *v, int n); /* a list */
 void lab__json_int(lab__json *j, const char *key, int value);
 void lab__json_bool(lab__json *j, const char *key, int value);
 void lab__json_null(lab__json *j, const char *key);

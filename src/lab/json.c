@@ -77,6 +77,15 @@ void lab__json_real(lab__json *j, const char *key, double value)
     fputs(isfinite(value) ? lab__number(text, value) : "null", j->stream);
 }
 
+void lab__json_reals(lab__json *j, const char *key, const double *v, int n)
+{
+    lab__json_open(j, key, '[');
+    for (int i = 0; i < n; i++) {
+        lab__json_real(j, NULL, v[i]);
+    }
+    lab__json_close(j);
+}
+
 void lab__json_int(lab__json *j, const char *key, int value)
 {
     lead(j, key);

@@ -10,8 +10,8 @@
  *   own to each stroke      time of the trigger, one offset a marker, drive, joint friction,
  *                           contact friction (with the scatter of the set as prior)
  *
- * X by differences of films, 0.1 sd to both sides (to one side, a refit can end 10 % beside the
- * size, and takes more steps). With the priors the refit is
+ * X by differences of films, 0.1 sd to both sides: one-sided ones lead a refit beside its end. With
+ * the priors the refit is
  *
  *   u = argmin |r - X u|^2 + |u|^2 = (X'X + 1)^-1 X' r ,     size = RMS(r - X u)
  *

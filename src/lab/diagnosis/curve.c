@@ -1,12 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * curve.c - an effect that is in no table: which law, of what, and where.
  *
- *   sites    every joint over its position and its speed, every contact over its depth and its
- * rate, where the strokes go (curve_site.c) model    the mechanism with a table of zeros at each of
- * them: one more compilation, none a site scores   marginal likelihood of every curve to first
- * order at the null fit fits     the best ones in full, everything else refitted (curve_fit.c)
- *   judge    the best of those by marginal likelihood; it is believed when strokes that were held
- *            out are predicted better, and otherwise nothing of what was tried explains them
+ * sites    every joint over its position and its speed, every contact over its depth and its rate,
+ *          where the strokes go (curve_site.c)
+ *
+ * model    the mechanism with a table of zeros at each of them: one more compilation, none a site
+ *
+ * scores   marginal likelihood of every curve to first order at the null fit
+ *
+ * fits     the best ones in full, everything else refitted (curve_fit.c)
+ *
+ * judge    the best of those by marginal likelihood; it is believed when strokes that were held out
+ *          are predicted better, and otherwise nothing of what was tried explains them
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,9 +20,8 @@
 #include "curve.h"
 
 enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, NAME = 2 * MECH_NAME };
-static const double explained = 2.0;    /* chi2/dof of a fit that can be trusted, as there */
-static const double must_explain = 0.7; /* share of the misfit, as there */
-static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
+static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, as in verdict.c */
+static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -41,23 +45,6 @@ static stein_status make_text(const diag *d, const diag__curves *w, char **text,
     status = status == STEIN_OK ? lab__surgery_text(s, text, size, err) : status;
     lab__surgery_end(s);
     free(old);
-    return status;
-}
-
-/* the strokes again, bound to the model: it counts parameters differently */
-static stein_status read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
-                               stein_err *err)
-{
-    lab_data_options options = lab_data_options_default(lab_equations(model));
-    const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
-    if (file == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    for (int i = 0; i < set->n; i++) {
-        file[i] = set->stroke[i]->file;
-    }
-    stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
-    free(file);
     return status;
 }
 
@@ -133,8 +120,10 @@ static stein_status open_model(const diag *d, diag__curves *w, stein_err *err)
         status = lab__open_text(&w->model, d->file, text, size, d->def->options, err);
     }
     free(text);
-    status = status == STEIN_OK ? read_again(d->fit_data, w->model, &w->fit_data, err) : status;
-    status = status == STEIN_OK ? read_again(d->held_data, w->model, &w->held_data, err) : status;
+    status =
+        status == STEIN_OK ? diag__read_again(d->fit_data, w->model, &w->fit_data, err) : status;
+    status =
+        status == STEIN_OK ? diag__read_again(d->held_data, w->model, &w->held_data, err) : status;
     status = status == STEIN_OK ? make_names(d, w, err) : status;
     status = status == STEIN_OK ? fit__problem_make_open(&w->p, w->model, w->fit_data, &w->def, err)
                                 : status;
@@ -269,35 +258,15 @@ static stein_status note_values(diag *d, const diag__curves *w, const diag__curv
                                 stein_err *err)
 {
     lab_diagnosis *o = d->out;
-    const stein_model *m = lab_equations(d->model);
     o->value = calloc((size_t)d->nname + 1, sizeof *o->value);
     if (o->value == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    const double prior[DIAG_CLASSES] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
-                                        d->fit_def.drive_scatter};
-    for (int i = 0; i < DIAG_CLASSES; i++) {
-        o->scatter[i] = prior[i] * sqrt(d->null_D[i]);
-    }
     o->chi2_dof_after = o->law[0].chi2_dof;
     for (int k = 0; k < d->nname; k++) {
-        const fit__unknown *u = &w->p.unknown[k];
-        int param = stein_find_param(m, d->name[k]);
-        double in_sd = u->prior ? fmin(1.0, c->sd[k]) : c->sd[k];
-        double value = fit__value(u, c->x[k]), slope = fabs(fit__slope(u, c->x[k]));
-        double sd = in_sd * u->sd * slope;
-        o->value[o->nvalue++] = (lab_fit_value){.name = m->params[param].name,
-                                                .unit = m->params[param].unit,
-                                                .param = param,
-                                                .logarithmic = u->log,
-                                                .start = m->params[param].value,
-                                                .value = value,
-                                                .sd = sd,
-                                                .lo = value - 1.96 * sd,
-                                                .hi = value + 1.96 * sd,
-                                                .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
-                                                .data_sd = NAN};
+        diag__note_value(d, &w->p, k, c->x[k], c->sd[k], 1.0);
     }
+    diag__note_scatter(d, d->null_D);
     return STEIN_OK;
 }
 
@@ -305,7 +274,7 @@ static void say(lab_diagnosis *o, double before)
 {
     const lab_law *l = &o->law[0];
     size_t n = strlen(o->reason);
-    if (l->pays && l->share >= must_explain) {
+    if (l->pays && l->share >= diag__must_explain) {
         snprintf(o->reason + n, sizeof o->reason - n,
                  " A %s at %s over its %s does, as a curve: held-out strokes %.3g -> %.3g noise.",
                  l->what, l->place, l->of, before, l->held_out);
@@ -344,7 +313,7 @@ static int is_believed(const diag *d, const diag__found *f, const lab_law *l, do
         return l->chi2_dof < explained;
     }
     double other = f->n > 0 ? d->null_objective - diag__objective(f) : 0.0;
-    return l->share >= must_explain && l->chi2_dof <= diag__most_noise(d) &&
+    return l->share >= diag__must_explain && l->chi2_dof <= diag__most_noise(d) &&
            l->gain > other + diag__least_gain && (!held || f->n == 0 || l->held_out < f->held.rmse);
 }
 

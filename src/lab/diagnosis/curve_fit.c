@@ -171,15 +171,8 @@ static stein_status reduce(const diag__curves *w, const diag__site *s, const glo
 
 static double excess_of(const fit__problem *p, const double *r)
 {
-    for (int s = 0; s < p->nstroke; s++) {
-        for (int c = 0; c < p->stroke[s].nch; c++) {
-            if (!p->stroke[s].given[c]) {
-                double chi2 = fit__chi2(p, r) / fmax(1.0, p->samples - p->nu);
-                return fmax(1.0, chi2) * fmax(1.0, fit__inflation(p, r));
-            }
-        }
-    }
-    return 1.0;
+    return fit__noise_given(p) ? 1.0
+                               : fmax(1.0, fit__chi2_dof(p, r)) * fmax(1.0, fit__inflation(p, r));
 }
 
 static void temper(diag__reduced *q, double excess)
@@ -405,17 +398,6 @@ static stein_status make_room(fitting *t, stein_err *err)
     return status;
 }
 
-/* the longest stroke [s] */
-static double longest(const fit__problem *p)
-{
-    double T = 0.0;
-    for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        T = fmax(T, t->data->time[t->n - 1] - t->origin);
-    }
-    return T;
-}
-
 static double gain_of(const fitting *t)
 {
     return t->w->objective / t->c->excess - t->objective - t->q.logdet;
@@ -460,7 +442,7 @@ static stein_status fit(diag__curves *w, diag__curve *c, int anew, stein_err *er
     stein_err why = {STEIN_OK, ""};
     stein_status status = make_room(&t, err), end = STEIN_OK;
     free_only(w, c->site);
-    double T = longest(&w->p);
+    double T = diag__longest(&w->p);
     for (size_t k = 0; status == STEIN_OK && anew && k < sizeof share / sizeof *share; k++) {
         end = end == STEIN_OK ? rounds_to(&t, share[k] * T, 2, 0, &why) : end;
     }

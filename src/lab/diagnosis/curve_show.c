@@ -11,15 +11,6 @@
 
 enum { WIDTH = 560, BETWEEN = 8 };
 
-static void write_list(lab__json *j, const char *key, const double *v, int n)
-{
-    lab__json_open(j, key, '[');
-    for (int i = 0; i < n; i++) {
-        lab__json_real(j, NULL, v[i]);
-    }
-    lab__json_close(j);
-}
-
 static void write_law(lab__json *j, const char *key, const lab_law *l)
 {
     lab__json_open(j, key, '{');
@@ -30,10 +21,10 @@ static void write_law(lab__json *j, const char *key, const lab_law *l)
     lab__json_text(j, "at_unit", l->at_unit);
     lab__json_text(j, "unit", l->unit);
     lab__json_text(j, "table", l->table);
-    write_list(j, "at", l->at, l->n);
-    write_list(j, "value", l->value, l->n);
-    write_list(j, "lo", l->lo, l->n);
-    write_list(j, "hi", l->hi, l->n);
+    lab__json_reals(j, "at", l->at, l->n);
+    lab__json_reals(j, "value", l->value, l->n);
+    lab__json_reals(j, "lo", l->lo, l->n);
+    lab__json_reals(j, "hi", l->hi, l->n);
     lab__json_open(j, "seen", '[');
     for (int i = 0; i < l->n; i++) {
         lab__json_int(j, NULL, l->seen[i]);

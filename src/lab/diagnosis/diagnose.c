@@ -75,23 +75,28 @@ static stein_status split(diag *d, const lab_dataset *data, lab_dataset *fit, la
     return STEIN_OK;
 }
 
+stein_status diag__add_finding(diag *d, char *line, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    char **more = realloc(o->finding, sizeof *more * (size_t)(o->nfinding + 1));
+    o->finding = more != NULL ? more : o->finding;
+    if (line == NULL || more == NULL) {
+        free(line);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    o->finding[o->nfinding++] = line;
+    return STEIN_OK;
+}
+
 static stein_status audit(diag *d, const lab_dataset *data, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    lab_diagnosis *o = d->out;
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         lab_audit *a = NULL;
         status = lab_audit_create(&a, data->stroke[s], err);
         for (int i = 0; status == STEIN_OK && i < a->nfinding; i++) {
-            char **more = realloc(o->finding, sizeof *more * (size_t)(o->nfinding + 1));
-            char *line = lab__text("%s: %s", data->stroke[s]->file, a->finding[i]);
-            o->finding = more != NULL ? more : o->finding;
-            if (more == NULL || line == NULL) {
-                free(line);
-                status = lab__fail(err, STEIN_ENOMEM, "out of memory");
-            } else {
-                o->finding[o->nfinding++] = line;
-            }
+            status = diag__add_finding(d, lab__text("%s: %s", data->stroke[s]->file, a->finding[i]),
+                                       err);
         }
         lab_audit_destroy(a);
     }
@@ -174,17 +179,22 @@ void diag__close(diag *d)
 
 /* ---- the search ---- */
 
+stein_status diag__search(diag *d, stein_err *err)
+{
+    progress(d, d->naccepted > 0 ? 0.85 : 0.35, "what every candidate would change");
+    stein_status status = diag__changes(d, err);
+    status = status == STEIN_OK ? diag__rank(d, err) : status;
+    progress(d, d->naccepted > 0 ? 0.86 : 0.55, "fits with the best candidates");
+    return status == STEIN_OK ? diag__refit(d, err) : status;
+}
+
 static stein_status search(diag *d, stein_err *err)
 {
     progress(d, 0.02, "parts that may be missing");
     stein_status status = diag__suspects(d, err);
     progress(d, 0.05, "fit of the model as it is");
     status = status == STEIN_OK ? diag__pursue(d, err) : status;
-    progress(d, 0.35, "what every candidate would change");
-    status = status == STEIN_OK ? diag__changes(d, err) : status;
-    status = status == STEIN_OK ? diag__rank(d, err) : status;
-    progress(d, 0.55, "fits with the best candidates");
-    return status == STEIN_OK ? diag__refit(d, err) : status;
+    return status == STEIN_OK ? diag__search(d, err) : status;
 }
 
 /* ---- results ---- */

@@ -45,15 +45,6 @@ static void write_name(lab__json *j, const lab_suspect *s)
     lab__json_text(j, "class", e != NULL ? e->cls : NULL);
 }
 
-static void write_list(lab__json *j, const char *key, const double *v, int n)
-{
-    lab__json_open(j, key, '[');
-    for (int i = 0; i < n; i++) {
-        lab__json_real(j, NULL, v[i]);
-    }
-    lab__json_close(j);
-}
-
 /* all numbers of its fit with their joint uncertainty; sd and correlation of the logarithm where
  * one was fitted */
 static void write_posterior(lab__json *j, const lab_posterior *p)
@@ -65,7 +56,7 @@ static void write_posterior(lab__json *j, const lab_posterior *p)
         lab__json_bool(j, "logarithmic", p->number[i].logarithmic);
         lab__json_real(j, "value", p->number[i].value);
         lab__json_real(j, "sd", p->number[i].sd);
-        write_list(j, "correlation", p->correlation + i * p->n, i);
+        lab__json_reals(j, "correlation", p->correlation + i * p->n, i);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -255,9 +246,9 @@ static void write_forces(lab__json *j, const lab_diagnosis *d)
         lab__json_text(j, "joint", l->joint);
         lab__json_text(j, "unit", l->unit);
         lab__json_text(j, "file", l->file);
-        write_list(j, "time", l->t, l->n);
-        write_list(j, "force", l->force, l->n);
-        write_list(j, "sd", l->sd, l->n);
+        lab__json_reals(j, "time", l->t, l->n);
+        lab__json_reals(j, "force", l->force, l->n);
+        lab__json_reals(j, "sd", l->sd, l->n);
         lab__json_close(j);
     }
     lab__json_close(j);

@@ -134,9 +134,10 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
 
 /* ---- the file's own numbers ---- */
 
-static void note_value(lab_diagnosis *o, const stein_model *m, const fit__problem *p, int k,
-                       double x, double sd, double wide)
+void diag__note_value(diag *d, const fit__problem *p, int k, double x, double sd, double wide)
 {
+    lab_diagnosis *o = d->out;
+    const stein_model *m = lab_equations(d->model);
     const fit__unknown *u = &p->unknown[k];
     int param = u->kind == FIT__PARAM
                     ? stein_find_param(m, lab_equations(p->model)->params[u->index].name)
@@ -160,6 +161,15 @@ static void note_value(lab_diagnosis *o, const stein_model *m, const fit__proble
                                             .data_sd = NAN};
 }
 
+void diag__note_scatter(diag *d, const double *D)
+{
+    const double prior[DIAG_CLASSES] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
+                                        d->fit_def.drive_scatter};
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        d->out->scatter[i] = prior[i] * sqrt(D[i]);
+    }
+}
+
 /* as they are where the causes act, or without any */
 static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
 {
@@ -169,18 +179,14 @@ static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
     const fit__problem *p = s != NULL ? diag__problem(end, s) : &end->p;
     const double *x = s != NULL ? s->x : end->x, *sd = s != NULL ? s->sd : end->sd;
     const double *D = s != NULL ? s->D : end->null_D;
-    const double prior[] = {d->fit_def.joint_scatter, d->fit_def.contact_scatter,
-                            d->fit_def.drive_scatter};
     o->value = calloc((size_t)p->np + 1, sizeof *o->value);
     if (o->value == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int k = 0; k < p->np; k++) {
-        note_value(o, lab_equations(d->model), p, k, x[k], sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);
+        diag__note_value(d, p, k, x[k], sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);
     }
-    for (int i = 0; i < DIAG_CLASSES; i++) {
-        o->scatter[i] = prior[i] * sqrt(D[i]);
-    }
+    diag__note_scatter(d, D);
     return STEIN_OK;
 }
 

@@ -44,7 +44,7 @@
 #include "searching.h"
 
 enum { OWN = 2 }; /* amount and second number */
-static const double least = 25.0, sure = 1.645, points_to = 2.0;
+static const double sure = 1.645, points_to = 2.0;
 static const double visible = 0.01; /* RMS change at the limit [noise] */
 
 const char *lab_presence_text(lab_presence presence)
@@ -113,7 +113,7 @@ static void project(const lab__mixed *m, const gsl_matrix *L, int ne, int k, dou
 /* the z from which on it is named, of an amount with that sd [limits] */
 static double named_from(const diag *d, double sd, double wide)
 {
-    return fmax(d->z_by_chance, sqrt(least + log1p(wide / (sd * sd)) / wide));
+    return fmax(d->z_by_chance, sqrt(diag__least_gain + log1p(wide / (sd * sd)) / wide));
 }
 
 /* @param raw  information before anything is projected out; amounts count in limits */
@@ -222,8 +222,7 @@ static stein_status at_the_end(diag *d, diag__suspect *lead, const double **colu
                                 r, column, nown + n, err);
     }
     if (status == STEIN_OK) {
-        double chi2 = fit__chi2(p, r) / fmax(1.0, p->samples - p->nu);
-        double wide = lead != NULL ? diag__excess(d, lead) : fmax(1.0, chi2);
+        double wide = lead != NULL ? diag__excess(d, lead) : fmax(1.0, fit__chi2_dof(p, r));
         memcpy(m.D, lead != NULL ? lead->D : d->null_D, sizeof m.D);
         lab__mixed_weigh(&m);
         status = judge_all(d, &m, nown, index, n, wide, err);

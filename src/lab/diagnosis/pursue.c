@@ -22,7 +22,7 @@ enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 2, RENEWALS_LAST 
 static const double enough = 0.3;
 static const double near = 40.0; /* RMS [noise] */
 
-static double longest(const fit__problem *p)
+double diag__longest(const fit__problem *p)
 {
     double T = 0.0;
     for (int s = 0; s < p->nstroke; s++) {
@@ -63,7 +63,7 @@ static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_
 
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
 {
-    double T = longest(p);
+    double T = diag__longest(p);
     stein_status status = STEIN_OK;
     for (int h = -1; status == STEIN_OK && h + 1 < (int)HORIZONS;) {
         h = next_horizon(p, e, h, T, err);

@@ -80,7 +80,7 @@ static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *e
         s->s.refitted = 1;
         s->s.gain = d->null_objective - s->objective;
         s->s.amount = s->x[p->amount] * s->s.candidate.limit;
-        s->s.chi2_dof = fit__chi2(p, s->r) / fmax(1.0, p->samples - p->nu);
+        s->s.chi2_dof = fit__chi2_dof(p, s->r);
         d->out->fits++;
     }
     fit__problem_try(p, NULL);

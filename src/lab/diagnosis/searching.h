@@ -70,6 +70,11 @@ typedef struct diag {
 /** p for d->model, fit_data, fit_def and accepted, with room for x (0), J, r and sd.
  *  @return OK, or what fit__problem_make_with returns */
 stein_status diag__open_problem(diag *d, stein_err *err);
+/** From where the model stands: what every suspect would change, ranks, refits. */
+stein_status diag__search(diag *d, stein_err *err);
+/** A line for the findings of the audit, which takes it over. @return OK, ENOMEM (line NULL, too)
+ */
+stein_status diag__add_finding(diag *d, char *line, stein_err *err);
 /** What a search owns. */
 void diag__close(diag *d);
 
@@ -85,11 +90,17 @@ stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */
 stein_status diag__changes(diag *d, stein_err *err);
 void diag__suspects_free(diag *d);
+/** The same files bound to another model, which counts parameters and channels differently.
+ *  @return OK, or what lab_dataset_open returns */
+stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                              stein_err *err);
 /** The problem in which a suspect is simulated. */
 fit__problem *diag__problem(diag *d, diag__suspect *s);
 
 /* ---- pursue.c ---- */
 
+/** Time of the last sample of the longest stroke [s]. */
+double diag__longest(const fit__problem *p);
 /** A fit from e->x over growing horizons, with whatever effect the problem has on trial. */
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err);
 /** The null fit over growing horizons: x, J, r, ended. */
@@ -192,11 +203,17 @@ void diag__law_free(diag *d);
 
 /** Suspects, refitted numbers of the file and scatter of the diagnosis. @return OK, ENOMEM */
 stein_status diag__note(diag *d, diag__found *found, stein_err *err);
+/** A number of the file as it was refitted, behind the others of d->out->value, which has room;
+ *  unknown k of p is one, or an amount and left out.
+ *  @param wide  factor of sd */
+void diag__note_value(diag *d, const fit__problem *p, int k, double x, double sd, double wide);
+/** Scatter of the strokes with these variances [DIAG_CLASSES]. */
+void diag__note_scatter(diag *d, const double *D);
 
 /* ---- posterior.c ---- */
 
 /** Standard deviations of the best suspect of a search and its rivals from derivatives at their
- *  ends. The fits stop with what they had on the way, which may say half of it.
+ *  ends. The fits stop with what they had on the way, which may be too narrow.
  *  @return OK, ENOMEM */
 stein_status diag__widths(diag *d, stein_err *err);
 
@@ -215,7 +232,8 @@ stein_status diag__next(diag *d, stein_err *err);
 
 /** Cannot the data tell suspect i of a search from its best one? They are sorted. */
 int diag__is_rival(const diag *d, int i);
-extern const double diag__least_gain; /* of -2 log likelihood, to speak of */
+extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
+extern const double diag__must_explain; /* share of the misfit beyond noise */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
 /** Largest chi2/dof of noise that the data state; INFINITY where they do not state it. */

@@ -24,11 +24,6 @@ static const double enough = 0.3; /* of the objective */
 
 /* ---- where a search stands ---- */
 
-static double chi2_dof(const diag *d)
-{
-    return fit__chi2(&d->p, d->r) / fmax(1.0, d->p.samples - d->p.nu);
-}
-
 /* where all causes act: the last of them on trial, or all accepted */
 double diag__objective(const diag__found *f)
 {
@@ -147,14 +142,6 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     return status;
 }
 
-static stein_status search(diag *d, stein_err *err)
-{
-    stein_status status = diag__suspects(d, err);
-    status = status == STEIN_OK ? diag__changes(d, err) : status;
-    status = status == STEIN_OK ? diag__rank(d, err) : status;
-    return status == STEIN_OK ? diag__refit(d, err) : status;
-}
-
 /* ---- held-out strokes ---- */
 
 /* numerical failures leave rmse NAN */
@@ -202,7 +189,7 @@ static stein_status end_at(diag__found *f, diag *d, stein_err *err)
     diag__held_free(&f->held);
     f->end = d;
     f->leader = NULL;
-    f->chi2_dof = chi2_dof(d);
+    f->chi2_dof = fit__chi2_dof(&d->p, d->r);
     return judge(d, NULL, &f->held, err);
 }
 
@@ -271,15 +258,13 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         }
         stein_err why = {STEIN_OK, ""};
         diag *next = NULL;
-        if (first->def->progress != NULL) {
-            first->def->progress(first->def->ctx, 0.85, "is there another cause");
-        }
         status = open_stage(f, first, d, f->leader, NULL, &next, &why);
-        if (status == STEIN_OK && !diag__is_more(first, chi2_dof(next))) {
+        if (status == STEIN_OK && !diag__is_more(first, fit__chi2_dof(&next->p, next->r))) {
             status = end_at(f, next, err); // the leader's fit had not ended
             break;
         }
-        status = status == STEIN_OK ? search(next, &why) : status;
+        status = status == STEIN_OK ? diag__suspects(next, &why) : status;
+        status = status == STEIN_OK ? diag__search(next, &why) : status;
         if (status != STEIN_OK) { // what was found stays found
             status = status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
             break;

@@ -17,20 +17,12 @@
 
 static const double visible = 0.3; /* of the noise */
 
-static stein_status note(diag *d, char *line, stein_err *err)
+static stein_status tell(diag *d, char *line, stein_err *err)
 {
-    lab_diagnosis *o = d->out;
-    char **more = realloc(o->finding, sizeof *more * (size_t)(o->nfinding + 1));
-    o->finding = more != NULL ? more : o->finding;
-    if (line == NULL || more == NULL) {
-        free(line);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    if (d->def->report != NULL) {
+    if (line != NULL && d->def->report != NULL) {
         d->def->report(d->def->ctx, line);
     }
-    o->finding[o->nfinding++] = line;
-    return STEIN_OK;
+    return diag__add_finding(d, line, err);
 }
 
 /* predictions of a stroke with the file's numbers. @return 0, -1: it cannot be simulated */
@@ -82,14 +74,14 @@ stein_status diag__check_step(diag *d, stein_err *err)
     }
     free(y);
     if (plain != 0) {
-        return note(d,
+        return tell(d,
                     lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
                               "is too coarse; the diagnosis takes finer ones",
                               t->data->file, m->dt),
                     err);
     }
     return off > visible
-               ? note(
+               ? tell(
                      d,
                      lab__text("%s: the file's own step of %g s is too coarse: it moves %s by %.2g "
                                "of its noise; the diagnosis takes finer ones, other commands do "

@@ -252,14 +252,13 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     return NULL;
 }
 
-/* the same files, bound to another model: it counts parameters and channels differently */
-static stein_status read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
-                               stein_err *err)
+stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                              stein_err *err)
 {
     lab_data_options options = lab_data_options_default(lab_equations(model));
     const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
     if (file == NULL) {
-        return STEIN_ENOMEM;
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int i = 0; i < set->n; i++) {
         file[i] = set->stroke[i]->file;
@@ -275,8 +274,10 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
     stein_err why = {STEIN_OK, ""};
     stein_status status =
         lab_candidate_open(&s->s.candidate, &s->model, d->file, d->def->options, &why);
-    status = status == STEIN_OK ? read_again(d->fit_data, s->model, &s->fit_data, &why) : status;
-    status = status == STEIN_OK ? read_again(d->held_data, s->model, &s->held_data, &why) : status;
+    status =
+        status == STEIN_OK ? diag__read_again(d->fit_data, s->model, &s->fit_data, &why) : status;
+    status =
+        status == STEIN_OK ? diag__read_again(d->held_data, s->model, &s->held_data, &why) : status;
     if (status == STEIN_OK) {
         s->fit = calloc(1, sizeof *s->fit);
         status = s->fit != NULL

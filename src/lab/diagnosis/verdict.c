@@ -21,27 +21,14 @@
 
 #include "searching.h"
 
-const double diag__least_gain = 25.0;
+const double diag__least_gain = 25.0, diag__must_explain = 0.7;
 static const double near = 9.2; /* -2 ln of odds of 1 to 100 */
 static const double by_chance = 0.01;
-static const double slack = 0.05;       /* of chi2/dof */
-static const double must_explain = 0.7; /* share of the misfit */
-
-static int noise_given(const fit__problem *p)
-{
-    for (int s = 0; s < p->nstroke; s++) {
-        for (int c = 0; c < p->stroke[s].nch; c++) {
-            if (!p->stroke[s].given[c]) {
-                return 0;
-            }
-        }
-    }
-    return 1;
-}
+static const double slack = 0.05; /* of chi2/dof */
 
 double diag__excess(const diag *d, const diag__suspect *s)
 {
-    if (noise_given(&d->p)) {
+    if (fit__noise_given(&d->p)) {
         return 1.0;
     }
     const double *r = d->suspect[0].r;
@@ -103,7 +90,7 @@ static void say_nothing_found(lab_diagnosis *o)
 double diag__most_noise(const diag *d)
 {
     double dof = fmax(1.0, d->p.samples - d->p.nu);
-    return noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
+    return fit__noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
 }
 
 int diag__is_rival(const diag *d, int i)
@@ -122,7 +109,7 @@ int diag__spoken(const diag *d)
 
 int diag__is_more(const diag *d, double chi2_dof)
 {
-    return !noise_given(&d->p) || chi2_dof > diag__most_noise(d);
+    return !fit__noise_given(&d->p) || chi2_dof > diag__most_noise(d);
 }
 
 /* @return does the diagnosis end without a cause? */
@@ -130,10 +117,11 @@ static int is_unexplained(diag *d, double chi2_dof)
 {
     double before = d->out->chi2_dof_before, noise = diag__most_noise(d);
     double share = (before - chi2_dof) / fmax(before - 1.0, 1e-9);
-    const char *what =
-        chi2_dof > noise && share < must_explain ? "The best candidate leaves most of the misfit."
-        : chi2_dof > 2.0 && noise_given(&d->p)   ? "The best candidate leaves more than noise."
-                                                 : NULL;
+    const char *what = chi2_dof > noise && share < diag__must_explain
+                           ? "The best candidate leaves most of the misfit."
+                       : chi2_dof > 2.0 && fit__noise_given(&d->p)
+                           ? "The best candidate leaves more than noise."
+                           : NULL;
     if (what != NULL) {
         unexplained(d, what);
     }
@@ -145,7 +133,7 @@ void diag__verdict(diag *d, diag__found *f)
     lab_diagnosis *o = d->out;
     const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
     int spoken = diag__spoken(d);
-    o->chi2_dof_before = fit__chi2(&d->p, d->r) / fmax(1.0, d->p.samples - d->p.nu);
+    o->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
     o->chi2_dof_after = f->n > 0       ? f->chi2_dof
                         : best != NULL ? best->s.chi2_dof
                                        : o->chi2_dof_before;

@@ -198,6 +198,10 @@ stein_status fit__residuals(const fit__problem *p, const double *x, double *r, i
 size_t fit__offset(const fit__problem *p, int stroke);
 /** Sum of squares and priors. */
 double fit__chi2(const fit__problem *p, const double *r);
+/** The same over samples less unknowns. */
+double fit__chi2_dof(const fit__problem *p, const double *r);
+/** Do the files state the noise of every channel? */
+int fit__noise_given(const fit__problem *p);
 double fit__priors(const fit__problem *p, const double *x);
 /** Prediction to weighted residual, in place. */
 void fit__weigh(const fit__stroke *s, double *y);

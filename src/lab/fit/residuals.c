@@ -125,6 +125,23 @@ double fit__chi2(const fit__problem *p, const double *r)
     return sum;
 }
 
+double fit__chi2_dof(const fit__problem *p, const double *r)
+{
+    return fit__chi2(p, r) / fmax(1.0, p->samples - p->nu);
+}
+
+int fit__noise_given(const fit__problem *p)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            if (!p->stroke[s].given[c]) {
+                return 0;
+            }
+        }
+    }
+    return 1;
+}
+
 double fit__priors(const fit__problem *p, const double *x)
 {
     double sum = 0.0;

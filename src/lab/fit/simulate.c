@@ -12,8 +12,7 @@
  * about 1e5 1/s) and nothing happens for the rest. So their error is controlled, and the samples
  * are read from their dense output: the steps know nothing of frames, trigger and clock, and
  * differences with respect to those see a smooth interpolant. Only the samples of a recorded input,
- * which bends there, end a step. (Steps that ended at every frame were half as many again, and
- * derivatives were right to 5e-6 instead of 1e-6.)
+ * which bends there, end a step.
  *
  * With tol = 1e-11 a stroke is right to 1e-9 m, and what differences of strokes see of the steps'
  * choice is smaller. A sequence of steps kept from the unchanged parameters would be smoother

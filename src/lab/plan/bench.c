@@ -48,16 +48,6 @@ int plan__set(lab_experiment *e, const char *name, const char *unit, double valu
     return 1;
 }
 
-static const stein_input *input_of(const stein_model *m, const char *name)
-{
-    for (int i = 0; i < m->ninput; i++) {
-        if (strcmp(m->inputs[i].name, name) == 0) {
-            return &m->inputs[i];
-        }
-    }
-    return NULL;
-}
-
 /* the strokes so far, in the middle of what they set and drive */
 static void middle(plan__bench *b)
 {
@@ -71,8 +61,9 @@ static void middle(plan__bench *b)
                            : c->setting[i].lo;
         plan__set(e, c->setting[i].name, c->setting[i].unit, value);
     }
-    const stein_input *input = c->ninput > 0 ? input_of(b->m, c->input[0].name) : NULL;
-    if (input != NULL) {
+    int k = c->ninput > 0 ? stein_find_input(b->m, c->input[0].name) : -1;
+    if (k >= 0) {
+        const stein_input *input = &b->m->inputs[k];
         double lo = c->input[0].lo, hi = c->input[0].hi;
         int both = input->kind != STEIN_INPUT_MOTION && lo * hi < 0.0;
         snprintf(e->input, sizeof e->input, "%s", input->name);
@@ -225,16 +216,6 @@ static void eyes(plan__bench *b, const double *range)
     }
 }
 
-static int body_of(const stein_model *m, const char *name)
-{
-    for (int j = 0; j < m->nq; j++) {
-        if (strcmp(m->bodies[j].name, name) == 0) {
-            return j;
-        }
-    }
-    return -1;
-}
-
 stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
                               const stein_model *m, stein_err *err)
 {
@@ -260,7 +241,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
         b->when = b->rest + nq;
         b->fast = b->when + nq;
         for (int j = 0; j < m->nq; j++) {
-            l.joint[j] = body_of(own, m->bodies[j].name);
+            l.joint[j] = stein_find_body(own, m->bodies[j].name);
             b->when[j] = INFINITY;
         }
         for (int k = 0; k < m->nchannel; k++) {

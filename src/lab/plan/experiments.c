@@ -212,7 +212,6 @@ static void motions(list *l)
         double way = u != NULL ? u->hi - u->lo : plan__travel(b, input->index);
         double time = b->when[input->index];
         time = plan__rounded(isfinite(time) ? time : 0.25 * c->until);
-        zero = u != NULL ? zero : b->rest[input->index];
         if (!(fabs(way) > least_travel) || !(time > 0.0)) {
             continue;
         }

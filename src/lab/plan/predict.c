@@ -115,11 +115,8 @@ static stein_status blank_make(blank *b, const plan__bench *bench, const stein_m
             (lab_setting){m->params[param].name, param, e->set[i].value, 1, 1};
     }
     if (e->input[0] != '\0') {
-        int input = 0;
-        while (input < m->ninput && strcmp(m->inputs[input].name, e->input) != 0) {
-            input++;
-        }
-        if (input == m->ninput) {
+        int input = stein_find_input(m, e->input);
+        if (input < 0) {
             return lab__fail(err, STEIN_ENAME, "no input \"%s\"", e->input);
         }
         b->column[b->data.ncolumn++] = (lab_column){m->inputs[input].name,
@@ -300,8 +297,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     int np = unknowns(p, q, of);
-    stein_status status = STEIN_OK;
-    status = status == STEIN_OK ? view_make(v, b, p, np, err) : status;
+    stein_status status = view_make(v, b, p, np, err);
     if (status == STEIN_OK) {
         place(p, q, of, x);
         b->strokes++;

@@ -153,10 +153,7 @@ static const char *unit_of(const stein_model *m, what kind, const char *name)
 {
     int i = kind == CHANNEL   ? stein_find_channel(m, name)
             : kind == SETTING ? stein_find_param(m, name)
-                              : -1;
-    for (int k = 0; kind == INPUT && k < m->ninput; k++) {
-        i = strcmp(m->inputs[k].name, name) == 0 ? k : i;
-    }
+                              : stein_find_input(m, name);
     return i < 0             ? NULL
            : kind == CHANNEL ? m->channels[i].unit
            : kind == SETTING ? m->params[i].unit

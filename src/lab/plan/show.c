@@ -25,10 +25,9 @@ static void write_head(FILE *f, const lab_experiment *e, const plan__bench *b,
     fprintf(f, "# prediction: %s at %s, without noise\n# experiment: %s\n",
             side->candidate.effect->kind, side->candidate.place, e->name);
     fprintf(f, "time [s]");
-    for (int i = 0; e->input[0] != '\0' && i < b->m->ninput; i++) {
-        if (strcmp(b->m->inputs[i].name, e->input) == 0) {
-            fprintf(f, ",%s [%s]", e->input, b->m->inputs[i].unit);
-        }
+    int input = stein_find_input(b->m, e->input);
+    if (input >= 0) {
+        fprintf(f, ",%s [%s]", e->input, b->m->inputs[input].unit);
     }
     for (int c = 0; c < b->neye; c++) {
         if (b->eye[c].measured || strcmp(b->eye[c].name, e->channel) == 0) {
