@@ -198,7 +198,9 @@ int mech_find_param(const mechanism *m, const char *name, const char **suggestio
         if (strcmp(m->params[i].name, name) == 0) {
             return i;
         }
-        mech__offer(&near, m->params[i].name);
+        if (suggestion) {
+            mech__offer(&near, m->params[i].name);
+        }
     }
     if (suggestion) {
         *suggestion = near.best;
