@@ -40,14 +40,12 @@ static vec perp(vec a)
     return (vec){-a.z, a.x};
 }
 
-static vec rotated(const segment *s, vec a)
-{
-    return (vec){s->c * a.x - s->s * a.z, s->s * a.x + s->c * a.z};
-}
-
 static void segment_at(segment *s, int dof, const instant *now)
 {
-    memset(s, 0, sizeof *s);
+    static const vec none = {0.0, 0.0};
+    s->from = s->P = s->V = s->A = s->F = none;
+    s->M = 0.0;
+    s->nchain = 0;
     s->dof = dof;
     s->phi = now->q[dof];
     s->w = now->v[dof];
@@ -57,16 +55,20 @@ static void segment_at(segment *s, int dof, const instant *now)
 
 static void segment_on(segment *s, const segment *parent, vec at, int dof, const instant *now)
 {
-    vec r = rotated(parent, (vec){at.x - parent->from.x, at.z - parent->from.z});
+    vec r = seg_rotate(parent, vec_minus(at, parent->from));
     vec turned = perp(r);
     double w = parent->w;
     segment_at(s, dof, now);
-    memcpy(s->J, parent->J, sizeof s->J);
     s->P = (vec){parent->P.x + r.x, parent->P.z + r.z};
     s->V = (vec){parent->V.x + w * turned.x, parent->V.z + w * turned.z};
     s->A = (vec){parent->A.x - w * w * r.x, parent->A.z - w * w * r.z};
-    s->J[parent->dof].x += turned.x;
-    s->J[parent->dof].z += turned.z;
+    for (int i = 0; i < parent->nchain; i++) {
+        s->chain[i] = parent->chain[i];
+        s->J[i] = parent->J[i];
+    }
+    s->chain[parent->nchain] = parent->dof;
+    s->J[parent->nchain] = turned;
+    s->nchain = parent->nchain + 1;
 }
 
 static void place_segments(instant *now)
@@ -76,7 +78,11 @@ static void place_segments(instant *now)
     segment_at(&seg[S_KEY], D_KEY, now);
     seg[S_KEY].P.z = now->q[D_PIN];
     seg[S_KEY].V.z = now->v[D_PIN];
-    seg[S_KEY].J[D_PIN].z = 1.0;
+    if (a->pin_k > 0.0) {
+        seg[S_KEY].nchain = 1;
+        seg[S_KEY].chain[0] = D_PIN;
+        seg[S_KEY].J[0] = (vec){0.0, 1.0};
+    }
     now->rear = a->key_split.on ? S_REAR : S_KEY;
     if (a->key_split.on) {
         segment_on(&seg[S_REAR], &seg[S_KEY], a->key_split.at, D_REAR, now);
@@ -133,57 +139,72 @@ static void joint_torques(instant *now)
     pawl->M += torque[JOINT_PAWL];
 }
 
-/* one rigid piece into M and b */
-static void add_piece(instant *now, int i, const piece *part, double M[DOFS][DOFS])
+/* one rigid piece into M (lower half, packed) and b: only the coordinates that move it */
+static void add_piece(const motion *mo, instant *now, int i, const piece *part,
+                      double M[DOFS][DOFS])
 {
     segment *s = &now->seg[i];
-    vec r = rotated(s, (vec){part->c.x - s->from.x, part->c.z - s->from.z}), J[DOFS];
-    memcpy(J, s->J, sizeof J);
-    J[s->dof].x -= r.z;
-    J[s->dof].z += r.x;
+    vec r = seg_rotate(s, vec_minus(part->c, s->from)), J[MAX_CHAIN + 1];
+    int n = s->nchain, dof[MAX_CHAIN + 1];
+    for (int j = 0; j < n; j++) {
+        dof[j] = s->chain[j];
+        J[j] = s->J[j];
+    }
+    dof[n] = s->dof;
+    J[n] = perp(r);
     vec f = {-part->m * (s->A.x - s->w * s->w * r.x),
              -part->m * (s->A.z - s->w * s->w * r.z) - part->m * now->a->g};
-    for (int j = 0; j < DOFS; j++) {
-        now->b[j] += J[j].x * f.x + J[j].z * f.z;
+    for (int j = 0; j <= n; j++) {
+        int row = mo->index[dof[j]];
+        now->b[dof[j]] += vec_dot(J[j], f);
         for (int k = 0; k <= j; k++) {
-            M[j][k] += part->m * (J[j].x * J[k].x + J[j].z * J[k].z);
+            int col = mo->index[dof[k]];
+            double *to = row >= col ? &M[row][col] : &M[col][row];
+            *to += part->m * vec_dot(J[j], J[k]);
         }
     }
-    M[s->dof][s->dof] += part->I;
+    M[mo->index[s->dof]][mo->index[s->dof]] += part->I;
 }
 
-static void add_body(instant *now, int inner, int outer, const piece *whole, const split *s,
+static void add_body(const motion *mo, instant *now, int inner, int outer, const split *s,
                      double M[DOFS][DOFS])
 {
+    const piece *whole = &now->a->body[inner == S_KEY ? JOINT_KEY : JOINT_HAMMER];
     if (!s->on) {
-        add_piece(now, inner, whole, M);
+        add_piece(mo, now, inner, whole, M);
         return;
     }
     piece rest = piece_rest(*whole, s->outer);
-    add_piece(now, inner, &rest, M);
-    add_piece(now, outer, &s->outer, M);
+    add_piece(mo, now, inner, &rest, M);
+    add_piece(mo, now, outer, &s->outer, M);
 }
 
-static void gather(instant *now, double M[DOFS][DOFS])
+/* M (lower half) and b of the coordinates that are there, packed */
+static void gather(const motion *mo, instant *now, double M[DOFS][DOFS], double *x)
 {
     const action *a = now->a;
-    static const split whole = {.on = 0};
-    memset(M, 0, sizeof(double[DOFS][DOFS]));
-    add_body(now, S_KEY, S_REAR, &a->body[JOINT_KEY], &a->key_split, M);
-    add_body(now, S_HAMMER, S_HEAD, &a->body[JOINT_HAMMER], &a->hammer_split, M);
-    add_body(now, S_PAWL, S_PAWL, &a->body[JOINT_PAWL], &whole, M);
-    M[D_LOAD][D_LOAD] = a->load_mass;
+    int load = mo->index[D_LOAD], string = mo->index[D_STRING];
+    memset(M, 0, sizeof(double[DOFS]) * (size_t)mo->n);
+    add_body(mo, now, S_KEY, S_REAR, &a->key_split, M);
+    add_body(mo, now, S_HAMMER, S_HEAD, &a->hammer_split, M);
+    add_piece(mo, now, S_PAWL, &a->body[JOINT_PAWL], M);
+    M[load][load] = a->load_mass;
     now->b[D_LOAD] -= a->load_mass * a->g;
-    M[D_STRING][D_STRING] = a->string_m;
+    if (string >= 0) {
+        M[string][string] = a->string_m;
+    }
     for (int i = 0; i < SEGMENTS; i++) {
-        segment *s = &now->seg[i];
+        const segment *s = &now->seg[i];
         if ((i == S_REAR && !a->key_split.on) || (i == S_HEAD && !a->hammer_split.on)) {
             continue;
         }
-        for (int j = 0; j < DOFS; j++) {
-            now->b[j] += s->J[j].x * s->F.x + s->J[j].z * s->F.z;
+        for (int j = 0; j < s->nchain; j++) {
+            now->b[s->chain[j]] += vec_dot(s->J[j], s->F);
         }
         now->b[s->dof] += s->M;
+    }
+    for (int i = 0; i < mo->n; i++) {
+        x[i] = now->b[mo->dof[i]];
     }
 }
 
@@ -237,7 +258,7 @@ static void prescribe(const motion *mo, int n, double P[DOFS][DOFS], double *x, 
 
 int motion_rates(motion *mo, double t, const double *y, double *dydt, instant *now)
 {
-    double M[DOFS][DOFS], P[DOFS][DOFS], x[DOFS];
+    double M[DOFS][DOFS], x[DOFS];
     int n = mo->n;
     mo->evaluations++;
     motion_look(mo, t, y, now);
@@ -250,18 +271,11 @@ int motion_rates(motion *mo, double t, const double *y, double *dydt, instant *n
         vec down = {0.0, -mo->a->drive_gain * u[0]};
         seg_push(&now->seg[S_KEY], seg_place(&now->seg[S_KEY], mo->a->front), down);
     }
-    gather(now, M);
-    for (int i = 0; i < n; i++) {
-        x[i] = now->b[mo->dof[i]];
-        for (int k = 0; k <= i; k++) {
-            int r = mo->dof[i], c = mo->dof[k];
-            P[i][k] = r >= c ? M[r][c] : M[c][r];
-        }
-    }
+    gather(mo, now, M, x);
     if (mo->a->drive == 2 && mo->loaded) {
-        prescribe(mo, n, P, x, t);
+        prescribe(mo, n, M, x, t);
     }
-    if (solve(n, P, x) != 0) {
+    if (solve(n, M, x) != 0) {
         return GSL_EBADFUNC;
     }
     for (int i = 0; i < n; i++) {

@@ -140,10 +140,12 @@ int parts_fill(action *a, const mechanism *m, const double *p);
 piece piece_rest(piece whole, piece part); /* what is left of a body */
 
 /* touch.c, motion.c (see there) */
+enum { MAX_CHAIN = 4 };
 typedef struct segment {
     vec from;    /* the body's point that is the segment's origin */
     vec P, V, A; /* origin, its velocity, its acceleration when no coordinate accelerates */
-    vec J[DOFS]; /* dP/dq */
+    int nchain, chain[MAX_CHAIN]; /* the coordinates that move the origin */
+    vec J[MAX_CHAIN];             /* dP/dq for each of them */
     double phi, w, c, s;
     int dof;  /* coordinate of phi */
     vec F;    /* sum of forces put on the segment */
@@ -163,9 +165,41 @@ struct instant {
     double spot_force[SPOTS];
     double memory_rate[MEMORIES];
 };
-vec seg_place(const segment *s, vec point);
-vec seg_velocity(const segment *s, vec at);
-void seg_push(segment *s, vec at, vec force);
+
+static inline vec vec_minus(vec a, vec b)
+{
+    return (vec){a.x - b.x, a.z - b.z};
+}
+
+static inline double vec_dot(vec a, vec b)
+{
+    return a.x * b.x + a.z * b.z;
+}
+
+/** A vector of the segment's axes in those of the frame. */
+static inline vec seg_rotate(const segment *s, vec u)
+{
+    return (vec){s->c * u.x - s->s * u.z, s->s * u.x + s->c * u.z};
+}
+
+static inline vec seg_place(const segment *s, vec point)
+{
+    vec r = seg_rotate(s, vec_minus(point, s->from));
+    return (vec){s->P.x + r.x, s->P.z + r.z};
+}
+
+static inline vec seg_velocity(const segment *s, vec at)
+{
+    return (vec){s->V.x - s->w * (at.z - s->P.z), s->V.z + s->w * (at.x - s->P.x)};
+}
+
+static inline void seg_push(segment *s, vec at, vec force)
+{
+    s->F.x += force.x;
+    s->F.z += force.z;
+    s->M += (at.x - s->P.x) * force.z - (at.z - s->P.z) * force.x;
+}
+
 void touch_all(instant *now, const unsigned char *mode);
 double rub_law(const rub *r, double v);
 

@@ -38,39 +38,6 @@
 static const double felt_unit = 1e-4;  /* m */
 static const double turn_speed = 0.01; /* m/s */
 
-static double dot(vec a, vec b)
-{
-    return a.x * b.x + a.z * b.z;
-}
-
-static vec minus(vec a, vec b)
-{
-    return (vec){a.x - b.x, a.z - b.z};
-}
-
-static vec rotate(const segment *s, vec u)
-{
-    return (vec){s->c * u.x - s->s * u.z, s->s * u.x + s->c * u.z};
-}
-
-vec seg_place(const segment *s, vec point)
-{
-    vec r = rotate(s, minus(point, s->from));
-    return (vec){s->P.x + r.x, s->P.z + r.z};
-}
-
-vec seg_velocity(const segment *s, vec at)
-{
-    return (vec){s->V.x - s->w * (at.z - s->P.z), s->V.z + s->w * (at.x - s->P.x)};
-}
-
-void seg_push(segment *s, vec at, vec force)
-{
-    s->F.x += force.x;
-    s->F.z += force.z;
-    s->M += (at.x - s->P.x) * force.z - (at.z - s->P.z) * force.x;
-}
-
 double rub_law(const rub *r, double v)
 {
     double u = v / r->vt, surplus = 0.0;
@@ -106,47 +73,55 @@ typedef struct meeting {
     int covered; /* the pad's extent covers the place */
 } meeting;
 
-static void meet(instant *now, const unsigned char *mode, int spot, meeting *m)
+static vec relative_velocity(const instant *now, const meeting *m)
 {
-    const felt *f = &now->a->felt[spot < NOTCH ? spot : NOTCH];
-    double x = m->depth - f->gap;
     vec v = seg_velocity(m->first, m->at);
     if (m->second != NULL) {
-        v = minus(v, seg_velocity(m->second, m->at));
+        v = vec_minus(v, seg_velocity(m->second, m->at));
     } else if (m->lift >= 0) {
         v.z -= now->v[m->lift];
     }
-    double xdot = -dot(v, m->n), flow = spot == DIP ? now->memory[FLOW] : 0.0;
-    now->depth[spot] = m->depth;
-    now->guard[G_TOUCH + spot] = x;
-    now->guard[G_NEAR + spot] = f->pull > 0.0 ? x + f->range : -1.0;
-    now->guard[G_PUSH + spot] = 1.0;
-    now->spot_force[spot] = 0.0;
-    double N = 0.0, slide = 0.0;
-    vec t = {m->n.z, -m->n.x};
-    if (!m->covered) {
-        return;
-    }
-    if (mode[G_TOUCH + spot]) {
-        if (!(f->layer > 0.0)) {
-            now->guard[G_PUSH + spot] = 1.0 + f->D * xdot;
-        }
-        N = felt_law(f, x, xdot, flow);
-        slide = N > 0.0 ? -N * rub_law(&f->friction, dot(v, t)) : 0.0;
-    } else if (mode[G_NEAR + spot]) {
-        double u = -x / f->range;
-        N = -4.0 * f->pull * u * (1.0 - u);
-    } else {
-        return;
-    }
-    now->spot_force[spot] = N;
-    vec force = {N * m->n.x + slide * t.x, N * m->n.z + slide * t.z};
+    return v;
+}
+
+static void push(instant *now, const meeting *m, vec force)
+{
     seg_push(m->first, m->at, force);
     if (m->second != NULL) {
         seg_push(m->second, m->at, (vec){-force.x, -force.z});
     } else if (m->lift >= 0) {
         now->b[m->lift] -= force.z;
     }
+}
+
+static void meet(instant *now, const unsigned char *mode, int spot, const meeting *m)
+{
+    const felt *f = &now->a->felt[spot < NOTCH ? spot : NOTCH];
+    double x = m->depth - f->gap;
+    now->depth[spot] = m->depth;
+    now->guard[G_TOUCH + spot] = x;
+    now->guard[G_NEAR + spot] = f->pull > 0.0 ? x + f->range : -1.0;
+    now->guard[G_PUSH + spot] = 1.0;
+    now->spot_force[spot] = 0.0;
+    if (!m->covered || !(mode[G_TOUCH + spot] || mode[G_NEAR + spot])) {
+        return; // most are apart most of the time: no speeds are needed there
+    }
+    double N, slide = 0.0;
+    vec t = {m->n.z, -m->n.x};
+    if (mode[G_TOUCH + spot]) {
+        vec v = relative_velocity(now, m);
+        double xdot = -vec_dot(v, m->n), flow = spot == DIP ? now->memory[FLOW] : 0.0;
+        if (!(f->layer > 0.0)) {
+            now->guard[G_PUSH + spot] = 1.0 + f->D * xdot;
+        }
+        N = felt_law(f, x, xdot, flow);
+        slide = N > 0.0 ? -N * rub_law(&f->friction, vec_dot(v, t)) : 0.0;
+    } else {
+        double u = -x / f->range;
+        N = -4.0 * f->pull * u * (1.0 - u);
+    }
+    now->spot_force[spot] = N;
+    push(now, m, (vec){N * m->n.x + slide * t.x, N * m->n.z + slide * t.z});
 }
 
 /* a point on a pad that stands on the frame, on a segment, or moves up and down */
@@ -156,12 +131,12 @@ static void point_on_pad(instant *now, const unsigned char *mode, int spot, segm
     vec n = now->a->pad[spot];
     if (carrier != NULL) {
         pad = seg_place(carrier, pad);
-        n = rotate(carrier, n);
+        n = seg_rotate(carrier, n);
     } else if (lift >= 0) {
         pad.z += now->q[lift];
     }
     vec at = seg_place(s, point);
-    meeting m = {s, carrier, lift, at, n, dot(minus(pad, at), n), 1};
+    meeting m = {s, carrier, lift, at, n, vec_dot(vec_minus(pad, at), n), 1};
     meet(now, mode, spot, &m);
 }
 
@@ -169,15 +144,16 @@ static void notch(instant *now, const unsigned char *mode)
 {
     const action *a = now->a;
     segment *pawl = &now->seg[S_PAWL], *hammer = &now->seg[S_HAMMER];
-    vec C = seg_place(pawl, a->corner), E = seg_place(hammer, a->beak), r = minus(E, C);
-    vec e_r = rotate(pawl, a->roof), n_r = rotate(pawl, a->under), n_v = rotate(pawl, a->right);
-    vec down = rotate(hammer, a->below_beak); // -n_b
-    double s = dot(r, e_r), h = -dot(r, n_r);
+    vec C = seg_place(pawl, a->corner), E = seg_place(hammer, a->beak), r = vec_minus(E, C);
+    vec e_r = seg_rotate(pawl, a->roof), n_r = seg_rotate(pawl, a->under),
+        n_v = seg_rotate(pawl, a->right);
+    vec down = seg_rotate(hammer, a->below_beak); // -n_b
+    double s = vec_dot(r, e_r), h = -vec_dot(r, n_r);
     int under = !mode[MODE_BESIDE] && mode[G_OVER], beside = mode[MODE_BESIDE] && mode[G_ABOVE];
 
     meeting tip = {hammer, pawl, -1, E, n_r, h, under};
-    meeting corner = {hammer, pawl, -1, C, down, -dot(r, down), under};
-    meeting face = {hammer, pawl, -1, E, n_v, -dot(r, n_v), beside};
+    meeting corner = {hammer, pawl, -1, C, down, -vec_dot(r, down), under};
+    meeting face = {hammer, pawl, -1, E, n_v, -vec_dot(r, n_v), beside};
     meet(now, mode, TIP, &tip);
     meet(now, mode, CORNER, &corner);
     meet(now, mode, FACE, &face);
