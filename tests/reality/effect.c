@@ -323,6 +323,11 @@ void effect_on_sensors(const effect *e, sensor s[SEEN], double *clock)
     }
 }
 
+int effect_is_instrument(const effect *e)
+{
+    return e->kind != NULL && e->also == NULL && strcmp(e->kind->verdict, "sensor") == 0;
+}
+
 int effect_touch(const effect *e)
 {
     int input = is(e, "input_gain") || is(e, "input_delay");

@@ -12,6 +12,7 @@
 #include "reality.h"
 
 static const double grid = 1e-4, tolerance = 1e-10;
+static const effect nothing = {.kind = NULL};
 
 int film_frames(const camera *c)
 {
@@ -83,26 +84,41 @@ static void look(film *f, const stroke *k, const setting *s, const camera *c, co
     }
 }
 
-int film_take(film *f, const world *w, const effect *e, const double *p, const setting *s,
+int film_play(stroke *k, const world *w, const effect *e, const double *p, const setting *s,
               const camera *c)
 {
-    static const effect none = {.kind = NULL};
     action a;
-    stroke k;
+    return make_action(&a, w, e != NULL ? e : &nothing, p, s) != 0
+               ? -1
+               : stroke_run(k, &a, 1.05 * c->until + 0.002, grid, tolerance);
+}
+
+int film_shoot(film *f, const stroke *k, const effect *e, const setting *s, const camera *c)
+{
     sensor ideal[SEEN];
     double clock;
-    e = e != NULL ? e : &none;
     f->n = film_frames(c);
     f->y = calloc((size_t)f->n, sizeof *f->y);
     f->yd = calloc((size_t)f->n, sizeof *f->yd);
-    if (f->y == NULL || f->yd == NULL || make_action(&a, w, e, p, s) != 0 ||
-        stroke_run(&k, &a, 1.05 * c->until + 0.002, grid, tolerance) != 0) {
+    if (f->y == NULL || f->yd == NULL) {
         film_free(f);
         return -1;
     }
-    effect_on_sensors(e, ideal, &clock);
-    look(f, &k, s, c, ideal, clock);
-    f->key_rest = k.key_rest;
-    stroke_free(&k);
+    effect_on_sensors(e != NULL ? e : &nothing, ideal, &clock);
+    look(f, k, s, c, ideal, clock);
+    f->key_rest = k->key_rest;
     return 0;
+}
+
+int film_take(film *f, const world *w, const effect *e, const double *p, const setting *s,
+              const camera *c)
+{
+    stroke k;
+    if (film_play(&k, w, e, p, s, c) != 0) {
+        f->y = f->yd = NULL;
+        return -1;
+    }
+    int status = film_shoot(f, &k, e, s, c);
+    stroke_free(&k);
+    return status;
 }

@@ -10,8 +10,8 @@
  *   motion.c   equations of motion                          effect.c   put into the action
  *   hidden.c   formulas of the hidden effects               refit.c    their size, after refitting
  *   observe.c  what noiseless instruments would show        design.c   strokes, truth, scatter
- *   camera.c   frames, pixels, noise, CSV                   answer.c   the sealed answer
- *   main.c     command line
+ *   camera.c   frames, pixels, noise, CSV                   scale.c    the amount for a size
+ *   main.c     command line                                 answer.c   the sealed answer
  *
  * Planar: x right, z up, angles from +x towards +z, SI. All angles of segments are absolute.
  */
@@ -287,6 +287,8 @@ int effect_own_parameter(const effect *e, const mechanism *m);
 void effect_on_parameters(const effect *e, const mechanism *m, double *p);
 void effect_on_action(const effect *e, action *a);
 void effect_on_sensors(const effect *e, sensor s[SEEN], double *clock);
+/** Does it leave the action alone, errors of an instrument only. */
+int effect_is_instrument(const effect *e);
 int effect_touch(const effect *e); /* kind of stroke it needs: 0 load, 1 finger, 2 key motion */
 
 /* ---- a set of strokes ---- */
@@ -326,6 +328,11 @@ typedef struct film {
     double (*y)[SEEN], (*yd)[SEEN]; /* [n] values, rates */
     double key_rest;                /* key's angle (of the file) at rest */
 } film;
+/** The stroke itself, up to the camera's end. */
+int film_play(stroke *k, const world *w, const effect *e, const double *p, const setting *s,
+              const camera *c);
+/** A film of it; of the effect only what it does to the instruments. */
+int film_shoot(film *f, const stroke *k, const effect *e, const setting *s, const camera *c);
 int film_take(film *f, const world *w, const effect *e, const double *p, const setting *s,
               const camera *c);
 void film_free(film *f);
@@ -339,6 +346,8 @@ void refit_free(refit *r);
 int refit_size(refit *r, const effect *e, double *size);
 /** The same by one dense least-squares problem (gsl_multifit): slow, for checking. */
 int refit_size_dense(refit *r, const effect *e, double *size);
+
+/* scale.c */
 /** Amount at which the size is `target`. @return 0, 1: the limit is reached first, -1: failed */
 int refit_scale(refit *r, effect *e, double target, double *reached);
 

@@ -45,9 +45,12 @@ enum {
 };
 
 typedef struct block {
-    setting at; /* told settings, no scatter */
-    film base;
-    double *X; /* [ncommon + OWN][rows] columns in units of noise */
+    setting at;  /* told settings, no scatter */
+    stroke play; /* without effect at the true parameters */
+    film base;   /* what is seen of it */
+    film shown;  /* the same with the effect in question */
+    double *X;   /* [ncommon + OWN][rows] columns in units of noise */
+    double *G;   /* [ncommon + OWN][ncommon + OWN] X'X, lower half */
 } block;
 
 struct refit {
@@ -56,9 +59,11 @@ struct refit {
     camera camera;
     int ncommon, common[MAX_COMMON]; /* parameter indices */
     int rows;                        /* per stroke: frames times channels */
-    block block[FIT];
-    double *r; /* [FIT][rows] */
-    double *u; /* [unknowns] where the refit stands */
+    int like[FIT];                   /* repeats share films and columns: the first such stroke */
+    block block[FIT];                /* of the first ones */
+    int use[MAX_COMMON + OWN];       /* columns that may be used against the effect */
+    double *r, *kept;                /* [FIT][rows] residuals, and those before a step */
+    double *u;                       /* [unknowns] where the refit stands */
 };
 
 enum { STEPS = 5 };
@@ -144,6 +149,25 @@ static void direct_columns(const refit *r, const block *b)
     }
 }
 
+static double inner(const double *a, const double *b, int n)
+{
+    double s = 0.0;
+    for (int i = 0; i < n; i++) {
+        s += a[i] * b[i];
+    }
+    return s;
+}
+
+static void products(const refit *r, block *b)
+{
+    int n = r->ncommon + OWN;
+    for (int j = 0; j < n; j++) {
+        for (int k = 0; k <= j; k++) {
+            b->G[j * n + k] = inner(column(r, b, j), column(r, b, k), r->rows);
+        }
+    }
+}
+
 static int fill_block(refit *r, block *b, const setting *s)
 {
     static const int moved[] = {N_DRIVE, N_JOINTS, N_CONTACTS};
@@ -152,12 +176,15 @@ static int fill_block(refit *r, block *b, const setting *s)
                       .touch = s->touch,
                       .touch_size = s->touch_size,
                       .touch_time = s->touch_time};
-    if (film_take(&b->base, r->w, NULL, r->w->p, &b->at, &r->camera) != 0) {
+    size_t n = (size_t)(r->ncommon + OWN);
+    if (film_play(&b->play, r->w, NULL, r->w->p, &b->at, &r->camera) != 0 ||
+        film_shoot(&b->base, &b->play, NULL, &b->at, &r->camera) != 0) {
         return -1;
     }
     r->rows = b->base.n * r->camera.seen;
-    b->X = calloc((size_t)(r->ncommon + OWN) * (size_t)r->rows, sizeof *b->X);
-    int status = b->X != NULL ? 0 : -1;
+    b->X = calloc(n * (size_t)r->rows, sizeof *b->X);
+    b->G = calloc(n * n, sizeof *b->G);
+    int status = b->X != NULL && b->G != NULL ? 0 : -1;
     for (int k = 0; status == 0 && k < r->ncommon; k++) {
         status = difference(r, b, move_common, k, column(r, b, k));
     }
@@ -166,6 +193,7 @@ static int fill_block(refit *r, block *b, const setting *s)
     }
     if (status == 0) {
         direct_columns(r, b);
+        products(r, b);
     }
     return status;
 }
@@ -177,27 +205,14 @@ static int same(const setting *a, const setting *b)
              fabs(a->touch_size - b->touch_size) > 0.0 || a->touch != b->touch);
 }
 
-static int copy_block(refit *r, block *b, const block *from)
-{
-    size_t size = (size_t)(r->ncommon + OWN) * (size_t)r->rows * sizeof *b->X;
-    *b = *from;
-    b->base.y = b->base.yd = NULL;
-    b->X = malloc(size);
-    if (b->X == NULL) {
-        return -1;
-    }
-    memcpy(b->X, from->X, size);
-    return 0;
-}
-
-static const block *first_like(const refit *r, int i)
+static int first_like(const design *d, int i)
 {
     for (int k = 0; k < i; k++) {
-        if (same(&r->d->stroke[k], &r->d->stroke[i])) {
-            return &r->block[k];
+        if (same(&d->stroke[k], &d->stroke[i])) {
+            return k;
         }
     }
-    return NULL;
+    return i;
 }
 
 refit *refit_create(const world *w, const design *d)
@@ -216,14 +231,14 @@ refit *refit_create(const world *w, const design *d)
         }
     }
     for (int i = 0; status == 0 && i < FIT; i++) {
-        const block *like = first_like(r, i);
-        status = like != NULL ? copy_block(r, &r->block[i], like)
-                              : fill_block(r, &r->block[i], &d->stroke[i]);
+        r->like[i] = first_like(d, i);
+        status = r->like[i] < i ? 0 : fill_block(r, &r->block[i], &d->stroke[i]);
     }
     if (status == 0) {
         r->r = calloc((size_t)FIT * (size_t)r->rows, sizeof *r->r);
+        r->kept = calloc((size_t)FIT * (size_t)r->rows, sizeof *r->kept);
         r->u = calloc((size_t)(r->ncommon + FIT * OWN), sizeof *r->u);
-        status = r->r != NULL && r->u != NULL ? 0 : -1;
+        status = r->r != NULL && r->kept != NULL && r->u != NULL ? 0 : -1;
     }
     if (status != 0) {
         refit_free(r);
@@ -238,10 +253,14 @@ void refit_free(refit *r)
         return;
     }
     for (int i = 0; i < FIT; i++) {
+        stroke_free(&r->block[i].play);
         film_free(&r->block[i].base);
+        film_free(&r->block[i].shown);
         free(r->block[i].X);
+        free(r->block[i].G);
     }
     free(r->r);
+    free(r->kept);
     free(r->u);
     free(r);
 }
@@ -317,67 +336,74 @@ static void take_away(const refit *r, int i, double *out)
     }
 }
 
-/* films with the effect less films where the refit stands */
-static int residual(refit *r, const effect *e)
+/* films with the effect; an instrument's errors need no new stroke */
+static int show(refit *r, const effect *e)
 {
-    for (int i = 0; i < FIT; i++) {
+    int status = 0;
+    for (int i = 0; i < FIT && status == 0; i++) {
         block *b = &r->block[i];
+        film_free(&b->shown);
+        if (r->like[i] == i) {
+            status = effect_is_instrument(e)
+                         ? film_shoot(&b->shown, &b->play, e, &b->at, &r->camera)
+                         : film_take(&b->shown, r->w, e, r->w->p, &b->at, &r->camera);
+        }
+    }
+    return status;
+}
+
+static int is_moved(const refit *r)
+{
+    int moved = 0;
+    for (size_t k = 0; k < unknowns(r); k++) {
+        moved = moved || fabs(r->u[k]) > 0.0;
+    }
+    return moved;
+}
+
+/* films with the effect less films where the refit stands */
+static int residual(refit *r)
+{
+    int moved = is_moved(r);
+    for (int i = 0; i < FIT; i++) {
+        const block *b = &r->block[i];
         double *out = r->r + (size_t)i * (size_t)r->rows;
-        const block *like = first_like(r, i);
-        film f, g;
-        if (like != NULL) {
-            memcpy(out, r->r + (size_t)(like - r->block) * (size_t)r->rows,
-                   sizeof *out * (size_t)r->rows);
+        film g = {0, NULL, NULL, 0.0};
+        if (r->like[i] < i) {
+            memcpy(out, r->r + (size_t)r->like[i] * (size_t)r->rows, sizeof *out * (size_t)r->rows);
             continue;
         }
-        if (film_take(&f, r->w, e, r->w->p, &b->at, &r->camera) != 0) {
+        if (moved && film_refitted(r, i, &g) != 0) {
             return -1;
         }
-        int status = film_refitted(r, i, &g);
-        if (status == 0) {
-            change(r, &g, &f, 1.0, out);
-            take_away(r, i, out);
-            film_free(&g);
-        }
-        film_free(&f);
-        if (status != 0) {
-            return -1;
-        }
+        change(r, moved ? &g : &b->base, &b->shown, 1.0, out);
+        take_away(r, i, out);
+        film_free(&g);
     }
     return 0;
 }
 
-static double inner(const double *a, const double *b, int n)
-{
-    double s = 0.0;
-    for (int i = 0; i < n; i++) {
-        s += a[i] * b[i];
-    }
-    return s;
-}
-
-/* X'X + 1 and X'r of one stroke, added */
-static void add_block(const refit *r, const effect *e, int i, gsl_matrix *A, gsl_vector *b)
+/* X'X + 1 (lower half) and X'r of one stroke, added */
+static void add_block(const refit *r, int i, gsl_matrix *A, gsl_vector *b)
 {
     int n = r->ncommon + OWN;
+    const block *like = &r->block[r->like[i]];
     const double *y = r->r + (size_t)i * (size_t)r->rows;
     for (int j = 0; j < n; j++) {
-        if (!allowed(r, e, j)) {
+        if (!r->use[j]) {
             continue;
         }
-        const double *cj = column(r, &r->block[i], j);
-        *gsl_vector_ptr(b, place(r, i, j)) += inner(cj, y, r->rows);
-        for (int k = 0; k < n; k++) {
-            if (allowed(r, e, k)) {
-                *gsl_matrix_ptr(A, place(r, i, j), place(r, i, k)) +=
-                    inner(cj, column(r, &r->block[i], k), r->rows);
+        *gsl_vector_ptr(b, place(r, i, j)) += inner(column(r, like, j), y, r->rows);
+        for (int k = 0; k <= j; k++) {
+            if (r->use[k]) {
+                *gsl_matrix_ptr(A, place(r, i, j), place(r, i, k)) += like->G[j * n + k];
             }
         }
     }
 }
 
 /* RMS of r - X u in the worst channel */
-static double worst_channel(const refit *r, const effect *e, const gsl_vector *u)
+static double worst_channel(const refit *r, const gsl_vector *u)
 {
     double sum[SEEN] = {0.0}, worst = 0.0;
     int frames = r->rows / r->camera.seen;
@@ -385,8 +411,9 @@ static double worst_channel(const refit *r, const effect *e, const gsl_vector *u
         for (int row = 0; row < r->rows; row++) {
             double x = r->r[(size_t)i * (size_t)r->rows + (size_t)row];
             for (int k = 0; k < r->ncommon + OWN; k++) {
-                if (allowed(r, e, k)) {
-                    x -= column(r, &r->block[i], k)[row] * gsl_vector_get(u, place(r, i, k));
+                if (r->use[k]) {
+                    x -= column(r, &r->block[r->like[i]], k)[row] *
+                         gsl_vector_get(u, place(r, i, k));
                 }
             }
             sum[row / frames] += x * x;
@@ -399,13 +426,13 @@ static double worst_channel(const refit *r, const effect *e, const gsl_vector *u
 }
 
 /* one step from r->u: du out, and the size it predicts */
-static int step(const refit *r, const effect *e, gsl_vector *du, double *size)
+static int step(const refit *r, gsl_vector *du, double *size)
 {
     gsl_matrix *A = gsl_matrix_alloc(unknowns(r), unknowns(r));
     gsl_matrix_set_identity(A);
     gsl_vector_set_zero(du);
     for (int i = 0; i < FIT; i++) {
-        add_block(r, e, i, A, du);
+        add_block(r, i, A, du);
     }
     for (size_t k = 0; k < unknowns(r); k++) {
         *gsl_vector_ptr(du, k) -= r->u[k];
@@ -413,7 +440,7 @@ static int step(const refit *r, const effect *e, gsl_vector *du, double *size)
     int status = gsl_linalg_cholesky_decomp1(A);
     if (status == 0) {
         status = gsl_linalg_cholesky_svx(A, du);
-        *size = worst_channel(r, e, du);
+        *size = worst_channel(r, du);
     }
     gsl_matrix_free(A);
     return status;
@@ -421,22 +448,27 @@ static int step(const refit *r, const effect *e, gsl_vector *du, double *size)
 
 int refit_size(refit *r, const effect *e, double *size)
 {
+    size_t readings = (size_t)FIT * (size_t)r->rows;
     memset(r->u, 0, sizeof *r->u * unknowns(r));
-    if (residual(r, e) != 0) {
+    for (int k = 0; k < r->ncommon + OWN; k++) {
+        r->use[k] = allowed(r, e, k);
+    }
+    if (show(r, e) != 0 || residual(r) != 0) {
         return -1;
     }
     gsl_vector *du = gsl_vector_alloc(unknowns(r));
     double *before = malloc(sizeof *before * unknowns(r));
-    int status = before != NULL ? step(r, e, du, size) : -1;
+    int status = before != NULL ? step(r, du, size) : -1;
     for (int n = 0; status == 0 && n < STEPS; n++) {
         double next;
         memcpy(before, r->u, sizeof *before * unknowns(r));
+        memcpy(r->kept, r->r, sizeof *r->r * readings);
         for (size_t k = 0; k < unknowns(r); k++) {
             r->u[k] += gsl_vector_get(du, k);
         }
-        if (residual(r, e) != 0 || step(r, e, du, &next) != 0 || !(next < *size)) {
+        if (residual(r) != 0 || step(r, du, &next) != 0 || !(next < *size)) {
             memcpy(r->u, before, sizeof *before * unknowns(r)); // it led nowhere: as it was
-            status = residual(r, e);
+            memcpy(r->r, r->kept, sizeof *r->r * readings);
             break;
         }
         int last = next > (1.0 - settled) * *size;
@@ -451,13 +483,13 @@ int refit_size(refit *r, const effect *e, double *size)
 }
 
 /* the columns of one stroke into the dense matrix, its readings into y */
-static void dense_block(const refit *r, const effect *e, int i, gsl_matrix *X, gsl_vector *y)
+static void dense_block(const refit *r, int i, gsl_matrix *X, gsl_vector *y)
 {
     for (int row = 0; row < r->rows; row++) {
         size_t at = (size_t)(i * r->rows + row);
         gsl_vector_set(y, at, r->r[at]);
         for (int k = 0; k < r->ncommon + OWN; k++) {
-            double x = allowed(r, e, k) ? column(r, &r->block[i], k)[row] : 0.0;
+            double x = r->use[k] ? column(r, &r->block[r->like[i]], k)[row] : 0.0;
             gsl_matrix_set(X, at, place(r, i, k), x);
         }
     }
@@ -474,72 +506,18 @@ int refit_size_dense(refit *r, const effect *e, double *size)
     gsl_multifit_linear_workspace *w = gsl_multifit_linear_alloc(rows + n, n);
     double chi2;
     for (int i = 0; i < FIT; i++) {
-        dense_block(r, e, i, X, y);
+        dense_block(r, i, X, y);
     }
     for (size_t k = 0; k < n; k++) {
         gsl_matrix_set(X, rows + k, k, 1.0); // the priors as rows
         gsl_vector_set(y, rows + k, -r->u[k]);
     }
     int status = gsl_multifit_linear(X, y, u, cov, &chi2, w);
-    *size = worst_channel(r, e, u);
+    *size = worst_channel(r, u);
     gsl_multifit_linear_free(w);
     gsl_matrix_free(X);
     gsl_matrix_free(cov);
     gsl_vector_free(y);
     gsl_vector_free(u);
     return status;
-}
-
-/* ---- scaling ---- */
-
-static const double close_enough = 0.02;
-enum { MAX_TRIES = 14 };
-
-typedef struct bracket {
-    double low, high; /* amounts known to be too small, too large; high 0: none yet */
-    double a0, m0;    /* last try */
-} bracket;
-
-/* the next amount: secant in logarithms, kept inside what is known (halved there if it leaves) */
-static double next_amount(const bracket *b, double a, double m, double target)
-{
-    double slope = 1.0;
-    if (b->m0 > 0.0 && fabs(log(a / b->a0)) > 1e-6) {
-        slope = log(m / b->m0) / log(a / b->a0);
-        slope = slope > 0.3 && slope < 4.0 ? slope : 1.0;
-    }
-    double next = m > 0.0 ? a * fmin(fmax(pow(target / m, 1.0 / slope), 0.02), 20.0) : 20.0 * a;
-    if (b->high > 0.0 && b->low > 0.0 && !(next > b->low && next < b->high)) {
-        next = sqrt(b->low * b->high);
-    }
-    return next;
-}
-
-int refit_scale(refit *r, effect *e, double target, double *reached)
-{
-    double sign = e->amount < 0.0 ? -1.0 : 1.0, limit = 1.0, a = 0.05;
-    bracket b = {0.0, 0.0, 0.0, 0.0};
-    for (int n = 0; n < MAX_TRIES; n++) {
-        double m;
-        e->amount = sign * a;
-        if (refit_size(r, e, &m) != 0) { // the action does not survive that much
-            limit = 0.7 * a;
-            a = 0.5 * limit;
-            continue;
-        }
-        *reached = m;
-        if (fabs(m / target - 1.0) < close_enough) {
-            return 0;
-        }
-        if (m < target && a >= limit) {
-            return 1;
-        }
-        b.low = m < target ? a : b.low;
-        b.high = m > target ? a : b.high;
-        double next = next_amount(&b, a, m, target);
-        b.a0 = a;
-        b.m0 = m;
-        a = fmin(next, limit);
-    }
-    return 1;
 }
