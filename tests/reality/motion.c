@@ -208,32 +208,32 @@ static void gather(const motion *mo, instant *now, double M[DOFS][DOFS], double 
     }
 }
 
-/* x = M^-1 b by Cholesky in place; n is at most 8 */
+/* x = M^-1 b by L D L' in place, n at most 8; most parts do not move each other: zeros are skipped */
 static int solve(int n, double M[DOFS][DOFS], double *b)
 {
-    for (int j = 0; j < n; j++) {
-        for (int k = 0; k <= j; k++) {
-            double s = M[j][k];
-            for (int i = 0; i < k; i++) {
-                s -= M[j][i] * M[k][i];
+    double inverse[DOFS];
+    for (int k = 0; k < n; k++) {
+        if (!(M[k][k] > 0.0)) {
+            return -1;
+        }
+        inverse[k] = 1.0 / M[k][k];
+        for (int i = n - 1; i > k; i--) {
+            if (!(fabs(M[i][k]) > 0.0)) {
+                continue;
             }
-            if (j == k && !(s > 0.0)) {
-                return -1;
+            double l = M[i][k] * inverse[k];
+            for (int j = k + 1; j <= i; j++) {
+                M[i][j] -= l * M[j][k];
             }
-            M[j][k] = j == k ? sqrt(s) : s / M[k][k];
+            M[i][k] = l;
+            b[i] -= l * b[k];
         }
     }
-    for (int j = 0; j < n; j++) {
-        for (int i = 0; i < j; i++) {
-            b[j] -= M[j][i] * b[i];
+    for (int i = n - 1; i >= 0; i--) {
+        b[i] *= inverse[i];
+        for (int j = i + 1; j < n; j++) {
+            b[i] -= M[j][i] * b[j];
         }
-        b[j] /= M[j][j];
-    }
-    for (int j = n - 1; j >= 0; j--) {
-        for (int i = j + 1; i < n; i++) {
-            b[j] -= M[i][j] * b[i];
-        }
-        b[j] /= M[j][j];
     }
     return 0;
 }
