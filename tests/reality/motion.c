@@ -208,7 +208,8 @@ static void gather(const motion *mo, instant *now, double M[DOFS][DOFS], double 
     }
 }
 
-/* x = M^-1 b by L D L' in place, n at most 8; most parts do not move each other: zeros are skipped */
+/* x = M^-1 b by L D L' in place, n at most 8; most parts do not move each other: zeros are skipped
+ */
 static int solve(int n, double M[DOFS][DOFS], double *b)
 {
     double inverse[DOFS];
@@ -256,14 +257,19 @@ static void prescribe(const motion *mo, int n, double P[DOFS][DOFS], double *x, 
     x[key] = given;
 }
 
+void motion_guards(motion *mo, double t, const double *y, instant *now)
+{
+    motion_look(mo, t, y, now);
+    touch_all(now, mo->mode);
+    hidden_forces(now, mo->mode);
+}
+
 int motion_rates(motion *mo, double t, const double *y, double *dydt, instant *now)
 {
     double M[DOFS][DOFS], x[DOFS];
     int n = mo->n;
     mo->evaluations++;
-    motion_look(mo, t, y, now);
-    touch_all(now, mo->mode);
-    hidden_forces(now, mo->mode);
+    motion_guards(mo, t, y, now);
     joint_torques(now);
     if (mo->a->drive == 1) {
         double u[3];
@@ -321,6 +327,4 @@ void motion_read(const motion *mo, const instant *now, double *y, double *yd)
     yd[C_HEAD_X] = vh.x;
     y[C_FRONT_X] = front.x;
     yd[C_FRONT_X] = vf.x;
-    y[C_FORCE] = now->spot_force[STRING];
-    yd[C_FORCE] = 0.0;
 }

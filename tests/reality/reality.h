@@ -119,13 +119,13 @@ enum {
 };
 
 /** What ideal instruments read, and its rate. */
-enum { C_STRING, C_DIP, C_HAMMER, C_HEAD_X, C_FRONT_X, C_FORCE, CHANNELS };
+enum { C_STRING, C_DIP, C_HAMMER, C_HEAD_X, C_FRONT_X, CHANNELS };
 
 typedef struct stroke {
     double step;            /* interval of the grid [s] */
     int n;                  /* grid points from t = 0 */
     double (*y)[CHANNELS];  /* [n] */
-    double (*yd)[CHANNELS]; /* [n] rates (not of the force) */
+    double (*yd)[CHANNELS]; /* [n] rates */
     double impact, rebound; /* begin and end of the first string contact [s], 0: none */
     double key_rest;        /* angle of the key (as the file counts it) at rest */
     double escape;          /* beak beside the corner for the first time [s], 0: never */
@@ -162,7 +162,6 @@ struct instant {
     double b[DOFS]; /* generalised forces */
     double guard[GUARDS];
     double depth[SPOTS];
-    double spot_force[SPOTS];
     double memory_rate[MEMORIES];
 };
 
@@ -213,6 +212,8 @@ typedef struct motion {
 } motion;
 void motion_init(motion *mo, const action *a);
 void motion_look(motion *mo, double t, const double *y, instant *now);
+/** Only where everything is and on which side the guards are. */
+void motion_guards(motion *mo, double t, const double *y, instant *now);
 int motion_rates(motion *mo, double t, const double *y, double *dydt, instant *now);
 void motion_read(const motion *mo, const instant *now, double *y, double *yd);
 

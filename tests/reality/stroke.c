@@ -8,9 +8,10 @@
  * Motion: Prince & Dormand's pair of order 8 in adaptive steps (local error below `tolerance`,
  * speeds in units of 300 rad/s). Modes are constant within a step. After an accepted step whose end
  * has a guard on the wrong side of its mode the step is repeated from its beginning with shorter
- * lengths until the first change is enclosed to 1e-13 s (regula falsi, bisection when that is
- * slow), the state just past it is taken, the modes are changed, and a new step starts. Steps also
- * end on the grid of the record, which is cubic (Hermite) in between.
+ * lengths until its end is at most 1e-13 s past the first change (Newton from where the step's own
+ * curve has it; regula falsi and bisection where that fails), the modes are changed, and a new step
+ * starts. The record is an even grid, taken from the quintic through positions, speeds and
+ * accelerations of a step's ends, and cubic (Hermite) between its points.
  */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_linalg.h>
@@ -21,8 +22,8 @@
 
 #include "reality.h"
 
-static const double time_resolution = 1e-13, longest = 1e-4, shortest = 1e-12;
-enum { MAX_EVENTS = 20000, MAX_SETTLE = 400, MAX_ROOT = 60 };
+static const double time_resolution = 1e-13, longest = 3e-4, shortest = 1e-12;
+enum { MAX_STEPS = 200000, MAX_SETTLE = 400, MAX_ROOT = 60, MAX_FORESEEN = 12, MAX_APPROACH = 6 };
 
 /* ---- rest ---- */
 
@@ -164,7 +165,8 @@ static int begin(motion *mo, double *y, instant *now)
 
 typedef struct engine {
     motion mo;
-    instant now;
+    instant now, then; /* at the end of a step; at a point of the record */
+    int next;          /* of the record */
     gsl_odeiv2_step *step;
     gsl_odeiv2_control *control;
     gsl_odeiv2_system system;
@@ -180,7 +182,8 @@ static int rates(double t, const double y[], double dydt[], void *ctx)
     return motion_rates(&e->mo, t, y, dydt, &e->now);
 }
 
-/* y1, dydt1 and the guards there after one step of h: the stepper asks for the rates at its end last
+/* y1, dydt1 and the guards there after one step of h: the stepper asks for the rates at its end
+ * last
  */
 static int try_step(engine *e, double h)
 {
@@ -193,20 +196,114 @@ static int wrong(const engine *e, int i)
     return (e->now.guard[i] > 0.0) != e->mo.mode[i];
 }
 
-static int first_wrong(const engine *e)
+static int first_wrong(const engine *e, int other_than)
 {
     for (int i = 0; i < GUARDS; i++) {
-        if (wrong(e, i)) {
+        if (i != other_than && wrong(e, i)) {
             return i;
         }
     }
     return -1;
 }
 
-/* the end of a step that holds no change of guard i; *hi is just past it, g its values there */
-static int enclose(engine *e, int i, double g0, double *hi)
+/* ---- within a step ---- */
+
+/* A step that was made: both ends, h apart. */
+typedef struct arc {
+    double h, y0[MAX_STATE], dydt0[MAX_STATE], y1[MAX_STATE], dydt1[MAX_STATE];
+} arc;
+
+static void keep(const engine *e, double h, arc *c)
 {
-    double lo = 0.0, glo = g0, ghi = e->now.guard[i];
+    c->h = h;
+    memcpy(c->y0, e->y, sizeof c->y0);
+    memcpy(c->dydt0, e->dydt, sizeof c->dydt0);
+    memcpy(c->y1, e->y1, sizeof c->y1);
+    memcpy(c->dydt1, e->dydt1, sizeof c->dydt1);
+}
+
+/* the state s after the beginning: positions by the quintic that has speeds and accelerations of
+ * both ends, speeds as its derivative, memories by the cubic */
+static void between(const engine *e, const arc *c, double s, double *y)
+{
+    int n = e->mo.n;
+    double h = c->h, u = s / h, v = 1.0 - u;
+    for (int i = 0; i < n; i++) {
+        double d = c->y1[i] - c->y0[i], v0 = h * c->y0[n + i], v1 = h * c->y1[n + i];
+        double a0 = 0.5 * h * h * c->dydt0[n + i], a1 = 0.5 * h * h * c->dydt1[n + i];
+        double c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1;
+        double c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1;
+        double c5 = 6.0 * d - 3.0 * (v0 + v1) - a0 + a1;
+        y[i] = c->y0[i] + u * (v0 + u * (a0 + u * (c3 + u * (c4 + u * c5))));
+        y[n + i] = (v0 + u * (2.0 * a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / h;
+    }
+    for (int i = 2 * n; i < 2 * n + MEMORIES; i++) {
+        y[i] = v * v * (1.0 + 2.0 * u) * c->y0[i] + u * u * (1.0 + 2.0 * v) * c->y1[i] +
+               u * v * h * (v * c->dydt0[i] - u * c->dydt1[i]);
+    }
+}
+
+static double guard_between(engine *e, const arc *c, int i, double s)
+{
+    double y[MAX_STATE];
+    between(e, c, s, y);
+    motion_guards(&e->mo, e->t + s, y, &e->now);
+    return e->now.guard[i];
+}
+
+/* where guard i changes on the arc (regula falsi, each end halved when it stays), and its slope */
+static double foreseen(engine *e, const arc *c, int i, double g0, double *slope)
+{
+    double lo = 0.0, hi = c->h, glo = g0, ghi = e->now.guard[i], s = 0.0, d = 1e-4 * c->h;
+    for (int n = 0, side = 0; n < MAX_FORESEEN; n++) {
+        double last = s;
+        s = (lo * ghi - hi * glo) / (ghi - glo);
+        if (fabs(s - last) < 1e-7 * c->h) {
+            break;
+        }
+        double g = guard_between(e, c, i, s);
+        if ((g > 0.0) == (g0 > 0.0)) {
+            lo = s;
+            glo = g;
+            ghi *= side == -1 ? 0.5 : 1.0;
+            side = -1;
+        } else {
+            hi = s;
+            ghi = g;
+            glo *= side == 1 ? 0.5 : 1.0;
+            side = 1;
+        }
+    }
+    *slope = (guard_between(e, c, i, s + d) - guard_between(e, c, i, s - d)) / (2.0 * d);
+    return s;
+}
+
+/* Newton with whole steps from where the change was foreseen to just past it: 1, or 0 when that
+ * does not get there */
+static int approach(engine *e, int i, double g0, double *hi)
+{
+    arc c;
+    double slope;
+    keep(e, *hi, &c);
+    double h = foreseen(e, &c, i, g0, &slope);
+    for (int n = 0; n < MAX_APPROACH && h > 0.0 && h < c.h; n++) {
+        if (try_step(e, h) != 0) {
+            return 0;
+        }
+        double off = e->now.guard[i] / slope;
+        if (wrong(e, i) && fabs(off) <= time_resolution) {
+            *hi = h;
+            return 1;
+        }
+        h += 0.5 * time_resolution - off;
+    }
+    return 0;
+}
+
+/* the same by regula falsi and bisection with whole steps */
+static int enclose(engine *e, int i, double g0, double ghi, double *hi)
+{
+    double lo = 0.0, glo = g0;
     for (int n = 0, side = 0; n<MAX_ROOT && * hi - lo> time_resolution; n++) {
         double h = n % 6 == 5 || !(glo * ghi < 0.0) ? 0.5 * (lo + *hi)
                                                     : (lo * ghi - *hi * glo) / (ghi - glo);
@@ -227,54 +324,43 @@ static int enclose(engine *e, int i, double g0, double *hi)
             glo = g;
             ghi *= side == -1 ? 0.5 : 1.0;
             side = -1;
-            // close in from below: the next try is a little past the root
-            if (fabs(g) < 1e-15) {
-                lo = h;
-                glo = g;
-            }
         }
     }
-    return 0;
+    return try_step(e, *hi);
+}
+
+/* from the end of a step of *hi back to just past the change of guard i, g0 at the beginning */
+static int shorten(engine *e, int i, double g0, double *hi)
+{
+    double ghi = e->now.guard[i];
+    if ((g0 > 0.0) != (ghi > 0.0)) {
+        return approach(e, i, g0, hi) ? 0 : enclose(e, i, g0, ghi, hi);
+    }
+    // it was so from the beginning
+    double h = fmin(*hi, time_resolution);
+    if (try_step(e, h) == 0 && wrong(e, i)) {
+        *hi = h;
+        return 0;
+    }
+    return enclose(e, i, g0, ghi, hi);
 }
 
 /* the state past the first change in a step of h; the guards' values at its beginning are g0 */
 static int to_first_change(engine *e, double h, const double *g0)
 {
-    double hi = h;
-    for (int n = 0; n < GUARDS; n++) {
-        int i = first_wrong(e), status = try_step(e, hi);
-        if (status != 0) {
-            return status;
-        }
-        i = first_wrong(e);
-        if (i < 0 || enclose(e, i, g0[i], &hi) != 0) {
+    int i = first_wrong(e, -1);
+    for (int n = 0; n < GUARDS && i >= 0; n++) {
+        double before = h;
+        if (shorten(e, i, g0[i], &h) != 0) {
             return -1;
         }
-        if (try_step(e, hi) != 0) {
-            return -1;
-        }
-        int others = 0;
-        for (int k = 0; k < GUARDS; k++) {
-            others += k != i && wrong(e, k);
-        }
-        if (others == 0 || hi <= time_resolution) {
+        if (h <= time_resolution || (n > 0 && before - h < 10.0 * time_resolution)) {
             break;
         }
-        // another guard changed before: look for that one in what is left
-        int earlier = -1;
-        for (int k = 0; k < GUARDS && earlier < 0; k++) {
-            earlier = k != i && wrong(e, k) ? k : -1;
-        }
-        double before = hi;
-        if (enclose(e, earlier, g0[earlier], &hi) != 0) {
-            return -1;
-        }
-        if (before - hi < 10.0 * time_resolution) {
-            break;
-        }
+        i = first_wrong(e, i); // another guard that changed before
     }
-    e->h = hi;
-    return try_step(e, hi);
+    e->h = h;
+    return 0;
 }
 
 static void change_modes(engine *e, stroke *s)
@@ -296,24 +382,34 @@ static void change_modes(engine *e, stroke *s)
     }
 }
 
-static void accept(engine *e, double h)
+/* readings at the points of the grid up to t1, and on to there */
+static void accept(engine *e, double h, double t1, stroke *s)
 {
-    e->t += h;
+    arc c;
+    double y[MAX_STATE];
+    keep(e, h, &c);
+    for (; e->next < s->n && e->next * s->step <= t1; e->next++) {
+        double t = e->next * s->step;
+        between(e, &c, t - e->t, y);
+        motion_look(&e->mo, t, y, &e->then);
+        motion_read(&e->mo, &e->then, s->y[e->next], s->yd[e->next]);
+    }
+    e->t = t1;
     memcpy(e->y, e->y1, sizeof e->y);
     memcpy(e->dydt, e->dydt1, sizeof e->dydt);
 }
 
-/* is a guard on the wrong side in the middle of a step (cubic through both ends) */
+/* is a guard on the wrong side in the middle of a step */
 static int changed_midway(engine *e, double h)
 {
-    double y[MAX_STATE], dydt[MAX_STATE];
-    instant end = e->now;
-    for (size_t i = 0; i < e->dim; i++) {
-        y[i] = 0.5 * (e->y[i] + e->y1[i]) + 0.125 * h * (e->dydt[i] - e->dydt1[i]);
-    }
-    int status = rates(e->t + 0.5 * h, y, dydt, e), found = first_wrong(e) >= 0;
-    e->now = end;
-    return status == 0 && found;
+    arc c;
+    double end[GUARDS];
+    keep(e, h, &c);
+    memcpy(end, e->now.guard, sizeof end);
+    guard_between(e, &c, 0, 0.5 * h);
+    int found = first_wrong(e, -1) >= 0;
+    memcpy(e->now.guard, end, sizeof end);
+    return found;
 }
 
 /* one accepted step towards `target`, shortened by accuracy and by events */
@@ -332,7 +428,7 @@ static int advance(engine *e, double target, stroke *s)
                                                     &proposed);
             if (change != GSL_ODEIV_HADJ_DEC) {
                 e->h = h < left || proposed > e->h ? proposed : e->h;
-                if (first_wrong(e) >= 0 || h < 1e-7 || !changed_midway(e, h)) {
+                if (first_wrong(e, -1) >= 0 || h < 1e-7 || !changed_midway(e, h)) {
                     break;
                 }
                 proposed = 0.5 * h; // something touched and left again
@@ -343,17 +439,16 @@ static int advance(engine *e, double target, stroke *s)
             return -1;
         }
     }
-    if (first_wrong(e) < 0) {
-        accept(e, h);
-        e->t = h < left ? e->t : target;
+    if (first_wrong(e, -1) < 0) {
+        accept(e, h, h < left ? e->t + h : target, s);
         return 0;
     }
-    double keep = e->h;
+    double usual = e->h;
     if (to_first_change(e, h, g0) != 0) {
         return -1;
     }
-    accept(e, e->h);
-    e->h = fmax(0.2 * keep, 1e-7);
+    accept(e, e->h, e->t + e->h, s);
+    e->h = fmax(0.2 * usual, 1e-7);
     change_modes(e, s);
     gsl_odeiv2_step_reset(e->step);
     return rates(e->t, e->y, e->dydt, e);
@@ -388,11 +483,12 @@ int stroke_run(stroke *s, const action *a, double until, double step, double tol
     s->y = calloc((size_t)s->n, sizeof *s->y);
     s->yd = calloc((size_t)s->n, sizeof *s->yd);
     int status = s->y != NULL && s->yd != NULL ? open_engine(&e, a, tolerance) : -1;
-    for (int i = 0; status == 0 && i < s->n; i++) {
-        for (int n = 0; status == 0 && e.t < i * step; n++) {
-            status = n < MAX_EVENTS ? advance(&e, i * step, s) : -1;
-        }
-        motion_read(&e.mo, &e.now, s->y[i], s->yd[i]);
+    if (status == 0) {
+        motion_read(&e.mo, &e.now, s->y[0], s->yd[0]);
+        e.next = 1;
+    }
+    for (int n = 0; status == 0 && e.next < s->n; n++) {
+        status = n < MAX_STEPS ? advance(&e, (s->n - 1) * step, s) : -1;
     }
     s->key_rest = -e.mo.key0;
     s->evaluations = e.mo.evaluations;

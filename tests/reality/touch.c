@@ -102,7 +102,6 @@ static void meet(instant *now, const unsigned char *mode, int spot, const meetin
     now->guard[G_TOUCH + spot] = x;
     now->guard[G_NEAR + spot] = f->pull > 0.0 ? x + f->range : -1.0;
     now->guard[G_PUSH + spot] = 1.0;
-    now->spot_force[spot] = 0.0;
     if (!m->covered || !(mode[G_TOUCH + spot] || mode[G_NEAR + spot])) {
         return; // most are apart most of the time: no speeds are needed there
     }
@@ -120,7 +119,6 @@ static void meet(instant *now, const unsigned char *mode, int spot, const meetin
         double u = -x / f->range;
         N = -4.0 * f->pull * u * (1.0 - u);
     }
-    now->spot_force[spot] = N;
     push(now, m, (vec){N * m->n.x + slide * t.x, N * m->n.z + slide * t.z});
 }
 
