@@ -23,7 +23,7 @@
 #include "reality.h"
 
 static const double time_resolution = 1e-13, longest = 3e-4, shortest = 1e-12;
-enum { MAX_STEPS = 200000, MAX_SETTLE = 400, MAX_ROOT = 60, MAX_FORESEEN = 12, MAX_APPROACH = 6 };
+enum { MAX_STEPS = 30000, MAX_SETTLE = 400, MAX_ROOT = 60, MAX_FORESEEN = 12, MAX_APPROACH = 6 };
 
 /* ---- rest ---- */
 
