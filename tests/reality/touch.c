@@ -44,7 +44,7 @@ double rub_law(const rub *r, double v)
     if (r->B1 > 0.0 || r->B1 < 0.0) {
         surplus = r->B1 * u / (1.0 + r->B2 * u * u * u * u);
     }
-    return r->A * (tanh(u) + surplus);
+    return r->A * (1.0 - 2.0 / (1.0 + exp(2.0 * u)) + surplus); // tanh u, by the faster way
 }
 
 static double felt_law(const felt *f, double x, double xdot, double flow)
