@@ -17,8 +17,13 @@
 
 #include "reality.h"
 
-const camera standard_camera = {
-    .rate = 4000.0, .pixel = 20e-6, .arm = 0.1, .before = 0.005, .until = 0.12, .seen = 2};
+const camera standard_camera = {.rate = 4000.0,
+                                .pixel = 20e-6,
+                                .arm = 0.1,
+                                .before = 0.005,
+                                .until = 0.12,
+                                .seen = 2,
+                                .accuracy = 1e-10};
 
 /* dx [mm] and load [g], or finger force [N] and key motion [rad] in the place of the load */
 typedef struct plan {

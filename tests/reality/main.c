@@ -152,7 +152,13 @@ static int write_stroke(const char *path, const film *f, const camera *c)
 
 static int one_stroke(const options *o, world *w, gsl_rng *rng)
 {
-    camera c = {.rate = 20000.0, .pixel = 0.0, .arm = 1.0, .before = 0.0, .until = 0.12, .seen = 3};
+    camera c = {.rate = 20000.0,
+                .pixel = 0.0,
+                .arm = 1.0,
+                .before = 0.0,
+                .until = 0.12,
+                .seen = 3,
+                .accuracy = standard_camera.accuracy};
     setting s = {.dx = 1e-3 * o->dx, .load = 1e-3 * o->load};
     if (o->kind != NULL) {
         effect_draw(&w->hidden, effect_find(o->kind), o->place, w->m, rng);

@@ -11,7 +11,7 @@
 
 #include "reality.h"
 
-static const double grid = 1e-4, tolerance = 1e-10;
+static const double grid = 1e-4;
 static const effect nothing = {.kind = NULL};
 
 int film_frames(const camera *c)
@@ -90,7 +90,7 @@ int film_play(stroke *k, const world *w, const effect *e, const double *p, const
     action a;
     return make_action(&a, w, e != NULL ? e : &nothing, p, s) != 0
                ? -1
-               : stroke_run(k, &a, 1.05 * c->until + 0.002, grid, tolerance);
+               : stroke_run(k, &a, 1.05 * c->until + 0.002, grid, c->accuracy);
 }
 
 int film_shoot(film *f, const stroke *k, const effect *e, const setting *s, const camera *c)

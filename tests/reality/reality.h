@@ -308,6 +308,7 @@ typedef struct camera {
     double rate, pixel, arm; /* arm: of the marker that shows the hammer's angle [m] */
     double before, until;    /* first and last frame [s] */
     int seen;                /* channels filmed: 2 or 3 */
+    double accuracy;         /* of the strokes that it films: local error of a step */
 } camera;
 
 typedef struct design {

@@ -67,6 +67,8 @@ struct refit {
 };
 
 enum { STEPS = 5 };
+/* films good to 10 nm: a thousandth of the noise */
+static const double accurate_enough = 1e-8;
 static const double settled = 0.03; /* a step that changes the size by less is the last one */
 
 static double *column(const refit *r, const block *b, int k)
@@ -224,6 +226,7 @@ refit *refit_create(const world *w, const design *d)
         r->d = d;
         r->camera = standard_camera;
         r->camera.seen = d->camera.seen;
+        r->camera.accuracy = accurate_enough;
     }
     for (int i = 0; status == 0 && i < w->m->nparam; i++) {
         if (w->m->params[i].tolerance > 0.0 && r->ncommon < MAX_COMMON) {
