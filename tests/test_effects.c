@@ -218,8 +218,8 @@ START_TEST(neutral_values_leave_a_stroke_bit_for_bit)
     memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
     for (int i = 0; i < n; i++) {
         lab_candidate_apply(&list[i], 0.0, p);
-        if (list[i].side >= 0 && strcmp(list[i].effect->kind, "backlash") == 0) {
-            p[list[i].side] = list[i].side_value; // a gap without a spring behind it
+        if (list[i].side[0].param >= 0 && strcmp(list[i].effect->kind, "backlash") == 0) {
+            p[list[i].side[0].param] = list[i].side[0].value; // a gap without a spring behind it
         }
     }
     run(&a, model, lab_parameters(model), 0);
@@ -310,15 +310,15 @@ START_TEST(second_numbers_have_ranges)
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const lab_candidate *c = find(list, n, wanted[i].kind, wanted[i].place);
         ck_assert_ptr_nonnull(c);
-        ck_assert_int_eq(c->side, stein_find_param(m, wanted[i].name));
-        ck_assert_str_eq(c->side_unit, m->params[c->side].unit);
-        ck_assert(c->side_lo < c->side_value && c->side_value < c->side_hi);
-        ck_assert(c->side_lo >= wanted[i].lo * (1 - 1e-12) &&
-                  c->side_hi <= wanted[i].hi * (1 + 1e-12));
-        ck_assert_int_eq(c->side_log, wanted[i].log);
+        ck_assert_int_eq(c->side[0].param, stein_find_param(m, wanted[i].name));
+        ck_assert_str_eq(c->side[0].unit, m->params[c->side[0].param].unit);
+        ck_assert(c->side[0].lo < c->side[0].value && c->side[0].value < c->side[0].hi);
+        ck_assert(c->side[0].lo >= wanted[i].lo * (1 - 1e-12) &&
+                  c->side[0].hi <= wanted[i].hi * (1 + 1e-12));
+        ck_assert_int_eq(c->side[0].log, wanted[i].log);
         memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
         lab_candidate_apply(c, 0.1 * c->limit, p);
-        ck_assert(p[c->side] == c->side_value);
+        ck_assert(p[c->side[0].param] == c->side[0].value);
     }
     free(p);
     free(list);
@@ -402,13 +402,13 @@ START_TEST(a_candidate_is_found_again_in_another_model)
         if (c.effect->needs != NULL) {
             continue;
         }
-        c.nparam = 0, c.param[0] = c.side = c.joint = c.channel = -7;
+        c.nparam = 0, c.param[0] = c.side[0].param = c.joint = c.channel = -7;
         ck_assert_stein(lab_candidate_bind(&c, model, err));
         ck_assert_int_eq(c.nparam, list[i].nparam);
         for (int k = 0; k < c.nparam; k++) {
             ck_assert_str_eq(m->params[c.param[k]].name, m->params[list[i].param[k]].name);
         }
-        ck_assert_int_eq(c.side, list[i].side);
+        ck_assert_int_eq(c.side[0].param, list[i].side[0].param);
         ck_assert_int_eq(c.joint, list[i].joint);
         ck_assert_int_eq(c.channel, list[i].channel);
         strcpy(lost.place, "nowhere");

@@ -33,17 +33,18 @@ static char *finding[] = {"f6_01.csv: 2 frames are missing"};
 static lab_suspect suspect(const lab_candidate *c, double amount)
 {
     lab_suspect s = {.candidate = *c, .amount = amount, .refitted = 1};
-    const char *side = c->effect->side != NULL ? strrchr(c->effect->side, '.') : NULL;
     lab_cause_number *n = s.number;
     snprintf(n[0].name, sizeof n[0].name, "%s", c->effect->size);
     n[0].unit = c->unit, n[0].value = amount;
     n[0].lo = amount - 0.1 * fabs(amount), n[0].hi = amount + 0.1 * fabs(amount);
     s.nnumber = 1;
-    if (c->side_unit != NULL) {
-        snprintf(n[1].name, sizeof n[1].name, "%s", side != NULL ? side + 1 : c->effect->side);
-        n[1].unit = c->side_unit, n[1].value = 1.1 * c->side_value;
-        n[1].lo = 0.9 * c->side_value, n[1].hi = 1.3 * c->side_value;
-        s.nnumber = 2;
+    for (int k = 0; k < LAB_SIDES && c->side[k].name != NULL; k++) {
+        const lab_side *side = &c->side[k];
+        const char *last = strrchr(side->name, '.');
+        lab_cause_number *to = &n[s.nnumber++];
+        snprintf(to->name, sizeof to->name, "%s", last != NULL ? last + 1 : side->name);
+        to->unit = side->unit, to->value = 1.1 * side->value;
+        to->lo = 0.9 * side->value, to->hi = 1.3 * side->value;
     }
     return s;
 }
@@ -102,7 +103,9 @@ static double *meant(const lab_candidate *bound, const lab_suspect *s, const lab
     for (size_t i = 0; i < sizeof fitted / sizeof *fitted; i++) {
         p[stein_find_param(m, fitted[i].name)] = fitted[i].value;
     }
-    c.side_value = s->nnumber > 1 ? s->number[1].value : c.side_value;
+    for (int k = 0; k < LAB_SIDES && 1 + k < s->nnumber; k++) {
+        c.side[k].value = s->number[1 + k].value;
+    }
     lab_candidate_apply(&c, s->amount, p);
     return p;
 }

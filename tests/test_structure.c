@@ -63,9 +63,9 @@ START_TEST(parts_sit_where_the_mechanism_has_room_for_them)
                      strcmp(c->place, parts[k].place) == 0;
         }
         ck_assert_msg(known == 1, "%s at %s", c->effect->kind, c->place);
-        ck_assert(c->limit > 0.0 && c->side_lo <= c->side_value && c->side_value < c->side_hi);
-        ck_assert(c->other_name == NULL ||
-                  (c->other_lo < c->other_value && c->other_value < c->other_hi));
+        ck_assert(c->limit > 0.0 && c->side[0].lo <= c->side[0].value && c->side[0].value < c->side[0].hi);
+        ck_assert(c->side[1].name == NULL ||
+                  (c->side[1].lo < c->side[1].value && c->side[1].value < c->side[1].hi));
         ck_assert_int_eq(c->nparam, 0);
         needy++;
     }
@@ -266,7 +266,7 @@ START_TEST(an_extended_mechanism_has_candidates_of_its_own)
     lab_candidate plain = candidate(model, "compliant_partner", "string");
     ck_assert_stein(lab_candidate_open(&c, &extended, file, NULL, err));
     lab_candidate again = candidate(extended, "compliant_partner", "string");
-    ck_assert_close(again.side_value, plain.side_value, 0.5, 0.0);
+    ck_assert_close(again.side[0].value, plain.side[0].value, 0.5, 0.0);
     ck_assert_close(again.limit, plain.limit, 1e-9, 0.0);
     candidate(extended, "coulomb_friction", "hammer_outer");
     lab_close(extended);

@@ -62,7 +62,15 @@ const lab_effect *lab_effect_find(const char *kind);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
 
-enum { LAB_MOVED = 3, LAB_PLACE = 100 };
+enum { LAB_MOVED = 3, LAB_SIDES = 2, LAB_PLACE = 100 };
+
+/** A number of an effect beside its amount: a gap, a range, a damping ratio. */
+typedef struct lab_side {
+    const char *name, *unit; /* NULL: there is none */
+    int param;               /* of the model; -1: none, or of a part that is not open yet */
+    double value, lo, hi;    /* to begin with, and its range */
+    int log;                 /* the range is one of factors */
+} lab_side;
 
 /** A kind of effect at a place of a mechanism. */
 typedef struct lab_candidate {
@@ -70,16 +78,11 @@ typedef struct lab_candidate {
     char place[LAB_PLACE]; /* "hammer", "string", "key_dip", "clock", "pawl.corner.x" */
     lab_move move;
     int nparam, param[LAB_MOVED]; /* of the model; the first one names the effect */
-    int side; /* parameter of the second number, -1: none (side_hi 0) or, of a part, not yet open */
-    double side_value, side_lo, side_hi;
-    int side_log;                           /* its range is one of factors */
-    int other;                              /* a third number of some parts, as side */
-    double other_value, other_lo, other_hi; /* seldom worth fitting */
-    const char *unit, *side_unit;           /* of the amount, of the second number */
-    const char *other_name, *other_unit;    /* NULL: there is none */
-    double limit;                           /* plausible largest amount */
-    double start;                           /* first secant, a share of the limit */
-    int joint, channel;                     /* that it sits at, -1: none */
+    const char *unit;    /* of the amount */
+    lab_side side[LAB_SIDES];
+    double limit;       /* plausible largest amount */
+    double start;       /* first secant, a share of the limit */
+    int joint, channel; /* that it sits at, -1: none */
     /* numbers of the file whose change is exactly this one, blanks between */
     char alias[2 * LAB_PLACE];
 } lab_candidate;
@@ -163,7 +166,7 @@ typedef struct lab_power {
 typedef struct lab_posterior {
     int n;
     struct lab_uncertain {
-        char name[LAB_PLACE]; /* a parameter of the file; "amount" or "side" of the effect */
+        char name[LAB_PLACE]; /* a parameter of the file; "amount", "side", "other" of the effect */
         int logarithmic;
         double value, sd; /* [SI], of z */
     } * number;
@@ -180,7 +183,7 @@ typedef struct lab_suspect {
     int refitted;  /* 1: gain is that of a full fit */
     double gain;   /* NAN unless refitted */
     int nnumber;   /* of a refitted one */
-    lab_cause_number number[LAB_MOVED];
+    lab_cause_number number[1 + LAB_SIDES];
     double chi2_dof; /* of the refit */
     double held_out; /* RMSE on held-out strokes over the noise; NAN unless refitted */
     /* of one cause of several: held-out error with all over that without this one, all else

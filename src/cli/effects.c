@@ -59,25 +59,23 @@ static void print_table(int json)
     }
 }
 
-static void json_number(lab__json *j, const char *key, const char *name, const char *unit,
-                        const double range[3])
+static void json_side(lab__json *j, const char *key, const lab_side *side)
 {
-    if (name == NULL) {
+    if (side->name == NULL) {
         lab__json_null(j, key);
         return;
     }
     lab__json_open(j, key, '{');
-    lab__json_text(j, "name", name);
-    lab__json_text(j, "unit", unit);
-    lab__json_real(j, "lo", range[0]);
-    lab__json_real(j, "value", range[1]);
-    lab__json_real(j, "hi", range[2]);
+    lab__json_text(j, "name", side->name);
+    lab__json_text(j, "unit", side->unit);
+    lab__json_real(j, "lo", side->lo);
+    lab__json_real(j, "value", side->value);
+    lab__json_real(j, "hi", side->hi);
     lab__json_close(j);
 }
 
 static void json_candidate(lab__json *j, const stein_model *m, const lab_candidate *c)
 {
-    const char *side = c->side_unit != NULL ? c->effect->side : NULL;
     lab__json_open(j, NULL, '{');
     lab__json_text(j, "kind", c->effect->kind);
     lab__json_text(j, "class", c->effect->cls);
@@ -90,9 +88,8 @@ static void json_candidate(lab__json *j, const stein_model *m, const lab_candida
         lab__json_text(j, NULL, m->params[c->param[k]].name);
     }
     lab__json_close(j);
-    json_number(j, "side", side, c->side_unit, (double[]){c->side_lo, c->side_value, c->side_hi});
-    json_number(j, "other", c->other_name, c->other_unit,
-                (double[]){c->other_lo, c->other_value, c->other_hi});
+    json_side(j, "side", &c->side[0]);
+    json_side(j, "other", &c->side[1]);
     lab__json_text(j, "also_called", c->alias);
     lab__json_close(j);
 }
@@ -111,10 +108,12 @@ static void json_candidates(const stein_model *m, const lab_candidate *list, int
 }
 
 /* "range 30 um .. 200 um" */
-static void print_range(const char *name, const char *unit, double lo, double hi)
+static void print_range(const lab_side *side)
 {
     char low[CLI_TEXT], high[CLI_TEXT];
-    printf(", %s %s .. %s", name, cli_quantity(low, lo, unit), cli_quantity(high, hi, unit));
+    const char *last = strrchr(side->name, '.');
+    printf(", %s %s .. %s", last != NULL ? last + 1 : side->name,
+           cli_quantity(low, side->lo, side->unit), cli_quantity(high, side->hi, side->unit));
 }
 
 static void print_candidate(const stein_model *m, const lab_candidate *c, const char *kind)
@@ -124,13 +123,8 @@ static void print_candidate(const stein_model *m, const lab_candidate *c, const 
     printf("%-20s %-18s %-28s up to %s%s",
            strcmp(kind, c->effect->kind) == 0 ? "" : c->effect->kind, c->place, name,
            c->effect->both_signs ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
-    if (c->side_unit != NULL) {
-        const char *last = strrchr(c->effect->side, '.');
-        print_range(last != NULL ? last + 1 : c->effect->side, c->side_unit, c->side_lo,
-                    c->side_hi);
-    }
-    if (c->other_name != NULL) {
-        print_range(c->other_name, c->other_unit, c->other_lo, c->other_hi);
+    for (int k = 0; k < LAB_SIDES && c->side[k].name != NULL; k++) {
+        print_range(&c->side[k]);
     }
     printf("%s%s\n", *c->alias != '\0' ? "; also called " : "", c->alias);
 }

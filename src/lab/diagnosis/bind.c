@@ -27,8 +27,9 @@ static stein_status bind_part(lab_candidate *c, const lab_model *model, stein_er
     }
     c->nparam = 1;
     c->param[0] = at[0];
-    c->side = at[1];
-    c->other = at[2];
+    for (int k = 0; k < LAB_SIDES; k++) {
+        c->side[k].param = at[1 + k];
+    }
     for (int j = 0; j < m->nq; j++) {
         c->joint = strcmp(m->bodies[j].name, c->place) == 0 ? j : c->joint;
     }
@@ -97,10 +98,9 @@ void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
                          : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
                                                         : v * exp(amount);
     }
-    if (c->side >= 0) {
-        p[c->side] = c->side_value;
-    }
-    if (c->other >= 0) {
-        p[c->other] = c->other_value;
+    for (int k = 0; k < LAB_SIDES; k++) {
+        if (c->side[k].param >= 0) {
+            p[c->side[k].param] = c->side[k].value;
+        }
     }
 }

@@ -171,8 +171,7 @@ static lab_candidate *add(build *b, const lab_effect *e, const char *place, int 
     *c = (lab_candidate){.effect = e,
                          .nparam = 1,
                          .param = {param},
-                         .side = -1,
-                         .other = -1,
+                         .side = {{.param = -1}, {.param = -1}},
                          .joint = -1,
                          .channel = -1,
                          .unit = param >= 0 ? b->m->params[param].unit : "1",
@@ -207,21 +206,28 @@ static double joint_limit(const scales *s, const char *kind, int j)
                                                    : T / Q;
 }
 
-/* the second number: a range, and what to begin with */
+/* the number beside the amount: a range, and what to begin with */
 static void add_side(build *b, lab_candidate *c, double lo, double value, double hi)
 {
-    c->side = find(b, c->place, c->effect->side);
-    c->side_unit = c->side >= 0 ? b->m->params[c->side].unit : NULL;
-    c->side_lo = lo, c->side_value = value, c->side_hi = hi;
+    int param = find(b, c->place, c->effect->side);
+    if (param >= 0) {
+        c->side[0] = (lab_side){.name = c->effect->side,
+                                .unit = b->m->params[param].unit,
+                                .param = param,
+                                .lo = lo,
+                                .value = value,
+                                .hi = hi};
+    }
 }
 
 /* speed at which Coulomb friction has its full size; a stated one is believed to a factor of two */
 static void joint_speed(build *b, lab_candidate *c, double unit)
 {
     add_side(b, c, 0.02 * unit, 0.05 * unit, 0.1 * unit);
-    if (c->side >= 0 && b->m->params[c->side].stated) {
-        double w = b->p[c->side];
-        c->side_lo = 0.5 * w, c->side_value = w, c->side_hi = 2.0 * w;
+    lab_side *side = &c->side[0];
+    if (side->param >= 0 && b->m->params[side->param].stated) {
+        double w = b->p[side->param];
+        side->lo = 0.5 * w, side->value = w, side->hi = 2.0 * w;
     }
 }
 
@@ -253,7 +259,7 @@ static void add_joint(build *b, const lab_effect *e, int j)
         joint_speed(b, c, b->m->bodies[j].type == 'T' ? arm : 1.0);
     } else if (strcmp(e->kind, "stiction_peak") == 0) {
         add_side(b, c, 1e-4, 1e-2, 1.0);
-        c->side_log = 1;
+        c->side[0].log = 1;
     }
 }
 
@@ -437,9 +443,9 @@ static double rounded(double value)
 }
 
 /* a range by its lower end, its middle and its upper end */
-static void set_range(double to[3], double lo, double middle, double hi)
+static void set_range(lab_side *to, double lo, double middle, double hi)
 {
-    to[0] = rounded(lo), to[1] = rounded(middle), to[2] = rounded(hi);
+    to->lo = rounded(lo), to->value = rounded(middle), to->hi = rounded(hi);
 }
 
 /* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */
@@ -449,7 +455,7 @@ static void size_part(const build *b, lab_candidate *c, const lab__site *site)
     const char *kind = c->effect->kind;
     int j = site->body;
     double E = s->energy[j], Q = s->travel[j], l = s->length[j], dip = Q * site->reach;
-    double side[3] = {0.0}, other[3] = {0.0};
+    lab_side *side = &c->side[0], *other = &c->side[1];
     if (strcmp(kind, "elastic_hinge") == 0) {
         c->limit = 0.02 * Q / E;
         set_range(side, 0.02, 0.05, 0.1);
@@ -470,8 +476,6 @@ static void size_part(const build *b, lab_candidate *c, const lab__site *site)
         set_range(side, 0.0, 0.02, 0.05);
         set_range(other, 0.17 * site->reach, 0.28 * site->reach, 0.45 * site->reach);
     }
-    c->side_lo = side[0], c->side_value = side[1], c->side_hi = side[2];
-    c->other_lo = other[0], c->other_value = other[1], c->other_hi = other[2];
 }
 
 static void add_parts(build *b, const lab_effect *e)
@@ -487,8 +491,9 @@ static void add_parts(build *b, const lab_effect *e)
         if (c != NULL) {
             c->nparam = 0;
             c->move = LAB_MOVE_VALUE;
-            c->unit = unit[0], c->side_unit = unit[1], c->other_unit = unit[2];
-            c->other_name = other;
+            c->unit = unit[0];
+            c->side[0].name = e->side, c->side[0].unit = unit[1];
+            c->side[1].name = other, c->side[1].unit = unit[2];
             c->joint = site[i].body;
             size_part(b, c, &site[i]);
         }
@@ -587,7 +592,9 @@ stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stei
     if (found != NULL) {
         c->nparam = found->nparam;
         memcpy(c->param, found->param, sizeof c->param);
-        c->side = found->side;
+        for (int k = 0; k < LAB_SIDES; k++) {
+            c->side[k].param = found->side[k].param;
+        }
         c->joint = found->joint;
         c->channel = found->channel;
     }

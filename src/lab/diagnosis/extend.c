@@ -50,14 +50,14 @@ static const lab_cause_number *find_number(const lab_suspect *s, const char *pat
     return NULL;
 }
 
-/* the candidate with the second and third number that were found */
+/* the candidate with the numbers beside its amount that were found */
 static lab_candidate as_found(const lab_suspect *s)
 {
     lab_candidate c = s->candidate;
-    const lab_cause_number *side = find_number(s, c.effect->side);
-    const lab_cause_number *other = find_number(s, c.other_name);
-    c.side_value = side != NULL ? side->value : c.side_value;
-    c.other_value = other != NULL ? other->value : c.other_value;
+    for (int k = 0; k < LAB_SIDES; k++) {
+        const lab_cause_number *n = find_number(s, c.side[k].name);
+        c.side[k].value = n != NULL ? n->value : c.side[k].value;
+    }
     return c;
 }
 
@@ -189,8 +189,9 @@ static stein_status take_cause(extension *x, int k, stein_err *err)
         sd = x->d->chi2_dof_after > noise ? fmax(sd, share * fabs(after - before[i])) : sd;
         mark(x, c->param[i], follows ? 0.0 : sd);
     }
-    mark(x, c->side, deviation(find_number(s, c->effect->side)));
-    mark(x, c->other, deviation(find_number(s, c->other_name)));
+    for (int i = 0; i < LAB_SIDES; i++) {
+        mark(x, c->side[i].param, deviation(find_number(s, c->side[i].name)));
+    }
     return STEIN_OK;
 }
 
@@ -253,11 +254,9 @@ static void write_cause(FILE *f, const lab_suspect *s)
     const lab_cause_number *size = find_number(s, c.effect->size);
     write_number(f, c.effect->size, size != NULL ? size->unit : c.unit,
                  size != NULL ? size->value : s->amount, size);
-    if (c.side_unit != NULL) {
-        write_number(f, c.effect->side, c.side_unit, c.side_value, find_number(s, c.effect->side));
-    }
-    if (c.other_name != NULL) {
-        write_number(f, c.other_name, c.other_unit, c.other_value, find_number(s, c.other_name));
+    for (int k = 0; k < LAB_SIDES && c.side[k].name != NULL; k++) {
+        const lab_side *side = &c.side[k];
+        write_number(f, side->name, side->unit, side->value, find_number(s, side->name));
     }
 }
 

@@ -24,7 +24,7 @@ static void note_number(const char *name, const char *unit, double value, double
     n->hi = hi;
 }
 
-/* amount and second number at x with deviations sd [2], u [2] their unknowns */
+/* amount and the numbers beside it at x, with deviations sd; u: their unknowns */
 static void note_numbers(lab_suspect *s, const fit__unknown *u, const double *x, const double *sd,
                          double wide)
 {
@@ -33,11 +33,11 @@ static void note_numbers(lab_suspect *s, const fit__unknown *u, const double *x,
     s->nnumber = 0;
     s->amount = x[0] * c->limit;
     note_number(c->effect->size, c->unit, s->amount, s->amount - half, s->amount + half, s);
-    if (c->side >= 0) {
-        double own = normal95 * fmin(1.0, wide * sd[1]);
-        s->candidate.side_value = fit__value(&u[1], x[1]);
-        note_number(c->effect->side, c->side_unit, s->candidate.side_value,
-                    fit__value(&u[1], x[1] - own), fit__value(&u[1], x[1] + own), s);
+    for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
+        double own = normal95 * fmin(1.0, wide * sd[1 + k]), at = x[1 + k];
+        s->candidate.side[k].value = fit__value(&u[1 + k], at);
+        note_number(c->side[k].name, c->side[k].unit, s->candidate.side[k].value,
+                    fit__value(&u[1 + k], at - own), fit__value(&u[1 + k], at + own), s);
     }
 }
 
@@ -51,9 +51,6 @@ static void note_suspect(diag *d, diag__suspect *s)
     if (!s->s.refitted || !isfinite(s->objective)) {
         return;
     }
-    if (s->s.candidate.side >= 0 && s->s.candidate.side_unit == NULL) {
-        s->s.candidate.side_unit = lab_equations(p->model)->params[s->s.candidate.side].unit;
-    }
     fit__problem_try(p, &given);
     note_numbers(&s->s, &p->unknown[p->amount], s->x + p->amount, s->sd + p->amount,
                  sqrt(diag__excess(d, s)));
@@ -63,13 +60,8 @@ static void note_suspect(diag *d, diag__suspect *s)
 static void note_cause(const diag *d, diag__found *f, int i)
 {
     lab_suspect *s = &f->cause[i];
-    double x[2], sd[2];
+    double x[FIT__NUMBERS], sd[FIT__NUMBERS];
     const fit__unknown *u = diag__amount(f, i, x, sd);
-    if (s->candidate.side >= 0 && s->candidate.side_unit == NULL) {
-        const lab_model *model =
-            f->leader != NULL && f->leader->model != NULL ? f->leader->model : f->end->model;
-        s->candidate.side_unit = lab_equations(model)->params[s->candidate.side].unit;
-    }
     note_numbers(s, u, x, sd, sqrt(f->excess));
     diag__present(d, s, sqrt(f->excess) * sd[0] * s->candidate.limit, f->excess);
     s->likeness = 1.0;

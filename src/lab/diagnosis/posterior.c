@@ -37,9 +37,8 @@ static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *
         const fit__unknown *u = &p->unknown[unknown[i]];
         struct lab_uncertain *q = &to->number[i];
         snprintf(q->name, sizeof q->name, "%s",
-                 u->kind == FIT__PARAM    ? lab_equations(p->model)->params[u->index].name
-                 : u->kind == FIT__AMOUNT ? "amount"
-                                          : "side");
+                 u->kind == FIT__PARAM ? lab_equations(p->model)->params[u->index].name
+                                       : fit__number_name[1 + u->index]);
         double sd = sqrt(fmax(0.0, wide * cov[i * n + i]));
         q->logarithmic = u->log;
         q->value = fit__value(u, s->x[unknown[i]]);
@@ -55,11 +54,18 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
 {
     fit__problem *p = diag__problem(d, s);
     lab__mixed m = {.nf = 0};
-    int own[2] = {p->amount, p->side}, nown = s->s.candidate.side >= 0 ? 2 : 1, n = 0;
-    int with[2] = {0, 1}, *unknown = malloc(sizeof *unknown * (size_t)(p->np + 1));
-    double *column[2] = {diag__column(p, s->J, own[0]), diag__column(p, s->J, own[1])};
+    int own[FIT__NUMBERS], with[FIT__NUMBERS], nown = 0, n = 0;
+    int *unknown = malloc(sizeof *unknown * (size_t)(p->np + 1));
+    double *column[FIT__NUMBERS] = {NULL};
     double *cov = malloc(sizeof *cov * (size_t)((p->np + 1) * (p->np + 1)));
-    int memory = unknown != NULL && column[0] != NULL && column[1] != NULL && cov != NULL;
+    int memory = unknown != NULL && cov != NULL;
+    for (int i = 0; i < FIT__NUMBERS; i++) {
+        if (i == 0 || s->s.candidate.side[i - 1].param >= 0) {
+            with[nown] = nown;
+            own[nown] = p->amount + i;
+            memory &= (column[nown++] = diag__column(p, s->J, p->amount + i)) != NULL;
+        }
+    }
     stein_status status =
         memory ? diag__mixed_at(&m, p, s->x, s->J, s->r, (const double *const *)column, nown, err)
                : lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -86,8 +92,9 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     }
     free(beta);
     free(cov);
-    free(column[0]);
-    free(column[1]);
+    for (int i = 0; i < nown; i++) {
+        free(column[i]);
+    }
     free(unknown);
     lab__mixed_free(&m);
     return status;

@@ -43,7 +43,7 @@
 
 #include "searching.h"
 
-enum { OWN = 2 }; /* amount and second number */
+enum { OWN = FIT__NUMBERS };
 static const double sure = 1.645, points_to = 2.0;
 static const double visible = 0.01; /* RMS change at the limit [noise] */
 
@@ -166,12 +166,13 @@ static int own_columns(diag *d, diag__suspect *s, double **own)
         return 0;
     }
     const fit__problem *p = diag__problem(d, s);
-    int k[OWN] = {p->amount, s->s.candidate.side >= 0 ? p->side : -1};
     for (int a = 0; a < OWN; a++) {
-        if (k[a] >= 0 && (own[n] = diag__column(p, s->J, k[a])) == NULL) {
-            return -1;
+        if (a == 0 || s->s.candidate.side[a - 1].param >= 0) {
+            own[n] = diag__column(p, s->J, p->amount + a);
+            if (own[n++] == NULL) {
+                return -1;
+            }
         }
-        n += k[a] >= 0;
     }
     return n;
 }

@@ -70,7 +70,7 @@ static int free_ones(const fit__problem *p, int *list)
 {
     int n = 0;
     for (int k = 0; k < p->np; k++) {
-        if (!p->unknown[k].idle && k != p->amount && k != p->side) {
+        if (!p->unknown[k].idle && (k < p->amount || k >= p->amount + FIT__NUMBERS)) {
             list[n++] = k;
         }
     }
@@ -156,13 +156,16 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
                         double *D, double *sd)
 {
     lab__mixed m;
-    int nwith = 0, with[2] = {0, 1}, k[2] = {p->amount, p->side};
-    double *column[2] = {NULL, NULL}, objective = INFINITY;
-    while (nwith < 2 && k[nwith] >= 0 && !p->unknown[k[nwith]].idle) {
-        column[nwith] = diag__column(p, J, k[nwith]);
-        nwith += column[nwith] != NULL ? 1 : 3;
+    int nwith = 0, with[FIT__NUMBERS], k[FIT__NUMBERS], memory = 1;
+    double *column[FIT__NUMBERS] = {NULL}, objective = INFINITY;
+    for (int i = 0; p->amount >= 0 && i < FIT__NUMBERS; i++) {
+        if (!p->unknown[p->amount + i].idle) {
+            with[nwith] = nwith;
+            k[nwith] = p->amount + i;
+            memory &= (column[nwith++] = diag__column(p, J, p->amount + i)) != NULL;
+        }
     }
-    if (nwith < 3 &&
+    if (memory &&
         diag__mixed_at(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK) {
         int n = m.nf + nwith;
         double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
@@ -181,8 +184,9 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
         free(beta);
         lab__mixed_free(&m);
     }
-    free(column[0]);
-    free(column[1]);
+    for (int i = 0; i < nwith; i++) {
+        free(column[i]);
+    }
     return objective;
 }
 

@@ -62,7 +62,9 @@ static void borrow(const fit__problem *p, const double *J, const double *G, doub
         const fit__stroke *t = &p->stroke[s];
         size_t n = (size_t)(t->nch * t->n);
         memcpy(to + fit__column(p, s, p->amount), G + fit__offset(p, s), sizeof *to * n);
-        memset(to + fit__column(p, s, p->side), 0, sizeof *to * n);
+        for (int k = 0; k < LAB_SIDES; k++) {
+            memset(to + fit__column(p, s, p->side + k), 0, sizeof *to * n);
+        }
     }
 }
 
@@ -194,8 +196,8 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     lab_candidate given = leader->s.candidate;
     fit__problem_try(p, &given); // its derivatives may be those of the null fit yet
     stein_status status = fit__sensitivities(p, leader->x, leader->r, leader->J, err);
-    if (given.side >= 0) {
-        given.side_value = fit__value(&p->unknown[p->side], leader->x[p->side]);
+    for (int k = 0; k < LAB_SIDES && given.side[k].param >= 0; k++) {
+        given.side[k].value = fit__value(&p->unknown[p->side + k], leader->x[p->side + k]);
     }
     fit__problem_try(p, NULL);
     if (status != STEIN_OK) {
@@ -269,9 +271,11 @@ static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
     memcpy(room, s->x, sizeof *room * size);
     memset(s->x, 0, sizeof *s->x * nu);
     memcpy(s->x + p->first_accepted, room + p->first_accepted,
-           sizeof *s->x * (size_t)(2 * p->naccepted));
+           sizeof *s->x * (size_t)(FIT__NUMBERS * p->naccepted));
     s->x[p->amount] = room[p->amount];
-    s->x[p->side] = fmin(fmax(room[p->side], -1.0), 1.0);
+    for (int k = p->side; k < p->side + LAB_SIDES; k++) {
+        s->x[k] = fmin(fmax(room[k], -1.0), 1.0);
+    }
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     stein_err why = {STEIN_OK, ""};

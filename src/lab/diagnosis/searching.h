@@ -179,8 +179,8 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
 void diag__found_free(diag__found *found);
 /** -2 log likelihood at the end. */
 double diag__objective(const diag__found *found);
-/** The unknowns of a cause at the end, amount and second number: x and sd [2].
- *  @return the amount; the next one is the second number */
+/** The unknowns of a cause at the end, amount and the numbers beside it: x and sd [FIT__NUMBERS].
+ *  @return the amount; the others follow */
 const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
 
 /* ---- curve.c ---- */

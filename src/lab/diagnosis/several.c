@@ -71,7 +71,7 @@ static int amount_of(const diag *from, const diag__suspect *leader, const lab_ca
 {
     for (int i = 0; i < from->naccepted; i++) {
         if (is_same(&from->accepted[i], c)) {
-            return from->p.first_accepted + 2 * i;
+            return from->p.first_accepted + FIT__NUMBERS * i;
         }
     }
     return leader != NULL && is_same(&leader->s.candidate, c) ? from->p.amount : -1;
@@ -83,9 +83,10 @@ static void carry_over(diag *next, const diag *from, const diag__suspect *leader
     const fit__problem *to = &next->p, *p = &from->p;
     memcpy(next->x, x, sizeof *x * (size_t)to->first_accepted);
     for (int i = 0; i < next->naccepted; i++) {
-        int at = amount_of(from, leader, &next->accepted[i]), k = to->first_accepted + 2 * i;
-        next->x[k] = at >= 0 ? x[at] : 0.0;
-        next->x[k + 1] = at >= 0 ? x[at + 1] : 0.0;
+        int at = amount_of(from, leader, &next->accepted[i]), k = to->first_accepted + FIT__NUMBERS * i;
+        for (int j = 0; at >= 0 && j < FIT__NUMBERS; j++) {
+            next->x[k + j] = x[at + j];
+        }
     }
     memcpy(next->x + to->np, x + p->np, sizeof *x * (size_t)(p->nu - p->np));
 }
@@ -303,7 +304,7 @@ const fit__unknown *diag__amount(const diag__found *f, int i, double *x, double 
         p = diag__problem(f->end, f->leader);
         fit__problem_try(p, &f->leader->s.candidate);
     }
-    for (int j = 0; j < 2; j++) {
+    for (int j = 0; j < FIT__NUMBERS; j++) {
         x[j] = at[k + j];
         sd[j] = sds[k + j];
     }

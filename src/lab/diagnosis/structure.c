@@ -372,8 +372,8 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
     w.of['P'] = part;
     w.of['B'] = c->place;
     set_number(&w, 'a', amount);
-    set_number(&w, 's', c->side_value);
-    set_number(&w, 'o', c->other_value);
+    set_number(&w, 's', c->side[0].value);
+    set_number(&w, 'o', c->side[1].value);
     if (strcmp(kind->kind, "elastic_hinge") == 0) {
         status = cut_link(s, c, m, site->body, &w, joint, &points, err);
     } else if (strcmp(kind->kind, "axis_translation") == 0) {

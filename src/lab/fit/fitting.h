@@ -53,11 +53,18 @@ typedef enum {
     FIT__POSITION,
     FIT__SPEED,
     FIT__SCATTER,
-    FIT__AMOUNT, /* of the effect on trial */
-    FIT__SIDE    /* its second number */
+    FIT__AMOUNT, /* of an effect */
+    FIT__SIDE    /* a number beside it; index: which */
 } fit__kind;
 /** Numbers that scatter together from stroke to stroke. */
 enum { FIT__CALM, FIT__JOINTS, FIT__CONTACTS, FIT__DRIVE, FIT__GROUPS };
+
+/** The numbers of an effect: its amount and those beside it. */
+enum { FIT__NUMBERS = 1 + LAB_SIDES };
+/** "amount", "side", "other": what a posterior calls them. */
+extern const char *const fit__number_name[FIT__NUMBERS];
+/** Which of them is called so; -1: none. */
+int fit__find_number(const char *name);
 
 /** One unknown. */
 typedef struct fit__unknown {
@@ -108,11 +115,11 @@ typedef struct fit__problem {
     double limit;         /* fit__descend: parameters stay within so many prior sd */
     int central;          /* differences to both sides */
     const lab_candidate *accepted[FIT__ACCEPTED]; /* effects that act, with unknowns of their own */
-    int naccepted, first_accepted; /* amount and side of each, one behind the other */
+    int naccepted, first_accepted; /* FIT__NUMBERS of each, one behind the other */
     const lab_candidate *given;    /* acts anyway, by given_amount; NULL: none */
     double given_amount;
     const lab_candidate *effect; /* on trial, NULL: none */
-    int amount, side;            /* its unknowns; -1: no room for one */
+    int amount, side;            /* its unknowns, side the first of LAB_SIDES; -1: no room */
     int fixed;                   /* this unknown stays (profile); -1: none */
     int flat;                    /* the prior of this unknown does not count; -1: none */
     int samples, rows;           /* rows: largest stroke */
@@ -121,19 +128,19 @@ typedef struct fit__problem {
 
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err);
-/** The same with room for an effect: two more unknowns behind the parameters, idle until
+/** The same with room for an effect: FIT__NUMBERS more unknowns behind the parameters, idle until
  *  fit__problem_try. def->nfree may be 0. */
 stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
                                     const lab_dataset *data, const lab_fit_def *def,
                                     stein_err *err);
-/** The same with effects that act in it, n <= FIT__ACCEPTED: amount and side of each are unknowns
+/** The same with effects that act in it, n <= FIT__ACCEPTED: the FIT__NUMBERS of each are unknowns
  *  between the parameters and those of the effect on trial.
  *  @param accepted  must outlive the problem */
 stein_status fit__problem_make_with(fit__problem *p, const lab_model *model,
                                     const lab_dataset *data, const lab_fit_def *def,
                                     const lab_candidate *accepted, int n, stein_err *err);
-/** Put an effect on trial (NULL: none). Its amount counts in limits, its second number from
- *  side_value in quarters of its range. */
+/** Put an effect on trial (NULL: none). Its amount counts in limits, the numbers beside it from
+ *  where they begin in quarters of their range. */
 void fit__problem_try(fit__problem *p, const lab_candidate *effect);
 void fit__problem_free(fit__problem *p);
 /** Does the stroke state this parameter itself (# set)? */

@@ -120,36 +120,53 @@ static stein_status take_free(fit__problem *p, stein_err *err)
     return STEIN_OK;
 }
 
-/* room for the amount of an effect and its second number. @return the amount */
-static int take_pair(fit__problem *p)
+const char *const fit__number_name[FIT__NUMBERS] = {"amount", "side", "other"};
+
+int fit__find_number(const char *name)
 {
-    p->unknown[p->np++] = (fit__unknown){
-        .kind = FIT__AMOUNT, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
-    p->unknown[p->np++] = (fit__unknown){
-        .kind = FIT__SIDE, .stroke = -1, .index = -1, .sd = 1.0, .prior = 1, .idle = 1};
-    return p->np - 2;
+    for (int i = 0; i < FIT__NUMBERS; i++) {
+        if (strcmp(name, fit__number_name[i]) == 0) {
+            return i;
+        }
+    }
+    return -1;
 }
 
-/* amount in limits; the second number from side_value in quarters of its range */
-static void scale_pair(fit__unknown *amount, const lab_candidate *effect)
+/* room for the amount of an effect and the numbers beside it. @return the amount */
+static int take_numbers(fit__problem *p)
 {
-    fit__unknown *side = amount + 1;
+    for (int i = 0; i < FIT__NUMBERS; i++) {
+        p->unknown[p->np++] = (fit__unknown){.kind = i == 0 ? FIT__AMOUNT : FIT__SIDE,
+                                             .stroke = -1,
+                                             .index = i - 1,
+                                             .sd = 1.0,
+                                             .prior = 1,
+                                             .idle = 1};
+    }
+    return p->np - FIT__NUMBERS;
+}
+
+/* amount in limits; the numbers beside it from where they begin, in quarters of their range */
+static void scale_numbers(fit__unknown *amount, const lab_candidate *effect)
+{
     amount->idle = effect == NULL;
     amount->sd = effect != NULL ? effect->limit : 1.0;
-    side->idle = effect == NULL || effect->side < 0;
-    if (side->idle) {
-        return;
+    for (int k = 0; k < LAB_SIDES; k++) {
+        const lab_side *side = effect != NULL ? &effect->side[k] : NULL;
+        fit__unknown *u = amount + 1 + k;
+        u->idle = side == NULL || side->param < 0;
+        if (!u->idle) {
+            u->log = side->log;
+            u->start = side->log ? log(side->value) : side->value;
+            u->sd = 0.25 * (side->log ? log(side->hi / side->lo) : side->hi - side->lo);
+        }
     }
-    side->log = effect->side_log;
-    side->start = side->log ? log(effect->side_value) : effect->side_value;
-    side->sd = 0.25 * (side->log ? log(effect->side_hi / effect->side_lo)
-                                 : effect->side_hi - effect->side_lo);
 }
 
 void fit__problem_try(fit__problem *p, const lab_candidate *effect)
 {
     p->effect = effect;
-    scale_pair(&p->unknown[p->amount], effect);
+    scale_numbers(&p->unknown[p->amount], effect);
 }
 
 static void take_effects(fit__problem *p, const lab_candidate *accepted, int n)
@@ -158,9 +175,9 @@ static void take_effects(fit__problem *p, const lab_candidate *accepted, int n)
     p->naccepted = n;
     for (int i = 0; i < n; i++) {
         p->accepted[i] = &accepted[i];
-        scale_pair(&p->unknown[take_pair(p)], &accepted[i]);
+        scale_numbers(&p->unknown[take_numbers(p)], &accepted[i]);
     }
-    p->amount = take_pair(p);
+    p->amount = take_numbers(p);
     p->side = p->amount + 1;
 }
 
@@ -443,7 +460,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
         return status;
     }
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
-    size_t most = (size_t)(def->nfree + 2 * (n + 1)), nq = (size_t)lab_equations(model)->nq;
+    size_t most = (size_t)(def->nfree + FIT__NUMBERS * (n + 1)), nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }

@@ -135,13 +135,15 @@ static void scatter(const fit__problem *p, fit__bench *b, const fit__stroke *s, 
     }
 }
 
-/* an effect with its unknowns, `amount` and the next one */
+/* an effect with its unknowns, `amount` and those behind it */
 static void apply(const fit__problem *p, const lab_candidate *effect, int amount, const double *x,
                   double *to)
 {
     const fit__unknown *u = &p->unknown[amount];
     lab_candidate c = *effect;
-    c.side_value = c.side >= 0 ? fit__value(u + 1, x[amount + 1]) : 0.0;
+    for (int k = 0; k < LAB_SIDES; k++) {
+        c.side[k].value = c.side[k].param >= 0 ? fit__value(u + 1 + k, x[amount + 1 + k]) : 0.0;
+    }
     lab_candidate_apply(&c, fit__value(u, x[amount]), to);
 }
 
@@ -159,7 +161,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
     }
     lab_data_apply(s->data, b->p);
     for (int i = 0; i < p->naccepted; i++) {
-        apply(p, p->accepted[i], p->first_accepted + 2 * i, x, b->p);
+        apply(p, p->accepted[i], p->first_accepted + FIT__NUMBERS * i, x, b->p);
     }
     if (p->given != NULL) {
         lab_candidate_apply(p->given, p->given_amount, b->p);

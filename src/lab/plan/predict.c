@@ -45,8 +45,9 @@ stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char 
         status = lab_candidate_bind(&side->candidate, model, err);
     }
     for (int i = 0; i < s->posterior.n; i++) {
-        if (strcmp(s->posterior.number[i].name, "side") == 0) {
-            side->candidate.side_value = s->posterior.number[i].value;
+        int k = fit__find_number(s->posterior.number[i].name);
+        if (k > 0) {
+            side->candidate.side[k - 1].value = s->posterior.number[i].value;
         }
     }
     return status;
@@ -170,9 +171,8 @@ static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
     int found = 0;
     for (int k = 0; k < p->np; k++) {
         const fit__unknown *u = &p->unknown[k];
-        const char *name = u->kind == FIT__PARAM    ? m->params[u->index].name
-                           : u->kind == FIT__AMOUNT ? "amount"
-                                                    : "side";
+        const char *name =
+            u->kind == FIT__PARAM ? m->params[u->index].name : fit__number_name[1 + u->index];
         of[k] = -1;
         for (int i = 0; !u->idle && i < q->n; i++) {
             of[k] = strcmp(q->number[i].name, name) == 0 ? i : of[k];
@@ -341,7 +341,7 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     lab_fit_def def = lab_fit_def_default();
     for (int i = 0; name != NULL && i < q->n; i++) {
         const char *n = q->number[i].name;
-        if (strcmp(n, "amount") != 0 && strcmp(n, "side") != 0 && !is_set(e, n)) {
+        if (fit__find_number(n) < 0 && !is_set(e, n)) {
             name[def.nfree++] = n;
         }
     }
