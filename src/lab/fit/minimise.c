@@ -219,6 +219,7 @@ void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
 typedef struct room {
     fit__normal normal;
     double *r, *try_r, *J, *dx, *try_x;
+    double prior; /* weight of the priors in a step of fit__descend */
 } room;
 
 static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
@@ -320,10 +321,11 @@ static stein_status begin(const fit__problem *p, fit__state *s, room *m, stein_e
     return status;
 }
 
-/* the gradient at another point, with the same derivatives */
-static void new_gradient(fit__normal *n, const fit__problem *p, const double *x, const double *r,
-                         const double *J)
+/* the gradient at another point, with the same derivatives and weight of the priors */
+static void new_gradient(room *m, const fit__problem *p, const double *x, const double *r)
 {
+    fit__normal *n = &m->normal;
+    const double *J = m->J;
     memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
@@ -333,11 +335,17 @@ static void new_gradient(fit__normal *n, const fit__problem *p, const double *x,
         }
     }
     for (int u = 0; u < p->nu; u++) {
-        n->g[u] += p->unknown[u].prior && u != p->flat ? x[u] : 0.0;
+        n->g[u] += p->unknown[u].prior && u != p->flat ? m->prior * x[u] : 0.0;
         if (u < p->np && (u == p->fixed || p->unknown[u].idle)) {
             n->g[u] = 0.0;
         }
     }
+}
+
+/* numbers of the mechanism and those beside an effect's amount stay within some prior sd */
+static int is_bounded(const fit__unknown *u)
+{
+    return u->prior && (u->kind == FIT__PARAM || u->kind == FIT__SIDE);
 }
 
 /* objective at x + dx, which may be shortened; INFINITY when it cannot be simulated */
@@ -351,7 +359,7 @@ static double go(fit__problem *p, room *m, const double *x, stein_status *status
     double scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
         double to = x[u] + scale * m->dx[u], most = p->limit;
-        int bound = u < p->np && p->unknown[u].kind == FIT__PARAM && p->unknown[u].prior;
+        int bound = is_bounded(&p->unknown[u]);
         m->try_x[u] = bound ? fmin(fmax(to, -most), most) : to;
     }
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
@@ -385,7 +393,7 @@ static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_statu
             break;
         }
         last = there;
-        new_gradient(&m->normal, p, x, m->try_r, m->J);
+        new_gradient(m, p, x, m->try_r);
         fit__normal_step(&m->normal, p, m->dx);
     }
     return s->objective < start;
@@ -394,8 +402,24 @@ static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_statu
 /* is a parameter at its bound, with a step that leads across? */
 static int leaves(const fit__problem *p, int u, double x, double dx)
 {
-    return p->unknown[u].kind == FIT__PARAM && p->unknown[u].prior && !p->unknown[u].idle &&
+    return is_bounded(&p->unknown[u]) && !p->unknown[u].idle &&
            fabs(x) >= p->limit * (1.0 - 1e-9) && x * dx > 0.0;
+}
+
+/* The data are believed no further than they are met: with chi2 per degree of freedom far above 1
+ * the residual is no noise, derivatives are off by shares of it, and what they say of numbers that
+ * the data hardly tell is made up. So the priors weigh chi2/dof times as much, until there is
+ * nothing but noise left. */
+static void temper(const fit__problem *p, const fit__state *s, room *m)
+{
+    m->prior = fmax(1.0, fit__chi2_dof(p, m->r));
+    for (int u = 0; u < p->nu; u++) {
+        int pinned = u < p->np && (u == p->fixed || p->unknown[u].idle);
+        if (p->unknown[u].prior && u != p->flat && !pinned) {
+            *diagonal(&m->normal, p, u) += m->prior - 1.0;
+            m->normal.g[u] += (m->prior - 1.0) * s->x[u];
+        }
+    }
 }
 
 /* dx with damping mu in units of the priors: what the data hardly tell moves slowly, what they tell
@@ -403,6 +427,7 @@ static int leaves(const fit__problem *p, int u, double x, double dx)
 static int solve_damped(const fit__problem *p, const fit__state *s, room *m)
 {
     fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
+    temper(p, s, m);
     for (int u = 0; u < p->np; u++) {
         *diagonal(&m->normal, p, u) += s->mu;
     }
@@ -413,10 +438,14 @@ static int solve_damped(const fit__problem *p, const fit__state *s, room *m)
     return 0;
 }
 
+/* Shares of a step, one after the other while none is better. Damping in units of the priors leaves
+ * the steep directions alone, and there a stroke's events may turn the derivative within a step. */
+static const double share[DAMPINGS] = {1.0, 1.0, 0.25, 0.06};
+
 /* A damped step and its chords. Parameters at a bound that the step would cross stay there, and the
  * others are solved for without them. */
-static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein_status *status,
-                       stein_err *err)
+static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, double part,
+                       stein_status *status, stein_err *err)
 {
     int held = 1, better = 0, solved = solve_damped(p, s, m);
     while (solved == 0 && held > 0) {
@@ -430,6 +459,9 @@ static int damped_step(fit__problem *p, fit__state *s, room *m, double *x, stein
         solved = held > 0 ? solve_damped(p, s, m) : 0;
     }
     if (solved == 0) {
+        for (int u = 0; u < p->nu; u++) {
+            m->dx[u] *= part;
+        }
         better = chord(p, s, m, x, status, err);
     }
     for (int u = 0; u < p->np; u++) {
@@ -463,7 +495,7 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
         double before = s->objective;
         int better = 0;
         for (int k = 0; !better && status == STEIN_OK && k < (renewals > 0 ? DAMPINGS : 2); k++) {
-            better = damped_step(p, s, m, x, &status, err);
+            better = damped_step(p, s, m, x, share[k], &status, err);
             s->mu = better ? 0.1 * s->mu : 30.0 * fmax(s->mu, 0.03);
         }
         s->iteration++;
