@@ -297,10 +297,10 @@ START_TEST(second_numbers_have_ranges)
         const char *kind, *place, *name;
         double lo, hi;
         int log;
-    } wanted[] = {{"coulomb_friction", "key", "key.coulomb.w", 0.02, 0.1, 0},
+    } wanted[] = {{"coulomb_friction", "key", "key.coulomb.w", 0.02, 0.1, 1},
                   {"stiction_peak", "hammer", "hammer.friction.B2", 1e-4, 1.0, 1},
-                  {"adhesion", "string", "string.adhesion.range", 3e-5, 2e-4, 0},
-                  {"backlash", "pawl", "pawl.backlash.gap", 0.0, 0.1, 0}};
+                  {"adhesion", "string", "string.adhesion.range", 3e-5, 2e-4, 1},
+                  {"backlash", "pawl", "pawl.backlash.gap", 0.0, 0.1, 1}};
     lab_model *model = open_file("models/stein1788.yaml");
     const stein_model *m = lab_equations(model);
     lab_candidate *list = NULL;

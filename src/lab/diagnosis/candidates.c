@@ -216,7 +216,8 @@ static void add_side(build *b, lab_candidate *c, double lo, double value, double
                                 .param = param,
                                 .lo = lo,
                                 .value = value,
-                                .hi = hi};
+                                .hi = hi,
+                                .log = lo > 0.0};
     }
 }
 
@@ -259,7 +260,6 @@ static void add_joint(build *b, const lab_effect *e, int j)
         joint_speed(b, c, b->m->bodies[j].type == 'T' ? arm : 1.0);
     } else if (strcmp(e->kind, "stiction_peak") == 0) {
         add_side(b, c, 1e-4, 1e-2, 1.0);
-        c->side[0].log = 1;
     }
 }
 
@@ -446,6 +446,7 @@ static double rounded(double value)
 static void set_range(lab_side *to, double lo, double middle, double hi)
 {
     to->lo = rounded(lo), to->value = rounded(middle), to->hi = rounded(hi);
+    to->log = lo > 0.0;
 }
 
 /* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */
