@@ -63,7 +63,8 @@ START_TEST(parts_sit_where_the_mechanism_has_room_for_them)
                      strcmp(c->place, parts[k].place) == 0;
         }
         ck_assert_msg(known == 1, "%s at %s", c->effect->kind, c->place);
-        ck_assert(c->limit > 0.0 && c->side[0].lo <= c->side[0].value && c->side[0].value < c->side[0].hi);
+        ck_assert(c->limit > 0.0 && c->side[0].lo <= c->side[0].value &&
+                  c->side[0].value < c->side[0].hi);
         ck_assert(c->side[1].name == NULL ||
                   (c->side[1].lo < c->side[1].value && c->side[1].value < c->side[1].hi));
         ck_assert_int_eq(c->nparam, 0);

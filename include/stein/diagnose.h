@@ -78,7 +78,7 @@ typedef struct lab_candidate {
     char place[LAB_PLACE]; /* "hammer", "string", "key_dip", "clock", "pawl.corner.x" */
     lab_move move;
     int nparam, param[LAB_MOVED]; /* of the model; the first one names the effect */
-    const char *unit;    /* of the amount */
+    const char *unit;             /* of the amount */
     lab_side side[LAB_SIDES];
     double limit;       /* plausible largest amount */
     double start;       /* first secant, a share of the limit */

@@ -37,14 +37,16 @@ static stein_status make_problem(diag *d, const lab_model *model, const lab_data
 
 /* One stroke, its own unknowns fitted: strokes that are fitted together wait for the slowest, and
  * one that has far to go stops all.
- * @param p  of all held-out strokes; x and r are of all of them, in and out */
+ * @param D  variances of scatter in those of the prior
+ * @param p  of all strokes; x and r are of all of them, in and out */
 static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *data,
-                            const fit__problem *p, int stroke, double *x, double *r, stein_err *err)
+                            const double *D, const fit__problem *p, int stroke, double *x,
+                            double *r, stein_err *err)
 {
     const fit__stroke *t = &p->stroke[stroke];
     lab_dataset one = {1, &data->stroke[stroke]};
     fit__problem own;
-    stein_status status = make_problem(d, p->model, &one, s != NULL ? s->D : d->null_D, &own, err);
+    stein_status status = make_problem(d, p->model, &one, D, &own, err);
     double *room =
         status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *room) : NULL;
     if (status == STEIN_OK && room == NULL) {
@@ -68,12 +70,22 @@ static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *
     return status;
 }
 
+stein_status diag__fit_stroke(diag *d, const diag__suspect *s, int stroke, const fit__end *e,
+                              stein_err *err)
+{
+    static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
+    const lab_dataset *data = s != NULL && s->fit_data != NULL ? s->fit_data : d->fit_data;
+    const fit__problem *p = s != NULL ? diag__problem(d, s) : &d->p;
+    return fit_one(d, s, data, as_stated, p, stroke, e->x, e->r, err);
+}
+
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
 {
+    const double *D = s != NULL ? s->D : d->null_D;
     const lab_model *model = s != NULL && s->model != NULL ? s->model : d->model;
     *to = (diag__held){.rmse = NAN};
     const lab_dataset *data = model != d->model ? s->held_data : d->held_data;
-    stein_status status = make_problem(d, model, data, s != NULL ? s->D : d->null_D, &to->p, err);
+    stein_status status = make_problem(d, model, data, D, &to->p, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -92,7 +104,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
         p->unknown[k].idle = 1;
     }
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = fit_one(d, s, data, p, i, to->x, to->r, err);
+        status = fit_one(d, s, data, D, p, i, to->x, to->r, err);
     }
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));

@@ -18,9 +18,10 @@
 
 /* shares of the longest stroke */
 static const double horizon[] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1.0};
-enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 2, RENEWALS_LAST = 5 };
+enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 4, RENEWALS_LAST = 5, RECALLS = 3 };
 static const double enough = 0.3;
-static const double near = 40.0; /* RMS [noise] */
+static const double near = 12.0;           /* RMS [noise] */
+static const double worth_a_recall = 10.0; /* of the objective */
 
 double diag__longest(const fit__problem *p)
 {
@@ -76,11 +77,46 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
     return status;
 }
 
+/* the null fit from where its strays lead it. @return 1 when it is better; else it is as it was */
+static int recall(diag *d, fit__end *e, stein_status *status, stein_err *err)
+{
+    size_t nu = (size_t)d->p.nu, rows = fit__offset(&d->p, d->p.nstroke);
+    double *room = malloc(sizeof *room * (nu + rows + fit__columns(&d->p) + 1));
+    if (room == NULL) {
+        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return 0;
+    }
+    fit__end t = {.x = room, .r = room + nu, .J = room + nu + rows};
+    memcpy(t.x, e->x, sizeof *room * nu);
+    memcpy(t.r, e->r, sizeof *room * rows);
+    stein_err why = {STEIN_OK, ""};
+    int found = 0;
+    stein_status tried = diag__recall_strays(d, NULL, &t, &found, &why);
+    if (tried == STEIN_OK && found > 0) {
+        tried = fit__descend(&d->p, &t, 0, enough, RENEWALS_LAST, &why);
+        d->out->fits++;
+    }
+    int better = tried == STEIN_OK && found > 0 && t.objective < e->objective;
+    int much = better && t.objective < e->objective - worth_a_recall;
+    if (better) {
+        memcpy(e->x, t.x, sizeof *room * nu);
+        memcpy(e->r, t.r, sizeof *room * rows);
+        memcpy(e->J, t.J, sizeof *room * fit__columns(&d->p));
+        e->objective = t.objective;
+        e->ended = t.ended;
+    }
+    free(room);
+    *status = tried == STEIN_ENOMEM ? lab__fail(err, tried, "out of memory") : STEIN_OK;
+    return much;
+}
+
 stein_status diag__pursue(diag *d, stein_err *err)
 {
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
     stein_status status = diag__follow(d, &d->p, &e, err);
+    for (int k = 0; status == STEIN_OK && k < RECALLS && recall(d, &e, &status, err); k++) {
+    }
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;

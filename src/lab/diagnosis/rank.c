@@ -211,12 +211,19 @@ static void note_amount(diag__suspect *s, double amount)
     }
 }
 
-static void score_one(diag *d, lab__mixed *m, int index, int k, double *beta)
+/* column k of the mixed model is one of suspect s; of two the better one stays its G */
+static void score_one(diag *d, lab__mixed *m, diag__suspect *s, int k, const double *column,
+                      double *beta)
 {
-    diag__suspect *s = &d->suspect[index];
     memcpy(m->D, d->null_D, sizeof m->D);
-    double with = lab__mixed_scatter(m, &k, 1, 12, beta, NULL);
-    s->s.score = d->null_objective - with;
+    double score = d->null_objective - lab__mixed_scatter(m, &k, 1, 12, beta, NULL);
+    if (column == s->small && !(score > s->s.score)) {
+        return;
+    }
+    if (column == s->small) {
+        diag__swap_secants(s);
+    }
+    s->s.score = score;
     note_amount(s, beta[m->nf]);
 }
 
@@ -232,7 +239,8 @@ static double by_chance(const double *corr, const unsigned char *use, int n, int
     return hi;
 }
 
-static stein_status scores(diag *d, lab__mixed *m, const int *index, int n, stein_err *err)
+static stein_status scores(diag *d, lab__mixed *m, const int *index, const double *const *column,
+                           int n, stein_err *err)
 {
     size_t nc = (size_t)n;
     double *room = calloc((size_t)m->nf + 2 + 3 * nc + nc * nc, sizeof *room);
@@ -257,14 +265,14 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, int n, stei
     d->z_by_chance = by_chance(corr, use, n, nu);
     for (int i = 0; i < n; i++) {
         d->suspect[index[i]].s.why = NULL;
-        score_one(d, m, index[i], i, beta);
+        score_one(d, m, &d->suspect[index[i]], i, column[i], beta);
     }
     free(room);
     free(use);
     return STEIN_OK;
 }
 
-/* G of all that have one */
+/* G of all that have one, and the small ones of parts behind their own */
 static int columns_of(const diag *d, const double **column, int *index)
 {
     int n = 0;
@@ -274,6 +282,10 @@ static int columns_of(const diag *d, const double **column, int *index)
             (d->p.given == NULL || (s->promising && s->model == NULL))) {
             column[n] = s->G;
             index[n++] = i;
+            if (s->small != NULL) {
+                column[n] = s->small;
+                index[n++] = i;
+            }
         }
     }
     return n;
@@ -281,14 +293,14 @@ static int columns_of(const diag *d, const double **column, int *index)
 
 stein_status diag__rank(diag *d, stein_err *err)
 {
-    const double **column = malloc(sizeof *column * (size_t)(d->n + 1));
-    int *index = malloc(sizeof *index * (size_t)(d->n + 1));
+    const double **column = malloc(sizeof *column * (size_t)(2 * d->n + 1));
+    int *index = malloc(sizeof *index * (size_t)(2 * d->n + 1));
     int n = column != NULL && index != NULL ? columns_of(d, column, index) : 0;
     lab__mixed m = {.nf = 0};
     stein_status status = column != NULL && index != NULL
                               ? diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, n, err)
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    status = status == STEIN_OK ? scores(d, &m, index, n, err) : status;
+    status = status == STEIN_OK ? scores(d, &m, index, column, n, err) : status;
     lab__mixed_free(&m);
     free(column);
     free(index);
@@ -337,9 +349,10 @@ static stein_status start_of(diag *d, diag__suspect *s, lab__mixed *m, int k, co
 
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
 {
-    const double **column = malloc(sizeof *column * (size_t)(d->n + 2));
-    int *index = malloc(sizeof *index * (size_t)(d->n + 2));
-    double *own = diag__column(&d->p, leader->J, d->p.amount), *beta = NULL;
+    const fit__problem *p = diag__problem(d, leader);
+    const double **column = malloc(sizeof *column * (size_t)(2 * d->n + 2));
+    int *index = malloc(sizeof *index * (size_t)(2 * d->n + 2));
+    double *own = diag__column(p, leader->J, p->amount), *beta = NULL;
     int memory = column != NULL && index != NULL && own != NULL;
     int n = memory ? columns_of(d, column, index) : 0, at = (int)(leader - d->suspect);
     lab__mixed m = {.nf = 0};
@@ -347,7 +360,7 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
         column[n] = own; // d is free of the leader's effect only when its column is among these
     }
     stein_status status =
-        memory ? diag__mixed_at(&m, &d->p, leader->x, leader->J, leader->r, column, n + 1, err)
+        memory ? diag__mixed_at(&m, p, leader->x, leader->J, leader->r, column, n + 1, err)
                : lab__fail(err, STEIN_ENOMEM, "out of memory");
     beta = malloc(sizeof *beta * (size_t)(m.nf + 2));
     if (status == STEIN_OK && beta == NULL) {
@@ -355,15 +368,21 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
     }
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__suspect *s = &d->suspect[index[k]];
-        memcpy(m.D, leader->D, sizeof m.D);
-        s->swap = lab__mixed_scatter(&m, &k, 1, 12, beta, NULL);
-        note_amount(s, beta[m.nf]);
-        s->swap = s->s.possible && index[k] != at ? s->swap : (double)INFINITY;
         if (index[k] == at) {
-            s->s.amount = leader->x[d->p.amount] * s->s.candidate.limit;
-            s->s.possible = 1;
-            s->s.why = NULL;
+            s->swap = INFINITY;
+            continue;
         }
+        memcpy(m.D, leader->D, sizeof m.D);
+        double swap = lab__mixed_scatter(&m, &k, 1, 12, beta, NULL);
+        int small = column[k] == s->small;
+        if (small && !(swap < s->swap)) {
+            continue;
+        }
+        if (small) {
+            diag__swap_secants(s);
+        }
+        note_amount(s, beta[m.nf]);
+        s->swap = s->s.possible ? swap : (double)INFINITY;
         status = isfinite(s->swap) ? start_of(d, s, &m, k, beta, err) : status;
     }
     lab__mixed_free(&m);

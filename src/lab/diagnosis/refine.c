@@ -22,17 +22,22 @@ enum {
     FIRST = 16,
     LEADERS = 3,
     IN_PLACE = 6,
+    PARTS = 3,
     ROUNDS = 2,
     RENEW_FIRST = 0,
     RENEW_LEADERS = 2,
     POLISHED = 4,
+    MORE = 8,
     RENEW_LAST = 4,
     TRIES = 3
 };
 static const double enough = 0.3;       /* of the objective */
 static const double worth_a_try = 10.0; /* of the objective */
-static const double far = 1.3;          /* chi2/dof from which on a fit begins anew */
+static const double far = 1.3; /* chi2/dof from which on a fit begins anew, noise stated or not */
+static const double worth_anew = 100.0; /* gain */
+static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
+static const double the_same = 2.0;     /* of the objective: the same fit */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0 */
@@ -75,7 +80,8 @@ static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *e
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     p->horizon = INFINITY;
     fit__problem_try(p, &s->s.candidate);
-    stein_status status = fit__descend(p, &e, 1, enough, renewals, err);
+    stein_status status = fit__descend(p, &e, !s->unknown_J, enough, renewals, err);
+    s->unknown_J = 0;
     if (status == STEIN_OK) {
         s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd);
         s->ended = e.ended && renewals > 0; // derivatives of elsewhere do not tell the end
@@ -127,6 +133,32 @@ static void judge_size(diag *d, diag__suspect *s)
     }
 }
 
+/* two places of one element of the mechanism: "stop" and "stop.normal.c" */
+static int related(const lab_candidate *a, const lab_candidate *b)
+{
+    size_t n = strcspn(a->place, ".");
+    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
+}
+
+/* Where one number of a law is all of it that shows, it and the effect that is named after the law
+ * are the same (the stiffness of a contact and its linear term), and noise decides which is first.
+ * The name says more than the number. */
+static void prefer_a_name(diag *d)
+{
+    const lab_candidate *best = &d->suspect[0].s.candidate;
+    for (int i = 1; i < d->n && best->effect->site == LAB_AT_PARAMETER &&
+                    d->suspect[i].objective < d->suspect[0].objective + the_same;
+         i++) {
+        diag__suspect named = d->suspect[i];
+        if (named.s.candidate.effect->site != LAB_AT_PARAMETER &&
+            related(&named.s.candidate, best)) {
+            memmove(&d->suspect[1], &d->suspect[0], sizeof named * (size_t)i);
+            d->suspect[0] = named;
+            return;
+        }
+    }
+}
+
 static void sort(diag *d)
 {
     for (int i = 0; i < d->n; i++) {
@@ -135,6 +167,7 @@ static void sort(diag *d)
         }
     }
     qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_objective);
+    prefer_a_name(d);
 }
 
 /* ---- from the null fit ---- */
@@ -178,13 +211,6 @@ static stein_status from_null(diag *d, stein_err *err)
 
 /* ---- in the leader's place ---- */
 
-/* two places of one element of the mechanism: "stop" and "stop.normal.c" */
-static int related(const lab_candidate *a, const lab_candidate *b)
-{
-    size_t n = strcspn(a->place, ".");
-    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
-}
-
 /* G of the promising suspects and of the leader's neighbours at its end, scored in its place */
 static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
 {
@@ -216,15 +242,42 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     return status;
 }
 
-static stein_status in_place(diag *d, int *changed, stein_err *err)
+/* the suspect with the least swap, NULL: none is finite */
+static diag__suspect *next_part(diag *d)
 {
-    if (!d->suspect[0].s.refitted) {
-        *changed = 0; // nobody leads
-        return STEIN_OK;
+    diag__suspect *next = NULL;
+    for (int i = 0; i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (isfinite(s->swap) && (next == NULL || s->swap < next->swap)) {
+            next = s;
+        }
     }
-    if (d->suspect[0].model != NULL || !isfinite(d->suspect[0].objective)) {
-        return STEIN_OK; // candidates are bound to the mechanism of the file
+    return next;
+}
+
+/* the parts that do what the leader does, each from the amount that does it best */
+static stein_status parts_in_place(diag *d, stein_err *err)
+{
+    stein_status status = diag__scan_parts(d, &d->suspect[0], err);
+    diag__suspect *s = NULL;
+    for (int n = 0; status == STEIN_OK && n < PARTS && (s = next_part(d)) != NULL; n++) {
+        int was_fitted = s->s.refitted && isfinite(s->objective) && s->ended;
+        s->swap = INFINITY;
+        status = was_fitted ? STEIN_OK : make_room(d, s, err);
+        if (status != STEIN_OK || was_fitted) {
+            continue;
+        }
+        const fit__problem *p = diag__problem(d, s);
+        memcpy(s->x, s->start, sizeof *s->x * (size_t)p->nu);
+        s->unknown_J = 1;
+        status = attempt(d, s, RENEW_LEADERS, err);
     }
+    return status;
+}
+
+/* those whose effect is a number of the file, or one it could have: as predicted at that end */
+static stein_status numbers_in_place(diag *d, stein_err *err)
+{
     double L = d->suspect[0].objective, lost = nearly * fmax(d->null_objective - L, 30.0);
     stein_status status = swap(d, &d->suspect[0], err);
     for (int n = 0; status == STEIN_OK && n < IN_PLACE;) {
@@ -249,6 +302,20 @@ static stein_status in_place(diag *d, int *changed, stein_err *err)
         next->swap = INFINITY;
         n++;
     }
+    return status;
+}
+
+static stein_status in_place(diag *d, int *changed, stein_err *err)
+{
+    if (!d->suspect[0].s.refitted || !isfinite(d->suspect[0].objective)) {
+        *changed = 0; // nobody leads
+        return STEIN_OK;
+    }
+    // candidates are bound to the mechanism of the file, and cannot stand beside a part
+    stein_status status = d->suspect[0].model == NULL ? numbers_in_place(d, err) : STEIN_OK;
+    if (status == STEIN_OK && d->suspect[0].s.gain > diag__least_gain) {
+        status = parts_in_place(d, err);
+    }
     const lab_effect *kind = d->suspect[0].s.candidate.effect;
     char place[LAB_PLACE];
     memcpy(place, d->suspect[0].s.candidate.place, sizeof place);
@@ -258,36 +325,70 @@ static stein_status in_place(diag *d, int *changed, stein_err *err)
     return status;
 }
 
-/* once more along the strokes from the file's own numbers, with the effect in the model: a null fit
- * without it has bent parameters so far that no step leads back. Kept when it is better. */
-static stein_status anew(diag *d, diag__suspect *s, stein_err *err)
+/* Another start: s->x, from which all is fitted with new derivatives. `found` 0: there is none. */
+typedef stein_status another_start(diag *d, diag__suspect *s, double first, int *found,
+                                   stein_err *err);
+
+/* Along the strokes from the file's own numbers, with the effect in the model: a null fit without
+ * it has bent parameters so far that no step leads back.
+ * @param first  where the first number beside the amount begins; NAN: where it is */
+static stein_status from_the_file(diag *d, diag__suspect *s, double first, int *found,
+                                  stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
-    size_t nu = (size_t)p->nu, size = nu + fit__offset(p, p->nstroke) + fit__columns(p);
-    double *room = calloc(size + 1, sizeof *room), was = s->objective;
+    double number[FIT__NUMBERS];
+    memcpy(number, s->x + p->amount, sizeof number);
+    memset(s->x, 0, sizeof *s->x * (size_t)p->first_accepted);
+    memset(s->x + p->np, 0, sizeof *s->x * (size_t)(p->nu - p->np));
+    for (int k = 1; k < FIT__NUMBERS; k++) {
+        s->x[p->amount + k] = fmin(fmax(number[k], -1.0), 1.0);
+    }
+    s->x[p->side] = isfinite(first) ? first : s->x[p->side];
+    fit__problem_try(p, &s->s.candidate);
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
+    stein_status status = diag__follow(d, p, &e, err);
+    fit__problem_try(p, NULL);
+    *found = 1;
+    return status;
+}
+
+static stein_status without_strays(diag *d, diag__suspect *s, double first, int *found,
+                                   stein_err *err)
+{
+    (void)first;
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
+    return diag__recall_strays(d, s, &e, found, err);
+}
+
+/* a fit from another start, kept when it is better */
+static stein_status again(diag *d, diag__suspect *s, another_start *start, double first,
+                          stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    size_t size = (size_t)p->nu + fit__offset(p, p->nstroke) + fit__columns(p);
+    double *room = malloc(sizeof *room * (size + 1)), was = s->objective;
     if (room == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     memcpy(room, s->x, sizeof *room * size);
-    memset(s->x, 0, sizeof *s->x * nu);
-    memcpy(s->x + p->first_accepted, room + p->first_accepted,
-           sizeof *s->x * (size_t)(FIT__NUMBERS * p->naccepted));
-    s->x[p->amount] = room[p->amount];
-    for (int k = p->side; k < p->side + LAB_SIDES; k++) {
-        s->x[k] = fmin(fmax(room[k], -1.0), 1.0);
-    }
-    fit__problem_try(p, &s->s.candidate);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     stein_err why = {STEIN_OK, ""};
-    stein_status status = diag__follow(d, p, &e, &why);
-    status = status == STEIN_OK ? fit_on(d, s, 1, &why) : status;
-    if (status != STEIN_ENOMEM && (status != STEIN_OK || !(s->objective < was))) {
+    int found = 0;
+    stein_status status = start(d, s, first, &found, &why);
+    if (status == STEIN_OK && found) {
+        s->unknown_J = start != from_the_file;
+        status = fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
+    }
+    if (status != STEIN_ENOMEM && found && (status != STEIN_OK || !(s->objective < was))) {
         memcpy(s->x, room, sizeof *room * size);
         status = fit_on(d, s, 0, &why);
     }
-    fit__problem_try(p, NULL);
     free(room);
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+static double best_gain(const diag *d)
+{
+    return d->suspect[0].s.gain;
 }
 
 /* until the fit has ended or new derivatives bring nothing any more */
@@ -304,23 +405,70 @@ static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* the leading ones to their end, also where that is far */
+/* more than noise is left to a suspect that gains enough to be worth a search */
+static int is_off(const diag *d, const diag__suspect *s)
+{
+    double dof = fmax(1.0, d->p.samples - d->p.nu),
+           noise = fit__noise_given(&d->p) ? 1.0 + 3.0 * sqrt(2.0 / dof) : far;
+    return isfinite(s->objective) && s->s.gain > worth_anew && s->s.chi2_dof > fmin(noise, far);
+}
+
+/* without the strays of where it is, and once more when that has brought something */
+static stein_status recall(diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    double was = INFINITY;
+    for (int k = 0;
+         status == STEIN_OK && k < TRIES && is_off(d, s) && was - s->objective > worth_a_try; k++) {
+        was = s->objective;
+        status = again(d, s, without_strays, NAN, err);
+    }
+    return status;
+}
+
+/* From the file's own numbers, until one of the starts leads to noise: where a gap begins or a
+ * spring is tight decides which events a stroke has, and no small step leads across one. The first
+ * amount is that of bent numbers; where much was gained by a start, another one with the amount
+ * found there may lead on. */
+static stein_status begin_anew(diag *d, diag__suspect *s, stein_err *err)
+{
+    static const double first[] = {NAN, NAN, 1.0, -1.0}; // quarters of the range
+    int several = s->s.candidate.side[0].param >= 0 && s->s.gain > worth_starts * best_gain(d);
+    stein_status status = STEIN_OK;
+    double was = INFINITY;
+    for (int k = 0; k < (several ? 4 : 2) && status == STEIN_OK && is_off(d, s); k++) {
+        if (k == 1 && !(was - s->objective > worth_anew)) {
+            continue;
+        }
+        was = s->objective;
+        status = again(d, s, from_the_file, first[k], err);
+        status = status == STEIN_OK ? to_the_end(d, s, err) : status;
+        status = status == STEIN_OK ? recall(d, s, err) : status;
+    }
+    s->begun = 1;
+    return status;
+}
+
+/* the leading ones to their end, also where that is far; more of them while none leaves only noise
+ */
 static stein_status polish(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < d->n && i < POLISHED; i++) {
+    int explained = 0;
+    for (int i = 0; status == STEIN_OK && i < d->n && i < (explained ? POLISHED : MORE); i++) {
         diag__suspect *s = &d->suspect[i];
-        int behind = s->s.gain < 0.3 * d->suspect[0].s.gain;
+        int behind = s->s.gain < (i < POLISHED ? 0.3 : worth_starts) * best_gain(d);
         if (!s->s.refitted || !isfinite(s->objective) || behind) {
             continue;
         }
         if (!s->ended) {
             status = attempt(d, s, RENEW_LAST, err);
         }
-        if (status == STEIN_OK && s->s.chi2_dof > far && isfinite(s->objective)) {
-            status = anew(d, s, err);
-            status = status == STEIN_OK ? to_the_end(d, s, err) : status;
+        if (status == STEIN_OK && is_off(d, s) && !s->begun) {
+            status = recall(d, s, err);
+            status = status == STEIN_OK ? begin_anew(d, s, err) : status;
         }
+        explained |= !is_off(d, s);
     }
     sort(d);
     return status;

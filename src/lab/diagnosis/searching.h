@@ -7,6 +7,8 @@
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   refine.c      the best suspects fitted in full
+ *   strays.c      single strokes that a fit has lost
+ *   parts.c       how much of a part could stand in a leader's place
  *   power.c       which of the others could have been seen
  *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
@@ -30,13 +32,17 @@ typedef struct diag__suspect {
     const char *never;                 /* the data cannot show it, because ... */
     const char *unseen;                /* G says nothing, because ...; NULL: it does */
     double step;                       /* amount that G was made with, in limits */
-    double *G;              /* change of all weighted residuals per limit; NULL: nothing to see */
+    double *G;     /* change of all weighted residuals per limit; NULL: nothing to see */
+    double *small; /* the same of a part with a smaller amount; NULL: of no part */
+    double small_step;
     double *x, *J, *r;      /* of a refit, one block; NULL before */
     double objective;       /* -2 log likelihood of the refit, scatter taken out */
     double D[LAB_SCATTERS]; /* variances of scatter in prior variances */
     double *sd;             /* [np] of the free unknowns, in x */
     int promising;          /* its linear gain is a share of the best one */
     int ended;              /* the refit has */
+    int unknown_J;          /* derivatives of a refit are to be taken first */
+    int begun;              /* it was fitted from the file's own numbers, too */
     double swap;            /* predicted objective in the leader's place */
     double *start;          /* and unknowns */
 } diag__suspect;
@@ -89,13 +95,15 @@ stein_status diag__check_step(diag *d, stein_err *err);
 stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */
 stein_status diag__changes(diag *d, stein_err *err);
+/** The small secant of a part becomes G, and G the small one. */
+void diag__swap_secants(diag__suspect *s);
 void diag__suspects_free(diag *d);
 /** The same files bound to another model, which counts parameters and channels differently.
  *  @return OK, or what lab_dataset_open returns */
 stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
                               stein_err *err);
 /** The problem in which a suspect is simulated. */
-fit__problem *diag__problem(diag *d, diag__suspect *s);
+fit__problem *diag__problem(diag *d, const diag__suspect *s);
 
 /* ---- pursue.c ---- */
 
@@ -140,6 +148,24 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 /** Full fits of the best suspects; the best first. */
 stein_status diag__refit(diag *d, stein_err *err);
 
+/* ---- parts.c ---- */
+
+/** All parts tried in the leader's place, at its end: swap, what is left of the misfit of a few
+ *  strokes at the best amount, and start; swap INFINITY of parts that leave most of it, and of all
+ *  else. @return OK, ENOMEM */
+stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *err);
+
+/* ---- strays.c ---- */
+
+/** Single strokes that a fit has lost: the others fitted without them, and their own numbers anew.
+ *  x is a start for a fit of all then; J and r are not those of x.
+ *  @param s      a suspect, NULL: the null fit
+ *  @param e      where its fit has ended
+ *  @param found  how many; 0: x, J and r are as they were
+ *  @return OK, ENOMEM, a numerical failure (x, J, r are lost) */
+stein_status diag__recall_strays(diag *d, const diag__suspect *s, fit__end *e, int *found,
+                                 stein_err *err);
+
 /* ---- heldout.c ---- */
 
 /** Held-out strokes as a model predicts them, each with its own unknowns fitted. */
@@ -151,6 +177,10 @@ typedef struct diag__held {
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
+/** The own unknowns in x of one stroke that is fitted to, anew along its course, all shared ones as
+ *  they are, and its r. @param s  NULL: none  @return OK, ENOMEM, a numerical failure */
+stein_status diag__fit_stroke(diag *d, const diag__suspect *s, int stroke, const fit__end *e,
+                              stein_err *err);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
 void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);
 /** gain and gains of a diagnosis. @param phase  of all held-out frames */

@@ -83,7 +83,8 @@ static void carry_over(diag *next, const diag *from, const diag__suspect *leader
     const fit__problem *to = &next->p, *p = &from->p;
     memcpy(next->x, x, sizeof *x * (size_t)to->first_accepted);
     for (int i = 0; i < next->naccepted; i++) {
-        int at = amount_of(from, leader, &next->accepted[i]), k = to->first_accepted + FIT__NUMBERS * i;
+        int at = amount_of(from, leader, &next->accepted[i]),
+            k = to->first_accepted + FIT__NUMBERS * i;
         for (int j = 0; at >= 0 && j < FIT__NUMBERS; j++) {
             next->x[k + j] = x[at + j];
         }

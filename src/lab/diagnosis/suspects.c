@@ -6,6 +6,10 @@
  * with x0 the fit without it and r the weighted residuals of all strokes. An effect may begin
  * one-sided or with zero slope (a gap that is never reached), so a derivative at a = 0 says little:
  * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS).
+ *
+ * What a part does is far from linear in its amount: a link that bends a little follows slowly, one
+ * that bends more rings. Parts have a second secant of a smaller amount, and the one that looks
+ * more like the residual counts (rank.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,9 +20,10 @@
 static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
+static const double smaller = 0.15;  /* amount of a part's second secant, in that of the first */
 enum { SIZINGS = 5 };
 
-fit__problem *diag__problem(diag *d, diag__suspect *s)
+fit__problem *diag__problem(diag *d, const diag__suspect *s)
 {
     return s->fit != NULL ? s->fit : &d->p;
 }
@@ -157,44 +162,84 @@ static stein_status size_steps(diag *d, const fit__problem *p, diag__suspect **l
     return status;
 }
 
-/* G of suspects that are simulated in the same problem */
-static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **list, int n,
-                               stein_err *err)
+/* G with the steps as they are; `why` of those with which not all strokes can be simulated */
+static stein_status secants(diag *d, const fit__problem *p, diag__suspect **list, int n,
+                            stein_err *err)
 {
-    size_t rows = fit__offset(p, p->nstroke);
     int *stroke = malloc(sizeof *stroke * (size_t)(p->nstroke + 1));
-    int left = 0;
-    for (int i = 0; stroke != NULL && i < n; i++) {
-        if (list[i]->G == NULL) {
-            list[i]->G = calloc(rows + 1, sizeof *list[i]->G);
-        }
-        if (list[i]->G == NULL) {
-            n = -1;
-        }
-    }
-    if (stroke == NULL || n < 0) {
-        free(stroke);
+    if (stroke == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int s = 0; s < p->nstroke; s++) {
         stroke[s] = s;
     }
-    stein_status status = size_steps(d, p, list, n, err);
-    for (int i = 0; i < n; i++) {
-        if (list[i]->s.why == NULL) {
-            list[left++] = list[i];
-        }
-    }
     trial t = {
         .p = p, .x = d->x, .r0 = d->r, .suspect = list, .stroke = stroke, .nstroke = p->nstroke};
-    status = status == STEIN_OK ? try_all(d, &t, left, err) : status;
-    for (int i = 0; status == STEIN_OK && i < left; i++) {
+    stein_status status = try_all(d, &t, n, err);
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
         if (!isfinite(change_of(&t, i))) {
             list[i]->s.why = "not all strokes can be simulated with it";
         }
     }
     trial_free(&t);
     free(stroke);
+    return status;
+}
+
+static stein_status make_column(double **column, const fit__problem *p, stein_err *err)
+{
+    if (*column == NULL) {
+        *column = calloc(fit__offset(p, p->nstroke) + 1, sizeof **column);
+    }
+    return *column != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* G of suspects that are simulated in the same problem */
+static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **list, int n,
+                               stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int left = 0;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        status = make_column(&list[i]->G, p, err);
+    }
+    status = status == STEIN_OK ? size_steps(d, p, list, n, err) : status;
+    for (int i = 0; i < n; i++) {
+        if (list[i]->s.why == NULL) {
+            list[left++] = list[i];
+        }
+    }
+    return status == STEIN_OK ? secants(d, p, list, left, err) : status;
+}
+
+void diag__swap_secants(diag__suspect *s)
+{
+    double *G = s->G, step = s->step;
+    s->G = s->small;
+    s->step = s->small_step;
+    s->small = G;
+    s->small_step = step;
+}
+
+/* both secants of a part */
+static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_status status = change_all(d, s->fit, &s, 1, err);
+    if (status != STEIN_OK || s->s.why != NULL) {
+        return status;
+    }
+    status = make_column(&s->small, s->fit, err);
+    s->small_step = smaller * s->step;
+    if (status == STEIN_OK) {
+        diag__swap_secants(s);
+        status = secants(d, s->fit, &s, 1, err);
+        diag__swap_secants(s);
+    }
+    if (s->s.why != NULL) { // without the small one
+        free(s->small);
+        s->small = NULL;
+        s->s.why = NULL;
+    }
     return status;
 }
 
@@ -356,7 +401,7 @@ stein_status diag__changes(diag *d, stein_err *err)
         diag__suspect *s = &d->suspect[i];
         if (s->fit != NULL && s->never == NULL && d->p.given == NULL) {
             s->fit->horizon = d->p.horizon;
-            status = change_all(d, s->fit, &s, 1, err);
+            status = change_part(d, s, err);
         }
         if (d->p.given == NULL || (s->promising && s->fit == NULL)) {
             s->unseen = s->s.why; // s.why is written again by who ranks and fits
@@ -377,6 +422,7 @@ void diag__suspects_free(diag *d)
         lab_dataset_close(s->held_data);
         lab_close(s->model);
         free(s->G);
+        free(s->small);
         free(s->x);
         free(s->start);
     }

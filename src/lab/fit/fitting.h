@@ -115,8 +115,8 @@ typedef struct fit__problem {
     double limit;         /* fit__descend: parameters stay within so many prior sd */
     int central;          /* differences to both sides */
     const lab_candidate *accepted[FIT__ACCEPTED]; /* effects that act, with unknowns of their own */
-    int naccepted, first_accepted; /* FIT__NUMBERS of each, one behind the other */
-    const lab_candidate *given;    /* acts anyway, by given_amount; NULL: none */
+    int naccepted, first_accepted;                /* FIT__NUMBERS of each, one behind the other */
+    const lab_candidate *given;                   /* acts anyway, by given_amount; NULL: none */
     double given_amount;
     const lab_candidate *effect; /* on trial, NULL: none */
     int amount, side;            /* its unknowns, side the first of LAB_SIDES; -1: no room */

@@ -460,7 +460,8 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
         return status;
     }
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
-    size_t most = (size_t)(def->nfree + FIT__NUMBERS * (n + 1)), nq = (size_t)lab_equations(model)->nq;
+    size_t most = (size_t)(def->nfree + FIT__NUMBERS * (n + 1)),
+           nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }

@@ -248,7 +248,8 @@ static void take_posterior(reader *r, yaml_node_t *of, lab_posterior *q)
         u->logarithmic = truth_of(r, e, "logarithmic");
         u->value = number_of(r, e, "value");
         u->sd = number_of(r, e, "sd");
-        if (r->status == STEIN_OK && fit__find_number(u->name) < 0 && stein_find_param(r->m, u->name) < 0) {
+        if (r->status == STEIN_OK && fit__find_number(u->name) < 0 &&
+            stein_find_param(r->m, u->name) < 0) {
             bad(r, e, "\"%s\" is not a parameter of \"%s\": a diagnosis of another mechanism?",
                 u->name, r->m->name);
         }

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * parts.c - could a part stand in the leader's place, and how much of it?
+ *
+ * The leader's end describes the strokes. Without the leader they are off by what it does, and a
+ * part that does the same brings them back - at some amount. That is far from linear in it (a link
+ * that bends a little follows slowly, one that bends more rings), so no derivative is asked:
+ *
+ *      chi2(a) over a few strokes,  a = limit * 10^-4 ... limit,  everything else as at that end
+ *
+ * Parts that take away most of the misfit at their best amount are fitted in full from there.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { AMOUNTS = 13, STROKES = 3 };
+static const double decades = 4.0; /* below the limit */
+static const double takes = 0.5;   /* of the misfit, to be worth a fit */
+
+typedef struct scan {
+    const double *x; /* all unknowns at the leader's end */
+    const diag__suspect *part;
+    int stroke[STROKES], nstroke;
+    double chi2[AMOUNTS * STROKES]; /* INFINITY where it cannot be simulated */
+} scan;
+
+static double amount_at(int k)
+{
+    return pow(10.0, -decades * (1.0 - (double)k / (AMOUNTS - 1)));
+}
+
+/* one amount on one stroke */
+static void one(void *ctx, fit__bench *b, int job)
+{
+    scan *c = ctx;
+    fit__problem p = *c->part->fit; // this thread's: with the part's numbers in it
+    int stroke = c->stroke[job % c->nstroke];
+    const fit__stroke *data = &p.stroke[stroke];
+    size_t nu = (size_t)p.nu, n = (size_t)(data->nch * data->n);
+    fit__unknown *unknown = malloc(sizeof *unknown * nu);
+    double *x = malloc(sizeof *x * (nu + n));
+    c->chi2[job] = INFINITY;
+    if (unknown != NULL && x != NULL) {
+        memcpy(unknown, p.unknown, sizeof *unknown * nu);
+        memcpy(x, c->x, sizeof *x * nu);
+        memset(x + p.amount, 0, sizeof *x * FIT__NUMBERS);
+        p.unknown = unknown;
+        p.horizon = INFINITY;
+        fit__problem_try(&p, &c->part->s.candidate);
+        x[p.amount] = amount_at(job / c->nstroke);
+        if (fit__simulate(&p, b, stroke, x, x + nu, NULL) == STEIN_OK) {
+            fit__weigh(data, x + nu);
+            c->chi2[job] = 0.0;
+            for (size_t i = nu; i < nu + n; i++) {
+                c->chi2[job] += x[i] * x[i];
+            }
+        }
+    }
+    free(unknown);
+    free(x);
+}
+
+static double sum_of(const scan *c, int k)
+{
+    double sum = 0.0;
+    for (int i = 0; i < c->nstroke; i++) {
+        sum += c->chi2[k * c->nstroke + i];
+    }
+    return sum;
+}
+
+/* swap and start of a part, from its scan; swap INFINITY: it does not bring the strokes back */
+static stein_status judge(diag__suspect *s, const scan *c, double samples, stein_err *err)
+{
+    size_t nu = (size_t)s->fit->nu;
+    int best = 0;
+    for (int k = 1; k < AMOUNTS; k++) {
+        best = sum_of(c, k) < sum_of(c, best) ? k : best;
+    }
+    double least = sum_of(c, best) - samples, none = sum_of(c, 0) - samples;
+    s->swap = INFINITY;
+    if (best == 0 || !(least < takes * none)) {
+        return STEIN_OK;
+    }
+    if (s->start == NULL) {
+        s->start = malloc(sizeof *s->start * nu);
+    }
+    if (s->start == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(s->start, c->x, sizeof *s->start * nu);
+    memset(s->start + s->fit->amount, 0, sizeof *s->start * FIT__NUMBERS);
+    s->start[s->fit->amount] = amount_at(best);
+    s->swap = least;
+    return STEIN_OK;
+}
+
+stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *err)
+{
+    const fit__problem *p = &d->p;
+    scan c = {.x = leader->x, .nstroke = p->nstroke < STROKES ? p->nstroke : STROKES};
+    double samples = 0.0;
+    for (int i = 0; i < c.nstroke; i++) {
+        c.stroke[i] = (2 * i + 1) * p->nstroke / (2 * c.nstroke);
+        samples += p->stroke[c.stroke[i]].samples;
+    }
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        s->swap = INFINITY;
+        if (s->fit == NULL || s->never != NULL || s == leader) {
+            continue;
+        }
+        c.part = s;
+        d->out->strokes_simulated += AMOUNTS * c.nstroke;
+        status = fit__parallel(s->fit, AMOUNTS * c.nstroke, one, &c, err);
+        status = status == STEIN_OK ? judge(s, &c, samples, err) : status;
+    }
+    return status;
+}
