@@ -77,18 +77,39 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
     return status;
 }
 
-/* the null fit from where its strays lead it. @return 1 when it is better; else it is as it was */
+/* a second end beside e, at its x and r. @return its room, NULL: out of memory */
+static double *beside(const fit__problem *p, const fit__end *e, fit__end *t, stein_err *err)
+{
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    double *room = malloc(sizeof *room * (nu + rows + fit__columns(p) + 1));
+    if (room == NULL) {
+        (void)lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return NULL;
+    }
+    *t = (fit__end){.x = room, .r = room + nu, .J = room + nu + rows};
+    memcpy(t->x, e->x, sizeof *room * nu);
+    memcpy(t->r, e->r, sizeof *room * rows);
+    return room;
+}
+
+static void take_over(const fit__problem *p, fit__end *e, const fit__end *t)
+{
+    memcpy(e->x, t->x, sizeof *e->x * (size_t)p->nu);
+    memcpy(e->r, t->r, sizeof *e->r * fit__offset(p, p->nstroke));
+    memcpy(e->J, t->J, sizeof *e->J * fit__columns(p));
+    e->objective = t->objective;
+    e->ended = t->ended;
+}
+
+/* the null fit from where its strays lead it. @return 1 when that was worth it */
 static int recall(diag *d, fit__end *e, stein_status *status, stein_err *err)
 {
-    size_t nu = (size_t)d->p.nu, rows = fit__offset(&d->p, d->p.nstroke);
-    double *room = malloc(sizeof *room * (nu + rows + fit__columns(&d->p) + 1));
+    fit__end t;
+    double *room = beside(&d->p, e, &t, err), was = e->objective;
     if (room == NULL) {
-        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        *status = STEIN_ENOMEM;
         return 0;
     }
-    fit__end t = {.x = room, .r = room + nu, .J = room + nu + rows};
-    memcpy(t.x, e->x, sizeof *room * nu);
-    memcpy(t.r, e->r, sizeof *room * rows);
     stein_err why = {STEIN_OK, ""};
     int found = 0;
     stein_status tried = diag__recall_strays(d, NULL, &t, &found, &why);
@@ -96,18 +117,12 @@ static int recall(diag *d, fit__end *e, stein_status *status, stein_err *err)
         tried = fit__descend(&d->p, &t, 0, enough, RENEWALS_LAST, &why);
         d->out->fits++;
     }
-    int better = tried == STEIN_OK && found > 0 && t.objective < e->objective;
-    int much = better && t.objective < e->objective - worth_a_recall;
-    if (better) {
-        memcpy(e->x, t.x, sizeof *room * nu);
-        memcpy(e->r, t.r, sizeof *room * rows);
-        memcpy(e->J, t.J, sizeof *room * fit__columns(&d->p));
-        e->objective = t.objective;
-        e->ended = t.ended;
+    if (tried == STEIN_OK && found > 0 && t.objective < e->objective) {
+        take_over(&d->p, e, &t);
     }
     free(room);
     *status = tried == STEIN_ENOMEM ? lab__fail(err, tried, "out of memory") : STEIN_OK;
-    return much;
+    return e->objective < was - worth_a_recall;
 }
 
 stein_status diag__pursue(diag *d, stein_err *err)
@@ -120,4 +135,33 @@ stein_status diag__pursue(diag *d, stein_err *err)
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
+}
+
+stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err *err)
+{
+    fit__problem *p = &d->p;
+    fit__end e = {.x = d->x, .J = d->J, .r = d->r}, t;
+    double *room = beside(p, &e, &t, err);
+    if (room == NULL) {
+        return STEIN_ENOMEM;
+    }
+    e.objective = fit__chi2(p, d->r) + fit__priors(p, d->x);
+    memcpy(t.x, leader->x, sizeof *t.x * (size_t)p->nu);
+    memset(t.x + p->amount, 0, sizeof *t.x * FIT__NUMBERS);
+    fit__problem_try(p, NULL);
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = fit__descend(p, &t, 0, enough, RENEWALS_LAST, &why);
+    d->out->fits++;
+    if (status == STEIN_OK && t.objective < e.objective) {
+        take_over(p, &e, &t);
+        d->ended = e.ended;
+        status = fit__sensitivities(p, d->x, d->r, d->J, &why);
+        d->null_objective = diag__likelihood(p, d->x, d->J, d->r, d->null_D, d->sd);
+        for (int i = 0; i < d->n; i++) {
+            diag__suspect *s = &d->suspect[i];
+            s->s.gain = s->s.refitted ? d->null_objective - s->objective : s->s.gain;
+        }
+    }
+    free(room);
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }

@@ -37,6 +37,7 @@ static const double far = 1.3; /* chi2/dof from which on a fit begins anew, nois
 static const double worth_anew = 100.0; /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
+static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
 static const double the_same = 2.0;     /* of the objective: the same fit */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
@@ -474,9 +475,19 @@ static stein_status polish(diag *d, stein_err *err)
     return status;
 }
 
+/* a gain that may be that of a null fit which is stuck is asked again from the leader's end */
+static stein_status doubt(diag *d, stein_err *err)
+{
+    const diag__suspect *leader = d->n > 0 ? &d->suspect[0] : NULL;
+    int doubtful = leader != NULL && leader->s.refitted && isfinite(leader->objective) &&
+                   leader->s.gain > diag__least_gain && leader->s.gain < certain * d->p.samples;
+    return doubtful ? diag__pursue_again(d, leader, err) : STEIN_OK;
+}
+
 stein_status diag__refit(diag *d, stein_err *err)
 {
     stein_status status = from_null(d, err);
+    status = status == STEIN_OK ? doubt(d, err) : status;
     status = status == STEIN_OK ? polish(d, err) : status;
     for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
         status = in_place(d, &changed, err);
@@ -484,5 +495,6 @@ stein_status diag__refit(diag *d, stein_err *err)
             status = attempt(d, &d->suspect[0], RENEW_LEADERS, err);
         }
     }
-    return status == STEIN_OK ? polish(d, err) : status;
+    status = status == STEIN_OK ? polish(d, err) : status;
+    return status == STEIN_OK ? doubt(d, err) : status;
 }

@@ -113,6 +113,10 @@ double diag__longest(const fit__problem *p);
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err);
 /** The null fit over growing horizons: x, J, r, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
+/** Once more from where a leader has ended, without it: if that leads lower it is the null fit, and
+ *  all gains are less. A null fit that is stuck makes a cause of whatever frees it.
+ *  @return OK (also when it fails), ENOMEM */
+stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err *err);
 
 /* ---- rank.c ---- */
 

@@ -25,6 +25,7 @@ const double diag__least_gain = 25.0, diag__must_explain = 0.7;
 static const double near = 9.2; /* -2 ln of odds of 1 to 100 */
 static const double by_chance = 0.01;
 static const double slack = 0.05; /* of chi2/dof */
+static const double crumb = 0.3;  /* share of what is more than noise */
 
 double diag__excess(const diag *d, const diag__suspect *s)
 {
@@ -100,11 +101,23 @@ int diag__is_rival(const diag *d, int i)
            s->objective < best->objective + near * diag__excess(d, best);
 }
 
+/* Where more than noise is left that no number of the model takes away - the noise of a recorded
+ * force, say - something of it looks like this and something like that. A cause takes a good part.
+ */
+static int is_crumb(const diag *d, const diag__suspect *best)
+{
+    double dof = fmax(1.0, d->p.samples - d->p.nu), before = fit__chi2_dof(&d->p, d->r),
+           excess = before - 1.0;
+    return fit__noise_given(&d->p) && excess > 2.0 * sqrt(2.0 / dof) &&
+           before - best->s.chi2_dof < crumb * excess;
+}
+
 int diag__spoken(const diag *d)
 {
     const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
     return best != NULL && isfinite(best->objective) && best->s.possible &&
-           best->s.gain > diag__least_gain * diag__excess(d, best) && d->p_value < by_chance;
+           best->s.gain > diag__least_gain * diag__excess(d, best) && d->p_value < by_chance &&
+           !is_crumb(d, best);
 }
 
 int diag__is_more(const diag *d, double chi2_dof)
