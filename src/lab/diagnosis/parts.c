@@ -5,7 +5,7 @@
  * part that does the same brings them back - at some amount. That is far from linear in it (a link
  * that bends a little follows slowly, one that bends more rings), so no derivative is asked:
  *
- *      chi2(a) over a few strokes,  a = limit * 10^-4 ... limit,  everything else as at that end
+ *      chi2(a) over a few strokes,  a = limit * 10^-3 ... limit,  everything else as at that end
  *
  * Parts that take away most of the misfit at their best amount are fitted in full from there.
  */
@@ -15,8 +15,8 @@
 
 #include "searching.h"
 
-enum { AMOUNTS = 13, STROKES = 3 };
-static const double decades = 4.0; /* below the limit */
+enum { AMOUNTS = 10, STROKES = 3 };
+static const double decades = 3.0; /* below the limit */
 static const double takes = 0.5;   /* of the misfit, to be worth a fit */
 
 typedef struct scan {

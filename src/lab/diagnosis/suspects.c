@@ -20,7 +20,7 @@
 static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
-static const double smaller = 0.15;  /* amount of a part's second secant, in that of the first */
+static const double smaller = 0.2;   /* amount of a part's second secant, in that of the first */
 enum { SIZINGS = 5 };
 
 fit__problem *diag__problem(diag *d, const diag__suspect *s)
