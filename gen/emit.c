@@ -4,7 +4,8 @@
  *
  * A node becomes a line when it has a symbol of the derivation or is used more than once; the rest
  * is written where it is used. Lines follow the order in which the recursion first needed them,
- * under a heading that names the pass and the body; sines and cosines come first.
+ * under a heading that names the pass and the body; sines and cosines come first. Those of the
+ * joints are arguments: sc[2 j] and sc[2 j + 1] of joint j.
  */
 #include <math.h>
 #include <stdio.h>
@@ -29,6 +30,13 @@ typedef struct printer {
 /* ---- expressions ---------------------------------------------------------------------------- */
 
 static void print_expr(text *o, const printer *p, ex e, int level);
+
+/** The sine or cosine of a joint's coordinate, which is handed over. */
+static int is_given(const printer *p, ex e)
+{
+    const ex_node *nd = &p->g->node[e];
+    return p->g->setup && (nd->op == EX_SIN || nd->op == EX_COS);
+}
 
 static void print_binary(text *o, const printer *p, const ex_node *nd, int level)
 {
@@ -63,6 +71,8 @@ static void print_expr(text *o, const printer *p, ex e, int level)
         text_add(o, "%s", p->symbol[e]);
     } else if (nd->op == EX_NUM) {
         print_number(o, nd->value);
+    } else if (is_given(p, e)) {
+        text_add(o, "sc[%d]", 2 * p->g->node[nd->a].b + (nd->op == EX_COS));
     } else if (nd->op == EX_NEG) {
         text_add(o, "%s-", level > 1 ? "(" : "");
         print_expr(o, p, nd->a, 2);
@@ -187,6 +197,11 @@ static int printer_init(printer *p, const ex *out, int nout)
     }
     memset(p->taken, -1, (size_t)p->ntaken * sizeof *p->taken);
     ex_reach(p->g, out, nout, p->uses);
+    for (int i = 1; i < p->g->n; i++) {
+        if (p->uses[i] && is_given(p, i)) {
+            p->uses[p->g->node[i].a]--; /* it is not read from q */
+        }
+    }
     int unnamed = 0;
     for (int i = 1; i < p->g->n; i++) {
         const ex_node *nd = &p->g->node[i];
@@ -357,16 +372,15 @@ static void print_constants(const printer *p)
     free(node);
 }
 
-/** Sines, cosines and sums of angles: they need nothing but q and each other. */
+/** Sines and cosines of the joints, and those of sums of angles made of them. */
 static void print_trig(const printer *p, char *done)
 {
     int any = 0;
     for (int i = 1; i < p->g->n; i++) {
         const ex_node *nd = &p->g->node[i];
-        int leaf = nd->op == EX_VAR && nd->a == EX_Q;
-        int inner = nd->op > EX_CONST && done[nd->a] && (nd->op > EX_DIV || done[nd->b]) &&
-                    (nd->pass == PASS_TRIG || nd->op >= EX_SIN);
-        done[i] = (char)(p->uses[i] && (leaf || inner));
+        int inner = nd->op > EX_CONST && nd->pass == PASS_TRIG && done[nd->a] &&
+                    (nd->op > EX_DIV || done[nd->b]);
+        done[i] = (char)(p->uses[i] && (is_given(p, i) || inner));
         if (done[i] && p->line[i]) {
             if (!any++) {
                 heading(p, PASS_TRIG, -1);
@@ -404,8 +418,9 @@ static void print_unused(const printer *p, const emission *e)
         if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
             seen[EX_NVAR] = 1;
         }
+        seen[EX_NVAR + 1] |= p->uses[i] && is_given(p, i);
     }
-    for (int i = 0; i <= EX_NVAR; i++) {
+    for (int i = 0; i <= EX_NVAR + 1; i++) {
         if (e->unused[i] && !seen[i]) {
             text_add(p->x, "    (void)%s;\n", e->unused[i]);
         }

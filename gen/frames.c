@@ -200,22 +200,18 @@ static void chain_trig(walk *ps, const int *joint, int n, ex *s, ex *c)
 {
     ex_graph *g = ps->g;
     char text[EX_NAME];
-    ex angle = 0;
     angle_symbol(ps->t, joint, n, text, sizeof text - 2);
-    if (n > 1 && ps->ch->compose) {
+    if (n > 1) {
         ex s1, c1, s2, c2;
         chain_trig(ps, joint, n - 1, &s1, &c1);
         chain_trig(ps, joint + n - 1, 1, &s2, &c2);
         *s = ex_add(g, ex_mul(g, s1, c2), ex_mul(g, c1, s2));
         *c = ex_sub(g, ex_mul(g, c1, c2), ex_mul(g, s1, s2));
     } else {
-        for (int i = 0; i < n; i++) {
-            ex q = ex_var(g, EX_Q, joint[i]);
-            angle = ps->t->body[joint[i]].sign > 0 ? ex_add(g, angle, q) : ex_sub(g, angle, q);
-        }
+        ex q = ex_var(g, EX_Q, joint[0]);
+        ex angle = ps->t->body[joint[0]].sign > 0 ? q : ex_neg(g, q);
         *s = ex_fun(g, EX_SIN, angle);
         *c = ex_fun(g, EX_COS, angle);
-        ex_name(g, angle, "q%.20s", text);
     }
     ex_name(g, *s, "S%.20s", text);
     ex_name(g, *c, "C%.20s", text);

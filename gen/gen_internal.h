@@ -9,11 +9,9 @@
 #include "gen.h"
 #include "tree.h"
 
-/** Weights of the search, in additions. ROBOTRAN's convention counts a sine as 1; it takes as long
- * as some twenty products (glibc, x86-64), so that sines of angle sums are made from the parts
- * where the parts are there. With TRIG_COST 1 the piano tree needs 3 operations less and a quarter
- * more time. */
-enum { TRIG_COST = 10, DIV_COST = 4 };
+/** Weight of a division in the search, in additions. The sines and cosines of the joints are handed
+ * over, so that one counts 1, as in ROBOTRAN's convention. */
+enum { DIV_COST = 4 };
 
 /* ---- search.c: functions -------------------------------------------------------------------- */
 
@@ -37,7 +35,7 @@ typedef struct layout {
     slot *slot;
     int n, cap, failed;
     int initial, clock, plain;             /* plain: the sensor that changes nothing, of "time" */
-    int *joint, *com;                      /* [nbody], [ncarrier] */
+    int *joint, *com, *point;              /* [nbody], [ncarrier], [npoint] */
     int *normal, *rub, *shape;             /* [ncontact], [ncontact], [2 * nspot] */
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */
     int *link;                             /* [nlink] */
@@ -82,7 +80,7 @@ const char *text_safe(const char *s);
 typedef void target_name(const tree *t, int i, char out[64]);
 typedef struct emission {
     const char *name, *arguments, *note; /* function name, its parameter list, comment above */
-    const char *unused[8];               /* argument names in the order of ex_var_kind, then d */
+    const char *unused[8]; /* argument names in the order of ex_var_kind, then d, sc */
     target_name *target;
 } emission;
 

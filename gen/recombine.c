@@ -176,12 +176,36 @@ static void name_formulas(tree *t)
     }
 }
 
-/** Bodies that a contact or notch refers to, in ascending order. */
+/** From the frame to the body only turns about y and slides along x and z. */
+static int is_planar(const mechanism *m, int body)
+{
+    while (body >= 0 && (m->bodies[body].type == 'R') == (m->bodies[body].axis == 'y')) {
+        body = m->bodies[body].parent;
+    }
+    return body < 0;
+}
+
+/** Does a force act at a point of the body - of a link, of an input? */
+static int is_pulled(const mechanism *m, int body)
+{
+    int pulled = 0;
+    for (int i = 0; i < m->nlink; i++) {
+        pulled |= m->points[m->links[i].point[0]].body == body;
+        pulled |= m->points[m->links[i].point[1]].body == body;
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        const mech_input *k = &m->inputs[i];
+        pulled |= k->kind == STEIN_INPUT_POINT && m->points[k->index].body == body;
+    }
+    return pulled;
+}
+
+/** Bodies that a contact or notch refers to or, in the plane, a force at a point; ascending. */
 static void find_carriers(tree *t)
 {
     const mechanism *m = t->m;
     for (int i = 0; i < m->nbody; i++) {
-        int used = 0;
+        int used = is_pulled(m, i) && is_planar(m, i);
         for (int c = 0; c < m->ncontact; c++) {
             for (int k = 0; k < 2 * m->contacts[c].nspot; k++) {
                 used |= m->contacts[c].spot[k / 2].side[k % 2].body == i;

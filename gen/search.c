@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * search.c - choose frames, pairs, gravity and angle sums so that a function costs least.
+ * search.c - choose frames, pairs and gravity so that a function costs least.
  *
  * The recursion of dyn.c gives the same result whatever axes a body is worked out in, whichever
  * side of a joint the hinge arm is turned to, and so on; the number of operations differs by up to
@@ -56,7 +56,7 @@ static long cost(trial *r)
     long total = -1;
     if (func_build(&f, r->t, &r->ch, r->build, r->nout, r->frame) == 0) {
         const stein_ops *o = &f.ops;
-        total = o->add + o->mul + o->neg + DIV_COST * o->div + TRIG_COST * o->trig;
+        total = o->add + o->mul + o->neg + DIV_COST * o->div + o->trig;
         total = total * 1024 + o->mul; /* of equal totals the one with fewer products */
     } else {
         r->failed = 1;
@@ -92,7 +92,6 @@ static long descend(trial *r)
     for (int better = 1; better && r->spent < BUDGET && !r->failed;) {
         better = improve(r, &r->ch.gravity, 4, &best);
         better |= improve(r, &r->ch.split, 2, &best);
-        better |= improve(r, &r->ch.compose, 2, &best);
         for (int i = t->n - 1; i >= 0; i--) {
             const rbody *b = &t->body[i];
             int up = b->parent < 0 ? -1 : t->body[b->parent].orient;
@@ -118,7 +117,6 @@ static void start_from(trial *r, int point)
         r->ch.pair[i] = (point >> 1 & 1);
     }
     r->ch.gravity = point >> 1 & 1;
-    r->ch.compose = 1;
     r->ch.split = 0;
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * setup.c - the layout of the derived constants d.
  *
- *      initial {q, qd} | clock | laws of the joints | centres | contacts | notches | links |
- *      tables | inputs | sensors | constants of the equations
+ *      initial {q, qd} | clock | laws of the joints | centres | points | contacts | notches |
+ *      links | tables | inputs | sensors | constants of the equations
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -87,6 +87,34 @@ static void put_joints(layout *l, const tree *t)
         l->com[k] =
             put(l, tree_scalar(t, b->centre[0]), "%s: centre of mass x, z", text_safe(b->name));
         put(l, tree_scalar(t, b->centre[2]), "  z");
+    }
+}
+
+static int has_frame(const tree *t, int body)
+{
+    int found = body < 0;
+    for (int k = 0; k < t->ncarrier; k++) {
+        found |= t->carrier[k] == body;
+    }
+    return found;
+}
+
+/** x and z of a point in its body's axes; y in the fixed frame, where a planar body keeps it. */
+static void put_points(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->npoint; i++) {
+        const mech_point *k = &m->points[i];
+        ex y = tree_scalar(t, k->at[1]);
+        for (int b = k->body; b >= 0; b = m->bodies[b].parent) {
+            y = ex_add(t->setup, y, tree_scalar(t, m->bodies[b].at[1]));
+        }
+        l->point[i] = -1;
+        if (has_frame(t, k->body)) {
+            l->point[i] = put(l, tree_scalar(t, k->at[0]), "%s: x, y, z", text_safe(k->name));
+            put(l, y, "  y");
+            put(l, tree_scalar(t, k->at[2]), "  z");
+        }
     }
 }
 
@@ -219,8 +247,8 @@ int layout_build(layout *l, const tree *t)
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    int size = 2 * m->nbody + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink + m->ntable +
-               2 * m->ninput + m->nchannel;
+    int size = 2 * m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
+               m->ntable + 2 * m->ninput + m->nchannel;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
         return -1;
@@ -232,12 +260,13 @@ int layout_build(layout *l, const tree *t)
         {&l->rub, m->ncontact},        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},
         {&l->notch_normal, m->nnotch}, {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},
         {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel},
-        {&l->table, m->ntable}};
+        {&l->table, m->ntable},        {&l->point, m->npoint}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;
     }
     put_joints(l, t);
+    put_points(l, t);
     put_contacts(l, t);
     put_notches(l, t);
     put_rest(l, t);

@@ -158,36 +158,40 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
 {
     static const emission mass_bias = {
         .name = "mass_bias",
-        .arguments = "const double *q, const double *qd, const double *d, const double *frc,\n"
-                     "                      const double *trq, double *M, double *c",
+        .arguments =
+            "const double *q, const double *qd, const double *sc, const double *d,\n"
+            "                      const double *frc, const double *trq, double *M, double *c",
         .note = "M(q) and c(q, qd, frc, trq)",
-        .unused = {NULL, "q", "qd", NULL, "frc", "trq", "d"},
+        .unused = {NULL, "q", "qd", NULL, "frc", "trq", "d", "sc"},
         .target = target_mass_bias};
     static const emission inverse = {
         .name = "inverse",
-        .arguments = "const double *q, const double *qd, const double *qdd, const double *d,\n"
-                     "                    const double *frc, const double *trq, double *Q",
+        .arguments =
+            "const double *q, const double *qd, const double *qdd, const double *sc,\n"
+            "                    const double *d, const double *frc, const double *trq, double *Q",
         .note = "Q = M qdd + c",
-        .unused = {NULL, "q", "qd", "qdd", "frc", "trq", "d"},
+        .unused = {NULL, "q", "qd", "qdd", "frc", "trq", "d", "sc"},
         .target = target_inverse};
     static const emission pose = {
         .name = "pose",
-        .arguments = "const double *q, const double *qd, const double *d, stein_pose *pose",
-        .note = "planar poses of the bodies that carry contacts",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d"},
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                 stein_pose *pose",
+        .note = "planar poses of the bodies that have a frame",
+        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_pose};
     static const emission point = {
         .name = "point",
-        .arguments = "const double *q, const double *qd, const double *d, double *x, double *v,\n"
-                     "                  double *J, double *jdqd",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                  double *x, double *v, double *J, double *jdqd",
         .note = "named points in the fixed frame",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d"},
+        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_point};
     static const emission energy = {
         .name = "energy",
-        .arguments = "const double *q, const double *qd, const double *d, double *e",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                   double *e",
         .note = "kinetic energy, potential energy of gravity",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d"},
+        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_energy};
     emit_func(x, t, l, &f->mass_bias, &mass_bias);
     emit_func(x, t, l, &f->inverse, &inverse);
@@ -262,7 +266,8 @@ static void table_points(text *x, const tree *t, const layout *l)
         for (int i = 0; i < t->m->npoint; i++) {
             text_add(x, "    {");
             text_literal(x, t->m->points[i].name);
-            text_add(x, ", %d},\n", t->m->points[i].body);
+            text_add(x, ", %d, %d, %d},\n", t->m->points[i].body,
+                     frame_index(t, t->m->points[i].body), l->point[i]);
         }
         close_table(x);
     }

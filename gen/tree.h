@@ -45,7 +45,7 @@ typedef struct tree {
     vec first;              /* constant part of the whole first moment about the frame's origin */
     vec gravity;            /* setup nodes */
     ex *param, *formula;    /* setup nodes of the parameters and formulas */
-    int *carrier, ncarrier; /* bodies that carry contacts, ascending */
+    int *carrier, ncarrier; /* bodies that have a frame (model.h), ascending */
 } tree;
 
 enum {
@@ -75,7 +75,6 @@ typedef struct choice {
     int gravity; /* 0 acceleration of the base, 1 force on every body, 2 on composites in their own
                     frames, 3 on composites in the fixed frame */
     int split;   /* 1: columns of M carry the children's forces and the own part apart */
-    int compose; /* 1: sines of angle sums from the parts, 0: from the angle */
 } choice;
 
 /** Everything a pass works with. */

@@ -9,6 +9,7 @@
 
 #define SUITES(X) \
     X(law)        \
+    X(elementary) \
     X(core)       \
     X(integrator) \
     X(contact)    \

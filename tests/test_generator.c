@@ -297,6 +297,7 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     ref_state s = ref_state_random(n, seed);
     double *Q = numbers_new((size_t)n), *p = numbers_new((size_t)m->nparam), e[2];
     double *d = numbers_new((size_t)model->nd), *q_out = numbers_new((size_t)n);
+    double *sc = numbers_new(2 * (size_t)n);
     stein_pose *pose = calloc((size_t)n, sizeof *pose);
     ck_assert_int_eq(model->abi, STEIN_MODEL_ABI);
     ck_assert_int_eq(model->nq, n);
@@ -308,23 +309,24 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     ref_evaluate(m, &s, &r);
     inverse_of(&r, &s, n, Q);
     model->setup(p, d);
-    model->mass_bias(s.q, s.qd, d, s.frc, s.trq, y.M, y.c);
+    stein_turn(model, s.q, sc);
+    model->mass_bias(s.q, s.qd, sc, d, s.frc, s.trq, y.M, y.c);
     assert_same("M", y.M, r.M, n * n, 1e-12);
     assert_same("c", y.c, r.c, n, 1e-12);
-    model->inverse(s.q, s.qd, s.qdd, d, s.frc, s.trq, q_out);
+    model->inverse(s.q, s.qd, s.qdd, sc, d, s.frc, s.trq, q_out);
     assert_same("Q", q_out, Q, n, 1e-12);
-    model->energy(s.q, s.qd, d, e);
+    model->energy(s.q, s.qd, sc, d, e);
     ck_assert_close(e[0], r.kinetic, 1e-12, 0.0);
     ck_assert_close(e[1], r.potential, 1e-12, 1e-12);
     if (np) {
-        model->point(s.q, s.qd, d, y.x, y.v, y.J, y.jdqd);
+        model->point(s.q, s.qd, sc, d, y.x, y.v, y.J, y.jdqd);
         assert_same("x", y.x, r.x, 3 * np, 1e-12);
         assert_same("v", y.v, r.v, 3 * np, 1e-12);
         assert_same("J", y.J, r.J, 3 * np * n, 1e-12);
         assert_same("jdqd", y.jdqd, r.jdqd, 3 * np, 1e-12);
     }
     if (model->nframe) {
-        model->pose(s.q, s.qd, d, pose);
+        model->pose(s.q, s.qd, sc, d, pose);
     }
     for (int k = 0; k < model->nframe; k++) {
         const double got[7] = {pose[k].x,  pose[k].z,  pose[k].c, pose[k].s,
@@ -338,6 +340,7 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     ref_out_free(&y);
     ref_state_free(&s);
     free(Q);
+    free(sc);
     free(p);
     free(d);
     free(q_out);

@@ -13,6 +13,8 @@
  * Signs, frames and shapes, once for the whole library:
  *   M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
  *   q, qd, qdd  [nq]  one coordinate a joint [rad or m], in the order of the bodies
+ *   sc          [2*nq] sine and cosine of every turning joint's q, handed over with it: one
+ * evaluation asks several functions at the same q; entries of sliding joints are not read
  *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied
  * terms Q           [nq]  generalised forces in the joints [N m or N] frc, trq    [3*nbody]
  * external force [N] and moment [N m] on each body at its centre of mass, components in that body's
@@ -29,7 +31,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 2
+#define STEIN_MODEL_ABI 3
 
 /** One parameter p[i]. */
 typedef struct stein_param {
@@ -50,13 +52,17 @@ typedef struct stein_body {
     int joint;  /* d index of a STEIN_JOINT block: what acts in the joint itself */
 } stein_body;
 
-/** A named point of a body, or of the frame (body -1). */
+/** A named point of a body, or of the fixed frame (body -1). */
 typedef struct stein_point {
     const char *name; /* "hammer.head" */
     int body;
+    int frame; /* index into frames of its body, -1 = none */
+    int at; /* d index of {x, y, z} [m]: x and z in the body's axes from its origin, y in the fixed
+               frame, where it stays; -1 for a point whose body has no frame */
 } stein_point;
 
-/** A body that carries contacts: its planar pose is evaluated by pose(). */
+/** A body that carries contacts, or in the plane the point of a link or of a force: its planar pose
+ *  is evaluated by pose(). */
 typedef struct stein_frame {
     int body; /* body index */
     int com;  /* d index of {x, z} of the centre of mass from the body's origin [m] */
@@ -269,19 +275,20 @@ typedef struct stein_model {
     /** Derived constants from parameters. p [np] in, d [nd] out. */
     void (*setup)(const double *p, double *d);
     /** Mass matrix and nonlinear vector. */
-    void (*mass_bias)(const double *q, const double *qd, const double *d, const double *frc,
-                      const double *trq, double *M, double *c);
+    void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
+                      const double *frc, const double *trq, double *M, double *c);
     /** Q = M qdd + c without forming M. */
-    void (*inverse)(const double *q, const double *qd, const double *qdd, const double *d,
-                    const double *frc, const double *trq, double *Q);
-    /** Planar poses of the bodies that carry contacts, [nframe]. NULL when nframe = 0. */
-    void (*pose)(const double *q, const double *qd, const double *d, stein_pose *pose);
+    void (*inverse)(const double *q, const double *qd, const double *qdd, const double *sc,
+                    const double *d, const double *frc, const double *trq, double *Q);
+    /** Planar poses of the bodies that have a frame, [nframe]. NULL when nframe = 0. */
+    void (*pose)(const double *q, const double *qd, const double *sc, const double *d,
+                 stein_pose *pose);
     /** All named points in the fixed frame: x, v [3*npoint], J [3*npoint*nq] row-major with
      *  v = J qd, jdqd [3*npoint] = Jdot qd. NULL when npoint = 0. */
-    void (*point)(const double *q, const double *qd, const double *d, double *x, double *v,
-                  double *J, double *jdqd);
+    void (*point)(const double *q, const double *qd, const double *sc, const double *d, double *x,
+                  double *v, double *J, double *jdqd);
     /** e[0] kinetic, e[1] potential energy of gravity [J] (zero where all origins are at z = 0). */
-    void (*energy)(const double *q, const double *qd, const double *d, double *e);
+    void (*energy)(const double *q, const double *qd, const double *sc, const double *d, double *e);
 } stein_model;
 
 #ifdef __cplusplus

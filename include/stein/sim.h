@@ -185,6 +185,8 @@ int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot);
 
 /* ---- equations ---- */
 
+/** sc [2*nq], as the generated functions of a model read it (model.h), at q. */
+void stein_turn(const stein_model *model, const double *q, double *sc);
 /** M [nq*nq], c [nq] at q, qd; frc, trq [3*nq] per body in body axes at the centre of mass, or NULL
  *  for none. Contacts, springs and friction are not in c. */
 void stein_mass_bias(stein_sim *sim, const double *q, const double *qd, const double *frc,

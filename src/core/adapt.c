@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "core.h"
+#include "elementary.h"
 
 enum { MAX_EVENTS_ON_THE_SPOT = 200 };
 static const double shortest = 1e-12; /* [s] */
@@ -131,7 +132,10 @@ static double try_step(stein_sim *sim, double h, double tolerance, stein_status 
 /* what the next step is to the one with the error e; e_last: error of the step accepted before */
 static double factor(double e, double e_last)
 {
-    double wanted = isfinite(e) ? 0.9 * pow(fmax(e, 1e-12), -0.17) * pow(e_last, 0.04) : least;
+    double wanted =
+        isfinite(e)
+            ? 0.9 * stein__exp(0.04 * stein__log(e_last) - 0.17 * stein__log(fmax(e, 1e-12)))
+            : least;
     return fmin(most, fmax(least, wanted));
 }
 

@@ -19,7 +19,7 @@ static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kin
 
 static double point_component(stein_sim *sim, int point, stein_read_kind kind)
 {
-    sim->model->point(sim->xq, sim->xqd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    sim->model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
     return kind < STEIN_READ_VX ? sim->px[3 * point + (int)(kind - STEIN_READ_X)]
                                 : sim->pv[3 * point + (int)(kind - STEIN_READ_VX)];
 }
@@ -29,7 +29,7 @@ static double point_component(stein_sim *sim, int point, stein_read_kind kind)
 static double needed_force(stein_sim *sim, int input)
 {
     int joint = sim->model->inputs[input].index;
-    sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->d, sim->frc, sim->trq, sim->c);
+    sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->sc, sim->d, sim->frc, sim->trq, sim->c);
     return sim->c[joint] - sim->Q[joint];
 }
 
@@ -62,7 +62,7 @@ static double reading(stein_sim *sim, const stein_channel *channel)
                                                            : sim->ustate[3 * i];
     case STEIN_READ_KINETIC:
     case STEIN_READ_POTENTIAL:
-        model->energy(sim->xq, sim->xqd, sim->d, e);
+        model->energy(sim->xq, sim->xqd, sim->sc, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
     }
     return NAN;

@@ -45,7 +45,7 @@ static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const st
         double inside = smaller(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along);
         g.guard = smaller(g.depth + reach, inside);
     } else {
-        double distance = hypot(r.x, r.z);
+        double distance = sqrt(r.x * r.x + r.z * r.z);
         g.n = distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
         g.depth = a[STEIN_SHAPE_R] + b[STEIN_SHAPE_R] - gap - distance;
         g.guard = g.depth + reach;

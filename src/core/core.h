@@ -6,6 +6,7 @@
  *   contact.c   spots: geometry and forces               adapt.c    steps of controlled error
  *   notch.c     the notch and its memory                 channel.c  output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
+ *   elementary.h  sine, cosine, tanh, exp, log
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -82,6 +83,8 @@ struct stein_sim {
     wrench *wrench;                 /* [nframe] */
     double *M, *c;                  /* [nq*nq], [nq] */
     double *xq, *xqd;               /* [nq] coordinates as evaluated: prescribed ones in place */
+    double *sc;                     /* [2*nq] sines and cosines of xq */
+    double *sc_asked;               /* [2*nq] the same of what somebody asks about */
     double *ustate;                 /* [3*ninput] signals at the last evaluation */
     double *px, *pv, *pJ, *pa;      /* points */
     double *kq, *kqd;               /* [7*nq] stages */

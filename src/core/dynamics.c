@@ -136,13 +136,13 @@ static void forces(stein_sim *sim, double t)
     memset(sim->Q, 0, sizeof *sim->Q * nq);
     if (model->nframe > 0) { // frc and trq: 0 from the beginning where there is no frame
         memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
-        model->pose(sim->xq, sim->xqd, sim->d, sim->pose);
+        model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
     }
     stein__spot_forces(sim);
     stein__notch_forces(sim);
     wrenches_to_bodies(sim);
     if (needs_points(sim)) {
-        model->point(sim->xq, sim->xqd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+        model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
         link_forces(sim);
     }
     joint_forces(sim);
@@ -208,8 +208,9 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     const stein_model *model = sim->model;
     int nq = model->nq;
     drive(sim, t, q, qd);
+    stein_turn(model, sim->xq, sim->sc);
     forces(sim, t);
-    model->mass_bias(sim->xq, sim->xqd, sim->d, sim->frc, sim->trq, sim->M, sim->c);
+    model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->frc, sim->trq, sim->M, sim->c);
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }
@@ -232,7 +233,8 @@ void stein__guards(stein_sim *sim, const double *q, double *guard)
 {
     const stein_model *model = sim->model;
     if (model->nframe > 0) {
-        model->pose(q, sim->zero, sim->d, sim->pose);
+        stein_turn(model, q, sim->sc);
+        model->pose(q, sim->zero, sim->sc, sim->d, sim->pose);
     }
     for (int i = 0; i < model->nspot; i++) {
         int lifted = !sim->head->load_present && model->spots[i].contact == model->load.contact;
@@ -247,8 +249,9 @@ void stein__guards(stein_sim *sim, const double *q, double *guard)
 void stein__place(stein_sim *sim)
 {
     drive(sim, sim->head->t, sim->q, sim->qd);
+    stein_turn(sim->model, sim->xq, sim->sc);
     if (sim->model->nframe > 0) {
-        sim->model->pose(sim->xq, sim->xqd, sim->d, sim->pose);
+        sim->model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
     }
 }
 

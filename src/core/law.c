@@ -1,30 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * law.c - normal and friction laws. The equations stand in law.h.
  */
-#include <math.h>
-
+#include "elementary.h"
 #include "stein/law.h"
 #include "stein/model.h"
 
 static const double felt_unit = 1e-4;  /* m, where the exponent is neutral */
 static const double turn_speed = 0.01; /* m/s, loading turns into unloading within it */
-
-/* tanh without the detour over expm1 that libm takes: laws ask for little else. Near 0 the rational
- * function of Cephes (Moshier 1989). */
-static double tanh_of(double u)
-{
-    double a = fabs(u);
-    if (a < 0.625) {
-        double z = u * u;
-        double p = (-9.64399179425052238628e-1 * z - 9.92877231001918586564e1) * z -
-                   1.61468768441708447952e3;
-        double q = ((z + 1.12811678491632931402e2) * z + 2.23548839060100448583e3) * z +
-                   4.84406305325125486048e3;
-        return u + u * z * (p / q);
-    }
-    double t = a > 20.0 ? 1.0 : 1.0 - 2.0 / (exp(2.0 * a) + 1.0);
-    return u < 0.0 ? -t : t;
-}
 
 double stein_normal_force(const double *law, double x, double xdot)
 {
@@ -34,11 +16,11 @@ double stein_normal_force(const double *law, double x, double xdot)
     }
     double f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
     if (law[STEIN_NORMAL_EXPONENT] != 0.0) {
-        f *= pow(x / felt_unit, law[STEIN_NORMAL_EXPONENT]);
+        f *= stein__power(x / felt_unit, law[STEIN_NORMAL_EXPONENT]);
     }
     f = (f + law[STEIN_NORMAL_PRELOAD]) * (1.0 + law[STEIN_NORMAL_D] * xdot);
     if (law[STEIN_NORMAL_HYSTERESIS] != 0.0) {
-        f *= 1.0 + law[STEIN_NORMAL_HYSTERESIS] * tanh_of(xdot / turn_speed);
+        f *= 1.0 + law[STEIN_NORMAL_HYSTERESIS] * stein__tanh(xdot / turn_speed);
     }
     return f > 0.0 ? f : 0.0;
 }
@@ -49,7 +31,7 @@ double stein_friction(const double law[4], double v)
         return 0.0;
     }
     double u = v / law[STEIN_FRICTION_VT];
-    double mu = tanh_of(u);
+    double mu = stein__tanh(u);
     if (law[STEIN_FRICTION_B1] != 0.0) {
         double u2 = u * u;
         mu += law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
@@ -63,11 +45,11 @@ double stein_joint_force(const double *law, double q, double qd)
     double b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
     double f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
     if (law[STEIN_JOINT_ASYMMETRY] != 0.0) {
-        b *= 1.0 + law[STEIN_JOINT_ASYMMETRY] * tanh_of(qd / law[STEIN_JOINT_DRY_SPEED]);
+        b *= 1.0 + law[STEIN_JOINT_ASYMMETRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
     }
     f -= (b + law[STEIN_JOINT_DRAG] * fabs(qd)) * qd;
     if (law[STEIN_JOINT_DRY] != 0.0) {
-        f -= law[STEIN_JOINT_DRY] * tanh_of(qd / law[STEIN_JOINT_DRY_SPEED]);
+        f -= law[STEIN_JOINT_DRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
     }
     f -= stein_friction(law + STEIN_JOINT_FRICTION, qd);
     if (law[STEIN_JOINT_STOP_K] != 0.0 && fabs(q) > gap) {

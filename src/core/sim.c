@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core.h"
+#include "elementary.h"
 
 static void *default_alloc(void *ctx, size_t size)
 {
@@ -84,6 +85,8 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->c = doubles(a, nq);
     s->xq = doubles(a, nq);
     s->xqd = doubles(a, nq);
+    s->sc = doubles(a, 2 * nq);
+    s->sc_asked = doubles(a, 2 * nq);
     s->ustate = doubles(a, 3 * m->ninput);
     s->px = doubles(a, 3 * m->npoint);
     s->pv = doubles(a, 3 * m->npoint);
@@ -380,17 +383,33 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
 
 /* ---- equations ---- */
 
+void stein_turn(const stein_model *model, const double *q, double *sc)
+{
+    for (int j = 0; j < model->nq; j++) {
+        if (model->bodies[j].type == 'R') {
+            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
+        }
+    }
+}
+
+/* sines and cosines of q, beside those of the state */
+static const double *turned(stein_sim *sim, const double *q)
+{
+    stein_turn(sim->model, q, sim->sc_asked);
+    return sim->sc_asked;
+}
+
 void stein_mass_bias(stein_sim *sim, const double *q, const double *qd, const double *frc,
                      const double *trq, double *M, double *c)
 {
-    sim->model->mass_bias(q, qd, sim->d, frc != NULL ? frc : sim->zero,
+    sim->model->mass_bias(q, qd, turned(sim, q), sim->d, frc != NULL ? frc : sim->zero,
                           trq != NULL ? trq : sim->zero, M, c);
 }
 
 void stein_inverse(stein_sim *sim, const double *q, const double *qd, const double *qdd,
                    const double *frc, const double *trq, double *Q)
 {
-    sim->model->inverse(q, qd, qdd, sim->d, frc != NULL ? frc : sim->zero,
+    sim->model->inverse(q, qd, qdd, turned(sim, q), sim->d, frc != NULL ? frc : sim->zero,
                         trq != NULL ? trq : sim->zero, Q);
 }
 
@@ -408,7 +427,7 @@ void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, 
     if (model->npoint == 0) {
         return;
     }
-    model->point(q, qd, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    model->point(q, qd, turned(sim, q), sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
     copy_out(x, sim->px, 3 * model->npoint);
     copy_out(v, sim->pv, 3 * model->npoint);
     copy_out(J, sim->pJ, 3 * model->npoint * model->nq);
@@ -420,7 +439,7 @@ void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kin
                   double *potential)
 {
     double e[2];
-    sim->model->energy(q, qd, sim->d, e);
+    sim->model->energy(q, qd, turned(sim, q), sim->d, e);
     *kinetic = e[0];
     *potential = e[1];
 }

@@ -122,16 +122,17 @@ static void setup(const double *p, double *d)
 }
 
 /* M(q) and c(q, qd, frc, trq) */
-static void mass_bias(const double *q, const double *qd, const double *d, const double *frc,
-                      const double *trq, double *M, double *c)
+static void mass_bias(const double *q, const double *qd, const double *sc, const double *d,
+                      const double *frc, const double *trq, double *M, double *c)
 {
+    (void)q;
     (void)qd;
     const double K221 = d[55]; /* inertia 22 of rod, recombined */
     const double p2 = d[56]; /* rod.centre.z */
     const double k57 = d[57]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
-    const double S1 = sin(q[0]);
+    const double S1 = sc[0];
 
     /* backward dynamics: rod */
     const double CF21 = trq[1] + p2*frc[0] + k57*S1;
@@ -142,16 +143,17 @@ static void mass_bias(const double *q, const double *qd, const double *d, const 
 }
 
 /* Q = M qdd + c */
-static void inverse(const double *q, const double *qd, const double *qdd, const double *d,
-                    const double *frc, const double *trq, double *Q)
+static void inverse(const double *q, const double *qd, const double *qdd, const double *sc,
+                    const double *d, const double *frc, const double *trq, double *Q)
 {
+    (void)q;
     (void)qd;
     const double K221 = d[55]; /* inertia 22 of rod, recombined */
     const double p2 = d[56]; /* rod.centre.z */
     const double k57 = d[57]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
-    const double S1 = sin(q[0]);
+    const double S1 = sc[0];
 
     /* backward dynamics: rod */
     const double CF21 = trq[1] + p2*frc[0] + K221*qdd[0] + k57*S1;
@@ -161,14 +163,15 @@ static void inverse(const double *q, const double *qd, const double *qdd, const 
 }
 
 /* named points in the fixed frame */
-static void point(const double *q, const double *qd, const double *d, double *x, double *v,
-                  double *J, double *jdqd)
+static void point(const double *q, const double *qd, const double *sc, const double *d,
+                  double *x, double *v, double *J, double *jdqd)
 {
+    (void)q;
     const double p21 = d[58]; /* rod.tip.z */
 
     /* trigonometric terms */
-    const double S1 = sin(q[0]);
-    const double C1 = cos(q[0]);
+    const double S1 = sc[0];
+    const double C1 = sc[1];
 
     /* point: rod.tip */
     const double RP31 = p21*C1;
@@ -191,13 +194,15 @@ static void point(const double *q, const double *qd, const double *d, double *x,
 }
 
 /* kinetic energy, potential energy of gravity */
-static void energy(const double *q, const double *qd, const double *d, double *e)
+static void energy(const double *q, const double *qd, const double *sc, const double *d,
+                   double *e)
 {
+    (void)q;
     const double k57 = d[57]; /* gravity.z*mb31 */
     const double k59 = d[59]; /* 0.5*K221 */
 
     /* trigonometric terms */
-    const double C1 = cos(q[0]);
+    const double C1 = sc[1];
 
     /* forward kinematics: rod */
     const double BS11 = qd[0]*qd[0];
@@ -270,7 +275,7 @@ static const stein_body bodies[] = {
 };
 
 static const stein_point points[] = {
-    {"rod.tip", 0},
+    {"rod.tip", 0, -1, -1},
 };
 
 static const stein_input inputs[] = {
@@ -317,5 +322,5 @@ const stein_model stein_model_pendulum = {
     .point = point,
     .energy = energy,
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "5df3fa3cc2369b60",
+    .equations = "cb9f129718664c20",
 };

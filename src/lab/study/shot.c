@@ -34,7 +34,7 @@ typedef struct trace {
     int n, room;
     int overlap, notch_force, finger; /* channels */
     double finger_scale;
-    double *p, *d;
+    double *p, *d, *sc;
     stein_pose *pose;
     const study_watch *watch;
 } trace;
@@ -95,7 +95,8 @@ static void slide(const trace *r, stein_sim *sim, instant *now)
     static const stein_pose fixed = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
     const stein_notch *n = &r->m->notches[r->m->stroke.notch];
     const double *d = r->d + n->d;
-    r->m->pose(stein_q(sim), stein_qd(sim), r->d, r->pose);
+    stein_turn(r->m, stein_q(sim), r->sc);
+    r->m->pose(stein_q(sim), stein_qd(sim), r->sc, r->d, r->pose);
     const stein_pose *c = n->catcher < 0 ? &fixed : &r->pose[n->catcher];
     const stein_pose *b = n->beak < 0 ? &fixed : &r->pose[n->beak];
     double x = c->x + c->c * d[STEIN_NOTCH_CX] - c->s * d[STEIN_NOTCH_CZ];
@@ -147,8 +148,9 @@ static stein_status begin(trace *r, const study *s, stein_sim *sim, study_touch 
     r->finger_scale = touch == STUDY_LOAD ? 1.0 : 1.0 / s->arm;
     r->p = malloc(sizeof *r->p * (size_t)(m->np + 1));
     r->d = malloc(sizeof *r->d * (size_t)(m->nd + 1));
+    r->sc = malloc(2 * sizeof *r->sc * (size_t)m->nq);
     r->pose = malloc(sizeof *r->pose * (size_t)(m->nframe + 1));
-    if (r->p == NULL || r->d == NULL || r->pose == NULL) {
+    if (r->p == NULL || r->d == NULL || r->sc == NULL || r->pose == NULL) {
         return STEIN_ENOMEM;
     }
     for (int i = 0; i < m->np; i++) {
@@ -163,6 +165,7 @@ static void end(trace *r)
     free(r->at);
     free(r->p);
     free(r->d);
+    free(r->sc);
     free(r->pose);
 }
 

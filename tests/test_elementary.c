@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_elementary.c - sine, cosine, tanh, exp, log of the core, against libm in long double.
+ */
+#include <float.h>
+
+#include "elementary.h"
+#include "support.h"
+
+enum { TRIES = 200000 };
+
+/* how far `got` is from `exact`, in units of the last place of the latter */
+static double ulps(double got, long double exact)
+{
+    int exponent;
+    (void)frexpl(exact, &exponent);
+    return (double)(fabsl((long double)got - exact) / ldexpl(1.0L, exponent - 53));
+}
+
+/* numbers of both signs, as many small ones as large ones, up to `most` */
+static double wide(unsigned long long *seed, double most)
+{
+    double size = most * exp2(-15.0 * (1.0 + noise(seed)));
+    return noise(seed) < 0.0 ? -size : size;
+}
+
+/* long double has no error to speak of only where it is wider than double */
+#define NEEDS_WIDE_LONG_DOUBLE \
+    if (LDBL_MANT_DIG < 64)    \
+    return
+
+START_TEST(sine_and_cosine_are_right_to_one_ulp)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    static const double range[] = {0.7853981633974483, 10.0, 9.9e4, 1e12};
+    unsigned long long seed = 11;
+    for (int i = 0; i < TRIES; i++) {
+        double x = wide(&seed, range[i % 4]), s, c;
+        stein__sincos(x, &s, &c);
+        ck_assert_msg(ulps(s, sinl(x)) < 1.0, "sin(%.17g) = %.17g", x, s);
+        ck_assert_msg(ulps(c, cosl(x)) < 1.0, "cos(%.17g) = %.17g", x, c);
+    }
+}
+END_TEST
+
+START_TEST(sine_and_cosine_are_right_beside_multiples_of_a_right_angle)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    for (int n = -50000; n <= 50000; n++) {
+        for (int beside = -1; beside <= 1; beside++) {
+            double x = n * 1.5707963267948966, s, c;
+            x = beside ? nextafter(x, beside * HUGE_VAL) : x;
+            stein__sincos(x, &s, &c);
+            ck_assert_msg(fabsl(s - sinl(x)) <= 0x1p-53 * fabsl(s) + 1e-24, "sin(%.17g)", x);
+            ck_assert_msg(fabsl(c - cosl(x)) <= 0x1p-53 * fabsl(c) + 1e-24, "cos(%.17g)", x);
+        }
+    }
+}
+END_TEST
+
+START_TEST(exp_and_log_are_right_to_one_ulp)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    unsigned long long seed = 13;
+    for (int i = 0; i < TRIES; i++) {
+        double x = wide(&seed, i % 2 ? 690.0 : 1.0), y = exp(x);
+        ck_assert_msg(ulps(stein__exp(x), expl(x)) < 1.0, "exp(%.17g)", x);
+        ck_assert_msg(ulps(stein__log(y), logl(y)) < 1.0, "log(%.17g)", y);
+    }
+}
+END_TEST
+
+START_TEST(tanh_is_right_to_three_ulp)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    unsigned long long seed = 17;
+    double worst = 0.0;
+    for (int i = 0; i < TRIES; i++) {
+        double x = wide(&seed, i % 2 ? 25.0 : 1.0);
+        worst = fmax(worst, ulps(stein__tanh(x), tanhl(x)));
+    }
+    ck_assert_msg(worst < 3.0, "off by %g ulp", worst);
+}
+END_TEST
+
+START_TEST(odd_functions_are_odd_and_even_ones_even)
+{
+    unsigned long long seed = 19;
+    for (int i = 0; i < 1000; i++) {
+        double x = wide(&seed, 30.0), s, c, s1, c1;
+        stein__sincos(x, &s, &c);
+        stein__sincos(-x, &s1, &c1);
+        ck_assert(s1 == -s && c1 == c);
+        ck_assert(stein__tanh(-x) == -stein__tanh(x));
+    }
+}
+END_TEST
+
+START_TEST(what_is_no_number_stays_none_and_ends_are_what_libm_says)
+{
+    double s, c;
+    stein__sincos(NAN, &s, &c);
+    ck_assert(isnan(s) && isnan(c));
+    stein__sincos((double)INFINITY, &s, &c);
+    ck_assert(isnan(s) && isnan(c));
+    stein__sincos(0.0, &s, &c);
+    ck_assert(s == 0.0 && c == 1.0);
+    ck_assert(isnan(stein__tanh(NAN)) && isnan(stein__exp(NAN)) && isnan(stein__log(NAN)));
+    ck_assert(stein__tanh(0.0) == 0.0 && stein__tanh(1e300) == 1.0 && stein__tanh(-1e300) == -1.0);
+    ck_assert(stein__exp(0.0) == 1.0 && stein__exp(-1e4) == 0.0 && isinf(stein__exp(1e4)));
+    ck_assert(stein__log(1.0) == 0.0 && isinf(stein__log(0.0)) && isnan(stein__log(-1.0)));
+    ck_assert_close(stein__power(1.37, 0.37), pow(1.37, 0.37), 1e-15, 0.0);
+}
+END_TEST
+
+Suite *elementary_suite(void)
+{
+    Suite *s = suite_create("elementary");
+    TCase *t = tcase_create("functions");
+    tcase_set_timeout(t, 60);
+    tcase_add_test(t, sine_and_cosine_are_right_to_one_ulp);
+    tcase_add_test(t, sine_and_cosine_are_right_beside_multiples_of_a_right_angle);
+    tcase_add_test(t, exp_and_log_are_right_to_one_ulp);
+    tcase_add_test(t, tanh_is_right_to_three_ulp);
+    tcase_add_test(t, odd_functions_are_odd_and_even_ones_even);
+    tcase_add_test(t, what_is_no_number_stays_none_and_ends_are_what_libm_says);
+    suite_add_tcase(s, t);
+    return s;
+}
