@@ -19,9 +19,12 @@ static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kin
 
 static double point_component(stein_sim *sim, int point, stein_read_kind kind)
 {
-    sim->model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
-    return kind < STEIN_READ_VX ? sim->px[3 * point + (int)(kind - STEIN_READ_X)]
-                                : sim->pv[3 * point + (int)(kind - STEIN_READ_VX)];
+    double x[3], v[3];
+    if (sim->model->points[point].at < 0) {
+        sim->model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    }
+    stein__point(sim, point, x, v);
+    return kind < STEIN_READ_VX ? x[kind - STEIN_READ_X] : v[kind - STEIN_READ_VX];
 }
 
 /* what the drive of a prescribed joint has to supply: M qdd + c less all other generalised forces

@@ -164,6 +164,8 @@ void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
+/* a named point at the last poses; of a body without one, where model->point() was last asked */
+void stein__point(const stein_sim *sim, int point, double x[3], double v[3]);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
 

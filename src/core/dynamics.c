@@ -4,8 +4,9 @@
  *      M(q) qdd + c(q, qd, frc, trq) = Q
  *
  * Contacts and notches act as external wrenches frc, trq on the bodies, which the generated c takes
- * in; springs, joint friction, inputs and the user's hook act in Q. Point forces (links, inputs at
- * a point) go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
+ * in, and so do the forces at points of planar bodies (links, inputs at a point); springs, joint
+ * friction, inputs and the user's hook act in Q. Forces at points that leave the plane go through
+ * the generated Jacobians. Joints with a prescribed motion, or held, leave the
  * unknowns: their row becomes qdd_i = given, their column moves to the right-hand side.
  */
 #include <math.h>
@@ -61,6 +62,25 @@ static void wrenches_to_bodies(stein_sim *sim)
     }
 }
 
+void stein__point(const stein_sim *sim, int point, double x[3], double v[3])
+{
+    const stein_point *p = &sim->model->points[point];
+    if (p->at < 0) {
+        memcpy(x, sim->px + 3 * point, 3 * sizeof *x);
+        memcpy(v, sim->pv + 3 * point, 3 * sizeof *v);
+        return;
+    }
+    const stein_pose *pose = pose_of(sim->pose, p->frame);
+    const double *at = sim->d + p->at;
+    vec2 there = place(pose, at[0], at[2]), moves = velocity(pose, there);
+    x[0] = there.x;
+    x[1] = at[1];
+    x[2] = there.z;
+    v[0] = moves.x;
+    v[1] = 0.0;
+    v[2] = moves.z;
+}
+
 /* Q += J^T f for a force f [3] in fixed axes at a named point */
 static void add_point_force(stein_sim *sim, int point, const double f[3])
 {
@@ -71,13 +91,27 @@ static void add_point_force(stein_sim *sim, int point, const double f[3])
     }
 }
 
+/* the same where the point's body has a pose: into its wrench; the fixed frame takes everything */
+static void pull(stein_sim *sim, int point, const double f[3])
+{
+    const stein_point *p = &sim->model->points[point];
+    if (p->frame >= 0) {
+        const stein_pose *pose = &sim->pose[p->frame];
+        const double *at = sim->d + p->at;
+        apply(sim, p->frame, pose, place(pose, at[0], at[2]), (vec2){f[0], f[2]});
+    } else if (p->body >= 0) {
+        add_point_force(sim, point, f);
+    }
+}
+
 static void link_forces(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nlink; i++) {
         const stein_link *link = &sim->model->links[i];
         const double *law = sim->d + link->d;
-        const double *xa = sim->px + 3 * link->point[0], *xb = sim->px + 3 * link->point[1];
-        const double *va = sim->pv + 3 * link->point[0], *vb = sim->pv + 3 * link->point[1];
+        double xa[3], xb[3], va[3], vb[3];
+        stein__point(sim, link->point[0], xa, va);
+        stein__point(sim, link->point[1], xb, vb);
         double r[3] = {xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]};
         double length = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
         if (!(length > 0.0)) {
@@ -85,11 +119,11 @@ static void link_forces(stein_sim *sim)
         }
         double rate =
             ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) / length;
-        double pull = (law[0] * (length - law[1]) + law[2] * rate) / length;
-        double fa[3] = {pull * r[0], pull * r[1], pull * r[2]};
+        double strength = (law[0] * (length - law[1]) + law[2] * rate) / length;
+        double fa[3] = {strength * r[0], strength * r[1], strength * r[2]};
         double fb[3] = {-fa[0], -fa[1], -fa[2]};
-        add_point_force(sim, link->point[0], fa);
-        add_point_force(sim, link->point[1], fb);
+        pull(sim, link->point[0], fa);
+        pull(sim, link->point[1], fb);
     }
 }
 
@@ -112,20 +146,26 @@ static void input_forces(stein_sim *sim)
         } else if (input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
             const double *direction = sim->d + input->direction;
             double f[3] = {u * direction[0], u * direction[1], u * direction[2]};
-            add_point_force(sim, input->index, f);
+            pull(sim, input->index, f);
         }
     }
 }
 
-/* forces at points need their Jacobians, which nothing else does */
+/* forces at points of bodies without a pose need their Jacobians, which nothing else does */
 static int needs_points(const stein_sim *sim)
 {
-    for (int i = 0; i < sim->model->ninput; i++) {
-        if (sim->model->inputs[i].kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
-            return 1;
-        }
+    const stein_model *model = sim->model;
+    int any = 0;
+    for (int i = 0; i < model->ninput; i++) {
+        const stein_input *input = &model->inputs[i];
+        any |= input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL &&
+               model->points[input->index].at < 0;
     }
-    return sim->model->nlink > 0;
+    for (int i = 0; i < model->nlink; i++) {
+        const stein_link *link = &model->links[i];
+        any |= model->points[link->point[0]].at < 0 || model->points[link->point[1]].at < 0;
+    }
+    return any;
 }
 
 /* all forces at the coordinates in xq, xqd */
@@ -140,13 +180,13 @@ static void forces(stein_sim *sim, double t)
     }
     stein__spot_forces(sim);
     stein__notch_forces(sim);
-    wrenches_to_bodies(sim);
     if (needs_points(sim)) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
-        link_forces(sim);
     }
-    joint_forces(sim);
+    link_forces(sim);
     input_forces(sim);
+    wrenches_to_bodies(sim);
+    joint_forces(sim);
     if (sim->on_force != NULL) {
         sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);
     }
