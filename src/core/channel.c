@@ -10,7 +10,7 @@ static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kin
     const stein_contact *c = &sim->model->contacts[contact];
     double gap = INFINITY, normal = 0.0, tangent = 0.0;
     for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
-        gap = fmin(gap, sim->fresh ? sim->spot[i].gap : stein__spot_gap(sim, sim->pose, i));
+        gap = fmin(gap, sim->fresh ? sim->spot[i].gap : stein__spot_gap(sim, i));
         normal += sim->spot[i].normal;
         tangent += sim->spot[i].tangent;
     }
@@ -81,7 +81,7 @@ static double marker_x(stein_sim *sim, const stein_channel *channel)
     if (channel->read == STEIN_READ_GAP) {
         const stein_shape *side = &model->spots[model->contacts[channel->index].first_spot].side[0];
         const double *shape = sim->d + side->d;
-        return place(pose_of(sim->pose, side->frame), shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]).x;
+        return place(&sim->pose[side->frame], shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]).x;
     }
     return 0.0;
 }

@@ -17,8 +17,6 @@
 
 #include "core.h"
 
-const stein_pose stein__fixed_frame = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
-
 typedef struct spot_geometry {
     double depth; /* deformation x [m]; < 0 apart */
     double guard; /* > 0 where forces may act: depth and adhesion's range, within the line's ends */
@@ -26,46 +24,58 @@ typedef struct spot_geometry {
     vec2 at;      /* place of contact */
 } spot_geometry;
 
-static spot_geometry meet(const stein_sim *sim, const stein_spot *spot, const stein_pose *pose0,
-                          const stein_pose *pose1)
+void stein__spot_site(stein_sim *sim, int i)
 {
-    const double *a = sim->d + spot->side[0].d;
-    const double *b = sim->d + spot->side[1].d;
+    const stein_spot *spot = &sim->model->spots[i];
+    const stein_contact *contact = &sim->model->contacts[spot->contact];
+    sim->site[i] = (site){.contact = spot->contact,
+                          .frame = {spot->side[0].frame, spot->side[1].frame},
+                          .line = spot->side[1].kind == STEIN_LINE,
+                          .a = sim->d + spot->side[0].d,
+                          .b = sim->d + spot->side[1].d,
+                          .normal = sim->d + contact->normal,
+                          .friction = sim->d + contact->friction};
+}
+
+static inline spot_geometry meet(const site *s, const stein_pose *pose0, const stein_pose *pose1)
+{
+    const double *a = s->a, *b = s->b;
+    double radius = a[STEIN_SHAPE_R], reach = s->normal[STEIN_NORMAL_RANGE];
     vec2 pa = place(pose0, a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]);
     vec2 pb = place(pose1, b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]);
     vec2 r = {pa.x - pb.x, pa.z - pb.z};
-    const double *law = sim->d + sim->model->contacts[spot->contact].normal;
-    double gap = law[STEIN_NORMAL_GAP], reach = law[STEIN_NORMAL_RANGE];
     spot_geometry g;
-    if (spot->side[1].kind == STEIN_LINE) {
+    if (s->line) {
         double nx = b[STEIN_SHAPE_NX], nz = b[STEIN_SHAPE_NZ];
         g.n = (vec2){pose1->c * nx - pose1->s * nz, pose1->s * nx + pose1->c * nz};
-        g.depth = a[STEIN_SHAPE_R] - gap - (r.x * g.n.x + r.z * g.n.z);
+        g.depth = radius - s->normal[STEIN_NORMAL_GAP] - (r.x * g.n.x + r.z * g.n.z);
         double along = r.x * g.n.z - r.z * g.n.x;
         double inside = smaller(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along);
         g.guard = smaller(g.depth + reach, inside);
     } else {
         double distance = sqrt(r.x * r.x + r.z * r.z);
         g.n = distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
-        g.depth = a[STEIN_SHAPE_R] + b[STEIN_SHAPE_R] - gap - distance;
+        g.depth = radius + b[STEIN_SHAPE_R] - s->normal[STEIN_NORMAL_GAP] - distance;
         g.guard = g.depth + reach;
     }
-    g.at = (vec2){pa.x - a[STEIN_SHAPE_R] * g.n.x, pa.z - a[STEIN_SHAPE_R] * g.n.z};
+    g.at = (vec2){pa.x - radius * g.n.x, pa.z - radius * g.n.z};
     return g;
 }
 
-double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int i)
+static spot_geometry meet_now(const stein_sim *sim, int i)
 {
-    const stein_spot *spot = &sim->model->spots[i];
-    return meet(sim, spot, pose_of(pose, spot->side[0].frame), pose_of(pose, spot->side[1].frame))
-        .guard;
+    const site *s = &sim->site[i];
+    return meet(s, &sim->pose[s->frame[0]], &sim->pose[s->frame[1]]);
 }
 
-double stein__spot_gap(const stein_sim *sim, const stein_pose *pose, int i)
+double stein__spot_guard(const stein_sim *sim, int i)
 {
-    const stein_spot *spot = &sim->model->spots[i];
-    return -meet(sim, spot, pose_of(pose, spot->side[0].frame), pose_of(pose, spot->side[1].frame))
-                .depth;
+    return meet_now(sim, i).guard;
+}
+
+double stein__spot_gap(const stein_sim *sim, int i)
+{
+    return -meet_now(sim, i).depth;
 }
 
 /* the contact of the free load is gone with it */
@@ -74,43 +84,42 @@ static int is_lifted(const stein_sim *sim, int contact)
     return !sim->head->load_present && contact == sim->model->load.contact;
 }
 
+/* the forces of a spot that is on, into the wrenches of both sides */
+static inline spot_force press(stein_sim *sim, const site *s, const stein_pose *pose0,
+                               const stein_pose *pose1, spot_geometry g)
+{
+    // rates of approach and of sliding, from the two materials at the place of contact
+    vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
+    vec2 v = {v0.x - v1.x, v0.z - v1.z};
+    vec2 t = {g.n.z, -g.n.x};
+    double rate = -(v.x * g.n.x + v.z * g.n.z), tangent = 0.0;
+    double normal = normal_force(sim, s->contact, s->normal, g.depth, rate);
+    if (normal > 0.0) {
+        tangent = -normal * stein__mu(s->friction, v.x * t.x + v.z * t.z);
+    }
+    vec2 force = {normal * g.n.x + tangent * t.x, normal * g.n.z + tangent * t.z};
+    apply(sim, s->frame[0], pose0, g.at, force);
+    apply(sim, s->frame[1], pose1, g.at, (vec2){-force.x, -force.z});
+    return (spot_force){-g.depth, normal, tangent, g.depth, rate};
+}
+
 void stein__spot_forces(stein_sim *sim)
 {
-    const stein_model *model = sim->model;
-    for (int i = 0; i < model->nspot; i++) {
-        const stein_spot *spot = &model->spots[i];
+    int n = sim->model->nspot;
+    for (int i = 0; i < n; i++) {
+        const site *s = &sim->site[i];
         if (sim->inside && !sim->mode[i]) {
             sim->spot[i].depth = 0.0;
             continue; // its gap and guard are asked for at the end of the step
         }
-        const stein_contact *contact = &model->contacts[spot->contact];
-        const stein_pose *pose0 = pose_of(sim->pose, spot->side[0].frame);
-        const stein_pose *pose1 = pose_of(sim->pose, spot->side[1].frame);
-        spot_geometry g = meet(sim, spot, pose0, pose1);
-        spot_force *f = &sim->spot[i];
-        *f = (spot_force){.gap = -g.depth};
-        sim->guard[i] = is_lifted(sim, spot->contact) ? -1.0 : g.guard;
-        if (!sim->mode[i]) {
-            continue;
+        const stein_pose *pose0 = &sim->pose[s->frame[0]], *pose1 = &sim->pose[s->frame[1]];
+        spot_geometry g = meet(s, pose0, pose1);
+        sim->guard[i] = is_lifted(sim, s->contact) ? -1.0 : g.guard;
+        if (sim->mode[i]) {
+            sim->spot[i] = press(sim, s, pose0, pose1, g);
+        } else {
+            sim->spot[i] = (spot_force){.gap = -g.depth};
         }
-
-        // rates of approach and of sliding, from the two materials at the place of contact
-        vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
-        vec2 v = {v0.x - v1.x, v0.z - v1.z};
-        vec2 t = {g.n.z, -g.n.x};
-        double rate = -(v.x * g.n.x + v.z * g.n.z);
-        f->depth = g.depth;
-        f->rate = rate;
-        f->normal = stein_normal_force(sim->d + contact->normal, g.depth, rate);
-        f->normal = stein__tables_normal(sim, spot->contact, f->normal, g.depth, rate);
-        if (f->normal > 0.0) {
-            f->tangent =
-                -f->normal * stein_friction(sim->d + contact->friction, v.x * t.x + v.z * t.z);
-        }
-
-        vec2 force = {f->normal * g.n.x + f->tangent * t.x, f->normal * g.n.z + f->tangent * t.z};
-        apply(sim, spot->side[0].frame, pose0, g.at, force);
-        apply(sim, spot->side[1].frame, pose1, g.at, (vec2){-force.x, -force.z});
     }
 }
 

@@ -6,7 +6,7 @@
  *   contact.c   spots: geometry and forces               adapt.c    steps of controlled error
  *   notch.c     the notch and its memory                 channel.c  output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
- *   elementary.h  sine, cosine, tanh, exp, log
+ *   laws.h      the laws, inline                         elementary.h  sine, cosine, tanh, exp
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -16,7 +16,7 @@
 #ifndef STEIN_CORE_H
 #define STEIN_CORE_H
 
-#include "stein/law.h"
+#include "laws.h"
 #include "stein/sim.h"
 
 enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
@@ -37,6 +37,14 @@ typedef struct spot_force {
 typedef struct wrench {
     double x, z, m;
 } wrench;
+
+/** A spot with its numbers: where they are in d and in the poses. */
+typedef struct site {
+    int contact, frame[2];
+    int line;            /* 1: the second side is a line, 0: a circle */
+    const double *a, *b; /* both sides */
+    const double *normal, *friction;
+} site;
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
 typedef struct state_head {
@@ -67,6 +75,9 @@ struct stein_sim {
     double *p, *d;           /* [np], [nd] */
     double *slope;           /* of the points of all tables, behind each other */
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
+    int ntable_on;
+    unsigned char *joint_on; /* [nq] 1: the law of the joint is not 0 */
+    site *site;              /* [nspot] */
 
     /* result of the last evaluation (stein__evaluate) */
     double *qdd;       /* [nq] */
@@ -79,18 +90,21 @@ struct stein_sim {
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
-    stein_pose *pose;               /* [nframe] */
-    wrench *wrench;                 /* [nframe] */
-    double *M, *c;                  /* [nq*nq], [nq] */
+    stein_pose *pose;               /* [nframe], and at -1 that of the fixed frame */
+    wrench *wrench;                 /* [nframe], and at -1 what nobody asks about */
+    double *M, *c, *pivot;          /* [nq*nq], [nq], [nq] */
     double *xq, *xqd;               /* [nq] coordinates as evaluated: prescribed ones in place */
     double *sc;                     /* [2*nq] sines and cosines of xq */
     double *sc_asked;               /* [2*nq] the same of what somebody asks about */
     double *ustate;                 /* [3*ninput] signals at the last evaluation */
     double *px, *pv, *pJ, *pa;      /* points */
-    double *kq, *kqd;               /* [7*nq] stages */
-    double *q1, *qd1, *qdd0, *qdd1; /* [nq] trial step and end derivatives */
+    int width;                      /* 2*nq rounded up: a state {q, qd} in blocks of four */
+    double *y0, *y1;                /* [width] trial step: where it began; stages and end */
+    double *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
+    double *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
     double *q0, *qd0;               /* [nq] where it began */
-    double *zero;                   /* [3*nq] */
+    double *e;                      /* [width] its error */
+    double *zero;                   /* [3*nq+4] */
     double *work;                   /* [nq*nq + 2*nq] */
     double *root;                   /* [nguard] */
     unsigned char *crossed;         /* [nguard] guards that switch at the located root */
@@ -108,20 +122,16 @@ struct stein_sim {
 /* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
 
-/* linalg.c: solve M x = b in place (b becomes x), M [n*n] symmetric positive definite, overwritten.
- * Returns -1, or the index of a pivot that vanishes against its diagonal. */
-int stein__solve_spd(int n, double *M, double *b);
+/* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
+ * branches of the tree, overwritten; pivot [nq] is workspace. Returns -1, or the index of a pivot
+ * that vanishes against its diagonal. */
+int stein__solve(const stein_model *model, double *M, double *b, double *pivot);
 
 /* contact.c */
-double stein__spot_guard(const stein_sim *sim, const stein_pose *pose, int spot);
-double stein__spot_gap(const stein_sim *sim, const stein_pose *pose, int spot);
+void stein__spot_site(stein_sim *sim, int spot);
+double stein__spot_guard(const stein_sim *sim, int spot);
+double stein__spot_gap(const stein_sim *sim, int spot);
 void stein__spot_forces(stein_sim *sim);
-extern const stein_pose stein__fixed_frame;
-
-static inline const stein_pose *pose_of(const stein_pose *pose, int frame)
-{
-    return frame < 0 ? &stein__fixed_frame : &pose[frame];
-}
 
 /* a point of a body in the fixed frame */
 static inline vec2 place(const stein_pose *p, double x, double z)
@@ -138,12 +148,10 @@ static inline vec2 velocity(const stein_pose *p, vec2 at)
 /* a force on a frame's body at a place of the fixed frame, into its wrench about the origin */
 static inline void apply(stein_sim *sim, int frame, const stein_pose *p, vec2 at, vec2 force)
 {
-    if (frame >= 0) {
-        wrench *w = &sim->wrench[frame];
-        w->x += force.x;
-        w->z += force.z;
-        w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
-    }
+    wrench *w = &sim->wrench[frame];
+    w->x += force.x;
+    w->z += force.z;
+    w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
 }
 
 static inline double smaller(double a, double b)
@@ -152,8 +160,7 @@ static inline double smaller(double a, double b)
 }
 
 /* notch.c */
-void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int notch, double *g,
-                         double *overlap);
+void stein__notch_guards(const stein_sim *sim, int notch, double *g, double *overlap);
 void stein__notch_forces(stein_sim *sim);
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
@@ -193,6 +200,14 @@ int stein__table_points(const stein_model *model);
 void stein__tables_prepare(stein_sim *sim);
 void stein__tables_joints(stein_sim *sim);
 double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot);
+
+/* the normal force of contact `index` by its law and its tables */
+static inline double normal_force(const stein_sim *sim, int index, const double *law, double x,
+                                  double xdot)
+{
+    double force = stein__normal(law, x, xdot);
+    return sim->ntable_on > 0 ? stein__tables_normal(sim, index, force, x, xdot) : force;
+}
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

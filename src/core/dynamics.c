@@ -70,7 +70,7 @@ void stein__point(const stein_sim *sim, int point, double x[3], double v[3])
         memcpy(v, sim->pv + 3 * point, 3 * sizeof *v);
         return;
     }
-    const stein_pose *pose = pose_of(sim->pose, p->frame);
+    const stein_pose *pose = &sim->pose[p->frame];
     const double *at = sim->d + p->at;
     vec2 there = place(pose, at[0], at[2]), moves = velocity(pose, there);
     x[0] = there.x;
@@ -131,9 +131,13 @@ static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int j = 0; j < model->nq; j++) {
-        sim->Q[j] += stein_joint_force(sim->d + model->bodies[j].joint, sim->xq[j], sim->xqd[j]);
+        if (sim->joint_on[j]) {
+            sim->Q[j] += stein__joint(sim->d + model->bodies[j].joint, sim->xq[j], sim->xqd[j]);
+        }
     }
-    stein__tables_joints(sim);
+    if (sim->ntable_on > 0) {
+        stein__tables_joints(sim);
+    }
 }
 
 static void input_forces(stein_sim *sim)
@@ -260,7 +264,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
             prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);
         }
     }
-    int bad = stein__solve_spd(nq, sim->M, qdd);
+    int bad = stein__solve(model, sim->M, qdd, sim->pivot);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
                            "the mass matrix is singular at joint \"%s\", t = %g s",
@@ -278,11 +282,11 @@ void stein__guards(stein_sim *sim, const double *q, double *guard)
     }
     for (int i = 0; i < model->nspot; i++) {
         int lifted = !sim->head->load_present && model->spots[i].contact == model->load.contact;
-        guard[i] = lifted ? -1.0 : stein__spot_guard(sim, sim->pose, i);
+        guard[i] = lifted ? -1.0 : stein__spot_guard(sim, i);
     }
     for (int i = 0; i < model->nnotch; i++) {
         double overlap;
-        stein__notch_guards(sim, sim->pose, i, guard + model->nspot + NOTCH_GUARDS * i, &overlap);
+        stein__notch_guards(sim, i, guard + model->nspot + NOTCH_GUARDS * i, &overlap);
     }
 }
 

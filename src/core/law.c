@@ -1,59 +1,19 @@
 /* SPDX-License-Identifier: MIT
- * law.c - normal and friction laws. The equations stand in law.h.
+ * law.c - normal and friction laws for whoever is outside. The equations stand in law.h.
  */
-#include "elementary.h"
-#include "stein/law.h"
-#include "stein/model.h"
-
-static const double felt_unit = 1e-4;  /* m, where the exponent is neutral */
-static const double turn_speed = 0.01; /* m/s, loading turns into unloading within it */
+#include "laws.h"
 
 double stein_normal_force(const double *law, double x, double xdot)
 {
-    if (!(x > 0.0)) {
-        double u = law[STEIN_NORMAL_RANGE] > 0.0 ? -x / law[STEIN_NORMAL_RANGE] : 1.0;
-        return u < 1.0 ? -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u) : 0.0;
-    }
-    double f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
-    if (law[STEIN_NORMAL_EXPONENT] != 0.0) {
-        f *= stein__power(x / felt_unit, law[STEIN_NORMAL_EXPONENT]);
-    }
-    f = (f + law[STEIN_NORMAL_PRELOAD]) * (1.0 + law[STEIN_NORMAL_D] * xdot);
-    if (law[STEIN_NORMAL_HYSTERESIS] != 0.0) {
-        f *= 1.0 + law[STEIN_NORMAL_HYSTERESIS] * stein__tanh(xdot / turn_speed);
-    }
-    return f > 0.0 ? f : 0.0;
+    return stein__normal(law, x, xdot);
 }
 
 double stein_friction(const double law[4], double v)
 {
-    if (law[STEIN_FRICTION_A] == 0.0) {
-        return 0.0;
-    }
-    double u = v / law[STEIN_FRICTION_VT];
-    double mu = stein__tanh(u);
-    if (law[STEIN_FRICTION_B1] != 0.0) {
-        double u2 = u * u;
-        mu += law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
-    }
-    return law[STEIN_FRICTION_A] * mu;
+    return stein__mu(law, v);
 }
 
 double stein_joint_force(const double *law, double q, double qd)
 {
-    double x = q - law[STEIN_JOINT_Q0];
-    double b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
-    double f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
-    if (law[STEIN_JOINT_ASYMMETRY] != 0.0) {
-        b *= 1.0 + law[STEIN_JOINT_ASYMMETRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
-    }
-    f -= (b + law[STEIN_JOINT_DRAG] * fabs(qd)) * qd;
-    if (law[STEIN_JOINT_DRY] != 0.0) {
-        f -= law[STEIN_JOINT_DRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
-    }
-    f -= stein_friction(law + STEIN_JOINT_FRICTION, qd);
-    if (law[STEIN_JOINT_STOP_K] != 0.0 && fabs(q) > gap) {
-        f -= law[STEIN_JOINT_STOP_K] * (fabs(q) - gap) * (q > 0.0 ? 1.0 : -1.0);
-    }
-    return f;
+    return stein__joint(law, q, qd);
 }

@@ -1,47 +1,39 @@
 /* SPDX-License-Identifier: MIT
  * linalg.c - the one linear system of the core: M qdd = Q - c.
  *
- * LDL^T without pivoting: M is symmetric positive definite for every mechanism with inertia on its
- * free joints, and no square root is needed. A pivot that loses all its digits against the diagonal
- * it started from is reported, not divided by. Rows begin at their first entry that is not 0.
+ * M = L^T D L without pivoting, from the leaves of the tree to its root (Featherstone 2008, section
+ * 6.5): M is symmetric positive definite for every mechanism with inertia on its free joints, and
+ * row k of L has entries at the ancestors of joint k only, as M has, so nothing else is touched. A
+ * pivot that loses all its digits against the diagonal it started from is reported, not divided by.
  */
 #include "core.h"
 
-/* the first column of row i that is not 0: those of bodies on other branches are */
-static int begin_of(const double *row, int i)
+int stein__solve(const stein_model *model, double *M, double *b, double *pivot)
 {
-    int k = 0;
-    while (k < i && row[k] == 0.0) {
-        k++;
+    int n = model->nq;
+    const stein_body *body = model->bodies;
+    for (int k = 0; k < n; k++) {
+        pivot[k] = M[k * n + k];
     }
-    return k;
-}
-
-int stein__solve_spd(int n, double *M, double *b)
-{
-    for (int i = 0; i < n; i++) {
-        double *row = M + i * n;
-        double diagonal = row[i];
-        int from = begin_of(row, i);
-        for (int j = from; j < i; j++) {
-            const double *other = M + j * n;
-            double s = row[j];
-            for (int k = from; k < j; k++) {
-                s -= row[k] * other[k] * M[k * n + k];
+    for (int k = n - 1; k >= 0; k--) {
+        double *row = M + k * n;
+        if (!(row[k] > 1e-13 * pivot[k])) {
+            return k;
+        }
+        pivot[k] = 1.0 / row[k];
+        for (int i = body[k].parent; i >= 0; i = body[i].parent) {
+            double l = row[i] * pivot[k];
+            for (int j = i; j >= 0; j = body[j].parent) {
+                M[i * n + j] -= l * row[j];
             }
-            row[j] = s / other[j];
-            diagonal -= row[j] * row[j] * other[j];
-            b[i] -= row[j] * b[j];
+            row[i] = l;
+            b[i] -= l * b[k];
         }
-        if (!(diagonal > 1e-13 * row[i])) {
-            return i;
-        }
-        row[i] = diagonal;
     }
-    for (int i = n - 1; i >= 0; i--) {
-        b[i] /= M[i * n + i];
-        for (int k = i + 1; k < n; k++) {
-            b[i] -= M[k * n + i] * b[k];
+    for (int k = 0; k < n; k++) {
+        b[k] *= pivot[k];
+        for (int i = body[k].parent; i >= 0; i = body[i].parent) {
+            b[k] -= M[k * n + i] * b[i];
         }
     }
     return -1;

@@ -51,8 +51,8 @@ static double dot(vec2 a, vec2 b)
     return a.x * b.x + a.z * b.z;
 }
 
-static notch_geometry look(const stein_sim *sim, const stein_notch *notch,
-                           const stein_pose *catcher, const stein_pose *beak)
+static inline notch_geometry look(const stein_sim *sim, const stein_notch *notch,
+                                  const stein_pose *catcher, const stein_pose *beak)
 {
     const double *d = sim->d + notch->d;
     double gap = sim->d[notch->normal + STEIN_NORMAL_GAP];
@@ -91,35 +91,34 @@ static const unsigned char *modes_of(const stein_sim *sim, int notch)
     return sim->mode + sim->model->nspot + NOTCH_GUARDS * notch;
 }
 
-void stein__notch_guards(const stein_sim *sim, const stein_pose *pose, int i, double *guard,
-                         double *overlap)
+void stein__notch_guards(const stein_sim *sim, int i, double *guard, double *overlap)
 {
     const stein_notch *notch = &sim->model->notches[i];
-    notch_geometry g = look(sim, notch, pose_of(pose, notch->catcher), pose_of(pose, notch->beak));
+    notch_geometry g = look(sim, notch, &sim->pose[notch->catcher], &sim->pose[notch->beak]);
     guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], modes_of(sim, i)[NOTCH_REGION], guard);
     *overlap = g.s;
 }
 
 /* one point-on-line contact of the notch: force on the beak along n at a place */
-static void press(stein_sim *sim, const stein_notch *notch, const stein_pose *catcher,
-                  const stein_pose *beak, vec2 at, vec2 n, double depth, spot_force *sum)
+static inline void press(stein_sim *sim, const stein_notch *notch, const stein_pose *catcher,
+                         const stein_pose *beak, vec2 at, vec2 n, double depth, spot_force *sum)
 {
     vec2 vb = velocity(beak, at), vc = velocity(catcher, at);
     vec2 v = {vb.x - vc.x, vb.z - vc.z};
     vec2 t = {n.z, -n.x};
-    double normal = stein_normal_force(sim->d + notch->normal, depth, -dot(v, n));
+    double rate = -dot(v, n);
     int index = sim->model->ncontact + (int)(notch - sim->model->notches);
-    normal = stein__tables_normal(sim, index, normal, depth, -dot(v, n));
+    double normal = normal_force(sim, index, sim->d + notch->normal, depth, rate);
     double tangent = 0.0;
     if (normal > 0.0) {
-        tangent = -normal * stein_friction(sim->d + notch->friction, dot(v, t));
+        tangent = -normal * stein__mu(sim->d + notch->friction, dot(v, t));
     }
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
     apply(sim, notch->beak, beak, at, force);
     apply(sim, notch->catcher, catcher, at, (vec2){-force.x, -force.z});
     if (depth > sum->depth) {
         sum->depth = depth;
-        sum->rate = -dot(v, n);
+        sum->rate = rate;
     }
     sum->normal += normal;
     sum->tangent += tangent;
@@ -134,8 +133,8 @@ void stein__notch_forces(stein_sim *sim)
             sim->beak[i].depth = 0.0;
             continue;
         }
-        const stein_pose *catcher = pose_of(sim->pose, notch->catcher);
-        const stein_pose *beak = pose_of(sim->pose, notch->beak);
+        const stein_pose *catcher = &sim->pose[notch->catcher];
+        const stein_pose *beak = &sim->pose[notch->beak];
         notch_geometry g = look(sim, notch, catcher, beak);
         guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], mode[NOTCH_REGION],
                sim->guard + sim->model->nspot + NOTCH_GUARDS * i);

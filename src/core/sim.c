@@ -49,6 +49,19 @@ static double *doubles(arena *a, int n)
     return carve(a, sizeof(double) * (size_t)n);
 }
 
+/* n + 1 elements, of which the first has the index -1 */
+static void *behind_first(arena *a, size_t size, int n)
+{
+    unsigned char *at = carve(a, size * (size_t)(n + 1));
+    return at == NULL ? NULL : at + size;
+}
+
+/* a part of what was carved */
+static double *part(const arena *a, double *of, int at)
+{
+    return a->base == NULL ? NULL : of + at;
+}
+
 static void carve_state(stein_sim *s, arena *a, const stein_model *m)
 {
     size_t start = a->used;
@@ -72,6 +85,8 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->d = doubles(a, m->nd);
     s->slope = doubles(a, stein__table_points(m));
     s->table_on = carve(a, (size_t)m->ntable);
+    s->joint_on = carve(a, (size_t)nq);
+    s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->qdd = doubles(a, nq);
     s->guard = doubles(a, s->nguard);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
@@ -79,10 +94,11 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->frc = doubles(a, 3 * nq);
     s->trq = doubles(a, 3 * nq);
     s->Q = doubles(a, nq);
-    s->pose = carve(a, sizeof *s->pose * (size_t)m->nframe);
-    s->wrench = carve(a, sizeof *s->wrench * (size_t)m->nframe);
+    s->pose = behind_first(a, sizeof *s->pose, m->nframe);
+    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
     s->M = doubles(a, nq * nq);
     s->c = doubles(a, nq);
+    s->pivot = doubles(a, nq);
     s->xq = doubles(a, nq);
     s->xqd = doubles(a, nq);
     s->sc = doubles(a, 2 * nq);
@@ -92,15 +108,18 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->pv = doubles(a, 3 * m->npoint);
     s->pJ = doubles(a, 3 * m->npoint * nq);
     s->pa = doubles(a, 3 * m->npoint);
-    s->kq = doubles(a, 7 * nq);
-    s->kqd = doubles(a, 7 * nq);
-    s->q1 = doubles(a, nq);
-    s->qd1 = doubles(a, nq);
-    s->q0 = doubles(a, nq);
-    s->qd0 = doubles(a, nq);
-    s->qdd0 = doubles(a, nq);
-    s->qdd1 = doubles(a, nq);
-    s->zero = doubles(a, 3 * nq);
+    s->width = (2 * nq + 3) / 4 * 4;
+    s->y0 = doubles(a, s->width);
+    s->y1 = doubles(a, s->width);
+    s->k = doubles(a, 7 * s->width);
+    s->e = doubles(a, s->width);
+    s->q0 = part(a, s->y0, 0);
+    s->qd0 = part(a, s->y0, nq);
+    s->q1 = part(a, s->y1, 0);
+    s->qd1 = part(a, s->y1, nq);
+    s->qdd0 = part(a, s->k, nq);
+    s->qdd1 = part(a, s->k, 6 * s->width + nq);
+    s->zero = doubles(a, 3 * nq + 4);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nguard);
     s->crossed = carve(a, (size_t)s->nguard);
@@ -135,6 +154,18 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
     return STEIN_OK;
 }
 
+/* d of the parameters in p, and which laws can act with them */
+static void take_parameters(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    model->setup(sim->p, sim->d);
+    stein__tables_prepare(sim);
+    for (int j = 0; j < model->nq; j++) {
+        sim->joint_on[j] = (unsigned char)stein__joint_acts(sim->d + model->bodies[j].joint);
+    }
+    sim->fresh = 0;
+}
+
 stein_status stein_sim_create(stein_sim **out, const stein_model *model, const stein_sim_def *def,
                               stein_err *err)
 {
@@ -163,8 +194,11 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     for (int i = 0; i < model->np; i++) {
         sim->p[i] = model->params[i].value;
     }
-    model->setup(sim->p, sim->d);
-    stein__tables_prepare(sim);
+    sim->pose[-1] = (stein_pose){.c = 1.0};
+    for (int i = 0; i < model->nspot; i++) {
+        stein__spot_site(sim, i);
+    }
+    take_parameters(sim);
     status = stein_reset(sim, err);
     if (status != STEIN_OK) {
         stein_sim_destroy(sim);
@@ -221,9 +255,7 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
         return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
     }
     sim->p[i] = value;
-    sim->model->setup(sim->p, sim->d);
-    stein__tables_prepare(sim);
-    sim->fresh = 0;
+    take_parameters(sim);
     return STEIN_OK;
 }
 
@@ -236,9 +268,7 @@ stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
         }
     }
     memcpy(sim->p, p, sizeof *p * (size_t)sim->model->np);
-    sim->model->setup(sim->p, sim->d);
-    stein__tables_prepare(sim);
-    sim->fresh = 0;
+    take_parameters(sim);
     return STEIN_OK;
 }
 

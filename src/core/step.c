@@ -54,19 +54,24 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
-/* sums of w_i k_i over the first n stages, component j of q' and of qd' */
-static inline void combine(const stein_sim *sim, const double *w, int n, int j, double *q,
-                           double *qd)
+/* y = y0 + h sum of w_i k_i over the first n stages, in blocks of four, which a compiler turns into
+ * vectors */
+static void combine(const stein_sim *sim, const double *w, int n, double h, const double *y0,
+                    double *y)
 {
-    int nq = sim->model->nq;
-    const double *kq = sim->kq + j, *kqd = sim->kqd + j;
-    double s = 0.0, sd = 0.0;
-    for (int i = 0; i < n; i++, kq += nq, kqd += nq) {
-        s += w[i] * *kq;
-        sd += w[i] * *kqd;
+    int width = sim->width;
+    for (int at = 0; at < width; at += 4) {
+        const double *k = sim->k + at;
+        double s[4] = {0.0, 0.0, 0.0, 0.0};
+        for (int i = 0; i < n; i++, k += width) {
+            for (int j = 0; j < 4; j++) {
+                s[j] += w[i] * k[j];
+            }
+        }
+        for (int j = 0; j < 4; j++) {
+            y[at + j] = y0[at + j] + h * s[j];
+        }
     }
-    *q = s;
-    *qd = sd;
 }
 
 static void copy(double *restrict to, const double *restrict from, int n)
@@ -76,52 +81,58 @@ static void copy(double *restrict to, const double *restrict from, int n)
     }
 }
 
+/* the derivative {qd, qdd} at the state y into stage i */
+static stein_status derive(stein_sim *sim, int i, double t, const double *y, stein_err *err)
+{
+    int nq = sim->model->nq;
+    double *k = sim->k + i * sim->width;
+    copy(k, y + nq, nq);
+    return stein__evaluate(sim, t, y, y + nq, k + nq, err);
+}
+
+/* the largest |h e_q| and |h e_qd| of the embedded estimate */
+static void estimate(stein_sim *sim, const tableau *rk, double h)
+{
+    int nq = sim->model->nq;
+    sim->eq = sim->eqd = rk->embedded ? 0.0 : -1.0;
+    if (rk->embedded) {
+        combine(sim, rk->e, rk->stages + 1, h, sim->zero, sim->e);
+        for (int j = 0; j < nq; j++) {
+            sim->eq = fmax(sim->eq, fabs(sim->e[j]));
+            sim->eqd = fmax(sim->eqd, fabs(sim->e[nq + j]));
+        }
+    }
+}
+
 /* Trial step of h from the current state: q1, qd1 and, at its end, qdd1 and all guards. Stage 0 is
- * the current qdd (fresh). */
+ * the current qdd (fresh). The end derivative is stage 6 of every tableau. */
 static stein_status trial(stein_sim *sim, double h, stein_err *err)
 {
     const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
     int nq = sim->model->nq;
-    double t = sim->head->t, dq, dqd;
+    double t = sim->head->t;
+    stein_status status = STEIN_OK;
     copy(sim->q0, sim->q, nq);
     copy(sim->qd0, sim->qd, nq);
-    copy(sim->kq, sim->qd, nq);
-    copy(sim->kqd, sim->qdd0, nq);
-    for (int i = 1; i < rk->stages; i++) {
-        double *kq = sim->kq + i * nq;
-        for (int j = 0; j < nq; j++) {
-            combine(sim, rk->a[i], i, j, &dq, &dqd);
-            sim->q1[j] = sim->q[j] + h * dq;
-            kq[j] = sim->qd[j] + h * dqd;
-        }
-        sim->inside = 1;
-        stein_status status =
-            stein__evaluate(sim, t + rk->c[i] * h, sim->q1, kq, sim->kqd + i * nq, err);
-        sim->inside = 0;
-        if (status != STEIN_OK) {
-            return status;
-        }
+    copy(sim->k, sim->qd, nq);
+    sim->inside = 1;
+    for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
+        combine(sim, rk->a[i], i, h, sim->y0, sim->y1);
+        status = derive(sim, i, t + rk->c[i] * h, sim->y1, err);
     }
-    for (int j = 0; j < nq; j++) {
-        combine(sim, rk->b, rk->stages, j, &dq, &dqd);
-        sim->q1[j] = sim->q[j] + h * dq;
-        sim->qd1[j] = sim->qd[j] + h * dqd;
+    sim->inside = 0;
+    if (status != STEIN_OK) {
+        return status;
     }
-    stein_status status = stein__evaluate(sim, t + h, sim->q1, sim->qd1, sim->qdd1, err);
+    combine(sim, rk->b, rk->stages, h, sim->y0, sim->y1);
+    status = derive(sim, MAX_STAGES, t + h, sim->y1, err);
     if (status != STEIN_OK) {
         return status;
     }
     copy(sim->q1, sim->xq, nq); // prescribed joints exactly on track
     copy(sim->qd1, sim->xqd, nq);
-
-    sim->eq = sim->eqd = rk->embedded ? 0.0 : -1.0;
-    for (int j = 0; rk->embedded && j < nq; j++) {
-        combine(sim, rk->e, rk->stages, j, &dq, &dqd);
-        double eq = dq + rk->e[rk->stages] * sim->qd1[j];
-        double eqd = dqd + rk->e[rk->stages] * sim->qdd1[j];
-        sim->eq = fmax(sim->eq, fabs(h * eq));
-        sim->eqd = fmax(sim->eqd, fabs(h * eqd));
-    }
+    copy(sim->k + MAX_STAGES * sim->width, sim->xqd, nq);
+    estimate(sim, rk, h);
     return STEIN_OK;
 }
 

@@ -73,6 +73,7 @@ int stein__table_points(const stein_model *model)
 void stein__tables_prepare(stein_sim *sim)
 {
     double *slope = sim->slope;
+    sim->ntable_on = 0;
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
         const double *at = sim->d + t->d, *value = at + t->n;
@@ -80,6 +81,7 @@ void stein__tables_prepare(stein_sim *sim)
         for (int k = 0; k < t->n; k++) {
             sim->table_on[i] |= value[k] != 0.0;
         }
+        sim->ntable_on += sim->table_on[i];
         stein_table_slopes(t->n, at, value, slope);
         slope += t->n;
     }
@@ -110,7 +112,7 @@ double stein__tables_normal(const stein_sim *sim, int index, double force, doubl
     const double *slope = sim->slope;
     double factor = 1.0, sum = force;
     int any = 0;
-    if (sim->model->ntable == 0 || !(x > 0.0)) {
+    if (!(x > 0.0)) {
         return force;
     }
     for (int i = 0; i < sim->model->ntable; i++) {
