@@ -35,7 +35,7 @@ typedef struct layout {
     slot *slot;
     int n, cap, failed;
     int initial, clock, plain;             /* plain: the sensor that changes nothing, of "time" */
-    int *joint, *com, *point;              /* [nbody], [ncarrier], [npoint] */
+    int *joint, *point;                    /* [nbody], [npoint] */
     int *normal, *rub, *shape;             /* [ncontact], [ncontact], [2 * nspot] */
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */
     int *link;                             /* [nlink] */

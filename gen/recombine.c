@@ -200,7 +200,8 @@ static int is_pulled(const mechanism *m, int body)
     return pulled;
 }
 
-/** Bodies that a contact or notch refers to or, in the plane, a force at a point; ascending. */
+/** Bodies that a contact or notch refers to or, in the plane, a force at a point, and all that carry
+ *  them; ascending. */
 static void find_carriers(tree *t)
 {
     const mechanism *m = t->m;
@@ -214,7 +215,12 @@ static void find_carriers(tree *t)
         for (int c = 0; c < m->nnotch; c++) {
             used |= m->notches[c].catcher == i || m->notches[c].beak == i;
         }
-        if (used) {
+        for (int b = used ? i : -1; b >= 0; b = m->bodies[b].parent) {
+            t->carrier[b] = 1; // a mark, until the list is written over it
+        }
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        if (t->carrier[i]) {
             t->carrier[t->ncarrier++] = i;
         }
     }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * setup.c - the layout of the derived constants d.
  *
- *      initial {q, qd} | clock | laws of the joints | centres | points | contacts | notches |
- *      links | tables | inputs | sensors | constants of the equations
+ *      initial {q, qd} | clock | laws of the joints | points | contacts | notches | links |
+ *      tables | inputs | sensors | constants of the equations
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -81,12 +81,6 @@ static void put_joints(layout *l, const tree *t)
                                 text_safe(m->bodies[i].name), "joint",
                                 "k q0 k3 b asymmetry drag preload T w backlash_k backlash_gap A vt "
                                 "B1 B2");
-    }
-    for (int k = 0; k < t->ncarrier; k++) {
-        const mech_body *b = &m->bodies[t->carrier[k]];
-        l->com[k] =
-            put(l, tree_scalar(t, b->centre[0]), "%s: centre of mass x, z", text_safe(b->name));
-        put(l, tree_scalar(t, b->centre[2]), "  z");
     }
 }
 
@@ -247,7 +241,7 @@ int layout_build(layout *l, const tree *t)
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    int size = 2 * m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
+    int size = m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
                m->ntable + 2 * m->ninput + m->nchannel;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
@@ -256,7 +250,7 @@ int layout_build(layout *l, const tree *t)
     struct {
         int **array, n;
     } parts[] = {
-        {&l->joint, m->nbody},         {&l->com, m->nbody},        {&l->normal, m->ncontact},
+        {&l->joint, m->nbody},         {&l->normal, m->ncontact},
         {&l->rub, m->ncontact},        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},
         {&l->notch_normal, m->nnotch}, {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},
         {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel},

@@ -274,7 +274,8 @@ static void table_points(text *x, const tree *t, const layout *l)
     if (t->ncarrier) {
         open_table(x, "frame", "frames");
         for (int k = 0; k < t->ncarrier; k++) {
-            text_add(x, "    {%d, %d},\n", t->carrier[k], l->com[k]);
+            text_add(x, "    {%d, %d},\n", t->carrier[k],
+                     frame_index(t, t->m->bodies[t->carrier[k]].parent));
         }
         close_table(x);
     }

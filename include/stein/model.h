@@ -61,11 +61,11 @@ typedef struct stein_point {
                frame, where it stays; -1 for a point whose body has no frame */
 } stein_point;
 
-/** A body that carries contacts, or in the plane the point of a link or of a force: its planar pose
- *  is evaluated by pose(). */
+/** A body that carries contacts, or in the plane the point of a link or of a force, or a body that
+ *  carries such a one: its planar pose is evaluated by pose(). Ascending. */
 typedef struct stein_frame {
-    int body; /* body index */
-    int com;  /* d index of {x, z} of the centre of mass from the body's origin [m] */
+    int body;
+    int parent; /* frame of the body's parent, -1 = fixed frame; smaller than the own index */
 } stein_frame;
 
 /** One pose as pose() writes it; the array is [nframe] of these. */

@@ -84,7 +84,6 @@ struct stein_sim {
     double *guard;     /* [nguard] */
     spot_force *spot;  /* [nspot] */
     spot_force *beak;  /* [nnotch] resultant; gap holds the overlap s [m] */
-    double *frc, *trq; /* [3*nq] */
     double *Q;         /* [nq] */
     int fresh;         /* 1: the above belongs to the current state */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * dynamics.c - from (t, q, qd) to all forces and to qdd.
  *
- *      M(q) qdd + c(q, qd, frc, trq) = Q
+ *      M(q) qdd + c(q, qd) = Q
  *
- * Contacts and notches act as external wrenches frc, trq on the bodies, which the generated c takes
- * in, and so do the forces at points of planar bodies (links, inputs at a point); springs, joint
- * friction, inputs and the user's hook act in Q. Forces at points that leave the plane go through
- * the generated Jacobians. Joints with a prescribed motion, or held, leave the
+ * All forces act in Q. Those of contacts and notches and those at points of planar bodies (links,
+ * inputs at a point) are summed to a wrench a body and go down the tree from joint to joint in
+ * fixed axes: through frc and trq of c they would be turned into the axes of their body and back.
+ * Forces at points that leave the plane go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
  * unknowns: their row becomes qdd_i = given, their column moves to the right-hand side.
  */
 #include <math.h>
@@ -45,20 +45,23 @@ void stein__place_driven(stein_sim *sim)
     memcpy(sim->qd, sim->xqd, sizeof *sim->qd * (size_t)sim->model->nq);
 }
 
-/* wrench about the body's origin, in fixed axes -> force and moment at the centre of mass, in body
- * axes; a plane moment counted from +x towards +z is a moment about -y */
-static void wrenches_to_bodies(stein_sim *sim)
+/* The wrenches of the bodies to the joints, from the leaves to the root, in fixed axes. A plane
+ * moment counted from +x towards +z is a moment about -y. */
+static void wrenches_to_joints(stein_sim *sim)
 {
-    for (int i = 0; i < sim->model->nframe; i++) {
-        const stein_frame *frame = &sim->model->frames[i];
+    const stein_model *model = sim->model;
+    for (int i = model->nframe - 1; i >= 0; i--) {
+        const stein_frame *frame = &model->frames[i];
+        const stein_body *body = &model->bodies[frame->body];
         const stein_pose *p = &sim->pose[i];
         const wrench *w = &sim->wrench[i];
-        const double *com = sim->d + frame->com;
-        double fx = p->c * w->x + p->s * w->z;
-        double fz = p->c * w->z - p->s * w->x;
-        sim->frc[3 * frame->body] = fx;
-        sim->frc[3 * frame->body + 2] = fz;
-        sim->trq[3 * frame->body + 1] = -(w->m - (com[0] * fz - com[1] * fx));
+        double along = body->type == 'R'   ? -w->m
+                       : body->axis == 'x' ? p->c * w->x + p->s * w->z
+                                           : p->c * w->z - p->s * w->x;
+        sim->Q[frame->body] += body->sign * along;
+        apply(sim, frame->parent, &sim->pose[frame->parent], (vec2){p->x, p->z},
+              (vec2){w->x, w->z});
+        sim->wrench[frame->parent].m += w->m;
     }
 }
 
@@ -178,7 +181,7 @@ static void forces(stein_sim *sim, double t)
     const stein_model *model = sim->model;
     size_t nq = (size_t)model->nq;
     memset(sim->Q, 0, sizeof *sim->Q * nq);
-    if (model->nframe > 0) { // frc and trq: 0 from the beginning where there is no frame
+    if (model->nframe > 0) {
         memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
         model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
     }
@@ -189,8 +192,8 @@ static void forces(stein_sim *sim, double t)
     }
     link_forces(sim);
     input_forces(sim);
-    wrenches_to_bodies(sim);
     joint_forces(sim);
+    wrenches_to_joints(sim);
     if (sim->on_force != NULL) {
         sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);
     }
@@ -254,7 +257,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     drive(sim, t, q, qd);
     stein_turn(model, sim->xq, sim->sc);
     forces(sim, t);
-    model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->frc, sim->trq, sim->M, sim->c);
+    model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M, sim->c);
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }

@@ -91,8 +91,6 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->guard = doubles(a, s->nguard);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
-    s->frc = doubles(a, 3 * nq);
-    s->trq = doubles(a, 3 * nq);
     s->Q = doubles(a, nq);
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
