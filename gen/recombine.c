@@ -200,8 +200,8 @@ static int is_pulled(const mechanism *m, int body)
     return pulled;
 }
 
-/** Bodies that a contact or notch refers to or, in the plane, a force at a point, and all that carry
- *  them; ascending. */
+/** Bodies that a contact or notch refers to or, in the plane, a force at a point, and all that
+ * carry them; ascending. */
 static void find_carriers(tree *t)
 {
     const mechanism *m = t->m;

@@ -250,11 +250,11 @@ int layout_build(layout *l, const tree *t)
     struct {
         int **array, n;
     } parts[] = {
-        {&l->joint, m->nbody},         {&l->normal, m->ncontact},
-        {&l->rub, m->ncontact},        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},
-        {&l->notch_normal, m->nnotch}, {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},
-        {&l->direction, m->ninput},    {&l->signal, m->ninput},    {&l->sensor, m->nchannel},
-        {&l->table, m->ntable},        {&l->point, m->npoint}};
+        {&l->joint, m->nbody},      {&l->normal, m->ncontact}, {&l->rub, m->ncontact},
+        {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
+        {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput},
+        {&l->signal, m->ninput},    {&l->sensor, m->nchannel}, {&l->table, m->ntable},
+        {&l->point, m->npoint}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;

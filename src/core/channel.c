@@ -32,8 +32,7 @@ static double point_component(stein_sim *sim, int point, stein_read_kind kind)
 static double needed_force(stein_sim *sim, int input)
 {
     int joint = sim->model->inputs[input].index;
-    sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->sc, sim->d, sim->zero,
-                        sim->zero, sim->c);
+    sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->sc, sim->d, sim->zero, sim->zero, sim->c);
     return sim->c[joint] - sim->Q[joint];
 }
 

@@ -80,25 +80,25 @@ struct stein_sim {
     site *site;              /* [nspot] */
 
     /* result of the last evaluation (stein__evaluate) */
-    double *qdd;       /* [nq] */
-    double *guard;     /* [nguard] */
-    spot_force *spot;  /* [nspot] */
-    spot_force *beak;  /* [nnotch] resultant; gap holds the overlap s [m] */
-    double *Q;         /* [nq] */
-    int fresh;         /* 1: the above belongs to the current state */
+    double *qdd;      /* [nq] */
+    double *guard;    /* [nguard] */
+    spot_force *spot; /* [nspot] */
+    spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
+    double *Q;        /* [nq] */
+    int fresh;        /* 1: the above belongs to the current state */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
     stein_pose *pose;               /* [nframe], and at -1 that of the fixed frame */
     wrench *wrench;                 /* [nframe], and at -1 what nobody asks about */
-    double *M, *c, *pivot;          /* [nq*nq], [nq], [nq] */
-    double *xq, *xqd;               /* [nq] coordinates as evaluated: prescribed ones in place */
+    double *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
+    double *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     double *sc;                     /* [2*nq] sines and cosines of xq */
     double *sc_asked;               /* [2*nq] the same of what somebody asks about */
     double *ustate;                 /* [3*ninput] signals at the last evaluation */
     double *px, *pv, *pJ, *pa;      /* points */
     int width;                      /* 2*nq rounded up: a state {q, qd} in blocks of four */
-    double *y0, *y1;                /* [width] trial step: where it began; stages and end */
+    double *y0, *y1;                /* [width] trial step: where it began, its end */
     double *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
     double *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
     double *q0, *qd0;               /* [nq] where it began */
@@ -107,6 +107,9 @@ struct stein_sim {
     double *work;                   /* [nq*nq + 2*nq] */
     double *root;                   /* [nguard] */
     unsigned char *crossed;         /* [nguard] guards that switch at the located root */
+
+    int jacobians; /* 1: a force acts at a point of a body without a pose */
+    int motions;   /* 1: a joint follows a signal, or is held without it */
 
     double eq, eqd; /* embedded error estimate; negative: none */
 
@@ -122,9 +125,9 @@ struct stein_sim {
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
 
 /* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
- * branches of the tree, overwritten; pivot [nq] is workspace. Returns -1, or the index of a pivot
- * that vanishes against its diagonal. */
-int stein__solve(const stein_model *model, double *M, double *b, double *pivot);
+ * branches of the tree, overwritten; inverse [nq], of the pivots, is workspace. Returns -1, or the
+ * index of a joint whose pivot vanishes. */
+int stein__solve(const stein_model *model, double *M, double *b, double *inverse);
 
 /* contact.c */
 void stein__spot_site(stein_sim *sim, int spot);
@@ -153,6 +156,13 @@ static inline void apply(stein_sim *sim, int frame, const stein_pose *p, vec2 at
     w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
 }
 
+static inline void copy(double *restrict to, const double *restrict from, int n)
+{
+    for (int j = 0; j < n; j++) {
+        to[j] = from[j];
+    }
+}
+
 static inline double smaller(double a, double b)
 {
     return a < b ? a : b;
@@ -170,6 +180,8 @@ void stein__guards(stein_sim *sim, const double *q, double *guard);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
+/* signals have changed: what has to be asked about in an evaluation */
+void stein__wire(stein_sim *sim);
 /* a named point at the last poses; of a body without one, where model->point() was last asked */
 void stein__point(const stein_sim *sim, int point, double x[3], double v[3]);
 int stein__is_driven(const stein_sim *sim, int joint);

@@ -6,8 +6,9 @@
  * All forces act in Q. Those of contacts and notches and those at points of planar bodies (links,
  * inputs at a point) are summed to a wrench a body and go down the tree from joint to joint in
  * fixed axes: through frc and trq of c they would be turned into the axes of their body and back.
- * Forces at points that leave the plane go through the generated Jacobians. Joints with a prescribed motion, or held, leave the
- * unknowns: their row becomes qdd_i = given, their column moves to the right-hand side.
+ * Forces at points that leave the plane go through the generated Jacobians. Joints with a
+ * prescribed motion, or held, leave the unknowns: their row becomes qdd_i = given, their column
+ * moves to the right-hand side.
  */
 #include <math.h>
 #include <string.h>
@@ -18,17 +19,19 @@
 static void drive(stein_sim *sim, double t, const double *q, const double *qd)
 {
     const stein_model *model = sim->model;
-    memcpy(sim->xq, q, sizeof *q * (size_t)model->nq);
-    memcpy(sim->xqd, qd, sizeof *qd * (size_t)model->nq);
+    if (q != sim->xq) {
+        copy(sim->xq, q, model->nq);
+        copy(sim->xqd, qd, model->nq);
+    }
     for (int i = 0; i < model->ninput; i++) {
-        double *u = sim->ustate + 3 * i;
-        u[0] = u[1] = u[2] = 0.0;
         if (sim->signal[i] != NULL) {
             const double *law = sim->d + model->inputs[i].signal;
+            double *u = sim->ustate + 3 * i, gain = law[STEIN_SIGNAL_GAIN];
+            u[0] = u[1] = u[2] = 0.0;
             sim->signal[i](sim->signal_ctx[i], t - law[STEIN_SIGNAL_DELAY], u);
-            for (int k = 0; k < 3; k++) {
-                u[k] *= law[STEIN_SIGNAL_GAIN];
-            }
+            u[0] *= gain;
+            u[1] *= gain;
+            u[2] *= gain;
             if (model->inputs[i].kind == STEIN_INPUT_MOTION) {
                 sim->xq[model->inputs[i].index] = u[0];
                 sim->xqd[model->inputs[i].index] = u[1];
@@ -59,9 +62,11 @@ static void wrenches_to_joints(stein_sim *sim)
                        : body->axis == 'x' ? p->c * w->x + p->s * w->z
                                            : p->c * w->z - p->s * w->x;
         sim->Q[frame->body] += body->sign * along;
-        apply(sim, frame->parent, &sim->pose[frame->parent], (vec2){p->x, p->z},
-              (vec2){w->x, w->z});
-        sim->wrench[frame->parent].m += w->m;
+        if (frame->parent >= 0) {
+            const stein_pose *below = &sim->pose[frame->parent];
+            apply(sim, frame->parent, below, (vec2){p->x, p->z}, (vec2){w->x, w->z});
+            sim->wrench[frame->parent].m += w->m;
+        }
     }
 }
 
@@ -158,21 +163,22 @@ static void input_forces(stein_sim *sim)
     }
 }
 
-/* forces at points of bodies without a pose need their Jacobians, which nothing else does */
-static int needs_points(const stein_sim *sim)
+void stein__wire(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    int any = 0;
+    sim->jacobians = sim->motions = 0;
     for (int i = 0; i < model->ninput; i++) {
         const stein_input *input = &model->inputs[i];
-        any |= input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL &&
-               model->points[input->index].at < 0;
+        int on = sim->signal[i] != NULL;
+        sim->jacobians |=
+            input->kind == STEIN_INPUT_POINT && on && model->points[input->index].at < 0;
+        sim->motions |= input->kind == STEIN_INPUT_MOTION && (on || input->hold);
     }
     for (int i = 0; i < model->nlink; i++) {
         const stein_link *link = &model->links[i];
-        any |= model->points[link->point[0]].at < 0 || model->points[link->point[1]].at < 0;
+        sim->jacobians |=
+            model->points[link->point[0]].at < 0 || model->points[link->point[1]].at < 0;
     }
-    return any;
 }
 
 /* all forces at the coordinates in xq, xqd */
@@ -187,7 +193,7 @@ static void forces(stein_sim *sim, double t)
     }
     stein__spot_forces(sim);
     stein__notch_forces(sim);
-    if (needs_points(sim)) {
+    if (sim->jacobians) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
     }
     link_forces(sim);
@@ -224,18 +230,11 @@ int stein__is_driven(const stein_sim *sim, int joint)
     return driver(sim, joint) != -1;
 }
 
-/* is there a joint that driver() has to be asked about? Mostly not. */
+/* is there a joint that driver() has to be asked about? Mostly not; only the load is ever held. */
 static int any_driven(const stein_sim *sim)
 {
-    int any = 0;
-    for (int j = 0; j < sim->model->nq; j++) {
-        any |= sim->held[j];
-    }
-    for (int i = 0; i < sim->model->ninput; i++) {
-        const stein_input *input = &sim->model->inputs[i];
-        any |= input->kind == STEIN_INPUT_MOTION && (sim->signal[i] != NULL || input->hold);
-    }
-    return any;
+    int load = sim->model->load.body;
+    return sim->motions || (load >= 0 && sim->held[load]);
 }
 
 /* take joint j out of the unknowns of M x = b: x_j = value */
@@ -267,7 +266,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
             prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);
         }
     }
-    int bad = stein__solve(model, sim->M, qdd, sim->pivot);
+    int bad = stein__solve(model, sim->M, qdd, sim->inverse);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
                            "the mass matrix is singular at joint \"%s\", t = %g s",

@@ -57,13 +57,9 @@ static inline void stein__sincos_kernel(double r, double tail, double *s, double
     *c = one + (((1.0 - one) - half) + (z * pc - r * tail));
 }
 
-/** Sine and cosine of x. */
-static inline void stein__sincos(double x, double *s, double *c)
+/* the same of an angle outside of that interval */
+static inline void stein__sincos_far(double x, double *s, double *c)
 {
-    if (fabs(x) <= 0.7853981633974483) {
-        stein__sincos_kernel(x, 0.0, s, c);
-        return;
-    }
     if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
         *s = sin(x);
         *c = cos(x);
@@ -79,6 +75,16 @@ static inline void stein__sincos(double x, double *s, double *c)
     double a = quadrant & 1 ? cosine : sine, b = quadrant & 1 ? sine : cosine;
     *s = quadrant & 2 ? -a : a;
     *c = (quadrant + 1) & 2 ? -b : b;
+}
+
+/** Sine and cosine of x. */
+static inline void stein__sincos(double x, double *s, double *c)
+{
+    if (fabs(x) <= 0.7853981633974483) {
+        stein__sincos_kernel(x, 0.0, s, c);
+    } else {
+        stein__sincos_far(x, s, c);
+    }
 }
 
 /* x = n ln 2 + (high - low) with 2^n, and R - 2 at r = high - low */
@@ -112,8 +118,8 @@ static inline double stein__exp(double x)
 /** Hyperbolic tangent of u. */
 static inline double stein__tanh(double u)
 {
-    double a = fabs(u);
-    stein__exponent p = stein__exp_parts(a > 20.0 ? 40.0 : 2.0 * a);
+    double x = 2.0 * fabs(u);
+    stein__exponent p = stein__exp_parts(x > 40.0 ? 40.0 : x);
     double less = p.power - 1.0, more = p.power + 1.0;
     double above = 2.0 * less + (less * p.even + more * p.r);
     double below = 2.0 * more + (more * p.even + less * p.r);

@@ -96,9 +96,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
     s->M = doubles(a, nq * nq);
     s->c = doubles(a, nq);
-    s->pivot = doubles(a, nq);
-    s->xq = doubles(a, nq);
-    s->xqd = doubles(a, nq);
+    s->inverse = doubles(a, nq);
     s->sc = doubles(a, 2 * nq);
     s->sc_asked = doubles(a, 2 * nq);
     s->ustate = doubles(a, 3 * m->ninput);
@@ -107,6 +105,9 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->pJ = doubles(a, 3 * m->npoint * nq);
     s->pa = doubles(a, 3 * m->npoint);
     s->width = (2 * nq + 3) / 4 * 4;
+    s->x = doubles(a, s->width);
+    s->xq = part(a, s->x, 0);
+    s->xqd = part(a, s->x, nq);
     s->y0 = doubles(a, s->width);
     s->y1 = doubles(a, s->width);
     s->k = doubles(a, 7 * s->width);
@@ -197,6 +198,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         stein__spot_site(sim, i);
     }
     take_parameters(sim);
+    stein__wire(sim);
     status = stein_reset(sim, err);
     if (status != STEIN_OK) {
         stein_sim_destroy(sim);
@@ -405,6 +407,8 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
     }
     sim->signal[i] = fn;
     sim->signal_ctx[i] = ctx;
+    sim->ustate[3 * i] = sim->ustate[3 * i + 1] = sim->ustate[3 * i + 2] = 0.0;
+    stein__wire(sim);
     sim->fresh = 0;
     return STEIN_OK;
 }

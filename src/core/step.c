@@ -60,34 +60,28 @@ static void combine(const stein_sim *sim, const double *w, int n, double h, cons
                     double *y)
 {
     int width = sim->width;
+    double hw[MAX_STAGES + 1];
+    for (int i = 0; i < n; i++) {
+        hw[i] = h * w[i];
+    }
     for (int at = 0; at < width; at += 4) {
         const double *k = sim->k + at;
-        double s[4] = {0.0, 0.0, 0.0, 0.0};
+        double s[4] = {y0[at], y0[at + 1], y0[at + 2], y0[at + 3]};
         for (int i = 0; i < n; i++, k += width) {
             for (int j = 0; j < 4; j++) {
-                s[j] += w[i] * k[j];
+                s[j] += hw[i] * k[j];
             }
         }
-        for (int j = 0; j < 4; j++) {
-            y[at + j] = y0[at + j] + h * s[j];
-        }
+        memcpy(y + at, s, sizeof s);
     }
 }
 
-static void copy(double *restrict to, const double *restrict from, int n)
+/* the derivative {qd, qdd} at the state in x into stage i */
+static stein_status derive(stein_sim *sim, int i, double t, stein_err *err)
 {
-    for (int j = 0; j < n; j++) {
-        to[j] = from[j];
-    }
-}
-
-/* the derivative {qd, qdd} at the state y into stage i */
-static stein_status derive(stein_sim *sim, int i, double t, const double *y, stein_err *err)
-{
-    int nq = sim->model->nq;
     double *k = sim->k + i * sim->width;
-    copy(k, y + nq, nq);
-    return stein__evaluate(sim, t, y, y + nq, k + nq, err);
+    copy(k, sim->xqd, sim->model->nq);
+    return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
 }
 
 /* the largest |h e_q| and |h e_qd| of the embedded estimate */
@@ -117,15 +111,15 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
     copy(sim->k, sim->qd, nq);
     sim->inside = 1;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
-        combine(sim, rk->a[i], i, h, sim->y0, sim->y1);
-        status = derive(sim, i, t + rk->c[i] * h, sim->y1, err);
+        combine(sim, rk->a[i], i, h, sim->y0, sim->x);
+        status = derive(sim, i, t + rk->c[i] * h, err);
     }
     sim->inside = 0;
     if (status != STEIN_OK) {
         return status;
     }
-    combine(sim, rk->b, rk->stages, h, sim->y0, sim->y1);
-    status = derive(sim, MAX_STAGES, t + h, sim->y1, err);
+    combine(sim, rk->b, rk->stages, h, sim->y0, sim->x);
+    status = derive(sim, MAX_STAGES, t + h, err);
     if (status != STEIN_OK) {
         return status;
     }
