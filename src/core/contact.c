@@ -4,8 +4,8 @@
  * Every pair of points, circles and one-sided lines is one of two cases (a point is a circle of
  * radius 0; two lines touch at the ends of the first, written out as two spots by the reader):
  *
- *      circle on line      x = r - (P0 - P1).n        n: the line's normal
- *      circle on circle    x = r0 + r1 - |P0 - P1|    n: from P1 to P0
+ *      x = r0 + r1 - (P0 - P1).n      circle on line:    n the line's normal, r1 = 0
+ *                                     circle on circle:  n from P1 to P0
  *
  * less `gap` for worn surfaces. x is the deformation, n points from side 1 to side 0, t is n turned
  * by -90 degrees. The force on side 0 is f_n n - mu(v) f_n t with xdot and v from the velocities of
@@ -17,65 +17,112 @@
 
 #include "core.h"
 
-typedef struct spot_geometry {
-    double depth; /* deformation x [m]; < 0 apart */
-    double guard; /* > 0 where forces may act: depth and adhesion's range, within the line's ends */
-    vec2 n;       /* unit normal on side 0 */
-    vec2 at;      /* place of contact */
-} spot_geometry;
-
-void stein__spot_site(stein_sim *sim, int i)
+void stein__gather(stein_sim *sim)
 {
-    const stein_spot *spot = &sim->model->spots[i];
-    const stein_contact *contact = &sim->model->contacts[spot->contact];
-    sim->site[i] = (site){.contact = spot->contact,
-                          .frame = {spot->side[0].frame, spot->side[1].frame},
-                          .line = spot->side[1].kind == STEIN_LINE,
-                          .a = sim->d + spot->side[0].d,
-                          .b = sim->d + spot->side[1].d,
-                          .normal = sim->d + contact->normal,
-                          .friction = sim->d + contact->friction};
-}
-
-static inline spot_geometry meet(const site *s, const stein_pose *pose0, const stein_pose *pose1)
-{
-    const double *a = s->a, *b = s->b;
-    double radius = a[STEIN_SHAPE_R], reach = s->normal[STEIN_NORMAL_RANGE];
-    vec2 pa = place(pose0, a[STEIN_SHAPE_X], a[STEIN_SHAPE_Z]);
-    vec2 pb = place(pose1, b[STEIN_SHAPE_X], b[STEIN_SHAPE_Z]);
-    vec2 r = {pa.x - pb.x, pa.z - pb.z};
-    spot_geometry g;
-    if (s->line) {
-        double nx = b[STEIN_SHAPE_NX], nz = b[STEIN_SHAPE_NZ];
-        g.n = (vec2){pose1->c * nx - pose1->s * nz, pose1->s * nx + pose1->c * nz};
-        g.depth = radius - s->normal[STEIN_NORMAL_GAP] - (r.x * g.n.x + r.z * g.n.z);
-        double along = r.x * g.n.z - r.z * g.n.x;
-        double inside = smaller(along - b[STEIN_SHAPE_LO], b[STEIN_SHAPE_HI] - along);
-        g.guard = smaller(g.depth + reach, inside);
-    } else {
-        double distance = sqrt(r.x * r.x + r.z * r.z);
-        g.n = distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
-        g.depth = radius + b[STEIN_SHAPE_R] - s->normal[STEIN_NORMAL_GAP] - distance;
-        g.guard = g.depth + reach;
+    const stein_model *model = sim->model;
+    const double *d = sim->d;
+    for (int i = 0; i < model->nspot; i++) {
+        const stein_spot *spot = &model->spots[i];
+        const stein_contact *contact = &model->contacts[spot->contact];
+        const stein_shape *side = spot->side;
+        sim->site[i] = (site){.pair = {.index = spot->contact,
+                                       .frame = {side[0].frame, side[1].frame},
+                                       .normal = d + contact->normal,
+                                       .friction = d + contact->friction},
+                              .line = side[1].kind == STEIN_LINE,
+                              .a = d + side[0].d,
+                              .b = d + side[1].d};
     }
-    g.at = (vec2){pa.x - radius * g.n.x, pa.z - radius * g.n.z};
-    return g;
+    for (int i = 0; i < model->nnotch; i++) {
+        const stein_notch *notch = &model->notches[i];
+        sim->catch[i] = (pair){.index = model->ncontact + i,
+                               .frame = {notch->beak, notch->catcher},
+                               .normal = d + notch->normal,
+                               .friction = d + notch->friction};
+    }
 }
 
-static spot_geometry meet_now(const stein_sim *sim, int i)
+void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f)
+{
+    // rates of approach and of sliding, from the two materials at the place of contact
+    vec2 t = {n.z, -n.x}, v = velocity(&sim->pose[p->frame[0]], at);
+    if (p->frame[1] >= 0) {
+        vec2 v1 = velocity(&sim->pose[p->frame[1]], at);
+        v = (vec2){v.x - v1.x, v.z - v1.z};
+    }
+    double rate = -(v.x * n.x + v.z * n.z), tangent = 0.0;
+    double normal = stein__normal(p->normal, depth, rate);
+    if (sim->ntable_on > 0) {
+        normal = stein__tables_normal(sim, p->index, normal, depth, rate);
+    }
+    if (normal > 0.0) {
+        tangent = -normal * stein__mu(p->friction, v.x * t.x + v.z * t.z);
+    }
+    vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
+    apply(sim, p->frame[0], at, force);
+    if (p->frame[1] >= 0) {
+        apply(sim, p->frame[1], at, (vec2){-force.x, -force.z});
+    }
+    if (depth > f->depth) {
+        f->depth = depth;
+        f->rate = rate;
+    }
+    f->normal += normal;
+    f->tangent += tangent;
+}
+
+/* ---- spots ---- */
+
+static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
+{
+    const double *shape = side ? s->b : s->a;
+    return place(&sim->pose[s->pair.frame[side]], shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]);
+}
+
+/* unit normal on side 0, which is r away from side 1 */
+static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
+{
+    if (s->line) {
+        return turn(&sim->pose[s->pair.frame[1]], s->b[STEIN_SHAPE_NX], s->b[STEIN_SHAPE_NZ]);
+    }
+    double distance = sqrt(r.x * r.x + r.z * r.z);
+    return distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
+}
+
+/* deformation x; < 0 apart; a line has no radius */
+static inline double depth_of(const site *s, vec2 r, vec2 n)
+{
+    return s->a[STEIN_SHAPE_R] + s->b[STEIN_SHAPE_R] - s->pair.normal[STEIN_NORMAL_GAP] -
+           (r.x * n.x + r.z * n.z);
+}
+
+/* What is asked of a spot that may be apart: its depth, and its guard, > 0 where forces may act -
+ * depth and adhesion's range, within the line's ends. */
+static double apart(const stein_sim *sim, int i, double *guard)
 {
     const site *s = &sim->site[i];
-    return meet(s, &sim->pose[s->frame[0]], &sim->pose[s->frame[1]]);
+    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
+    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
+    double depth = depth_of(s, r, n), along = r.x * n.z - r.z * n.x;
+    *guard = depth + s->pair.normal[STEIN_NORMAL_RANGE];
+    if (s->line) {
+        *guard = smaller(*guard, smaller(along - s->b[STEIN_SHAPE_LO],
+                                         s->b[STEIN_SHAPE_HI] - along));
+    }
+    return depth;
 }
 
 double stein__spot_guard(const stein_sim *sim, int i)
 {
-    return meet_now(sim, i).guard;
+    double guard;
+    (void)apart(sim, i, &guard);
+    return guard;
 }
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {
-    return -meet_now(sim, i).depth;
+    double guard;
+    return -apart(sim, i, &guard);
 }
 
 /* the contact of the free load is gone with it */
@@ -84,41 +131,30 @@ static int is_lifted(const stein_sim *sim, int contact)
     return !sim->head->load_present && contact == sim->model->load.contact;
 }
 
-/* the forces of a spot that is on, into the wrenches of both sides */
-static inline spot_force press(stein_sim *sim, const site *s, const stein_pose *pose0,
-                               const stein_pose *pose1, spot_geometry g)
+static void press_spot(stein_sim *sim, int i)
 {
-    // rates of approach and of sliding, from the two materials at the place of contact
-    vec2 v0 = velocity(pose0, g.at), v1 = velocity(pose1, g.at);
-    vec2 v = {v0.x - v1.x, v0.z - v1.z};
-    vec2 t = {g.n.z, -g.n.x};
-    double rate = -(v.x * g.n.x + v.z * g.n.z), tangent = 0.0;
-    double normal = normal_force(sim, s->contact, s->normal, g.depth, rate);
-    if (normal > 0.0) {
-        tangent = -normal * stein__mu(s->friction, v.x * t.x + v.z * t.z);
-    }
-    vec2 force = {normal * g.n.x + tangent * t.x, normal * g.n.z + tangent * t.z};
-    apply(sim, s->frame[0], pose0, g.at, force);
-    apply(sim, s->frame[1], pose1, g.at, (vec2){-force.x, -force.z});
-    return (spot_force){-g.depth, normal, tangent, g.depth, rate};
+    const site *s = &sim->site[i];
+    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
+    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
+    double radius = s->a[STEIN_SHAPE_R];
+    vec2 at = {pa.x - radius * n.x, pa.z - radius * n.z};
+    stein__press(sim, &s->pair, at, n, depth_of(s, r, n), &sim->spot[i]);
 }
 
 void stein__spot_forces(stein_sim *sim)
 {
-    int n = sim->model->nspot;
+    int n = sim->model->nspot, inside = sim->inside;
     for (int i = 0; i < n; i++) {
-        const site *s = &sim->site[i];
-        if (sim->inside && !sim->mode[i]) {
-            sim->spot[i].depth = 0.0;
-            continue; // its gap and guard are asked for at the end of the step
+        spot_force *f = &sim->spot[i];
+        if (!inside) { // else gap and guard are asked for at the end of the step
+            f->gap = -apart(sim, i, &sim->guard[i]);
+            if (is_lifted(sim, sim->site[i].pair.index)) {
+                sim->guard[i] = -1.0;
+            }
         }
-        const stein_pose *pose0 = &sim->pose[s->frame[0]], *pose1 = &sim->pose[s->frame[1]];
-        spot_geometry g = meet(s, pose0, pose1);
-        sim->guard[i] = is_lifted(sim, s->contact) ? -1.0 : g.guard;
+        f->depth = f->normal = f->tangent = 0.0;
         if (sim->mode[i]) {
-            sim->spot[i] = press(sim, s, pose0, pose1, g);
-        } else {
-            sim->spot[i] = (spot_force){.gap = -g.depth};
+            press_spot(sim, i);
         }
     }
 }

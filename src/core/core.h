@@ -38,12 +38,18 @@ typedef struct wrench {
     double x, z, m;
 } wrench;
 
-/** A spot with its numbers: where they are in d and in the poses. */
+/** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
+typedef struct pair {
+    int index;    /* of the contact; ncontact + that of the notch */
+    int frame[2]; /* the second one may be fixed, -1 */
+    const double *normal, *friction;
+} pair;
+
+/** A spot with its numbers. */
 typedef struct site {
-    int contact, frame[2];
+    pair pair;
     int line;            /* 1: the second side is a line, 0: a circle */
     const double *a, *b; /* both sides */
-    const double *normal, *friction;
 } site;
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
@@ -78,6 +84,7 @@ struct stein_sim {
     int ntable_on;
     unsigned char *joint_on; /* [nq] 1: the law of the joint is not 0 */
     site *site;              /* [nspot] */
+    pair *catch;             /* [nnotch] beak and catcher */
 
     /* result of the last evaluation (stein__evaluate) */
     double *qdd;      /* [nq] */
@@ -130,12 +137,20 @@ stein_status stein__fail(stein_err *err, stein_status code, const char *format, 
 int stein__solve(const stein_model *model, double *M, double *b, double *inverse);
 
 /* contact.c */
-void stein__spot_site(stein_sim *sim, int spot);
+void stein__gather(stein_sim *sim);
+/* force of a pair that is `depth` deep at a place, n the normal on the first one: into the wrenches,
+ * and added to f */
+void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);
 double stein__spot_guard(const stein_sim *sim, int spot);
 double stein__spot_gap(const stein_sim *sim, int spot);
 void stein__spot_forces(stein_sim *sim);
 
-/* a point of a body in the fixed frame */
+/* a direction of a body, and a point of it, in the fixed frame */
+static inline vec2 turn(const stein_pose *p, double x, double z)
+{
+    return (vec2){p->c * x - p->s * z, p->s * x + p->c * z};
+}
+
 static inline vec2 place(const stein_pose *p, double x, double z)
 {
     return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
@@ -148,12 +163,23 @@ static inline vec2 velocity(const stein_pose *p, vec2 at)
 }
 
 /* a force on a frame's body at a place of the fixed frame, into its wrench about the origin */
-static inline void apply(stein_sim *sim, int frame, const stein_pose *p, vec2 at, vec2 force)
+static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
 {
+    const stein_pose *p = &sim->pose[frame];
     wrench *w = &sim->wrench[frame];
     w->x += force.x;
     w->z += force.z;
     w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
+}
+
+/* sc at q */
+static inline void turn_joints(const stein_model *model, const double *q, double *sc)
+{
+    for (int j = 0; j < model->nq; j++) {
+        if (model->bodies[j].type == 'R') {
+            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
+        }
+    }
 }
 
 static inline void copy(double *restrict to, const double *restrict from, int n)
@@ -211,14 +237,6 @@ int stein__table_points(const stein_model *model);
 void stein__tables_prepare(stein_sim *sim);
 void stein__tables_joints(stein_sim *sim);
 double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot);
-
-/* the normal force of contact `index` by its law and its tables */
-static inline double normal_force(const stein_sim *sim, int index, const double *law, double x,
-                                  double xdot)
-{
-    double force = stein__normal(law, x, xdot);
-    return sim->ntable_on > 0 ? stein__tables_normal(sim, index, force, x, xdot) : force;
-}
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

@@ -63,8 +63,7 @@ static void wrenches_to_joints(stein_sim *sim)
                                            : p->c * w->z - p->s * w->x;
         sim->Q[frame->body] += body->sign * along;
         if (frame->parent >= 0) {
-            const stein_pose *below = &sim->pose[frame->parent];
-            apply(sim, frame->parent, below, (vec2){p->x, p->z}, (vec2){w->x, w->z});
+            apply(sim, frame->parent, (vec2){p->x, p->z}, (vec2){w->x, w->z});
             sim->wrench[frame->parent].m += w->m;
         }
     }
@@ -106,7 +105,7 @@ static void pull(stein_sim *sim, int point, const double f[3])
     if (p->frame >= 0) {
         const stein_pose *pose = &sim->pose[p->frame];
         const double *at = sim->d + p->at;
-        apply(sim, p->frame, pose, place(pose, at[0], at[2]), (vec2){f[0], f[2]});
+        apply(sim, p->frame, place(pose, at[0], at[2]), (vec2){f[0], f[2]});
     } else if (p->body >= 0) {
         add_point_force(sim, point, f);
     }
@@ -254,7 +253,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     const stein_model *model = sim->model;
     int nq = model->nq;
     drive(sim, t, q, qd);
-    stein_turn(model, sim->xq, sim->sc);
+    turn_joints(model, sim->xq, sim->sc);
     forces(sim, t);
     model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M, sim->c);
     for (int j = 0; j < nq; j++) {

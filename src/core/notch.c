@@ -34,56 +34,41 @@
 
 #include "core.h"
 
-typedef struct notch_geometry {
-    vec2 end, corner;     /* E, C in the fixed frame */
-    vec2 roof, face, top; /* outward normals of roof, vertical face and beak's upper face */
-    double s, h;          /* overlap, height above the roof's plane [m] */
-    double depth[3];      /* tip, corner, face */
-} notch_geometry;
-
-static vec2 turn(const stein_pose *p, double x, double z)
-{
-    return (vec2){p->c * x - p->s * z, p->s * x + p->c * z};
-}
-
 static double dot(vec2 a, vec2 b)
 {
     return a.x * b.x + a.z * b.z;
 }
 
-static inline notch_geometry look(const stein_sim *sim, const stein_notch *notch,
-                                  const stein_pose *catcher, const stein_pose *beak)
+static inline vec2 corner_of(const stein_sim *sim, const stein_notch *notch)
 {
     const double *d = sim->d + notch->d;
-    double gap = sim->d[notch->normal + STEIN_NORMAL_GAP];
-    notch_geometry g;
-    g.corner = place(catcher, d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
-    g.end = place(beak, d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
-    vec2 along = turn(catcher, d[STEIN_NOTCH_RX], d[STEIN_NOTCH_RZ]);
-    vec2 up = turn(catcher, d[STEIN_NOTCH_VX], d[STEIN_NOTCH_VZ]);
-    vec2 beak_along = turn(beak, d[STEIN_NOTCH_BX], d[STEIN_NOTCH_BZ]);
-
-    // outward: roof looks down (r turned by +90), face looks right (v turned by -90)
-    g.roof = (vec2){-along.z, along.x};
-    g.face = (vec2){up.z, -up.x};
-    g.top = (vec2){-beak_along.z, beak_along.x};
-
-    vec2 r = {g.end.x - g.corner.x, g.end.z - g.corner.z};
-    g.s = dot(r, along);
-    g.h = -dot(r, g.roof);
-    g.depth[NOTCH_TIP] = g.h - gap;
-    g.depth[NOTCH_CORNER] = dot(r, g.top) - gap;
-    g.depth[NOTCH_FACE] = -dot(r, g.face) - gap;
-    return g;
+    return place(&sim->pose[notch->catcher], d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
 }
 
-static void guards(const notch_geometry *g, double reach, int beside, double *guard)
+static inline vec2 end_of(const stein_sim *sim, const stein_notch *notch)
 {
-    double s = g->s, h = g->h;
-    guard[NOTCH_TIP] = beside ? -1.0 : smaller(g->depth[NOTCH_TIP] + reach, s);
-    guard[NOTCH_CORNER] = beside ? -1.0 : smaller(g->depth[NOTCH_CORNER] + reach, s);
-    guard[NOTCH_FACE] = beside ? smaller(g->depth[NOTCH_FACE] + reach, h) : -1.0;
-    guard[NOTCH_REGION] = beside ? h : smaller(-s, h);
+    const double *d = sim->d + notch->d;
+    return place(&sim->pose[notch->beak], d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
+}
+
+/* outward normals: the roof looks down (r turned by +90), the face looks right (v turned by -90) */
+static inline vec2 roof_of(const stein_sim *sim, const stein_notch *notch)
+{
+    const double *d = sim->d + notch->d;
+    return turn(&sim->pose[notch->catcher], -d[STEIN_NOTCH_RZ], d[STEIN_NOTCH_RX]);
+}
+
+static inline vec2 face_of(const stein_sim *sim, const stein_notch *notch)
+{
+    const double *d = sim->d + notch->d;
+    return turn(&sim->pose[notch->catcher], d[STEIN_NOTCH_VZ], -d[STEIN_NOTCH_VX]);
+}
+
+/* the inward one of the beak's upper face */
+static inline vec2 down_of(const stein_sim *sim, const stein_notch *notch)
+{
+    const double *d = sim->d + notch->d;
+    return turn(&sim->pose[notch->beak], d[STEIN_NOTCH_BZ], -d[STEIN_NOTCH_BX]);
 }
 
 static const unsigned char *modes_of(const stein_sim *sim, int notch)
@@ -94,62 +79,57 @@ static const unsigned char *modes_of(const stein_sim *sim, int notch)
 void stein__notch_guards(const stein_sim *sim, int i, double *guard, double *overlap)
 {
     const stein_notch *notch = &sim->model->notches[i];
-    notch_geometry g = look(sim, notch, &sim->pose[notch->catcher], &sim->pose[notch->beak]);
-    guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], modes_of(sim, i)[NOTCH_REGION], guard);
-    *overlap = g.s;
+    const double *law = sim->d + notch->normal;
+    vec2 e = end_of(sim, notch), c = corner_of(sim, notch), roof = roof_of(sim, notch);
+    vec2 r = {e.x - c.x, e.z - c.z};
+    double s = dot(r, (vec2){roof.z, -roof.x}), h = -dot(r, roof);
+    double reach = law[STEIN_NORMAL_RANGE] - law[STEIN_NORMAL_GAP];
+    int beside = modes_of(sim, i)[NOTCH_REGION];
+    guard[NOTCH_TIP] = guard[NOTCH_CORNER] = guard[NOTCH_FACE] = -1.0;
+    if (beside) {
+        guard[NOTCH_FACE] = smaller(reach - dot(r, face_of(sim, notch)), h);
+        guard[NOTCH_REGION] = h;
+    } else {
+        guard[NOTCH_TIP] = smaller(reach + h, s);
+        guard[NOTCH_CORNER] = smaller(reach - dot(r, down_of(sim, notch)), s);
+        guard[NOTCH_REGION] = smaller(-s, h);
+    }
+    *overlap = s;
 }
 
-/* one point-on-line contact of the notch: force on the beak along n at a place */
-static inline void press(stein_sim *sim, const stein_notch *notch, const stein_pose *catcher,
-                         const stein_pose *beak, vec2 at, vec2 n, double depth, spot_force *sum)
+/* its three points on lines, those that are on */
+static void press_notch(stein_sim *sim, int i, const unsigned char *mode)
 {
-    vec2 vb = velocity(beak, at), vc = velocity(catcher, at);
-    vec2 v = {vb.x - vc.x, vb.z - vc.z};
-    vec2 t = {n.z, -n.x};
-    double rate = -dot(v, n);
-    int index = sim->model->ncontact + (int)(notch - sim->model->notches);
-    double normal = normal_force(sim, index, sim->d + notch->normal, depth, rate);
-    double tangent = 0.0;
-    if (normal > 0.0) {
-        tangent = -normal * stein__mu(sim->d + notch->friction, dot(v, t));
+    const stein_notch *notch = &sim->model->notches[i];
+    const pair *p = &sim->catch[i];
+    vec2 e = end_of(sim, notch), c = corner_of(sim, notch), r = {e.x - c.x, e.z - c.z};
+    double gap = p->normal[STEIN_NORMAL_GAP];
+    if (mode[NOTCH_TIP]) {
+        vec2 n = roof_of(sim, notch);
+        stein__press(sim, p, e, n, -dot(r, n) - gap, &sim->beak[i]);
     }
-    vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
-    apply(sim, notch->beak, beak, at, force);
-    apply(sim, notch->catcher, catcher, at, (vec2){-force.x, -force.z});
-    if (depth > sum->depth) {
-        sum->depth = depth;
-        sum->rate = rate;
+    if (mode[NOTCH_CORNER]) {
+        vec2 n = down_of(sim, notch);
+        stein__press(sim, p, c, n, -dot(r, n) - gap, &sim->beak[i]);
     }
-    sum->normal += normal;
-    sum->tangent += tangent;
+    if (mode[NOTCH_FACE]) {
+        vec2 n = face_of(sim, notch);
+        stein__press(sim, p, e, n, -dot(r, n) - gap, &sim->beak[i]);
+    }
 }
 
 void stein__notch_forces(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nnotch; i++) {
-        const stein_notch *notch = &sim->model->notches[i];
         const unsigned char *mode = modes_of(sim, i);
-        if (sim->inside && !mode[NOTCH_TIP] && !mode[NOTCH_CORNER] && !mode[NOTCH_FACE]) {
-            sim->beak[i].depth = 0.0;
-            continue;
+        spot_force *f = &sim->beak[i];
+        if (!sim->inside) {
+            double *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
+            stein__notch_guards(sim, i, guard, &f->gap);
         }
-        const stein_pose *catcher = &sim->pose[notch->catcher];
-        const stein_pose *beak = &sim->pose[notch->beak];
-        notch_geometry g = look(sim, notch, catcher, beak);
-        guards(&g, sim->d[notch->normal + STEIN_NORMAL_RANGE], mode[NOTCH_REGION],
-               sim->guard + sim->model->nspot + NOTCH_GUARDS * i);
-
-        spot_force *sum = &sim->beak[i];
-        *sum = (spot_force){.gap = g.s};
-        if (mode[NOTCH_TIP]) {
-            press(sim, notch, catcher, beak, g.end, g.roof, g.depth[NOTCH_TIP], sum);
-        }
-        if (mode[NOTCH_CORNER]) {
-            vec2 down = {-g.top.x, -g.top.z};
-            press(sim, notch, catcher, beak, g.corner, down, g.depth[NOTCH_CORNER], sum);
-        }
-        if (mode[NOTCH_FACE]) {
-            press(sim, notch, catcher, beak, g.end, g.face, g.depth[NOTCH_FACE], sum);
+        f->depth = f->normal = f->tangent = 0.0;
+        if (mode[NOTCH_TIP] || mode[NOTCH_CORNER] || mode[NOTCH_FACE]) {
+            press_notch(sim, i, mode);
         }
     }
 }

@@ -87,6 +87,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->table_on = carve(a, (size_t)m->ntable);
     s->joint_on = carve(a, (size_t)nq);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
+    s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
     s->qdd = doubles(a, nq);
     s->guard = doubles(a, s->nguard);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
@@ -194,9 +195,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->p[i] = model->params[i].value;
     }
     sim->pose[-1] = (stein_pose){.c = 1.0};
-    for (int i = 0; i < model->nspot; i++) {
-        stein__spot_site(sim, i);
-    }
+    stein__gather(sim);
     take_parameters(sim);
     stein__wire(sim);
     status = stein_reset(sim, err);
@@ -417,11 +416,7 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
 
 void stein_turn(const stein_model *model, const double *q, double *sc)
 {
-    for (int j = 0; j < model->nq; j++) {
-        if (model->bodies[j].type == 'R') {
-            stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
-        }
-    }
+    turn_joints(model, q, sc);
 }
 
 /* sines and cosines of q, beside those of the state */

@@ -54,8 +54,7 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
-/* y = y0 + h sum of w_i k_i over the first n stages, in blocks of four, which a compiler turns into
- * vectors */
+/* y = y0 + h sum of w_i k_i over the first n stages, four sums at a time */
 static void combine(const stein_sim *sim, const double *w, int n, double h, const double *y0,
                     double *y)
 {
@@ -66,13 +65,17 @@ static void combine(const stein_sim *sim, const double *w, int n, double h, cons
     }
     for (int at = 0; at < width; at += 4) {
         const double *k = sim->k + at;
-        double s[4] = {y0[at], y0[at + 1], y0[at + 2], y0[at + 3]};
+        double s0 = y0[at], s1 = y0[at + 1], s2 = y0[at + 2], s3 = y0[at + 3];
         for (int i = 0; i < n; i++, k += width) {
-            for (int j = 0; j < 4; j++) {
-                s[j] += hw[i] * k[j];
-            }
+            s0 += hw[i] * k[0];
+            s1 += hw[i] * k[1];
+            s2 += hw[i] * k[2];
+            s3 += hw[i] * k[3];
         }
-        memcpy(y + at, s, sizeof s);
+        y[at] = s0;
+        y[at + 1] = s1;
+        y[at + 2] = s2;
+        y[at + 3] = s3;
     }
 }
 
