@@ -36,7 +36,7 @@ static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
         double at = fmax(pace->next, t);
         stein__interpolate(sim, h, (at - t) / h, sim->q, sim->qd);
         sim->head->t = at;
-        sim->fresh = 0;
+        sim->fresh = STALE;
         pace->next = pace->look(pace->ctx, sim);
     }
 }
@@ -48,20 +48,20 @@ static void finish(stein_sim *sim, double t1, stein_pace *pace)
     look_inside(sim, t1, pace);
     int fresh = sim->fresh;
     stein__accept(sim, t1);
-    sim->fresh = fresh;
+    sim->fresh = fresh == FRESH ? FRESH : KNOWN;
 }
 
 /* `fresh` is about the end of the trial step, while there is one */
 static stein_status attempt(stein_sim *sim, double h, stein_err *err)
 {
     stein_status status = stein__try(sim, h, err);
-    sim->fresh = status == STEIN_OK;
+    sim->fresh = status == STEIN_OK ? FRESH : STALE;
     return status;
 }
 
 static int is_crossed_at(stein_sim *sim, double h, double theta)
 {
-    sim->fresh = 0;
+    sim->fresh = STALE;
     stein__interpolate(sim, h, theta, sim->xq, NULL);
     stein__guards(sim, sim->xq, sim->guard);
     return stein__any_crossed(sim);
@@ -204,10 +204,12 @@ static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_er
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
 {
     stein_status status = check_pace(sim, t_end, pace, err);
-    status = status == STEIN_OK ? stein__refresh(sim, err) : status;
+    if (status == STEIN_OK && (sim->fresh == STALE || sim->motions)) {
+        status = stein__refresh(sim, err); // a motion's acceleration may jump where a run ends
+    }
     status = status == STEIN_OK ? run(sim, t_end, pace, err) : status;
     if (status != STEIN_OK) {
-        sim->fresh = 0;
+        sim->fresh = STALE;
         return status;
     }
     sim->head->t0 = t_end;

@@ -10,7 +10,7 @@ static double contact_sum(const stein_sim *sim, int contact, stein_read_kind kin
     const stein_contact *c = &sim->model->contacts[contact];
     double gap = INFINITY, normal = 0.0, tangent = 0.0;
     for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
-        gap = fmin(gap, sim->fresh ? sim->spot[i].gap : stein__spot_gap(sim, i));
+        gap = fmin(gap, sim->fresh == FRESH ? sim->spot[i].gap : stein__spot_gap(sim, i));
         normal += sim->spot[i].normal;
         tangent += sim->spot[i].tangent;
     }
@@ -116,7 +116,7 @@ static int shows_place(const stein_channel *channel)
 /* what a reading of the current state needs */
 static stein_status prepare(stein_sim *sim, const stein_channel *channel)
 {
-    if (sim->fresh || !shows_place(channel)) {
+    if (sim->fresh == FRESH || !shows_place(channel)) {
         return stein__refresh(sim, NULL);
     }
     stein__place(sim);

@@ -42,6 +42,18 @@ void stein__gather(stein_sim *sim)
     }
 }
 
+void stein__pairs_prepare(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nspot; i++) {
+        pair *p = &sim->site[i].pair;
+        p->inverse_vt = 1.0 / p->friction[STEIN_FRICTION_VT];
+    }
+    for (int i = 0; i < sim->model->nnotch; i++) {
+        pair *p = &sim->catch[i];
+        p->inverse_vt = 1.0 / p->friction[STEIN_FRICTION_VT];
+    }
+}
+
 void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f)
 {
     // rates of approach and of sliding, from the two materials at the place of contact
@@ -56,7 +68,7 @@ void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, 
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
     if (normal > 0.0) {
-        tangent = -normal * stein__mu(p->friction, v.x * t.x + v.z * t.z);
+        tangent = -normal * stein__mu(p->friction, p->inverse_vt, v.x * t.x + v.z * t.z);
     }
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
     apply(sim, p->frame[0], at, force);

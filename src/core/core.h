@@ -25,6 +25,9 @@ typedef struct vec2 {
     double x, z;
 } vec2;
 
+/* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
+enum { STALE, KNOWN, FRESH };
+
 /** Forces of one spot or of one notch, from the last evaluation. */
 typedef struct spot_force {
     double gap;         /* [m], > 0 apart */
@@ -43,6 +46,7 @@ typedef struct pair {
     int index;    /* of the contact; ncontact + that of the notch */
     int frame[2]; /* the second one may be fixed, -1 */
     const double *normal, *friction;
+    double inverse_vt; /* of its friction [s/m] */
 } pair;
 
 /** A spot with its numbers. */
@@ -83,6 +87,7 @@ struct stein_sim {
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
     unsigned char *joint_on; /* [nq] 1: the law of the joint is not 0 */
+    double *inverse_vt;      /* [nq] of the friction in it [s/rad or s/m] */
     site *site;              /* [nspot] */
     pair *catch;             /* [nnotch] beak and catcher */
 
@@ -92,7 +97,7 @@ struct stein_sim {
     spot_force *spot; /* [nspot] */
     spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
     double *Q;        /* [nq] */
-    int fresh;        /* 1: the above belongs to the current state */
+    int fresh;         /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
@@ -138,6 +143,8 @@ int stein__solve(const stein_model *model, double *M, double *b, double *inverse
 
 /* contact.c */
 void stein__gather(stein_sim *sim);
+/* parameters have changed */
+void stein__pairs_prepare(stein_sim *sim);
 /* force of a pair that is `depth` deep at a place, n the normal on the first one: into the wrenches,
  * and added to f */
 void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);

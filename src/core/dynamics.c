@@ -139,7 +139,8 @@ static void joint_forces(stein_sim *sim)
     const stein_model *model = sim->model;
     for (int j = 0; j < model->nq; j++) {
         if (sim->joint_on[j]) {
-            sim->Q[j] += stein__joint(sim->d + model->bodies[j].joint, sim->xq[j], sim->xqd[j]);
+            sim->Q[j] += stein__joint(sim->d + model->bodies[j].joint, sim->inverse_vt[j],
+                                      sim->xq[j], sim->xqd[j]);
         }
     }
     if (sim->ntable_on > 0) {
@@ -302,12 +303,12 @@ void stein__place(stein_sim *sim)
 
 stein_status stein__refresh(stein_sim *sim, stein_err *err)
 {
-    if (!sim->fresh) {
+    if (sim->fresh != FRESH) {
         stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
         if (status != STEIN_OK) {
             return status;
         }
-        sim->fresh = 1;
+        sim->fresh = FRESH;
     }
     return STEIN_OK;
 }

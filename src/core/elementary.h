@@ -97,9 +97,10 @@ static inline stein__exponent stein__exp_parts(double x)
     double shifted = x * 1.44269504088896338700e+00 + STEIN__ROUND, n = shifted - STEIN__ROUND;
     double high = x - n * 6.93147180369123816490e-01, low = n * 1.90821492927058770002e-10;
     double r = high - low, z = r * r, w = z * z;
-    double even = z * ((1.66666666666666019037e-01 - z * 2.77777777770155933842e-03) +
-                       w * (6.61375632143793436117e-05 - z * 1.65339022054652515390e-06 +
-                            w * 4.13813679705723846039e-08));
+    double even = z * (1.66666666666666019037e-01 - z * 2.77777777770155933842e-03) +
+                  z * w *
+                      (6.61375632143793436117e-05 - z * 1.65339022054652515390e-06 +
+                       w * 4.13813679705723846039e-08);
     double power = stein__of_bits((stein__bits(shifted) + 1023) << 52);
     return (stein__exponent){power, high, low, r, even};
 }

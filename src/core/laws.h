@@ -29,12 +29,13 @@ static inline double stein__normal(const double *law, double x, double xdot)
     return f > 0.0 ? f : 0.0;
 }
 
-static inline double stein__mu(const double *law, double v)
+/* mu(v) with 1 / vt, which is worked out once */
+static inline double stein__mu(const double *law, double inverse_vt, double v)
 {
     if (law[STEIN_FRICTION_A] == 0.0) {
         return 0.0;
     }
-    double u = v / law[STEIN_FRICTION_VT];
+    double u = v * inverse_vt;
     double mu = stein__tanh(u);
     if (law[STEIN_FRICTION_B1] != 0.0) {
         double u2 = u * u;
@@ -43,7 +44,8 @@ static inline double stein__mu(const double *law, double v)
     return law[STEIN_FRICTION_A] * mu;
 }
 
-static inline double stein__joint(const double *law, double q, double qd)
+/* inverse_vt: of its friction */
+static inline double stein__joint(const double *law, double inverse_vt, double q, double qd)
 {
     double x = q - law[STEIN_JOINT_Q0];
     double b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
@@ -55,7 +57,7 @@ static inline double stein__joint(const double *law, double q, double qd)
     if (law[STEIN_JOINT_DRY] != 0.0) {
         f -= law[STEIN_JOINT_DRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
     }
-    f -= stein__mu(law + STEIN_JOINT_FRICTION, qd);
+    f -= stein__mu(law + STEIN_JOINT_FRICTION, inverse_vt, qd);
     if (law[STEIN_JOINT_STOP_K] != 0.0 && fabs(q) > gap) {
         f -= law[STEIN_JOINT_STOP_K] * (fabs(q) - gap) * (q > 0.0 ? 1.0 : -1.0);
     }

@@ -53,7 +53,7 @@ static void modes_from_geometry(stein_sim *sim)
         sim->phase[i] = stein__notch_phase_after(sim->mode + model->nspot + NOTCH_GUARDS * i, 0);
         sim->engaged[i] = sim->phase[i] >= 1 && sim->phase[i] <= 3;
     }
-    sim->fresh = 0;
+    sim->fresh = STALE;
 }
 
 /* F(q) at rest; the residual in the metric of M, F.(Q - c), in *norm2 */
@@ -229,7 +229,7 @@ stein_status stein_settle(stein_sim *sim, stein_err *err)
     remember_regions(sim, 1);
     stein__place_driven(sim);
     memset(sim->qd, 0, sizeof *sim->qd * (size_t)sim->model->nq);
-    sim->fresh = 0;
+    sim->fresh = STALE;
     stein_status status = find_equilibrium(sim, err);
     modes_from_geometry(sim);
     return status == STEIN_OK ? stein__refresh(sim, err) : status;

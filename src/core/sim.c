@@ -86,6 +86,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->slope = doubles(a, stein__table_points(m));
     s->table_on = carve(a, (size_t)m->ntable);
     s->joint_on = carve(a, (size_t)nq);
+    s->inverse_vt = doubles(a, nq);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
     s->qdd = doubles(a, nq);
@@ -160,10 +161,13 @@ static void take_parameters(stein_sim *sim)
     const stein_model *model = sim->model;
     model->setup(sim->p, sim->d);
     stein__tables_prepare(sim);
+    stein__pairs_prepare(sim);
     for (int j = 0; j < model->nq; j++) {
-        sim->joint_on[j] = (unsigned char)stein__joint_acts(sim->d + model->bodies[j].joint);
+        const double *law = sim->d + model->bodies[j].joint;
+        sim->joint_on[j] = (unsigned char)stein__joint_acts(law);
+        sim->inverse_vt[j] = 1.0 / law[STEIN_JOINT_FRICTION + STEIN_FRICTION_VT];
     }
-    sim->fresh = 0;
+    sim->fresh = STALE;
 }
 
 stein_status stein_sim_create(stein_sim **out, const stein_model *model, const stein_sim_def *def,
@@ -291,7 +295,7 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
     memcpy(sim->head->equations, model->equations, sizeof sim->head->equations);
     sim->head->load_present = 1;
     sim->eq = sim->eqd = -1.0;
-    sim->fresh = 0;
+    sim->fresh = STALE;
     for (int j = 0; j < model->nq; j++) {
         sim->q[j] = sim->d[model->initial + 2 * j];
         sim->qd[j] = sim->d[model->initial + 2 * j + 1];
@@ -358,7 +362,7 @@ stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err)
                            sim->model->name);
     }
     memcpy(sim->state, block, sim->state_size);
-    sim->fresh = 0;
+    sim->fresh = STALE;
     return STEIN_OK;
 }
 
@@ -373,7 +377,7 @@ void stein_load_lift(stein_sim *sim)
     sim->held[load->body] = 1;
     sim->qd[load->body] = 0.0;
     memset(sim->mode + contact->first_spot, 0, (size_t)contact->nspot);
-    sim->fresh = 0;
+    sim->fresh = STALE;
 }
 
 int stein_load_present(const stein_sim *sim)
@@ -393,7 +397,7 @@ void stein_on_force(stein_sim *sim, stein_force_fn *fn, void *ctx)
 {
     sim->on_force = fn;
     sim->force_ctx = ctx;
-    sim->fresh = 0;
+    sim->fresh = STALE;
 }
 
 stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn, void *ctx,
@@ -408,7 +412,7 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
     sim->signal_ctx[i] = ctx;
     sim->ustate[3 * i] = sim->ustate[3 * i + 1] = sim->ustate[3 * i + 2] = 0.0;
     stein__wire(sim);
-    sim->fresh = 0;
+    sim->fresh = STALE;
     return STEIN_OK;
 }
 
@@ -459,7 +463,7 @@ void stein_points(stein_sim *sim, const double *q, const double *qd, double *x, 
     copy_out(v, sim->pv, 3 * model->npoint);
     copy_out(J, sim->pJ, 3 * model->npoint * model->nq);
     copy_out(jdqd, sim->pa, 3 * model->npoint);
-    sim->fresh = 0;
+    sim->fresh = STALE;
 }
 
 void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kinetic,
@@ -474,6 +478,6 @@ void stein_energy(stein_sim *sim, const double *q, const double *qd, double *kin
 stein_status stein_acceleration(stein_sim *sim, double t, const double *q, const double *qd,
                                 double *qdd, stein_err *err)
 {
-    sim->fresh = 0;
+    sim->fresh = STALE;
     return stein__evaluate(sim, t, q, qd, qdd, err);
 }

@@ -225,7 +225,7 @@ static void flip_spot(stein_sim *sim, int i)
     int contact = sim->model->spots[i].contact;
     int before = spots_on(sim, contact);
     sim->mode[i] = !sim->mode[i];
-    sim->fresh = 0;
+    sim->fresh = STALE;
     int after = spots_on(sim, contact);
     if (before == 0 && after > 0) {
         emit(sim, STEIN_EVENT_CONTACT_BEGIN, contact, 0);
@@ -244,7 +244,7 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
     int phase = sim->phase[notch];
     int engaged = sim->engaged[notch];
     int region = crossed[NOTCH_REGION];
-    sim->fresh = 0;
+    sim->fresh = STALE;
     if (region) {
         // at the corner all depths of the new region are 0 up to rounding: they begin, if they do,
         // in the next sub-step
@@ -319,7 +319,7 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->qd, sim->qd1, sizeof *sim->qd * nq);
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
     sim->head->t = t1;
-    sim->fresh = 1;
+    sim->fresh = FRESH;
 }
 
 stein_status stein__try(stein_sim *sim, double h, stein_err *err)
@@ -384,7 +384,7 @@ static stein_status advance(stein_sim *sim, double target, stein_err *err)
         }
         stein_status status = substep(sim, target, err);
         if (status != STEIN_OK) {
-            sim->fresh = 0;
+            sim->fresh = STALE;
             return status;
         }
     }
