@@ -3,7 +3,8 @@
  *
  *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
  *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
- *   contact.c   spots: geometry and forces               adapt.c    steps of controlled error
+ *   contact.c   spots: where and how deep                adapt.c    steps of controlled error
+ *   touch.c     forces of all that touches and rubs
  *   notch.c     the notch and its memory                 channel.c  output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
  *   laws.h      the laws, inline                         elementary.h  sine, cosine, tanh, exp
@@ -48,6 +49,14 @@ typedef struct pair {
     const double *normal, *friction;
     double inverse_vt; /* of its friction [s/m] */
 } pair;
+
+/** A place where a pair presses, in one evaluation. */
+typedef struct touch {
+    const pair *pair;
+    vec2 at, n; /* n: unit normal on the first body */
+    double normal;
+    spot_force *sum; /* where its forces are added */
+} touch;
 
 /** A spot with its numbers. */
 typedef struct site {
@@ -102,6 +111,9 @@ struct stein_sim {
 
     /* workspace */
     stein_pose *pose;               /* [nframe], and at -1 that of the fixed frame */
+    touch *touch;                   /* [ntouch], up to nspot + 3*nnotch */
+    int ntouch;
+    double *slip, *grip; /* u = v / vt of the touches, then of the joints, and its tanh */
     wrench *wrench;                 /* [nframe], and at -1 what nobody asks about */
     double *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     double *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
@@ -145,8 +157,8 @@ int stein__solve(const stein_model *model, double *M, double *b, double *inverse
 void stein__gather(stein_sim *sim);
 /* parameters have changed */
 void stein__pairs_prepare(stein_sim *sim);
-/* force of a pair that is `depth` deep at a place, n the normal on the first one: into the wrenches,
- * and added to f */
+/* a pair is `depth` deep at a place, n the normal on the first one: its normal force now, that of its
+ * friction with all others, both added to f */
 void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);
 double stein__spot_guard(const stein_sim *sim, int spot);
 double stein__spot_gap(const stein_sim *sim, int spot);
@@ -200,6 +212,9 @@ static inline double smaller(double a, double b)
 {
     return a < b ? a : b;
 }
+
+/* touch.c: friction of all touches and joints, forces of the touches into the wrenches */
+void stein__rub(stein_sim *sim);
 
 /* notch.c */
 void stein__notch_guards(const stein_sim *sim, int notch, double *g, double *overlap);

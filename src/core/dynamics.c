@@ -139,8 +139,10 @@ static void joint_forces(stein_sim *sim)
     const stein_model *model = sim->model;
     for (int j = 0; j < model->nq; j++) {
         if (sim->joint_on[j]) {
-            sim->Q[j] += stein__joint(sim->d + model->bodies[j].joint, sim->inverse_vt[j],
-                                      sim->xq[j], sim->xqd[j]);
+            const double *law = sim->d + model->bodies[j].joint;
+            int i = sim->ntouch + j;
+            double mu = stein__mu(law + STEIN_JOINT_FRICTION, sim->slip[i], sim->grip[i]);
+            sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
         }
     }
     if (sim->ntable_on > 0) {
@@ -191,8 +193,10 @@ static void forces(stein_sim *sim, double t)
         memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
         model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
     }
+    sim->ntouch = 0;
     stein__spot_forces(sim);
     stein__notch_forces(sim);
+    stein__rub(sim);
     if (sim->jacobians) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
     }

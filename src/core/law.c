@@ -10,10 +10,14 @@ double stein_normal_force(const double *law, double x, double xdot)
 
 double stein_friction(const double law[4], double v)
 {
-    return stein__mu(law, 1.0 / law[STEIN_FRICTION_VT], v);
+    if (law[STEIN_FRICTION_A] == 0.0) {
+        return 0.0;
+    }
+    double u = v / law[STEIN_FRICTION_VT];
+    return stein__mu(law, u, stein__tanh(u));
 }
 
 double stein_joint_force(const double *law, double q, double qd)
 {
-    return stein__joint(law, 1.0 / law[STEIN_JOINT_FRICTION + STEIN_FRICTION_VT], q, qd);
+    return stein__joint(law, q, qd, stein_friction(law + STEIN_JOINT_FRICTION, qd));
 }

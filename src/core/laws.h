@@ -29,14 +29,16 @@ static inline double stein__normal(const double *law, double x, double xdot)
     return f > 0.0 ? f : 0.0;
 }
 
-/* mu(v) with 1 / vt, which is worked out once */
-static inline double stein__mu(const double *law, double inverse_vt, double v)
+/* 1 / vt, 0 where there is no friction */
+static inline double stein__inverse_vt(const double *law)
 {
-    if (law[STEIN_FRICTION_A] == 0.0) {
-        return 0.0;
-    }
-    double u = v * inverse_vt;
-    double mu = stein__tanh(u);
+    return law[STEIN_FRICTION_A] != 0.0 ? 1.0 / law[STEIN_FRICTION_VT] : 0.0;
+}
+
+/* mu at u = v / vt, whose tanh is known */
+static inline double stein__mu(const double *law, double u, double tanh_u)
+{
+    double mu = tanh_u;
     if (law[STEIN_FRICTION_B1] != 0.0) {
         double u2 = u * u;
         mu += law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
@@ -44,8 +46,8 @@ static inline double stein__mu(const double *law, double inverse_vt, double v)
     return law[STEIN_FRICTION_A] * mu;
 }
 
-/* inverse_vt: of its friction */
-static inline double stein__joint(const double *law, double inverse_vt, double q, double qd)
+/* friction: mu(qd) of the friction in the joint */
+static inline double stein__joint(const double *law, double q, double qd, double friction)
 {
     double x = q - law[STEIN_JOINT_Q0];
     double b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
@@ -57,7 +59,7 @@ static inline double stein__joint(const double *law, double inverse_vt, double q
     if (law[STEIN_JOINT_DRY] != 0.0) {
         f -= law[STEIN_JOINT_DRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
     }
-    f -= stein__mu(law + STEIN_JOINT_FRICTION, inverse_vt, qd);
+    f -= friction;
     if (law[STEIN_JOINT_STOP_K] != 0.0 && fabs(q) > gap) {
         f -= law[STEIN_JOINT_STOP_K] * (fabs(q) - gap) * (q > 0.0 ? 1.0 : -1.0);
     }

@@ -95,6 +95,10 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
     s->Q = doubles(a, nq);
     s->pose = behind_first(a, sizeof *s->pose, m->nframe);
+    int ntouch = m->nspot + 3 * m->nnotch;
+    s->touch = carve(a, sizeof *s->touch * (size_t)ntouch);
+    s->slip = doubles(a, ntouch + nq);
+    s->grip = doubles(a, ntouch + nq);
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
     s->M = doubles(a, nq * nq);
     s->c = doubles(a, nq);
@@ -165,7 +169,7 @@ static void take_parameters(stein_sim *sim)
     for (int j = 0; j < model->nq; j++) {
         const double *law = sim->d + model->bodies[j].joint;
         sim->joint_on[j] = (unsigned char)stein__joint_acts(law);
-        sim->inverse_vt[j] = 1.0 / law[STEIN_JOINT_FRICTION + STEIN_FRICTION_VT];
+        sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
     }
     sim->fresh = STALE;
 }

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT
+ * touch.c - the forces of all that touches and rubs: spots, notches, joints.
+ *
+ * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees, the
+ * second body gets the opposite one at the same place; f_n from the depth and its rate, v the speed
+ * of sliding along t.
+ *
+ * First everything finds out how fast it slides, then the tanh of all frictions are worked out in a
+ * row, and the forces follow. One contact after the other would each wait for the divisions and the
+ * polynomial of its tanh, which is a quarter of an evaluation.
+ */
+#include "core.h"
+
+void stein__gather(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    const double *d = sim->d;
+    for (int i = 0; i < model->nspot; i++) {
+        const stein_spot *spot = &model->spots[i];
+        const stein_contact *contact = &model->contacts[spot->contact];
+        const stein_shape *side = spot->side;
+        sim->site[i] = (site){.pair = {.index = spot->contact,
+                                       .frame = {side[0].frame, side[1].frame},
+                                       .normal = d + contact->normal,
+                                       .friction = d + contact->friction},
+                              .line = side[1].kind == STEIN_LINE,
+                              .a = d + side[0].d,
+                              .b = d + side[1].d};
+    }
+    for (int i = 0; i < model->nnotch; i++) {
+        const stein_notch *notch = &model->notches[i];
+        sim->catch[i] = (pair){.index = model->ncontact + i,
+                               .frame = {notch->beak, notch->catcher},
+                               .normal = d + notch->normal,
+                               .friction = d + notch->friction};
+    }
+}
+
+void stein__pairs_prepare(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nspot; i++) {
+        pair *p = &sim->site[i].pair;
+        p->inverse_vt = stein__inverse_vt(p->friction);
+    }
+    for (int i = 0; i < sim->model->nnotch; i++) {
+        pair *p = &sim->catch[i];
+        p->inverse_vt = stein__inverse_vt(p->friction);
+    }
+}
+
+void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f)
+{
+    // rates of approach and of sliding, from the two materials at the place of contact
+    vec2 v = velocity(&sim->pose[p->frame[0]], at);
+    if (p->frame[1] >= 0) {
+        vec2 v1 = velocity(&sim->pose[p->frame[1]], at);
+        v = (vec2){v.x - v1.x, v.z - v1.z};
+    }
+    double rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
+    if (sim->ntable_on > 0) {
+        normal = stein__tables_normal(sim, p->index, normal, depth, rate);
+    }
+    if (depth > f->depth) {
+        f->depth = depth;
+        f->rate = rate;
+    }
+    touch *t = &sim->touch[sim->ntouch];
+    t->pair = p;
+    t->at = at;
+    t->n = n;
+    t->normal = normal;
+    t->sum = f;
+    sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
+}
+
+static void push(stein_sim *sim, const touch *p, double mu)
+{
+    vec2 n = p->n, t = {n.z, -n.x};
+    double normal = p->normal, tangent = normal > 0.0 ? -normal * mu : 0.0;
+    vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
+    apply(sim, p->pair->frame[0], p->at, force);
+    if (p->pair->frame[1] >= 0) {
+        apply(sim, p->pair->frame[1], p->at, (vec2){-force.x, -force.z});
+    }
+    p->sum->normal += normal;
+    p->sum->tangent += tangent;
+}
+
+void stein__rub(stein_sim *sim)
+{
+    int nq = sim->model->nq, n = sim->ntouch;
+    double *slip = sim->slip, *grip = sim->grip;
+    for (int j = 0; j < nq; j++) {
+        slip[n + j] = sim->xqd[j] * sim->inverse_vt[j];
+    }
+    for (int i = 0; i < n + nq; i++) {
+        grip[i] = stein__tanh(slip[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        const touch *p = &sim->touch[i];
+        push(sim, p, stein__mu(p->pair->friction, slip[i], grip[i]));
+    }
+}
