@@ -25,8 +25,9 @@ enum { MAX_EVENTS_ON_THE_SPOT = 200 };
 static const double shortest = 1e-12; /* [s] */
 /* trials of a run: what a motion may ask for that is too stiff for explicit steps */
 static const double fewest_trials = 2e4, trials_a_longest = 1e3;
-static const double beside = 1e-3;           /* just before and behind an event, in steps */
-static const double most = 4.0, least = 0.1; /* factors from one step to the next */
+static const double beside = 1e-3;                   /* just before and behind an event, in steps */
+static const double most = 4.0, least = 0.1;         /* factors from one step to the next */
+static const double log_little = -9.210340371976182; /* of 1e-4: errors count as no less */
 
 /* the simulation at every look in [t, t1) */
 static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
@@ -129,14 +130,17 @@ static double try_step(stein_sim *sim, double h, double tolerance, stein_status 
     return *status == STEIN_OK && isfinite(e) ? e : (double)INFINITY;
 }
 
-/* what the next step is to the one with the error e; e_last: error of the step accepted before */
-static double factor(double e, double e_last)
+/* What the next step is to the one with the error e; log_last: logarithm of the error of the step
+ * accepted before, which that of e follows. */
+static double factor(double e, double *log_last)
 {
-    double wanted =
-        isfinite(e)
-            ? 0.9 * stein__exp(0.04 * stein__log(e_last) - 0.17 * stein__log(fmax(e, 1e-12)))
-            : least;
-    return fmin(most, fmax(least, wanted));
+    if (!isfinite(e)) {
+        return least;
+    }
+    double log_e = stein__log(e > 1e-12 ? e : 1e-12);
+    double wanted = 0.9 * stein__exp(0.04 * *log_last - 0.17 * log_e);
+    *log_last = log_e > log_little ? log_e : log_little;
+    return wanted > most ? most : wanted > least ? wanted : least;
 }
 
 static stein_status check_pace(const stein_sim *sim, double t_end, const stein_pace *pace,
@@ -162,7 +166,7 @@ static stein_status check_pace(const stein_sim *sim, double t_end, const stein_p
 static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    double e_last = 1.0, growth = most;
+    double log_last = 0.0, growth = most;
     double left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
     int spot = 0; // events without a step between them
     while (status == STEIN_OK && sim->head->t < t_end) {
@@ -177,7 +181,7 @@ static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_er
         double e = try_step(sim, h, pace->tolerance, &status, err);
         // a signal that jumps has no step that is short enough: its speed times `shortest` is left
         if (e > 1.0 && h >= shortest) {
-            pace->h = h * fmin(0.9, factor(e, 1.0));
+            pace->h = h * fmin(0.9, factor(e, &(double){0.0}));
             growth = 1.0; // not back at once to what failed
             status = STEIN_OK;
             continue;
@@ -188,9 +192,8 @@ static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_er
         if (status == STEIN_OK) {
             status = advance(sim, last ? t_end : t + h, h, pace, err);
         }
-        double next = h * fmin(growth, factor(e, e_last));
+        double next = h * fmin(growth, factor(e, &log_last));
         pace->h = h < wanted && e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
-        e_last = fmax(e, 1e-4);
         growth = most;
         spot = sim->head->t > t ? 0 : spot + 1;
         if (spot > MAX_EVENTS_ON_THE_SPOT) {

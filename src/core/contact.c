@@ -50,8 +50,8 @@ static double apart(const stein_sim *sim, int i, double *guard)
     double depth = depth_of(s, r, n), along = r.x * n.z - r.z * n.x;
     *guard = depth + s->pair.normal[STEIN_NORMAL_RANGE];
     if (s->line) {
-        *guard = smaller(*guard, smaller(along - s->b[STEIN_SHAPE_LO],
-                                         s->b[STEIN_SHAPE_HI] - along));
+        *guard =
+            smaller(*guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
     }
     return depth;
 }

@@ -95,10 +95,11 @@ struct stein_sim {
     double *slope;           /* of the points of all tables, behind each other */
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
-    unsigned char *joint_on; /* [nq] 1: the law of the joint is not 0 */
-    double *inverse_vt;      /* [nq] of the friction in it [s/rad or s/m] */
-    site *site;              /* [nspot] */
-    pair *catch;             /* [nnotch] beak and catcher */
+    int *acting; /* [nacting] joints whose law is not 0 */
+    int nacting;
+    double *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
+    site *site;         /* [nspot] */
+    pair *catch;        /* [nnotch] beak and catcher */
 
     /* result of the last evaluation (stein__evaluate) */
     double *qdd;      /* [nq] */
@@ -106,14 +107,14 @@ struct stein_sim {
     spot_force *spot; /* [nspot] */
     spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
     double *Q;        /* [nq] */
-    int fresh;         /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
+    int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
-    stein_pose *pose;               /* [nframe], and at -1 that of the fixed frame */
-    touch *touch;                   /* [ntouch], up to nspot + 3*nnotch */
+    stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
+    touch *touch;     /* [ntouch], up to nspot + 3*nnotch */
     int ntouch;
-    double *slip, *grip; /* u = v / vt of the touches, then of the joints, and its tanh */
+    double *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;                 /* [nframe], and at -1 what nobody asks about */
     double *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     double *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
@@ -157,8 +158,8 @@ int stein__solve(const stein_model *model, double *M, double *b, double *inverse
 void stein__gather(stein_sim *sim);
 /* parameters have changed */
 void stein__pairs_prepare(stein_sim *sim);
-/* a pair is `depth` deep at a place, n the normal on the first one: its normal force now, that of its
- * friction with all others, both added to f */
+/* a pair is `depth` deep at a place, n the normal on the first one: its normal force now, that of
+ * its friction with all others, both added to f */
 void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);
 double stein__spot_guard(const stein_sim *sim, int spot);
 double stein__spot_gap(const stein_sim *sim, int spot);

@@ -137,13 +137,12 @@ static void link_forces(stein_sim *sim)
 static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    for (int j = 0; j < model->nq; j++) {
-        if (sim->joint_on[j]) {
-            const double *law = sim->d + model->bodies[j].joint;
-            int i = sim->ntouch + j;
-            double mu = stein__mu(law + STEIN_JOINT_FRICTION, sim->slip[i], sim->grip[i]);
-            sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
-        }
+    const double *slip = sim->slip + sim->ntouch, *grip = sim->grip + sim->ntouch;
+    for (int k = 0; k < sim->nacting; k++) {
+        int j = sim->acting[k];
+        const double *law = sim->d + model->bodies[j].joint;
+        double mu = stein__mu(law + STEIN_JOINT_FRICTION, slip[k], grip[k]);
+        sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
     }
     if (sim->ntable_on > 0) {
         stein__tables_joints(sim);

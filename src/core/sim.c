@@ -85,7 +85,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->d = doubles(a, m->nd);
     s->slope = doubles(a, stein__table_points(m));
     s->table_on = carve(a, (size_t)m->ntable);
-    s->joint_on = carve(a, (size_t)nq);
+    s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->inverse_vt = doubles(a, nq);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
@@ -166,9 +166,12 @@ static void take_parameters(stein_sim *sim)
     model->setup(sim->p, sim->d);
     stein__tables_prepare(sim);
     stein__pairs_prepare(sim);
+    sim->nacting = 0;
     for (int j = 0; j < model->nq; j++) {
         const double *law = sim->d + model->bodies[j].joint;
-        sim->joint_on[j] = (unsigned char)stein__joint_acts(law);
+        if (stein__joint_acts(law)) {
+            sim->acting[sim->nacting++] = j;
+        }
         sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
     }
     sim->fresh = STALE;

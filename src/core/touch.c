@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * touch.c - the forces of all that touches and rubs: spots, notches, joints.
  *
- * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees, the
- * second body gets the opposite one at the same place; f_n from the depth and its rate, v the speed
- * of sliding along t.
+ * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees,
+ * the second body gets the opposite one at the same place; f_n from the depth and its rate, v the
+ * speed of sliding along t.
  *
  * First everything finds out how fast it slides, then the tanh of all frictions are worked out in a
  * row, and the forces follow. One contact after the other would each wait for the divisions and the
@@ -88,12 +88,13 @@ static void push(stein_sim *sim, const touch *p, double mu)
 
 void stein__rub(stein_sim *sim)
 {
-    int nq = sim->model->nq, n = sim->ntouch;
+    int n = sim->ntouch, nacting = sim->nacting;
     double *slip = sim->slip, *grip = sim->grip;
-    for (int j = 0; j < nq; j++) {
-        slip[n + j] = sim->xqd[j] * sim->inverse_vt[j];
+    for (int k = 0; k < nacting; k++) {
+        int j = sim->acting[k];
+        slip[n + k] = sim->xqd[j] * sim->inverse_vt[j];
     }
-    for (int i = 0; i < n + nq; i++) {
+    for (int i = 0; i < n + nacting; i++) {
         grip[i] = stein__tanh(slip[i]);
     }
     for (int i = 0; i < n; i++) {
