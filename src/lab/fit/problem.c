@@ -3,7 +3,8 @@
  *
  * A positive number whose sign is physics (mass, stiffness, friction, damping) is fitted as its
  * logarithm: it stays positive, and a factor of two either way is the same distance. Coordinates,
- * angles, speeds, shifts, neutral positions and preloads can pass zero and are fitted as they are.
+ * angles, speeds, shifts, neutral positions and preloads can pass zero and are fitted as they are;
+ * the speed over which a friction turns around cannot.
  * The prior is the file's tolerance. A number without one gets a weak prior, so that a direction
  * which the data do not tell ends where the file was instead of nowhere.
  *
@@ -47,6 +48,9 @@ static int ends_with(const char *text, const char *ending)
 
 static int is_positive(const stein_param *q)
 {
+    if (ends_with(q->name, ".vt") || ends_with(q->name, ".w")) {
+        return q->value > 0.0;
+    }
     static const char *const signed_unit[] = {"m", "rad", "m/s", "rad/s", "m/s^2"};
     for (size_t i = 0; i < sizeof signed_unit / sizeof *signed_unit; i++) {
         if (strcmp(q->unit, signed_unit[i]) == 0) {
