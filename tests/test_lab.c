@@ -33,6 +33,67 @@ static lab_stroke strike_stein(const char *set)
 
 /* ---- equations ---- */
 
+/* the same arm twice: in the plane, where bodies have poses, and turned out of it, where forces at
+ * points go through Jacobians; a spring off the plane and a force with all three components */
+static const char arm[] = "mechanism: arm\n"
+                          "gravity: [0, 0, -9.81 m/s^2]\n"
+                          "bodies:\n"
+                          "  upper: {joint: R %s, mass: 1.3 kg, centre: %s, inertia: {%s: 0.021},\n"
+                          "          points: {elbow: %s}}\n"
+                          "  lower: {parent: upper, joint: R %s, at: upper.elbow, mass: 0.7 kg,\n"
+                          "          centre: %s, inertia: {%s: 0.013}, points: {hand: %s}}\n"
+                          "points: {post: %s}\n"
+                          "links:\n"
+                          "  tie: {from: frame.post, to: lower.hand, k: 90 N/m, length: 0.15 m,\n"
+                          "        damping: 2.3 N s/m}\n"
+                          "  brace: {from: upper.elbow, to: lower.hand, k: 31 N/m, length: 0.1 m}\n"
+                          "inputs: {push: {force: lower.hand, direction: %s}}\n"
+                          "outputs:\n"
+                          "  up: {point: lower.hand, read: z}\n"
+                          "  speed: {point: lower.hand, read: vz}\n";
+
+static void two_newtons(void *ctx, double t, double u[3])
+{
+    (void)ctx;
+    u[0] = 2.0 + t;
+}
+
+START_TEST(forces_at_points_are_the_same_by_pose_and_by_jacobian)
+{
+    static const double q[] = {0.37, -0.83}, qd[] = {1.9, -2.7};
+    double qdd[2][2], up[2], speed[2];
+    for (int turned = 0; turned < 2; turned++) {
+        char text[2000];
+        const char *joint = turned ? "-x" : "y", *elbow = turned ? "xx" : "yy";
+        snprintf(text, sizeof text, arm, joint,
+                 turned ? "[-0.01 m, 0.11 m, 0.02 m]" : "[0.11 m, 0.01 m, 0.02 m]", elbow,
+                 turned ? "[-0.03 m, 0.31 m, 0.04 m]" : "[0.31 m, 0.03 m, 0.04 m]",
+                 turned ? "x" : "-y",
+                 turned ? "[0.02 m, 0.13 m, -0.01 m]" : "[0.13 m, -0.02 m, -0.01 m]", elbow,
+                 turned ? "[-0.05 m, 0.27 m, 0.06 m]" : "[0.27 m, 0.05 m, 0.06 m]",
+                 turned ? "[-0.2 m, 0.1 m, -0.3 m]" : "[0.1 m, 0.2 m, -0.3 m]",
+                 turned ? "[-0.3, 0.6, -0.8]" : "[0.6, 0.3, -0.8]");
+        lab_model *model = open_text(text, NULL, 0);
+        const stein_model *m = lab_equations(model);
+        ck_assert_int_eq(m->nframe, turned ? 0 : 2);
+        stein_sim_def def = lab_def(model);
+        stein_sim *sim;
+        ck_assert_stein(lab_sim(model, &def, &sim, err));
+        ck_assert_stein(stein_drive(sim, "push", two_newtons, NULL, err));
+        ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+        ck_assert_stein(stein_acceleration(sim, 0.0, q, qd, qdd[turned], err));
+        ck_assert_stein(stein_read_name(sim, "up", &up[turned], err));
+        ck_assert_stein(stein_read_name(sim, "speed", &speed[turned], err));
+        stein_sim_destroy(sim);
+        lab_close(model);
+    }
+    ck_assert_close(qdd[0][0], qdd[1][0], 1e-13, 0.0);
+    ck_assert_close(qdd[0][1], qdd[1][1], 1e-13, 0.0);
+    ck_assert_close(up[0], up[1], 1e-14, 0.0);
+    ck_assert_close(speed[0], speed[1], 1e-14, 0.0);
+}
+END_TEST
+
 START_TEST(built_in_equations_take_the_values_of_the_file_without_a_compiler)
 {
     const char *set[] = {"pawl.stop_shift=-0.3 mm", "load.mass=105g"};
@@ -328,6 +389,7 @@ Suite *lab_suite(void)
     TCase *tc = tcase_create("lab");
     tcase_set_timeout(tc, 120.0);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, forces_at_points_are_the_same_by_pose_and_by_jacobian);
     tcase_add_test(tc, built_in_equations_take_the_values_of_the_file_without_a_compiler);
     tcase_add_test(tc, other_equations_are_compiled_once_and_then_need_no_compiler);
     tcase_add_test(tc, an_override_that_changes_the_structure_makes_new_equations);

@@ -163,7 +163,7 @@ claim 2 "shard 0" short --shard 0/2 --journal "$dir/s"
 claim 2 "no threads" short -j 0
 claim 2 "a picture of no known kind" short --plot "$dir/x.jpg"
 claim 2 "merge without journals" "$stein" merge
-claim 3 "every point fails" "$stein" sweep $model --vary string.height=-60mm --until 1ms --release 0s
+claim 3 "every point fails" "$stein" sweep $model --vary string.height=-80mm --until 1ms --release 0s
 claim 0 "one point fails" "$stein" sweep $model --vary string.height=-60,70mm --until 1ms --release 0s
 
 # ---- pictures
