@@ -17,17 +17,22 @@
 
 #include "core.h"
 
+/* of side 0 or 1; most second sides are fixed */
 static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
 {
     const double *shape = side ? s->b : s->a;
-    return place(&sim->pose[s->pair.frame[side]], shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]);
+    double x = shape[STEIN_SHAPE_X], z = shape[STEIN_SHAPE_Z];
+    int frame = s->pair.frame[side];
+    return frame < 0 ? (vec2){x, z} : place(&sim->pose[frame], x, z);
 }
 
 /* unit normal on side 0, which is r away from side 1 */
 static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
 {
     if (s->line) {
-        return turn(&sim->pose[s->pair.frame[1]], s->b[STEIN_SHAPE_NX], s->b[STEIN_SHAPE_NZ]);
+        double x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
+        int frame = s->pair.frame[1];
+        return frame < 0 ? (vec2){x, z} : turn(&sim->pose[frame], x, z);
     }
     double distance = sqrt(r.x * r.x + r.z * r.z);
     return distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};

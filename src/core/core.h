@@ -95,6 +95,7 @@ struct stein_sim {
     double *slope;           /* of the points of all tables, behind each other */
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
+    int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
     int *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
     double *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
@@ -152,7 +153,7 @@ stein_status stein__fail(stein_err *err, stein_status code, const char *format, 
 /* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
  * branches of the tree, overwritten; inverse [nq], of the pivots, is workspace. Returns -1, or the
  * index of a joint whose pivot vanishes. */
-int stein__solve(const stein_model *model, double *M, double *b, double *inverse);
+int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
 
 /* contact.c */
 void stein__gather(stein_sim *sim);

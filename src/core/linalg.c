@@ -8,19 +8,19 @@
  */
 #include "core.h"
 
-int stein__solve(const stein_model *model, double *M, double *b, double *inverse)
+int stein__solve(int n, const int *parent, double *M, double *b, double *inverse)
 {
-    int n = model->nq;
-    const stein_body *body = model->bodies;
+    double *row = M + n * n;
     for (int k = n - 1; k >= 0; k--) {
-        double *row = M + k * n, d = row[k];
+        row -= n;
+        double d = row[k];
         if (!(d > 0.0)) {
             return k;
         }
         inverse[k] = 1.0 / d;
-        for (int i = body[k].parent; i >= 0; i = body[i].parent) {
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
             double l = row[i] * inverse[k], *above = M + i * n, diagonal = above[i];
-            for (int j = i; j >= 0; j = body[j].parent) {
+            for (int j = i; j >= 0; j = parent[j]) {
                 above[j] -= l * row[j];
             }
             if (!(above[i] > 1e-13 * diagonal)) {
@@ -30,10 +30,10 @@ int stein__solve(const stein_model *model, double *M, double *b, double *inverse
             b[i] -= l * b[k];
         }
     }
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++, row += n) {
         double x = b[k] * inverse[k];
-        for (int i = body[k].parent; i >= 0; i = body[i].parent) {
-            x -= M[k * n + i] * b[i];
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
+            x -= row[i] * b[i];
         }
         b[k] = x;
     }

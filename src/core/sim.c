@@ -85,6 +85,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->d = doubles(a, m->nd);
     s->slope = doubles(a, stein__table_points(m));
     s->table_on = carve(a, (size_t)m->ntable);
+    s->parent = carve(a, sizeof *s->parent * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->inverse_vt = doubles(a, nq);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
@@ -206,6 +207,9 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->p[i] = model->params[i].value;
     }
     sim->pose[-1] = (stein_pose){.c = 1.0};
+    for (int j = 0; j < model->nq; j++) {
+        sim->parent[j] = model->bodies[j].parent;
+    }
     stein__gather(sim);
     take_parameters(sim);
     stein__wire(sim);
