@@ -227,6 +227,7 @@ unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
                              double *qdd, stein_err *err);
 void stein__guards(stein_sim *sim, const double *q, double *guard);
+double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);

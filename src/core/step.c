@@ -159,8 +159,7 @@ void stein__interpolate(const stein_sim *sim, double h, double theta, double *q,
 static double guard_at(stein_sim *sim, double h, double theta, int i)
 {
     stein__interpolate(sim, h, theta, sim->xq, NULL);
-    stein__guards(sim, sim->xq, sim->guard);
-    return sim->guard[i];
+    return stein__guard(sim, sim->xq, i);
 }
 
 static int is_crossed(const stein_sim *sim, int i)
