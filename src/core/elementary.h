@@ -40,24 +40,26 @@ static inline double stein__of_bits(uint64_t bits)
     return x;
 }
 
-/* sine and cosine of r + tail, |r| <= pi/4 */
-static inline void stein__sincos_kernel(double r, double tail, double *s, double *c)
+/* P and Q of sin r = r + z r (S + z P), cos r = 1 - z/2 + z^2 Q, z = r^2, |r| <= pi/4 */
+static const double stein__sine_cubic = -1.66666666666666324348e-01;
+static inline double stein__sine_rest(double z)
 {
-    double z = r * r, w = z * z;
-    double ps = (8.33333333332248946124e-03 +
-                 z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) +
-                z * w * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10);
-    double pc = z * (4.16666666666666019037e-02 +
-                     z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)) +
-                w * w *
-                    (-2.75573143513906633035e-07 +
-                     z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
-    double half = 0.5 * z, one = 1.0 - half;
-    *s = r - ((z * (0.5 * tail - z * r * ps) - tail) - z * r * -1.66666666666666324348e-01);
-    *c = one + (((1.0 - one) - half) + (z * pc - r * tail));
+    return (8.33333333332248946124e-03 +
+            z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) +
+           z * (z * z) * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10);
 }
 
-/* the same of an angle outside of that interval */
+static inline double stein__cosine_rest(double z)
+{
+    double w = z * z;
+    return z * (4.16666666666666019037e-02 +
+                z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)) +
+           w * w *
+               (-2.75573143513906633035e-07 +
+                z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
+}
+
+/* sine and cosine of an angle outside of that interval */
 static inline void stein__sincos_far(double x, double *s, double *c)
 {
     if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
@@ -70,8 +72,11 @@ static inline void stein__sincos_far(double x, double *s, double *c)
     double first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
     double near = first - second;
     double third = n * 2.02226624879595063154e-21 - ((first - near) - second);
-    double r = near - third, tail = (near - r) - third, sine, cosine;
-    stein__sincos_kernel(r, tail, &sine, &cosine);
+    double r = near - third, tail = (near - r) - third;
+    double z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
+    double rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
+    double sine = r - (rest - v * stein__sine_cubic);
+    double cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
     double a = quadrant & 1 ? cosine : sine, b = quadrant & 1 ? sine : cosine;
     *s = quadrant & 2 ? -a : a;
     *c = (quadrant + 1) & 2 ? -b : b;
@@ -80,11 +85,13 @@ static inline void stein__sincos_far(double x, double *s, double *c)
 /** Sine and cosine of x. */
 static inline void stein__sincos(double x, double *s, double *c)
 {
-    if (fabs(x) <= 0.7853981633974483) {
-        stein__sincos_kernel(x, 0.0, s, c);
-    } else {
+    if (!(fabs(x) <= 0.7853981633974483)) {
         stein__sincos_far(x, s, c);
+        return;
     }
+    double z = x * x, half = 0.5 * z, one = 1.0 - half;
+    *s = x + z * x * (stein__sine_cubic + z * stein__sine_rest(z));
+    *c = one + (((1.0 - one) - half) + z * stein__cosine_rest(z));
 }
 
 /* x = n ln 2 + (high - low) with 2^n, and R - 2 at r = high - low */
