@@ -39,12 +39,11 @@ static stein_status make_problem(diag *d, const lab_model *model, const lab_data
  * one that has far to go stops all.
  * @param D  variances of scatter in those of the prior
  * @param p  of all strokes; x and r are of all of them, in and out */
-static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *data,
-                            const double *D, const fit__problem *p, int stroke, double *x,
+static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int stroke, double *x,
                             double *r, stein_err *err)
 {
     const fit__stroke *t = &p->stroke[stroke];
-    lab_dataset one = {1, &data->stroke[stroke]};
+    lab_dataset one = {1, &p->data->stroke[stroke]};
     fit__problem own;
     stein_status status = make_problem(d, p->model, &one, D, &own, err);
     double *room =
@@ -56,12 +55,11 @@ static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *
         fit__end e = {.x = room, .J = room + own.nu, .r = r + fit__offset(p, stroke)};
         size_t shared = sizeof *x * (size_t)p->np, mine = sizeof *x * (size_t)t->own;
         memcpy(room, x, shared);
-        if (s != NULL) {
-            fit__problem_try(&own, &s->s.candidate);
-        }
+        fit__problem_try(&own, p->effect);
         for (int k = 0; k < own.np; k++) {
             own.unknown[k].idle = 1;
         }
+        own.horizon = p->horizon;
         status = diag__follow(d, &own, &e, err);
         memcpy(x + t->first, room + own.np, mine);
     }
@@ -70,13 +68,11 @@ static stein_status fit_one(diag *d, const diag__suspect *s, const lab_dataset *
     return status;
 }
 
-stein_status diag__fit_stroke(diag *d, const diag__suspect *s, int stroke, const fit__end *e,
+stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, const fit__end *e,
                               stein_err *err)
 {
     static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
-    const lab_dataset *data = s != NULL && s->fit_data != NULL ? s->fit_data : d->fit_data;
-    const fit__problem *p = s != NULL ? diag__problem(d, s) : &d->p;
-    return fit_one(d, s, data, as_stated, p, stroke, e->x, e->r, err);
+    return fit_one(d, as_stated, p, stroke, e->x, e->r, err);
 }
 
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
@@ -104,7 +100,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
         p->unknown[k].idle = 1;
     }
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = fit_one(d, s, data, D, p, i, to->x, to->r, err);
+        status = fit_one(d, D, p, i, to->x, to->r, err);
     }
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));

@@ -62,21 +62,6 @@ static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_
     return to;
 }
 
-stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
-{
-    double T = diag__longest(p);
-    stein_status status = STEIN_OK;
-    for (int h = -1; status == STEIN_OK && h + 1 < (int)HORIZONS;) {
-        h = next_horizon(p, e, h, T, err);
-        int last = h + 1 == (int)HORIZONS;
-        p->horizon = last ? (double)INFINITY : horizon[h] * T;
-        status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
-        d->out->fits++;
-    }
-    p->horizon = INFINITY;
-    return status;
-}
-
 /* a second end beside e, at its x and r. @return its room, NULL: out of memory */
 static double *beside(const fit__problem *p, const fit__end *e, fit__end *t, stein_err *err)
 {
@@ -101,28 +86,48 @@ static void take_over(const fit__problem *p, fit__end *e, const fit__end *t)
     e->ended = t->ended;
 }
 
-/* the null fit from where its strays lead it. @return 1 when that was worth it */
-static int recall(diag *d, fit__end *e, stein_status *status, stein_err *err)
+/* the fit from where its strays lead it. @return 1 when that was worth it */
+static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, stein_err *err)
 {
     fit__end t;
-    double *room = beside(&d->p, e, &t, err), was = e->objective;
+    double *room = beside(p, e, &t, err), was = e->objective;
     if (room == NULL) {
         *status = STEIN_ENOMEM;
         return 0;
     }
     stein_err why = {STEIN_OK, ""};
     int found = 0;
-    stein_status tried = diag__recall_strays(d, NULL, &t, &found, &why);
+    stein_status tried = diag__recall_strays(d, p, &t, &found, &why);
     if (tried == STEIN_OK && found > 0) {
-        tried = fit__descend(&d->p, &t, 0, enough, RENEWALS_LAST, &why);
+        tried = fit__descend(p, &t, 0, enough, RENEWALS, &why);
         d->out->fits++;
     }
     if (tried == STEIN_OK && found > 0 && t.objective < e->objective) {
-        take_over(&d->p, e, &t);
+        take_over(p, e, &t);
     }
     free(room);
     *status = tried == STEIN_ENOMEM ? lab__fail(err, tried, "out of memory") : STEIN_OK;
     return e->objective < was - worth_a_recall;
+}
+
+stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
+{
+    double T = diag__longest(p), most = p->horizon;
+    stein_status status = STEIN_OK;
+    for (int h = -1, last = 0; status == STEIN_OK && !last;) {
+        h = next_horizon(p, e, h, T, err);
+        last = h + 1 == (int)HORIZONS || horizon[h] * T >= most;
+        p->horizon = h + 1 == (int)HORIZONS ? most : fmin(horizon[h] * T, most);
+        status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
+        d->out->fits++;
+        for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK; k++) {
+            if (!recall(d, p, e, &status, err)) {
+                break;
+            }
+        }
+    }
+    p->horizon = INFINITY;
+    return status;
 }
 
 stein_status diag__pursue(diag *d, stein_err *err)
@@ -130,8 +135,6 @@ stein_status diag__pursue(diag *d, stein_err *err)
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
     stein_status status = diag__follow(d, &d->p, &e, err);
-    for (int k = 0; status == STEIN_OK && k < RECALLS && recall(d, &e, &status, err); k++) {
-    }
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;

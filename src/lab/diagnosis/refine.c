@@ -357,8 +357,12 @@ static stein_status without_strays(diag *d, diag__suspect *s, double first, int 
                                    stein_err *err)
 {
     (void)first;
+    fit__problem *p = diag__problem(d, s);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    return diag__recall_strays(d, s, &e, found, err);
+    fit__problem_try(p, &s->s.candidate);
+    stein_status status = diag__recall_strays(d, p, &e, found, err);
+    fit__problem_try(p, NULL);
+    return status;
 }
 
 /* a fit from another start, kept when it is better */

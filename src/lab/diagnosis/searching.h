@@ -109,7 +109,8 @@ fit__problem *diag__problem(diag *d, const diag__suspect *s);
 
 /** Time of the last sample of the longest stroke [s]. */
 double diag__longest(const fit__problem *p);
-/** A fit from e->x over growing horizons, with whatever effect the problem has on trial. */
+/** A fit from e->x over growing horizons up to p->horizon, which is INFINITY then, with whatever
+ *  effect the problem has on trial; strays are called back on the way. */
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err);
 /** The null fit over growing horizons: x, J, r, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
@@ -163,12 +164,11 @@ stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *e
 
 /** Single strokes that a fit has lost: the others fitted without them, and their own numbers anew.
  *  x is a start for a fit of all then; J and r are not those of x.
- *  @param s      a suspect, NULL: the null fit
+ *  @param p      with the effect that is on trial in it
  *  @param e      where its fit has ended
  *  @param found  how many; 0: x, J and r are as they were
  *  @return OK, ENOMEM, a numerical failure (x, J, r are lost) */
-stein_status diag__recall_strays(diag *d, const diag__suspect *s, fit__end *e, int *found,
-                                 stein_err *err);
+stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *found, stein_err *err);
 
 /* ---- heldout.c ---- */
 
@@ -181,9 +181,9 @@ typedef struct diag__held {
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
-/** The own unknowns in x of one stroke that is fitted to, anew along its course, all shared ones as
- *  they are, and its r. @param s  NULL: none  @return OK, ENOMEM, a numerical failure */
-stein_status diag__fit_stroke(diag *d, const diag__suspect *s, int stroke, const fit__end *e,
+/** The own unknowns in x of one stroke of a problem, anew along its course up to the problem's
+ *  horizon, all shared ones as they are, and its r. @return OK, ENOMEM, a numerical failure */
+stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, const fit__end *e,
                               stein_err *err);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
 void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);

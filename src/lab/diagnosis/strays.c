@@ -18,6 +18,8 @@
 enum { STROKES_MOST = 3, RENEWALS = 2 }; /* strays are a third of the strokes at most */
 static const double settled = 1.3;       /* chi2 per sample of the stroke in the middle */
 static const double lost = 1.25;         /* of a stray, in that one's */
+static const double far_lost = 3.0;      /* the same where that one is not settled */
+static const double worth = 100.0;       /* of chi2 */
 static const double enough = 0.3;        /* of the objective */
 
 static double misfit(const fit__problem *p, const double *r, int s)
@@ -31,7 +33,7 @@ static double misfit(const fit__problem *p, const double *r, int s)
     return sum / fmax(1.0, t->samples);
 }
 
-/* marks strays. @return their number; 0 where the others are not settled either */
+/* marks strays. @return their number; 0 where too many are */
 static int find(const fit__problem *p, const double *r, double *room, unsigned char *stray)
 {
     int n = p->nstroke, found = 0;
@@ -39,12 +41,13 @@ static int find(const fit__problem *p, const double *r, double *room, unsigned c
         room[s] = misfit(p, r, s);
     }
     gsl_sort(room, 1, (size_t)n);
-    double middle = room[(n - 1) / 2];
+    double middle = room[(n - 1) / 2], most = middle * (middle < settled ? lost : far_lost);
     for (int s = 0; s < n; s++) {
-        stray[s] = misfit(p, r, s) > lost * middle;
+        double own = misfit(p, r, s);
+        stray[s] = own > most && (own - middle) * p->stroke[s].samples > worth;
         found += stray[s];
     }
-    return middle < settled && found <= n / STROKES_MOST ? found : 0;
+    return found <= n / STROKES_MOST ? found : 0;
 }
 
 /* every stray changes its weights for those at hand, which takes its own */
@@ -61,25 +64,20 @@ static void exchange(fit__problem *p, const unsigned char *stray, double **weigh
 
 /* a fit of the others, and of each stray's own numbers to that; derivatives are not those of the
  * end */
-static stein_status recall(diag *d, const diag__suspect *s, fit__end *e, const unsigned char *stray,
+static stein_status recall(diag *d, fit__problem *p, fit__end *e, const unsigned char *stray,
                            double **none, stein_err *err)
 {
-    fit__problem *p = s != NULL ? diag__problem(d, s) : &d->p;
-    fit__problem_try(p, s != NULL ? &s->s.candidate : NULL);
     exchange(p, stray, none);
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, err);
     exchange(p, stray, none);
-    fit__problem_try(p, NULL);
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = stray[i] ? diag__fit_stroke(d, s, i, e, err) : STEIN_OK;
+        status = stray[i] ? diag__fit_stroke(d, p, i, e, err) : STEIN_OK;
     }
     return status;
 }
 
-stein_status diag__recall_strays(diag *d, const diag__suspect *s, fit__end *e, int *found,
-                                 stein_err *err)
+stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *found, stein_err *err)
 {
-    const fit__problem *p = s != NULL ? diag__problem(d, s) : &d->p;
     size_t n = (size_t)p->nstroke;
     unsigned char *stray = calloc(n + 1, 1);
     double *room = calloc(n + (size_t)p->rows + 1, sizeof *room);
@@ -91,7 +89,7 @@ stein_status diag__recall_strays(diag *d, const diag__suspect *s, fit__end *e, i
     for (size_t i = 0; *found > 0 && i < n; i++) {
         none[i] = room + n; // weights 0, of any stroke
     }
-    status = *found > 0 ? recall(d, s, e, stray, none, err) : status;
+    status = *found > 0 ? recall(d, p, e, stray, none, err) : status;
     free(stray);
     free(room);
     free(none);

@@ -102,6 +102,7 @@ enum { FIT__ACCEPTED = 3 };
 typedef struct fit__problem {
     const lab_model *model;
     const lab_fit_def *def;
+    const lab_dataset *data; /* the strokes as they were read */
     fit__stroke *stroke;
     int nstroke;
     fit__unknown *unknown;

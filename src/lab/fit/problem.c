@@ -451,6 +451,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     int open = n >= 0;
     *p = (fit__problem){.model = model,
                         .def = def,
+                        .data = data,
                         .nstroke = data->n,
                         .fixed = -1,
                         .amount = -1,
