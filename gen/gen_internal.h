@@ -87,6 +87,10 @@ typedef struct emission {
 void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);
 void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e);
 
+/* solve.c: M x = b as a function of its own, for trees that are not too large */
+int emit_solves(const tree *t);
+void emit_solve(text *x, const tree *t);
+
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
     stein_ops setup;

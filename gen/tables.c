@@ -194,6 +194,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_energy};
     emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    emit_solve(x, t);
     emit_func(x, t, l, &f->inverse, &inverse);
     if (t->ncarrier) {
         emit_func(x, t, l, &f->pose, &pose);
@@ -456,6 +457,7 @@ static void model_tables(text *x, const tree *t)
     pointer_field(x, "channels", 1);
     pointer_field(x, "setup", 1);
     pointer_field(x, "mass_bias", 1);
+    pointer_field(x, "solve", emit_solves(t));
     pointer_field(x, "inverse", 1);
     pointer_field(x, "pose", t->ncarrier);
     pointer_field(x, "point", m->npoint);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core.h"
 #include "support.h"
 
 static void *count_alloc(void *ctx, size_t size)
@@ -390,6 +391,34 @@ START_TEST(points_move_as_their_jacobian_says)
 }
 END_TEST
 
+START_TEST(a_large_tree_is_solved_along_its_branches)
+{
+    enum { N = 30 };
+    double M[N * N] = {0}, kept[N * N], x[N], b[N], inverse[N];
+    int parent[N];
+    unsigned long long seed = 30;
+    for (int i = 0; i < N; i++) {
+        parent[i] = i % 3 == 0 ? i - 1 : i - 2; // a trunk and twigs
+        M[i * N + i] = N + noise(&seed);
+        x[i] = b[i] = noise(&seed);
+        for (int j = parent[i]; j >= 0; j = parent[j]) {
+            M[i * N + j] = M[j * N + i] = noise(&seed);
+        }
+    }
+    memcpy(kept, M, sizeof kept);
+    ck_assert_int_eq(stein__solve(N, parent, M, x, inverse), -1);
+    for (int i = 0; i < N; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < N; j++) {
+            sum += kept[i * N + j] * x[j];
+        }
+        ck_assert_close(sum, b[i], 0.0, 1e-14);
+    }
+    kept[7 * N + 7] = 0.0;
+    ck_assert_int_eq(stein__solve(N, parent, kept, x, inverse), 7);
+}
+END_TEST
+
 START_TEST(compiled_later_equations_are_checked_before_use)
 {
     stein_library *library = NULL;
@@ -428,6 +457,7 @@ Suite *core_suite(void)
     tcase_add_test(tc, a_worn_contact_begins_later_by_its_gap);
     tcase_add_test(tc, equations_agree_with_each_other_through_the_interface);
     tcase_add_test(tc, points_move_as_their_jacobian_says);
+    tcase_add_test(tc, a_large_tree_is_solved_along_its_branches);
     tcase_add_test(tc, compiled_later_equations_are_checked_before_use);
     suite_add_tcase(suite, tc);
     return suite;

@@ -290,6 +290,34 @@ static const stein_model *workshop_model(const workshop *w, const char *name)
     return model;
 }
 
+/* M x = b for a positive definite M with the branches of the tree */
+static void check_solved(const stein_model *model, unsigned long long *seed)
+{
+    int n = model->nq;
+    double *M = numbers_new((size_t)n * (size_t)n), *b = numbers_new((size_t)n);
+    double *x = numbers_new((size_t)n), *back = numbers_new((size_t)n);
+    for (int i = 0; i < n; i++) {
+        M[i * n + i] = n + 0.5 * noise(seed);
+        b[i] = x[i] = noise(seed);
+        for (int j = model->bodies[i].parent; j >= 0; j = model->bodies[j].parent) {
+            M[i * n + j] = M[j * n + i] = noise(seed);
+        }
+    }
+    ck_assert(model->solve != NULL && model->solve(M, x) == -1);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            back[i] += M[i * n + j] * x[j];
+        }
+    }
+    assert_same("M x", back, b, n, 1e-12);
+    M[0] = -1.0; // no mass
+    ck_assert_int_eq(model->solve(M, x), 0);
+    free(M);
+    free(b);
+    free(x);
+    free(back);
+}
+
 static void check_compiled(const stein_model *model, const mechanism *m, unsigned long long *seed)
 {
     int n = m->nbody, np = m->npoint;
@@ -313,6 +341,7 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     model->mass_bias(s.q, s.qd, sc, d, s.frc, s.trq, y.M, y.c);
     assert_same("M", y.M, r.M, n * n, 1e-12);
     assert_same("c", y.c, r.c, n, 1e-12);
+    check_solved(model, seed);
     model->inverse(s.q, s.qd, s.qdd, sc, d, s.frc, s.trq, q_out);
     assert_same("Q", q_out, Q, n, 1e-12);
     model->energy(s.q, s.qd, sc, d, e);

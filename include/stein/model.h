@@ -277,6 +277,9 @@ typedef struct stein_model {
     /** Mass matrix and nonlinear vector. */
     void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
                       const double *frc, const double *trq, double *M, double *c);
+    /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
+     * joint whose pivot vanishes. NULL for a large tree. */
+    int (*solve)(const double *M, double *b);
     /** Q = M qdd + c without forming M. */
     void (*inverse)(const double *q, const double *qd, const double *qdd, const double *sc,
                     const double *d, const double *frc, const double *trq, double *Q);

@@ -269,7 +269,8 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
             prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);
         }
     }
-    int bad = stein__solve(nq, sim->parent, sim->M, qdd, sim->inverse);
+    int bad = model->solve != NULL ? model->solve(sim->M, qdd)
+                                   : stein__solve(nq, sim->parent, sim->M, qdd, sim->inverse);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
                            "the mass matrix is singular at joint \"%s\", t = %g s",

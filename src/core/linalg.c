@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * linalg.c - the one linear system of the core: M qdd = Q - c.
+ * linalg.c - the one linear system of the core, M qdd = Q - c, for trees too large for a generated
+ * solution (gen/solve.c).
  *
  * M = L^T D L without pivoting, from the leaves of the tree to its root (Featherstone 2008, section
  * 6.5): M is symmetric positive definite for every mechanism with inertia on its free joints, and

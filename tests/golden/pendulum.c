@@ -142,6 +142,19 @@ static void mass_bias(const double *q, const double *qd, const double *sc, const
     c[0] = CF21;
 }
 
+/* M x = b: b becomes x. -1, or the joint whose pivot vanishes */
+static int solve(const double *M, double *b)
+{
+    /* rod */
+    if (!(M[0] > 0.0)) {
+        return 0;
+    }
+
+    /* from the root to the leaves */
+    b[0] = b[0]/M[0];
+    return -1;
+}
+
 /* Q = M qdd + c */
 static void inverse(const double *q, const double *qd, const double *qdd, const double *sc,
                     const double *d, const double *frc, const double *trq, double *Q)
@@ -317,10 +330,11 @@ const stein_model stein_model_pendulum = {
     .channels = channels,
     .setup = setup,
     .mass_bias = mass_bias,
+    .solve = solve,
     .inverse = inverse,
     .pose = NULL,
     .point = point,
     .energy = energy,
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "cb9f129718664c20",
+    .equations = "0d8ad27b1a60ca4d",
 };
