@@ -157,6 +157,9 @@ void diag__verdict(diag *d, diag__found *f)
         unexplained(d, "The residual is more than noise, and no candidate explains it.");
     } else if (is_unexplained(d, o->chi2_dof_after)) {
         f->n = 0;
+    } else if (f->n < 1 && o->chi2_dof_before > diag__most_noise(d)) {
+        unexplained(d, "The residual is more than noise, and the best candidate does not predict "
+                       "the held-out strokes better.");
     } else if (f->n < 1) {
         o->verdict = LAB_VERDICT_EXPLAINED;
         snprintf(o->reason, sizeof o->reason,
