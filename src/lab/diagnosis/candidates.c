@@ -211,13 +211,8 @@ static void add_side(build *b, lab_candidate *c, double lo, double value, double
 {
     int param = find(b, c->place, c->effect->side);
     if (param >= 0) {
-        c->side[0] = (lab_side){.name = c->effect->side,
-                                .unit = b->m->params[param].unit,
-                                .param = param,
-                                .lo = lo,
-                                .value = value,
-                                .hi = hi,
-                                .log = lo > 0.0};
+        const char *unit = b->m->params[param].unit;
+        c->side[0] = (lab_side){c->effect->side, unit, param, value, lo, hi, lo > 0.0};
     }
 }
 
