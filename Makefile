@@ -14,7 +14,7 @@ B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
 WARN := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
         -Wundef -Wvla -Werror
 # no -fslp-vectorize: two numbers that were just written one by one would be read as a pair, and wait
-# until both stores are through; an evaluation takes 12 % longer then
+# until both stores are through
 OPT_release := -O2 -g -fno-tree-slp-vectorize
 OPT_debug   := -O0 -g3
 OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all

@@ -50,7 +50,7 @@ static const char *const documented[] = {"viscous_friction",
 
 START_TEST(kinds_are_unique_and_as_documented)
 {
-    int n, known = (int)(sizeof documented / sizeof *documented);
+    int n, known = (int)(sizeof documented / sizeof *documented), compliances = 0;
     const lab_effect *e = lab_effects(&n);
     ck_assert_int_eq(n, known);
     for (int i = 0; i < n; i++) {
@@ -60,10 +60,12 @@ START_TEST(kinds_are_unique_and_as_documented)
         }
         ck_assert_msg(found == 1, "%s", e[i].kind);
         ck_assert_ptr_eq(lab_effect_find(e[i].kind), &e[i]);
+        compliances += lab_effect_is_compliance(&e[i]);
         ck_assert((e[i].parameter == NULL) == (e[i].needs != NULL));
         ck_assert(*e[i].equation != '\0' && *e[i].looks != '\0');
     }
     ck_assert_ptr_null(lab_effect_find("magic"));
+    ck_assert_int_eq(compliances, 3); // hinge, axis, partner
 }
 END_TEST
 

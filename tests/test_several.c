@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_several.c - diagnoses of the swings of a pendulum: two effects hidden at once are both
- * found; one is not called two; a step that is too coarse is told, and is no physics.
+ * found; one is not called two; a step that is too coarse is told, and is no physics; a swing that
+ * a fit has lost is called back.
  */
 #include "fit_support.h"
+#include "searching.h"
 #include "stein/diagnose.h"
 #include "suites.h"
 
 enum { SWINGS = 9 };
 static const char pendulum[] = "models/pendulum.yaml";
 
-/* @param model  the file that is diagnosed; the swings are those of models/pendulum.yaml */
-static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
-                               unsigned long long seed)
+/* @param model  the file that is fitted; the swings are those of models/pendulum.yaml */
+static void open_swings(fitted *f, const char *model, const char *const *truth,
+                        unsigned long long seed)
 {
     static char kept[SWINGS][200];
     const char *data[SWINGS + 1] = {NULL};
@@ -32,6 +34,12 @@ static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *
         data[i] = kept[i];
     }
     open_fit(f, model, NULL, data);
+}
+
+static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
+                               unsigned long long seed)
+{
+    open_swings(f, model, truth, seed);
     lab_options options = cache_here(NULL);
     lab_diagnose_def def = lab_diagnose_def_default();
     def.threads = 2;
@@ -143,6 +151,55 @@ START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
 }
 END_TEST
 
+/* what the swings' own numbers have led to */
+static double objective(fit__problem *p, const double *x, double *r)
+{
+    int failed = 0;
+    ck_assert_stein(fit__residuals(p, x, r, &failed, err));
+    ck_assert_int_eq(failed, 0);
+    return fit__chi2(p, r) + fit__priors(p, x);
+}
+
+START_TEST(a_swing_that_a_fit_has_lost_is_called_back)
+{
+    static const char *const truth[] = {"rod.coulomb.T=0 N m", NULL};
+    enum { LOST = 4 };
+    fitted f;
+    open_swings(&f, pendulum, truth, 1100);
+    lab_diagnosis out = {.nfit = SWINGS};
+    lab_diagnose_def def = lab_diagnose_def_default();
+    diag d = {.model = f.model, .def = &def, .fit_data = f.data, .out = &out};
+    d.fit_def = lab_fit_def_default();
+    d.fit_def.offset = 1e-3;
+    d.fit_def.scatter = 1;
+    ck_assert_stein(diag__open_problem(&d, err));
+    d.p.tolerance = 1e-9;
+    ck_assert_stein(diag__pursue(&d, err));
+    double settled = objective(&d.p, d.x, d.r);
+    fit__end e = {.x = d.x, .J = d.J, .r = d.r};
+    int found = -1;
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, &found, err));
+    ck_assert_int_eq(found, 0); // nobody is lost
+
+    const fit__stroke *t = &d.p.stroke[LOST];
+    int k = t->first;
+    while (k < t->first + t->own && d.p.unknown[k].kind != FIT__OFFSET) {
+        k++;
+    }
+    ck_assert_int_lt(k, t->first + t->own);
+    double *own = &d.x[k], kept = *own;
+    *own += 5.0;
+    double lost = objective(&d.p, d.x, d.r);
+    ck_assert_double_gt(lost, settled + 500.0);
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, &found, err));
+    ck_assert_int_eq(found, 1);
+    ck_assert_double_lt(fabs(*own - kept), 1.0);
+    ck_assert_double_lt(objective(&d.p, d.x, d.r), settled + 10.0);
+    diag__close(&d);
+    drop(&f);
+}
+END_TEST
+
 Suite *several_suite(void)
 {
     Suite *suite = suite_create("several");
@@ -152,6 +209,7 @@ Suite *several_suite(void)
     tcase_add_test(tc, two_effects_at_once_are_both_found);
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
+    tcase_add_test(tc, a_swing_that_a_fit_has_lost_is_called_back);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -59,6 +59,8 @@ typedef struct lab_effect {
 const lab_effect *lab_effects(int *n);
 /** By kind, NULL when there is none. */
 const lab_effect *lab_effect_find(const char *kind);
+/** Is its amount a compliance [rad/(N m) or m/N], of which 0 is rigid? */
+int lab_effect_is_compliance(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
 

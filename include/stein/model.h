@@ -13,8 +13,8 @@
  * Signs, frames and shapes, once for the whole library:
  *   M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
  *   q, qd, qdd  [nq]  one coordinate a joint [rad or m], in the order of the bodies
- *   sc          [2*nq] sine and cosine of every turning joint's q, handed over with it: one
- * evaluation asks several functions at the same q; entries of sliding joints are not read
+ *   sc          [2*nq] sine and cosine of every turning joint's q, for all functions at that q;
+ *                      entries of sliding joints are not read
  *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied
  * terms Q           [nq]  generalised forces in the joints [N m or N] frc, trq    [3*nbody]
  * external force [N] and moment [N m] on each body at its centre of mass, components in that body's

@@ -61,23 +61,23 @@ static double apart(const stein_sim *sim, int i, double *guard)
     return depth;
 }
 
+/* the contact of the free load is gone with it */
+static int is_lifted(const stein_sim *sim, int contact)
+{
+    return !sim->head->load_present && contact == sim->model->load.contact;
+}
+
 double stein__spot_guard(const stein_sim *sim, int i)
 {
     double guard;
     (void)apart(sim, i, &guard);
-    return guard;
+    return is_lifted(sim, sim->site[i].pair.index) ? -1.0 : guard;
 }
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {
     double guard;
     return -apart(sim, i, &guard);
-}
-
-/* the contact of the free load is gone with it */
-static int is_lifted(const stein_sim *sim, int contact)
-{
-    return !sim->head->load_present && contact == sim->model->load.contact;
 }
 
 static void press_spot(stein_sim *sim, int i)

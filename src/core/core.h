@@ -155,13 +155,17 @@ stein_status stein__fail(stein_err *err, stein_status code, const char *format, 
  * index of a joint whose pivot vanishes. */
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
 
-/* contact.c */
+/* touch.c: where the numbers of all pairs are, once for a simulation */
 void stein__gather(stein_sim *sim);
 /* parameters have changed */
 void stein__pairs_prepare(stein_sim *sim);
 /* a pair is `depth` deep at a place, n the normal on the first one: its normal force now, that of
  * its friction with all others, both added to f */
 void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);
+/* friction of all touches and joints, forces of the touches into the wrenches */
+void stein__rub(stein_sim *sim);
+
+/* contact.c; the guard of a contact that is gone with the load is -1 */
 double stein__spot_guard(const stein_sim *sim, int spot);
 double stein__spot_gap(const stein_sim *sim, int spot);
 void stein__spot_forces(stein_sim *sim);
@@ -214,9 +218,6 @@ static inline double smaller(double a, double b)
 {
     return a < b ? a : b;
 }
-
-/* touch.c: friction of all touches and joints, forces of the touches into the wrenches */
-void stein__rub(stein_sim *sim);
 
 /* notch.c */
 void stein__notch_guards(const stein_sim *sim, int notch, double *g, double *overlap);

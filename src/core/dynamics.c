@@ -289,19 +289,12 @@ static void pose_at(stein_sim *sim, const double *q)
     }
 }
 
-static double spot_guard(const stein_sim *sim, int i)
-{
-    const stein_model *model = sim->model;
-    int lifted = !sim->head->load_present && model->spots[i].contact == model->load.contact;
-    return lifted ? -1.0 : stein__spot_guard(sim, i);
-}
-
 void stein__guards(stein_sim *sim, const double *q, double *guard)
 {
     const stein_model *model = sim->model;
     pose_at(sim, q);
     for (int i = 0; i < model->nspot; i++) {
-        guard[i] = spot_guard(sim, i);
+        guard[i] = stein__spot_guard(sim, i);
     }
     for (int i = 0; i < model->nnotch; i++) {
         double overlap;
@@ -314,7 +307,7 @@ double stein__guard(stein_sim *sim, const double *q, int i)
     int nspot = sim->model->nspot;
     pose_at(sim, q);
     if (i < nspot) {
-        return spot_guard(sim, i);
+        return stein__spot_guard(sim, i);
     }
     double guard[NOTCH_GUARDS], overlap;
     stein__notch_guards(sim, (i - nspot) / NOTCH_GUARDS, guard, &overlap);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * elementary.h - the elementary functions of the core: sine and cosine together, tanh, exp, log.
  *
- * Own ones, so that a motion is the same bits with any libm, and because libm's tables, flags and
- * calls cost several times what the evaluation of a mechanism needs. Each is a reduction to a short
- * interval and a polynomial, almost without branches; what lies outside of a mechanism's range goes
- * to libm.
+ * Own ones, so that a motion is the same bits with any libm, and inline, without libm's tables,
+ * flags and calls. Each is a reduction to a short interval and a polynomial, almost without
+ * branches; what lies outside of a mechanism's range goes to libm.
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
@@ -13,7 +12,7 @@
  *   log     x = 2^n (1 + f),  log(1 + f) = f - f^2/2 + s (f^2/2 + L(s^2)),  s = f / (2 + f)
  *
  * The minimax coefficients are those of FDLIBM (Sun Microsystems 1993). Errors, as the tests have
- * them: sincos, exp and log 1 ulp, tanh 2 ulp; power() loses what y log x has of 1.
+ * them: sincos, exp and log 1 ulp, tanh 3 ulp; power() loses what y log x has of 1.
  */
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H

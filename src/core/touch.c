@@ -7,7 +7,7 @@
  *
  * First everything finds out how fast it slides, then the tanh of all frictions are worked out in a
  * row, and the forces follow. One contact after the other would each wait for the divisions and the
- * polynomial of its tanh, which is a quarter of an evaluation.
+ * polynomial of its tanh.
  */
 #include "core.h"
 

@@ -14,9 +14,7 @@
  *     others, if most of them are well explained), or
  *   - most strokes are well explained, and another value of a setting - one that another stroke
  *     has, the other sign - explains this one as well as the others, or
- *   - most strokes are well explained, this one is off by much of its travel, and nothing helps,
- *
- * unless a number of the file that is off by its tolerance explains the record, too.
+ *   - most strokes are well explained, this one is off by much of its travel, and nothing helps.
  *
  * Searched are only values that a slip of the pen leads to. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
@@ -33,7 +31,6 @@
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
-static const double tolerances = 2.0; /* a number of the file may be off by so many */
 enum {
     SHIFTS = 41,       /* of the trigger, over +-3 of its prior sd */
     PATIENCE = 200000, /* evaluations of a stroke as it is; of many samples 100 each */
@@ -126,22 +123,20 @@ static double misfit(check *c, int stroke)
     return best;
 }
 
-/* the same with another setting k, nset: one more */
-static double misfit_with(check *c, int stroke, int k, int param, double value)
+/* the same with another value of one setting */
+static double misfit_with(check *c, int stroke, int k, double value)
 {
     fit__stroke *s = &c->p->stroke[stroke];
     const lab_data *own = s->data;
     lab_data other = *own;
-    lab_setting *set = calloc((size_t)own->nset + 1, sizeof *set);
+    lab_setting *set = malloc(sizeof *set * (size_t)own->nset);
     if (set == NULL) {
         c->failed = STEIN_ENOMEM;
         return INFINITY;
     }
     memcpy(set, own->set, sizeof *set * (size_t)own->nset);
-    set[k].param = param;
     set[k].value = value;
     other.set = set;
-    other.nset = k < own->nset ? own->nset : k + 1;
     s->data = &other;
     double off = misfit(c, stroke);
     s->data = own;
@@ -162,7 +157,7 @@ static void try_value(check *c, int stroke, int k, double value, int decimal, gu
     if (fabs(value - own) <= 0.05 * fabs(own)) {
         return;
     }
-    double off = misfit_with(c, stroke, k, c->p->stroke[stroke].data->set[k].param, value);
+    double off = misfit_with(c, stroke, k, value);
     // of two that explain it the one with the same digits is the likelier slip
     if (off < best->misfit * (decimal ? 1.0 : best->decimal ? 0.5 : 1.0)) {
         *best = (guess){k, decimal, value, off};
@@ -246,25 +241,6 @@ static int begins_anywhere(const check *c, int stroke)
     return 0;
 }
 
-/* Is the stroke as well explained by a number of the file that is off by its tolerance? Then it is
- * one that just escapes, or just does not, and its settings are not to blame. */
-static int is_within_tolerance(check *c, int stroke, double own)
-{
-    const stein_model *m = lab_equations(c->p->model);
-    const double *p = lab_parameters(c->p->model);
-    const lab_data *d = c->p->stroke[stroke].data;
-    for (int i = 0; isfinite(own) && i < m->np; i++) {
-        double sd = fit__is_set(d, i) ? 0.0 : m->params[i].tolerance;
-        for (int sign = -1; sd > 0.0 && sign <= 1; sign += 2) {
-            double value = p[i] + sign * tolerances * sd;
-            if (misfit_with(c, stroke, d->nset, i, value) < own / explained) {
-                return 1;
-            }
-        }
-    }
-    return 0;
-}
-
 static void judge(check *c, int stroke)
 {
     const lab_data *d = c->p->stroke[stroke].data;
@@ -278,10 +254,10 @@ static void judge(check *c, int stroke)
     double as_good = others_fit ? usual * c->median : well;
     int by_digits = g.decimal && g.misfit < own / (2.0 * explained) && g.misfit < as_good;
     int like_others = others_fit && own > worse * c->median && g.misfit < usual * c->median;
-    int another = better && (by_digits || like_others);
-    int alone = !isfinite(own) || (others_fit && own > far_off && own > much_worse * c->median);
-    if ((another || alone) && !is_within_tolerance(c, stroke, own)) {
-        tell(c, d, another ? &d->set[g.set] : &d->set[0], another ? &g : NULL, own);
+    if (better && (by_digits || like_others)) {
+        tell(c, d, &d->set[g.set], &g, own);
+    } else if (!isfinite(own) || (others_fit && own > far_off && own > much_worse * c->median)) {
+        tell(c, d, &d->set[0], NULL, own);
     }
 }
 

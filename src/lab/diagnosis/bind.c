@@ -50,11 +50,11 @@ stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *f
     size_t size = 0, more = 0;
     stein_status status = lab_open(&whole, file, options, err);
     if (status == STEIN_OK && c->effect->needs != NULL) {
-        int compliance = strcmp(c->effect->size, "compliance") == 0;
         status = lab__read_file(file, &text, &size, err);
         status = status == STEIN_OK
-                     ? lab__structure_text(c, compliance ? c->start * c->limit : 0.0,
-                                           lab__mechanism(whole), text, size, &extended, &more, err)
+                     ? lab__structure_text(
+                           c, lab_effect_is_compliance(c->effect) ? c->start * c->limit : 0.0,
+                           lab__mechanism(whole), text, size, &extended, &more, err)
                      : status;
         status = status == STEIN_OK ? lab__open_text(&model, file, extended, more, options, err)
                                     : status;

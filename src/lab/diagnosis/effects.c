@@ -129,6 +129,11 @@ const lab_effect *lab_effect_find(const char *kind)
     return NULL;
 }
 
+int lab_effect_is_compliance(const lab_effect *effect)
+{
+    return strcmp(effect->size, "compliance") == 0;
+}
+
 const char *lab_site_text(lab_site site)
 {
     static const char *const text[] = {"joint", "body",     "contact", "contact or notch",

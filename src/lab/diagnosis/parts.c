@@ -35,31 +35,19 @@ static double amount_at(int k)
 static void one(void *ctx, fit__bench *b, int job)
 {
     scan *c = ctx;
-    fit__problem p = *c->part->fit; // this thread's: with the part's numbers in it
     int stroke = c->stroke[job % c->nstroke];
-    const fit__stroke *data = &p.stroke[stroke];
-    size_t nu = (size_t)p.nu, n = (size_t)(data->nch * data->n);
-    fit__unknown *unknown = malloc(sizeof *unknown * nu);
-    double *x = malloc(sizeof *x * (nu + n));
+    const fit__stroke *data = &c->part->fit->stroke[stroke];
+    size_t n = (size_t)(data->nch * data->n);
+    double *r = malloc(sizeof *r * (n + 1));
     c->chi2[job] = INFINITY;
-    if (unknown != NULL && x != NULL) {
-        memcpy(unknown, p.unknown, sizeof *unknown * nu);
-        memcpy(x, c->x, sizeof *x * nu);
-        memset(x + p.amount, 0, sizeof *x * FIT__NUMBERS);
-        p.unknown = unknown;
-        p.horizon = INFINITY;
-        fit__problem_try(&p, &c->part->s.candidate);
-        x[p.amount] = amount_at(job / c->nstroke);
-        if (fit__simulate(&p, b, stroke, x, x + nu, NULL) == STEIN_OK) {
-            fit__weigh(data, x + nu);
-            c->chi2[job] = 0.0;
-            for (size_t i = nu; i < nu + n; i++) {
-                c->chi2[job] += x[i] * x[i];
-            }
+    if (r != NULL && diag__simulate_with(c->part->fit, b, c->part, c->x,
+                                         amount_at(job / c->nstroke), stroke, r) == 0) {
+        c->chi2[job] = 0.0;
+        for (size_t i = 0; i < n; i++) {
+            c->chi2[job] += r[i] * r[i];
         }
     }
-    free(unknown);
-    free(x);
+    free(r);
 }
 
 static double sum_of(const scan *c, int k)
@@ -114,6 +102,7 @@ stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *e
             continue;
         }
         c.part = s;
+        s->fit->horizon = INFINITY;
         d->out->strokes_simulated += AMOUNTS * c.nstroke;
         status = fit__parallel(s->fit, AMOUNTS * c.nstroke, one, &c, err);
         status = status == STEIN_OK ? judge(s, &c, samples, err) : status;

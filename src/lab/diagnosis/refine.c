@@ -47,12 +47,18 @@ static double least_amount(const diag__suspect *s)
     return s->model != NULL ? s->step : 0.0;
 }
 
+/* numbers in the block of x, r, J and sd of a refit */
+static size_t room_of(const fit__problem *p)
+{
+    return (size_t)p->nu + fit__offset(p, p->nstroke) + fit__columns(p) + (size_t)p->np + 1;
+}
+
 static stein_status make_room(diag *d, diag__suspect *s, stein_err *err)
 {
     const fit__problem *p = diag__problem(d, s);
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     if (s->x == NULL) {
-        s->x = malloc(sizeof *s->x * (nu + rows + fit__columns(p) + (size_t)p->np + 1));
+        s->x = malloc(sizeof *s->x * room_of(p));
         s->r = s->x != NULL ? s->x + nu : NULL;
         s->J = s->x != NULL ? s->r + rows : NULL;
         s->sd = s->x != NULL ? s->J + fit__columns(p) : NULL;
@@ -369,9 +375,9 @@ static stein_status without_strays(diag *d, diag__suspect *s, double first, int 
 static stein_status again(diag *d, diag__suspect *s, another_start *start, double first,
                           stein_err *err)
 {
-    fit__problem *p = diag__problem(d, s);
-    size_t size = (size_t)p->nu + fit__offset(p, p->nstroke) + fit__columns(p);
-    double *room = malloc(sizeof *room * (size + 1)), was = s->objective;
+    const diag__suspect was = *s;
+    size_t size = room_of(diag__problem(d, s));
+    double *room = malloc(sizeof *room * size);
     if (room == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -383,9 +389,9 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, doubl
         s->unknown_J = start != from_the_file;
         status = fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
     }
-    if (status != STEIN_ENOMEM && found && (status != STEIN_OK || !(s->objective < was))) {
+    if (found && (status != STEIN_OK || !(s->objective < was.objective))) {
         memcpy(s->x, room, sizeof *room * size);
-        status = fit_on(d, s, 0, &why);
+        *s = was;
     }
     free(room);
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
@@ -413,9 +419,8 @@ static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
 /* more than noise is left to a suspect that gains enough to be worth a search */
 static int is_off(const diag *d, const diag__suspect *s)
 {
-    double dof = fmax(1.0, d->p.samples - d->p.nu),
-           noise = fit__noise_given(&d->p) ? 1.0 + 3.0 * sqrt(2.0 / dof) : far;
-    return isfinite(s->objective) && s->s.gain > worth_anew && s->s.chi2_dof > fmin(noise, far);
+    double noise = fit__noise_given(&d->p) ? fmin(1.0 + 3.0 * diag__noise_sd(d), far) : far;
+    return isfinite(s->objective) && s->s.gain > worth_anew && s->s.chi2_dof > noise;
 }
 
 /* without the strays of where it is, and once more when that has brought something */

@@ -95,6 +95,11 @@ stein_status diag__check_step(diag *d, stein_err *err);
 stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */
 stein_status diag__changes(diag *d, stein_err *err);
+/** Weighted residuals of one stroke with an amount of a suspect, the numbers beside it where they
+ *  begin, all other unknowns at x. For threads: problem is not changed.
+ *  @param r  of that stroke, out  @return 1: it cannot be simulated, r is not set */
+int diag__simulate_with(const fit__problem *problem, fit__bench *bench, const diag__suspect *s,
+                        const double *x, double amount, int stroke, double *r);
 /** The small secant of a part becomes G, and G the small one. */
 void diag__swap_secants(diag__suspect *s);
 void diag__suspects_free(diag *d);
@@ -270,6 +275,8 @@ extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
 extern const double diag__must_explain; /* share of the misfit beyond noise */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
+/** Standard deviation of chi2/dof where there is nothing but noise. */
+double diag__noise_sd(const diag *d);
 /** Largest chi2/dof of noise that the data state; INFINITY where they do not state it. */
 double diag__most_noise(const diag *d);
 /** Is a residual of this chi2/dof more than noise? Where nobody stated the noise it may be. */

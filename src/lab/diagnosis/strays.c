@@ -33,18 +33,18 @@ static double misfit(const fit__problem *p, const double *r, int s)
     return sum / fmax(1.0, t->samples);
 }
 
-/* marks strays. @return their number; 0 where too many are */
+/* marks strays. @param room  [2*nstroke]  @return their number; 0 where too many are */
 static int find(const fit__problem *p, const double *r, double *room, unsigned char *stray)
 {
     int n = p->nstroke, found = 0;
+    double *own = room, *sorted = room + n;
     for (int s = 0; s < n; s++) {
-        room[s] = misfit(p, r, s);
+        own[s] = sorted[s] = misfit(p, r, s);
     }
-    gsl_sort(room, 1, (size_t)n);
-    double middle = room[(n - 1) / 2], most = middle * (middle < settled ? lost : far_lost);
+    gsl_sort(sorted, 1, (size_t)n);
+    double middle = sorted[(n - 1) / 2], most = middle * (middle < settled ? lost : far_lost);
     for (int s = 0; s < n; s++) {
-        double own = misfit(p, r, s);
-        stray[s] = own > most && (own - middle) * p->stroke[s].samples > worth;
+        stray[s] = own[s] > most && (own[s] - middle) * p->stroke[s].samples > worth;
         found += stray[s];
     }
     return found <= n / STROKES_MOST ? found : 0;
@@ -80,14 +80,14 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *fou
 {
     size_t n = (size_t)p->nstroke;
     unsigned char *stray = calloc(n + 1, 1);
-    double *room = calloc(n + (size_t)p->rows + 1, sizeof *room);
+    double *room = calloc(2 * n + (size_t)p->rows + 1, sizeof *room);
     double **none = malloc(sizeof *none * (n + 1));
     stein_status status = stray != NULL && room != NULL && none != NULL
                               ? STEIN_OK
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
     *found = status == STEIN_OK ? find(p, e->r, room, stray) : 0;
     for (size_t i = 0; *found > 0 && i < n; i++) {
-        none[i] = room + n; // weights 0, of any stroke
+        none[i] = room + 2 * n; // weights 0, of any stroke
     }
     status = *found > 0 ? recall(d, p, e, stray, none, err) : status;
     free(stray);

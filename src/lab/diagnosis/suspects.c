@@ -40,6 +40,30 @@ typedef struct trial {
     double *square;        /* [suspects*strokes] sums of squares of the change */
 } trial;
 
+int diag__simulate_with(const fit__problem *problem, fit__bench *b, const diag__suspect *s,
+                        const double *x0, double amount, int stroke, double *r)
+{
+    fit__problem p = *problem; // this thread's: with the suspect in it
+    fit__unknown *unknown = malloc(sizeof *unknown * (size_t)p.nu);
+    double *x = malloc(sizeof *x * (size_t)p.nu);
+    int failed = 1;
+    if (unknown != NULL && x != NULL) {
+        memcpy(unknown, p.unknown, sizeof *unknown * (size_t)p.nu);
+        memcpy(x, x0, sizeof *x * (size_t)p.nu);
+        memset(x + p.amount, 0, sizeof *x * FIT__NUMBERS);
+        p.unknown = unknown;
+        fit__problem_try(&p, &s->s.candidate);
+        x[p.amount] = amount;
+        failed = fit__simulate(&p, b, stroke, x, r, NULL) != STEIN_OK;
+    }
+    free(unknown);
+    free(x);
+    if (!failed) {
+        fit__weigh(&p.stroke[stroke], r);
+    }
+    return failed;
+}
+
 /* one suspect on one stroke */
 static void one(void *ctx, fit__bench *b, int job)
 {
@@ -48,24 +72,11 @@ static void one(void *ctx, fit__bench *b, int job)
     int stroke = t->stroke[job % t->nstroke];
     const fit__stroke *data = &t->p->stroke[stroke];
     size_t at = fit__offset(t->p, stroke), n = (size_t)(data->nch * data->n);
-    fit__problem p = *t->p; // this thread's: with the suspect in it
-    fit__unknown *unknown = malloc(sizeof *unknown * (size_t)p.nu);
-    double *x = malloc(sizeof *x * (size_t)p.nu);
-    t->failed[job] = 1;
-    if (unknown != NULL && x != NULL) {
-        memcpy(unknown, p.unknown, sizeof *unknown * (size_t)p.nu);
-        memcpy(x, t->x, sizeof *x * (size_t)p.nu);
-        p.unknown = unknown;
-        fit__problem_try(&p, &s->s.candidate);
-        x[p.amount] = s->step;
-        t->failed[job] = fit__simulate(&p, b, stroke, x, s->G + at, NULL) != STEIN_OK;
-    }
-    free(unknown);
-    free(x);
+    t->failed[job] =
+        (unsigned char)diag__simulate_with(t->p, b, s, t->x, s->step, stroke, s->G + at);
     if (t->failed[job]) {
         return;
     }
-    fit__weigh(data, s->G + at);
     t->square[job] = 0.0;
     for (size_t i = at; i < at + n; i++) {
         s->G[i] -= t->r0[i];

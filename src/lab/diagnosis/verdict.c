@@ -88,10 +88,14 @@ static void say_nothing_found(lab_diagnosis *o)
     }
 }
 
+double diag__noise_sd(const diag *d)
+{
+    return sqrt(2.0 / fmax(1.0, d->p.samples - d->p.nu));
+}
+
 double diag__most_noise(const diag *d)
 {
-    double dof = fmax(1.0, d->p.samples - d->p.nu);
-    return fit__noise_given(&d->p) ? 1.0 + slack + 5.0 * sqrt(2.0 / dof) : INFINITY;
+    return fit__noise_given(&d->p) ? 1.0 + slack + 5.0 * diag__noise_sd(d) : INFINITY;
 }
 
 int diag__is_rival(const diag *d, int i)
@@ -106,9 +110,8 @@ int diag__is_rival(const diag *d, int i)
  */
 static int is_crumb(const diag *d, const diag__suspect *best)
 {
-    double dof = fmax(1.0, d->p.samples - d->p.nu), before = fit__chi2_dof(&d->p, d->r),
-           excess = before - 1.0;
-    return fit__noise_given(&d->p) && excess > 2.0 * sqrt(2.0 / dof) &&
+    double before = fit__chi2_dof(&d->p, d->r), excess = before - 1.0;
+    return fit__noise_given(&d->p) && excess > 2.0 * diag__noise_sd(d) &&
            before - best->s.chi2_dof < crumb * excess;
 }
 

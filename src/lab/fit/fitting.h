@@ -69,11 +69,11 @@ int fit__find_number(const char *name);
 /** One unknown. */
 typedef struct fit__unknown {
     fit__kind kind;
-    int stroke;     /* -1: of all */
-    int index;      /* parameter; channel slot of the stroke; joint; group */
-    int log, prior; /* prior 0: sd is only a scale */
-    int idle;       /* stays where it is */
-    int part;       /* amount of a part: a compliance near 0 is a stiffness that no step follows */
+    int stroke;       /* -1: of all */
+    int index;        /* parameter; channel slot of the stroke; joint; group */
+    int log, prior;   /* prior 0: sd is only a scale */
+    int idle;         /* stays where it is */
+    int compliance;   /* an amount that near 0 is a stiffness which no step follows */
     double start, sd; /* of z */
 } fit__unknown;
 

@@ -30,9 +30,9 @@
 #include "fitting.h"
 
 enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
-static const double far_off = 30.0;     /* objective, from where no chord leads back */
-static const double least_part = 3e-4;  /* limits */
-static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
+static const double far_off = 30.0;          /* objective, from where no chord leads back */
+static const double least_compliance = 3e-4; /* limits */
+static const double longest_step = 3.0;      /* of an unknown with a prior, in its sd */
 
 /* ---- the arrow ---- */
 
@@ -361,9 +361,9 @@ static double go(fit__problem *p, room *m, const double *x, stein_status *status
     for (int u = 0; u < p->nu; u++) {
         double to = x[u] + scale * m->dx[u], most = p->limit;
         int bound = is_bounded(&p->unknown[u]);
-        m->try_x[u] = bound                ? fmin(fmax(to, -most), most)
-                      : p->unknown[u].part ? fmax(to, least_part)
-                                           : to;
+        m->try_x[u] = bound                      ? fmin(fmax(to, -most), most)
+                      : p->unknown[u].compliance ? fmax(to, least_compliance)
+                                                 : to;
     }
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
     return *status == STEIN_OK && failed == 0 ? fit__chi2(p, m->try_r) + fit__priors(p, m->try_x)

@@ -155,7 +155,7 @@ static void scale_numbers(fit__unknown *amount, const lab_candidate *effect)
 {
     amount->idle = effect == NULL;
     amount->sd = effect != NULL ? effect->limit : 1.0;
-    amount->part = effect != NULL && effect->effect->needs != NULL;
+    amount->compliance = effect != NULL && lab_effect_is_compliance(effect->effect);
     for (int k = 0; k < LAB_SIDES; k++) {
         const lab_side *side = effect != NULL ? &effect->side[k] : NULL;
         fit__unknown *u = amount + 1 + k;
