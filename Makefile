@@ -7,7 +7,8 @@ CXX     ?= c++
 AR      ?= ar
 V       ?= 0
 Q       := $(if $(filter 1,$(V)),,@)
-VERSION := 0.1.0
+VERSION  := 0.1.0
+RELEASED := 2026-11-21
 
 B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
 
@@ -22,13 +23,18 @@ OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
-ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclude -I$(B)/include \
+ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' \
+                -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
 DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
 PKGS   := yaml-0.1 gsl check
-ifeq ($(filter help deps clean format format-check,$(MAKECMDGOALS)),)
+TOOLS  := gnuplot parallel
+# what `make check` and `make deb` use besides; a test without its tool is skipped and says so
+DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy debhelper lintian fakeroot
+TOOLS_CHECK  := cmake man mandoc lv2apply dh lintian fakeroot
+ifeq ($(filter help deps deps-check clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
@@ -52,7 +58,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps format format-check tidy
+.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps deps-check format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -69,12 +75,16 @@ ifneq ($(MISSING),)
 $(info missing: $(MISSING) - run: apt-get install $(DEBIAN)   or: make deps)
 endif
 
+# install packages $(2) when a library or one of the tools $(1) is missing
+need = missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
+ for t in $(1); do command -v $$t >/dev/null 2>&1 || missing=1; done; \
+ if [ -n "$$missing" ]; then \
+   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(2); \
+   else echo "run: sudo apt-get install $(2)"; exit 1; fi; fi
 deps:  ## install the Debian packages that are missing
-	$(Q)missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
-	 command -v gnuplot >/dev/null 2>&1 && command -v parallel >/dev/null 2>&1 || missing=1; \
-	 if [ -n "$$missing" ]; then \
-	   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN); \
-	   else echo "run: sudo apt-get install $(DEBIAN)"; exit 1; fi; fi
+	$(Q)$(call need,$(TOOLS),$(DEBIAN))
+deps-check:  ## and those that the tests use
+	$(Q)$(call need,$(TOOLS) $(if $(TESTS),,$(TOOLS_CHECK)),$(DEBIAN) $(DEBIAN_CHECK))
 
 # ---- rules ----------------------------------------------------------------------------------------
 $(B)/.gitignore:
@@ -172,8 +182,8 @@ SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' te
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
-check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden
+check: deps-check  ## build and run every test
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -199,15 +209,7 @@ hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into READ
 golden: $(B)/steingen  ## accept the generated text of the pendulum as the golden one
 	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
 
-install: all  ## install library, headers, programs, models and stein.pc under PREFIX
-	$(Q)install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
-	  $(DESTDIR)$(PREFIX)/include/stein $(DESTDIR)$(PREFIX)/share/stein/models/robotran
-	$(Q)install -m 755 $(B)/stein $(B)/steingen $(DESTDIR)$(PREFIX)/bin
-	$(Q)install -m 644 $(B)/libstein.a $(B)/libsteinlab.a $(DESTDIR)$(PREFIX)/lib
-	$(Q)install -m 644 $(HEADERS) $(B)/include/stein/models.h $(DESTDIR)$(PREFIX)/include/stein
-	$(Q)install -m 644 models/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models
-	$(Q)install -m 644 models/robotran/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models/robotran
-	$(Q)sed 's/@VERSION@/$(VERSION)/' src/load/stein.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/stein.pc
+include packaging/install.mk
 
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
