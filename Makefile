@@ -20,8 +20,9 @@ OPT_release := -O2 -g -fno-tree-slp-vectorize
 OPT_debug   := -O0 -g3
 OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all
 OPT  := $(OPT_$(VARIANT))
-# -ffp-contract=off: the same bits with and without fused multiply-add
-ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
+# -ffp-contract=off: the same bits with and without fused multiply-add; -fno-math-errno: a square root
+# is an instruction, and nothing is said in errno
+ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fno-math-errno -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' \
                 -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
@@ -68,7 +69,7 @@ models: $(GENERATED)  ## generate the equations of models/*.yaml
 cli: $(B)/stein $(B)/steingen  ## the two programs
 
 help:  ## this list
-	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile packaging/install.mk | expand -t 16
 	@echo '  VARIANT=release|debug|san   V=1 (show commands)   PREFIX=/usr/local   TESTS=name (one suite)'
 
 ifneq ($(MISSING),)
@@ -155,7 +156,7 @@ $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm -pthread
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
 	@echo "  LD    $@"
@@ -215,7 +216,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

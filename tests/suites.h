@@ -11,6 +11,7 @@
     X(law)        \
     X(elementary) \
     X(core)       \
+    X(realtime)   \
     X(integrator) \
     X(contact)    \
     X(stroke)     \

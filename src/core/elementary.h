@@ -3,7 +3,7 @@
  *
  * Own ones, so that a motion is the same bits with any libm, and inline, without libm's tables,
  * flags and calls. Each is a reduction to a short interval and a polynomial, almost without
- * branches; what lies outside of a mechanism's range goes to libm.
+ * branches. Only sines and cosines of more than 1e5 rad go to libm. Nothing sets errno.
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
@@ -17,6 +17,7 @@
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -61,9 +62,10 @@ static inline double stein__cosine_rest(double z)
 /* sine and cosine of an angle outside of that interval */
 static inline void stein__sincos_far(double x, double *s, double *c)
 {
-    if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
-        *s = sin(x);
-        *c = cos(x);
+    if (!(fabs(x) < 1e5)) {              // where n pi/2 is no longer exact in its parts
+        int number = fabs(x) <= DBL_MAX; // libm writes errno for what is none
+        *s = number ? sin(x) : NAN;
+        *c = number ? cos(x) : NAN;
         return;
     }
     double shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
@@ -111,15 +113,27 @@ static inline stein__exponent stein__exp_parts(double x)
     return (stein__exponent){power, high, low, r, even};
 }
 
+/* e^x where 2^n may be none */
+static inline double stein__exp_far(double x);
+
 /** e^x. */
 static inline double stein__exp(double x)
 {
     if (!(fabs(x) < 700.0)) {
-        return exp(x);
+        return stein__exp_far(x);
     }
     stein__exponent p = stein__exp_parts(x);
     double c = p.r - p.even; // e^r = 1 + r + r c / (2 - c)
     return p.power * (1.0 - ((p.low - p.r * c / (2.0 - c)) - p.high));
+}
+
+static inline double stein__exp_far(double x)
+{
+    if (!(fabs(x) < 800.0)) {
+        return x > 0.0 ? (double)INFINITY : x < 0.0 ? 0.0 : x;
+    }
+    double root = stein__exp(0.5 * x);
+    return root * root;
 }
 
 /** Hyperbolic tangent of u. */
@@ -133,11 +147,14 @@ static inline double stein__tanh(double u)
     return copysign(above / below, u);
 }
 
+/* ln x where 1/x may be none */
+static inline double stein__log_far(double x);
+
 /** Natural logarithm of x. */
 static inline double stein__log(double x)
 {
     if (!(x > 1e-300 && x < 1e300)) {
-        return log(x);
+        return stein__log_far(x);
     }
     // 1 + f in sqrt(1/2)..sqrt(2)
     uint64_t bits = stein__bits(x) + 0x00095f6200000000;
@@ -151,6 +168,15 @@ static inline double stein__log(double x)
                            w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
     double low = n * 1.90821492927058770002e-10;
     return n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
+}
+
+static inline double stein__log_far(double x)
+{
+    if (!(x > 0.0 && x <= DBL_MAX)) {
+        return x > 0.0 ? x : x == 0.0 ? -(double)INFINITY : (double)NAN;
+    }
+    return x < 1.0 ? stein__log(x * 0x1p200) - 1.386294361119890572454e+02
+                   : stein__log(x * 0x1p-200) + 1.386294361119890572454e+02;
 }
 
 /** x^y for x > 0 and moderate y. */
