@@ -168,7 +168,7 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
-$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off"'
+$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off -fno-math-errno"'
 
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, tell where the results are
@@ -216,7 +216,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

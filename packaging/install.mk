@@ -49,6 +49,7 @@ below = $(shell realpath -m --relative-to=$(1) $(2))
 fill = sed -e 's|@VERSION@|$(VERSION)|g; s|@SOVERSION@|$(SOVERSION)|g; s|@RPATH@|$(RPATH)|g' \
   -e 's|@UP@|$(call below,$(2),$(PREFIX))|; s|@LIB@|$(call below,$(PREFIX),$(LIBDIR))|' \
   -e 's|@INCLUDE@|$(call below,$(PREFIX),$(INCLUDEDIR))|; s|@MODELS@|$(call below,$(PREFIX),$(MODELDIR))|' \
+  -e 's|@BIN@|$(call below,$(PREFIX),$(BINDIR))|' \
   -e "s|@POINTER@|$$(echo __SIZEOF_POINTER__ | $(CC) $(CFLAGS) -E -P -)|" packaging/$(1).in \
   > $(DESTDIR)$(2)/$(1)
 put = $(Q)install -d $(DESTDIR)$(3) && install -m $(1) $(2) $(DESTDIR)$(3)

@@ -95,16 +95,17 @@ ${CC:-cc} $san "$tmp/strike/strike.c" $(pkg-config --cflags stein) "$lib/libstei
 test "$("$tmp/s" 2>&1)" = "$said"
 ok "the archive alone is enough" $?
 if command -v cmake >/dev/null 2>&1; then
-    rm -rf "$tmp/strike/build"
-    { cmake -S "$tmp/strike" -B "$tmp/strike/build" -DCMAKE_PREFIX_PATH="$tmp/moved" \
-        -DCMAKE_C_FLAGS="$san" -DCMAKE_CXX_FLAGS="$san" && cmake --build "$tmp/strike/build" -j 2; } \
+    { cmake -S "$tmp/moved/share/stein/examples" -B "$tmp/cmake" -DCMAKE_PREFIX_PATH="$tmp/moved" \
+        -DCMAKE_C_FLAGS="$san" -DCMAKE_CXX_FLAGS="$san" && cmake --build "$tmp/cmake" -j 2; } \
         >"$tmp/log" 2>&1
-    ok "examples/strike is made with CMake ($(grep -i error "$tmp/log" | head -n 1))" $?
+    ok "the examples are made with CMake ($(grep -i error "$tmp/log" | head -n 1))" $?
     for program in strike strike_static strike_cc; do
-        test "$("$tmp/strike/build/$program" 2>&1)" = "$said"
+        test "$("$tmp/cmake/$program" 2>&1)" = "$said"
         ok "$program of CMake runs" $?
     done
-    "$tmp/strike/build/lab" "$tmp/moved/share/stein/models/stein1788.yaml" 2>&1 |
+    "$tmp/cmake/rocker" | grep -q '^on the felt after '
+    ok "a mechanism of one's own runs" $?
+    "$tmp/cmake/lab" "$tmp/moved/share/stein/models/stein1788.yaml" 2>&1 |
         grep -q '^struck, escapement'
     ok "lab of CMake judges a stroke" $?
     # versions: 0.1 asks for what there is, 0.0 and 0.2 for something else

@@ -7,8 +7,7 @@
 
 #include <stein/stein.h>
 
-namespace
-{
+namespace {
 struct release {
     void operator()(stein_sim *sim) const
     {
