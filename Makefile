@@ -23,14 +23,14 @@ OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add; -fno-math-errno: a square root
 # is an instruction, and nothing is said in errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fno-math-errno -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' \
                 -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
-PKGS   := yaml-0.1 gsl check
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev check gnuplot-nox parallel
+PKGS   := yaml-0.1 gsl expat check
 TOOLS  := gnuplot parallel
 # what `make check` and `make deb` use besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy debhelper lintian fakeroot
@@ -40,6 +40,8 @@ MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || e
 endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
 GSL_LIBS   = $(shell pkg-config --libs gsl)
+XML_LIBS   = $(shell pkg-config --libs expat)
+LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS)
 CHECK_LIBS = $(shell pkg-config --libs check)
 
 # ---- sources --------------------------------------------------------------------------------------
@@ -153,10 +155,10 @@ $(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) -lm
 $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm
 $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm -pthread
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(LAB_LIBS) -lm -pthread
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
 	@echo "  LD    $@"
@@ -167,7 +169,7 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) -lm
 $(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off -fno-math-errno"'
 
 # ---- jobs -----------------------------------------------------------------------------------------

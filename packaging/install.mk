@@ -23,7 +23,7 @@ $(B)/libstein.so: $(CORE_OBJ) packaging/libstein.map
 	$(links)
 $(B)/libsteinlab.so: $(LAB_OBJ) packaging/libsteinlab.map $(B)/libstein.so
 	@echo "  LD    $@"
-	$(shared) $(LAB_OBJ) -L$(B) -lstein $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(shared) $(LAB_OBJ) -L$(B) -lstein $(LAB_LIBS) -lm
 	$(links)
 
 # ---- manual pages and completion, out of the programs' own help ------------------------------------

@@ -12,6 +12,7 @@
     X(elementary) \
     X(core)       \
     X(realtime)   \
+    X(import)     \
     X(integrator) \
     X(contact)    \
     X(stroke)     \

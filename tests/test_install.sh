@@ -64,7 +64,7 @@ for part in stein steinlab; do
     prefix=${part%lab}
     case $part in
     stein) headers=stein ;;
-    *) headers='lab data fit diagnose plan' prefix=lab ;;
+    *) headers='lab data fit diagnose plan import' prefix=lab ;;
     esac
     nm -D --defined-only "$lib/lib$part.so" | awk '{print $3}' | sed 's/@.*//' |
         grep -v '^LIBSTEIN' | sort -u >"$tmp/exported"

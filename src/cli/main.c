@@ -6,9 +6,9 @@
 
 #include "cli.h"
 
-const cli_command *const cli_commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
-                                           &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
-                                           &cli_fit,   &cli_diagnose, &cli_plan,   NULL};
+const cli_command *const cli_commands[] = {
+    &cli_check,   &cli_generate, &cli_strike,   &cli_simulate, &cli_sweep,  &cli_merge, &cli_study,
+    &cli_effects, &cli_fit,      &cli_diagnose, &cli_plan,     &cli_import, NULL};
 enum { COMMANDS = sizeof cli_commands / sizeof *cli_commands - 1 };
 
 static void overview(FILE *stream)
