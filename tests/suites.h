@@ -13,6 +13,7 @@
     X(core)       \
     X(realtime)   \
     X(import)     \
+    X(formats)    \
     X(integrator) \
     X(contact)    \
     X(stroke)     \

@@ -40,9 +40,10 @@
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
  *   handover.h parameters from another thread, and what a real-time host may rely on
- * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies; data.h
- * measured strokes; import.h mechanisms of other programs; fit.h parameters from strokes; diagnose.h the table of physical effects
- * and which of them measured strokes show.
+ * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
+ * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and
+ * which of them measured strokes show; plan.h the next experiment; import.h mechanisms of other
+ * programs.
  */
 #ifndef STEIN_H
 #define STEIN_H

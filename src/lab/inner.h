@@ -13,6 +13,7 @@
  *   batch.c    many simulations                journal.c  finished points, safe from kill -9
  *   vary.c     a sweep over a grid             map.c      a sweep as a picture
  *   grid_file.c  does the file accept these points?
+ *   binary.c   records for NumPy and MATLAB
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -222,6 +223,7 @@ int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 
 /* ---- record.c ---- */
 
+const stein_model *lab__record_model(const lab_record *record);
 int lab__record_rows(const lab_record *record);
 double lab__record_at(const lab_record *record, int row, int channel);
 
