@@ -132,7 +132,7 @@ static answer play(host *h)
     answer a = {.status = STEIN_OK};
     errno = 4711;
     while (a.steps < STEPS && a.status == STEIN_OK) {
-        a.status = host_step(h, a.steps);
+        a.status = (int)host_step(h, a.steps);
         a.steps += a.status == STEIN_OK;
     }
     a.errno_after = errno;

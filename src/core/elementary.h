@@ -62,10 +62,11 @@ static inline double stein__cosine_rest(double z)
 /* sine and cosine of an angle outside of that interval */
 static inline void stein__sincos_far(double x, double *s, double *c)
 {
-    if (!(fabs(x) < 1e5)) {              // where n pi/2 is no longer exact in its parts
-        int number = fabs(x) <= DBL_MAX; // libm writes errno for what is none
-        *s = number ? sin(x) : NAN;
-        *c = number ? cos(x) : NAN;
+    if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
+        int number = fabs(x) <= DBL_MAX;
+        double some = number ? x : 0.0; // libm writes errno for what is no number
+        *s = number ? sin(some) : (double)NAN;
+        *c = number ? cos(some) : (double)NAN;
         return;
     }
     double shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
