@@ -68,7 +68,8 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,models/strokes/*.csv,$(MODELDIR)/strokes)
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)
 	$(Q)install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 $(B)/stein.bash $(DESTDIR)$(COMPLETIONS)/stein
-	$(Q)cd examples && find . -type f | while read -r f; do \
+	$(Q)cd examples && find . -type f \( -name '*.c' -o -name '*.cc' -o -name '*.ttl' -o -name '*.yaml' \
+	  -o -name '*.md' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
 	  install -D -m 644 "$$f" "$(abspath $(DESTDIR)$(EXAMPLEDIR))/$$f" || exit 1; done
 	$(Q)install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(LIBDIR)/cmake/stein
 	$(Q)$(call fill,stein.pc,$(LIBDIR)/pkgconfig)
@@ -91,7 +92,7 @@ deb: $(B)/.gitignore  ## Debian packages, looked at by lintian: build/deb/*.deb
 	$(Q)rm -rf $(B)/deb && mkdir -p $(B)/deb/stein-$(VERSION)
 	$(Q)cp -a $(filter-out build%,$(wildcard *)) $(B)/deb/stein-$(VERSION)
 	$(Q)mv $(B)/deb/stein-$(VERSION)/packaging/debian $(B)/deb/stein-$(VERSION)
-	$(Q)cd $(B)/deb/stein-$(VERSION) && env -u MAKEFLAGS -u MAKELEVEL DEB_BUILD_OPTIONS="$${DEB_BUILD_OPTIONS:-nocheck} parallel=$(JOBS)" \
+	$(Q)cd $(B)/deb/stein-$(VERSION) && env -u MAKEFLAGS -u MAKELEVEL DEB_BUILD_OPTIONS="$${DEB_BUILD_OPTIONS-nocheck} parallel=$(JOBS)" \
 	  dpkg-buildpackage -us -uc -b > ../build.log 2>&1 || { tail -n 30 ../build.log; exit 1; }
 	$(Q)lintian --allow-root --fail-on error,warning $(B)/deb/*.changes
 	$(Q)ls $(B)/deb/*.deb

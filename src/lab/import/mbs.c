@@ -24,7 +24,9 @@ void mbs_note(mbs_project *p, const char *format, ...)
     vsnprintf(text, sizeof text, format, list);
     va_end(list);
     for (char *c = text; *c != '\0'; c++) { // a name may hold anything
-        *c = (unsigned char)*c < ' ' || *c == 127 ? '?' : *c;
+        if ((unsigned char)*c < ' ' || *c == 127) {
+            *c = '?';
+        }
     }
     char **more = realloc(p->note, ((size_t)p->nnote + 1) * sizeof *more);
     char *copy = lab__text("%s", text);
@@ -73,12 +75,21 @@ static void clean(char name[MECH_NAME], const char *label)
     for (; *label != '\0' && n < MECH_NAME - 5; label++) {
         int fine = ((*label | 32) >= 'a' && (*label | 32) <= 'z') ||
                    (*label >= '0' && *label <= '9') || *label == '_';
-        name[n++] = fine ? *label : '_';
+        name[n++] = '_';
+        if (fine) {
+            name[n - 1] = *label;
+        }
     }
     name[n] = '\0';
     if (is_word_of_c(name)) {
-        strcat(name, "_");
+        name[n] = '_';
+        name[n + 1] = '\0';
     }
+}
+
+static void copy_name(char to[MECH_NAME], const char *from)
+{
+    snprintf(to, MECH_NAME, "%s", from);
 }
 
 /* the same name with a number behind it */
@@ -93,7 +104,7 @@ static void give_name(mbs_project *p, char name[MECH_NAME], const char *label, c
 {
     char base[MECH_NAME];
     clean(base, label);
-    strcpy(name, base);
+    copy_name(name, base);
     for (int i = 2; taken(p, name, owner); i++) {
         number_name(name, base, i);
     }
@@ -298,15 +309,15 @@ static void name_carriers(mbs_project *p)
         mbs_joint *j = &p->joint[i];
         int last = i + 1 == p->njoint || p->joint[i + 1].body != j->body;
         if (last) {
-            strcpy(j->carries, p->body[j->body].name);
+            copy_name(j->carries, p->body[j->body].name);
             continue;
         }
         char name[MECH_NAME];
-        strcpy(name, j->name);
+        copy_name(name, j->name);
         for (int k = 2; body_taken(p, name, 0); k++) {
             number_name(name, j->name, k);
         }
-        strcpy(j->carries, name);
+        copy_name(j->carries, name);
     }
 }
 
