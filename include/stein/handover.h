@@ -14,7 +14,7 @@
  *
  *   The three slots of values go round by one atomic exchange on each side: neither side ever waits
  *   for the other, what is taken is always one whole set as published, and older sets that were not
- *   taken are dropped. One thread publishes, one takes.
+ *   taken are dropped. One thread publishes, one takes; they may be the same.
  */
 #ifndef STEIN_HANDOVER_H
 #define STEIN_HANDOVER_H
