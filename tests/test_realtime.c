@@ -65,7 +65,7 @@ static void on_force(void *ctx, double t, const double *q, const double *qd, dou
 static void host_open(host *h)
 {
     memset(h, 0, sizeof *h);
-    h->sim = make_sim(&stein_model_stein1788, STEIN_DP5, 20e-6);
+    h->sim = make_sim(&stein_model_stein1788, STEIN_RK4, 20e-6);
     ck_assert_stein(stein_handover_create(&h->handover, &stein_model_stein1788, NULL, err));
     h->start = malloc(stein_state_size(h->sim));
     stein_save(h->sim, h->start);
@@ -404,7 +404,7 @@ static void *publish(void *ctx)
 START_TEST(sets_of_another_thread_come_whole_and_in_order)
 {
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
-    writer w = {.sets = 200000};
+    writer w = {.sets = 20000};
     ck_assert_stein(stein_handover_create(&w.handover, &stein_model_pendulum, NULL, err));
     pthread_t thread;
     ck_assert_int_eq(pthread_create(&thread, NULL, publish, &w), 0);
