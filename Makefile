@@ -23,7 +23,7 @@ OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add; -fno-math-errno: a square root
 # is an instruction, and nothing is said in errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fno-math-errno -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' \
                 -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
@@ -57,7 +57,7 @@ GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o
-LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o
+LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o $(B)/obj/page_files.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
@@ -138,6 +138,21 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
+
+# Files of the project that the program `stein` carries as text, line by line: what a page is made
+# of, and the sources that are compiled into it. embed LIST FILES: the array LIST of all FILES
+PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
+PAGE_CORE  := $(wildcard src/core/*.[ch]) src/page/shim.c \
+              $(addprefix include/stein/,law.h model.h sim.h status.h)
+embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
+	  sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/' $$f; echo '    0};'; done; \
+	  echo "const page__source page__$(1)[] = {"; \
+	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
+$(B)/page_files.c: $(PAGE_FILES) $(PAGE_CORE) Makefile | $(B)/.gitignore
+	$(Q){ echo '#include "page.h"'; $(call embed,page_files,$(PAGE_FILES)); \
+	  $(call embed,core_files,$(PAGE_CORE)); } > $@
+$(B)/obj/page_files.o: $(B)/page_files.c
+	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
 $(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) bench/bench.c): | $(B)/include/stein/models.h

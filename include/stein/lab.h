@@ -260,6 +260,23 @@ int lab_study_grid(lab_point *point, int n);
  *  @return their number */
 int lab_facts(lab_fact *fact, const lab_point *point, int n);
 
+/* ---- pages ---- */
+
+enum { LAB_HASH = 17 };
+/** What became of a page. */
+typedef struct lab_page_facts {
+    size_t page, module; /* bytes of the file (0: not a file), of the WebAssembly module in it */
+    char hash[LAB_HASH]; /* FNV-1a of the state after the file's own run: the page shows its own */
+} lab_page_facts;
+/** Write a mechanism as one HTML file that simulates it in a browser: core and equations are
+ *  compiled to WebAssembly by clang (options->cc is not asked; the environment's WASM_CC is), once
+ *  for all mechanisms and once a mechanism, into the cache.
+ *  @param facts  out, may be NULL
+ *  @return OK, EIO, ENOMEM, ECOMPILE (no clang, lld or wasi-libc: which Debian packages), or what a
+ *          run returns */
+stein_status lab_page(const char *path, const lab_model *model, const lab_options *options,
+                      lab_page_facts *facts, stein_err *err);
+
 #ifdef __cplusplus
 }
 #endif

@@ -212,6 +212,13 @@ const mechanism *lab__mechanism(const lab_model *model);
 
 /* ---- compile.c ---- */
 
+/** Folder of the cache for this version of the library, not yet made; freed by the caller.
+ *  @return OK, EIO (the environment names none), ENOMEM */
+stein_status lab__cache(char **folder, const lab_options *options, stein_err *err);
+/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
+/** The first line of a compiler's log that tells of an error; "" when there is none. */
+void lab__complaint(const char *log, char *text, int size);
 /** Equations of a mechanism from the cache, compiled into it when they are absent or stale. */
 stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
                            const gen_result *equations, const lab_options *options, stein_err *err);
