@@ -2,12 +2,13 @@
  * wasm.c - core and equations as one WebAssembly module, by clang, wasm-ld and wasi-libc.
  *
  *   CACHE/VERSION-abiN/page-SOURCES/src/..., include/...    the sources, as this program has them
- *   CACHE/VERSION-abiN/page-SOURCES/core.o                  the core, once for all mechanisms
  *   CACHE/VERSION-abiN/page-SOURCES/NAME-HASH.wasm          one mechanism structure each
  *
- * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated. Why not
- * the whole module when libstein is built: then every build would need a second compiler and its C
- * library, for one command. Values are no part of a module; the page puts them in.
+ * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated. Values
+ * are no part of a module; the page puts them in. Core and equations are compiled together (-flto):
+ * with a core compiled beforehand, once for all mechanisms, a step took 1.3 times as long and a
+ * frame in real time more than its 4 ms, to save a second once a mechanism. And a module made when
+ * libstein is built would let every build need a second compiler, for one command.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -16,18 +17,18 @@
 
 #include "page.h"
 
-enum { MAX_COMPILER_WORDS = 16, MAX_WORDS = 64 };
+enum { MAX_WORDS = 96 };
 
 /* names of one module, all owned */
 typedef struct job {
-    char *folder, *core, *equations, *module; /* in the cache */
-    char *work, *fresh, *log;                 /* of this process alone */
+    char *folder, *equations, *module; /* in the cache */
+    char *work, *fresh, *log;          /* of this process alone */
     char *sysroot, *define;
 } job;
 
 static void free_job(job *j)
 {
-    char *const all[] = {j->folder, j->core, j->equations, j->module, j->work,
+    char *const all[] = {j->folder, j->equations, j->module, j->work,
                          j->fresh,  j->log,  j->sysroot,   j->define};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         free(all[i]);
@@ -64,13 +65,12 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->folder = lab__text("%s/page-%016llx", cache, hash_sources());
     free(cache);
     const char *folder = j->folder != NULL ? j->folder : "";
-    j->core = lab__text("%s/core.o", folder);
     j->equations = lab__text("%s/%s-%s.c", folder, equations->name, equations->equations);
     j->module = lab__text("%s/%s-%s.wasm", folder, equations->name, equations->equations);
     j->work = lab__text("%s/work-XXXXXX", folder);
     j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
     j->define = lab__text("-DPAGE_MODEL=%s", equations->name);
-    int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
+    int complete = j->folder != NULL && j->equations != NULL &&
                    j->module != NULL && j->work != NULL && j->sysroot != NULL && j->define != NULL;
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
@@ -115,40 +115,87 @@ static stein_status complain(const job *j, const char *cc, int code, stein_err *
 
 /* ---- compiling ---- */
 
-/* the compiler's own words ("ccache clang"), then what it always gets, then `more` up to NULL */
-static stein_status run_clang(const job *j, char *const *more, const char *product, stein_err *err)
+/* words of a command line; texts made for it are owned */
+typedef struct words {
+    char *word[MAX_WORDS + 1], *owned[MAX_WORDS];
+    int n, nowned, failed;
+} words;
+
+static void add(words *w, char *text)
+{
+    if (text == NULL || w->n == MAX_WORDS) {
+        w->failed = 1;
+        return;
+    }
+    w->word[w->n++] = text;
+    w->word[w->n] = NULL;
+}
+
+static void add_owned(words *w, char *text)
+{
+    add(w, text);
+    if (!w->failed) {
+        w->owned[w->nowned++] = text;
+    } else {
+        free(text);
+    }
+}
+
+static void free_words(words *w)
+{
+    for (int i = 0; i < w->nowned; i++) {
+        free(w->owned[i]);
+    }
+}
+
+/* the compiler may bring words of its own ("ccache clang"), in `own` */
+static void compose(words *w, const job *j, char *own)
+{
+    static char *const fixed[] = {"--target=wasm32-wasi", "-std=c11",
+                                  "-O2",                  "-flto",
+                                  "-mbulk-memory",        "-ffp-contract=off",
+                                  "-nostartfiles",        "-nodefaultlibs",
+                                  "-Wl,--no-entry",       "-Wl,--strip-all"};
+    char *rest = NULL;
+    for (char *word = own != NULL ? strtok_r(own, " ", &rest) : NULL; word != NULL;
+         word = strtok_r(NULL, " ", &rest)) {
+        add(w, word);
+    }
+    for (size_t i = 0; i < sizeof fixed / sizeof *fixed; i++) {
+        add(w, fixed[i]);
+    }
+    add_owned(w, lab__text("--sysroot=%s", j->sysroot));
+    add_owned(w, lab__text("-I%s/include", j->folder));
+    add_owned(w, lab__text("-I%s/src/core", j->folder));
+    add(w, j->define);
+    add(w, "-o");
+    add(w, j->fresh);
+    for (const page__source *f = page__core_files; f->name != NULL; f++) {
+        if (f->name[strlen(f->name) - 1] == 'c') {
+            add_owned(w, lab__text("%s/%s", j->folder, f->name));
+        }
+    }
+    add(w, j->equations);
+    add(w, "-lc");
+}
+
+static stein_status run_clang(const job *j, stein_err *err)
 {
     const char *cc = environment("WASM_CC", "clang");
-    char *words = lab__text("%s", cc), *rest = NULL, *argv[MAX_WORDS + 1];
-    char *sysroot = lab__text("--sysroot=%s", j->sysroot);
-    char *include = lab__text("-I%s/include", j->folder);
-    char *core = lab__text("-I%s/src/core", j->folder);
-    int n = 0, code = 0, memory = words != NULL && sysroot && include && core;
-    for (char *w = memory ? strtok_r(words, " ", &rest) : NULL;
-         w != NULL && n < MAX_COMPILER_WORDS; w = strtok_r(NULL, " ", &rest)) {
-        argv[n++] = w;
-    }
-    char *fixed[] = {"--target=wasm32-wasi", sysroot,  "-std=c11", "-O2",   "-ffp-contract=off",
-                     include,                core,     "-o",       j->fresh};
-    for (size_t i = 0; i < sizeof fixed / sizeof *fixed; i++) {
-        argv[n++] = fixed[i];
-    }
-    while (*more != NULL && n < MAX_WORDS) {
-        argv[n++] = *more++;
-    }
-    argv[n] = NULL;
-    stein_status status = memory ? lab__spawn(argv, j->log, &code, err)
-                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    char *own = lab__text("%s", cc);
+    words w = {.n = 0};
+    int code = 0;
+    compose(&w, j, own);
+    stein_status status = own != NULL && !w.failed ? lab__spawn(w.word, j->log, &code, err)
+                                                   : lab__fail(err, STEIN_ENOMEM, "out of memory");
     if (status == STEIN_OK && code != 0) {
         status = complain(j, cc, code, err);
     }
-    if (status == STEIN_OK && rename(j->fresh, product) != 0) {
-        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", product, strerror(errno));
+    if (status == STEIN_OK && rename(j->fresh, j->module) != 0) {
+        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->module, strerror(errno));
     }
-    free(words);
-    free(sysroot);
-    free(include);
-    free(core);
+    free_words(&w);
+    free(own);
     return status;
 }
 
@@ -170,33 +217,7 @@ static stein_status write_sources(const job *j, stein_err *err)
     return status;
 }
 
-/* every source of the core, linked into one object */
-static stein_status compile_core(const job *j, stein_err *err)
-{
-    char *argv[MAX_WORDS + 1], *owned[MAX_WORDS];
-    int n = 0, memory = 1;
-    for (const page__source *f = page__core_files; f->name != NULL && n < MAX_WORDS - 8; f++) {
-        size_t length = strlen(f->name);
-        if (strncmp(f->name, "src/core/", 9) == 0 && f->name[length - 1] == 'c') {
-            owned[n] = lab__text("%s/%s", j->folder, f->name);
-            memory = memory && owned[n] != NULL;
-            argv[n] = owned[n];
-            n++;
-        }
-    }
-    int sources = n;
-    argv[n++] = "-nostdlib";
-    argv[n++] = "-Wl,-r";
-    argv[n] = NULL;
-    stein_status status = memory ? run_clang(j, argv, j->core, err)
-                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    for (int i = 0; i < sources; i++) {
-        free(owned[i]);
-    }
-    return status;
-}
-
-static stein_status compile_module(const job *j, const lab_model *model, stein_err *err)
+static stein_status write_equations(const job *j, const lab_model *model, stein_err *err)
 {
     gen_result generated;
     stein_status status = gen_equations(&generated, lab__mechanism(model), err);
@@ -206,34 +227,25 @@ static stein_status compile_module(const job *j, const lab_model *model, stein_e
     const char *source[] = {generated.source, NULL};
     status = lab__write_lines(j->equations, source, err);
     gen_free(&generated);
-    char *shim = lab__text("%s/src/page/shim.c", j->folder);
-    if (shim == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    char *argv[] = {j->define,         shim,           j->equations,      j->core, "-nostartfiles",
-                    "-nodefaultlibs",  "-lc",          "-Wl,--no-entry",  "-Wl,--strip-all",
-                    NULL};
-    status = status == STEIN_OK ? run_clang(j, argv, j->module, err) : status;
-    free(shim);
     return status;
 }
 
-/* in a folder of our own; what is not there yet */
+/* in a folder of our own */
 static stein_status compile_apart(job *j, const lab_model *model, stein_err *err)
 {
     if (mkdtemp(j->work) == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
     }
-    j->fresh = lab__text("%s/product", j->work);
+    j->fresh = lab__text("%s/module", j->work);
     j->log = lab__text("%s/log", j->work);
     int memory = j->fresh != NULL && j->log != NULL;
-    stein_status status = memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    if (status == STEIN_OK && access(j->core, R_OK) != 0) {
-        status = write_sources(j, err);
-        status = status == STEIN_OK ? compile_core(j, err) : status;
+    stein_status status = memory ? write_sources(j, err)
+                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (status == STEIN_OK) {
+        status = write_equations(j, model, err);
     }
     if (status == STEIN_OK) {
-        status = compile_module(j, model, err);
+        status = run_clang(j, err);
     }
     if (memory) {
         unlink(j->fresh);
