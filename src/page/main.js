@@ -39,8 +39,11 @@ const Page = (() => {
         if (b.load) return;
         const o = geometry.local(i, 0, 0);
         include(o);
+        include(geometry.at(i, geometry.vec(b.centre)));
         centres[i] = centres[i] || o;
-        if (b.type === "T") guides[i] = [centres[i], o];
+        const slides = (k) => model.bodies[k]?.type === "T";
+        const alone = !slides(b.parent) && !model.bodies.some((c, k) => c.parent === i && slides(k));
+        if (b.type === "T" && alone) guides[i] = [centres[i], o];
       });
       model.points.forEach((p) => include(geometry.at(p.body, geometry.vec(p.at))));
       model.notches.forEach((k) => { const n = geometry.notch(k); include(n.corner); });
@@ -58,7 +61,8 @@ const Page = (() => {
       engine.advance(Math.max(1, Math.round(steps / looks)));
       look();
     }
-    const size = Math.max(box[2] - box[0], box[3] - box[1], 1e-3), room = 0.02 * size;
+    const size = Math.max(box[2] - box[0], box[3] - box[1], 0.02);
+    const room = (scene.action ? 0.02 : 0.25) * size;
     for (const side of [0, 1]) // flat things need air
       if (box[side + 2] - box[side] < 0.3 * size) {
         const add = (0.3 * size - (box[side + 2] - box[side])) / 2;
@@ -361,7 +365,7 @@ const Page = (() => {
     }
     const first = forceInputs()[0];
     if (!first) return;
-    const weight = 9.81 * model.bodies.reduce((m, b) => m + geometry.num(b.mass), 0);
+    const weight = 9.81 * model.bodies.reduce((m, b) => m + (b.load ? 0 : geometry.num(b.mass)), 0);
     const reach = first.kind === "point" ? 1 : 0.1;
     touch = weight * reach;
     const slider = addSlider({
@@ -446,8 +450,8 @@ const Page = (() => {
 
   function titles() {
     const about = (model.abouts.find((a) => a.section === "") || { text: model.name }).text;
-    const cut = about.indexOf(" - ");
-    $("title").textContent = cut < 0 ? about : about.slice(0, cut);
+    const cut = about.indexOf(" - "), first = cut < 0 ? about : about.slice(0, cut);
+    $("title").textContent = first[0].toUpperCase() + first.slice(1).replace(/\.$/, "");
     $("subtitle").textContent = cut < 0 ? "" : about.slice(cut + 3);
     document.title = $("title").textContent;
     $("foot").textContent = `libstein ${model.version} · mechanism ${model.name}, equations ${model.equations}` +

@@ -138,6 +138,8 @@ const Scene = (() => {
           for (const e of s.extent) p.push([at[0] + g.num(e) * t[0], at[1] + g.num(e) * t[1]]);
         } else add(s.at);
       })));
+      // a body of which only the joint and the mass are known
+      if (p.length === 1 && round.length === 0) add(model.bodies[body].centre);
       return { points: p, round };
     }
 

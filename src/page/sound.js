@@ -10,7 +10,7 @@
 
 const Sound = (() => {
   const pitch = 1396.9, stiffness = 4e-4; // F6; w_n = n w_1 sqrt(1 + B n^2)
-  const strike = 1 / 9, seconds = 1.6, loudness = 30;
+  const strike = 1 / 9, seconds = 1.6, loudness = 400;
   let context = null, on = false;
 
   /* samples of the tone that a pulse of force [N], one value each dt [s], leaves behind */

@@ -70,6 +70,7 @@ const Strokes = (() => {
     function follow(pressed) {
       if (!open) return;
       Object.assign(open, engine.stroke());
+      if (dial !== null && !Number.isFinite(open.escapeTime)) open.dx = engine.value(dial);
       write(open);
       stale = true;
       if (isOver(open, engine.time(), pressed)) finish();
