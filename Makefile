@@ -35,7 +35,10 @@ TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy
 TOOLS_CHECK  := cmake man mandoc lv2apply
-ifeq ($(filter help deps deps-check clean format format-check,$(MAKECMDGOALS)),)
+# what `stein page` compiles with, and what the tests of its pages run them with
+DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
+TOOLS_PAGE  := clang wasm-ld node chromium
+ifeq ($(filter help deps deps-check deps-page clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
@@ -61,7 +64,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps deps-check format format-check tidy
+.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps deps-check deps-page format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -88,6 +91,10 @@ deps:  ## install the Debian packages that are missing
 	$(Q)$(call need,$(TOOLS),$(DEBIAN))
 deps-check: deps  ## and those that the tests use, where they can be had
 	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_CHECK)),$(DEBIAN_CHECK))) || echo "tests that use them are skipped"
+	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_PAGE)),$(DEBIAN_PAGE))) || echo "pages are not tested"
+
+deps-page:  ## install what `stein page` and the tests of its pages need
+	$(Q)$(call need,$(TOOLS_PAGE),$(DEBIAN_PAGE))
 
 # ---- rules ----------------------------------------------------------------------------------------
 $(B)/.gitignore:

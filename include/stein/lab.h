@@ -270,7 +270,7 @@ typedef struct lab_page_facts {
 } lab_page_facts;
 /** Write a mechanism as one HTML file that simulates it in a browser: core and equations are
  *  compiled to WebAssembly by clang (options->cc is not asked; the environment's WASM_CC is), once
- *  for all mechanisms and once a mechanism, into the cache.
+ *  a mechanism, into the cache.
  *  @param facts  out, may be NULL
  *  @return OK, EIO, ENOMEM, ECOMPILE (no clang, lld or wasi-libc: which Debian packages), or what a
  *          run returns */

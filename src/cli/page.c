@@ -66,9 +66,9 @@ const cli_command cli_page = {
         "The sliders are those of the file's section `regulation`; without one, its own parameters,\n"
         "or those with a tolerance. A slider moves its number little by little, so that nothing\n"
         "jumps in a contact that is closed.\n\n"
-        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. The core is\n"
-        "compiled once, a mechanism once (into the cache); numbers need no compiler. The variable\n"
-        "WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc than /usr.",
+        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It is\n"
+        "asked once for a mechanism, the module goes into the cache; numbers need no compiler. The\n"
+        "variable WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc than /usr.",
     .output =
         "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
         "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state at the end "

@@ -343,12 +343,12 @@ const Scene = (() => {
       const front = point(model.bodies[action.key].name + ".front");
       label("pawl", local(action.pawl, [-0.003, 0.012]), -44, 14);
       label("stop", g.spot(model.contacts.find((c) => c.spots[0][0].body === action.pawl)?.spots[0] ||
-                           model.contacts[0].spots[0]).at, 34, 40);
+                           model.contacts[0].spots[0]).at, 44, 84);
       label("notch", k.corner, -46, -34);
       label("Kapsel", local(action.hammer, [0, 0.002]), 22, -46);
       label("hammer", local(action.hammer, [0.06, 0.001]), 4, -34);
       if (head) label("string", [head[0] + 0.055, g.num(0) + stringHeight()], 0, -12);
-      label("key", local(action.key, [0.07, 0.004]), 6, -30);
+      label("key", local(action.key, [0.025, 0.004]), 6, -34);
       label("balance pin", local(action.key, [0, 0]), 0, 44);
       if (front) label("the finger’s place", [front[0] - 0.03, front[1]], -14, -24);
     }
@@ -449,12 +449,27 @@ const Scene = (() => {
            colour.muted, 11.5);
     }
 
+    /* a length of 1, 2 or 5 times a power of ten, about an eighth of the width */
+    function scaleBar() {
+      const wish = 0.13 * width / view.s, ten = 10 ** Math.floor(Math.log10(wish));
+      const long = ten * [5, 2, 1].find((m) => m * ten <= wish);
+      const [x1, x0, y] = [width - 4, width - 4 - long * view.s, height - 6];
+      ctx.beginPath();
+      for (const x of [x0, x1]) { ctx.moveTo(x, y - 4); ctx.lineTo(x, y); }
+      ctx.moveTo(x0, y);
+      ctx.lineTo(x1, y);
+      paint(null, colour.muted, 1);
+      const words = long < 1 ? `${+(1e3 * long).toPrecision(3)} mm` : `${long} m`;
+      text(words, (x0 + x1) / 2, y - 7, "center", colour.muted, 11.5);
+    }
+
     function draw(now) {
       const ratio = canvas.width / width;
       ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
       ctx.clearRect(0, 0, width, height);
       everything(view, now);
       fingers(view, now.pushes);
+      scaleBar();
       if (now.atRest) labels();
       drawLens(now);
     }
