@@ -36,7 +36,7 @@ says "and the nearest is named" 'did you mean check?'
 says "and the commands are listed" 'simulate '
 claim 0 "stein --help" "$stein" --help
 claim 2 "help for an unknown command is misuse" "$stein" help nothing
-for command in check generate strike simulate study sweep merge fit diagnose import; do
+for command in check generate strike simulate study sweep merge fit diagnose import page; do
     claim 0 "stein $command --help" "$stein" $command --help
     for section in NAME SYNOPSIS DESCRIPTION OPTIONS OUTPUT 'EXIT STATUS' EXAMPLES; do
         shows "the help of $command has $section" "^$section\$"

@@ -60,20 +60,23 @@ const cli_command cli_page = {
         "Writes one HTML file that needs nothing else, no network and no server: open it in a\n"
         "browser. It holds the simulation itself - the library's core and the equations of MODEL,\n"
         "compiled to WebAssembly - and shows the mechanism drawn to scale, moving in slow motion\n"
-        "or real time. Press the key with mouse, finger or space bar, or let the load go; turn the\n"
+        "or real time. Press the key with mouse, finger or space bar, or let the load go; turn "
+        "the\n"
         "regulation while it runs. Traces, a table of strokes and, for a piano action, escapement\n"
         "against the stop's place grow beside it.\n\n"
-        "The sliders are those of the file's section `regulation`; without one, its own parameters,\n"
+        "The sliders are those of the file's section `regulation`; without one, its own "
+        "parameters,\n"
         "or those with a tolerance. A slider moves its number little by little, so that nothing\n"
         "jumps in a contact that is closed.\n\n"
         "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It is\n"
-        "asked once for a mechanism, the module goes into the cache; numbers need no compiler. The\n"
+        "asked once for a mechanism, the module goes into the cache; numbers need no compiler. "
+        "The\n"
         "variable WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc than /usr.",
-    .output =
-        "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
-        "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state at the end "
-        "of the\n"
-        "file's own run (FNV-1a): the page works it out again in the browser and shows both.",
+    .output = "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
+              "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state "
+              "at the end "
+              "of the\n"
+              "file's own run (FNV-1a): the page works it out again in the browser and shows both.",
     .examples = "stein page models/stein1788.yaml -o page.html\n"
                 "stein page models/stein1788.yaml --set pawl.stop_shift=-0.5mm -o left.html",
     .run = run,

@@ -79,8 +79,8 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
     j->source = lab__text("%s.c", base);
     j->object = lab__text("%s.so", base);
     j->work = lab__text("%s/work-XXXXXX", folder);
-    int complete = stem != NULL && j->include != NULL && j->header != NULL &&
-                   j->source != NULL && j->object != NULL && j->work != NULL;
+    int complete = stem != NULL && j->include != NULL && j->header != NULL && j->source != NULL &&
+                   j->object != NULL && j->work != NULL;
     free(stem);
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }

@@ -25,7 +25,7 @@
 #define EXPORT(name)
 #endif
 
-#define JOIN(a, b) a##b
+#define JOIN(a, b)     a##b
 #define MODEL_OF(name) JOIN(stein_model_, name)
 extern const stein_model MODEL_OF(PAGE_MODEL);
 
@@ -292,8 +292,7 @@ static double gap_beside(double e)
     for (int j = 0; j < nq; j++) {
         q[j] = page.hit[j] + e * qd[j];
     }
-    stein_status status =
-        stein_set_state(page.sim, page.stroke[IMPACT_TIME] + e, q, qd, &page.err);
+    stein_status status = stein_set_state(page.sim, page.stroke[IMPACT_TIME] + e, q, qd, &page.err);
     return status == STEIN_OK ? plain(page.gap_channel) : NAN;
 }
 

@@ -41,7 +41,7 @@ static void put_param(writer *w, int param)
 
 static void put_step(writer *w, const mech_step *step)
 {
-    static const char *const name[] = {"",  "",    "+",   "-",   "*",   "/",
+    static const char *const name[] = {"",    "",    "+",   "-",   "*",   "/",
                                        "neg", "sin", "cos", "tan", "sqrt"};
     if (step->op == MECH_OP_CONST) {
         lab__json_real(&w->j, NULL, step->value);
@@ -215,11 +215,11 @@ static void put_inputs(writer *w)
 
 static void put_channels(writer *w)
 {
-    static const char *const read[] = {"time",  "position",     "speed",         "acceleration",
-                                       "x",     "y",            "z",             "vx",
-                                       "vy",    "vz",           "gap",           "force",
-                                       "tangent", "notch_force", "notch_phase",  "notch_overlap",
-                                       "input", "input_force",  "kinetic",       "potential"};
+    static const char *const read[] = {"time",    "position",    "speed",       "acceleration",
+                                       "x",       "y",           "z",           "vx",
+                                       "vy",      "vz",          "gap",         "force",
+                                       "tangent", "notch_force", "notch_phase", "notch_overlap",
+                                       "input",   "input_force", "kinetic",     "potential"};
     lab__json *j = &w->j;
     lab__json_open(j, "channels", '[');
     for (int i = 0; i < w->equations->nchannel; i++) {
@@ -274,8 +274,7 @@ static void choose_dials(writer *w)
         for (int i = 0; i < m->nparam && n < MOST_CHOSEN; i++) {
             const mech_param *p = &m->params[i];
             double half = fmax(0.5 * fabs(w->values[i]), 5.0 * p->tolerance);
-            if (is_chosen(p, round) && half > 0.0 &&
-                stein_find_param(w->equations, p->name) >= 0) {
+            if (is_chosen(p, round) && half > 0.0 && stein_find_param(w->equations, p->name) >= 0) {
                 put_dial(w, i, p->name, w->values[i] - half, w->values[i] + half);
                 n++;
             }

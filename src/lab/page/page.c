@@ -12,8 +12,8 @@
 #include "page.h"
 
 /* in this order: a later one uses the earlier */
-static const char *const scripts[] = {"format.js", "engine.js", "geometry.js", "scene.js",
-                                      "traces.js", "strokes.js", "sound.js",   "main.js"};
+static const char *const scripts[] = {"format.js", "engine.js",  "geometry.js", "scene.js",
+                                      "traces.js", "strokes.js", "sound.js",    "main.js"};
 enum { SCRIPTS = sizeof scripts / sizeof *scripts };
 
 const char *const *page__lines(const char *name)

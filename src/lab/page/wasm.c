@@ -28,8 +28,8 @@ typedef struct job {
 
 static void free_job(job *j)
 {
-    char *const all[] = {j->folder, j->equations, j->module, j->work,
-                         j->fresh,  j->log,  j->sysroot,   j->define};
+    char *const all[] = {j->folder, j->equations, j->module,  j->work,
+                         j->fresh,  j->log,       j->sysroot, j->define};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         free(all[i]);
     }
@@ -70,8 +70,8 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->work = lab__text("%s/work-XXXXXX", folder);
     j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
     j->define = lab__text("-DPAGE_MODEL=%s", equations->name);
-    int complete = j->folder != NULL && j->equations != NULL &&
-                   j->module != NULL && j->work != NULL && j->sysroot != NULL && j->define != NULL;
+    int complete = j->folder != NULL && j->equations != NULL && j->module != NULL &&
+                   j->work != NULL && j->sysroot != NULL && j->define != NULL;
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
@@ -109,8 +109,8 @@ static stein_status complain(const job *j, const char *cc, int code, stein_err *
     }
     char line[160];
     lab__complaint(j->log, line, (int)sizeof line);
-    return lab__fail(err, STEIN_ECOMPILE, "%s failed to compile the page's module (exit code %d): %s",
-                     cc, code, line);
+    return lab__fail(err, STEIN_ECOMPILE,
+                     "%s failed to compile the page's module (exit code %d): %s", cc, code, line);
 }
 
 /* ---- compiling ---- */
@@ -151,11 +151,10 @@ static void free_words(words *w)
 /* the compiler may bring words of its own ("ccache clang"), in `own` */
 static void compose(words *w, const job *j, char *own)
 {
-    static char *const fixed[] = {"--target=wasm32-wasi", "-std=c11",
-                                  "-O2",                  "-flto",
-                                  "-mbulk-memory",        "-ffp-contract=off",
-                                  "-nostartfiles",        "-nodefaultlibs",
-                                  "-Wl,--no-entry",       "-Wl,--strip-all"};
+    static char *const fixed[] = {
+        "--target=wasm32-wasi", "-std=c11",          "-O2",           "-flto",
+        "-mbulk-memory",        "-ffp-contract=off", "-nostartfiles", "-nodefaultlibs",
+        "-Wl,--no-entry",       "-Wl,--strip-all"};
     char *rest = NULL;
     for (char *word = own != NULL ? strtok_r(own, " ", &rest) : NULL; word != NULL;
          word = strtok_r(NULL, " ", &rest)) {
@@ -239,8 +238,8 @@ static stein_status compile_apart(job *j, const lab_model *model, stein_err *err
     j->fresh = lab__text("%s/module", j->work);
     j->log = lab__text("%s/log", j->work);
     int memory = j->fresh != NULL && j->log != NULL;
-    stein_status status = memory ? write_sources(j, err)
-                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        memory ? write_sources(j, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
     if (status == STEIN_OK) {
         status = write_equations(j, model, err);
     }
