@@ -40,6 +40,7 @@ static const double pulse_tail = 2e-3;    /* the head is gone for so long [s] */
 /* a number on its way */
 typedef struct dial {
     double now, aim, pace; /* [SI], pace per second */
+    int bound;             /* a push: the simulation asks for it */
 } dial;
 
 /* one page holds one simulation */
@@ -108,6 +109,18 @@ static void push_signal(void *ctx, double t, double u[3])
     u[1] = u[2] = 0.0;
 }
 
+/* A force of nothing is not asked for in every evaluation. */
+static void bind(int i)
+{
+    const stein_input *input = &page.model.inputs[i];
+    dial *push = &page.push[i];
+    int on = push->now != 0.0 || push->aim != 0.0;
+    if (input->kind != STEIN_INPUT_MOTION && on != push->bound) {
+        (void)stein_drive(page.sim, input->name, on ? push_signal : NULL, push, &page.err);
+        push->bound = on;
+    }
+}
+
 static void forget_stroke(void)
 {
     for (int i = 0; i < STROKE_SIZE; i++) {
@@ -161,21 +174,13 @@ static int furnish(void)
            page.trace != NULL && page.hit != NULL && page.kept != NULL;
 }
 
-static stein_status wire(void)
+static void wire(void)
 {
-    stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < page.model.ninput; i++) {
-        const stein_input *input = &page.model.inputs[i];
-        if (input->kind != STEIN_INPUT_MOTION) {
-            status = stein_drive(page.sim, input->name, push_signal, &page.push[i], &page.err);
-        }
-    }
     stein_on_event(page.sim, on_event, NULL);
     page.string = page.model.stroke.string;
     page.notch = page.model.stroke.notch;
     page.gap_channel = page.string < 0 ? -1 : channel_of(STEIN_READ_GAP, page.string);
     page.force_channel = page.string < 0 ? -1 : channel_of(STEIN_READ_FORCE, page.string);
-    return status;
 }
 
 /** Create the simulation with the values of page_open, at rest, load in place.
@@ -201,9 +206,9 @@ EXPORT(page_start) int page_start(double dt, int integrator, int settle, int eve
         page.dial[i].now = page.dial[i].aim = page.values[i];
     }
     page.every = every > 0 ? every : 1;
-    status = wire();
+    wire();
     forget_stroke();
-    return status;
+    return STEIN_OK;
 }
 
 /** What the last failure was. */
@@ -221,6 +226,7 @@ EXPORT(page_reset) int page_reset(void)
     page.turning = 0;
     for (int i = 0; i < page.model.ninput; i++) {
         page.push[i].now = page.push[i].aim = 0.0;
+        bind(i);
     }
     stein_status status = stein_set_all(page.sim, page.values, &page.err);
     status = status == STEIN_OK ? stein_reset(page.sim, &page.err) : status;
@@ -249,6 +255,7 @@ EXPORT(page_push) void page_push(int i, double value, double pace)
 {
     page.push[i].aim = value;
     page.push[i].pace = pace;
+    bind(i);
 }
 
 /** Put the free load on (1) or take it away (0). @return a stein_status */
@@ -318,11 +325,21 @@ static void note_pulse(double force)
     }
 }
 
+static int is_touched(int contact)
+{
+    const stein_contact *c = &page.model.contacts[contact];
+    int n = 0;
+    for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
+        n += page.sim->mode[i];
+    }
+    return n > 0;
+}
+
 static stein_status watch(void)
 {
     stein_status status = page.fresh_hit ? find_impact_speed() : STEIN_OK;
     if (page.force_channel >= 0) {
-        double force = plain(page.force_channel);
+        double force = is_touched(page.string) ? plain(page.force_channel) : 0.0;
         page.stroke[PEAK] = fmax(page.stroke[PEAK], force);
         if (page.pulse_state == PULSE_ON) {
             note_pulse(force);
@@ -348,7 +365,9 @@ EXPORT(page_advance) int page_advance(int steps)
     for (int n = 0; status == STEIN_OK && n < steps; n++) {
         status = page.turning ? turn_dials(dt) : STEIN_OK;
         for (int i = 0; i < page.model.ninput; i++) {
-            (void)move(&page.push[i], dt);
+            if (page.push[i].bound && !move(&page.push[i], dt)) {
+                bind(i);
+            }
         }
         status = status == STEIN_OK ? stein_step(page.sim, &page.err) : status;
         status = status == STEIN_OK ? watch() : status;
