@@ -218,8 +218,11 @@ $(SUITE_JOBS): suite-%: $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
 	$(Q)STEIN_BUILD=$(B) sh $<
 
-bench: $(B)/bench  ## cost of evaluations, steps and strokes
+bench: $(B)/bench $(B)/stein  ## cost of evaluations, steps and strokes, and of a page's frames
 	$(Q)$(B)/bench
+	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
+	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
+	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3

@@ -22,6 +22,7 @@ const Format = (() => {
   }
 
   function quantity(x, si, n = 3) {
+    if (si === "s" && Math.abs(x) < 1e-3 && x !== 0) return `${+(1e6 * x).toPrecision(n)} µs`;
     const [factor, name] = unit(si);
     return digits(factor * x, n) + (name === "°" || name === "" ? name : " " + name);
   }

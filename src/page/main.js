@@ -148,7 +148,9 @@ const Page = (() => {
   const roman = ["", "phase i, the beak’s tip on the roof", "phase ii, the beak’s face on the roof",
                  "phase iii, the beak’s face on the corner", "phase iv, the beak’s tip on the pawl"];
   function describeState() {
-    const phase = engine.phase(), time = Format.quantity(engine.time(), "s", 4);
+    const phase = engine.phase(), since = strokes.isOpen() ? engine.stroke().opened : 0;
+    const time = Format.quantity(Math.round(1e4 * (engine.time() - since)) / 1e4, "s", 4) +
+      (strokes.isOpen() ? " into the stroke" : "");
     const cost = `a frame takes ${perFrame.mean.toFixed(1)} ms to compute`;
     return (phase > 0 ? `${roman[phase]} · ` : "") + (asleep ? "at rest" : `${time} · ${cost}`);
   }

@@ -12,6 +12,7 @@ const Strokes = (() => {
 
   /* what a stroke is, in a word */
   function outcome(s) {
+    if (s.noNotch) return s.impacts > 0 ? "struck" : "no blow";
     if (!s.touched && s.impacts === 0) return "missed the notch";
     if (!Number.isFinite(s.escapeTime)) return s.impacts > 0 ? "struck, not escaped" : "no escapement";
     if (s.impacts === 0) return "escaped, no blow";
@@ -20,7 +21,7 @@ const Strokes = (() => {
 
   function isOver(s, time, pressed) {
     const last = Math.max(s.opened, s.escapeTime || 0, s.impactTime || 0);
-    if (Number.isFinite(s.escapeTime) && s.impacts > 0) return time - last > settled;
+    if ((s.noNotch || Number.isFinite(s.escapeTime)) && s.impacts > 0) return time - last > settled;
     return time - s.opened > longest || (!pressed && time - s.opened > 0.15);
   }
 
@@ -50,6 +51,7 @@ const Strokes = (() => {
       if (open) finish();
       engine.beginStroke();
       open = { number: list.length + 1, over: false, ...engine.stroke(),
+               noNotch: engine.model.notch < 0,
                dx: dial === null ? NaN : engine.value(dial) };
       list.push(open);
       addRow(open);

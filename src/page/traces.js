@@ -127,7 +127,7 @@ const Traces = (() => {
     return {
       draw,
       fit(cssWidth, ratio) {
-        [width, height] = [cssWidth, 56 + 104 * lanes.length];
+        [width, height] = [cssWidth, 40 + (cssWidth > 480 ? 138 : 108) * lanes.length];
         canvas.width = Math.round(width * ratio);
         canvas.height = Math.round(height * ratio);
         canvas.style.height = height + "px";
