@@ -22,6 +22,9 @@ for doc in README.md docs/mechanism-files.md; do
     "$stein" simulate "$name" --until 20ms --json >"$tmp/out" 2>&1 || cat "$tmp/out"
     grep -q '"final"' "$tmp/out"
     ok "$doc: its mechanism runs" $?
+done
+
+for doc in README.md docs/*.md; do
     sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
         test -e "$(dirname "$doc")/$link" || echo "$link"
     done >"$tmp/dead"

@@ -148,11 +148,12 @@ const Page = (() => {
   const roman = ["", "phase i, the beak’s tip on the roof", "phase ii, the beak’s face on the roof",
                  "phase iii, the beak’s face on the corner", "phase iv, the beak’s tip on the pawl"];
   function describeState() {
-    const phase = engine.phase(), since = strokes.isOpen() ? engine.stroke().opened : 0;
-    const time = Format.quantity(Math.round(1e4 * (engine.time() - since)) / 1e4, "s", 4) +
-      (strokes.isOpen() ? " into the stroke" : "");
-    const cost = `a frame takes ${perFrame.mean.toFixed(1)} ms to compute`;
-    return (phase > 0 ? `${roman[phase]} · ` : "") + (asleep ? "at rest" : `${time} · ${cost}`);
+    const phase = engine.phase(), open = strokes.isOpen();
+    const time = `${(1e3 * (engine.time() - (open ? engine.stroke().opened : 0))).toFixed(1)} ms`;
+    const cost = `${perFrame.mean.toFixed(1)} ms`;
+    const costs = innerWidth < 640 ? `${cost} a frame` : `a frame takes ${cost} to compute`;
+    return (phase > 0 ? `${roman[phase]} · ` : "") +
+      (asleep ? "at rest" : `${time}${open ? " into the stroke" : ""} · ${costs}`);
   }
   function hint() {
     if (forceInputs().length === 0) return hasLoad() ? "Let the load go." : "";

@@ -460,7 +460,8 @@ const Scene = (() => {
       ctx.lineTo(x1, y);
       paint(null, colour.muted, 1);
       const words = long < 1 ? `${+(1e3 * long).toPrecision(3)} mm` : `${long} m`;
-      text(words, (x0 + x1) / 2, y - 7, "center", colour.muted, 11.5);
+      const roomy = x1 - x0 > 50;
+      text(words, roomy ? (x0 + x1) / 2 : x1, y - 7, roomy ? "center" : "right", colour.muted, 11.5);
     }
 
     function draw(now) {
