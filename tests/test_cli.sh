@@ -80,6 +80,8 @@ json "with the names other programs rely on" \
     "{'pawl.stop_shift','pawl.notch_angle','pawl.spring.k','pawl.spring.theta0','load.mass','hammer.mass','key.mass','string.height'} <= {p['name'] for p in v['parameters']}"
 json "and channels" \
     "{'time','string_distance','string_force','key_angle','hammer_angle','pawl_angle','hammer_height','key_dip','notch_force','notch_phase'} <= {o['name'] for o in v['outputs']}"
+json "and the regulation" \
+    "[(d['label'], d['from'], d['to']) for d in v['regulation'] if d['name'] == 'pawl.stop_shift'] == [('stop (dx)', -1.4e-3, 4e-4)]"
 claim 1 "an absent file" "$stein" check "$dir/absent.yaml"
 says "is named" 'absent.yaml'
 quiet "and standard output stays empty"
