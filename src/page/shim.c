@@ -185,7 +185,7 @@ static void wire(void)
 
 /** Create the simulation with the values of page_open, at rest, load in place.
  *  @param every  steps a sample of the trace  @return a stein_status; the text is page_message */
-EXPORT(page_start) int page_start(double dt, int integrator, int settle, int every)
+EXPORT(page_start) stein_status page_start(double dt, int integrator, int settle, int every)
 {
     stein_sim_def def = stein_sim_def_default(&page.model);
     for (int i = 0; i < page.model.np; i++) {
@@ -218,7 +218,7 @@ EXPORT(page_message) const char *page_message(void)
 }
 
 /** Back to the initial state, with the parameters as they are aimed at. @return a stein_status */
-EXPORT(page_reset) int page_reset(void)
+EXPORT(page_reset) stein_status page_reset(void)
 {
     for (int i = 0; i < page.model.np; i++) {
         page.dial[i].now = page.values[i] = page.dial[i].aim;
@@ -259,7 +259,7 @@ EXPORT(page_push) void page_push(int i, double value, double pace)
 }
 
 /** Put the free load on (1) or take it away (0). @return a stein_status */
-EXPORT(page_load) int page_load(int on)
+EXPORT(page_load) stein_status page_load(int on)
 {
     if (on) {
         return stein_load_place(page.sim, &page.err);
@@ -358,7 +358,7 @@ static void sample(void)
 }
 
 /** So many steps, with parameters and pushes on their way. @return a stein_status */
-EXPORT(page_advance) int page_advance(int steps)
+EXPORT(page_advance) stein_status page_advance(int steps)
 {
     double dt = stein_dt(page.sim);
     stein_status status = STEIN_OK;

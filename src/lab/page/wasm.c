@@ -254,19 +254,31 @@ static stein_status compile_apart(job *j, const lab_model *model, stein_err *err
     return status;
 }
 
+/* a module in the cache; one that is none (a disk that was full) counts as not there */
+static int read_cached(const job *j, char **bytes, size_t *size)
+{
+    static const char magic[4] = {'\0', 'a', 's', 'm'};
+    char *text = NULL;
+    size_t n = 0;
+    if (lab__read_file(j->module, &text, &n, NULL) == STEIN_OK && n >= sizeof magic &&
+        memcmp(text, magic, sizeof magic) == 0) {
+        *bytes = text;
+        *size = n;
+        return 1;
+    }
+    free(text);
+    return 0;
+}
+
 stein_status page__module(char **bytes, size_t *size, const lab_model *model,
                           const lab_options *options, stein_err *err)
 {
     job j = {0};
     stein_status status = name_files(&j, lab_equations(model), options, err);
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && !read_cached(&j, bytes, size)) {
         status = lab__folder(j.folder, err);
-    }
-    if (status == STEIN_OK && access(j.module, R_OK) != 0) {
-        status = compile_apart(&j, model, err);
-    }
-    if (status == STEIN_OK) {
-        status = lab__read_file(j.module, bytes, size, err);
+        status = status == STEIN_OK ? compile_apart(&j, model, err) : status;
+        status = status == STEIN_OK ? lab__read_file(j.module, bytes, size, err) : status;
     }
     free_job(&j);
     return status;
