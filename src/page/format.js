@@ -22,7 +22,10 @@ const Format = (() => {
   }
 
   function quantity(x, si, n = 3) {
-    if (si === "s" && Math.abs(x) < 1e-3 && x !== 0) return `${+(1e6 * x).toPrecision(n)} µs`;
+    if (si === "s" && x !== 0) {
+      const [factor, name] = Math.abs(x) < 1e-3 ? [1e6, "µs"] : Math.abs(x) < 1 ? [1e3, "ms"] : [1, "s"];
+      return `${String(+(factor * x).toPrecision(n)).replace("-", "−")} ${name}`;
+    }
     const [factor, name] = unit(si);
     return digits(factor * x, n) + (name === "°" || name === "" ? name : " " + name);
   }

@@ -196,11 +196,14 @@ const Page = (() => {
     if (on) strokes.begin();
     engine.load(on);
     $("load").setAttribute("aria-pressed", on);
-    $("load-words").textContent = on ? "Take the load away" : `Let ${loadWords()} go on the key`;
+    $("load-words").textContent = on ? "Take the load away" : letGo();
     moved();
     wake();
   }
-  const loadWords = () => Format.quantity(geometry.num(model.bodies.find((b) => b.load).mass), "kg", 3);
+  function letGo() {
+    const mass = geometry.num(model.bodies.find((b) => b.load).mass);
+    return `Let ${Format.quantity(mass, "kg")} go${scene.action ? " on the key" : ""}`;
+  }
 
   function again() {
     failed = false;
@@ -214,7 +217,7 @@ const Page = (() => {
     held.fill(false);
     if (hasLoad()) {
       $("load").setAttribute("aria-pressed", false);
-      $("load-words").textContent = `Let ${loadWords()} go on the key`;
+      $("load-words").textContent = letGo();
     }
     if (!plays()) moved();
     wake();
@@ -269,7 +272,7 @@ const Page = (() => {
       b.setAttribute("aria-pressed", "false");
       b.querySelector("span").id = "load-words";
       b.addEventListener("click", dropLoad);
-      $("load-words").textContent = `Let ${loadWords()} go on the key`;
+      $("load-words").textContent = letGo();
     }
     $("again").addEventListener("click", again);
   }
@@ -487,7 +490,7 @@ const Page = (() => {
     fit();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { theme(); show(); });
     window.addEventListener("resize", fit);
-    asleep = plays();
+    asleep = plays() && model.settle === 1; // else it moves by itself
     if (!plays()) moved();
     show();
     document.documentElement.dataset.ready = "yes";

@@ -50,12 +50,12 @@ const Traces = (() => {
 
     function ticks(lane, a, b) {
       if (lane.phase) return roman.map((t, i) => [i, t]);
-      const [factor] = Format.unit(lane.list[0].unit), rough = (b - a) * factor / 3;
+      const [factor] = Format.unit(lane.list[0].unit), rough = (b - a) * factor / 5;
       const ten = 10 ** Math.floor(Math.log10(rough));
       const step = ten * [1, 2, 5, 10].find((m) => m * ten >= rough);
       const list = [];
-      for (let t = Math.ceil(a * factor / step) * step; t <= b * factor; t += step)
-        list.push([t / factor, String(+t.toPrecision(6)).replace("-", "−")]);
+      for (let k = Math.ceil(a * factor / step); k * step <= b * factor; k++)
+        list.push([k * step / factor, String(+(k * step).toPrecision(6)).replace("-", "−")]);
       return list;
     }
 
@@ -75,7 +75,7 @@ const Traces = (() => {
       }
       ctx.textAlign = "left";
       const unit = lane.phase ? "" : Format.unit(lane.list[0].unit)[1];
-      const title = lane.title || words(lane.list[0].name);
+      const title = lane.title || lane.list.map((c) => words(c.name)).join(", ");
       ctx.fillStyle = colour.ink;
       ctx.fillText(title + (unit ? ` [${unit}]` : ""), gutter + 6, top + 12);
     }

@@ -17,6 +17,8 @@ function theFile() {
   claim(`${name}: no address of a network`, !/https?:\/\/|wss?:\/\//.test(page.html));
   const loads = page.html.match(/\b(src|href)="(?!data:)[^"]*"|@import|url\((?!data:)|\bfetch\(|XMLHttpRequest|importScripts|\bimport\(/g);
   claim(`${name}: nothing is loaded`, loads === null, loads);
+  claim(`${name}: there is something to turn, each to both sides`, model.dials.length >= 3 &&
+        model.dials.every((d) => d.from <= model.values[d.param] && model.values[d.param] <= d.to && d.from < d.to));
   claim(`${name}: no mark of a part is left`, !/^@\w+@$/m.test(page.html));
 }
 

@@ -16,7 +16,7 @@
 
 #include "page.h"
 
-enum { MOST_CHOSEN = 12 };
+enum { FEW = 3, MOST = 10 }; /* sliders that nobody asked for */
 
 typedef struct writer {
     lab__json j;
@@ -256,25 +256,23 @@ static void put_dial(writer *w, int param, const char *label, double from, doubl
     lab__json_close(j);
 }
 
-/* Without a section `regulation`: the file's own parameters; or those that are known within a
- * tolerance; or the first that it states. Half and one and a half times what they are. */
-static int is_chosen(const mech_param *p, int round)
+/* Without a section `regulation`: the file's own parameters; if these are few, those that are known
+ * within a tolerance; if they still are, the first that are stated. Half and one and a half times
+ * what they are. */
+static int round_of(const mech_param *p)
 {
-    switch (round) {
-    case 0: return p->declared;
-    case 1: return p->tolerance > 0.0;
-    default: return p->stated;
-    }
+    return p->declared ? 0 : p->tolerance > 0.0 ? 1 : p->stated ? 2 : 3;
 }
 
 static void choose_dials(writer *w)
 {
     const mechanism *m = w->m;
-    for (int round = 0, n = 0; round < 3 && n == 0; round++) {
-        for (int i = 0; i < m->nparam && n < MOST_CHOSEN; i++) {
+    for (int round = 0, n = 0; round < 3 && n < FEW; round++) {
+        for (int i = 0; i < m->nparam && n < MOST; i++) {
             const mech_param *p = &m->params[i];
             double half = fmax(0.5 * fabs(w->values[i]), 5.0 * p->tolerance);
-            if (is_chosen(p, round) && half > 0.0 && stein_find_param(w->equations, p->name) >= 0) {
+            if (round_of(p) == round && half > 0.0 &&
+                stein_find_param(w->equations, p->name) >= 0) {
                 put_dial(w, i, p->name, w->values[i] - half, w->values[i] + half);
                 n++;
             }
