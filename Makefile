@@ -195,12 +195,15 @@ $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 $(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off -fno-math-errno"'
 
 # ---- jobs -----------------------------------------------------------------------------------------
-run: deps  ## build, strike once, compare with the paper, diagnose strokes, tell where the results are
+run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where
 	$(Q)$(MAKE) --no-print-directory all
 	$(Q)mkdir -p $(B)/run
 	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
 	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
 	$(Q)$(B)/stein diagnose models/stein1788.yaml models/strokes/*.csv -o $(B)/run/diagnosis
+	$(Q)if command -v wasm-ld >/dev/null 2>&1; then \
+	  $(B)/stein page models/stein1788.yaml -o $(B)/run/page.html; \
+	  else echo "no $(B)/run/page.html: run make deps-page"; fi
 
 # every suite of tests/suites.h and every tests/test_*.sh is a job of its own
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))

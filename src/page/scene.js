@@ -350,7 +350,7 @@ const Scene = (() => {
       if (head) label("string", [head[0] + 0.055, g.num(0) + stringHeight()], 0, -12);
       label("key", local(action.key, [0.025, 0.004]), 6, -34);
       label("balance pin", local(action.key, [0, 0]), 0, 44);
-      if (front) label("the finger’s place", [front[0] - 0.03, front[1]], -14, -24);
+      if (front) label("the finger’s place", [front[0] - 0.02, front[1]], 10, -24);
     }
 
     function stringHeight() {
