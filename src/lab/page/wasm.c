@@ -96,8 +96,12 @@ static int is_in_path(const char *program)
 /* why the compiler failed: something is not there, or its own words */
 static stein_status complain(const job *j, const char *cc, int code, stein_err *err)
 {
+    char line[160];
+    lab__complaint(j->log, line, (int)sizeof line);
     char *header = lab__text("%s/include/wasm32-wasi/stdlib.h", j->sysroot);
-    int no_libc = header == NULL || access(header, R_OK) != 0, no_linker = !is_in_path("wasm-ld");
+    int no_libc = header == NULL || access(header, R_OK) != 0;
+    int no_linker = !is_in_path("wasm-ld") || // or the one of clang's own version
+                    (strstr(line, "wasm-ld") != NULL && strstr(line, "exist") != NULL);
     free(header);
     if (code == 127 || no_libc || no_linker) {
         return lab__fail(err, STEIN_ECOMPILE,
@@ -107,8 +111,6 @@ static stein_status complain(const job *j, const char *cc, int code, stein_err *
                          code == 127 ? " clang" : "", no_linker ? " lld" : "",
                          no_libc ? " wasi-libc" : "");
     }
-    char line[160];
-    lab__complaint(j->log, line, (int)sizeof line);
     return lab__fail(err, STEIN_ECOMPILE,
                      "%s failed to compile the page's module (exit code %d): %s", cc, code, line);
 }
