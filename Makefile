@@ -147,9 +147,10 @@ $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
 
 # Files of the project that the program `stein` carries as text, line by line: what a page is made
-# of, and the sources that are compiled into it. embed LIST FILES: the array LIST of all FILES
+# of, and the sources that are compiled into it (it has one thread).
+# embed LIST FILES: the array LIST of all FILES
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
-PAGE_CORE  := $(wildcard src/core/*.[ch]) src/page/shim.c \
+PAGE_CORE  := $(filter-out src/core/handover.c,$(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h)
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/' $$f; echo '    0};'; done; \

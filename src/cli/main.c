@@ -8,7 +8,7 @@
 
 const cli_command *const cli_commands[] = {
     &cli_check,   &cli_generate, &cli_strike,   &cli_simulate, &cli_sweep,  &cli_merge, &cli_study,
-    &cli_effects, &cli_fit,      &cli_diagnose, &cli_plan,     &cli_import, &cli_page, NULL};
+    &cli_effects, &cli_fit,      &cli_diagnose, &cli_plan,     &cli_import, &cli_page,  NULL};
 enum { COMMANDS = sizeof cli_commands / sizeof *cli_commands - 1 };
 
 static void overview(FILE *stream)
