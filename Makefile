@@ -58,8 +58,17 @@ MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)
 MODEL_NAMES := $(basename $(notdir $(MODELS)))
 GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
 
+# lanes: the same sources with a vector of 2, 4 or 8 doubles for a double; the widest that the
+# processor has is chosen at run time
+WIDTHS    := $(if $(findstring x86_64,$(shell $(CC) -dumpmachine)),2 4 8,2)
+WIDE_4    := -mavx2
+WIDE_8    := -mavx512f -mavx512dq -mavx512vl
+
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
-CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o
+LANE_SRC  := src/core/lanes.c
+CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
+CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
+             $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o))
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o $(B)/obj/page_files.o
 HEADERS   := $(wildcard include/stein/*.h)
 
@@ -110,6 +119,17 @@ $(B)/obj/%.o: %.c | $(B)/.gitignore
 	$(compile)
 $(B)/obj/models/%.o: $(B)/models/%.c
 	$(compile)
+$(MODEL_NAMES:%=$(B)/obj/models/%.o) $(call obj,src/core/batch.c): \
+  ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
+define wide
+$(B)/obj/lanes$(1)/%.o: ALL_CPPFLAGS += -DSTEIN_LANES=$(1)
+$(B)/obj/lanes$(1)/%.o: ALL_CFLAGS += $(WIDE_$(1))
+$(B)/obj/lanes$(1)/core.o: $(LANE_SRC) | $(B)/.gitignore
+	$$(compile)
+$(B)/obj/lanes$(1)/%.o: $(B)/models/%.c
+	$$(compile)
+endef
+$(foreach w,$(WIDTHS),$(eval $(call wide,$w)))
 $(B)/obj/models/builtin.o: $(B)/models/builtin.c $(B)/include/stein/models.h
 	$(compile)
 $(B)/obj/model_header.o: $(B)/model_header.c
@@ -150,7 +170,8 @@ $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 # of, and the sources that are compiled into it (it has one thread).
 # embed LIST FILES: the array LIST of all FILES
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
-PAGE_CORE  := $(filter-out src/core/handover.c,$(wildcard src/core/*.[ch])) src/page/shim.c \
+PAGE_CORE  := $(filter-out src/core/handover.c src/core/lane% src/core/batch% src/core/processor.c,\
+                $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h)
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/' $$f; echo '    0};'; done; \
@@ -163,7 +184,7 @@ $(B)/obj/page_files.o: $(B)/page_files.c
 	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
-$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) bench/bench.c): | $(B)/include/stein/models.h
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC)): | $(B)/include/stein/models.h
 
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
@@ -190,10 +211,34 @@ $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
-$(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
+# the benchmark: a mechanism of its own, alone and in lanes; CVODE where it is installed
+BENCH_SRC := $(filter-out bench/equations.c,$(wildcard bench/*.c))
+BENCH_OBJ := $(call obj,$(BENCH_SRC)) $(B)/obj/bench/piano3.o \
+             $(foreach w,$(WIDTHS),$(B)/obj/bench/lanes$w/equations.o $(B)/obj/bench/lanes$w/piano3.o)
+ifneq ($(filter $(B)/bench bench,$(MAKECMDGOALS)),)
+HAS_CVODE := $(shell echo '\#include <cvode/cvode.h>' | $(CC) -E -x c - >/dev/null 2>&1 && echo 1)
+endif
+CVODE_LIBS := $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
+$(B)/bench: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) -lm
-$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off -fno-math-errno"'
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) $(CVODE_LIBS) -lm
+$(BENCH_OBJ): | $(B)/include/stein/models.h
+$(B)/bench_models/piano3.c: bench/piano3.yaml $(B)/steingen
+	@mkdir -p $(@D) && echo "  GEN   $<"
+	$(Q)$(B)/steingen $< -o $@
+$(B)/obj/bench/piano3.o: $(B)/bench_models/piano3.c
+	$(compile)
+$(B)/obj/bench/%.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS)) \
+  -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off -fno-math-errno"' $(if $(HAS_CVODE),-DBENCH_CVODE)
+define wide_bench
+$(B)/obj/bench/lanes$(1)/%.o: ALL_CPPFLAGS += -DSTEIN_LANES=$(1)
+$(B)/obj/bench/lanes$(1)/%.o: ALL_CFLAGS += $(WIDE_$(1))
+$(B)/obj/bench/lanes$(1)/%.o: bench/%.c
+	$$(compile)
+$(B)/obj/bench/lanes$(1)/%.o: $(B)/bench_models/%.c
+	$$(compile)
+endef
+$(foreach w,$(WIDTHS),$(eval $(call wide_bench,$w)))
 
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where
@@ -220,8 +265,8 @@ $(SUITE_JOBS): suite-%: $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
 	$(Q)STEIN_BUILD=$(B) sh $<
 
-bench: $(B)/bench $(B)/stein  ## cost of evaluations, steps and strokes, and of a page's frames
-	$(Q)$(B)/bench
+bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page's frames: build/bench.csv, .svg
+	$(Q)$(B)/bench --csv $(B)/bench.csv --plot $(B)/bench.svg
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi

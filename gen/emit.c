@@ -25,6 +25,7 @@ typedef struct printer {
     char *line;             /* [n] 1: the node has a line of its own */
     char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
     int *taken, ntaken;     /* hash set of the symbols in use */
+    const char *type;       /* of the numbers */
 } printer;
 
 /* ---- expressions ---------------------------------------------------------------------------- */
@@ -299,7 +300,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     }
     *ops = ex_count(t->setup, out, l->n);
     if (printer_init(&p, out, l->n) == 0) {
-        text_add(x, "static void setup(const double *p, double *d)\n{\n");
+        text_add(x, "#if STEIN_LANES == 1\nstatic void setup(const double *p, double *d)\n{\n");
         for (int i = 1; i < p.g->n; i++) {
             char left[80];
             used |= p.uses[i] && p.g->node[i].op == EX_VAR;
@@ -318,7 +319,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
                        : p.symbol[out[i]][0] ? what
                                              : "");
         }
-        text_add(x, "%s}\n\n", l->n ? "" : "    (void)d;\n");
+        text_add(x, "%s}\n#endif\n\n", l->n ? "" : "    (void)d;\n");
     }
     printer_free(&p);
     free(out);
@@ -344,7 +345,7 @@ static void heading(const printer *p, int pass, int body)
 static void print_node(const printer *p, ex e)
 {
     char left[80];
-    snprintf(left, sizeof left, "const double %s", p->symbol[e]);
+    snprintf(left, sizeof left, "const %s %s", p->type, p->symbol[e]);
     print_line(p, left, e, "");
 }
 
@@ -362,7 +363,8 @@ static void print_constants(const printer *p)
     for (int i = 0; node && i < p->l->n; i++) {
         char line[96], what[96];
         if (node[i]) {
-            int n = snprintf(line, sizeof line, "const double %s = d[%d];", p->symbol[node[i]], i);
+            int n =
+                snprintf(line, sizeof line, "const %s %s = d[%d];", p->type, p->symbol[node[i]], i);
             describe(p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
             text_add(p->x, "    %s", line);
             text_quiet(p->x, " /* %s */", what);
@@ -427,9 +429,29 @@ static void print_unused(const printer *p, const emission *e)
     }
 }
 
+static int is_number(const printer *p, ex e)
+{
+    const ex_node *nd = &p->g->node[e];
+    return e == 0 || nd->op == EX_NUM ||
+           (nd->op == EX_CONST && p->t->setup->node[nd->a].op == EX_NUM);
+}
+
+/** "    left = number;", in lanes the same one in all of them */
+static void print_all(const printer *p, const char *left, ex e)
+{
+    int lanes = strcmp(p->type, "double") != 0;
+    text_add(p->x, "    %s = %s", left, lanes ? "stein_all(" : "");
+    if (e == 0) {
+        text_add(p->x, "0.0");
+    } else {
+        print_expr(p->x, p, e, 0);
+    }
+    text_add(p->x, "%s;\n", lanes ? ")" : "");
+}
+
 void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e)
 {
-    printer p = {.x = x, .t = t, .l = l, .g = &f->g};
+    printer p = {.x = x, .t = t, .l = l, .g = &f->g, .type = e->type};
     char *done = calloc((size_t)f->g.n, 1);
     if (printer_init(&p, f->out, f->nout) == 0 && done) {
         text_quiet(x, "/* %s */\n", e->note);
@@ -442,8 +464,8 @@ void emit_func(text *x, const tree *t, const layout *l, const func *f, const emi
         for (int i = 0; i < f->nout; i++) {
             char left[64];
             e->target(t, i, left);
-            if (f->out[i] == 0) {
-                text_add(x, "    %s = 0.0;\n", left);
+            if (is_number(&p, f->out[i])) {
+                print_all(&p, left, f->out[i]);
             } else {
                 print_line(&p, left, f->out[i], "");
             }

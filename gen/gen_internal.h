@@ -80,6 +80,7 @@ const char *text_safe(const char *s);
 typedef void target_name(const tree *t, int i, char out[64]);
 typedef struct emission {
     const char *name, *arguments, *note; /* function name, its parameter list, comment above */
+    const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
     const char *unused[8]; /* argument names in the order of ex_var_kind, then d, sc */
     target_name *target;
 } emission;

@@ -10,6 +10,8 @@
  *      x_i  = y_i / D_i - sum of L_ij x_j over the ancestors j of i
  *
  * Large trees are left to the loops of the runtime: the text grows with the cube of their depth.
+ * STEIN_PIVOT (model.h) returns at a pivot that vanishes or, in lanes, remembers which ones it did
+ * in.
  */
 #include <stdio.h>
 #include <string.h>
@@ -81,7 +83,7 @@ static size_t begin(text *x, const char *left, const char *first)
 /* A_ij or, with j = -1, y_i: what is there less what all joints beyond i take away */
 static void reduced(text *x, const tree *t, int i, int j)
 {
-    char name[NAME], left[48], first[NAME], factor[NAME];
+    char name[NAME], left[56], first[NAME], factor[NAME];
     if (j < 0) {
         right_side(t, i, name);
         snprintf(first, sizeof first, "b[%d]", i);
@@ -89,7 +91,7 @@ static void reduced(text *x, const tree *t, int i, int j)
         entry(t, i, j, name);
         snprintf(first, sizeof first, "M[%d]", i * t->n + j);
     }
-    snprintf(left, sizeof left, "const double %s", name);
+    snprintf(left, sizeof left, "const stein_real %s", name);
     size_t used = begin(x, left, first);
     for (int k = i + 1; k < t->n; k++) {
         if (is_beyond(t, k, i)) {
@@ -115,12 +117,12 @@ static void reduce_joint(text *x, const tree *t, int i)
         reduced(x, t, i, -1);
     }
     entry(t, i, i, pivot);
-    text_add(x, "    if (!(%s > ", pivot);
+    text_add(x, "    STEIN_PIVOT(%s > ", pivot);
     text_add(x, has_beyond(t, i) ? "1e-13*M[%d]" : "0.0", i * t->n + i);
-    text_add(x, ")) {\n        return %d;\n    }\n", i);
+    text_add(x, ", %d)\n", i);
     for (int j = t->body[i].parent; j >= 0; j = t->body[j].parent) {
         entry(t, i, j, above);
-        text_add(x, "    const double L%d_%d = %s/%s;\n", i + 1, j + 1, above, pivot);
+        text_add(x, "    const stein_real L%d_%d = %s/%s;\n", i + 1, j + 1, above, pivot);
     }
 }
 
@@ -130,7 +132,8 @@ void emit_solve(text *x, const tree *t)
         return;
     }
     text_quiet(x, "/* M x = b: b becomes x. -1, or the joint whose pivot vanishes */\n");
-    text_add(x, "static int solve(const double *M, double *b)\n{");
+    text_add(
+        x, "static stein_solved solve(const stein_real *M, stein_real *b)\n{\n    STEIN_PIVOTS\n");
     for (int i = t->n - 1; i >= 0; i--) {
         reduce_joint(x, t, i);
     }
@@ -149,5 +152,5 @@ void emit_solve(text *x, const tree *t)
         }
         text_add(x, ";\n");
     }
-    text_add(x, "    return -1;\n}\n\n");
+    text_add(x, "    return STEIN_SOLVED;\n}\n\n");
 }

@@ -154,36 +154,56 @@ static void target_energy(const tree *t, int i, char out[64])
     snprintf(out, 64, "e[%d]", i);
 }
 
-void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
+/** What a derivative needs: it also exists in lanes. */
+static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
 {
     static const emission mass_bias = {
         .name = "mass_bias",
-        .arguments =
-            "const double *q, const double *qd, const double *sc, const double *d,\n"
-            "                      const double *frc, const double *trq, double *M, double *c",
+        .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
+                     "                      const stein_real *d, const stein_real *frc,\n"
+                     "                      const stein_real *trq, stein_real *M, stein_real *c",
         .note = "M(q) and c(q, qd, frc, trq)",
+        .type = "stein_real",
         .unused = {NULL, "q", "qd", NULL, "frc", "trq", "d", "sc"},
         .target = target_mass_bias};
+    static const emission pose = {
+        .name = "pose",
+        .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
+                     "                 const stein_real *d, stein_pose *pose",
+        .note = "planar poses of the bodies that have a frame",
+        .type = "stein_real",
+        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
+        .target = target_pose};
+    emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    emit_solve(x, t);
+    if (t->ncarrier) {
+        emit_func(x, t, l, &f->pose, &pose);
+    }
+    text_add(x,
+             "#if STEIN_LANES > 1\nextern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s);\n",
+             t->m->name);
+    text_add(
+        x, "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {mass_bias, %s, %s};\n#else\n\n",
+        t->m->name, emit_solves(t) ? "solve" : "NULL", t->ncarrier ? "pose" : "NULL");
+}
+
+void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
+{
     static const emission inverse = {
         .name = "inverse",
         .arguments =
             "const double *q, const double *qd, const double *qdd, const double *sc,\n"
             "                    const double *d, const double *frc, const double *trq, double *Q",
         .note = "Q = M qdd + c",
+        .type = "double",
         .unused = {NULL, "q", "qd", "qdd", "frc", "trq", "d", "sc"},
         .target = target_inverse};
-    static const emission pose = {
-        .name = "pose",
-        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
-                     "                 stein_pose *pose",
-        .note = "planar poses of the bodies that have a frame",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
-        .target = target_pose};
     static const emission point = {
         .name = "point",
         .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
                      "                  double *x, double *v, double *J, double *jdqd",
         .note = "named points in the fixed frame",
+        .type = "double",
         .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_point};
     static const emission energy = {
@@ -191,14 +211,11 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
                      "                   double *e",
         .note = "kinetic energy, potential energy of gravity",
+        .type = "double",
         .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
         .target = target_energy};
-    emit_func(x, t, l, &f->mass_bias, &mass_bias);
-    emit_solve(x, t);
+    emit_rates(x, t, l, f);
     emit_func(x, t, l, &f->inverse, &inverse);
-    if (t->ncarrier) {
-        emit_func(x, t, l, &f->pose, &pose);
-    }
     if (t->m->npoint) {
         emit_func(x, t, l, &f->point, &point);
     }
@@ -472,8 +489,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    text_add(x, "extern const stein_model stein_model_%s;\nconst stein_model stein_model_%s = {\n",
-             m->name, m->name);
+    text_add(x, "STEIN_LANES_DECLARE(%s)\nextern const stein_model stein_model_%s;\n", m->name,
+             m->name);
+    text_add(x, "const stein_model stein_model_%s = {\n", m->name);
     text_add(x, "    .abi = STEIN_MODEL_ABI,\n    .name = \"%s\",\n", m->name);
     text_add(x, "    .nq = %d, .np = %d, .nd = %d, .npoint = %d, .nframe = %d, .ncontact = %d,\n",
              t->n, m->nparam, l->n, m->npoint, t->ncarrier, m->ncontact);
@@ -492,10 +510,11 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "point", &f->point.ops);
     ops_field(x, "energy", &f->energy.ops);
     model_tables(x, t);
+    text_add(x, "    .lanes = STEIN_LANES_OF(%s),\n", m->name);
     snprintf(hash, 17, "%016llx", (unsigned long long)x->hash);
     text_number(dt, m->dt);
     text_number(until, m->until);
     text_quiet(x, "    .settle = %d, .integrator = %d, .dt = %s, .until = %s,\n", m->settle,
                m->integrator, dt, until);
-    text_quiet(x, "    .equations = \"%s\",\n};\n", hash);
+    text_quiet(x, "    .equations = \"%s\",\n};\n#endif\n", hash);
 }

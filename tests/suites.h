@@ -15,6 +15,7 @@
     X(import)     \
     X(formats)    \
     X(integrator) \
+    X(batch)      \
     X(contact)    \
     X(stroke)     \
     X(facts)      \

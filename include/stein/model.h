@@ -22,16 +22,44 @@
  * slides against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane
  * (x to the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a
  * joint about +y turns clockwise as drawn.
+ *
+ * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
+ * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
+ * of each of as many simulations, and the file exports `const stein_lanes stein_lanes4_<name>` in
+ * place of the descriptor: the same operations in the same order, so the same bits in each lane.
  */
 #ifndef STEIN_MODEL_H
 #define STEIN_MODEL_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 3
+#define STEIN_MODEL_ABI 4
+
+#ifndef STEIN_LANES
+#define STEIN_LANES 1
+#endif
+#if STEIN_LANES == 1
+typedef double stein_real;
+#else
+typedef double stein_real __attribute__((vector_size(8 * STEIN_LANES)));
+/** A condition in each lane: all its bits set, or none. Comparisons are cast to it. */
+typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
+#endif
+
+/** The same number in all lanes. */
+static inline stein_real stein_all(double x)
+{
+#if STEIN_LANES == 1
+    return x;
+#else
+    return x - (stein_real){0};
+#endif
+}
 
 /** One parameter p[i]. */
 typedef struct stein_param {
@@ -70,10 +98,10 @@ typedef struct stein_frame {
 
 /** One pose as pose() writes it; the array is [nframe] of these. */
 typedef struct stein_pose {
-    double x, z;   /* origin of the body (its joint) in the fixed frame [m] */
-    double c, s;   /* cosine and sine of the plane angle, counted from +x towards +z */
-    double vx, vz; /* velocity of the origin [m/s] */
-    double w;      /* angular velocity, positive from +x towards +z [rad/s] */
+    stein_real x, z;   /* origin of the body (its joint) in the fixed frame [m] */
+    stein_real c, s;   /* cosine and sine of the plane angle, counted from +x towards +z */
+    stein_real vx, vz; /* velocity of the origin [m/s] */
+    stein_real w;      /* angular velocity, positive from +x towards +z [rad/s] */
 } stein_pose;
 
 /** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
@@ -245,6 +273,71 @@ typedef struct stein_ops {
     int add, mul, neg, div, trig;
 } stein_ops;
 
+#if STEIN_LANES == 1
+typedef struct stein_lanes stein_lanes;
+/* what a generated solve() says and does where a pivot vanishes */
+typedef int stein_solved;
+#define STEIN_PIVOTS
+#define STEIN_PIVOT(is_good, joint) \
+    if (!(is_good)) {               \
+        return joint;               \
+    }
+#define STEIN_SOLVED -1
+#else
+typedef stein_mask stein_solved; /* the lanes in which one vanished */
+#define STEIN_PIVOTS                stein_mask bad = {0};
+#define STEIN_PIVOT(is_good, joint) bad |= ~(stein_mask)(is_good);
+#define STEIN_SOLVED                bad
+/** mass_bias, solve and pose of a model, as they are there, in lanes. */
+typedef struct stein_lanes {
+    void (*mass_bias)(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                      const stein_real *d, const stein_real *frc, const stein_real *trq,
+                      stein_real *M, stein_real *c);
+    stein_solved (*solve)(const stein_real *M, stein_real *b);
+    void (*pose)(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                 const stein_real *d, stein_pose *pose);
+} stein_lanes;
+#endif
+
+/* the lanes of a model that are compiled beside it: STEIN_WIDEST 8 (with 2 and 4), 2 or, for none,
+ * 0; or a single number of them, STEIN_ONLY */
+#ifndef STEIN_WIDEST
+#define STEIN_WIDEST 0
+#endif
+#ifndef STEIN_ONLY
+#define STEIN_ONLY 0
+#endif
+#define STEIN_LANES_JOIN(width, name) stein_lanes##width##_##name
+#define STEIN_LANES_NAME(width, name) STEIN_LANES_JOIN(width, name)
+#if STEIN_WIDEST == 8
+#define STEIN_LANES_DECLARE(name) \
+    extern const stein_lanes stein_lanes2_##name, stein_lanes4_##name, stein_lanes8_##name;
+#define STEIN_LANES_OF(name)                                             \
+    {                                                                    \
+        &stein_lanes2_##name, &stein_lanes4_##name, &stein_lanes8_##name \
+    }
+#elif STEIN_WIDEST == 2
+#define STEIN_LANES_DECLARE(name) extern const stein_lanes stein_lanes2_##name;
+#define STEIN_LANES_OF(name)             \
+    {                                    \
+        &stein_lanes2_##name, NULL, NULL \
+    }
+#elif STEIN_ONLY > 0
+#define STEIN_LANES_DECLARE(name) extern const stein_lanes STEIN_LANES_NAME(STEIN_ONLY, name);
+#define STEIN_LANES_OF(name)                                              \
+    {                                                                     \
+        STEIN_ONLY == 2 ? &STEIN_LANES_NAME(STEIN_ONLY, name) : NULL,     \
+            STEIN_ONLY == 4 ? &STEIN_LANES_NAME(STEIN_ONLY, name) : NULL, \
+            STEIN_ONLY == 8 ? &STEIN_LANES_NAME(STEIN_ONLY, name) : NULL  \
+    }
+#else
+#define STEIN_LANES_DECLARE(name)
+#define STEIN_LANES_OF(name) \
+    {                        \
+        NULL, NULL, NULL     \
+    }
+#endif
+
 /** The mechanism. */
 typedef struct stein_model {
     int abi; /* STEIN_MODEL_ABI */
@@ -271,6 +364,8 @@ typedef struct stein_model {
     int integrator;            /* 0 RK4, 1 Dormand-Prince 5 */
     double dt, until;          /* default step and duration [s] */
     stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy;
+    const struct stein_lanes
+        *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
 
     /** Derived constants from parameters. p [np] in, d [nd] out. */
     void (*setup)(const double *p, double *d);

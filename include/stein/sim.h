@@ -162,6 +162,8 @@ typedef struct stein_event {
 typedef void stein_event_fn(void *ctx, stein_sim *sim, const stein_event *event);
 /** Subscribe (one subscriber; NULL unsubscribes). */
 void stein_on_event(stein_sim *sim, stein_event_fn *fn, void *ctx);
+/** 1 while a contact is on: it touches, or is as near as its adhesion reaches; else 0. */
+int stein_touches(const stein_sim *sim, int contact);
 /** Phase of a notch now: 0 none, 1 beak's end on the roof, 2 face on the roof, 3 face on the
  * corner, 4 beak's end on the vertical face. -1 for an index out of range. */
 int stein_notch_phase(const stein_sim *sim, int notch);

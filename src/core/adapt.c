@@ -120,16 +120,6 @@ static stein_status advance(stein_sim *sim, double t1, double h, stein_pace *pac
     return stein__refresh(sim, err);
 }
 
-/* error of the trial step of h in tolerances; INFINITY when it failed */
-static double try_step(stein_sim *sim, double h, double tolerance, stein_status *status,
-                       stein_err *err)
-{
-    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
-    *status = attempt(sim, h, err);
-    double e = fmax(sim->eq, h * sim->eqd) / tolerance;
-    return *status == STEIN_OK && isfinite(e) ? e : (double)INFINITY;
-}
-
 /* What the next step is to the one with the error e; log_last: logarithm of the error of the step
  * accepted before, which that of e follows. */
 static double factor(double e, double *log_last)
@@ -162,63 +152,106 @@ static stein_status check_pace(const stein_sim *sim, double t_end, const stein_p
     return STEIN_OK;
 }
 
-/* all steps from the current state, whose qdd is known, to t_end */
-static stein_status run(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    double log_last = 0.0, growth = most;
-    double left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
-    int spot = 0; // events without a step between them
-    while (status == STEIN_OK && sim->head->t < t_end) {
-        if (--left_over < 0.0) {
-            return stein__fail(err, STEIN_ECHATTER,
-                               "the motion is too stiff: steps of %g s at t = %g s would never end",
-                               pace->h, sim->head->t);
-        }
-        double t = sim->head->t, left = t_end - t, wanted = fmin(pace->h, pace->longest);
-        int last = wanted >= left * (1.0 - 1e-9);
-        double h = last ? left : fmin(wanted, 0.5 * left); // no crumb before t_end
-        double e = try_step(sim, h, pace->tolerance, &status, err);
-        // a signal that jumps has no step that is short enough: its speed times `shortest` is left
-        if (e > 1.0 && h >= shortest) {
-            pace->h = h * fmin(0.9, factor(e, &(double){0.0}));
-            growth = 1.0; // not back at once to what failed
-            status = STEIN_OK;
-            continue;
-        }
-        if (status == STEIN_OK && !isfinite(e)) {
-            status = stein__fail(err, STEIN_ENONFINITE, "no step is short enough at t = %g s", t);
-        }
-        if (status == STEIN_OK) {
-            status = advance(sim, last ? t_end : t + h, h, pace, err);
-        }
-        double next = h * fmin(growth, factor(e, &log_last));
-        pace->h = h < wanted && e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
-        growth = most;
-        spot = sim->head->t > t ? 0 : spot + 1;
-        if (spot > MAX_EVENTS_ON_THE_SPOT) {
-            status = stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
-                                 (int)MAX_EVENTS_ON_THE_SPOT, t);
-        }
-    }
-    return status;
-}
-
-stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
+                               stein__pacer *p, stein_err *err)
 {
     stein_status status = check_pace(sim, t_end, pace, err);
     if (status == STEIN_OK && (sim->fresh == STALE || sim->motions)) {
         status = stein__refresh(sim, err); // a motion's acceleration may jump where a run ends
     }
-    status = status == STEIN_OK ? run(sim, t_end, pace, err) : status;
-    if (status != STEIN_OK) {
-        sim->fresh = STALE;
-        return status;
+    *p = (stein__pacer){.t_end = t_end, .growth = most};
+    if (status == STEIN_OK) {
+        p->left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
     }
+    return status;
+}
+
+stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stein__pacer *p,
+                              stein_err *err)
+{
+    p->h = 0.0;
+    if (!(sim->head->t < p->t_end)) {
+        return STEIN_OK;
+    }
+    if (--p->left_over < 0.0) {
+        return stein__fail(err, STEIN_ECHATTER,
+                           "the motion is too stiff: steps of %g s at t = %g s would never end",
+                           pace->h, sim->head->t);
+    }
+    double left = p->t_end - sim->head->t;
+    p->t = sim->head->t;
+    p->wanted = fmin(pace->h, pace->longest);
+    p->last = p->wanted >= left * (1.0 - 1e-9);
+    p->h = p->last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    return STEIN_OK;
+}
+
+double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h)
+{
+    double e = fmax(sim->eq, h * sim->eqd) / pace->tolerance;
+    return isfinite(e) ? e : (double)INFINITY;
+}
+
+stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, double h, double *e,
+                             stein_err *err)
+{
+    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
+    stein_status status = attempt(sim, h, err);
+    *e = status == STEIN_OK ? stein__pace_error(sim, pace, h) : (double)INFINITY;
+    return status;
+}
+
+stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p, double e,
+                               stein_status status, stein_err *err)
+{
+    double h = p->h;
+    // a signal that jumps has no step that is short enough: its speed times `shortest` is left
+    if (e > 1.0 && h >= shortest) {
+        pace->h = h * fmin(0.9, factor(e, &(double){0.0}));
+        p->growth = 1.0; // not back at once to what failed
+        return STEIN_OK;
+    }
+    if (status == STEIN_OK && !isfinite(e)) {
+        status = stein__fail(err, STEIN_ENONFINITE, "no step is short enough at t = %g s", p->t);
+    }
+    if (status == STEIN_OK) {
+        status = advance(sim, p->last ? p->t_end : p->t + h, h, pace, err);
+    }
+    double next = h * fmin(p->growth, factor(e, &p->log_last));
+    pace->h = h < p->wanted && e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
+    p->growth = most;
+    p->spot = sim->head->t > p->t ? 0 : p->spot + 1;
+    if (p->spot > MAX_EVENTS_ON_THE_SPOT) {
+        status = stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
+                             (int)MAX_EVENTS_ON_THE_SPOT, p->t);
+    }
+    return status;
+}
+
+void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end)
+{
     sim->head->t0 = t_end;
     sim->head->step = 0;
     while (pace->look != NULL && pace->next <= t_end) {
         pace->next = pace->look(pace->ctx, sim);
     }
+}
+
+stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+{
+    stein__pacer p;
+    double e;
+    stein_status status = stein__pace_begin(sim, t_end, pace, &p, err);
+    status = status == STEIN_OK ? stein__pace_next(sim, pace, &p, err) : status;
+    while (status == STEIN_OK && p.h > 0.0) {
+        status = stein__pace_try(sim, pace, p.h, &e, err);
+        status = stein__pace_judge(sim, pace, &p, e, status, err);
+        status = status == STEIN_OK ? stein__pace_next(sim, pace, &p, err) : status;
+    }
+    if (status != STEIN_OK) {
+        sim->fresh = STALE;
+        return status;
+    }
+    stein__pace_end(sim, pace, t_end);
     return STEIN_OK;
 }

@@ -96,6 +96,13 @@ void stein__note_rest(stein_sim *sim)
     }
 }
 
+/* a contact that is off has no force: nothing has to be evaluated to know that */
+static int is_off(const stein_sim *sim, const stein_channel *channel)
+{
+    return (channel->read == STEIN_READ_FORCE || channel->read == STEIN_READ_TANGENT) &&
+           !stein_touches(sim, channel->index);
+}
+
 /* a camera sees no forces: the poses are enough for it, an eighth of an evaluation */
 static int shows_place(const stein_channel *channel)
 {
@@ -125,12 +132,16 @@ static stein_status prepare(stein_sim *sim, const stein_channel *channel)
 
 double stein_read(stein_sim *sim, int i)
 {
-    if (i < 0 || i >= sim->model->nchannel || prepare(sim, &sim->model->channels[i]) != STEIN_OK) {
+    if (i < 0 || i >= sim->model->nchannel) {
         return NAN;
     }
     const stein_channel *channel = &sim->model->channels[i];
+    int off = is_off(sim, channel);
+    if (!off && prepare(sim, channel) != STEIN_OK) {
+        return NAN;
+    }
     const double *sensor = sim->d + channel->sensor, *rest = sim->rest + 2 * i;
-    double y = channel->sign * reading(sim, channel), moved = y - rest[0];
+    double y = channel->sign * (off ? 0.0 : reading(sim, channel)), moved = y - rest[0];
     double value = sensor[STEIN_SENSOR_GAIN] * (channel->from_rest ? moved : y) +
                    sensor[STEIN_SENSOR_SQUARE] * moved * moved + sensor[STEIN_SENSOR_OFFSET];
     if (sensor[STEIN_SENSOR_TILT] != 0.0) {
@@ -148,6 +159,19 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
     }
     *value = stein_read(sim, i);
     return STEIN_OK;
+}
+
+int stein_touches(const stein_sim *sim, int contact)
+{
+    const stein_model *model = sim->model;
+    int any = 0;
+    if (contact >= 0 && contact < model->ncontact) {
+        const stein_contact *c = &model->contacts[contact];
+        for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
+            any |= sim->mode[i];
+        }
+    }
+    return any;
 }
 
 int stein_notch_armed(stein_sim *sim, int notch)

@@ -13,15 +13,13 @@
  * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
  * and cost determinism of time.
  */
-#include <math.h>
-
 #include "core.h"
 
 /* of side 0 or 1; most second sides are fixed */
 static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
 {
-    const double *shape = side ? s->b : s->a;
-    double x = shape[STEIN_SHAPE_X], z = shape[STEIN_SHAPE_Z];
+    const real *shape = side ? s->b : s->a;
+    real x = shape[STEIN_SHAPE_X], z = shape[STEIN_SHAPE_Z];
     int frame = s->pair.frame[side];
     return frame < 0 ? (vec2){x, z} : place(&sim->pose[frame], x, z);
 }
@@ -30,16 +28,18 @@ static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
 static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
 {
     if (s->line) {
-        double x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
+        real x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
         int frame = s->pair.frame[1];
         return frame < 0 ? (vec2){x, z} : turn(&sim->pose[frame], x, z);
     }
-    double distance = sqrt(r.x * r.x + r.z * r.z);
-    return distance > 0.0 ? (vec2){r.x / distance, r.z / distance} : (vec2){0.0, 1.0};
+    real distance = root_of(r.x * r.x + r.z * r.z);
+    mask is_apart = more(distance, 0.0);
+    return (vec2){sel(is_apart, r.x / distance, same(0.0)),
+                  sel(is_apart, r.z / distance, same(1.0))};
 }
 
 /* deformation x; < 0 apart; a line has no radius */
-static inline double depth_of(const site *s, vec2 r, vec2 n)
+static inline real depth_of(const site *s, vec2 r, vec2 n)
 {
     return s->a[STEIN_SHAPE_R] + s->b[STEIN_SHAPE_R] - s->pair.normal[STEIN_NORMAL_GAP] -
            (r.x * n.x + r.z * n.z);
@@ -47,12 +47,12 @@ static inline double depth_of(const site *s, vec2 r, vec2 n)
 
 /* What is asked of a spot that may be apart: its depth, and its guard, > 0 where forces may act -
  * depth and adhesion's range, within the line's ends. */
-static double apart(const stein_sim *sim, int i, double *guard)
+static real apart(const stein_sim *sim, int i, real *guard)
 {
     const site *s = &sim->site[i];
     vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
     vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
-    double depth = depth_of(s, r, n), along = r.x * n.z - r.z * n.x;
+    real depth = depth_of(s, r, n), along = r.x * n.z - r.z * n.x;
     *guard = depth + s->pair.normal[STEIN_NORMAL_RANGE];
     if (s->line) {
         *guard =
@@ -62,10 +62,40 @@ static double apart(const stein_sim *sim, int i, double *guard)
 }
 
 /* the contact of the free load is gone with it */
-static int is_lifted(const stein_sim *sim, int contact)
+static inline mask is_lifted(const stein_sim *sim, int contact)
 {
-    return !sim->head->load_present && contact == sim->model->load.contact;
+    return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
+
+static void press_spot(stein_sim *sim, int i, mask on)
+{
+    const site *s = &sim->site[i];
+    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
+    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
+    real radius = s->a[STEIN_SHAPE_R];
+    vec2 at = {pa.x - radius * n.x, pa.z - radius * n.z};
+    stein__press(sim, &s->pair, on, at, n, depth_of(s, r, n), &sim->spot[i]);
+}
+
+INNER void stein__spot_forces(stein_sim *sim)
+{
+    int n = sim->model->nspot, inside = sim->inside;
+    for (int i = 0; i < n; i++) {
+        spot_force *f = &sim->spot[i];
+        if (!inside) { // else gap and guard are asked for at the end of the step
+            real guard;
+            f->gap = -apart(sim, i, &guard);
+            sim->guard[i] = sel(is_lifted(sim, sim->site[i].pair.index), same(-1.0), guard);
+        }
+        f->depth = f->normal = f->tangent = same(0.0);
+        mask on = mask_of(sim->mode[i]);
+        if (any(on)) {
+            press_spot(sim, i, on);
+        }
+    }
+}
+
+#if STEIN_LANES == 1
 
 double stein__spot_guard(const stein_sim *sim, int i)
 {
@@ -78,34 +108,6 @@ double stein__spot_gap(const stein_sim *sim, int i)
 {
     double guard;
     return -apart(sim, i, &guard);
-}
-
-static void press_spot(stein_sim *sim, int i)
-{
-    const site *s = &sim->site[i];
-    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
-    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
-    double radius = s->a[STEIN_SHAPE_R];
-    vec2 at = {pa.x - radius * n.x, pa.z - radius * n.z};
-    stein__press(sim, &s->pair, at, n, depth_of(s, r, n), &sim->spot[i]);
-}
-
-void stein__spot_forces(stein_sim *sim)
-{
-    int n = sim->model->nspot, inside = sim->inside;
-    for (int i = 0; i < n; i++) {
-        spot_force *f = &sim->spot[i];
-        if (!inside) { // else gap and guard are asked for at the end of the step
-            f->gap = -apart(sim, i, &sim->guard[i]);
-            if (is_lifted(sim, sim->site[i].pair.index)) {
-                sim->guard[i] = -1.0;
-            }
-        }
-        f->depth = f->normal = f->tangent = 0.0;
-        if (sim->mode[i]) {
-            press_spot(sim, i);
-        }
-    }
 }
 
 int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot)
@@ -127,3 +129,5 @@ int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot)
     *xdot = f->rate;
     return 1;
 }
+
+#endif

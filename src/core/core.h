@@ -2,13 +2,19 @@
  * core.h - what the files of the core share. Not installed.
  *
  *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
- *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
- *   contact.c   spots: where and how deep                adapt.c    steps of controlled error
- *   touch.c     forces of all that touches and rubs
- *   notch.c     the notch and its memory                 channel.c  output channels
+ * * layout.c    memory
+ *   dynamics.c  (t, q, qd) -> qdd, what drives it        step.c     fixed steps, located events
+ * * forces.c    all other forces, qdd                    adapt.c    steps of controlled error
+ * * contact.c   spots: where and how deep              * trial.c    RK4, DP5
+ * * touch.c     forces of all that touches and rubs      batch*.c   many simulations in lanes
+ * * notch.c     the notch and its memory                 processor.c  how many lanes there are
+ *   channel.c   output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
  *   handover.c  parameters from another thread
- *   laws.h      the laws, inline                         elementary.h  sine, cosine, tanh, exp
+ * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp
+ *
+ * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
+ * number of lanes, with a stein_sim whose every real is a vector.
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -24,7 +30,7 @@
 enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 
 typedef struct vec2 {
-    double x, z;
+    real x, z;
 } vec2;
 
 /* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
@@ -32,38 +38,38 @@ enum { STALE, KNOWN, FRESH };
 
 /** Forces of one spot or of one notch, from the last evaluation. */
 typedef struct spot_force {
-    double gap;         /* [m], > 0 apart */
-    double normal;      /* [N] >= 0 */
-    double tangent;     /* [N], signed along the tangent */
-    double depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
+    real gap;         /* [m], > 0 apart */
+    real normal;      /* [N] >= 0 */
+    real tangent;     /* [N], signed along the tangent */
+    real depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
 } spot_force;
 
 /** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */
 typedef struct wrench {
-    double x, z, m;
+    real x, z, m;
 } wrench;
 
 /** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
 typedef struct pair {
     int index;    /* of the contact; ncontact + that of the notch */
     int frame[2]; /* the second one may be fixed, -1 */
-    const double *normal, *friction;
-    double inverse_vt; /* of its friction [s/m] */
+    const real *normal, *friction;
+    real inverse_vt; /* of its friction [s/m] */
 } pair;
 
 /** A place where a pair presses, in one evaluation. */
 typedef struct touch {
     const pair *pair;
     vec2 at, n; /* n: unit normal on the first body */
-    double normal;
+    real normal;
     spot_force *sum; /* where its forces are added */
 } touch;
 
 /** A spot with its numbers. */
 typedef struct site {
     pair pair;
-    int line;            /* 1: the second side is a line, 0: a circle */
-    const double *a, *b; /* both sides */
+    int line;          /* 1: the second side is a line, 0: a circle */
+    const real *a, *b; /* both sides */
 } site;
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
@@ -72,7 +78,7 @@ typedef struct state_head {
     double t;           /* [s] */
     double t0;          /* origin of the step grid: step k ends at t0 + k dt */
     long long step;     /* steps since t0 */
-    int load_present;
+    mask load_present;
     int reserved;
 } state_head;
 
@@ -84,31 +90,32 @@ struct stein_sim {
     unsigned char *state;
     size_t state_size;
     state_head *head;
-    double *q, *qd;         /* [nq] */
+    real *q, *qd;           /* [nq] */
     double *rest;           /* [2*nchannel] value and marker's x of each in the initial state */
-    unsigned char *mode;    /* [nguard] */
+    flag *mode;             /* [nguard] */
     unsigned char *phase;   /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
-    unsigned char *held;    /* [nq] joint locked where it is (the lifted load) */
+    flag *held;             /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 
-    double *p, *d;           /* [np], [nd] */
+    double *p;               /* [np] */
+    real *d;                 /* [nd] */
     double *slope;           /* of the points of all tables, behind each other */
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
     int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
     int *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
-    double *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
-    site *site;         /* [nspot] */
-    pair *catch;        /* [nnotch] beak and catcher */
+    real *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
+    site *site;       /* [nspot] */
+    pair *catch;      /* [nnotch] beak and catcher */
 
     /* result of the last evaluation (stein__evaluate) */
-    double *qdd;      /* [nq] */
-    double *guard;    /* [nguard] */
+    real *qdd;        /* [nq] */
+    real *guard;      /* [nguard] */
     spot_force *spot; /* [nspot] */
     spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
-    double *Q;        /* [nq] */
+    real *Q;          /* [nq] */
     int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
@@ -116,29 +123,30 @@ struct stein_sim {
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
     touch *touch;     /* [ntouch], up to nspot + 3*nnotch */
     int ntouch;
-    double *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
-    wrench *wrench;                 /* [nframe], and at -1 what nobody asks about */
-    double *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
-    double *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
-    double *sc;                     /* [2*nq] sines and cosines of xq */
-    double *sc_asked;               /* [2*nq] the same of what somebody asks about */
-    double *ustate;                 /* [3*ninput] signals at the last evaluation */
-    double *px, *pv, *pJ, *pa;      /* points */
-    int width;                      /* 2*nq rounded up: a state {q, qd} in blocks of four */
-    double *y0, *y1;                /* [width] trial step: where it began, its end */
-    double *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
-    double *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
-    double *q0, *qd0;               /* [nq] where it began */
-    double *e;                      /* [width] its error */
-    double *zero;                   /* [3*nq+4] */
-    double *work;                   /* [nq*nq + 2*nq] */
-    double *root;                   /* [nguard] */
-    unsigned char *crossed;         /* [nguard] guards that switch at the located root */
+    real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
+    wrench *wrench;               /* [nframe], and at -1 what nobody asks about */
+    real *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
+    real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
+    real *sc;                     /* [2*nq] sines and cosines of xq */
+    double *sc_asked;             /* [2*nq] the same of what somebody asks about */
+    double *ustate;               /* [3*ninput] signals at the last evaluation */
+    real *px, *pv, *pJ, *pa;      /* points */
+    int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of four */
+    real *y0, *y1;                /* [width] trial step: where it began, its end */
+    real *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
+    real *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
+    real *q0, *qd0;               /* [nq] where it began */
+    real *e;                      /* [width] its error */
+    real *zero;                   /* [3*nq+4] */
+    double *work;                 /* [nq*nq + 2*nq] */
+    double *root;                 /* [nguard] */
+    unsigned char *crossed;       /* [nguard] guards that switch at the located root */
 
     int jacobians; /* 1: a force acts at a point of a body without a pose */
+    int signals;   /* 1: an input has a signal */
     int motions;   /* 1: a joint follows a signal, or is held without it */
 
-    double eq, eqd; /* embedded error estimate; negative: none */
+    real eq, eqd; /* embedded error estimate; negative: none */
 
     stein_signal_fn **signal; /* [ninput] */
     void **signal_ctx;
@@ -146,7 +154,21 @@ struct stein_sim {
     void *event_ctx;
     stein_force_fn *on_force;
     void *force_ctx;
+#if STEIN_LANES > 1
+    const stein_lanes *lanes;
+    mask bad;                 /* lanes with an evaluation that failed since this was cleared */
+    real eq_taken, eqd_taken; /* of the last step that each lane took */
+#endif
 };
+
+#if STEIN_LANES > 1
+#define EQUATIONS(sim) ((sim)->lanes)
+#else
+#define EQUATIONS(sim) ((sim)->model)
+#endif
+
+/* layout.c: the size of a simulation's block and, where there is one already, its parts */
+INNER size_t stein__layout(stein_sim *sim, const stein_model *model);
 
 /* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
@@ -160,27 +182,28 @@ void stein__take_parameters(stein_sim *sim);
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
 
 /* touch.c: where the numbers of all pairs are, once for a simulation */
-void stein__gather(stein_sim *sim);
+INNER void stein__gather(stein_sim *sim);
 /* parameters have changed */
-void stein__pairs_prepare(stein_sim *sim);
-/* a pair is `depth` deep at a place, n the normal on the first one: its normal force now, that of
- * its friction with all others, both added to f */
-void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f);
+INNER void stein__pairs_prepare(stein_sim *sim);
+/* a pair that is on is `depth` deep at a place, n the normal on the first one: its normal force
+ * now, that of its friction with all others, both added to f */
+INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n, real depth,
+                         spot_force *f);
 /* friction of all touches and joints, forces of the touches into the wrenches */
-void stein__rub(stein_sim *sim);
+INNER void stein__rub(stein_sim *sim);
 
 /* contact.c; the guard of a contact that is gone with the load is -1 */
-double stein__spot_guard(const stein_sim *sim, int spot);
-double stein__spot_gap(const stein_sim *sim, int spot);
-void stein__spot_forces(stein_sim *sim);
+real stein__spot_guard(const stein_sim *sim, int spot);
+real stein__spot_gap(const stein_sim *sim, int spot);
+INNER void stein__spot_forces(stein_sim *sim);
 
 /* a direction of a body, and a point of it, in the fixed frame */
-static inline vec2 turn(const stein_pose *p, double x, double z)
+static inline vec2 turn(const stein_pose *p, real x, real z)
 {
     return (vec2){p->c * x - p->s * z, p->s * x + p->c * z};
 }
 
-static inline vec2 place(const stein_pose *p, double x, double z)
+static inline vec2 place(const stein_pose *p, real x, real z)
 {
     return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
 }
@@ -202,7 +225,7 @@ static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
 }
 
 /* sc at q */
-static inline void turn_joints(const stein_model *model, const double *q, double *sc)
+static inline void turn_joints(const stein_model *model, const real *q, real *sc)
 {
     for (int j = 0; j < model->nq; j++) {
         if (model->bodies[j].type == 'R') {
@@ -211,26 +234,37 @@ static inline void turn_joints(const stein_model *model, const double *q, double
     }
 }
 
-static inline void copy(double *restrict to, const double *restrict from, int n)
+static inline void copy(real *restrict to, const real *restrict from, int n)
 {
     for (int j = 0; j < n; j++) {
         to[j] = from[j];
     }
 }
 
-static inline double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
 /* notch.c */
-void stein__notch_guards(const stein_sim *sim, int notch, double *g, double *overlap);
-void stein__notch_forces(stein_sim *sim);
+INNER void stein__notch_guards(const stein_sim *sim, int notch, real *g, real *overlap);
+INNER void stein__notch_forces(stein_sim *sim);
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
+/* forces.c: all forces at xq, xqd; qdd under them. @return what the generated solve() returns */
+INNER void stein__forces(stein_sim *sim);
+/* parameters have changed */
+INNER void stein__joints_prepare(stein_sim *sim);
+INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd);
+/* a named point at the last poses; of a body without one, where model->point() was last asked */
+INNER void stein__point(const stein_sim *sim, int point, real x[3], real v[3]);
+/* a force on a named point, into the wrench of its body; the fixed frame takes everything */
+INNER void stein__pull(stein_sim *sim, int point, const real f[3]);
+
 /* dynamics.c */
-stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
-                             double *qdd, stein_err *err);
+INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,
+                                   stein_err *err);
+#if STEIN_LANES == 1
+/* forces of what drives the mechanism from outside */
+void stein__inputs(stein_sim *sim);
+/* does a joint follow what is given? Then its acceleration is in *value */
+int stein__driver(const stein_sim *sim, int joint, double *value);
+#endif
 void stein__guards(stein_sim *sim, const double *q, double *guard);
 double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
@@ -238,13 +272,14 @@ stein_status stein__refresh(stein_sim *sim, stein_err *err);
 void stein__place(stein_sim *sim);
 /* signals have changed: what has to be asked about in an evaluation */
 void stein__wire(stein_sim *sim);
-/* a named point at the last poses; of a body without one, where model->point() was last asked */
-void stein__point(const stein_sim *sim, int point, double x[3], double v[3]);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
 
-/* step.c: a trial step of h from the current state, whose qdd must be in qdd0, to q1, qd1, qdd1 and
- * the guards there; checked for numbers that are none */
+/* trial.c: a trial step of h from the state {q, qd} at t, whose qdd must be in qdd0, to q1, qd1,
+ * qdd1 and the guards there */
+INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
+
+/* step.c: the same from the current state, checked for numbers that are none */
 stein_status stein__try(stein_sim *sim, double h, stein_err *err);
 /* dense output of the trial step: quintic Hermite at theta in 0..1 of h; qd may be NULL */
 void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd);
@@ -253,10 +288,33 @@ int stein__any_crossed(const stein_sim *sim);
 /* theta of the first root in begin..end of those that are at `end`, where they were evaluated;
  * crossed[] marks what switches there */
 double stein__first_root(stein_sim *sim, double h, double begin, double end);
+/* from the current time to `target`, cut at every event on the way */
+stein_status stein__advance(stein_sim *sim, double target, stein_err *err);
 /* the trial step becomes the state at t1; its end derivative is the next first stage */
 void stein__accept(stein_sim *sim, double t1);
 /* switch what crossed[] marks, and tell */
 void stein__flip_crossed(stein_sim *sim);
+
+/* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next, a trial of
+ * p->h (0: at the end), judge } again and again, then end */
+typedef struct stein__pacer {
+    double t_end;
+    double log_last, growth, left_over; /* of the control; trials that may still be made */
+    int spot;                           /* events without a step between them */
+    double t, wanted, h;                /* of the trial that is next */
+    int last;                           /* it ends at t_end */
+} stein__pacer;
+stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
+                               stein__pacer *p, stein_err *err);
+stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stein__pacer *p,
+                              stein_err *err);
+/* a trial, and its error e in tolerances, INFINITY when it failed; that of one made elsewhere */
+stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, double h, double *e,
+                             stein_err *err);
+double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h);
+stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p, double e,
+                               stein_status status, stein_err *err);
+void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);
@@ -265,8 +323,10 @@ void stein__note_rest(stein_sim *sim);
  * `index` (a notch: ncontact + its index) with what its tables say */
 int stein__table_points(const stein_model *model);
 void stein__tables_prepare(stein_sim *sim);
+#if STEIN_LANES == 1
 void stein__tables_joints(stein_sim *sim);
 double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot);
+#endif
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

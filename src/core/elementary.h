@@ -18,40 +18,25 @@
 #define STEIN_ELEMENTARY_H
 
 #include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
+
+#include "real.h"
 
 /* added and taken away again, it leaves the nearest integer, which its lowest bits hold meanwhile
  */
 #define STEIN__ROUND 0x1.8p52
 
-static inline uint64_t stein__bits(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static inline double stein__of_bits(uint64_t bits)
-{
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
 /* P and Q of sin r = r + z r (S + z P), cos r = 1 - z/2 + z^2 Q, z = r^2, |r| <= pi/4 */
 static const double stein__sine_cubic = -1.66666666666666324348e-01;
-static inline double stein__sine_rest(double z)
+static inline real stein__sine_rest(real z)
 {
     return (8.33333333332248946124e-03 +
             z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) +
            z * (z * z) * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10);
 }
 
-static inline double stein__cosine_rest(double z)
+static inline real stein__cosine_rest(real z)
 {
-    double w = z * z;
+    real w = z * z;
     return z * (4.16666666666666019037e-02 +
                 z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)) +
            w * w *
@@ -59,129 +44,162 @@ static inline double stein__cosine_rest(double z)
                 z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
 }
 
-/* sine and cosine of an angle outside of that interval */
-static inline void stein__sincos_far(double x, double *s, double *c)
+/* those of an angle where n pi/2 is no longer exact in its parts; libm writes errno for what is no
+ * number */
+static inline double stein__sine_huge(double x)
 {
-    if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
-        int number = fabs(x) <= DBL_MAX;
-        double some = number ? x : 0.0; // libm writes errno for what is no number
-        *s = number ? sin(some) : (double)NAN;
-        *c = number ? cos(some) : (double)NAN;
+    return fabs(x) <= DBL_MAX ? sin(x) : (double)NAN;
+}
+
+static inline double stein__cosine_huge(double x)
+{
+    return fabs(x) <= DBL_MAX ? cos(x) : (double)NAN;
+}
+
+/* sine and cosine of an angle outside of that interval */
+static inline void stein__sincos_far(real x, real *s, real *c)
+{
+    mask huge = no(less(magnitude(x), 1e5));
+    if (every(huge)) {
+        *s = alone(stein__sine_huge, huge, x);
+        *c = alone(stein__cosine_huge, huge, x);
         return;
     }
-    double shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
-    uint64_t quadrant = stein__bits(shifted);
-    double first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
-    double near = first - second;
-    double third = n * 2.02226624879595063154e-21 - ((first - near) - second);
-    double r = near - third, tail = (near - r) - third;
-    double z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
-    double rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
-    double sine = r - (rest - v * stein__sine_cubic);
-    double cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
-    double a = quadrant & 1 ? cosine : sine, b = quadrant & 1 ? sine : cosine;
-    *s = quadrant & 2 ? -a : a;
-    *c = (quadrant + 1) & 2 ? -b : b;
+    real shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
+    word quadrant = bits_of(shifted);
+    real first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
+    real near = first - second;
+    real third = n * 2.02226624879595063154e-21 - ((first - near) - second);
+    real r = near - third, tail = (near - r) - third;
+    real z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
+    real rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
+    real sine = r - (rest - v * stein__sine_cubic);
+    real cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
+    mask odd = has_bit(quadrant, 0);
+    real a = sel(odd, cosine, sine), b = sel(odd, sine, cosine);
+    *s = sel(has_bit(quadrant, 1), -a, a);
+    *c = sel(has_bit(quadrant + 1, 1), -b, b);
+    if (any(huge)) {
+        *s = sel(huge, alone(stein__sine_huge, huge, x), *s);
+        *c = sel(huge, alone(stein__cosine_huge, huge, x), *c);
+    }
 }
 
 /** Sine and cosine of x. */
-static inline void stein__sincos(double x, double *s, double *c)
+static inline void stein__sincos(real x, real *s, real *c)
 {
-    if (!(fabs(x) <= 0.7853981633974483)) {
+    mask near = at_most(magnitude(x), 0.7853981633974483);
+    if (!any(near)) {
         stein__sincos_far(x, s, c);
         return;
     }
-    double z = x * x, half = 0.5 * z, one = 1.0 - half;
+    real z = x * x, half = 0.5 * z, one = 1.0 - half;
     *s = x + z * x * (stein__sine_cubic + z * stein__sine_rest(z));
     *c = one + (((1.0 - one) - half) + z * stein__cosine_rest(z));
+    if (!every(near)) {
+        real far_s, far_c;
+        stein__sincos_far(x, &far_s, &far_c);
+        *s = sel(near, *s, far_s);
+        *c = sel(near, *c, far_c);
+    }
 }
 
 /* x = n ln 2 + (high - low) with 2^n, and R - 2 at r = high - low */
 typedef struct stein__exponent {
-    double power, high, low, r, even;
+    real power, high, low, r, even;
 } stein__exponent;
 
-static inline stein__exponent stein__exp_parts(double x)
+static inline stein__exponent stein__exp_parts(real x)
 {
-    double shifted = x * 1.44269504088896338700e+00 + STEIN__ROUND, n = shifted - STEIN__ROUND;
-    double high = x - n * 6.93147180369123816490e-01, low = n * 1.90821492927058770002e-10;
-    double r = high - low, z = r * r, w = z * z;
-    double even = z * (1.66666666666666019037e-01 - z * 2.77777777770155933842e-03) +
-                  z * w *
-                      (6.61375632143793436117e-05 - z * 1.65339022054652515390e-06 +
-                       w * 4.13813679705723846039e-08);
-    double power = stein__of_bits((stein__bits(shifted) + 1023) << 52);
+    real shifted = x * 1.44269504088896338700e+00 + STEIN__ROUND, n = shifted - STEIN__ROUND;
+    real high = x - n * 6.93147180369123816490e-01, low = n * 1.90821492927058770002e-10;
+    real r = high - low, z = r * r, w = z * z;
+    real even = z * (1.66666666666666019037e-01 - z * 2.77777777770155933842e-03) +
+                z * w *
+                    (6.61375632143793436117e-05 - z * 1.65339022054652515390e-06 +
+                     w * 4.13813679705723846039e-08);
+    real power = of_bits((bits_of(shifted) + 1023) << 52);
     return (stein__exponent){power, high, low, r, even};
 }
 
 /* e^x where 2^n may be none */
-static inline double stein__exp_far(double x);
+static inline real stein__exp_far(real x);
 
 /** e^x. */
-static inline double stein__exp(double x)
+static inline real stein__exp(real x)
 {
-    if (!(fabs(x) < 700.0)) {
+    mask far = no(less(magnitude(x), 700.0));
+    if (every(far)) {
         return stein__exp_far(x);
     }
     stein__exponent p = stein__exp_parts(x);
-    double c = p.r - p.even; // e^r = 1 + r + r c / (2 - c)
-    return p.power * (1.0 - ((p.low - p.r * c / (2.0 - c)) - p.high));
+    real c = p.r - p.even; // e^r = 1 + r + r c / (2 - c)
+    real y = p.power * (1.0 - ((p.low - p.r * c / (2.0 - c)) - p.high));
+    return any(far) ? sel(far, stein__exp_far(x), y) : y;
 }
 
-static inline double stein__exp_far(double x)
+static inline real stein__exp_far(real x)
 {
-    if (!(fabs(x) < 800.0)) {
-        return x > 0.0 ? (double)INFINITY : x < 0.0 ? 0.0 : x;
+    mask some = less(magnitude(x), 800.0);
+    real none = sel(more(x, 0.0), same((double)INFINITY), sel(less(x, 0.0), same(0.0), x));
+    if (!any(some)) {
+        return none;
     }
-    double root = stein__exp(0.5 * x);
-    return root * root;
+    real root = stein__exp(sel(some, 0.5 * x, same(0.0)));
+    return sel(some, root * root, none);
 }
 
 /** Hyperbolic tangent of u. */
-static inline double stein__tanh(double u)
+static inline real stein__tanh(real u)
 {
-    double x = 2.0 * fabs(u);
-    stein__exponent p = stein__exp_parts(x > 40.0 ? 40.0 : x);
-    double less = p.power - 1.0, more = p.power + 1.0;
-    double above = 2.0 * less + (less * p.even + more * p.r);
-    double below = 2.0 * more + (more * p.even + less * p.r);
-    return copysign(above / below, u);
+    real x = 2.0 * magnitude(u);
+    stein__exponent p = stein__exp_parts(sel(more(x, 40.0), same(40.0), x));
+    real minus = p.power - 1.0, plus = p.power + 1.0;
+    real above = 2.0 * minus + (minus * p.even + plus * p.r);
+    real below = 2.0 * plus + (plus * p.even + minus * p.r);
+    return with_sign_of(above / below, u);
 }
 
 /* ln x where 1/x may be none */
-static inline double stein__log_far(double x);
+static inline real stein__log_far(real x);
 
 /** Natural logarithm of x. */
-static inline double stein__log(double x)
+static inline real stein__log(real x)
 {
-    if (!(x > 1e-300 && x < 1e300)) {
+    mask far = no(both(more(x, 1e-300), less(x, 1e300)));
+    if (every(far)) {
         return stein__log_far(x);
     }
-    // 1 + f in sqrt(1/2)..sqrt(2)
-    uint64_t bits = stein__bits(x) + 0x00095f6200000000;
-    double n = (double)((int64_t)(bits >> 52) - 1023);
-    double f = stein__of_bits((bits & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
-    double s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
-    double even = w * (3.999999999940941908e-01 +
-                       w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-    double odd = z * (6.666666666666735130e-01 +
-                      w * (2.857142874366239149e-01 +
-                           w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
-    double low = n * 1.90821492927058770002e-10;
-    return n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
+    // 1 + f in sqrt(1/2)..sqrt(2); the exponent becomes a number where 1 is the last bit of it
+    word bits = bits_of(x) + 0x00095f6200000000;
+    real n = of_bits((bits >> 52) | 0x4330000000000000) - (0x1p52 + 1023.0);
+    real f = of_bits((bits & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
+    real s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
+    real even = w * (3.999999999940941908e-01 +
+                     w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+    real odd = z * (6.666666666666735130e-01 +
+                    w * (2.857142874366239149e-01 +
+                         w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+    real low = n * 1.90821492927058770002e-10;
+    real y = n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
+    return any(far) ? sel(far, stein__log_far(x), y) : y;
 }
 
-static inline double stein__log_far(double x)
+static inline real stein__log_far(real x)
 {
-    if (!(x > 0.0 && x <= DBL_MAX)) {
-        return x > 0.0 ? x : x == 0.0 ? -(double)INFINITY : (double)NAN;
+    mask some = both(more(x, 0.0), at_most(x, DBL_MAX)), small = less(x, 1.0);
+    mask zero = both(at_most(x, 0.0), no(less(x, 0.0)));
+    real none = sel(more(x, 0.0), x, sel(zero, same(-(double)INFINITY), same((double)NAN)));
+    if (!any(some)) {
+        return none;
     }
-    return x < 1.0 ? stein__log(x * 0x1p200) - 1.386294361119890572454e+02
-                   : stein__log(x * 0x1p-200) + 1.386294361119890572454e+02;
+    real y = stein__log(sel(some, x * sel(small, same(0x1p200), same(0x1p-200)), same(1.0)));
+    real power = same(1.386294361119890572454e+02); // ln 2^200
+    return sel(some, sel(small, y - power, y + power), none);
 }
 
 /** x^y for x > 0 and moderate y. */
-static inline double stein__power(double x, double y)
+static inline real stein__power(real x, real y)
 {
     return stein__exp(y * stein__log(x));
 }

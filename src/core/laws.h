@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * laws.h - the laws of law.h where every evaluation needs them: inline. What a law leaves at its
- * neutral value is not worked out.
+ * laws.h - the laws of law.h where every evaluation needs them: inline, for any number of lanes.
+ * What a law leaves at its neutral value is not worked out.
  */
 #ifndef STEIN_LAWS_H
 #define STEIN_LAWS_H
@@ -12,67 +12,90 @@
 static const double stein__felt_unit = 1e-4;  /* m, where the exponent is neutral */
 static const double stein__turn_speed = 0.01; /* m/s, loading turns into unloading within it */
 
-static inline double stein__normal(const double *law, double x, double xdot)
+static inline real stein__normal(const real *law, real x, real xdot)
 {
-    if (!(x > 0.0)) {
-        double u = law[STEIN_NORMAL_RANGE] > 0.0 ? -x / law[STEIN_NORMAL_RANGE] : 1.0;
-        return u < 1.0 ? -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u) : 0.0;
+    mask deep = more(x, 0.0);
+    real apart = same(0.0);
+    if (!every(deep)) {
+        real u = sel(more(law[STEIN_NORMAL_RANGE], 0.0), -x / law[STEIN_NORMAL_RANGE], same(1.0));
+        apart = sel(less(u, 1.0), -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u), same(0.0));
+        if (!any(deep)) {
+            return apart;
+        }
+        x = sel(deep, x, same(stein__felt_unit));
     }
-    double f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
-    if (law[STEIN_NORMAL_EXPONENT] != 0.0) {
-        f *= stein__power(x / stein__felt_unit, law[STEIN_NORMAL_EXPONENT]);
+    real f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
+    mask powered = differ(law[STEIN_NORMAL_EXPONENT], 0.0);
+    if (any(powered)) {
+        real power = stein__power(x / stein__felt_unit, law[STEIN_NORMAL_EXPONENT]);
+        f = sel(powered, f * power, f);
     }
     f = (f + law[STEIN_NORMAL_PRELOAD]) * (1.0 + law[STEIN_NORMAL_D] * xdot);
-    if (law[STEIN_NORMAL_HYSTERESIS] != 0.0) {
-        f *= 1.0 + law[STEIN_NORMAL_HYSTERESIS] * stein__tanh(xdot / stein__turn_speed);
+    mask lossy = differ(law[STEIN_NORMAL_HYSTERESIS], 0.0);
+    if (any(lossy)) {
+        real loss = 1.0 + law[STEIN_NORMAL_HYSTERESIS] * stein__tanh(xdot / stein__turn_speed);
+        f = sel(lossy, f * loss, f);
     }
-    return f > 0.0 ? f : 0.0;
+    return sel(deep, sel(more(f, 0.0), f, same(0.0)), apart);
 }
 
 /* 1 / vt, 0 where there is no friction */
-static inline double stein__inverse_vt(const double *law)
+static inline real stein__inverse_vt(const real *law)
 {
-    return law[STEIN_FRICTION_A] != 0.0 ? 1.0 / law[STEIN_FRICTION_VT] : 0.0;
+    return sel(differ(law[STEIN_FRICTION_A], 0.0), 1.0 / law[STEIN_FRICTION_VT], same(0.0));
 }
 
 /* mu at u = v / vt, whose tanh is known */
-static inline double stein__mu(const double *law, double u, double tanh_u)
+static inline real stein__mu(const real *law, real u, real tanh_u)
 {
-    double mu = tanh_u;
-    if (law[STEIN_FRICTION_B1] != 0.0) {
-        double u2 = u * u;
-        mu += law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
+    real mu = tanh_u;
+    mask bumped = differ(law[STEIN_FRICTION_B1], 0.0);
+    if (any(bumped)) {
+        real u2 = u * u;
+        real bump = law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
+        mu = sel(bumped, mu + bump, mu);
     }
     return law[STEIN_FRICTION_A] * mu;
 }
 
 /* friction: mu(qd) of the friction in the joint */
-static inline double stein__joint(const double *law, double q, double qd, double friction)
+static inline real stein__joint(const real *law, real q, real qd, real friction)
 {
-    double x = q - law[STEIN_JOINT_Q0];
-    double b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
-    double f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
-    if (law[STEIN_JOINT_ASYMMETRY] != 0.0) {
-        b *= 1.0 + law[STEIN_JOINT_ASYMMETRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+    real x = q - law[STEIN_JOINT_Q0];
+    real b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
+    real f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
+    mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
+    if (any(lopsided)) {
+        real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+        b = sel(lopsided, b * (1.0 + law[STEIN_JOINT_ASYMMETRY] * grip), b);
     }
-    f -= (b + law[STEIN_JOINT_DRAG] * fabs(qd)) * qd;
-    if (law[STEIN_JOINT_DRY] != 0.0) {
-        f -= law[STEIN_JOINT_DRY] * stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+    f -= (b + law[STEIN_JOINT_DRAG] * magnitude(qd)) * qd;
+    mask dry = differ(law[STEIN_JOINT_DRY], 0.0);
+    if (any(dry)) {
+        real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+        f = sel(dry, f - law[STEIN_JOINT_DRY] * grip, f);
     }
     f -= friction;
-    if (law[STEIN_JOINT_STOP_K] != 0.0 && fabs(q) > gap) {
-        f -= law[STEIN_JOINT_STOP_K] * (fabs(q) - gap) * (q > 0.0 ? 1.0 : -1.0);
+    mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));
+    if (any(stopped)) {
+        real side = sel(more(q, 0.0), same(1.0), same(-1.0));
+        f = sel(stopped, f - law[STEIN_JOINT_STOP_K] * (magnitude(q) - gap) * side, f);
     }
     return f;
 }
 
-/* can the joint's law be anything but 0? */
-static inline int stein__joint_acts(const double *law)
+/* can the joint's law be anything but 0, in any lane? */
+static inline int stein__joint_acts(const real *law)
 {
-    return law[STEIN_JOINT_PRELOAD] != 0.0 || law[STEIN_JOINT_K] != 0.0 ||
-           law[STEIN_JOINT_K3] != 0.0 || law[STEIN_JOINT_B] != 0.0 ||
-           law[STEIN_JOINT_DRAG] != 0.0 || law[STEIN_JOINT_DRY] != 0.0 ||
-           law[STEIN_JOINT_STOP_K] != 0.0 || law[STEIN_JOINT_FRICTION + STEIN_FRICTION_A] != 0.0;
+    static const int effect[] = {STEIN_JOINT_PRELOAD, STEIN_JOINT_K,
+                                 STEIN_JOINT_K3,      STEIN_JOINT_B,
+                                 STEIN_JOINT_DRAG,    STEIN_JOINT_DRY,
+                                 STEIN_JOINT_STOP_K,  STEIN_JOINT_FRICTION + STEIN_FRICTION_A};
+    int acts = 0;
+    for (int i = 0; i < (int)(sizeof effect / sizeof *effect); i++) {
+        acts |= any(differ(law[effect[i]], 0.0));
+    }
+    return acts;
 }
 
 #endif

@@ -30,109 +30,115 @@
  * -(E - C).n_v. At escapement the corner loses the beak at once, and the force drops to zero: the
  * step is cut exactly there.
  */
-#include <math.h>
-
 #include "core.h"
 
-static double dot(vec2 a, vec2 b)
+static inline real dot(vec2 a, vec2 b)
 {
     return a.x * b.x + a.z * b.z;
 }
 
 static inline vec2 corner_of(const stein_sim *sim, const stein_notch *notch)
 {
-    const double *d = sim->d + notch->d;
+    const real *d = sim->d + notch->d;
     return place(&sim->pose[notch->catcher], d[STEIN_NOTCH_CX], d[STEIN_NOTCH_CZ]);
 }
 
 static inline vec2 end_of(const stein_sim *sim, const stein_notch *notch)
 {
-    const double *d = sim->d + notch->d;
+    const real *d = sim->d + notch->d;
     return place(&sim->pose[notch->beak], d[STEIN_NOTCH_EX], d[STEIN_NOTCH_EZ]);
 }
 
 /* outward normals: the roof looks down (r turned by +90), the face looks right (v turned by -90) */
 static inline vec2 roof_of(const stein_sim *sim, const stein_notch *notch)
 {
-    const double *d = sim->d + notch->d;
+    const real *d = sim->d + notch->d;
     return turn(&sim->pose[notch->catcher], -d[STEIN_NOTCH_RZ], d[STEIN_NOTCH_RX]);
 }
 
 static inline vec2 face_of(const stein_sim *sim, const stein_notch *notch)
 {
-    const double *d = sim->d + notch->d;
+    const real *d = sim->d + notch->d;
     return turn(&sim->pose[notch->catcher], d[STEIN_NOTCH_VZ], -d[STEIN_NOTCH_VX]);
 }
 
 /* the inward one of the beak's upper face */
 static inline vec2 down_of(const stein_sim *sim, const stein_notch *notch)
 {
-    const double *d = sim->d + notch->d;
+    const real *d = sim->d + notch->d;
     return turn(&sim->pose[notch->beak], d[STEIN_NOTCH_BZ], -d[STEIN_NOTCH_BX]);
 }
 
-static const unsigned char *modes_of(const stein_sim *sim, int notch)
+static const flag *modes_of(const stein_sim *sim, int notch)
 {
     return sim->mode + sim->model->nspot + NOTCH_GUARDS * notch;
 }
 
-void stein__notch_guards(const stein_sim *sim, int i, double *guard, double *overlap)
+INNER void stein__notch_guards(const stein_sim *sim, int i, real *guard, real *overlap)
 {
     const stein_notch *notch = &sim->model->notches[i];
-    const double *law = sim->d + notch->normal;
+    const real *law = sim->d + notch->normal;
     vec2 e = end_of(sim, notch), c = corner_of(sim, notch), roof = roof_of(sim, notch);
     vec2 r = {e.x - c.x, e.z - c.z};
-    double s = dot(r, (vec2){roof.z, -roof.x}), h = -dot(r, roof);
-    double reach = law[STEIN_NORMAL_RANGE] - law[STEIN_NORMAL_GAP];
-    int beside = modes_of(sim, i)[NOTCH_REGION];
-    guard[NOTCH_TIP] = guard[NOTCH_CORNER] = guard[NOTCH_FACE] = -1.0;
-    if (beside) {
-        guard[NOTCH_FACE] = smaller(reach - dot(r, face_of(sim, notch)), h);
-        guard[NOTCH_REGION] = h;
-    } else {
-        guard[NOTCH_TIP] = smaller(reach + h, s);
-        guard[NOTCH_CORNER] = smaller(reach - dot(r, down_of(sim, notch)), s);
-        guard[NOTCH_REGION] = smaller(-s, h);
+    real s = dot(r, (vec2){roof.z, -roof.x}), h = -dot(r, roof);
+    real reach = law[STEIN_NORMAL_RANGE] - law[STEIN_NORMAL_GAP];
+    mask beside = mask_of(modes_of(sim, i)[NOTCH_REGION]);
+    real tip = same(-1.0), corner = same(-1.0), face = same(-1.0), region = h;
+    if (any(beside)) {
+        face = sel(beside, smaller(reach - dot(r, face_of(sim, notch)), h), face);
     }
+    if (!every(beside)) {
+        tip = sel(beside, tip, smaller(reach + h, s));
+        corner = sel(beside, corner, smaller(reach - dot(r, down_of(sim, notch)), s));
+        region = sel(beside, region, smaller(-s, h));
+    }
+    guard[NOTCH_TIP] = tip;
+    guard[NOTCH_CORNER] = corner;
+    guard[NOTCH_FACE] = face;
+    guard[NOTCH_REGION] = region;
     *overlap = s;
 }
 
 /* its three points on lines, those that are on */
-static void press_notch(stein_sim *sim, int i, const unsigned char *mode)
+static void press_notch(stein_sim *sim, int i, const mask *on)
 {
     const stein_notch *notch = &sim->model->notches[i];
     const pair *p = &sim->catch[i];
     vec2 e = end_of(sim, notch), c = corner_of(sim, notch), r = {e.x - c.x, e.z - c.z};
-    double gap = p->normal[STEIN_NORMAL_GAP];
-    if (mode[NOTCH_TIP]) {
+    real gap = p->normal[STEIN_NORMAL_GAP];
+    if (any(on[NOTCH_TIP])) {
         vec2 n = roof_of(sim, notch);
-        stein__press(sim, p, e, n, -dot(r, n) - gap, &sim->beak[i]);
+        stein__press(sim, p, on[NOTCH_TIP], e, n, -dot(r, n) - gap, &sim->beak[i]);
     }
-    if (mode[NOTCH_CORNER]) {
+    if (any(on[NOTCH_CORNER])) {
         vec2 n = down_of(sim, notch);
-        stein__press(sim, p, c, n, -dot(r, n) - gap, &sim->beak[i]);
+        stein__press(sim, p, on[NOTCH_CORNER], c, n, -dot(r, n) - gap, &sim->beak[i]);
     }
-    if (mode[NOTCH_FACE]) {
+    if (any(on[NOTCH_FACE])) {
         vec2 n = face_of(sim, notch);
-        stein__press(sim, p, e, n, -dot(r, n) - gap, &sim->beak[i]);
+        stein__press(sim, p, on[NOTCH_FACE], e, n, -dot(r, n) - gap, &sim->beak[i]);
     }
 }
 
-void stein__notch_forces(stein_sim *sim)
+INNER void stein__notch_forces(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nnotch; i++) {
-        const unsigned char *mode = modes_of(sim, i);
+        const flag *mode = modes_of(sim, i);
+        mask on[NOTCH_REGION] = {mask_of(mode[NOTCH_TIP]), mask_of(mode[NOTCH_CORNER]),
+                                 mask_of(mode[NOTCH_FACE])};
         spot_force *f = &sim->beak[i];
         if (!sim->inside) {
-            double *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
+            real *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
             stein__notch_guards(sim, i, guard, &f->gap);
         }
-        f->depth = f->normal = f->tangent = 0.0;
-        if (mode[NOTCH_TIP] || mode[NOTCH_CORNER] || mode[NOTCH_FACE]) {
-            press_notch(sim, i, mode);
+        f->depth = f->normal = f->tangent = same(0.0);
+        if (any(either(on[NOTCH_TIP], either(on[NOTCH_CORNER], on[NOTCH_FACE])))) {
+            press_notch(sim, i, on);
         }
     }
 }
+
+#if STEIN_LANES == 1
 
 /* The configuration that the modes allow, the previous one first: the tip grazes the roof's plane
  * for a microsecond when the corner is about to lose the beak, and that is still phase iii. */
@@ -151,3 +157,5 @@ int stein_notch_phase(const stein_sim *sim, int notch)
 {
     return notch < 0 || notch >= sim->model->nnotch ? -1 : sim->phase[notch];
 }
+
+#endif

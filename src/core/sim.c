@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT
  * sim.c - creation, names, parameters, reset, the state as a block, hooks.
- *
- * Memory: one block per simulation, carved twice by the same function - once with a NULL base to
- * learn the size, once for real - so that sizes and offsets cannot disagree.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -30,107 +27,6 @@ stein_sim_def stein_sim_def_default(const stein_model *model)
                            .alloc = default_alloc,
                            .release = default_release,
                            .ctx = NULL};
-}
-
-typedef struct arena {
-    unsigned char *base; /* NULL: only measure */
-    size_t used;
-} arena;
-
-static void *carve(arena *a, size_t size)
-{
-    void *at = a->base == NULL ? NULL : a->base + a->used;
-    a->used += (size + 15u) / 16u * 16u;
-    return at;
-}
-
-static double *doubles(arena *a, int n)
-{
-    return carve(a, sizeof(double) * (size_t)n);
-}
-
-/* n + 1 elements, of which the first has the index -1 */
-static void *behind_first(arena *a, size_t size, int n)
-{
-    unsigned char *at = carve(a, size * (size_t)(n + 1));
-    return at == NULL ? NULL : at + size;
-}
-
-/* a part of what was carved */
-static double *part(const arena *a, double *of, int at)
-{
-    return a->base == NULL ? NULL : of + at;
-}
-
-static void carve_state(stein_sim *s, arena *a, const stein_model *m)
-{
-    size_t start = a->used;
-    s->state = carve(a, sizeof *s->head);
-    s->head = (state_head *)(void *)s->state;
-    s->q = doubles(a, m->nq);
-    s->qd = doubles(a, m->nq);
-    s->rest = doubles(a, 2 * m->nchannel);
-    s->mode = carve(a, (size_t)s->nguard);
-    s->phase = carve(a, (size_t)m->nnotch);
-    s->engaged = carve(a, (size_t)m->nnotch);
-    s->held = carve(a, (size_t)m->nq);
-    s->state_size = a->used - start;
-}
-
-static void carve_all(stein_sim *s, arena *a, const stein_model *m)
-{
-    int nq = m->nq;
-    carve_state(s, a, m);
-    s->p = doubles(a, m->np);
-    s->d = doubles(a, m->nd);
-    s->slope = doubles(a, stein__table_points(m));
-    s->table_on = carve(a, (size_t)m->ntable);
-    s->parent = carve(a, sizeof *s->parent * (size_t)nq);
-    s->acting = carve(a, sizeof *s->acting * (size_t)nq);
-    s->inverse_vt = doubles(a, nq);
-    s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
-    s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
-    s->qdd = doubles(a, nq);
-    s->guard = doubles(a, s->nguard);
-    s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
-    s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
-    s->Q = doubles(a, nq);
-    s->pose = behind_first(a, sizeof *s->pose, m->nframe);
-    int ntouch = m->nspot + 3 * m->nnotch;
-    s->touch = carve(a, sizeof *s->touch * (size_t)ntouch);
-    s->slip = doubles(a, ntouch + nq);
-    s->grip = doubles(a, ntouch + nq);
-    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
-    s->M = doubles(a, nq * nq);
-    s->c = doubles(a, nq);
-    s->inverse = doubles(a, nq);
-    s->sc = doubles(a, 2 * nq);
-    s->sc_asked = doubles(a, 2 * nq);
-    s->ustate = doubles(a, 3 * m->ninput);
-    s->px = doubles(a, 3 * m->npoint);
-    s->pv = doubles(a, 3 * m->npoint);
-    s->pJ = doubles(a, 3 * m->npoint * nq);
-    s->pa = doubles(a, 3 * m->npoint);
-    s->width = (2 * nq + 3) / 4 * 4;
-    s->x = doubles(a, s->width);
-    s->xq = part(a, s->x, 0);
-    s->xqd = part(a, s->x, nq);
-    s->y0 = doubles(a, s->width);
-    s->y1 = doubles(a, s->width);
-    s->k = doubles(a, 7 * s->width);
-    s->e = doubles(a, s->width);
-    s->q0 = part(a, s->y0, 0);
-    s->qd0 = part(a, s->y0, nq);
-    s->q1 = part(a, s->y1, 0);
-    s->qd1 = part(a, s->y1, nq);
-    s->qdd0 = part(a, s->k, nq);
-    s->qdd1 = part(a, s->k, 6 * s->width + nq);
-    s->zero = doubles(a, 3 * nq + 4);
-    s->work = doubles(a, nq * nq + 2 * nq);
-    s->root = doubles(a, s->nguard);
-    s->crossed = carve(a, (size_t)s->nguard);
-    s->signal = carve(a, sizeof *s->signal * (size_t)m->ninput);
-    s->signal_ctx = carve(a, sizeof *s->signal_ctx * (size_t)m->ninput);
 }
 
 static stein_status check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
@@ -166,14 +62,7 @@ void stein__take_parameters(stein_sim *sim)
     model->setup(sim->p, sim->d);
     stein__tables_prepare(sim);
     stein__pairs_prepare(sim);
-    sim->nacting = 0;
-    for (int j = 0; j < model->nq; j++) {
-        const double *law = sim->d + model->bodies[j].joint;
-        if (stein__joint_acts(law)) {
-            sim->acting[sim->nacting++] = j;
-        }
-        sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
-    }
+    stein__joints_prepare(sim);
     sim->fresh = STALE;
 }
 
@@ -186,22 +75,16 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     if (status != STEIN_OK) {
         return status;
     }
-    stein_sim layout = {.nguard = model->nspot + NOTCH_GUARDS * model->nnotch};
-    arena a = {NULL, 0};
-    carve(&a, sizeof layout);
-    carve_all(&layout, &a, model);
-    stein_sim *sim = def->alloc(def->ctx, a.used);
+    size_t size = stein__layout(NULL, model);
+    stein_sim *sim = def->alloc(def->ctx, size);
     if (sim == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a simulation of \"%s\"",
                            model->name);
     }
-    memset(sim, 0, a.used);
+    memset(sim, 0, size);
     sim->model = model;
     sim->def = *def;
-    sim->nguard = layout.nguard;
-    a = (arena){(unsigned char *)sim, 0};
-    carve(&a, sizeof *sim);
-    carve_all(sim, &a, model);
+    (void)stein__layout(sim, model);
     for (int i = 0; i < model->np; i++) {
         sim->p[i] = model->params[i].value;
     }

@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * step.c - fixed-step Runge-Kutta with located events.
  *
- * One engine runs every explicit tableau on q' = qd, qd' = qdd(t, q, qd):
- *
- *   RK4   Kutta 1901, order 4, 4 stages
- *   DP5   Dormand & Prince 1980, order 5 with embedded order 4, 6 stages
- *
  * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
  * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
  * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods.
@@ -21,117 +16,7 @@
 
 #include "core.h"
 
-enum { MAX_STAGES = 6, MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
-
-typedef struct tableau {
-    int stages;
-    double c[MAX_STAGES];
-    double a[MAX_STAGES][MAX_STAGES];
-    double b[MAX_STAGES];
-    double e[MAX_STAGES + 1]; /* b - b_embedded, the last for the end derivative; all 0: none */
-    int embedded;
-} tableau;
-
-static const tableau rk4 = {
-    .stages = 4,
-    .c = {0.0, 0.5, 0.5, 1.0},
-    .a = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}},
-    .b = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
-};
-
-static const tableau dp5 = {
-    .stages = 6,
-    .c = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0},
-    .a = {{0.0},
-          {1.0 / 5.0},
-          {3.0 / 40.0, 9.0 / 40.0},
-          {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
-          {19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0},
-          {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0}},
-    .b = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
-    .e = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
-          -1.0 / 40.0},
-    .embedded = 1,
-};
-
-/* y = y0 + h sum of w_i k_i over the first n stages, four sums at a time */
-static void combine(const stein_sim *sim, const double *w, int n, double h, const double *y0,
-                    double *y)
-{
-    int width = sim->width;
-    double hw[MAX_STAGES + 1];
-    for (int i = 0; i < n; i++) {
-        hw[i] = h * w[i];
-    }
-    for (int at = 0; at < width; at += 4) {
-        const double *k = sim->k + at;
-        double s0 = y0[at], s1 = y0[at + 1], s2 = y0[at + 2], s3 = y0[at + 3];
-        for (int i = 0; i < n; i++, k += width) {
-            s0 += hw[i] * k[0];
-            s1 += hw[i] * k[1];
-            s2 += hw[i] * k[2];
-            s3 += hw[i] * k[3];
-        }
-        y[at] = s0;
-        y[at + 1] = s1;
-        y[at + 2] = s2;
-        y[at + 3] = s3;
-    }
-}
-
-/* the derivative {qd, qdd} at the state in x into stage i */
-static stein_status derive(stein_sim *sim, int i, double t, stein_err *err)
-{
-    double *k = sim->k + i * sim->width;
-    copy(k, sim->xqd, sim->model->nq);
-    return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
-}
-
-/* the largest |h e_q| and |h e_qd| of the embedded estimate */
-static void estimate(stein_sim *sim, const tableau *rk, double h)
-{
-    int nq = sim->model->nq;
-    sim->eq = sim->eqd = rk->embedded ? 0.0 : -1.0;
-    if (rk->embedded) {
-        combine(sim, rk->e, rk->stages + 1, h, sim->zero, sim->e);
-        for (int j = 0; j < nq; j++) {
-            sim->eq = fmax(sim->eq, fabs(sim->e[j]));
-            sim->eqd = fmax(sim->eqd, fabs(sim->e[nq + j]));
-        }
-    }
-}
-
-/* Trial step of h from the current state: q1, qd1 and, at its end, qdd1 and all guards. Stage 0 is
- * the current qdd (fresh). The end derivative is stage 6 of every tableau. */
-static stein_status trial(stein_sim *sim, double h, stein_err *err)
-{
-    const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
-    int nq = sim->model->nq;
-    double t = sim->head->t;
-    stein_status status = STEIN_OK;
-    copy(sim->q0, sim->q, nq);
-    copy(sim->qd0, sim->qd, nq);
-    copy(sim->k, sim->qd, nq);
-    sim->inside = 1;
-    for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
-        combine(sim, rk->a[i], i, h, sim->y0, sim->x);
-        status = derive(sim, i, t + rk->c[i] * h, err);
-    }
-    sim->inside = 0;
-    if (status != STEIN_OK) {
-        return status;
-    }
-    combine(sim, rk->b, rk->stages, h, sim->y0, sim->x);
-    status = derive(sim, MAX_STAGES, t + h, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    copy(sim->q1, sim->xq, nq); // prescribed joints exactly on track
-    copy(sim->qd1, sim->xqd, nq);
-    copy(sim->k + MAX_STAGES * sim->width, sim->xqd, nq);
-    estimate(sim, rk, h);
-    return STEIN_OK;
-}
+enum { MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd)
 {
@@ -323,7 +208,7 @@ void stein__accept(stein_sim *sim, double t1)
 
 stein_status stein__try(stein_sim *sim, double h, stein_err *err)
 {
-    stein_status status = trial(sim, h, err);
+    stein_status status = stein__trial(sim, sim->head->t, h, err);
     return status == STEIN_OK ? check_finite(sim, err) : status;
 }
 
@@ -372,8 +257,7 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     return STEIN_OK;
 }
 
-/* from the current time to `target`, cut at every event on the way */
-static stein_status advance(stein_sim *sim, double target, stein_err *err)
+stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 {
     for (int n = 0; sim->head->t < target; n++) {
         if (n > MAX_EVENTS_PER_STEP) {
@@ -393,7 +277,7 @@ static stein_status advance(stein_sim *sim, double target, stein_err *err)
 stein_status stein_step(stein_sim *sim, stein_err *err)
 {
     double target = sim->head->t0 + (double)(sim->head->step + 1) * sim->def.dt;
-    stein_status status = advance(sim, target, err);
+    stein_status status = stein__advance(sim, target, err);
     if (status == STEIN_OK) {
         sim->head->step++;
     }
@@ -414,7 +298,7 @@ stein_status stein_run(stein_sim *sim, double t_end, stein_err *err)
             return status;
         }
     }
-    stein_status status = advance(sim, t_end, err);
+    stein_status status = stein__advance(sim, t_end, err);
     if (status == STEIN_OK) {
         head->t0 = t_end;
         head->step = 0;

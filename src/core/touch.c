@@ -11,10 +11,10 @@
  */
 #include "core.h"
 
-void stein__gather(stein_sim *sim)
+INNER void stein__gather(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    const double *d = sim->d;
+    const real *d = sim->d;
     for (int i = 0; i < model->nspot; i++) {
         const stein_spot *spot = &model->spots[i];
         const stein_contact *contact = &model->contacts[spot->contact];
@@ -36,7 +36,7 @@ void stein__gather(stein_sim *sim)
     }
 }
 
-void stein__pairs_prepare(stein_sim *sim)
+INNER void stein__pairs_prepare(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nspot; i++) {
         pair *p = &sim->site[i].pair;
@@ -48,7 +48,8 @@ void stein__pairs_prepare(stein_sim *sim)
     }
 }
 
-void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, spot_force *f)
+INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n, real depth,
+                         spot_force *f)
 {
     // rates of approach and of sliding, from the two materials at the place of contact
     vec2 v = velocity(&sim->pose[p->frame[0]], at);
@@ -56,27 +57,29 @@ void stein__press(stein_sim *sim, const pair *p, vec2 at, vec2 n, double depth, 
         vec2 v1 = velocity(&sim->pose[p->frame[1]], at);
         v = (vec2){v.x - v1.x, v.z - v1.z};
     }
-    double rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
+    real rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
+#if STEIN_LANES == 1
     if (sim->ntable_on > 0) {
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
-    if (depth > f->depth) {
+    if (depth > f->depth) { // for who asks between steps: nobody asks a lane
         f->depth = depth;
         f->rate = rate;
     }
+#endif
     touch *t = &sim->touch[sim->ntouch];
     t->pair = p;
     t->at = at;
     t->n = n;
-    t->normal = normal;
+    t->normal = only(on, normal);
     t->sum = f;
     sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
 }
 
-static void push(stein_sim *sim, const touch *p, double mu)
+static void push(stein_sim *sim, const touch *p, real mu)
 {
     vec2 n = p->n, t = {n.z, -n.x};
-    double normal = p->normal, tangent = normal > 0.0 ? -normal * mu : 0.0;
+    real normal = p->normal, tangent = sel(more(normal, 0.0), -normal * mu, same(0.0));
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};
     apply(sim, p->pair->frame[0], p->at, force);
     if (p->pair->frame[1] >= 0) {
@@ -86,10 +89,10 @@ static void push(stein_sim *sim, const touch *p, double mu)
     p->sum->tangent += tangent;
 }
 
-void stein__rub(stein_sim *sim)
+INNER void stein__rub(stein_sim *sim)
 {
     int n = sim->ntouch, nacting = sim->nacting;
-    double *slip = sim->slip, *grip = sim->grip;
+    real *slip = sim->slip, *grip = sim->grip;
     for (int k = 0; k < nacting; k++) {
         int j = sim->acting[k];
         slip[n + k] = sim->xqd[j] * sim->inverse_vt[j];

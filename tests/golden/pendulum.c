@@ -53,6 +53,7 @@
 #include "stein/model.h"
 
 /* derived constants from parameters */
+#if STEIN_LANES == 1
 static void setup(const double *p, double *d)
 {
     const double t1 = p[2]*p[2];
@@ -120,22 +121,24 @@ static void setup(const double *p, double *d)
     d[58] = p[21]; /* rod.tip.z */
     d[59] = 0.5*K221;
 }
+#endif
 
 /* M(q) and c(q, qd, frc, trq) */
-static void mass_bias(const double *q, const double *qd, const double *sc, const double *d,
-                      const double *frc, const double *trq, double *M, double *c)
+static void mass_bias(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                      const stein_real *d, const stein_real *frc,
+                      const stein_real *trq, stein_real *M, stein_real *c)
 {
     (void)q;
     (void)qd;
-    const double K221 = d[55]; /* inertia 22 of rod, recombined */
-    const double p2 = d[56]; /* rod.centre.z */
-    const double k57 = d[57]; /* gravity.z*mb31 */
+    const stein_real K221 = d[55]; /* inertia 22 of rod, recombined */
+    const stein_real p2 = d[56]; /* rod.centre.z */
+    const stein_real k57 = d[57]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
-    const double S1 = sc[0];
+    const stein_real S1 = sc[0];
 
     /* backward dynamics: rod */
-    const double CF21 = trq[1] + p2*frc[0] + k57*S1;
+    const stein_real CF21 = trq[1] + p2*frc[0] + k57*S1;
 
     /* outputs */
     M[0] = K221;
@@ -143,17 +146,22 @@ static void mass_bias(const double *q, const double *qd, const double *sc, const
 }
 
 /* M x = b: b becomes x. -1, or the joint whose pivot vanishes */
-static int solve(const double *M, double *b)
+static stein_solved solve(const stein_real *M, stein_real *b)
 {
+    STEIN_PIVOTS
+
     /* rod */
-    if (!(M[0] > 0.0)) {
-        return 0;
-    }
+    STEIN_PIVOT(M[0] > 0.0, 0)
 
     /* from the root to the leaves */
     b[0] = b[0]/M[0];
-    return -1;
+    return STEIN_SOLVED;
 }
+
+#if STEIN_LANES > 1
+extern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum);
+const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum) = {mass_bias, solve, NULL};
+#else
 
 /* Q = M qdd + c */
 static void inverse(const double *q, const double *qd, const double *qdd, const double *sc,
@@ -305,6 +313,7 @@ static const stein_channel channels[] = {
     {"potential", "J", STEIN_READ_POTENTIAL, 0, 1, 0, 50},
 };
 
+STEIN_LANES_DECLARE(pendulum)
 extern const stein_model stein_model_pendulum;
 const stein_model stein_model_pendulum = {
     .abi = STEIN_MODEL_ABI,
@@ -335,6 +344,8 @@ const stein_model stein_model_pendulum = {
     .pose = NULL,
     .point = point,
     .energy = energy,
+    .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "0d8ad27b1a60ca4d",
+    .equations = "4d1aa24f1ac29823",
 };
+#endif

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: MIT
+ * forces.c - all forces of a mechanism at its coordinates, and qdd under them.
+ *
+ *      M(q) qdd + c(q, qd) = Q
+ *
+ * All forces act in Q. Those of contacts and notches and those at points of planar bodies (links,
+ * inputs at a point) are summed to a wrench a body and go down the tree from joint to joint in
+ * fixed axes: through frc and trq of c they would be turned into the axes of their body and back.
+ * Forces at points that leave the plane go through the generated Jacobians. Joints with a
+ * prescribed motion, or held, leave the unknowns: their row becomes qdd_i = given, their column
+ * moves to the right-hand side.
+ */
+#include "core.h"
+
+/* The wrenches of the bodies to the joints, from the leaves to the root, in fixed axes. A plane
+ * moment counted from +x towards +z is a moment about -y. */
+static void wrenches_to_joints(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    for (int i = model->nframe - 1; i >= 0; i--) {
+        const stein_frame *frame = &model->frames[i];
+        const stein_body *body = &model->bodies[frame->body];
+        const stein_pose *p = &sim->pose[i];
+        const wrench *w = &sim->wrench[i];
+        real along = body->type == 'R'   ? -w->m
+                     : body->axis == 'x' ? p->c * w->x + p->s * w->z
+                                         : p->c * w->z - p->s * w->x;
+        sim->Q[frame->body] += (double)body->sign * along;
+        if (frame->parent >= 0) {
+            apply(sim, frame->parent, (vec2){p->x, p->z}, (vec2){w->x, w->z});
+            sim->wrench[frame->parent].m += w->m;
+        }
+    }
+}
+
+INNER void stein__point(const stein_sim *sim, int point, real x[3], real v[3])
+{
+    const stein_point *p = &sim->model->points[point];
+    if (p->at < 0) {
+        memcpy(x, sim->px + 3 * point, 3 * sizeof *x);
+        memcpy(v, sim->pv + 3 * point, 3 * sizeof *v);
+        return;
+    }
+    const stein_pose *pose = &sim->pose[p->frame];
+    const real *at = sim->d + p->at;
+    vec2 there = place(pose, at[0], at[2]), moves = velocity(pose, there);
+    x[0] = there.x;
+    x[1] = at[1];
+    x[2] = there.z;
+    v[0] = moves.x;
+    v[1] = same(0.0);
+    v[2] = moves.z;
+}
+
+/* Q += J^T f for a force f [3] in fixed axes at a named point */
+static void add_point_force(stein_sim *sim, int point, const real f[3])
+{
+    int nq = sim->model->nq;
+    const real *J = sim->pJ + 3 * point * nq;
+    for (int j = 0; j < nq; j++) {
+        sim->Q[j] += J[j] * f[0] + J[nq + j] * f[1] + J[2 * nq + j] * f[2];
+    }
+}
+
+/* the same where the point's body has a pose: into its wrench; the fixed frame takes everything */
+INNER void stein__pull(stein_sim *sim, int point, const real f[3])
+{
+    const stein_point *p = &sim->model->points[point];
+    if (p->frame >= 0) {
+        const stein_pose *pose = &sim->pose[p->frame];
+        const real *at = sim->d + p->at;
+        apply(sim, p->frame, place(pose, at[0], at[2]), (vec2){f[0], f[2]});
+    } else if (p->body >= 0) {
+        add_point_force(sim, point, f);
+    }
+}
+
+static void link_forces(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->nlink; i++) {
+        const stein_link *link = &sim->model->links[i];
+        const real *law = sim->d + link->d;
+        real xa[3], xb[3], va[3], vb[3];
+        stein__point(sim, link->point[0], xa, va);
+        stein__point(sim, link->point[1], xb, vb);
+        real r[3] = {xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]};
+        real length = root_of(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+        mask has_direction = more(length, 0.0);
+        if (!any(has_direction)) {
+            continue; // no direction, no force
+        }
+        real rate =
+            ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) / length;
+        real strength = (law[0] * (length - law[1]) + law[2] * rate) / length;
+        strength = only(has_direction, strength);
+        real fa[3] = {strength * r[0], strength * r[1], strength * r[2]};
+        real fb[3] = {-fa[0], -fa[1], -fa[2]};
+        stein__pull(sim, link->point[0], fa);
+        stein__pull(sim, link->point[1], fb);
+    }
+}
+
+INNER void stein__joints_prepare(stein_sim *sim)
+{
+    sim->nacting = 0;
+    for (int j = 0; j < sim->model->nq; j++) {
+        const real *law = sim->d + sim->model->bodies[j].joint;
+        if (stein__joint_acts(law)) {
+            sim->acting[sim->nacting++] = j;
+        }
+        sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
+    }
+}
+
+static void joint_forces(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    const real *slip = sim->slip + sim->ntouch, *grip = sim->grip + sim->ntouch;
+    for (int k = 0; k < sim->nacting; k++) {
+        int j = sim->acting[k];
+        const real *law = sim->d + model->bodies[j].joint;
+        real mu = stein__mu(law + STEIN_JOINT_FRICTION, slip[k], grip[k]);
+        sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
+    }
+#if STEIN_LANES == 1
+    if (sim->ntable_on > 0) {
+        stein__tables_joints(sim);
+    }
+#endif
+}
+
+INNER void stein__forces(stein_sim *sim)
+{
+    const stein_model *model = sim->model;
+    memset(sim->Q, 0, sizeof *sim->Q * (size_t)model->nq);
+    if (model->nframe > 0) {
+        memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
+        EQUATIONS(sim)->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
+    }
+    sim->ntouch = 0;
+    stein__spot_forces(sim);
+    stein__notch_forces(sim);
+    stein__rub(sim);
+#if STEIN_LANES == 1
+    if (sim->jacobians) {
+        model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
+    }
+#endif
+    link_forces(sim);
+#if STEIN_LANES == 1
+    if (sim->signals) {
+        stein__inputs(sim);
+    }
+#endif
+    joint_forces(sim);
+    wrenches_to_joints(sim);
+}
+
+/* take joint j out of the unknowns of M x = b, where it is on: x_j = value */
+static inline void prescribe(int n, real *M, real *b, int j, mask on, real value)
+{
+    for (int i = 0; i < n; i++) {
+        b[i] = sel(on, b[i] - M[i * n + j] * value, b[i]);
+        M[i * n + j] = M[j * n + i] = sel(on, same(0.0), M[i * n + j]);
+    }
+    M[j * n + j] = sel(on, same(1.0), M[j * n + j]);
+    b[j] = sel(on, value, b[j]);
+}
+
+/* Joints that follow what is given. Mostly there are none; only the load is ever held. */
+static inline void prescribe_driven(stein_sim *sim, real *b)
+{
+    int nq = sim->model->nq, load = sim->model->load.body;
+    int held = load >= 0 && any(mask_of(sim->held[load]));
+#if STEIN_LANES == 1
+    for (int j = 0; (held || sim->motions) && j < nq; j++) {
+        double value;
+        if (stein__driver(sim, j, &value)) {
+            prescribe(nq, sim->M, b, j, 1, value);
+        }
+    }
+#else
+    if (held) {
+        prescribe(nq, sim->M, b, load, sim->held[load], same(0.0));
+    }
+#endif
+}
+
+INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
+{
+    int nq = sim->model->nq;
+    EQUATIONS(sim)->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M,
+                              sim->c);
+    for (int j = 0; j < nq; j++) {
+        qdd[j] = sim->Q[j] - sim->c[j];
+    }
+    prescribe_driven(sim, qdd);
+#if STEIN_LANES == 1
+    if (sim->model->solve == NULL) {
+        return stein__solve(nq, sim->parent, sim->M, qdd, sim->inverse);
+    }
+#endif
+    return EQUATIONS(sim)->solve(sim->M, qdd);
+}

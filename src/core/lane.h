@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT
+ * lane.h - the door between a simulation and the lane it rides in: plain numbers only, so that
+ * files compiled for any number of lanes can meet here. Not installed.
+ */
+#ifndef STEIN_LANE_H
+#define STEIN_LANE_H
+
+#include <stddef.h>
+
+#include "stein/sim.h"
+
+/** What a lane needs of a simulation. */
+typedef struct stein__rider {
+    const double *d, *q, *qd, *qdd;
+    const unsigned char *mode; /* [nguard] */
+    int load_present;          /* 0: its body is held, its contact gone */
+} stein__rider;
+
+/** Code for one number of lanes. `wide` is what make() returned. */
+typedef struct stein__width {
+    int lanes;
+    /** Bytes of a block for make(). */
+    size_t (*size)(const stein_model *model);
+    void *(*make)(void *block, const stein_model *model, stein_integrator integrator);
+    /** A simulation into a lane; with_d: its parameters too, and ready() before the next trial. */
+    void (*put)(void *wide, int lane, const stein__rider *from, int with_d);
+    void (*ready)(void *wide);
+    /** One trial step of h [lanes] in all lanes. Those that are wanted (one bit each) and meet no
+     *  event and no trouble have it for their state now. @return these */
+    unsigned (*step)(void *wide, const double *h, unsigned wanted);
+    /** State of a lane: q, qd, qdd [nq], and the error estimates of its last step. */
+    void (*take)(const void *wide, int lane, double *q, double *qd, double *qdd, double error[2]);
+    /** The trial step without taking it. @return lanes that ended with numbers, one bit each */
+    unsigned (*trial)(void *wide, const double *h);
+    /** What it came to in a lane: q, qd, qdd at its end [nq], guards, error estimates. */
+    void (*outcome)(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
+                    double *guard, double error[2]);
+} stein__width;
+
+/** processor.c: 8, 4 or 2. */
+int stein__processor_lanes(void);
+
+extern const stein__width stein__width2, stein__width4, stein__width8;
+
+#endif

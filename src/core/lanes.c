@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: MIT
+ * lanes.c - trial steps of 2, 4 or 8 simulations side by side (STEIN_LANES).
+ *
+ * The files of the core that a derivative needs, compiled once more with vectors for numbers. What
+ * is done in lanes is a trial step: all stages, the derivative and the guards at its end. A lane
+ * that meets an event, or a number that is none, does not take the step; batch.c steps it alone,
+ * where events are located. So lanes know neither time nor events.
+ */
+#include "lane.h"
+
+#include "core.h"
+
+#include "contact.c"
+#include "forces.c"
+#include "layout.c"
+#include "notch.c"
+#include "touch.c"
+#include "trial.c"
+
+INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,
+                                   stein_err *err)
+{
+    (void)t, (void)q, (void)qd, (void)err; // the state is in xq and xqd, and nothing drives it
+    turn_joints(sim->model, sim->xq, sim->sc);
+    stein__forces(sim);
+    sim->bad |= stein__accelerate(sim, qdd);
+    return STEIN_OK;
+}
+
+static size_t size(const stein_model *model)
+{
+    return stein__layout(NULL, model) + sizeof(real);
+}
+
+static void *make(void *block, const stein_model *model, stein_integrator integrator)
+{
+    uintptr_t at = ((uintptr_t)block + sizeof(real) - 1) / sizeof(real) * sizeof(real);
+    stein_sim *sim = (stein_sim *)at;
+    memset(sim, 0, stein__layout(NULL, model));
+    sim->model = model;
+    sim->def.integrator = integrator;
+    sim->lanes = model->lanes[STEIN_LANES == 2 ? 0 : STEIN_LANES == 4 ? 1 : 2];
+    (void)stein__layout(sim, model);
+    sim->pose[-1] = (stein_pose){.c = same(1.0)};
+    stein__gather(sim);
+    return sim;
+}
+
+static void put_numbers(real *to, int lane, const double *from, int n)
+{
+    for (int i = 0; i < n; i++) {
+        to[i][lane] = from[i];
+    }
+}
+
+static void put(void *wide, int lane, const stein__rider *from, int with_d)
+{
+    stein_sim *sim = wide;
+    const stein_model *model = sim->model;
+    put_numbers(sim->q, lane, from->q, model->nq);
+    put_numbers(sim->qd, lane, from->qd, model->nq);
+    put_numbers(sim->qdd, lane, from->qdd, model->nq);
+    for (int i = 0; i < sim->nguard; i++) {
+        sim->mode[i][lane] = -(long long)(from->mode[i] != 0);
+    }
+    sim->head->load_present[lane] = -(long long)(from->load_present != 0);
+    if (model->load.body >= 0) {
+        sim->held[model->load.body][lane] = -(long long)(from->load_present == 0);
+    }
+    if (with_d) {
+        put_numbers(sim->d, lane, from->d, model->nd);
+    }
+}
+
+static void ready(void *wide)
+{
+    stein_sim *sim = wide;
+    stein__pairs_prepare(sim);
+    stein__joints_prepare(sim);
+}
+
+/* lanes whose trial step ended with numbers */
+static mask finite(const stein_sim *sim)
+{
+    mask good = no(sim->bad);
+    for (int j = 0; j < sim->model->nq; j++) {
+        good &= at_most(magnitude(sim->q1[j]), 0x1.fffffffffffffp1023) &
+                at_most(magnitude(sim->qd1[j]), 0x1.fffffffffffffp1023) &
+                at_most(magnitude(sim->qdd1[j]), 0x1.fffffffffffffp1023);
+    }
+    return good;
+}
+
+/* a trial step of h in all lanes, from where they are; @return those that ended with numbers */
+static mask try_step(stein_sim *sim, const double *h)
+{
+    real length;
+    memcpy(&length, h, sizeof length);
+    sim->bad = (mask){0};
+    copy(sim->qdd0, sim->qdd, sim->model->nq);
+    (void)stein__trial(sim, same(0.0), length, NULL);
+    return finite(sim);
+}
+
+static unsigned trial(void *wide, const double *h)
+{
+    return lanes_of(try_step(wide, h));
+}
+
+static void outcome(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
+                    double *guard, double error[2])
+{
+    const stein_sim *sim = wide;
+    for (int j = 0; j < sim->model->nq; j++) {
+        q1[j] = sim->q1[j][lane];
+        qd1[j] = sim->qd1[j][lane];
+        qdd1[j] = sim->qdd1[j][lane];
+    }
+    for (int i = 0; i < sim->nguard; i++) {
+        guard[i] = sim->guard[i][lane];
+    }
+    error[0] = sim->eq[lane];
+    error[1] = sim->eqd[lane];
+}
+
+static unsigned step(void *wide, const double *h, unsigned wanted)
+{
+    stein_sim *sim = wide;
+    mask good = try_step(sim, h), asked;
+    for (int k = 0; k < STEIN_LANES; k++) {
+        asked[k] = -(long long)(wanted >> k & 1);
+    }
+    good &= asked;
+    for (int i = 0; i < sim->nguard; i++) { // none of whose guards switched
+        good &= ~(more(sim->guard[i], 0.0) ^ sim->mode[i]);
+    }
+    for (int j = 0; j < sim->model->nq; j++) {
+        sim->q[j] = sel(good, sim->q1[j], sim->q[j]);
+        sim->qd[j] = sel(good, sim->qd1[j], sim->qd[j]);
+        sim->qdd[j] = sel(good, sim->qdd1[j], sim->qdd[j]);
+    }
+    sim->eq_taken = sel(good, sim->eq, sim->eq_taken);
+    sim->eqd_taken = sel(good, sim->eqd, sim->eqd_taken);
+    return lanes_of(good);
+}
+
+static void take(const void *wide, int lane, double *q, double *qd, double *qdd, double error[2])
+{
+    const stein_sim *sim = wide;
+    for (int j = 0; j < sim->model->nq; j++) {
+        q[j] = sim->q[j][lane];
+        qd[j] = sim->qd[j][lane];
+        qdd[j] = sim->qdd[j][lane];
+    }
+    error[0] = sim->eq_taken[lane];
+    error[1] = sim->eqd_taken[lane];
+}
+
+#define JOIN(a, b)  a##b
+#define WIDTH_OF(n) JOIN(stein__width, n)
+
+const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size, make,  put,    ready,
+                                            step,        take, trial, outcome};

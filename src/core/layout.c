@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: MIT
+ * layout.c - the memory of a simulation, alone or in lanes.
+ *
+ * One block, carved twice by the same function - once with a NULL base to learn the size, once for
+ * real - so that sizes and offsets cannot disagree.
+ */
+#include "core.h"
+
+enum { GRAIN = sizeof(real) < 16 ? 16 : sizeof(real) };
+
+typedef struct arena {
+    unsigned char *base; /* NULL: only measure */
+    size_t used;
+} arena;
+
+static void *carve(arena *a, size_t size)
+{
+    void *at = a->base == NULL ? NULL : a->base + a->used;
+    a->used += (size + GRAIN - 1u) / GRAIN * GRAIN;
+    return at;
+}
+
+static double *doubles(arena *a, int n)
+{
+    return carve(a, sizeof(double) * (size_t)n);
+}
+
+static real *reals(arena *a, int n)
+{
+    return carve(a, sizeof(real) * (size_t)n);
+}
+
+/* n + 1 elements, of which the first has the index -1 */
+static void *behind_first(arena *a, size_t size, int n)
+{
+    unsigned char *at = carve(a, size * (size_t)(n + 1));
+    return at == NULL ? NULL : at + size;
+}
+
+/* a part of what was carved */
+static real *part(const arena *a, real *of, int at)
+{
+    return a->base == NULL ? NULL : of + at;
+}
+
+static void carve_state(stein_sim *s, arena *a, const stein_model *m)
+{
+    size_t start = a->used;
+    s->state = carve(a, sizeof *s->head);
+    s->head = (state_head *)(void *)s->state;
+    s->q = reals(a, m->nq);
+    s->qd = reals(a, m->nq);
+    s->rest = doubles(a, 2 * m->nchannel);
+    s->mode = carve(a, sizeof *s->mode * (size_t)s->nguard);
+    s->phase = carve(a, (size_t)m->nnotch);
+    s->engaged = carve(a, (size_t)m->nnotch);
+    s->held = carve(a, sizeof *s->held * (size_t)m->nq);
+    s->state_size = a->used - start;
+}
+
+static void carve_all(stein_sim *s, arena *a, const stein_model *m)
+{
+    int nq = m->nq;
+    carve_state(s, a, m);
+    s->p = doubles(a, m->np);
+    s->d = reals(a, m->nd);
+    s->slope = doubles(a, stein__table_points(m));
+    s->table_on = carve(a, (size_t)m->ntable);
+    s->parent = carve(a, sizeof *s->parent * (size_t)nq);
+    s->acting = carve(a, sizeof *s->acting * (size_t)nq);
+    s->inverse_vt = reals(a, nq);
+    s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
+    s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
+    s->qdd = reals(a, nq);
+    s->guard = reals(a, s->nguard);
+    s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
+    s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
+    s->Q = reals(a, nq);
+    s->pose = behind_first(a, sizeof *s->pose, m->nframe);
+    int ntouch = m->nspot + 3 * m->nnotch;
+    s->touch = carve(a, sizeof *s->touch * (size_t)ntouch);
+    s->slip = reals(a, ntouch + nq);
+    s->grip = reals(a, ntouch + nq);
+    s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
+    s->M = reals(a, nq * nq);
+    s->c = reals(a, nq);
+    s->inverse = reals(a, nq);
+    s->sc = reals(a, 2 * nq);
+    s->sc_asked = doubles(a, 2 * nq);
+    s->ustate = doubles(a, 3 * m->ninput);
+    s->px = reals(a, 3 * m->npoint);
+    s->pv = reals(a, 3 * m->npoint);
+    s->pJ = reals(a, 3 * m->npoint * nq);
+    s->pa = reals(a, 3 * m->npoint);
+    s->width = (2 * nq + 3) / 4 * 4;
+    s->x = reals(a, s->width);
+    s->xq = part(a, s->x, 0);
+    s->xqd = part(a, s->x, nq);
+    s->y0 = reals(a, s->width);
+    s->y1 = reals(a, s->width);
+    s->k = reals(a, 7 * s->width);
+    s->e = reals(a, s->width);
+    s->q0 = part(a, s->y0, 0);
+    s->qd0 = part(a, s->y0, nq);
+    s->q1 = part(a, s->y1, 0);
+    s->qd1 = part(a, s->y1, nq);
+    s->qdd0 = part(a, s->k, nq);
+    s->qdd1 = part(a, s->k, 6 * s->width + nq);
+    s->zero = reals(a, 3 * nq + 4);
+    s->work = doubles(a, nq * nq + 2 * nq);
+    s->root = doubles(a, s->nguard);
+    s->crossed = carve(a, (size_t)s->nguard);
+    s->signal = carve(a, sizeof *s->signal * (size_t)m->ninput);
+    s->signal_ctx = carve(a, sizeof *s->signal_ctx * (size_t)m->ninput);
+}
+
+INNER size_t stein__layout(stein_sim *sim, const stein_model *model)
+{
+    stein_sim measured = {.model = model};
+    stein_sim *s = sim != NULL ? sim : &measured;
+    arena a = {(unsigned char *)sim, 0};
+    s->nguard = model->nspot + NOTCH_GUARDS * model->nnotch;
+    carve(&a, sizeof *s);
+    carve_all(s, &a, model);
+    return a.used;
+}

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: MIT
+ * real.h - numbers, conditions and choices of one simulation or of several side by side.
+ *
+ * What a derivative needs is written once, in these words, and compiled once for each number of
+ * lanes (STEIN_LANES, see model.h). With one lane `real` is a double, `mask` an int and every
+ * choice a branch that the compiler sees through. With more, conditions are masks, both sides of a
+ * choice are worked out and each lane takes its own; any() and every() leave out what no lane
+ * wants.
+ *
+ *      real f = stiff(x);
+ *      if (any(is_worn)) {                  one lane: if (is_worn)
+ *          f = sel(is_worn, f * worn(x), f);
+ *      }
+ *
+ * Each lane does what a simulation alone does, operation by operation, so it has the same bits.
+ */
+#ifndef STEIN_REAL_H
+#define STEIN_REAL_H
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "stein/model.h"
+
+#if STEIN_LANES > 1 && defined __x86_64__
+#include <immintrin.h>
+#endif
+
+typedef stein_real real;
+
+#if STEIN_LANES == 1
+
+typedef int mask;
+typedef uint64_t word;      /* the bits of a real */
+typedef unsigned char flag; /* a condition in memory */
+
+#define INLINE
+#define INNER /* a function of several files; in lanes they are one translation unit */
+
+static inline mask both(mask a, mask b)
+{
+    return a && b;
+}
+
+static inline mask either(mask a, mask b)
+{
+    return a || b;
+}
+
+static inline mask no(mask m)
+{
+    return !m;
+}
+
+static inline int any(mask m)
+{
+    return m;
+}
+
+static inline int every(mask m)
+{
+    return m;
+}
+
+static inline real sel(mask m, real yes, real no_)
+{
+    return m ? yes : no_;
+}
+
+static inline mask mask_of(flag f)
+{
+    return f;
+}
+
+static inline real magnitude(real x)
+{
+    return fabs(x);
+}
+
+static inline real with_sign_of(real x, real sign)
+{
+    return copysign(x, sign);
+}
+
+static inline real root_of(real x)
+{
+    return sqrt(x);
+}
+
+/* f of each lane that is asked for, by the library */
+static inline real alone(double (*f)(double), mask asked, real x)
+{
+    (void)asked;
+    return f(x);
+}
+
+/* x where it is wanted, else 0; with one lane nobody comes here who does not want it */
+static inline real only(mask wanted, real x)
+{
+    (void)wanted;
+    return x;
+}
+
+/* bit k of w, as a condition */
+static inline mask has_bit(word w, int k)
+{
+    return (int)(w >> k & 1);
+}
+
+#else
+
+typedef stein_mask mask;
+typedef unsigned long long word __attribute__((vector_size(8 * STEIN_LANES)));
+typedef stein_mask flag;
+
+#define INNER  static inline
+#define INLINE static inline __attribute__((always_inline))
+
+static inline mask both(mask a, mask b)
+{
+    return a & b;
+}
+
+static inline mask either(mask a, mask b)
+{
+    return a | b;
+}
+
+static inline mask no(mask m)
+{
+    return ~m;
+}
+
+/* one bit a lane */
+static inline unsigned lanes_of(mask m)
+{
+#if defined __AVX512DQ__ && STEIN_LANES == 8
+    return (unsigned)_mm512_movepi64_mask((__m512i)m);
+#elif defined __AVX2__ && STEIN_LANES == 4
+    return (unsigned)_mm256_movemask_pd((__m256d)m);
+#elif defined __SSE2__ && STEIN_LANES == 2
+    return (unsigned)_mm_movemask_pd((__m128d)m);
+#else
+    unsigned bits = 0;
+    for (int k = 0; k < STEIN_LANES; k++) {
+        bits |= (unsigned)(m[k] & 1) << k;
+    }
+    return bits;
+#endif
+}
+
+static inline int any(mask m)
+{
+    return lanes_of(m) != 0;
+}
+
+static inline int every(mask m)
+{
+    return lanes_of(m) == (1u << STEIN_LANES) - 1;
+}
+
+static inline real sel(mask m, real yes, real no_)
+{
+#if defined __AVX512DQ__ && STEIN_LANES == 8
+    return (real)_mm512_mask_blend_pd(_mm512_movepi64_mask((__m512i)m), (__m512d)no_, (__m512d)yes);
+#elif defined __AVX2__ && STEIN_LANES == 4
+    return (real)_mm256_blendv_pd((__m256d)no_, (__m256d)yes, (__m256d)m);
+#else
+    return (real)((m & (mask)yes) | (~m & (mask)no_));
+#endif
+}
+
+static inline mask mask_of(flag f)
+{
+    return f;
+}
+
+static inline real magnitude(real x)
+{
+    return (real)((word)x & 0x7fffffffffffffff);
+}
+
+static inline real with_sign_of(real x, real sign)
+{
+    return (real)(((word)x & 0x7fffffffffffffff) | ((word)sign & 0x8000000000000000));
+}
+
+static inline real root_of(real x)
+{
+#if defined __AVX512DQ__ && STEIN_LANES == 8
+    return (real)_mm512_sqrt_pd((__m512d)x);
+#elif defined __AVX2__ && STEIN_LANES == 4
+    return (real)_mm256_sqrt_pd((__m256d)x);
+#elif defined __SSE2__ && STEIN_LANES == 2
+    return (real)_mm_sqrt_pd((__m128d)x);
+#else
+    for (int k = 0; k < STEIN_LANES; k++) {
+        x[k] = sqrt(x[k]);
+    }
+    return x;
+#endif
+}
+
+static inline real alone(double (*f)(double), mask asked, real x)
+{
+    for (int k = 0; k < STEIN_LANES; k++) {
+        x[k] = asked[k] ? f(x[k]) : x[k];
+    }
+    return x;
+}
+
+static inline real only(mask wanted, real x)
+{
+    return (real)(wanted & (mask)x);
+}
+
+static inline mask has_bit(word w, int k)
+{
+    return (mask)((w >> k & 1) != 0);
+}
+
+#endif
+
+/* comparisons; a side may be a plain number, hence no functions */
+#define less(a, b)    ((mask)((a) < (b)))
+#define more(a, b)    ((mask)((a) > (b)))
+#define at_most(a, b) ((mask)((a) <= (b)))
+#define differ(a, b)  ((mask)((a) != (b)))
+
+/* the same number in all lanes */
+static inline real same(double x)
+{
+    return stein_all(x);
+}
+
+static inline real smaller(real a, real b)
+{
+    return sel(less(a, b), a, b);
+}
+
+static inline word bits_of(real x)
+{
+    word bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static inline real of_bits(word bits)
+{
+    real x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+#endif

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT
+ * trial.c - one trial step, for a simulation alone or in lanes.
+ *
+ * One engine runs every explicit tableau on q' = qd, qd' = qdd(t, q, qd):
+ *
+ *   RK4   Kutta 1901, order 4, 4 stages
+ *   DP5   Dormand & Prince 1980, order 5 with embedded order 4, 6 stages
+ */
+#include "core.h"
+
+enum { MAX_STAGES = 6 };
+
+typedef struct tableau {
+    int stages;
+    double c[MAX_STAGES];
+    double a[MAX_STAGES][MAX_STAGES];
+    double b[MAX_STAGES];
+    double e[MAX_STAGES + 1]; /* b - b_embedded, the last for the end derivative; all 0: none */
+    int embedded;
+} tableau;
+
+static const tableau rk4 = {
+    .stages = 4,
+    .c = {0.0, 0.5, 0.5, 1.0},
+    .a = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}},
+    .b = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
+};
+
+static const tableau dp5 = {
+    .stages = 6,
+    .c = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0},
+    .a = {{0.0},
+          {1.0 / 5.0},
+          {3.0 / 40.0, 9.0 / 40.0},
+          {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
+          {19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0},
+          {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0}},
+    .b = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
+    .e = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
+          -1.0 / 40.0},
+    .embedded = 1,
+};
+
+/* y = y0 + h sum of w_i k_i over the first n stages, four sums at a time */
+static void combine(const stein_sim *sim, const double *w, int n, real h, const real *y0, real *y)
+{
+    int width = sim->width;
+    real hw[MAX_STAGES + 1];
+    for (int i = 0; i < n; i++) {
+        hw[i] = h * w[i];
+    }
+    for (int at = 0; at < width; at += 4) {
+        const real *k = sim->k + at;
+        real s0 = y0[at], s1 = y0[at + 1], s2 = y0[at + 2], s3 = y0[at + 3];
+        for (int i = 0; i < n; i++, k += width) {
+            s0 += hw[i] * k[0];
+            s1 += hw[i] * k[1];
+            s2 += hw[i] * k[2];
+            s3 += hw[i] * k[3];
+        }
+        y[at] = s0;
+        y[at + 1] = s1;
+        y[at + 2] = s2;
+        y[at + 3] = s3;
+    }
+}
+
+/* the derivative {qd, qdd} at the state in x into stage i */
+static stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
+{
+    real *k = sim->k + i * sim->width;
+    copy(k, sim->xqd, sim->model->nq);
+    return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
+}
+
+/* the larger one; b where a is no number */
+static inline real larger(real a, real b)
+{
+    return sel(more(a, b), a, b);
+}
+
+/* the largest |h e_q| and |h e_qd| of the embedded estimate */
+static void estimate(stein_sim *sim, const tableau *rk, real h)
+{
+    int nq = sim->model->nq;
+    sim->eq = sim->eqd = same(rk->embedded ? 0.0 : -1.0);
+    if (rk->embedded) {
+        combine(sim, rk->e, rk->stages + 1, h, sim->zero, sim->e);
+        for (int j = 0; j < nq; j++) {
+            sim->eq = larger(magnitude(sim->e[j]), sim->eq);
+            sim->eqd = larger(magnitude(sim->e[nq + j]), sim->eqd);
+        }
+    }
+}
+
+/* The end derivative is stage 6 of every tableau. */
+INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
+{
+    const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
+    int nq = sim->model->nq;
+    stein_status status = STEIN_OK;
+    copy(sim->q0, sim->q, nq);
+    copy(sim->qd0, sim->qd, nq);
+    copy(sim->k, sim->qd, nq);
+    sim->inside = 1;
+    for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
+        combine(sim, rk->a[i], i, h, sim->y0, sim->x);
+        status = derive(sim, i, t + rk->c[i] * h, err);
+    }
+    sim->inside = 0;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    combine(sim, rk->b, rk->stages, h, sim->y0, sim->x);
+    status = derive(sim, MAX_STAGES, t + h, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    copy(sim->q1, sim->xq, nq); // prescribed joints exactly on track
+    copy(sim->qd1, sim->xqd, nq);
+    copy(sim->k + MAX_STAGES * sim->width, sim->xqd, nq);
+    estimate(sim, rk, h);
+    return STEIN_OK;
+}
