@@ -319,11 +319,11 @@ START_TEST(a_mechanism_without_stroke_gives_its_outputs)
 }
 END_TEST
 
-static stein_status stop_at_five(void *ctx, int point, stein_sim *sim, stein_status status,
-                                 stein_err *err)
+static stein_status stop_at_five(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
+                                 stein_status status, stein_err *err)
 {
     int *seen = ctx;
-    (void)sim;
+    (void)sim, (void)stroke;
     seen[point]++;
     return point == 5 && status == STEIN_OK ? lab__fail(err, STEIN_EIO, "full") : status;
 }
@@ -344,7 +344,10 @@ START_TEST(a_batch_ends_when_a_result_cannot_be_kept)
     stein_err e = {STEIN_OK, ""};
     ck_assert_stein(lab_open(&model, "models/pendulum.yaml", NULL, err));
     skip[3] = 1;
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(model));
+    def.until = 10.0 * lab_equations(model)->dt;
     lab__batch batch = {.model = model,
+                        .def = &def,
                         .n = N,
                         .threads = 2,
                         .skip = skip,

@@ -1,82 +1,263 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * batch.c - many simulations of one model, on the threads of a crew.
+ * batch.c - many runs of one model, on the threads of a crew and in the lanes of each.
  *
  * Each point gets a simulation made from a descriptor whose defaults are the point's parameters -
  * as if the file had said so. Nothing of one point reaches another one, so any number of threads
- * gives the same bits, and a parameter set without equilibrium fails alone. Creating a simulation
- * costs one allocation, nothing beside a stroke.
+ * and lanes gives the same bits, and a parameter set without equilibrium fails alone. Creating a
+ * simulation costs one allocation, nothing beside a stroke.
+ *
+ * A thread takes points in heaps. Each of its seats, one a lane, has a run that says what its
+ * simulation is to do next; where that is one step, all of them do it at once. A seat whose run is
+ * over takes the next point of the heap.
  */
+#include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "inner.h"
+#include "stein/batch.h"
 
-/* what a thread has of its own */
-typedef struct bench {
+enum { HEAPS = 4 }; /* for each thread, so that none waits long for the last one */
+
+typedef struct job {
+    const lab__batch *batch;
+    const stein_model *equations;
+    int *point; /* [npoint] what is to be done */
+    int npoint, heap, lanes, done;
+    pthread_mutex_t lock; /* of done */
+} job;
+
+/* a lane and who is in it */
+typedef struct seat {
     stein_model model; /* params are the ones below */
     stein_param *params;
     double *p;
+    int point; /* -1: nobody */
+    stein_sim *sim;
+    lab__play *play;
+} seat;
+
+/* what a thread has of its own */
+typedef struct bench {
+    seat *seat; /* [lanes] */
+    int lanes;
+    stein_batch *side_by_side;
+    stein_status *status; /* [lanes] of the last step */
 } bench;
 
 static void put_away(void *bench_)
 {
     bench *t = bench_;
-    if (t != NULL) {
-        free(t->params);
-        free(t->p);
-        free(t);
+    if (t == NULL) {
+        return;
     }
+    for (int i = 0; t->seat != NULL && i < t->lanes; i++) {
+        lab__play_drop(t->seat[i].play);
+        stein_sim_destroy(t->seat[i].sim);
+        free(t->seat[i].params);
+        free(t->seat[i].p);
+    }
+    stein_batch_destroy(t->side_by_side);
+    free(t->seat);
+    free(t->status);
+    free(t);
+}
+
+static stein_status furnish(seat *s, const stein_model *equations, stein_err *err)
+{
+    size_t np = (size_t)equations->np;
+    s->model = *equations;
+    s->params = malloc(sizeof *s->params * (np + 1));
+    s->p = malloc(sizeof *s->p * (np + 1));
+    s->point = -1;
+    if (s->params == NULL || s->p == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(s->params, equations->params, sizeof *s->params * np);
+    s->model.params = s->params;
+    return STEIN_OK;
 }
 
 static stein_status set_up(void *ctx, void **bench_, stein_err *err)
 {
-    const lab__batch *b = ctx;
+    const job *j = ctx;
     bench *t = calloc(1, sizeof *t);
     *bench_ = t;
     if (t != NULL) {
-        t->model = *lab_equations(b->model);
-        size_t np = (size_t)t->model.np;
-        t->params = malloc(sizeof *t->params * (np + 1));
-        t->p = malloc(sizeof *t->p * (np + 1));
+        t->lanes = j->lanes;
+        t->seat = calloc((size_t)j->lanes, sizeof *t->seat);
+        t->status = calloc((size_t)j->lanes, sizeof *t->status);
     }
-    if (t == NULL || t->params == NULL || t->p == NULL) {
+    if (t == NULL || t->seat == NULL || t->status == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    memcpy(t->params, t->model.params, sizeof *t->params * (size_t)t->model.np);
-    t->model.params = t->params;
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < t->lanes; i++) {
+        status = furnish(&t->seat[i], j->equations, err);
+    }
+    return status == STEIN_OK
+               ? stein_batch_create(&t->side_by_side, j->equations, NULL, t->lanes, 0, err)
+               : status;
+}
+
+/* ---- a point ---- */
+
+/* hand over what came out at the seat's point, and clear the seat */
+static stein_status hand_over(job *j, bench *t, int i, stein_status status, stein_err *err)
+{
+    const lab__batch *b = j->batch;
+    seat *s = &t->seat[i];
+    lab_stroke stroke;
+    int is_stroke = status == STEIN_OK && j->equations->stroke.string >= 0;
+    if (is_stroke) {
+        lab__play_stroke(s->play, &stroke);
+    }
+    (void)stein_batch_put(t->side_by_side, i, NULL, NULL);
+    status = b->run(b->ctx, s->point, s->sim, is_stroke ? &stroke : NULL, status, err);
+    lab__play_drop(s->play);
+    stein_sim_destroy(s->sim);
+    s->play = NULL;
+    s->sim = NULL;
+    s->point = -1;
+    pthread_mutex_lock(&j->lock);
+    j->done++;
+    if (status == STEIN_OK && b->progress != NULL) {
+        b->progress(b->progress_ctx, j->done, j->npoint);
+    }
+    pthread_mutex_unlock(&j->lock);
+    return status;
+}
+
+/* a point takes the seat; its failures are its own */
+static stein_status sit_down(const job *j, bench *t, int i, int point, stein_status *failed,
+                             stein_err *err)
+{
+    const lab__batch *b = j->batch;
+    seat *s = &t->seat[i];
+    s->point = point;
+    memcpy(s->p, lab_parameters(b->model), sizeof *s->p * (size_t)s->model.np);
+    b->set(b->ctx, point, s->p);
+    for (int k = 0; k < s->model.np; k++) {
+        s->params[k].value = s->p[k];
+    }
+    *failed = stein_sim_create(&s->sim, &s->model, NULL, err);
+    if (*failed == STEIN_OK) {
+        *failed = lab__play_new(&s->play, s->sim, b->def, s->model.stroke.string >= 0, err);
+    }
+    if (*failed == STEIN_OK) {
+        *failed = stein_batch_put(t->side_by_side, i, s->sim, err);
+    }
+    return *failed == STEIN_ENOMEM ? STEIN_ENOMEM : STEIN_OK;
+}
+
+/* what the run in a seat does between steps, up to where a step is next; *over: it does no more.
+ * @return its status */
+static stein_status go_on(bench *t, int i, stein_status status, int *over, stein_err *err)
+{
+    seat *s = &t->seat[i];
+    lab__need need = status != STEIN_OK ? LAB_TO_CHANGE : lab__play_needs(s->play);
+    double stop;
+    if (need == LAB_TO_CHANGE) {
+        (void)stein_batch_sim(t->side_by_side, i);
+    } else if (need == LAB_TO_LOOK) {
+        (void)stein_batch_look(t->side_by_side, i);
+    }
+    status = lab__play_next(s->play, status, &stop, err);
+    while (isfinite(stop)) { // only where the whole of it was asked for
+        status = stein_run(s->sim, stop, err);
+        status = lab__play_next(s->play, status, &stop, err);
+    }
+    *over = isnan(stop);
+    return status;
+}
+
+/* fill empty seats from the heap, let everyone go on; those that are over make room at once */
+static stein_status go_round(job *j, bench *t, int *next, int end, int *riding, stein_err *err)
+{
+    *riding = 0;
+    for (int i = 0; i < t->lanes;) {
+        seat *s = &t->seat[i];
+        stein_status status = t->status[i];
+        if (s->point < 0) {
+            if (*next >= end) {
+                i++;
+                continue;
+            }
+            if (sit_down(j, t, i, j->point[(*next)++], &status, err) != STEIN_OK) {
+                return STEIN_ENOMEM;
+            }
+        }
+        int over = 1;
+        if (s->play != NULL) {
+            status = go_on(t, i, status, &over, err);
+        }
+        t->status[i] = STEIN_OK;
+        if (over) {
+            status = hand_over(j, t, i, status, err);
+            if (status != STEIN_OK) {
+                return status;
+            }
+        } else {
+            (*riding)++;
+            i++;
+        }
+    }
     return STEIN_OK;
 }
 
-static stein_status work_on(void *ctx, void *bench_, int point, stein_err *err)
+/* one heap of points */
+static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
 {
-    const lab__batch *b = ctx;
+    job *j = ctx;
     bench *t = bench_;
-    stein_sim *sim = NULL;
-    memcpy(t->p, lab_parameters(b->model), sizeof *t->p * (size_t)t->model.np);
-    b->set(b->ctx, point, t->p);
-    for (int i = 0; i < t->model.np; i++) {
-        t->params[i].value = t->p[i];
-    }
-    stein_status status = stein_sim_create(&sim, &t->model, NULL, err);
-    if (status == STEIN_ENOMEM) {
-        return status;
-    }
-    status = b->run(b->ctx, point, sim, status, err);
-    stein_sim_destroy(sim);
+    int next = heap * j->heap, end = next + j->heap, riding;
+    end = end > j->npoint ? j->npoint : end;
+    stein_status status;
+    do {
+        status = go_round(j, t, &next, end, &riding, err);
+        if (status == STEIN_OK && riding > 0) {
+            (void)stein_batch_step(t->side_by_side, t->status, NULL);
+        }
+    } while (status == STEIN_OK && riding > 0);
     return status;
+}
+
+/* ---- all of them ---- */
+
+static int list_points(job *j)
+{
+    const lab__batch *b = j->batch;
+    j->point = malloc(sizeof *j->point * ((size_t)b->n + 1));
+    for (int i = 0; j->point != NULL && i < b->n; i++) {
+        if (b->skip == NULL || !b->skip[i]) {
+            j->point[j->npoint++] = i;
+        }
+    }
+    return j->point != NULL;
 }
 
 stein_status lab__batch_run(const lab__batch *batch, stein_err *err)
 {
-    lab__batch b = *batch;
-    const lab__crew crew = {.n = b.n,
-                            .threads = b.threads,
-                            .skip = b.skip,
+    job j = {.batch = batch, .equations = lab_equations(batch->model)};
+    j.lanes = stein_batch_width(j.equations);
+    if (!list_points(&j)) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    int rounds = j.npoint / (j.lanes * HEAPS * (batch->threads > 0 ? batch->threads : 1));
+    j.heap = j.lanes * (rounds > 1 ? rounds : 1);
+    if (pthread_mutex_init(&j.lock, NULL) != 0) {
+        free(j.point);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory for threads");
+    }
+    const lab__crew crew = {.n = (j.npoint + j.heap - 1) / j.heap,
+                            .threads = batch->threads,
                             .begin = set_up,
                             .work = work_on,
                             .end = put_away,
-                            .progress = b.progress,
-                            .progress_ctx = b.progress_ctx,
-                            .ctx = &b};
-    return lab__crew_run(&crew, err);
+                            .ctx = &j};
+    stein_status status = lab__crew_run(&crew, err);
+    pthread_mutex_destroy(&j.lock);
+    free(j.point);
+    return status;
 }

@@ -132,15 +132,18 @@ stein_status lab__crew_run(const lab__crew *crew, stein_err *err);
 /* ---- batch.c ---- */
 
 enum { LAB_THREADS = 64 };
-/** Work on one point. Called from any thread, once a point, in any order; what it stores belongs to
- *  the point alone.
- *  @param sim     freshly reset with the point's parameters; NULL when that failed
- *  @param status  OK, or why there is no simulation
+/** What came out at one point. Called from any thread, once a point, in any order; what it stores
+ *  belongs to the point alone.
+ *  @param sim     at the end of its run, from a reset with the point's parameters; NULL when there
+ *                 was none
+ *  @param stroke  what it was, where it was one and status is OK
+ *  @param status  OK, or why there is no simulation or no stroke
  *  @return OK; anything else ends the batch */
-typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, stein_status status,
-                                   stein_err *err);
-/** Many simulations of one model, each with parameters of its own. */
+typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
+                                   stein_status status, stein_err *err);
+/** Many runs of one model, each with parameters of its own: strokes, where the model names one. */
 typedef struct lab__batch {
+    const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;
     int n, threads;
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
@@ -149,7 +152,7 @@ typedef struct lab__batch {
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__batch;
-/** @return OK, ENOMEM, or what `run` returned. Failures to reset are handed to `run`. */
+/** @return OK, ENOMEM, or what `run` returned. Failures of a point are handed to `run`. */
 stein_status lab__batch_run(const lab__batch *batch, stein_err *err);
 
 /* ---- vary.c ---- */
@@ -225,6 +228,23 @@ stein_status lab__compiled(stein_library **library, const stein_model **model, c
 
 /* ---- strike.c ---- */
 
+/** A run that says step by step what its simulation is to do. */
+typedef struct lab__play lab__play;
+/** What the next call of lab__play_next needs of a simulation that may be in a lane: what is always
+ *  up to date, its state to look at, or the whole of it to be changed. */
+typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
+/** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion that nobody
+ *  judges. @return OK, EINVAL, ENOMEM */
+stein_status lab__play_new(lab__play **play, stein_sim *sim, const lab_stroke_def *def,
+                           int as_stroke, stein_err *err);
+void lab__play_drop(lab__play *play);
+lab__need lab__play_needs(const lab__play *play);
+/** Between steps. @param status  of what was done last, OK at the beginning
+ *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over
+ *  @return OK, or why it is over */
+stein_status lab__play_next(lab__play *play, stein_status status, double *stop, stein_err *err);
+/** What a stroke that is over was. */
+void lab__play_stroke(lab__play *play, lab_stroke *stroke);
 /** Output channel that reads `read` of thing `index`, counted absolutely; -1 when there is none. */
 int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 

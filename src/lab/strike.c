@@ -11,6 +11,9 @@
  * whose error is of the order e^2 against the time scale of the stroke (1e-8). A channel for the
  * gap's rate would have to exist in every mechanism file. The peak force is the vertex of the
  * parabola through the highest step and its neighbours.
+ *
+ * A run never steps by itself: it says what the simulation is to do next (lab__play_next), so that
+ * many of them can go side by side in lanes (batch.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -26,10 +29,14 @@ typedef struct sample3 {
     double t, f;
 } sample3;
 
-typedef struct run {
+typedef struct lab__play {
     stein_sim *sim;
     const lab_stroke_def *def;
     lab_stroke stroke;
+    int as_stroke; /* 0: a motion that nobody judges */
+    int lifted;    /* the load is gone, or will not be lifted */
+    enum { PLAYING, REARMING, OVER } phase;
+    double rearmed;    /* end of the motion on the side [s] */
     double start;      /* [s] */
     double dt;         /* of the simulation [s] */
     double due;        /* time of the next sample [s] */
@@ -166,13 +173,6 @@ static void note_force(run *r)
 
 /* ---- running ---- */
 
-/* one step, or what is left to `stop` when that is not more */
-static stein_status step_towards(const run *r, double stop, stein_err *err)
-{
-    double left = stop - stein_time(r->sim);
-    return left > r->dt * (1.0 + 1e-6) ? stein_step(r->sim, err) : stein_run(r->sim, stop, err);
-}
-
 /* offer a sample when it is due, by whole steps */
 static stein_status offer(run *r, int last)
 {
@@ -187,34 +187,32 @@ static stein_status offer(run *r, int last)
     return def->sample(def->ctx, r->sim);
 }
 
-/* the loop of both kinds of run; r->string < 0: no stroke to watch */
-static stein_status go(run *r, stein_err *err)
+static double lift_time(const run *r)
 {
-    double end = r->start + r->def->until, lift = r->start + r->def->release;
-    stein_status status = STEIN_OK;
-    int lifted = !(lift <= end);
-    r->dt = stein_dt(r->sim);
-    r->due = r->start;
-    while (status == STEIN_OK) {
-        int last = stein_time(r->sim) >= end;
-        if (!lifted && stein_time(r->sim) >= lift) {
-            stein_load_lift(r->sim);
-            lifted = r->over = 1;
-        }
-        if (r->string >= 0 && !r->over) {
-            note_force(r);
-        }
-        status = offer(r, last);
-        if (status != STEIN_OK) {
-            return lab__fail(err, status, "the recording stopped the run: %s",
-                             stein_status_text(status));
-        }
-        if (last) {
-            return STEIN_OK;
-        }
-        status = step_towards(r, lifted ? end : lift, err);
+    return r->start + r->def->release;
+}
+
+/* where the present part of the run ends [s] */
+static double stop_of(const run *r)
+{
+    return r->phase == REARMING ? r->rearmed : r->lifted ? r->start + r->def->until : lift_time(r);
+}
+
+/* between two steps; *last: the motion is at its end */
+static stein_status pause_at(run *r, int *last, stein_err *err)
+{
+    *last = stein_time(r->sim) >= r->start + r->def->until;
+    if (!r->lifted && stein_time(r->sim) >= lift_time(r)) {
+        stein_load_lift(r->sim);
+        r->lifted = r->over = 1;
     }
-    return status;
+    if (r->as_stroke && !r->over) {
+        note_force(r);
+    }
+    stein_status status = offer(r, *last);
+    return status == STEIN_OK ? STEIN_OK
+                              : lab__fail(err, status, "the recording stopped the run: %s",
+                                          stein_status_text(status));
 }
 
 static stein_status check(const stein_sim *sim, const lab_stroke_def *def, stein_err *err)
@@ -249,28 +247,13 @@ static stein_status prepare(run *r, stein_sim *sim, const lab_stroke_def *def, s
     if (status != STEIN_OK) {
         return status;
     }
+    r->dt = stein_dt(sim);
+    r->due = r->start;
+    r->lifted = !(lift_time(r) <= r->start + def->until);
     r->hit = malloc(sizeof *r->hit * 3 * (size_t)model->nq);
     r->kept = malloc(stein_state_size(sim));
     return r->hit != NULL && r->kept != NULL ? STEIN_OK
                                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
-}
-
-static void clean_up(run *r)
-{
-    free(r->hit);
-    free(r->kept);
-}
-
-stein_status lab_simulate(stein_sim *sim, const lab_stroke_def *def, stein_err *err)
-{
-    run r;
-    stein_status status = prepare(&r, sim, def, err);
-    if (status == STEIN_OK) {
-        stein_on_event(sim, NULL, NULL);
-        status = go(&r, err);
-    }
-    clean_up(&r);
-    return status;
 }
 
 /* ---- strokes ---- */
@@ -284,17 +267,24 @@ static int is_ready(run *r)
            fabs(stein_qd(r->sim)[hammer]) < hammer_at_rest;
 }
 
-/* would it re-arm when the load is lifted now? */
-static stein_status find_rearmed(run *r, stein_err *err)
+/* would it re-arm when the load is lifted now? What follows is a motion on the side */
+static void begin_rearming(run *r)
 {
     if (!stein_load_present(r->sim) || r->notch < 0) {
         r->stroke.rearmed = is_ready(r);
-        return STEIN_OK;
+        r->phase = OVER;
+        return;
     }
     stein_save(r->sim, r->kept);
     stein_load_lift(r->sim);
-    stein_status status = stein_run(r->sim, stein_time(r->sim) + rearm_time, err);
+    r->phase = REARMING;
+    r->rearmed = stein_time(r->sim) + rearm_time;
+}
+
+static stein_status end_rearming(run *r, stein_status status, stein_err *err)
+{
     r->stroke.rearmed = status == STEIN_OK && is_ready(r);
+    r->phase = OVER;
     stein_status back = stein_restore(r->sim, r->kept, err);
     return status == STEIN_OK ? back : status;
 }
@@ -330,9 +320,15 @@ static stein_status find_channels(run *r, stein_err *err)
     return STEIN_OK;
 }
 
-static stein_status watch(run *r, stein_err *err)
+/* ready to watch a stroke */
+static stein_status begin_stroke(run *r, stein_err *err)
 {
+    stein_status status = find_channels(r, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
     int phase = stein_notch_phase(r->sim, r->notch);
+    r->as_stroke = 1;
     r->touched = phase >= 1 && phase <= 3;
     r->stroke = (lab_stroke){.escape_time = NAN,
                              .escape_height = NAN,
@@ -340,35 +336,123 @@ static stein_status watch(run *r, stein_err *err)
                              .impact_speed = NAN,
                              .blow = read_plain(r->sim, r->gap)};
     stein_on_event(r->sim, on_event, r);
-    stein_status status = go(r, err);
+    return STEIN_OK;
+}
+
+/* the motion is at its end, or failed: what is left to find out */
+static stein_status end_motion(run *r, stein_status status, stein_err *err)
+{
     stein_on_event(r->sim, NULL, NULL);
-    if (status == STEIN_OK && r->stroke.impacts > 0) {
+    if (!r->as_stroke || status != STEIN_OK) {
+        r->phase = OVER;
+        return status;
+    }
+    if (r->stroke.impacts > 0) {
         status = find_impact_speed(r, err);
     }
     if (status == STEIN_OK) {
-        status = find_rearmed(r, err);
+        begin_rearming(r);
     }
+    return status;
+}
+
+stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def *def,
+                           int as_stroke, stein_err *err)
+{
+    run *r = malloc(sizeof *r);
+    if (r == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = prepare(r, sim, def, err);
+    if (status == STEIN_OK && as_stroke) {
+        status = begin_stroke(r, err);
+    }
+    if (status == STEIN_OK && !as_stroke) {
+        stein_on_event(sim, NULL, NULL);
+    }
+    if (status != STEIN_OK) {
+        lab__play_drop(r);
+        return status;
+    }
+    *out = r;
+    return STEIN_OK;
+}
+
+void lab__play_drop(lab__play *r)
+{
+    if (r != NULL) {
+        free(r->hit);
+        free(r->kept);
+        free(r);
+    }
+}
+
+lab__need lab__play_needs(const lab__play *r)
+{
+    if (!(stop_of(r) - stein_time(r->sim) > r->dt * (1.0 + 1e-6)) || r->def->sample != NULL) {
+        return LAB_TO_CHANGE;
+    }
+    return r->as_stroke && stein_touches(r->sim, r->string) ? LAB_TO_LOOK : LAB_NOTHING;
+}
+
+stein_status lab__play_next(lab__play *r, stein_status status, double *stop, stein_err *err)
+{
+    int last = 0;
+    if (r->phase == PLAYING && status == STEIN_OK) {
+        status = pause_at(r, &last, err);
+    }
+    if (r->phase == PLAYING && (status != STEIN_OK || last)) {
+        status = end_motion(r, status, err);
+    } else if (r->phase == REARMING && (status != STEIN_OK || stein_time(r->sim) >= r->rearmed)) {
+        status = end_rearming(r, status, err);
+    }
+    if (status != STEIN_OK) {
+        r->phase = OVER;
+    }
+    // one step, or what is left when that is not more
+    double left = stop_of(r) - stein_time(r->sim);
+    *stop = r->phase == OVER ? NAN : left > r->dt * (1.0 + 1e-6) ? INFINITY : stop_of(r);
+    return status;
+}
+
+void lab__play_stroke(lab__play *r, lab_stroke *stroke)
+{
     if (r->stroke.escaped && r->stroke.impacts > 0 && !r->stroke.forced_escapement) {
         r->stroke.free_flight = r->stroke.impact_time - r->stroke.escape_time;
     }
     r->stroke.outcome = judge(r);
+    *stroke = r->stroke;
+}
+
+/* a run alone; stroke NULL: a motion */
+static stein_status play(stein_sim *sim, const lab_stroke_def *def, lab_stroke *stroke,
+                         stein_err *err)
+{
+    run *r = NULL;
+    double stop = INFINITY;
+    stein_status status = lab__play_new(&r, sim, def, stroke != NULL, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    status = lab__play_next(r, status, &stop, err);
+    while (!isnan(stop)) {
+        status = isinf(stop) ? stein_step(sim, err) : stein_run(sim, stop, err);
+        status = lab__play_next(r, status, &stop, err);
+    }
+    if (status == STEIN_OK && stroke != NULL) {
+        lab__play_stroke(r, stroke);
+    }
+    lab__play_drop(r);
     return status;
+}
+
+stein_status lab_simulate(stein_sim *sim, const lab_stroke_def *def, stein_err *err)
+{
+    return play(sim, def, NULL, err);
 }
 
 stein_status lab_strike(stein_sim *sim, const lab_stroke_def *def, lab_stroke *stroke,
                         stein_err *err)
 {
-    run r;
-    stein_status status = prepare(&r, sim, def, err);
-    if (status == STEIN_OK) {
-        status = find_channels(&r, err);
-    }
-    if (status == STEIN_OK) {
-        status = watch(&r, err);
-    }
-    if (status == STEIN_OK) {
-        *stroke = r.stroke;
-    }
-    clean_up(&r);
-    return status;
+    return play(sim, def, stroke, err);
 }

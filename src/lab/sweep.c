@@ -19,17 +19,17 @@ static void set_point(void *ctx, int point, double *p)
     p[s->param] = s->point[point].dx;
 }
 
-static stein_status strike_point(void *ctx, int point, stein_sim *sim, stein_status status,
-                                 stein_err *err)
+static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
+                               stein_status status, stein_err *err)
 {
     const sweep *s = ctx;
     lab_point *p = &s->point[point];
+    (void)sim, (void)err;
     p->status = status;
     if (status == STEIN_OK) {
-        lab_stroke_def def = lab_stroke_def_default(stein_sim_model(sim));
-        p->status = lab_strike(sim, &def, &p->stroke, err);
+        p->stroke = *stroke;
     }
-    return p->status == STEIN_ENOMEM ? STEIN_ENOMEM : STEIN_OK;
+    return status == STEIN_ENOMEM ? STEIN_ENOMEM : STEIN_OK;
 }
 
 stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int threads,
@@ -49,11 +49,13 @@ stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int thre
     if (status != STEIN_OK) {
         return status;
     }
+    const lab_stroke_def def = lab_stroke_def_default(equations);
     const lab__batch batch = {.model = model,
+                              .def = &def,
                               .n = n,
                               .threads = threads,
                               .set = set_point,
-                              .run = strike_point,
+                              .run = keep_point,
                               .progress = progress,
                               .progress_ctx = ctx,
                               .ctx = &s};

@@ -3,7 +3,7 @@
  *
  *   grid --head--> table <--rows-- journal
  *                    ^ |
- *                    | +--points without row--> batch (threads) --row--> journal
+ *                    | +--points without row--> batch (threads, lanes) --row--> journal
  *                    +-----------------------------------------+
  *
  * A point is known by the head, not by the run that computed it: the head names the version, the
@@ -203,18 +203,10 @@ static void set_point(void *ctx, int point, double *p)
     }
 }
 
-static stein_status run_point(void *ctx, int point, stein_sim *sim, stein_status status,
-                              stein_err *err)
+static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_stroke *stroke,
+                               stein_status status, stein_err *err)
 {
     sweep *s = ctx;
-    lab_stroke stroke;
-    lab_stroke_def def = lab_stroke_def_default(s->equations);
-    def.until = s->def->until;
-    def.release = s->def->release;
-    if (status == STEIN_OK) {
-        status = is_stroke(s->equations) ? lab_strike(sim, &def, &stroke, err)
-                                         : lab_simulate(sim, &def, err);
-    }
     if (status == STEIN_ENOMEM) {
         return status; // no property of the point
     }
@@ -224,7 +216,7 @@ static stein_status run_point(void *ctx, int point, stein_sim *sim, stein_status
     if (f == NULL) {
         return no_memory(err);
     }
-    write_row(f, s, point, status, &stroke, sim);
+    write_row(f, s, point, status, stroke, sim);
     status = fclose(f) == 0 ? STEIN_OK : no_memory(err);
     if (status == STEIN_OK && s->has_journal) {
         status = lab__journal_add(&s->journal, row, err);
@@ -276,12 +268,16 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
         report->found += mine && done;
         report->computed += mine && !done;
     }
+    lab_stroke_def run = lab_stroke_def_default(s->equations);
+    run.until = s->def->until;
+    run.release = s->def->release;
     const lab__batch batch = {.model = s->model,
+                              .def = &run,
                               .n = s->grid->n,
                               .threads = s->def->threads,
                               .skip = skip,
                               .set = set_point,
-                              .run = run_point,
+                              .run = keep_point,
                               .ctx = s,
                               .progress = s->def->progress,
                               .progress_ctx = s->def->ctx};
