@@ -58,22 +58,26 @@ static void two_newtons(void *ctx, double t, double u[3])
     u[0] = 2.0 + t;
 }
 
+static lab_model *open_arm(int turned)
+{
+    char text[2000];
+    const char *joint = turned ? "-x" : "y", *elbow = turned ? "xx" : "yy";
+    snprintf(text, sizeof text, arm, joint,
+             turned ? "[-0.01 m, 0.11 m, 0.02 m]" : "[0.11 m, 0.01 m, 0.02 m]", elbow,
+             turned ? "[-0.03 m, 0.31 m, 0.04 m]" : "[0.31 m, 0.03 m, 0.04 m]", turned ? "x" : "-y",
+             turned ? "[0.02 m, 0.13 m, -0.01 m]" : "[0.13 m, -0.02 m, -0.01 m]", elbow,
+             turned ? "[-0.05 m, 0.27 m, 0.06 m]" : "[0.27 m, 0.05 m, 0.06 m]",
+             turned ? "[-0.2 m, 0.1 m, -0.3 m]" : "[0.1 m, 0.2 m, -0.3 m]",
+             turned ? "[-0.3, 0.6, -0.8]" : "[0.6, 0.3, -0.8]");
+    return open_text(text, NULL, 0);
+}
+
 START_TEST(forces_at_points_are_the_same_by_pose_and_by_jacobian)
 {
     static const double q[] = {0.37, -0.83}, qd[] = {1.9, -2.7};
     double qdd[2][2], up[2], speed[2];
     for (int turned = 0; turned < 2; turned++) {
-        char text[2000];
-        const char *joint = turned ? "-x" : "y", *elbow = turned ? "xx" : "yy";
-        snprintf(text, sizeof text, arm, joint,
-                 turned ? "[-0.01 m, 0.11 m, 0.02 m]" : "[0.11 m, 0.01 m, 0.02 m]", elbow,
-                 turned ? "[-0.03 m, 0.31 m, 0.04 m]" : "[0.31 m, 0.03 m, 0.04 m]",
-                 turned ? "x" : "-y",
-                 turned ? "[0.02 m, 0.13 m, -0.01 m]" : "[0.13 m, -0.02 m, -0.01 m]", elbow,
-                 turned ? "[-0.05 m, 0.27 m, 0.06 m]" : "[0.27 m, 0.05 m, 0.06 m]",
-                 turned ? "[-0.2 m, 0.1 m, -0.3 m]" : "[0.1 m, 0.2 m, -0.3 m]",
-                 turned ? "[-0.3, 0.6, -0.8]" : "[0.6, 0.3, -0.8]");
-        lab_model *model = open_text(text, NULL, 0);
+        lab_model *model = open_arm(turned);
         const stein_model *m = lab_equations(model);
         ck_assert_int_eq(m->nframe, turned ? 0 : 2);
         stein_sim_def def = lab_def(model);
@@ -139,6 +143,79 @@ START_TEST(other_equations_are_compiled_once_and_then_need_no_compiler)
     ck_assert_stein(lab_open(&model, in_folder("model.yaml"), &options, err));
     ck_assert_close(lab_parameters(model)[stein_find_param(lab_equations(model), "hammer.mass")],
                     2.9e-3, 1e-15, 0.0);
+    lab_close(model);
+}
+END_TEST
+
+/* a compiler that knows nothing of lanes */
+static const char *plain_compiler(void)
+{
+    const char *path = write_file("cc", "#!/bin/sh\n"
+                                        "for word; do\n"
+                                        "  case $word in -DSTEIN_LANES*) exit 1;; esac\n"
+                                        "done\n"
+                                        "exec cc \"$@\"\n");
+    ck_assert_int_eq(chmod(path, 0755), 0);
+    return path;
+}
+
+/* runs from several states in lanes against the same ones alone */
+static void compare_lanes(const stein_model *m, double until)
+{
+    enum { N = 5 };
+    stein_sim *alone[N], *rider[N];
+    stein_batch *batch = NULL;
+    double t_end[N], q[8], qd[8];
+    ck_assert_stein(stein_batch_create(&batch, m, NULL, N, 0, err));
+    for (int i = 0; i < N; i++) {
+        ck_assert_stein(stein_sim_create(&alone[i], m, NULL, err));
+        ck_assert_stein(stein_sim_create(&rider[i], m, NULL, err));
+        for (int j = 0; j < m->nq; j++) {
+            q[j] = stein_q(alone[i])[j] + 1.3e-3 * i;
+            qd[j] = 0.11 * i - 0.2 * j;
+        }
+        ck_assert_stein(stein_set_state(alone[i], 0.0, q, qd, err));
+        ck_assert_stein(stein_set_state(rider[i], 0.0, q, qd, err));
+        ck_assert_stein(stein_batch_put(batch, i, rider[i], err));
+        t_end[i] = until + 1e-4 * i;
+        ck_assert_stein(stein_run(alone[i], t_end[i], err));
+    }
+    ck_assert_stein(stein_batch_run(batch, t_end, NULL, err));
+    for (int i = 0; i < N; i++) {
+        size_t size = sizeof(double) * (size_t)m->nq;
+        ck_assert(memcmp(stein_q(stein_batch_sim(batch, i)), stein_q(alone[i]), size) == 0);
+        ck_assert(memcmp(stein_qd(rider[i]), stein_qd(alone[i]), size) == 0);
+        stein_sim_destroy(alone[i]);
+        stein_sim_destroy(rider[i]);
+    }
+    stein_batch_destroy(batch);
+}
+
+START_TEST(compiled_equations_have_lanes_where_the_compiler_can_make_them)
+{
+    int lanes = stein_batch_width(&stein_model_stein1788);
+    lab_model *model = open_text(falling, NULL, 0);
+    ck_assert_int_eq(stein_batch_width(lab_equations(model)), lanes);
+    compare_lanes(lab_equations(model), 0.091); // behind the impact
+    lab_close(model);
+    for (int turned = 0; turned < 2; turned++) { // with links, which leave the plane once turned
+        model = open_arm(turned);
+        ck_assert_int_eq(stein_batch_width(lab_equations(model)), lanes);
+        compare_lanes(lab_equations(model), 0.043);
+        lab_close(model);
+    }
+
+    model = open_text(falling, NULL, 0);
+    lab_close(model);
+    int n = 0;
+    char *object = NULL;
+    while ((object = cached(".so", &n)) != NULL) {
+        ck_assert_int_eq(unlink(object), 0);
+        free(object);
+    }
+    lab_options options = cache_here(plain_compiler());
+    ck_assert_stein(lab_open(&model, in_folder("model.yaml"), &options, err));
+    ck_assert_int_eq(stein_batch_width(lab_equations(model)), 1);
     lab_close(model);
 }
 END_TEST
@@ -392,6 +469,7 @@ Suite *lab_suite(void)
     tcase_add_test(tc, forces_at_points_are_the_same_by_pose_and_by_jacobian);
     tcase_add_test(tc, built_in_equations_take_the_values_of_the_file_without_a_compiler);
     tcase_add_test(tc, other_equations_are_compiled_once_and_then_need_no_compiler);
+    tcase_add_test(tc, compiled_equations_have_lanes_where_the_compiler_can_make_them);
     tcase_add_test(tc, an_override_that_changes_the_structure_makes_new_equations);
     tcase_add_test(tc, damaged_or_foreign_objects_in_the_cache_are_made_anew);
     tcase_add_test(tc, without_a_compiler_the_message_says_what_to_run);

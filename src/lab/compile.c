@@ -8,6 +8,9 @@
  * found under it is nevertheless checked (layout and hash) and made anew when it does not fit. Each
  * file is written under a name of its own and renamed, so two processes that need the same
  * equations at the same time at worst both do the work.
+ *
+ * The text is compiled twice: once for as many lanes as this processor has (lanes.o) and once as it
+ * is, into one object. A compiler that cannot do the first leaves a mechanism without lanes.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -15,15 +18,16 @@
 #include <unistd.h>
 
 #include "inner.h"
+#include "lane.h"
 #include "model_header.h"
 #include "stein/load.h"
 
-enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 12 };
+enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 16 };
 
 /* names of one compilation, all owned */
 typedef struct job {
     char *folder, *include, *header, *source, *object; /* in the cache */
-    char *work, *fresh, *log;                          /* of this process alone */
+    char *work, *fresh, *lanes, *log;                  /* of this process alone */
 } job;
 
 static void free_job(job *j)
@@ -35,6 +39,7 @@ static void free_job(job *j)
     free(j->object);
     free(j->work);
     free(j->fresh);
+    free(j->lanes);
     free(j->log);
 }
 
@@ -125,32 +130,75 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                      cc, name, code, line);
 }
 
-/* cc -O2 ... -o fresh source; the compiler may bring words of its own ("ccache gcc") */
-static stein_status run_compiler(const job *j, const char *name, const char *cc, stein_err *err)
+/* cc and `rest` (closed by NULL); the compiler may bring words of its own ("ccache gcc") */
+static stein_status run_compiler(const job *j, const char *cc, const char *const *rest, int *code,
+                                 stein_err *err)
 {
-    char *words = lab__text("%s", cc), *rest = NULL;
-    char *include = lab__text("-I%s", j->folder);
-    if (words == NULL || include == NULL) {
-        free(words);
-        free(include);
+    char *words = lab__text("%s", cc), *left = NULL;
+    if (words == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     char *argv[MAX_COMPILER_WORDS + FIXED_WORDS];
     int n = 0;
-    for (char *w = strtok_r(words, " ", &rest); w != NULL && n < MAX_COMPILER_WORDS;
-         w = strtok_r(NULL, " ", &rest)) {
+    for (char *w = strtok_r(words, " ", &left); w != NULL && n < MAX_COMPILER_WORDS;
+         w = strtok_r(NULL, " ", &left)) {
         argv[n++] = w;
     }
-    char *fixed[] = {"-std=c11",        "-O2",   "-ffp-contract=off",
-                     "-fno-math-errno", "-fPIC", "-shared",
-                     include,           "-o",    j->fresh,
-                     j->source,         "-lm",   NULL};
-    memcpy(argv + n, fixed, sizeof fixed);
-
-    int code = 0;
-    stein_status status = n > 0 ? lab__spawn(argv, j->log, &code, err)
+    int named = n > 0;
+    for (int i = 0; i < FIXED_WORDS; i++) {
+        argv[n++] = (char *)(size_t)rest[i];
+        if (rest[i] == NULL) {
+            break;
+        }
+    }
+    stein_status status = named ? lab__spawn(argv, j->log, code, err)
                                 : lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty");
     free(words);
+    return status;
+}
+
+/* lanes.o, for the processor that this runs on. @return what to tell the other compilation */
+static const char *compile_lanes(const job *j, const char *cc, const char *include)
+{
+    int lanes = stein__processor_lanes(), code = -1;
+    const char *const of_lanes = lanes == 8   ? "-DSTEIN_LANES=8"
+                                 : lanes == 4 ? "-DSTEIN_LANES=4"
+                                              : "-DSTEIN_LANES=2";
+    const char *rest[FIXED_WORDS] = {"-std=c11",        "-O2",    "-ffp-contract=off",
+                                     "-fno-math-errno", "-fPIC",  "-c",
+                                     include,           of_lanes, "-o",
+                                     j->lanes,          j->source};
+    if (lanes == 8) {
+        rest[11] = "-mavx512f";
+        rest[12] = "-mavx512dq";
+        rest[13] = "-mavx512vl";
+    } else if (lanes == 4) {
+        rest[11] = "-mavx2";
+    }
+    if (run_compiler(j, cc, rest, &code, NULL) != STEIN_OK || code != 0) {
+        return NULL;
+    }
+    return lanes == 8 ? "-DSTEIN_ONLY=8" : lanes == 4 ? "-DSTEIN_ONLY=4" : "-DSTEIN_ONLY=2";
+}
+
+/* the object into its place */
+static stein_status make_object(const job *j, const char *name, const char *cc, stein_err *err)
+{
+    char *include = lab__text("-I%s", j->folder);
+    if (include == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    int code = 0;
+    const char *with_lanes = compile_lanes(j, cc, include);
+    const char *rest[FIXED_WORDS] = {"-std=c11",        "-O2",   "-ffp-contract=off",
+                                     "-fno-math-errno", "-fPIC", "-shared",
+                                     include,           "-o",    j->fresh,
+                                     j->source,         "-lm"};
+    if (with_lanes != NULL) {
+        rest[11] = with_lanes;
+        rest[12] = j->lanes;
+    }
+    stein_status status = run_compiler(j, cc, rest, &code, err);
     free(include);
     if (status == STEIN_OK && code != 0) {
         status = complain(j, name, cc, code, err);
@@ -161,19 +209,21 @@ static stein_status run_compiler(const job *j, const char *name, const char *cc,
     return status;
 }
 
-/* run_compiler in a folder of our own */
+/* the same in a folder of our own */
 static stein_status compile_apart(job *j, const char *name, const char *cc, stein_err *err)
 {
     if (mkdtemp(j->work) == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
     }
     j->fresh = lab__text("%s/equations.so", j->work);
+    j->lanes = lab__text("%s/lanes.o", j->work);
     j->log = lab__text("%s/log", j->work);
-    stein_status status = j->fresh != NULL && j->log != NULL
-                              ? run_compiler(j, name, cc, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    if (j->fresh != NULL && j->log != NULL) {
+    int complete = j->fresh != NULL && j->lanes != NULL && j->log != NULL;
+    stein_status status =
+        complete ? make_object(j, name, cc, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (complete) {
         unlink(j->fresh);
+        unlink(j->lanes);
         unlink(j->log);
     }
     rmdir(j->work);
