@@ -440,7 +440,7 @@ static int is_number(const printer *p, ex e)
 static void print_all(const printer *p, const char *left, ex e)
 {
     int lanes = strcmp(p->type, "double") != 0;
-    text_add(p->x, "    %s = %s", left, lanes ? "stein_all(" : "");
+    text_add(p->x, "    %s = %s", left, lanes ? "STEIN_ALL(" : "");
     if (e == 0) {
         text_add(p->x, "0.0");
     } else {

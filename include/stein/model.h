@@ -25,7 +25,7 @@
  *
  * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
  * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
- * of each of as many simulations, and the file exports `const stein_lanes stein_lanes4_<name>` in
+ * of each of as many simulations, and the file exports `const stein_lanes stein__lanes4_<name>` in
  * place of the descriptor: the same operations in the same order, so the same bits in each lane.
  */
 #ifndef STEIN_MODEL_H
@@ -52,14 +52,11 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #endif
 
 /** The same number in all lanes. */
-static inline stein_real stein_all(double x)
-{
 #if STEIN_LANES == 1
-    return x;
+#define STEIN_ALL(x) (x)
 #else
-    return x - (stein_real){0};
+#define STEIN_ALL(x) ((x) - (stein_real){0})
 #endif
-}
 
 /** One parameter p[i]. */
 typedef struct stein_param {
@@ -307,20 +304,20 @@ typedef struct stein_lanes {
 #ifndef STEIN_ONLY
 #define STEIN_ONLY 0
 #endif
-#define STEIN_LANES_JOIN(width, name) stein_lanes##width##_##name
+#define STEIN_LANES_JOIN(width, name) stein__lanes##width##_##name
 #define STEIN_LANES_NAME(width, name) STEIN_LANES_JOIN(width, name)
 #if STEIN_WIDEST == 8
 #define STEIN_LANES_DECLARE(name) \
-    extern const stein_lanes stein_lanes2_##name, stein_lanes4_##name, stein_lanes8_##name;
-#define STEIN_LANES_OF(name)                                             \
-    {                                                                    \
-        &stein_lanes2_##name, &stein_lanes4_##name, &stein_lanes8_##name \
+    extern const stein_lanes stein__lanes2_##name, stein__lanes4_##name, stein__lanes8_##name;
+#define STEIN_LANES_OF(name)                                                \
+    {                                                                       \
+        &stein__lanes2_##name, &stein__lanes4_##name, &stein__lanes8_##name \
     }
 #elif STEIN_WIDEST == 2
-#define STEIN_LANES_DECLARE(name) extern const stein_lanes stein_lanes2_##name;
-#define STEIN_LANES_OF(name)             \
-    {                                    \
-        &stein_lanes2_##name, NULL, NULL \
+#define STEIN_LANES_DECLARE(name) extern const stein_lanes stein__lanes2_##name;
+#define STEIN_LANES_OF(name)              \
+    {                                     \
+        &stein__lanes2_##name, NULL, NULL \
     }
 #elif STEIN_ONLY > 0
 #define STEIN_LANES_DECLARE(name) extern const stein_lanes STEIN_LANES_NAME(STEIN_ONLY, name);

@@ -202,8 +202,9 @@ stein_status stein_batch_put(stein_batch *b, int i, stein_sim *sim, stein_err *e
         return stein__fail(err, STEIN_EINVAL, "a batch of %d places has none with the number %d",
                            b->n, i);
     }
-    if (sim != NULL && (strcmp(sim->model->equations, b->model->equations) != 0 ||
-                        sim->def.integrator != b->def.integrator)) {
+    if (sim != NULL &&
+        (memcmp(sim->model->equations, b->model->equations, sizeof sim->head->equations) != 0 ||
+         sim->def.integrator != b->def.integrator)) {
         return stein__fail(err, STEIN_EINVAL,
                            "a simulation of \"%s\" cannot go into a batch of \"%s\": equations and "
                            "integrator have to be the same",

@@ -10,6 +10,8 @@
 
 #include "core.h"
 
+#if STEIN_LANES > 1
+
 #include "contact.c"
 #include "forces.c"
 #include "layout.c"
@@ -161,3 +163,5 @@ static void take(const void *wide, int lane, double *q, double *qd, double *qdd,
 
 const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size, make,  put,    ready,
                                             step,        take, trial, outcome};
+
+#endif

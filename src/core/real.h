@@ -231,7 +231,7 @@ static inline mask has_bit(word w, int k)
 /* the same number in all lanes */
 static inline real same(double x)
 {
-    return stein_all(x);
+    return STEIN_ALL(x);
 }
 
 static inline real smaller(real a, real b)

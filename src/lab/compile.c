@@ -18,9 +18,10 @@
 #include <unistd.h>
 
 #include "inner.h"
-#include "lane.h"
 #include "model_header.h"
+#include "stein/batch.h"
 #include "stein/load.h"
+#include "stein/models.h"
 
 enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 16 };
 
@@ -160,7 +161,7 @@ static stein_status run_compiler(const job *j, const char *cc, const char *const
 /* lanes.o, for the processor that this runs on. @return what to tell the other compilation */
 static const char *compile_lanes(const job *j, const char *cc, const char *include)
 {
-    int lanes = stein__processor_lanes(), code = -1;
+    int lanes = stein_batch_width(stein_models[0]), code = -1; // of a built-in one: all there are
     const char *const of_lanes = lanes == 8   ? "-DSTEIN_LANES=8"
                                  : lanes == 4 ? "-DSTEIN_LANES=4"
                                               : "-DSTEIN_LANES=2";
