@@ -34,7 +34,6 @@ enum {
 };
 static const double enough = 0.3;       /* of the objective */
 static const double worth_a_try = 10.0; /* of the objective */
-static const double far = 1.3; /* chi2/dof from which on a fit begins anew, noise stated or not */
 static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
@@ -420,8 +419,7 @@ static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
 /* more than noise is left to a suspect that gains enough to be worth a search */
 static int is_off(const diag *d, const diag__suspect *s)
 {
-    double noise = fit__noise_given(&d->p) ? fmin(1.0 + 2.0 * diag__noise_sd(d), far) : far;
-    return isfinite(s->objective) && s->s.gain > worth_anew && s->s.chi2_dof > noise;
+    return isfinite(s->objective) && s->s.gain > worth_anew && diag__is_off(d, s->s.chi2_dof);
 }
 
 /* without the strays of where it is, and once more when that has brought something */
@@ -458,6 +456,43 @@ static stein_status begin_anew(diag *d, diag__suspect *s, stein_err *err)
         status = status == STEIN_OK ? recall(d, s, err) : status;
     }
     s->begun = 1;
+    return status;
+}
+
+/* is but noise left to the leader, or to the null fit? */
+static int leaves_noise(const diag *d)
+{
+    const diag__suspect *s = &d->suspect[0];
+    int leads = s->s.refitted && isfinite(s->objective);
+    return !diag__is_off(d, leads ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r));
+}
+
+/* those that lead where the strokes begin, from the file's own numbers, until one leaves but noise
+ */
+static stein_status early_ones(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0, ends = 0; status == STEIN_OK && i < d->n && !ends; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (!s->is_early || s->never != NULL || s->G == NULL) {
+            continue;
+        }
+        status = make_room(d, s, err);
+        if (status != STEIN_OK) {
+            break;
+        }
+        if (!s->s.refitted) {
+            memcpy(s->x, d->x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
+            s->objective = INFINITY;
+        }
+        s->x[diag__problem(d, s)->amount] =
+            s->model != NULL ? fmax(s->early, least_amount(s)) : s->early;
+        status = again(d, s, from_the_file, NAN, err);
+        status = status == STEIN_OK ? to_the_end(d, s, err) : status;
+        s->begun = 1;
+        ends = isfinite(s->objective) && !is_off(d, s);
+    }
+    sort(d);
     return status;
 }
 
@@ -501,6 +536,9 @@ stein_status diag__refit(diag *d, stein_err *err)
 {
     stein_status status = from_null(d, err);
     status = status == STEIN_OK ? doubt(d, err) : status;
+    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
+        status = early_ones(d, err);
+    }
     status = status == STEIN_OK ? polish(d, err) : status;
     for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
         status = in_place(d, &changed, err);

@@ -6,6 +6,7 @@
  *   suspects.c    candidates of the mechanism and what each would change
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
+ *   early.c       the same where the strokes begin
  *   refine.c      the best suspects fitted in full
  *   strays.c      single strokes that a fit has lost
  *   parts.c       how much of a part could stand in a leader's place
@@ -43,6 +44,8 @@ typedef struct diag__suspect {
     int ended;              /* the refit has */
     int unknown_J;          /* derivatives of a refit are to be taken first */
     int begun;              /* it was fitted from the file's own numbers, too */
+    int is_early;           /* it leads where the strokes begin, */
+    double early;           /* with this amount, in limits */
     double swap;            /* predicted objective in the leader's place */
     double *start;          /* and unknowns */
 } diag__suspect;
@@ -166,6 +169,12 @@ stein_status diag__refit(diag *d, stein_err *err);
  *  else. @return OK, ENOMEM */
 stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *err);
 
+/* ---- early.c ---- */
+
+/** The suspects that lead where the strokes begin: is_early, early. All else of the search stays
+ * but scores and G, which are to be made anew. @return OK (also when no fit can be made), ENOMEM */
+stein_status diag__look_early(diag *d, stein_err *err);
+
 /* ---- strays.c ---- */
 
 /** chi2 per sample of the stroke in the middle. @param r  of all strokes; room [nstroke] */
@@ -284,6 +293,8 @@ extern const double diag__must_explain; /* share of the misfit beyond noise */
 int diag__spoken(const diag *d);
 /** Are the linear scores at the null fit larger than chance makes them? */
 int diag__is_seen(const diag *d);
+/** Is more than noise left by so much that a search begins anew from other places? */
+int diag__is_off(const diag *d, double chi2_dof);
 /** Standard deviation of chi2/dof where there is nothing but noise. */
 double diag__noise_sd(const diag *d);
 /** Largest chi2/dof of noise that the data state; INFINITY where they do not state it. */

@@ -25,6 +25,7 @@
 
 const double diag__least_gain = 25.0, diag__must_explain = 0.7;
 static const double near = 9.2; /* -2 ln of odds of 1 to 100 */
+static const double far = 1.3;  /* chi2/dof that is more than noise, stated or not */
 static const double by_chance = 0.01;
 static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
 static const double slack = 0.05; /* of chi2/dof */
@@ -94,6 +95,11 @@ static void say_nothing_found(lab_diagnosis *o)
 double diag__noise_sd(const diag *d)
 {
     return sqrt(2.0 / fmax(1.0, d->p.samples - d->p.nu));
+}
+
+int diag__is_off(const diag *d, double chi2_dof)
+{
+    return chi2_dof > (fit__noise_given(&d->p) ? fmin(1.0 + 2.0 * diag__noise_sd(d), far) : far);
 }
 
 double diag__most_noise(const diag *d)
