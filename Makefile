@@ -137,7 +137,7 @@ $(B)/libsteinlab.a: $(LAB_OBJ)
 	@echo "  AR    $@"
 	$(Q)rm -f $@ && $(AR) rcsD $@ $^
 
-$(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c)
+$(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c src/core/elementary.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) -lm
 $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
@@ -147,7 +147,7 @@ $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
-$(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC))
+$(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/elementary.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 # blind tests of the diagnosis: other programs and their files, nothing linked

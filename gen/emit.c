@@ -80,7 +80,7 @@ static void print_expr(text *o, const printer *p, ex e, int level)
     } else if (nd->op >= EX_ADD && nd->op <= EX_DIV) {
         print_binary(o, p, nd, level);
     } else {
-        text_add(o, "%s(", fun[nd->op]);
+        text_add(o, "%s%s(", p->x && nd->op != EX_SQRT ? "f->" : "", fun[nd->op]);
         print_expr(o, p, nd->a, 0);
         text_add(o, ")");
     }
@@ -289,7 +289,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
 {
     printer p = {.x = x, .t = t, .l = l, .g = t->setup};
     ex *out = calloc((size_t)l->n + 1, sizeof *out);
-    int used = 0;
+    int used = 0, turned = 0;
     if (!out) {
         x->failed = 1;
         return;
@@ -299,16 +299,17 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     }
     *ops = ex_count(t->setup, out, l->n);
     if (printer_init(&p, out, l->n) == 0) {
-        text_add(x, "static void setup(const double *p, double *d)\n{\n");
+        text_add(x, "static void setup(const double *p, double *d, const stein_functions *f)\n{\n");
         for (int i = 1; i < p.g->n; i++) {
             char left[80];
             used |= p.uses[i] && p.g->node[i].op == EX_VAR;
+            turned |= p.uses[i] && p.g->node[i].op >= EX_SIN && p.g->node[i].op <= EX_TAN;
             if (p.line[i]) {
                 snprintf(left, sizeof left, "const double %s", p.symbol[i]);
                 print_line(&p, left, i, "");
             }
         }
-        text_add(x, "%s", used ? "" : "    (void)p;\n");
+        text_add(x, "%s%s", used ? "" : "    (void)p;\n", turned ? "" : "    (void)f;\n");
         for (int i = 0; i < l->n; i++) {
             char left[24], what[96];
             snprintf(left, sizeof left, "d[%d]", i);

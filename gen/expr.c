@@ -8,6 +8,8 @@
  */
 #include "expr.h"
 
+#include "elementary.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -450,9 +452,9 @@ void ex_eval(const ex_graph *g, const double *const var[EX_NVAR], const double *
         case EX_MUL: values[i] = a * b; break;
         case EX_DIV: values[i] = a / b; break;
         case EX_NEG: values[i] = -a; break;
-        case EX_SIN: values[i] = sin(a); break;
-        case EX_COS: values[i] = cos(a); break;
-        case EX_TAN: values[i] = tan(a); break;
+        case EX_SIN: values[i] = stein__sin(a); break;
+        case EX_COS: values[i] = stein__cos(a); break;
+        case EX_TAN: values[i] = stein__tan(a); break;
         case EX_SQRT: values[i] = sqrt(a); break;
         }
     }

@@ -336,7 +336,7 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     }
     ref_evaluate(m, &s, &r);
     inverse_of(&r, &s, n, Q);
-    model->setup(p, d);
+    stein_setup(model, p, d);
     stein_turn(model, s.q, sc);
     model->mass_bias(s.q, s.qd, sc, d, s.frc, s.trq, y.M, y.c);
     assert_same("M", y.M, r.M, n * n, 1e-12);
@@ -532,7 +532,7 @@ START_TEST(descriptor_holds_every_part_of_the_file)
     for (int i = 0; i < k->np; i++) {
         p[i] = k->params[i].value;
     }
-    k->setup(p, d);
+    stein_setup(k, p, d);
     check_parts(k, d);
     check_compiled(k, m, &seed);
     free(d);

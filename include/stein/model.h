@@ -31,7 +31,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 3
+#define STEIN_MODEL_ABI 4
 
 /** One parameter p[i]. */
 typedef struct stein_param {
@@ -245,6 +245,11 @@ typedef struct stein_ops {
     int add, mul, neg, div, trig;
 } stein_ops;
 
+/** The elementary functions that equations need: the library's, for the same bits with any libm. */
+typedef struct stein_functions {
+    double (*sin)(double), (*cos)(double), (*tan)(double);
+} stein_functions;
+
 /** The mechanism. */
 typedef struct stein_model {
     int abi; /* STEIN_MODEL_ABI */
@@ -272,8 +277,8 @@ typedef struct stein_model {
     double dt, until;          /* default step and duration [s] */
     stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy;
 
-    /** Derived constants from parameters. p [np] in, d [nd] out. */
-    void (*setup)(const double *p, double *d);
+    /** Derived constants from parameters, p [np] in, d [nd] out: see stein_setup. */
+    void (*setup)(const double *p, double *d, const stein_functions *f);
     /** Mass matrix and nonlinear vector. */
     void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
                       const double *frc, const double *trq, double *M, double *c);

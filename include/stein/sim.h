@@ -185,6 +185,8 @@ int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot);
 
 /* ---- equations ---- */
 
+/** Derived constants d [nd] of parameters p [np]. */
+void stein_setup(const stein_model *model, const double *p, double *d);
 /** sc [2*nq], as the generated functions of a model read it (model.h), at q. */
 void stein_turn(const stein_model *model, const double *q, double *sc);
 /** M [nq*nq], c [nq] at q, qd; frc, trq [3*nq] per body in body axes at the centre of mass, or NULL

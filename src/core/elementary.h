@@ -3,7 +3,7 @@
  *
  * Own ones, so that a motion is the same bits with any libm, and inline, without libm's tables,
  * flags and calls. Each is a reduction to a short interval and a polynomial, almost without
- * branches; what lies outside of a mechanism's range goes to libm.
+ * branches; what lies outside of a mechanism's range is in elementary.c.
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
@@ -12,7 +12,7 @@
  *   log     x = 2^n (1 + f),  log(1 + f) = f - f^2/2 + s (f^2/2 + L(s^2)),  s = f / (2 + f)
  *
  * The minimax coefficients are those of FDLIBM (Sun Microsystems 1993). Errors, as the tests have
- * them: sincos, exp and log 1 ulp, tanh 3 ulp; power() loses what y log x has of 1.
+ * them: 1 ulp, tanh 3 ulp.
  */
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H
@@ -58,20 +58,10 @@ static inline double stein__cosine_rest(double z)
                 z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
 }
 
-/* sine and cosine of an angle outside of that interval */
-static inline void stein__sincos_far(double x, double *s, double *c)
+/* sine and cosine of quadrant pi/2 + r + tail */
+static inline void stein__sincos_turned(double r, double tail, uint64_t quadrant, double *s,
+                                        double *c)
 {
-    if (!(fabs(x) < 1e5)) { // where n pi/2 is no longer exact in its parts
-        *s = sin(x);
-        *c = cos(x);
-        return;
-    }
-    double shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
-    uint64_t quadrant = stein__bits(shifted);
-    double first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
-    double near = first - second;
-    double third = n * 2.02226624879595063154e-21 - ((first - near) - second);
-    double r = near - third, tail = (near - r) - third;
     double z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
     double rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
     double sine = r - (rest - v * stein__sine_cubic);
@@ -79,6 +69,24 @@ static inline void stein__sincos_far(double x, double *s, double *c)
     double a = quadrant & 1 ? cosine : sine, b = quadrant & 1 ? sine : cosine;
     *s = quadrant & 2 ? -a : a;
     *c = (quadrant + 1) & 2 ? -b : b;
+}
+
+/* elementary.c: where n pi/2 is no longer exact in its parts */
+void stein__sincos_huge(double x, double *s, double *c);
+
+/* sine and cosine of an angle outside of that interval */
+static inline void stein__sincos_far(double x, double *s, double *c)
+{
+    if (!(fabs(x) < 1e5)) {
+        stein__sincos_huge(x, s, c);
+        return;
+    }
+    double shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
+    double first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
+    double near = first - second;
+    double third = n * 2.02226624879595063154e-21 - ((first - near) - second);
+    double r = near - third, tail = (near - r) - third;
+    stein__sincos_turned(r, tail, stein__bits(shifted), s, c);
 }
 
 /** Sine and cosine of x. */
@@ -111,11 +119,13 @@ static inline stein__exponent stein__exp_parts(double x)
     return (stein__exponent){power, high, low, r, even};
 }
 
+double stein__exp_end(double x); /* elementary.c: nearly nothing, nearly infinite */
+
 /** e^x. */
 static inline double stein__exp(double x)
 {
     if (!(fabs(x) < 700.0)) {
-        return exp(x);
+        return stein__exp_end(x);
     }
     stein__exponent p = stein__exp_parts(x);
     double c = p.r - p.even; // e^r = 1 + r + r c / (2 - c)
@@ -133,15 +143,12 @@ static inline double stein__tanh(double u)
     return copysign(above / below, u);
 }
 
-/** Natural logarithm of x. */
-static inline double stein__log(double x)
+/* log x + n ln 2 of a normal x */
+static inline double stein__log_of(double x, double n)
 {
-    if (!(x > 1e-300 && x < 1e300)) {
-        return log(x);
-    }
     // 1 + f in sqrt(1/2)..sqrt(2)
     uint64_t bits = stein__bits(x) + 0x00095f6200000000;
-    double n = (double)((int64_t)(bits >> 52) - 1023);
+    n += (double)((int64_t)(bits >> 52) - 1023);
     double f = stein__of_bits((bits & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
     double s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
     double even = w * (3.999999999940941908e-01 +
@@ -153,10 +160,18 @@ static inline double stein__log(double x)
     return n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
 }
 
-/** x^y for x > 0 and moderate y. */
-static inline double stein__power(double x, double y)
+double stein__log_end(double x); /* elementary.c: nearly 0, nearly infinite, no number */
+
+/** Natural logarithm of x. */
+static inline double stein__log(double x)
 {
-    return stein__exp(y * stein__log(x));
+    return x > 1e-300 && x < 1e300 ? stein__log_of(x, 0.0) : stein__log_end(x);
 }
+
+/** In elementary.c: x^y for x > 0; sine, cosine and tangent for who needs only one. */
+double stein__power(double x, double y);
+double stein__sin(double x);
+double stein__cos(double x);
+double stein__tan(double x);
 
 #endif

@@ -164,7 +164,7 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
 static void take_parameters(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    model->setup(sim->p, sim->d);
+    stein_setup(model, sim->p, sim->d);
     stein__tables_prepare(sim);
     stein__pairs_prepare(sim);
     sim->nacting = 0;
@@ -428,6 +428,12 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
 }
 
 /* ---- equations ---- */
+
+void stein_setup(const stein_model *model, const double *p, double *d)
+{
+    static const stein_functions functions = {stein__sin, stein__cos, stein__tan};
+    model->setup(p, d, &functions);
+}
 
 void stein_turn(const stein_model *model, const double *q, double *sc)
 {

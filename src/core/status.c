@@ -74,8 +74,15 @@ static void put_double(out *o, double v)
         put(o, '0');
         return;
     }
-    int e = (int)floor(log10(v));
-    double scaled = floor(v / pow(10.0, e - 8) + 0.5);
+    int e = 0;
+    double scaled = v;
+    for (; scaled >= 10.0; e++) {
+        scaled /= 10.0;
+    }
+    for (; scaled < 1.0; e--) {
+        scaled *= 10.0;
+    }
+    scaled = floor(scaled * 1e8 + 0.5);
     if (scaled >= 1e9) {
         scaled = floor(scaled / 10.0 + 0.5);
         e++;

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "elementary.h"
 #include "reader.h"
 
 enum { MAX_POWER = 60 };
@@ -441,9 +442,9 @@ double mech__evaluate(const mech_step *steps, int nsteps, const double *param)
         case MECH_OP_MUL: *a *= b; break;
         case MECH_OP_DIV: *a /= b; break;
         case MECH_OP_NEG: *a = -*a; break;
-        case MECH_OP_SIN: *a = sin(*a); break;
-        case MECH_OP_COS: *a = cos(*a); break;
-        case MECH_OP_TAN: *a = tan(*a); break;
+        case MECH_OP_SIN: *a = stein__sin(*a); break;
+        case MECH_OP_COS: *a = stein__cos(*a); break;
+        case MECH_OP_TAN: *a = stein__tan(*a); break;
         default: *a = sqrt(*a); break;
         }
     }
