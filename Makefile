@@ -7,7 +7,7 @@ CXX     ?= c++
 AR      ?= ar
 V       ?= 0
 Q       := $(if $(filter 1,$(V)),,@)
-VERSION := 0.1.0
+VERSION := $(shell sed -n 's/^.define STEIN_VERSION "\(.*\)"/\1/p' include/stein/version.h)
 
 B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
 
@@ -22,13 +22,16 @@ OPT  := $(OPT_$(VARIANT))
 # -ffp-contract=off: the same bits with and without fused multiply-add
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
-ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_VERSION='"$(VERSION)"' -Iinclude -I$(B)/include \
+ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
 DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
+# what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
+DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind locales qemu-user gcc-aarch64-linux-gnu \
+               gcc-riscv64-linux-gnu gcc-i686-linux-gnu
 PKGS   := yaml-0.1 gsl check
-ifeq ($(filter help deps clean format format-check,$(MAKECMDGOALS)),)
+ifeq ($(filter help deps deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
@@ -48,11 +51,12 @@ GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
 
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o
-LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o
+LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
+             $(B)/obj/identity_models.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench hidden hidden-readme golden install clean deps format format-check tidy
+.PHONY: help all lib models cli run check bench hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -76,6 +80,10 @@ deps:  ## install the Debian packages that are missing
 	   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN); \
 	   else echo "run: sudo apt-get install $(DEBIAN)"; exit 1; fi; fi
 
+deps-more:  ## install what the long checks need (make identity, fuzz, coverage, tidy)
+	$(Q)if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN_MORE); \
+	 else echo "run: sudo apt-get install $(DEBIAN_MORE)"; exit 1; fi
+
 # ---- rules ----------------------------------------------------------------------------------------
 $(B)/.gitignore:
 	$(Q)mkdir -p $(B) && echo '*' > $@
@@ -93,6 +101,8 @@ $(B)/obj/models/%.o: $(B)/models/%.c
 $(B)/obj/models/builtin.o: $(B)/models/builtin.c $(B)/include/stein/models.h
 	$(compile)
 $(B)/obj/model_header.o: $(B)/model_header.c
+	$(compile)
+$(B)/obj/identity_models.o: $(B)/identity_models.c
 	$(compile)
 
 # the equations of the mechanism files
@@ -125,6 +135,13 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
 	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
+
+# the mechanisms of `stein version --hash`
+$(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitignore
+	$(Q){ echo '#include "identity_models.h"'; \
+	  for m in action:stein1788 pendulum:pendulum; do \
+	    echo "const char *const lab__identity_$${m%:*}[] = {"; \
+	    sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 
 # whatever includes stein/stein.h waits for the list of models
 $(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) bench/bench.c): | $(B)/include/stein/models.h
@@ -183,6 +200,9 @@ $(SUITE_JOBS): suite-%: $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
 	$(Q)STEIN_BUILD=$(B) sh $<
 
+identity: cli  ## the same bits from every compiler, option and processor that is here: a table
+	$(Q)STEIN_BUILD=$(B) sh tests/identity.sh
+
 bench: $(B)/bench  ## cost of evaluations, steps and strokes
 	$(Q)$(B)/bench
 
@@ -213,7 +233,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -39,6 +39,7 @@
  * HEADERS
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
+ *   version.h         identity.h does it compute the same bits?
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies; data.h
  * measured strokes; fit.h parameters from them; diagnose.h the table of physical effects
  * and which of them measured strokes show.
@@ -46,11 +47,13 @@
 #ifndef STEIN_H
 #define STEIN_H
 
+#include "stein/identity.h"
 #include "stein/law.h"
 #include "stein/load.h"
 #include "stein/model.h"
 #include "stein/models.h"
 #include "stein/sim.h"
 #include "stein/status.h"
+#include "stein/version.h"
 
 #endif

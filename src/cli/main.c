@@ -5,10 +5,11 @@
 #include <string.h>
 
 #include "cli.h"
+#include "stein/stein.h"
 
 static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
                                               &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
-                                              &cli_fit,   &cli_diagnose, &cli_plan};
+                                              &cli_fit,   &cli_diagnose, &cli_plan,   &cli_version};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void overview(FILE *stream)
@@ -62,7 +63,7 @@ static int run(int argc, char **argv)
     }
     const char *name = argv[0];
     if (strcmp(name, "--version") == 0) {
-        printf("stein %s\n", STEIN_VERSION);
+        printf("stein %s\n", stein_version());
         return CLI_OK;
     }
     if (strcmp(name, "help") == 0 || strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {

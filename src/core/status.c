@@ -9,6 +9,12 @@
 #include <stddef.h>
 
 #include "core.h"
+#include "stein/version.h"
+
+const char *stein_version(void)
+{
+    return STEIN_VERSION;
+}
 
 const char *stein_status_text(stein_status code)
 {
