@@ -13,14 +13,15 @@ B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
 
 WARN := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -Wmissing-prototypes \
         -Wundef -Wvla -Werror
-# no -fslp-vectorize: two numbers that were just written one by one would be read as a pair, and wait
-# until both stores are through
-OPT_release := -O2 -g -fno-tree-slp-vectorize
+OPT_release := -O2 -g
 OPT_debug   := -O0 -g3
 OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all
 OPT  := $(OPT_$(VARIANT))
-# -ffp-contract=off: the same bits with and without fused multiply-add
-ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) -ffp-contract=off -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
+# The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
+# pairs a difference with a sum it fuses both. Pairs are no gain either: two numbers that were just
+# written one by one would be read as one, and wait until both stores are through.
+EXACT := -ffp-contract=off -fno-tree-slp-vectorize
+ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
@@ -56,7 +57,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
+.PHONY: help all lib models cli run check bench bench-libm hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -174,7 +175,15 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
-$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) -ffp-contract=off"'
+# the core with the platform's libm, for comparison
+$(B)/libm/%.o: src/core/%.c bench/libm.h
+	$(Q)mkdir -p $(@D)
+	$(Q)$(CC) -include bench/libm.h $(ALL_CPPFLAGS) $(ALL_CFLAGS) -c $< -o $@
+$(B)/bench-libm: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a \
+    $(patsubst src/core/%.c,$(B)/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c,$(wildcard src/core/*.c)))
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(YAML_LIBS) $(GSL_LIBS) -lm
+$(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) $(EXACT)"'
 
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, tell where the results are
@@ -205,6 +214,9 @@ identity: cli  ## the same bits from every compiler, option and processor that i
 
 bench: $(B)/bench  ## cost of evaluations, steps and strokes
 	$(Q)$(B)/bench
+
+bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
+	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3

@@ -51,7 +51,7 @@ of_core() {
             source=$1 folder=$2; shift 2
             exec "$@" -c "$source" -o "$folder/$(basename "$source").o"' - {} "$tmp/o" \
             "$cc" -std=c11 -D_POSIX_C_SOURCE=200809L -Iinclude -I"$B/include" -Isrc/core \
-            -ffp-contract=off "$@" &&
+            -ffp-contract=off -fno-tree-slp-vectorize "$@" &&
         "$cc" "$@" "$tmp"/o/*.o -lm -o "$tmp/core" 2>"$tmp/err" || cat "$tmp/err"
     # shellcheck disable=SC2086
     hash "core: $cc $*" "$($runner "$tmp/core")"
@@ -80,6 +80,7 @@ plain() { GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable "$
 whole "stein as it is, libm without fused multiplication" plain
 if [ "${1-}" = quick ]; then
     of_core '' gcc -O0
+    of_core '' gcc -O2 -march=native
     of_core '' clang -O2 -march=native
 else
     for cc in gcc clang; do

@@ -20,6 +20,12 @@
 #include "laws.h"
 #include "stein/sim.h"
 
+#ifdef __FAST_MATH__
+#error \
+    "libstein counts on IEEE arithmetic: without -ffast-math; for the same bits everywhere also \
+-ffp-contract=off -fno-tree-slp-vectorize"
+#endif
+
 enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 
 typedef struct vec2 {

@@ -133,8 +133,18 @@ static stein_status run_compiler(const job *j, const char *name, const char *cc,
          w = strtok_r(NULL, " ", &rest)) {
         argv[n++] = w;
     }
-    char *fixed[] = {"-std=c11", "-O2",    "-ffp-contract=off", "-fPIC", "-shared", include,
-                     "-o",       j->fresh, j->source,           "-lm",   NULL};
+    char *fixed[] = {"-std=c11",
+                     "-O2",
+                     "-ffp-contract=off",
+                     "-fno-tree-slp-vectorize",
+                     "-fPIC",
+                     "-shared",
+                     include,
+                     "-o",
+                     j->fresh,
+                     j->source,
+                     "-lm",
+                     NULL};
     memcpy(argv + n, fixed, sizeof fixed);
 
     int code = 0;
