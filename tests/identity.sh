@@ -20,7 +20,7 @@ hash() {
     builds=$((builds + 1))
     mark=
     : "${core:=$2}"
-    [ "$2" = "$core" ] || mark=' DIFFERENT'
+    [ -n "$2" ] && [ "$2" = "$core" ] || mark=' DIFFERENT'
     if [ $# -gt 2 ]; then
         : "${sweep:=$3}" "${fit:=$4}"
         [ "$3" = "$sweep" ] && [ "$4" = "$fit" ] || mark=' DIFFERENT'
@@ -33,8 +33,8 @@ whole() {
     name=$1
     shift
     "$@" version --hash >"$tmp/out" 2>"$tmp/err" || cat "$tmp/err"
-    # shellcheck disable=SC2046
-    hash "$name" $(awk '$1 == "core" || $1 == "sweep" || $1 == "fit" {print $2}' "$tmp/out")
+    part() { sed -n "s/^$1 *//p" "$tmp/out"; }
+    hash "$name" "$(part core)" "$(part sweep)" "$(part fit)"
 }
 # of_core RUNNER CC FLAG...: RUNNER may be empty, words separated by blanks
 of_core() {

@@ -113,7 +113,7 @@ static void hash_event(void *ctx, stein_sim *sim, const stein_event *event)
 {
     hasher *h = ctx;
     add(h, event->time);
-    add(h, event->kind + 16.0 * event->index + 4096.0 * event->phase);
+    add(h, (double)((int)event->kind + 16 * event->index + 4096 * event->phase));
     hash_state(h, sim);
 }
 
