@@ -133,8 +133,12 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
 size_t stein_state_size(const stein_sim *sim);
 void stein_save(const stein_sim *sim, void *block);
 /** Continue from a saved state, bit for bit, in any simulation of the same model (parameters,
- *  inputs and hooks are not part of it). @return OK, EINVAL (block of another model) */
+ *  inputs and hooks are not part of it). The block carries its format, model, size and a checksum.
+ *  @return OK; EINVAL with the state unchanged: block of another format, model or size, damaged, or
+ *  no state */
 stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err);
+/** The same for a block from outside, of which only `size` bytes are there. */
+stein_status stein_restore_from(stein_sim *sim, const void *block, size_t size, stein_err *err);
 
 /* ---- events ---- */
 

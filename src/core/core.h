@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * core.h - what the files of the core share. Not installed.
  *
- *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
+ *   sim.c       create, parameters                       settle.c   static equilibrium, reset
+ *   state.c     the state as a block
  *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
  *   contact.c   spots: where and how deep                adapt.c    steps of controlled error
  *   touch.c     forces of all that touches and rubs
@@ -73,7 +74,10 @@ typedef struct site {
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
 typedef struct state_head {
+    char format[8];
     char equations[16]; /* whose state it is */
+    uint64_t size;      /* of the whole block [bytes] */
+    uint64_t sum;       /* of the rest of it; only in what stein_save writes */
     double t;           /* [s] */
     double t0;          /* origin of the step grid: step k ends at t0 + k dt */
     long long step;     /* steps since t0 */
@@ -160,6 +164,9 @@ stein_status stein__fail(stein_err *err, stein_status code, const char *format, 
  * branches of the tree, overwritten; inverse [nq], of the pivots, is workspace. Returns -1, or the
  * index of a joint whose pivot vanishes. */
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
+
+/* state.c: the block without a state, but as that of this model */
+void stein__state_clear(stein_sim *sim);
 
 /* touch.c: where the numbers of all pairs are, once for a simulation */
 void stein__gather(stein_sim *sim);

@@ -302,8 +302,7 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
 stein_status stein_reset(stein_sim *sim, stein_err *err)
 {
     const stein_model *model = sim->model;
-    memset(sim->state, 0, sim->state_size);
-    memcpy(sim->head->equations, model->equations, sizeof sim->head->equations);
+    stein__state_clear(sim);
     sim->head->load_present = 1;
     sim->eq = sim->eqd = -1.0;
     sim->fresh = STALE;
@@ -353,28 +352,6 @@ const double *stein_qd(const stein_sim *sim)
 const double *stein_qdd(stein_sim *sim)
 {
     return stein__refresh(sim, NULL) == STEIN_OK ? sim->qdd : NULL;
-}
-
-size_t stein_state_size(const stein_sim *sim)
-{
-    return sim->state_size;
-}
-
-void stein_save(const stein_sim *sim, void *block)
-{
-    memcpy(block, sim->state, sim->state_size);
-}
-
-stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err)
-{
-    if (memcmp(block, sim->head->equations, sizeof sim->head->equations) != 0) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "the saved state belongs to another model than \"%s\"",
-                           sim->model->name);
-    }
-    memcpy(sim->state, block, sim->state_size);
-    sim->fresh = STALE;
-    return STEIN_OK;
 }
 
 void stein_load_lift(stein_sim *sim)
