@@ -16,6 +16,7 @@ WARN := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -Wmis
 OPT_release := -O2 -g
 OPT_debug   := -O0 -g3
 OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all
+OPT_fuzz    := -O2 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 OPT  := $(OPT_$(VARIANT))
 # The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
 # pairs a difference with a sum it fuses both. Pairs are no gain either: two numbers that were just
@@ -57,7 +58,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench bench-libm hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
+.PHONY: help all lib models cli run check bench bench-libm fuzz hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -145,7 +146,7 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 	    sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 
 # whatever includes stein/stein.h waits for the list of models
-$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) bench/bench.c): | $(B)/include/stein/models.h
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c) bench/bench.c): | $(B)/include/stein/models.h
 
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
@@ -172,6 +173,15 @@ $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/ele
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
+# fuzz targets: with libFuzzer (VARIANT=fuzz, clang), and as programs that are fed kept files
+FUZZ := mechanism csv state journal set
+FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
+$(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) -fsanitize=fuzzer $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+$(FUZZ:%=$(B)/replay-%): $(B)/replay-%: $(B)/obj/tests/fuzz/%.o $(call obj,tests/fuzz/replay.c) $(FUZZ_WITH)
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
@@ -199,7 +209,8 @@ SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
 check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden \
+	  $(FUZZ:%=$(B)/replay-%)
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -217,6 +228,11 @@ bench: $(B)/bench  ## cost of evaluations, steps and strokes
 
 bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
+
+SECONDS ?= 60
+fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=fuzz CC=clang $(FUZZ:%=build-fuzz/fuzz-%)
+	$(Q)sh tests/fuzz.sh $(SECONDS)
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
@@ -242,10 +258,10 @@ install: all  ## install library, headers, programs, models and stein.pc under P
 	$(Q)sed 's/@VERSION@/$(VERSION)/' src/load/stein.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/stein.pc
 
 clean:  ## remove everything that was built
-	$(Q)rm -rf build build-debug build-san
+	$(Q)rm -rf build build-debug build-san build-fuzz
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -50,6 +50,10 @@ static void add_problem(mech__reader *rd, int line, int column, const char *form
     } else {
         text = mech__print(rd, "%s: %s", rd->file, what);
     }
+    for (char *c = text; c && *c;
+         c++) { // of names, units and the file's own name: one line of text
+        *c = (unsigned char)*c < ' ' || *c == 127 ? '?' : *c;
+    }
     if (text) {
         rd->problems[rd->nproblem].line = line;
         rd->problems[rd->nproblem].column = column;
