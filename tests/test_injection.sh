@@ -37,7 +37,7 @@ a|touch INJECTED
 a&amp;
 a/../../b
 ../../INJECTED
-a.b
+a..b
 a b
 a-b
 int

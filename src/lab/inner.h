@@ -32,6 +32,14 @@ char *lab__text(const char *format, ...);
 
 /* ---- output.c ---- */
 
+/** A text that may come from anywhere (a file's name, a word of the command line) as part of one
+ *  line: control characters become "?". @return text */
+char *lab__one_line(char *text);
+/** The same written in full, with a newline; for control characters blanks. */
+void lab__put_line(FILE *f, const char *text);
+enum { LAB_SHOWN = 260 };
+/** The same as a copy, cut where it is longer than a file's name. @param to [LAB_SHOWN] */
+const char *lab__shown(char *to, const char *text);
 enum { LAB_NUMBER = 32 };
 /** The shortest decimal that reads back as exactly this double; a point whatever the locale.
  *  @param text  [LAB_NUMBER] out, returned */

@@ -17,6 +17,28 @@
 
 #include "inner.h"
 
+char *lab__one_line(char *text)
+{
+    for (char *c = text; *c != '\0'; c++) {
+        *c = (unsigned char)*c < ' ' || *c == 127 ? '?' : *c;
+    }
+    return text;
+}
+
+void lab__put_line(FILE *f, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        putc((unsigned char)*text < ' ' ? ' ' : *text, f);
+    }
+    putc('\n', f);
+}
+
+const char *lab__shown(char *to, const char *text)
+{
+    snprintf(to, LAB_SHOWN, "%s", text);
+    return lab__one_line(to);
+}
+
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...)
 {
     if (err != NULL) {
@@ -24,6 +46,7 @@ stein_status lab__fail(stein_err *err, stein_status code, const char *format, ..
         va_start(list, format);
         vsnprintf(err->msg, sizeof err->msg, format, list);
         va_end(list);
+        lab__one_line(err->msg);
         err->code = code;
     }
     return code;

@@ -66,22 +66,13 @@ static uint64_t hash_values(const sweep *s)
     return hash;
 }
 
-/* one line whatever the text */
-static void put_line(FILE *f, const char *text)
-{
-    for (; *text != '\0'; text++) {
-        putc((unsigned char)*text < 0x20 ? ' ' : *text, f);
-    }
-    putc('\n', f);
-}
-
 static void write_sets(FILE *f, const sweep *s)
 {
     for (int i = 0; i < s->def->nset; i++) {
         const char *set = s->def->set[i];
         int length = (int)strcspn(set, "=");
         fprintf(f, "# set %.*s: ", length, set);
-        put_line(f, set[length] == '=' ? set + length + 1 : "");
+        lab__put_line(f, set[length] == '=' ? set + length + 1 : "");
     }
 }
 
