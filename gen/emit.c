@@ -261,7 +261,7 @@ static int recombined(const tree *t, const char *symbol, text *o)
 
 /** What a constant is, for comments: in words, or its formula over parameter names; cut to `room`.
  */
-static void describe(const tree *t, const layout *l, ex node, int room, char out[96])
+static void describe(text *x, const tree *t, const layout *l, ex node, int room, char out[96])
 {
     text o;
     printer p = {.t = t, .l = l, .g = t->setup};
@@ -279,6 +279,7 @@ static void describe(const tree *t, const layout *l, ex node, int room, char out
         }
         print_expr(&o, &p, node, 0);
     }
+    x->failed |= !p.symbol || o.failed;
     int cut = o.n > (size_t)room;
     snprintf(out, 96, "%.*s%s", cut ? room - 4 : room, o.s ? o.s : "", cut ? " ..." : "");
     free(o.s);
@@ -297,7 +298,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     for (int i = 0; i < l->n; i++) {
         out[i] = l->slot[i].node;
     }
-    *ops = ex_count(t->setup, out, l->n);
+    x->failed |= ex_count(t->setup, out, l->n, ops) != 0;
     if (printer_init(&p, out, l->n) == 0) {
         text_add(x, "static void setup(const double *p, double *d, const stein_functions *f)\n{\n");
         for (int i = 1; i < p.g->n; i++) {
@@ -313,7 +314,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
         for (int i = 0; i < l->n; i++) {
             char left[24], what[96];
             snprintf(left, sizeof left, "d[%d]", i);
-            describe(t, l, out[i], 70, what);
+            describe(x, t, l, out[i], 70, what);
             print_line(&p, left, out[i],
                        i < l->equations      ? l->slot[i].legend
                        : p.symbol[out[i]][0] ? what
@@ -364,7 +365,7 @@ static void print_constants(const printer *p)
         char line[96], what[96];
         if (node[i]) {
             int n = snprintf(line, sizeof line, "const double %s = d[%d];", p->symbol[node[i]], i);
-            describe(p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
+            describe(p->x, p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
             text_add(p->x, "    %s", line);
             text_quiet(p->x, " /* %s */", what);
             text_add(p->x, "\n");

@@ -413,12 +413,12 @@ static int times_output(ex a, const ex *outputs, int noutput)
     return times;
 }
 
-stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
+int ex_count(const ex_graph *g, const ex *outputs, int noutput, stein_ops *count)
 {
     stein_ops ops = {0, 0, 0, 0, 0};
     int *uses = malloc((size_t)g->n * sizeof *uses);
     if (!uses) {
-        return ops;
+        return -1;
     }
     ex_reach(g, outputs, noutput, uses);
     for (int i = 0; i < g->n; i++) {
@@ -433,7 +433,8 @@ stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
         ops.neg += op == EX_NEG && uses[i] > times_output(i, outputs, noutput);
     }
     free(uses);
-    return ops;
+    *count = ops;
+    return 0;
 }
 
 void ex_eval(const ex_graph *g, const double *const var[EX_NVAR], const double *constants,

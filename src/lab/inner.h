@@ -45,6 +45,10 @@ enum { LAB_NUMBER = 32 };
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
 
+/** End a text that was written with open_memstream. @param text  freed and NULL on failure
+ *  @return OK, ENOMEM */
+stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
+
 /** A file that appears whole or not at all: written beside its place, then renamed. Devices, pipes
  *  and "-" (standard output) are written directly. */
 typedef struct lab__file {

@@ -67,6 +67,18 @@ char *lab__text(const char *format, ...)
     return text;
 }
 
+stein_status lab__text_close(FILE *stream, char **text, stein_err *err)
+{
+    int bad = ferror(stream); // a text that could not grow has lost its end
+    bad |= fclose(stream) != 0;
+    if (!bad && *text != NULL) {
+        return STEIN_OK;
+    }
+    free(*text);
+    *text = NULL;
+    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
 char *lab__number(char *text, double value)
 {
     if (!isfinite(value)) {

@@ -126,7 +126,8 @@ static stein_status make_table(sweep *s, stein_err *err)
         return no_memory(err);
     }
     write_head(f, s);
-    stein_status status = fclose(f) == 0 ? lab__table_new(&s->table, head, err) : no_memory(err);
+    stein_status status = lab__text_close(f, &head, err);
+    status = status == STEIN_OK ? lab__table_new(&s->table, head, err) : status;
     free(head);
     return status;
 }
@@ -216,7 +217,7 @@ static stein_status run_point(void *ctx, int point, stein_sim *sim, stein_status
         return no_memory(err);
     }
     write_row(f, s, point, status, &stroke, sim);
-    status = fclose(f) == 0 ? STEIN_OK : no_memory(err);
+    status = lab__text_close(f, &row, err);
     if (status == STEIN_OK && s->has_journal) {
         status = lab__journal_add(&s->journal, row, err);
     }

@@ -25,8 +25,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     }
     must(problems == 0, "what is accepted has no problems");
-    gen_result r;
-    if (m->nbody <= 6 && gen_equations(&r, m, &err) == STEIN_OK) {
+    gen_result r; // of some: it takes longer than everything else
+    if (size % 8 == 0 && m->nbody <= 3 && gen_equations(&r, m, &err) == STEIN_OK) {
         must(strlen(r.source) == r.size, "the source is one text");
         gen_free(&r);
     }

@@ -389,9 +389,8 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
         qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
         write_body(f, &p);
     }
-    if (fclose(f) != 0 && status == STEIN_OK) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    stein_status closed = lab__text_close(f, &patched, status == STEIN_OK ? err : NULL);
+    status = status == STEIN_OK ? closed : status;
     status = status == STEIN_OK ? check(patched, npatched, &p, m, m->file, err) : status;
     free(p.list);
     if (status != STEIN_OK) {
