@@ -69,7 +69,12 @@ static stein_status copy_to(const char *from, const char *path, stein_err *err)
         while ((n = fread(block, 1, sizeof block, in)) > 0) {
             fwrite(block, 1, n, file.stream);
         }
-        status = lab__file_close(&file, !ferror(in), err);
+        int whole = !ferror(in);
+        status = lab__file_close(&file, whole, err);
+        if (!whole) {
+            status =
+                lab__fail(err, STEIN_EIO, "%s cannot be written: %s cannot be read", path, from);
+        }
     }
     fclose(in);
     return status;
