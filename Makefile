@@ -146,7 +146,7 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 	    sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 
 # whatever includes stein/stein.h waits for the list of models
-$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c) bench/bench.c): | $(B)/include/stein/models.h
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c) bench/bench.c): | $(B)/include/stein/models.h
 
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
@@ -173,6 +173,10 @@ $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/ele
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
+# the program under a locale that is not "C"
+$(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
 # every allocation made to fail
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
@@ -214,7 +218,7 @@ JOBS ?= $(shell nproc)
 
 check: deps  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden \
-	  $(FUZZ:%=$(B)/replay-%) $(B)/faults
+	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -265,7 +269,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san build-fuzz
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] tests/faults/*.c bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] tests/faults/*.c tests/locale/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -17,6 +17,7 @@
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
 
+#include <locale.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -49,11 +50,17 @@ char *lab__number(char *text, double value);
  *  @return OK, ENOMEM */
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
 
+/** Numbers with a point for this thread, whatever the host's locale. @return what it had, for
+ *  lab__as_before; 0: no memory, and nothing has changed */
+locale_t lab__plain(void);
+void lab__as_before(locale_t before);
+
 /** A file that appears whole or not at all: written beside its place, then renamed. Devices, pipes
  *  and "-" (standard output) are written directly. */
 typedef struct lab__file {
     FILE *stream;
     char *path, *temporary; /* temporary NULL: written directly */
+    locale_t before;        /* of this thread; between open and close it is "C" */
 } lab__file;
 stein_status lab__file_open(lab__file *file, const char *path, stein_err *err);
 /** Put the file in its place, or with keep = 0 drop it. @return OK, EIO */

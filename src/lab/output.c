@@ -103,6 +103,19 @@ char *lab__number(char *text, double value)
     return text;
 }
 
+locale_t lab__plain(void)
+{
+    locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    return c != (locale_t)0 ? uselocale(c) : (locale_t)0;
+}
+
+void lab__as_before(locale_t before)
+{
+    if (before != (locale_t)0) {
+        freelocale(uselocale(before));
+    }
+}
+
 int lab__is_stdout(const char *path)
 {
     return strcmp(path, "-") == 0 || strcmp(path, "/dev/stdout") == 0;
@@ -157,7 +170,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
 {
     struct stat st;
     int exists = stat(path, &st) == 0;
-    lab__file f = {NULL, NULL, NULL};
+    lab__file f = {.stream = NULL};
     if (exists && S_ISDIR(st.st_mode)) {
         return cannot_write(err, path, EISDIR);
     }
@@ -183,6 +196,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
         free(f.path);
         return cannot_write(err, path, cause);
     }
+    f.before = lab__plain();
     *file = f;
     return STEIN_OK;
 }
@@ -190,6 +204,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
 {
     int bad = ferror(file->stream);
+    lab__as_before(file->before);
     int cause = bad ? EIO : 0;
     if (fclose(file->stream) != 0) {
         cause = errno;
@@ -203,7 +218,7 @@ stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
     stein_status status = cause != 0 && keep ? cannot_write(err, file->path, cause) : STEIN_OK;
     free(file->path);
     free(file->temporary);
-    *file = (lab__file){NULL, NULL, NULL};
+    *file = (lab__file){.stream = NULL};
     return status;
 }
 

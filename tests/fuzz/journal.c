@@ -19,13 +19,22 @@ static unsigned long crc32(const char *text, size_t n)
     return crc ^ 0xffffffffu;
 }
 
+/* a million points are allowed, and take a second: no use here */
+static int is_large(const char *line)
+{
+    const char *count = strrchr(line, ':');
+    return strstr(line, "vary") != NULL && count != NULL && strtol(count + 1, NULL, 10) > 5000;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char line[LINE], *text = NULL;
     size_t length = 0;
     FILE *f = open_memstream(&text, &length);
     must(f != NULL, "there is memory");
+    int large = 0;
     while (fuzz_line(&data, &size, line, sizeof line)) {
+        large |= is_large(line);
         if (line[0] == '!') {
             fprintf(f, "%s\n", line + 1);
         } else {
@@ -33,6 +42,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         }
     }
     fclose(f);
+    if (large) {
+        free(text);
+        return 0;
+    }
     const char *path[] = {fuzz_file(text, length)};
     lab_table *table = NULL;
     stein_err err = {STEIN_OK, ""};
