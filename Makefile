@@ -58,7 +58,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench bench-libm fuzz hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
+.PHONY: help all lib models cli run check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean deps deps-more format format-check tidy
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -241,6 +241,16 @@ SECONDS ?= 60
 fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=fuzz CC=clang $(FUZZ:%=build-fuzz/fuzz-%)
 	$(Q)sh tests/fuzz.sh $(SECONDS)
+
+SOAK ?= 170
+soak: deps  ## hours of the same: 1e5 random regulations, 1000 kills, all faults, all builds, all fuzz targets
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
+	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=wrong $(B)/check
+	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_sweep.sh
+	$(Q)for call in create read problems generate open strike drive vary merge data fit; do \
+	  $(B)/faults $$call | tail -n 2 || exit 1; done
+	$(Q)$(MAKE) --no-print-directory identity
+	$(Q)$(MAKE) --no-print-directory fuzz SECONDS=$(SECONDS)
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3

@@ -116,6 +116,12 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
 /** Largest component of Dormand-Prince's embedded error estimate of the last (sub-)step, over q
  *  [rad or m] and over qd [rad/s or m/s]. @return OK, EINVAL (integrator is RK4, or no step yet) */
 stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err);
+/** How fast the fastest contact moves by itself in the current state, by its stiffness, damping or
+ *  friction and the masses behind it [1/s]. Steps have to be shorter than 1/rate to follow it.
+ *  Changes nothing; costs some evaluations.
+ *  @param index  out: the contact, or ncontact + the index of a notch; untouched when nothing
+ *  touches  @return rate; 0 when nothing touches */
+double stein_stiffest(stein_sim *sim, int *index);
 /** Take the free load away at once, or know whether it is there. Models without load: no effect. */
 void stein_load_lift(stein_sim *sim);
 int stein_load_present(const stein_sim *sim);

@@ -2,7 +2,7 @@
  * core.h - what the files of the core share. Not installed.
  *
  *   sim.c       create, parameters                       settle.c   static equilibrium, reset
- *   state.c     the state as a block
+ *   state.c     the state as a block                     blame.c    why a motion ended
  *   dynamics.c  (t, q, qd) -> qdd and all forces         step.c     RK4, DP5, located events
  *   contact.c   spots: where and how deep                adapt.c    steps of controlled error
  *   touch.c     forces of all that touches and rubs
@@ -240,6 +240,11 @@ unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 /* dynamics.c */
 stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
                              double *qdd, stein_err *err);
+/* the wrenches of all bodies into Q */
+void stein__wrenches_to_joints(stein_sim *sim);
+/* M x = b with sim->M, which may be overwritten; b becomes x. @return -1, or a joint whose pivot
+ * vanishes */
+int stein__solved(stein_sim *sim, double *b);
 void stein__guards(stein_sim *sim, const double *q, double *guard);
 double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
@@ -266,6 +271,11 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end);
 void stein__accept(stein_sim *sim, double t1);
 /* switch what crossed[] marks, and tell */
 void stein__flip_crossed(stein_sim *sim);
+
+/* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a
+ * signal or hook without a number, a contact that is too stiff, and what it needs. Returns code. */
+stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,
+                          stein_err *err);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);

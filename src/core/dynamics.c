@@ -50,7 +50,7 @@ void stein__place_driven(stein_sim *sim)
 
 /* The wrenches of the bodies to the joints, from the leaves to the root, in fixed axes. A plane
  * moment counted from +x towards +z is a moment about -y. */
-static void wrenches_to_joints(stein_sim *sim)
+void stein__wrenches_to_joints(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int i = model->nframe - 1; i >= 0; i--) {
@@ -202,7 +202,7 @@ static void forces(stein_sim *sim, double t)
     link_forces(sim);
     input_forces(sim);
     joint_forces(sim);
-    wrenches_to_joints(sim);
+    stein__wrenches_to_joints(sim);
     if (sim->on_force != NULL) {
         sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);
     }
@@ -251,6 +251,13 @@ static void prescribe(int n, double *M, double *b, int j, double value)
     b[j] = value;
 }
 
+int stein__solved(stein_sim *sim, double *b)
+{
+    const stein_model *model = sim->model;
+    return model->solve != NULL ? model->solve(sim->M, b)
+                                : stein__solve(model->nq, sim->parent, sim->M, b, sim->inverse);
+}
+
 stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
                              double *qdd, stein_err *err)
 {
@@ -269,11 +276,11 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
             prescribe(nq, sim->M, qdd, j, by >= 0 ? sim->ustate[3 * by + 2] : 0.0);
         }
     }
-    int bad = model->solve != NULL ? model->solve(sim->M, qdd)
-                                   : stein__solve(nq, sim->parent, sim->M, qdd, sim->inverse);
+    int bad = stein__solved(sim, qdd);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
-                           "the mass matrix is singular at joint \"%s\", t = %g s",
+                           "the mass matrix is singular at joint \"%s\", t = %g s: what it carries "
+                           "needs a mass or an inertia > 0",
                            model->bodies[bad].name, t);
     }
     return STEIN_OK;
