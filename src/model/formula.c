@@ -356,6 +356,7 @@ static int stack_depth(const mech_step *steps, int n)
     int depth = 0, most = 0;
 
     for (int i = 0; i < n; i++) {
+        // cppcheck-suppress uninitvar ; as many as n says are there
         if (steps[i].op == MECH_OP_CONST || steps[i].op == MECH_OP_PARAM) {
             depth++;
         } else if (steps[i].op <= MECH_OP_DIV) {
