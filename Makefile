@@ -7,7 +7,8 @@ CXX     ?= c++
 AR      ?= ar
 V       ?= 0
 Q       := $(if $(filter 1,$(V)),,@)
-VERSION := $(shell sed -n 's/^.define STEIN_VERSION "\(.*\)"/\1/p' include/stein/version.h)
+VERSION := $(shell sed -n 's/^.define STEIN_VERSION *"\(.*\)"/\1/p' include/stein/version.h)
+RELEASED := 2026-11-21
 
 B := $(if $(filter release,$(VARIANT)),build,build-$(VARIANT))
 
@@ -21,23 +22,33 @@ OPT  := $(OPT_$(VARIANT))
 # The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
 # pairs a difference with a sum it fuses both. Pairs are no gain either: two numbers that were just
 # written one by one would be read as one, and wait until both stores are through.
-EXACT := -ffp-contract=off -fno-tree-slp-vectorize
+# -fno-math-errno: a square root is an instruction, and nothing is said in errno
+EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study
-ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -Iinclude -I$(B)/include \
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page
+ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev check gnuplot-nox parallel
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev check gnuplot-nox parallel
+PKGS   := yaml-0.1 gsl expat check
+TOOLS  := gnuplot parallel
+# what `make check` uses besides; a test without its tool is skipped and says so
+DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy
+TOOLS_CHECK  := cmake man mandoc lv2apply
+# what `stein page` compiles with, and what the tests of its pages run them with
+DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
+TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
 DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind locales qemu-user gcc-aarch64-linux-gnu \
                gcc-riscv64-linux-gnu gcc-i686-linux-gnu
-PKGS   := yaml-0.1 gsl check
-ifeq ($(filter help deps deps-more clean format format-check,$(MAKECMDGOALS)),)
+ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
 GSL_LIBS   = $(shell pkg-config --libs gsl)
+XML_LIBS   = $(shell pkg-config --libs expat)
+LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS)
 CHECK_LIBS = $(shell pkg-config --libs check)
 
 # ---- sources --------------------------------------------------------------------------------------
@@ -54,11 +65,12 @@ GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
-             $(B)/obj/identity_models.o
+             $(B)/obj/page_files.o $(B)/obj/identity_models.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean deps deps-more format format-check tidy analyze coverage
+.PHONY: help all lib models cli run check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean \
+        deps deps-check deps-page deps-more format format-check tidy analyze coverage
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -68,19 +80,27 @@ models: $(GENERATED)  ## generate the equations of models/*.yaml
 cli: $(B)/stein $(B)/steingen  ## the two programs
 
 help:  ## this list
-	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile packaging/install.mk | expand -t 16
 	@echo '  VARIANT=release|debug|san   V=1 (show commands)   PREFIX=/usr/local   TESTS=name (one suite)'
 
 ifneq ($(MISSING),)
 $(info missing: $(MISSING) - run: apt-get install $(DEBIAN)   or: make deps)
 endif
 
+# install packages $(2) when a library or one of the tools $(1) is missing
+need = missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
+ for t in $(1); do command -v $$t >/dev/null 2>&1 || missing=1; done; \
+ if [ -n "$$missing" ]; then \
+   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(2); \
+   else echo "run: sudo apt-get install $(2)"; exit 1; fi; fi
 deps:  ## install the Debian packages that are missing
-	$(Q)missing=; for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || missing=1; done; \
-	 command -v gnuplot >/dev/null 2>&1 && command -v parallel >/dev/null 2>&1 || missing=1; \
-	 if [ -n "$$missing" ]; then \
-	   if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN); \
-	   else echo "run: sudo apt-get install $(DEBIAN)"; exit 1; fi; fi
+	$(Q)$(call need,$(TOOLS),$(DEBIAN))
+deps-check: deps  ## and those that the tests use, where they can be had
+	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_CHECK)),$(DEBIAN_CHECK))) || echo "tests that use them are skipped"
+	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_PAGE)),$(DEBIAN_PAGE))) || echo "pages are not tested"
+
+deps-page:  ## install what `stein page` and the tests of its pages need
+	$(Q)$(call need,$(TOOLS_PAGE),$(DEBIAN_PAGE))
 
 deps-more:  ## install what the long checks need (make identity, fuzz, coverage, tidy)
 	$(Q)if [ "$$(id -u)" = 0 ]; then apt-get update -qq && apt-get install -y -qq $(DEBIAN_MORE); \
@@ -144,6 +164,21 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 	  for m in action:stein1788 pendulum:pendulum; do \
 	    echo "const char *const lab__identity_$${m%:*}[] = {"; \
 	    sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' models/$${m#*:}.yaml; echo '    0};'; done; } > $@
+# Files of the project that the program `stein` carries as text, line by line: what a page is made
+# of, and the sources that are compiled into it (it has one thread).
+# embed LIST FILES: the array LIST of all FILES
+PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
+PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c,$(wildcard src/core/*.[ch])) src/page/shim.c \
+              $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
+embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
+	  sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/' $$f; echo '    0};'; done; \
+	  echo "const page__source page__$(1)[] = {"; \
+	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
+$(B)/page_files.c: $(PAGE_FILES) $(PAGE_CORE) Makefile | $(B)/.gitignore
+	$(Q){ echo '#include "page.h"'; $(call embed,page_files,$(PAGE_FILES)); \
+	  $(call embed,core_files,$(PAGE_CORE)); } > $@
+$(B)/obj/page_files.o: $(B)/page_files.c
+	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
 $(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c) bench/bench.c): | $(B)/include/stein/models.h
@@ -161,10 +196,10 @@ $(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c s
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) -lm
 $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm
 $(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(LAB_LIBS) -lm -pthread
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/elementary.c)
 	@echo "  LD    $@"
@@ -176,23 +211,23 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 # the program under a locale that is not "C"
 $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # every allocation made to fail
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # fuzz targets: with libFuzzer (VARIANT=fuzz, clang), and as programs that are fed kept files
 FUZZ := mechanism csv state journal set
-FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
+FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 $(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) -fsanitize=fuzzer $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) -fsanitize=fuzzer $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 $(FUZZ:%=$(B)/replay-%): $(B)/replay-%: $(B)/obj/tests/fuzz/%.o $(call obj,tests/fuzz/replay.c) $(FUZZ_WITH)
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 $(B)/bench: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) -lm
 # the core with the platform's libm, for comparison
 $(B)/libm/%.o: src/core/%.c bench/libm.h
 	$(Q)mkdir -p $(@D)
@@ -200,24 +235,25 @@ $(B)/libm/%.o: src/core/%.c bench/libm.h
 $(B)/bench-libm: $(call obj,bench/bench.c) $(B)/libsteinlab.a $(B)/libstein.a \
     $(patsubst src/core/%.c,$(B)/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c,$(wildcard src/core/*.c)))
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(YAML_LIBS) $(GSL_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) -lm
 $(B)/obj/bench/bench.o: ALL_CPPFLAGS += -DBENCH_FLAGS='"$(CC) $(OPT) $(EXACT)"'
 
 # ---- jobs -----------------------------------------------------------------------------------------
-run: deps  ## build, strike once, compare with the paper, diagnose strokes, tell where the results are
+run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where
 	$(Q)$(MAKE) --no-print-directory all
 	$(Q)mkdir -p $(B)/run
 	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
 	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
 	$(Q)$(B)/stein diagnose models/stein1788.yaml models/strokes/*.csv -o $(B)/run/diagnosis
+	$(Q)$(B)/stein page models/stein1788.yaml -o $(B)/run/page.html || echo "no page: run make deps-page"
 
 # every suite of tests/suites.h and every tests/test_*.sh is a job of its own
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
-check: deps  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/reality $(B)/hidden \
+check: deps-check  ## build and run every test
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden \
 	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
@@ -231,8 +267,11 @@ $(SCRIPT_JOBS): script-%: tests/test_%.sh
 identity: cli  ## the same bits from every compiler, option and processor that is here: a table
 	$(Q)STEIN_BUILD=$(B) sh tests/identity.sh
 
-bench: $(B)/bench  ## cost of evaluations, steps and strokes
+bench: $(B)/bench $(B)/stein  ## cost of evaluations, steps and strokes, and of a page's frames
 	$(Q)$(B)/bench
+	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
+	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
+	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
 
 bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
@@ -265,21 +304,14 @@ hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into READ
 golden: $(B)/steingen  ## accept the generated text of the pendulum as the golden one
 	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
 
-install: all  ## install library, headers, programs, models and stein.pc under PREFIX
-	$(Q)install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
-	  $(DESTDIR)$(PREFIX)/include/stein $(DESTDIR)$(PREFIX)/share/stein/models/robotran
-	$(Q)install -m 755 $(B)/stein $(B)/steingen $(DESTDIR)$(PREFIX)/bin
-	$(Q)install -m 644 $(B)/libstein.a $(B)/libsteinlab.a $(DESTDIR)$(PREFIX)/lib
-	$(Q)install -m 644 $(HEADERS) $(B)/include/stein/models.h $(DESTDIR)$(PREFIX)/include/stein
-	$(Q)install -m 644 models/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models
-	$(Q)install -m 644 models/robotran/*.yaml $(DESTDIR)$(PREFIX)/share/stein/models/robotran
-	$(Q)sed 's/@VERSION@/$(VERSION)/' src/load/stein.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/stein.pc
+include packaging/install.mk
 
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] tests/faults/*.c tests/locale/*.c bench/*.[ch])
+            tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
+            tests/faults/*.c tests/locale/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

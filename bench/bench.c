@@ -30,6 +30,7 @@ typedef struct bench_case {
     int has_ops;
     long (*run)(struct bench_case *c, long n); /* n operations; returns how many were done */
     stein_sim *sim;
+    stein_handover *handover;
     double q[STATES][MAX_NQ], qd[STATES][MAX_NQ];
     double best, block[BLOCKS];
     long count; /* operations in a block */
@@ -101,6 +102,27 @@ static long run_stroke(bench_case *c, long n)
     return n;
 }
 
+/* spans of time that a host waits for: 16 steps of 4 samples, 100 steps of 10 us */
+static long run_blocks(bench_case *c, long n)
+{
+    int steps = stein_dt(c->sim) > 5e-5 ? 16 : 100;
+    for (long i = 0; i < n; i++) {
+        run_steps(c, steps);
+    }
+    return n;
+}
+
+static long run_take(bench_case *c, long n)
+{
+    static const double dx[] = {-0.3e-3, -0.1e-3};
+    for (long i = 0; i < n; i++) {
+        stein_handover_set(c->handover, "pawl.stop_shift", dx[i % 2], NULL);
+        stein_handover_publish(c->handover);
+        stein_handover_take(c->handover, c->sim);
+    }
+    return n;
+}
+
 static unsigned long long seed = 1788;
 
 static double noise(void)
@@ -112,15 +134,18 @@ static double noise(void)
 static bench_case *cases[MAX_CASES];
 static int ncases;
 
-static bench_case *add(const char *group, const stein_model *model, const char *what,
-                       long (*run)(bench_case *, long), stein_integrator integrator)
+static bench_case *add_with_step(const char *group, const stein_model *model, const char *what,
+                                 long (*run)(bench_case *, long), stein_integrator integrator,
+                                 double dt)
 {
     bench_case *c = calloc(1, sizeof *c);
     stein_sim_def def = stein_sim_def_default(model);
     stein_err err;
     def.integrator = integrator;
+    def.dt = dt;
     if (c == NULL || ncases == MAX_CASES || model->nq > MAX_NQ ||
-        stein_sim_create(&c->sim, model, &def, &err) != STEIN_OK) {
+        stein_sim_create(&c->sim, model, &def, &err) != STEIN_OK ||
+        stein_handover_create(&c->handover, model, NULL, &err) != STEIN_OK) {
         fprintf(stderr, "bench: cannot set up %s of %s\n", what, model->name);
         exit(EXIT_FAILURE);
     }
@@ -137,6 +162,12 @@ static bench_case *add(const char *group, const stein_model *model, const char *
     }
     cases[ncases++] = c;
     return c;
+}
+
+static bench_case *add(const char *group, const stein_model *model, const char *what,
+                       long (*run)(bench_case *, long), stein_integrator integrator)
+{
+    return add_with_step(group, model, what, run, integrator, model->dt);
 }
 
 static void add_equations(const stein_model *model)
@@ -161,6 +192,10 @@ static void add_all(void)
     add("runtime", stein, "step of DP5 (mean over a stroke)", run_steps, STEIN_DP5);
     add("runtime", stein, "stroke of 0.12 s, RK4", run_stroke, STEIN_RK4);
     add("runtime", stein, "stroke of 0.12 s, DP5", run_stroke, STEIN_DP5);
+    add_with_step("realtime", stein, "audio block, 64 at 48 kHz, one key", run_blocks, STEIN_RK4,
+                  4.0 / 48000.0);
+    add("realtime", stein, "haptic tick of 1 ms", run_blocks, STEIN_RK4);
+    add("realtime", stein, "a parameter handed over", run_take, STEIN_RK4);
 }
 
 static int compare(const void *a, const void *b)
@@ -224,12 +259,23 @@ static void print(FILE *csv)
         if (c->run == run_stroke) {
             printf("   %.0f strokes/s", 1e9 / median);
         }
+        if (c->run == run_blocks) {
+            double span = stein_dt(c->sim) > 5e-5 ? 64.0 / 48000.0 : 1e-3;
+            printf("   %.1f %% of real time", 1e-7 * median / span);
+        }
         printf("\n");
         if (csv != NULL) {
             fprintf(csv, "%s,%s,%s,%.3f,%.3f,%d\n", c->group, c->model, c->what, c->block[0],
                     median, total);
         }
     }
+}
+
+static void destroy(bench_case *c)
+{
+    stein_handover_destroy(c->handover);
+    stein_sim_destroy(c->sim);
+    free(c);
 }
 
 int main(int argc, char **argv)
@@ -255,8 +301,7 @@ int main(int argc, char **argv)
         if (filter == NULL || strstr(c->model, filter) != NULL || strstr(c->what, filter) != NULL) {
             cases[kept++] = c;
         } else {
-            stein_sim_destroy(c->sim);
-            free(c);
+            destroy(c);
         }
     }
     ncases = kept;
@@ -267,8 +312,7 @@ int main(int argc, char **argv)
     measure();
     print(csv);
     for (int i = 0; i < ncases; i++) {
-        stein_sim_destroy(cases[i]->sim);
-        free(cases[i]);
+        destroy(cases[i]);
     }
     return csv != NULL && fclose(csv) != 0 ? EXIT_FAILURE : EXIT_SUCCESS;
 }

@@ -11,6 +11,9 @@
     X(law)        \
     X(elementary) \
     X(core)       \
+    X(realtime)   \
+    X(import)     \
+    X(formats)    \
     X(integrator) \
     X(contact)    \
     X(stroke)     \

@@ -36,7 +36,7 @@ says "and the nearest is named" 'did you mean check?'
 says "and the commands are listed" 'simulate '
 claim 0 "stein --help" "$stein" --help
 claim 2 "help for an unknown command is misuse" "$stein" help nothing
-for command in check generate strike simulate study sweep merge fit diagnose; do
+for command in check generate strike simulate study sweep merge fit diagnose import page; do
     claim 0 "stein $command --help" "$stein" $command --help
     for section in NAME SYNOPSIS DESCRIPTION OPTIONS OUTPUT 'EXIT STATUS' EXAMPLES; do
         shows "the help of $command has $section" "^$section\$"
@@ -80,6 +80,8 @@ json "with the names other programs rely on" \
     "{'pawl.stop_shift','pawl.notch_angle','pawl.spring.k','pawl.spring.theta0','load.mass','hammer.mass','key.mass','string.height'} <= {p['name'] for p in v['parameters']}"
 json "and channels" \
     "{'time','string_distance','string_force','key_angle','hammer_angle','pawl_angle','hammer_height','key_dip','notch_force','notch_phase'} <= {o['name'] for o in v['outputs']}"
+json "and the regulation" \
+    "[(d['label'], d['from'], d['to']) for d in v['regulation'] if d['name'] == 'pawl.stop_shift'] == [('stop (dx)', -1.4e-3, 4e-4)]"
 claim 1 "an absent file" "$stein" check "$dir/absent.yaml"
 says "is named" 'absent.yaml'
 quiet "and standard output stays empty"

@@ -22,11 +22,31 @@ for doc in README.md docs/mechanism-files.md; do
     "$stein" simulate "$name" --until 20ms --json >"$tmp/out" 2>&1 || cat "$tmp/out"
     grep -q '"final"' "$tmp/out"
     ok "$doc: its mechanism runs" $?
+done
+
+for doc in README.md docs/*.md; do
     sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
         test -e "$(dirname "$doc")/$link" || echo "$link"
     done >"$tmp/dead"
     test ! -s "$tmp/dead"
     ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
+done
+
+for doc in docs/embedding.md examples/README.md; do
+    sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
+        test -e "$(dirname "$doc")/$link" || echo "$link"
+    done >"$tmp/dead"
+    test ! -s "$tmp/dead"
+    ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
+done
+# functions and folders that they name
+for name in $(sed -n '/^```c$/,/^```$/s/.*\(stein_[a-z_]*\)(.*/\1/p' docs/embedding.md | sort -u); do
+    grep -q "[ *]$name(" include/stein/*.h
+    ok "docs/embedding.md: $name is declared" $?
+done
+for folder in $(sed -n 's/^| `\([a-z0-9]*\)\/`.*/\1/p' examples/README.md); do
+    test -e "examples/$folder/Makefile"
+    ok "examples/README.md: $folder is there" $?
 done
 
 for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' README.md | sort -u); do

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_elementary.c - the elementary functions of the core, against libm in long double.
  */
+#include <errno.h>
 #include <float.h>
 
 #include "elementary.h"
@@ -140,6 +141,29 @@ START_TEST(exp_and_log_are_right_to_one_ulp)
 }
 END_TEST
 
+START_TEST(exp_and_log_go_on_to_the_ends_of_double_and_leave_errno_alone)
+{
+    unsigned long long seed = 14;
+    errno = 0;
+    for (int i = 0; i < 2000; i++) {
+        double x = 704.5 + 5.0 * noise(&seed); // libm writes errno behind 709.78
+        double big = stein__exp(x), small = stein__exp(-x);
+        ck_assert_close(big * exp(-700.0), exp(x - 700.0), 1e-12, 0.0);
+        ck_assert_close(small * 0x1p300, exp(-x + 300.0 * log(2.0)), 1e-12, 0.0);
+        ck_assert_close(stein__log(big), x, 1e-15, 0.0);
+        ck_assert_close(stein__log(small * 0x1p-30), -x - 30.0 * log(2.0), 1e-6, 0.0);
+    }
+    double s, c, ends[] = {(double)INFINITY, -(double)INFINITY, (double)NAN, 1e308, -0.0, 5e-324};
+    for (int i = 0; i < 6; i++) {
+        stein__sincos(ends[i], &s, &c);
+        s += stein__exp(ends[i]) + stein__log(ends[i]) + stein__tanh(ends[i]) + c;
+    }
+    ck_assert_int_eq(errno, 0);
+    ck_assert_close(stein__log(5e-324), log(5e-324), 1e-15, 0.0);
+    ck_assert(stein__exp(-(double)INFINITY) == 0.0 && stein__exp((double)INFINITY) > DBL_MAX);
+}
+END_TEST
+
 START_TEST(tanh_is_right_to_three_ulp)
 {
     NEEDS_WIDE_LONG_DOUBLE;
@@ -198,6 +222,7 @@ Suite *elementary_suite(void)
     tcase_add_test(t, powers_are_right_to_one_ulp);
     tcase_add_test(t, exp_and_log_are_right_to_one_ulp);
     tcase_add_test(t, exp_and_log_are_right_at_their_ends);
+    tcase_add_test(t, exp_and_log_go_on_to_the_ends_of_double_and_leave_errno_alone);
     tcase_add_test(t, tanh_is_right_to_three_ulp);
     tcase_add_test(t, odd_functions_are_odd_and_even_ones_even);
     tcase_add_test(t, what_is_no_number_stays_none_and_ends_are_what_libm_says);

@@ -478,6 +478,44 @@ START_TEST(the_same_file_gives_the_same_hash_and_another_one_another)
 }
 END_TEST
 
+START_TEST(the_regulation_names_parameters_with_their_ranges)
+{
+    char *text = changed("stroke:", "regulation:\n"
+                                    "  about: for the technician\n"
+                                    "  pawl.stop_shift: {from: -1.3 mm, to: 0.37 mm, label: stop}\n"
+                                    "  notch.corner.angle: {from: 71 deg, to: 2}\n"
+                                    "stroke:");
+    mechanism *m = read_ok(text, NULL, 0);
+
+    ck_assert_int_eq(m->ndial, 2);
+    ck_assert_int_eq(m->dials[0].param, mech_find_param(m, "pawl.stop_shift", NULL));
+    ck_assert_double_eq(m->dials[0].from, -1.3e-3);
+    ck_assert_double_eq(m->dials[0].to, 0.37e-3);
+    ck_assert_str_eq(m->dials[0].label, "stop");
+    ck_assert_close(m->dials[1].from, 71.0 * acos(-1.0) / 180.0, 1e-15, 0.0);
+    ck_assert_double_eq(m->dials[1].to, 2.0);
+    ck_assert_str_eq(m->dials[1].label, "notch.corner.angle");
+    mech_free(m);
+    free(text);
+}
+END_TEST
+
+START_TEST(what_the_file_says_in_words_is_kept)
+{
+    mechanism *m = read_ok(good, NULL, 0);
+
+    ck_assert_int_eq(m->nabout, 2);
+    ck_assert_str_eq(m->abouts[0].section, "parameters");
+    ck_assert_str_eq(m->abouts[0].entry, "string.height");
+    ck_assert_str_eq(m->abouts[0].text, "over the rest");
+    ck_assert_str_eq(m->abouts[1].section, "bodies");
+    ck_assert_str_eq(m->abouts[1].entry, "key");
+    ck_assert_str_eq(m->abouts[1].text, "the lever");
+    ck_assert_int_eq(m->ndial, 0);
+    mech_free(m);
+}
+END_TEST
+
 START_TEST(what_stands_in_no_file_has_a_default)
 {
     mechanism *m = read_ok("mechanism: a\nbodies: {b: {joint: T -z, mass: 1.7}}\n", NULL, 0);
@@ -545,6 +583,8 @@ Suite *mechanism_suite(void)
     tcase_add_test(tc, every_effect_is_a_parameter_that_does_nothing_until_it_is_stated);
     tcase_add_test(tc, an_override_of_a_structural_zero_makes_a_parameter_and_back);
     tcase_add_test(tc, the_same_file_gives_the_same_hash_and_another_one_another);
+    tcase_add_test(tc, the_regulation_names_parameters_with_their_ranges);
+    tcase_add_test(tc, what_the_file_says_in_words_is_kept);
     tcase_add_test(tc, what_stands_in_no_file_has_a_default);
     tcase_add_test(tc, a_file_that_cannot_be_read_is_an_error_of_its_own);
     tcase_add_test(tc, every_model_of_the_project_is_valid);

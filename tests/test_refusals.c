@@ -436,6 +436,27 @@ START_TEST(an_inertia_that_no_body_can_have_is_refused)
 }
 END_TEST
 
+START_TEST(a_range_that_cannot_be_regulated_is_refused)
+{
+    static const refusal r[] = {
+        {"stroke:", "regulation: {pawl.stop_shfit: {from: 0, to: 1}}\nstroke:", "pawl.stop_shfit",
+         "there is no parameter \"pawl.stop_shfit\" to regulate|did you mean \"pawl.stop_shift\"?"},
+        {"stroke:", "regulation: {pawl.stop_shift: {from: 0 N, to: 1 mm}}\nstroke:", "0 N",
+         "from of pawl.stop_shift"},
+        {"stroke:", "regulation: {pawl.stop_shift: {from: 0 mm, to: 1 mm, lable: x}}\nstroke:",
+         "lable", "unknown key \"lable\" in a range of the regulation, did you mean \"label\"?"},
+        {"stroke:", "regulation: {pawl.stop_shift: {from: 2 mm, to: 1 mm}}\nstroke:", "{from: 2",
+         "the range of pawl.stop_shift ends where it begins or before"},
+        {"stroke:", "regulation: {pawl.stop_shift: 1 mm}\nstroke:", "1 mm}\nstroke",
+         "a range of the regulation must be a mapping with the keys from to label"},
+        {"stroke:", "regulation: [pawl.stop_shift]\nstroke:", "[pawl.stop_shift]",
+         "expected a mapping from parameters"},
+    };
+
+    REFUSE_ALL(r);
+}
+END_TEST
+
 START_TEST(a_bad_override_is_refused)
 {
     static const struct {
@@ -484,6 +505,7 @@ void refusal_cases(Suite *suite)
     tcase_add_test(tc, contacts_that_cannot_be_are_refused);
     tcase_add_test(tc, a_joint_with_nothing_to_move_is_named);
     tcase_add_test(tc, an_inertia_that_no_body_can_have_is_refused);
+    tcase_add_test(tc, a_range_that_cannot_be_regulated_is_refused);
     tcase_add_test(tc, a_bad_override_is_refused);
     suite_add_tcase(suite, tc);
 }

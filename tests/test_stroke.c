@@ -174,6 +174,27 @@ START_TEST(the_stroke_rearms_after_the_key_is_released)
 }
 END_TEST
 
+START_TEST(a_load_that_is_put_back_strikes_as_the_first_time)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    ck_assert_stein(stein_reset(sim, err));
+    memset(&coarse, 0, sizeof coarse);
+    stein_on_event(sim, record, &coarse);
+    ck_assert_stein(stein_run(sim, 0.25, err));
+    double escaped = time_of(&coarse, STEIN_EVENT_ESCAPEMENT);
+    double struck = time_of(&coarse, STEIN_EVENT_IMPACT);
+    stein_load_lift(sim);
+    ck_assert_stein(stein_run(sim, 1.5, err));
+    ck_assert_stein(stein_load_place(sim, err));
+    ck_assert_int_eq(stein_load_present(sim), 1);
+    memset(&coarse, 0, sizeof coarse);
+    ck_assert_stein(stein_run(sim, 1.75, err));
+    ck_assert_close(time_of(&coarse, STEIN_EVENT_ESCAPEMENT) - 1.5, escaped, 0.0, 1e-5);
+    ck_assert_close(time_of(&coarse, STEIN_EVENT_IMPACT) - 1.5, struck, 0.0, 1e-5);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 START_TEST(a_notch_out_of_range_has_no_phase)
 {
     stein_sim *sim = make_sim(&stein_model_pendulum, STEIN_RK4, 0.0);
@@ -182,6 +203,8 @@ START_TEST(a_notch_out_of_range_has_no_phase)
     ck_assert_int_eq(stein_notch_armed(sim, 3), 0);
     ck_assert_int_eq(stein_load_present(sim), 0);
     stein_load_lift(sim); // no load, no effect
+    ck_assert_stein(stein_load_place(sim, err));
+    ck_assert_int_eq(stein_load_present(sim), 0);
     ck_assert_stein(stein_step(sim, err));
     stein_sim_destroy(sim);
 }
@@ -198,6 +221,7 @@ Suite *stroke_suite(void)
     tcase_add_test(tc, event_times_never_go_back);
     tcase_add_test(tc, the_action_rests_in_equilibrium_until_the_load_comes);
     tcase_add_loop_test(tc, the_stroke_rearms_after_the_key_is_released, 0, 6);
+    tcase_add_test(tc, a_load_that_is_put_back_strikes_as_the_first_time);
     tcase_add_test(tc, a_notch_out_of_range_has_no_phase);
     suite_add_tcase(suite, tc);
     return suite;

@@ -129,6 +129,15 @@ stein_status lab_record_finish(lab_record *record, stein_sim *sim);
  *  @return OK, EIO */
 stein_status lab_write_csv(const char *path, const lab_record *record, const char *const *notes,
                            stein_err *err);
+/** Forms of a record: CSV; NPY, a structured array of NumPy with a field for each channel; MAT,
+ *  MATLAB's level 5 with a column for each channel, a struct `units` and the text `notes`. */
+typedef enum { LAB_CSV, LAB_NPY, LAB_MAT } lab_format;
+/** By the ending of a path: .npy, .mat, else CSV. */
+lab_format lab_format_of(const char *path);
+/** Write a record. @param notes  as for lab_write_csv; NPY has no place for them
+ *  @return OK, EIO, ENOMEM, EINVAL (more than 2^28 rows in a binary form) */
+stein_status lab_write(const char *path, lab_format format, const lab_record *record,
+                       const char *const *notes, stein_err *err);
 /** Draw a record with gnuplot, SVG or PNG by the ending of the path: a stroke as head-string
  *  distance, key dip, notch phase and forces, anything else as its first channels.
  *  @param stroke  may be NULL
@@ -263,6 +272,23 @@ typedef struct lab_identity {
  *  @param threads  the hashes do not depend on it
  *  @return OK, EIO, ENOMEM, or a failure of the work itself */
 stein_status lab_identify(lab_identity *identity, int threads, stein_err *err);
+
+/* ---- pages ---- */
+
+enum { LAB_HASH = 17 };
+/** What became of a page. */
+typedef struct lab_page_facts {
+    size_t page, module; /* bytes of the file (0: not a file), of the WebAssembly module in it */
+    char hash[LAB_HASH]; /* FNV-1a of the state after the file's own run: the page shows its own */
+} lab_page_facts;
+/** Write a mechanism as one HTML file that simulates it in a browser: core and equations are
+ *  compiled to WebAssembly by clang (options->cc is not asked; the environment's WASM_CC is), once
+ *  a mechanism, into the cache.
+ *  @param facts  out, may be NULL
+ *  @return OK, EIO, ENOMEM, ECOMPILE (no clang, lld or wasi-libc: which Debian packages), or what a
+ *          run returns */
+stein_status lab_page(const char *path, const lab_model *model, const lab_options *options,
+                      lab_page_facts *facts, stein_err *err);
 
 #ifdef __cplusplus
 }

@@ -125,6 +125,9 @@ double stein_stiffest(stein_sim *sim, int *index);
 /** Take the free load away at once, or know whether it is there. Models without load: no effect. */
 void stein_load_lift(stein_sim *sim);
 int stein_load_present(const stein_sim *sim);
+/** Put the free load back where the mechanism is now, at rest and flush on its contact, and let it
+ * go. Nothing else of the state changes. Models without load: no effect. @return OK, ESINGULAR */
+stein_status stein_load_place(stein_sim *sim, stein_err *err);
 
 /* ---- reading ---- */
 

@@ -40,13 +40,16 @@
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
  *   version.h         identity.h does it compute the same bits?
- * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies; data.h
- * measured strokes; fit.h parameters from them; diagnose.h the table of physical effects
- * and which of them measured strokes show.
+ *   handover.h parameters from another thread, and what a real-time host may rely on
+ * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
+ * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and
+ * which of them measured strokes show; plan.h the next experiment; import.h mechanisms of other
+ * programs.
  */
 #ifndef STEIN_H
 #define STEIN_H
 
+#include "stein/handover.h"
 #include "stein/identity.h"
 #include "stein/law.h"
 #include "stein/load.h"

@@ -241,6 +241,20 @@ static void print_signals(const mechanism *m)
     }
 }
 
+static void print_regulation(const mechanism *m)
+{
+    if (m->ndial > 0) {
+        printf("\nregulation (%d)\n", m->ndial);
+    }
+    for (int i = 0; i < m->ndial; i++) {
+        const mech_dial *d = &m->dials[i];
+        char from[CLI_TEXT], to[CLI_TEXT];
+        printf("  %-20s %s to %s\n", m->params[d->param].name,
+               cli_quantity(from, d->from, m->params[d->param].unit),
+               cli_quantity(to, d->to, m->params[d->param].unit));
+    }
+}
+
 static void print_operations(const gen_result *g)
 {
     printf("\noperations (total = add + mul + neg + div + trig, a sine or cosine is 1)\n"
@@ -268,6 +282,7 @@ static void print_text(const checked *c)
     print_contacts(m);
     print_tables(m);
     print_signals(m);
+    print_regulation(m);
     print_operations(c->g);
 }
 
@@ -314,6 +329,21 @@ static void json_tables(lab__json *j, const mechanism *m)
         lab__json_text(j, "place", table_place(m, t));
         lab__json_text(j, "of", table_of(t));
         lab__json_int(j, "points", t->n);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void json_regulation(lab__json *j, const mechanism *m)
+{
+    lab__json_open(j, "regulation", '[');
+    for (int i = 0; i < m->ndial; i++) {
+        const mech_dial *d = &m->dials[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", m->params[d->param].name);
+        lab__json_text(j, "label", d->label);
+        lab__json_real(j, "from", d->from);
+        lab__json_real(j, "to", d->to);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -421,6 +451,7 @@ static void print_json(const checked *c)
     json_contacts(&j, m);
     json_tables(&j, m);
     json_signals(&j, m);
+    json_regulation(&j, m);
     lab__json_text(&j, "load", m->load_body < 0 ? NULL : m->bodies[m->load_body].name);
     if (m->stroke_string >= 0) {
         lab__json_open(&j, "stroke", '{');
@@ -477,17 +508,17 @@ const cli_command cli_check = {
         "perhaps meant. Nothing is compiled or simulated.",
     .output =
         "Bodies with joint, parent and mass; parameters with value, unit and tolerance; contacts,\n"
-        "notches, links; points, inputs and outputs; and the operations of the equations, counted\n"
-        "as ROBOTRAN counts: additions, multiplications, unary minuses, divisions, and each sine\n"
-        "and cosine as one. M_c and inverse_dynamics are done at every evaluation with external\n"
-        "forces and moments on all bodies; setup is done once a parameter set.\n"
+        "notches, links; points, inputs, outputs and regulation; and the operations of the\n"
+        "equations, counted as ROBOTRAN counts: additions, multiplications, unary minuses,\n"
+        "divisions, and each sine and cosine as one. M_c and inverse_dynamics are done at every\n"
+        "evaluation with external forces and moments on all bodies; setup is done once a\n"
+        "parameter set.\n"
         "\n"
         "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
-        "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\", \"load\",\n"
-        "\"stroke\", \"simulation\", \"operations\": {\"M_c\": {\"add\", \"mul\", \"neg\", "
-        "\"div\",\n"
-        "\"trig\", \"total\"}, \"inverse_dynamics\", \"setup\", \"poses\", \"points\", "
-        "\"energy\"}},\n"
+        "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"
+        "\"regulation\", \"load\", \"stroke\", \"simulation\", \"operations\": {\"M_c\":\n"
+        "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
+        "\"setup\", \"poses\", \"points\", \"energy\"}},\n"
         "values in SI units.",
     .examples = "stein check models/stein1788.yaml\n"
                 "stein check my.yaml --json | python3 -m json.tool",

@@ -3,7 +3,8 @@
  *
  *   main.c     the table of commands          options.c   parsing, quantities, did you mean
  *   help.c     --help                         report.c    failures, progress, units for people
- *   results.c  tables of sweep and merge
+ *   manual.c   manual pages                   results.c   tables of sweep and merge
+ *   completion.c  for bash
  */
 #ifndef CLI_H
 #define CLI_H
@@ -61,7 +62,9 @@ struct cli_args {
 };
 
 extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_sweep, cli_merge,
-    cli_study, cli_effects, cli_fit, cli_diagnose, cli_plan, cli_version;
+    cli_study, cli_effects, cli_fit, cli_diagnose, cli_plan, cli_import, cli_page, cli_version;
+/** All commands, closed by NULL. */
+extern const cli_command *const cli_commands[];
 
 /* ---- options.c ---- */
 
@@ -94,7 +97,18 @@ int cli_free_known(const cli_args *args, const lab_model *model, const char *con
 
 /* ---- help.c ---- */
 
+extern const char *const cli_exit_status;
 void cli_help(const cli_command *command);
+
+/* ---- manual.c: the manual pages, in roff on standard output ---- */
+
+void cli_manual(const cli_command *command);
+void cli_manual_overview(void);
+
+/* ---- completion.c ---- */
+
+/** The completion of bash on standard output. */
+void cli_completion(void);
 
 /* ---- results.c ---- */
 

@@ -24,6 +24,13 @@ static void section(const char *title, const char *text)
     indented(text, 4);
 }
 
+const char *const cli_exit_status =
+    "0  done\n"
+    "1  the mechanism file or another file is not in order, or cannot be read or written\n"
+    "2  the command line is not in order\n"
+    "3  numerical failure: no equilibrium, a singular mass matrix, a state that is not\n"
+    "   finite, chattering contacts";
+
 void cli_help(const cli_command *command)
 {
     printf("NAME\n    stein %s - %s\n\nSYNOPSIS\n    stein %s %s [options]\n", command->name,
@@ -37,11 +44,6 @@ void cli_help(const cli_command *command)
         indented(o->help, 8);
     }
     section("OUTPUT", command->output);
-    section("EXIT STATUS",
-            "0  done\n"
-            "1  the mechanism file or another file is not in order, or cannot be read or written\n"
-            "2  the command line is not in order\n"
-            "3  numerical failure: no equilibrium, a singular mass matrix, a state that is not\n"
-            "   finite, chattering contacts");
+    section("EXIT STATUS", cli_exit_status);
     section("EXAMPLES", command->examples);
 }

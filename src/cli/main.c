@@ -8,16 +8,17 @@
 #include "cli.h"
 #include "stein/stein.h"
 
-static const cli_command *const commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
-                                              &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
-                                              &cli_fit,   &cli_diagnose, &cli_plan,   &cli_version};
-enum { COMMANDS = sizeof commands / sizeof *commands };
+const cli_command *const cli_commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
+                                           &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
+                                           &cli_fit,   &cli_diagnose, &cli_plan,   &cli_import,
+                                           &cli_page,  &cli_version,  NULL};
+enum { COMMANDS = sizeof cli_commands / sizeof *cli_commands - 1 };
 
 static void overview(FILE *stream)
 {
     fprintf(stream, "usage: stein COMMAND MODEL [options]\n\ncommands:\n");
     for (int i = 0; i < COMMANDS; i++) {
-        fprintf(stream, "  %-10s %s\n", commands[i]->name, commands[i]->summary);
+        fprintf(stream, "  %-10s %s\n", cli_commands[i]->name, cli_commands[i]->summary);
     }
     fprintf(stream, "\nstein help COMMAND explains one; stein --version tells the version.\n"
                     "MODEL is a mechanism file, e.g. models/stein1788.yaml.\n");
@@ -27,9 +28,9 @@ static const cli_command *find(const char *name)
 {
     const char *names[COMMANDS];
     for (int i = 0; i < COMMANDS; i++) {
-        names[i] = commands[i]->name;
+        names[i] = cli_commands[i]->name;
         if (strcmp(names[i], name) == 0) {
-            return commands[i];
+            return cli_commands[i];
         }
     }
     const char *nearest = cli_nearest(name, names, COMMANDS);
@@ -43,17 +44,34 @@ static const cli_command *find(const char *name)
     return NULL;
 }
 
+/* help [COMMAND], help --manual [COMMAND], help --completion, help --commands */
 static int help(int argc, char **argv)
 {
-    if (argc == 0) {
-        overview(stdout);
+    int manual = argc > 0 && strcmp(argv[0], "--manual") == 0;
+    if (argc > 0 && strcmp(argv[0], "--completion") == 0) {
+        cli_completion();
         return CLI_OK;
     }
-    const cli_command *command = find(argv[0]);
-    if (command == NULL) {
+    if (argc > 0 && strcmp(argv[0], "--commands") == 0) {
+        for (int i = 0; i < COMMANDS; i++) {
+            printf("%s\n", cli_commands[i]->name);
+        }
+        return CLI_OK;
+    }
+    const char *name = argc > manual ? argv[manual] : NULL;
+    const cli_command *command = name != NULL ? find(name) : NULL;
+    if (name != NULL && command == NULL) {
         return CLI_USAGE;
     }
-    cli_help(command);
+    if (command == NULL && manual) {
+        cli_manual_overview();
+    } else if (command == NULL) {
+        overview(stdout);
+    } else if (manual) {
+        cli_manual(command);
+    } else {
+        cli_help(command);
+    }
     return CLI_OK;
 }
 

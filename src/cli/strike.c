@@ -19,6 +19,7 @@ typedef struct job {
     stein_sim_def sim_def;
     lab_stroke_def def;
     double every;
+    lab_format format; /* of -o */
     lab_drive *drive;
     lab_record *table, *picture; /* NULL: not asked for */
     lab_stroke stroke;
@@ -62,6 +63,27 @@ static int read_numbers(job *j)
                           j->def.release, j->def.until);
     }
     return CLI_OK;
+}
+
+/* --format, else by the ending of -o */
+static int read_format(job *j)
+{
+    static const char *const name[] = {"csv", "npy", "mat"};
+    const char *table = cli_value(j->args, "output"), *format = cli_value(j->args, "format");
+    j->format = table != NULL ? lab_format_of(table) : LAB_CSV;
+    if (format == NULL) {
+        return CLI_OK;
+    }
+    if (table == NULL) {
+        return cli_misuse(j->args->command, "--format %s needs a file: -o", format);
+    }
+    for (int i = LAB_CSV; i <= LAB_MAT; i++) {
+        if (strcmp(format, name[i]) == 0) {
+            j->format = (lab_format)i;
+            return CLI_OK;
+        }
+    }
+    return cli_misuse(j->args->command, "--format %s: expected csv, npy or mat", format);
 }
 
 /* ---- running ---- */
@@ -162,7 +184,7 @@ static stein_status write_table(const job *j, const char *path, stein_err *err)
     if (note == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    stein_status status = lab_write_csv(path, j->table, (const char *const *)note, err);
+    stein_status status = lab_write(path, j->format, j->table, (const char *const *)note, err);
     for (int i = 0; note[i] != NULL; i++) {
         free(note[i]);
     }
@@ -302,7 +324,8 @@ static void free_job(job *j)
 static int run_job(job *j)
 {
     stein_err err = {STEIN_OK, ""};
-    int code = read_numbers(j);
+    int code = read_format(j);
+    code = code == CLI_OK ? read_numbers(j) : code;
     if (code != CLI_OK) {
         return code;
     }
@@ -366,6 +389,10 @@ static const cli_option options[] = {
     {"output", 'o', "FILE.csv",
      "Write all output channels; - is standard output (the summary then goes to standard\n"
      "error)."},
+    {"format", 0, "csv|npy|mat",
+     "Form of -o; default: by its ending, else csv. npy is a structured array of NumPy with a\n"
+     "field for each channel, mat is MATLAB's level 5 with a column for each channel, a struct\n"
+     "of their units and the notes of the CSV as a text."},
     {"plot", 0, "FILE.svg", "Draw the run with gnuplot, .svg or .png."},
     CLI_COMMON};
 

@@ -8,6 +8,7 @@
  *   touch.c     forces of all that touches and rubs
  *   notch.c     the notch and its memory                 channel.c  output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
+ *   handover.c  parameters from another thread
  *   laws.h      the laws, inline                         elementary.h  sine, cosine, tanh, exp
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
@@ -159,6 +160,9 @@ struct stein_sim {
 
 /* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
+
+/* sim.c: d of the parameters in p, and which laws can act with them */
+void stein__take_parameters(stein_sim *sim);
 
 /* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
  * branches of the tree, overwritten; inverse [nq], of the pivots, is workspace. Returns -1, or the

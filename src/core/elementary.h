@@ -3,7 +3,7 @@
  *
  * Own ones, so that a motion is the same bits with any libm, and inline, without libm's tables,
  * flags and calls. Each is a reduction to a short interval and a polynomial, almost without
- * branches; what lies outside of a mechanism's range is in elementary.c.
+ * branches; what lies outside of a mechanism's range is in elementary.c. Nothing sets errno.
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
@@ -17,6 +17,7 @@
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -224,6 +224,25 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
     return STEIN_OK;
 }
 
+stein_status stein_load_place(stein_sim *sim, stein_err *err)
+{
+    const stein_load *load = &sim->model->load;
+    if (load->body < 0) {
+        return STEIN_OK;
+    }
+    const stein_contact *contact = &sim->model->contacts[load->contact];
+    sim->head->load_present = 1;
+    sim->held[load->body] = 0;
+    sim->qd[load->body] = 0.0;
+    place_load_flush(sim);
+    stein__guards(sim, sim->q, sim->guard);
+    for (int i = contact->first_spot; i < contact->first_spot + contact->nspot; i++) {
+        sim->mode[i] = sim->guard[i] > 0.0;
+    }
+    sim->fresh = STALE;
+    return stein__refresh(sim, err);
+}
+
 stein_status stein_settle(stein_sim *sim, stein_err *err)
 {
     remember_regions(sim, 1);

@@ -160,8 +160,7 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
     return STEIN_OK;
 }
 
-/* d of the parameters in p, and which laws can act with them */
-static void take_parameters(stein_sim *sim)
+void stein__take_parameters(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     stein_setup(model, sim->p, sim->d);
@@ -211,7 +210,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->parent[j] = model->bodies[j].parent;
     }
     stein__gather(sim);
-    take_parameters(sim);
+    stein__take_parameters(sim);
     stein__wire(sim);
     status = stein_reset(sim, err);
     if (status != STEIN_OK) {
@@ -269,7 +268,7 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
         return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
     }
     sim->p[i] = value;
-    take_parameters(sim);
+    stein__take_parameters(sim);
     return STEIN_OK;
 }
 
@@ -282,7 +281,7 @@ stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
         }
     }
     memcpy(sim->p, p, sizeof *p * (size_t)sim->model->np);
-    take_parameters(sim);
+    stein__take_parameters(sim);
     return STEIN_OK;
 }
 

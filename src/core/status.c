@@ -61,6 +61,27 @@ static void put_int(out *o, int v)
     }
 }
 
+/* v = m 10^e with 1 <= m < 10, by halves: libm's powers and logarithms write errno. @return e */
+static int decimal(double *v)
+{
+    static const double power[] = {1e256, 1e128, 1e64, 1e32, 1e16, 1e8, 1e4, 1e2, 1e1};
+    static const int exponent[] = {256, 128, 64, 32, 16, 8, 4, 2, 1};
+    int e = 0;
+    for (int i = 0; *v >= 10.0 && i < 9; i++) {
+        if (*v >= power[i]) {
+            *v /= power[i];
+            e += exponent[i];
+        }
+    }
+    for (int i = 0; *v < 1.0 && i < 9; i++) {
+        if (*v * power[i] < 10.0) {
+            *v *= power[i];
+            e -= exponent[i];
+        }
+    }
+    return e;
+}
+
 /* 9 significant digits without trailing zeros; scientific outside 1e-4 .. 1e9 */
 static void put_double(out *o, double v)
 {
@@ -80,15 +101,8 @@ static void put_double(out *o, double v)
         put(o, '0');
         return;
     }
-    int e = 0;
-    double scaled = v;
-    for (; scaled >= 10.0; e++) {
-        scaled /= 10.0;
-    }
-    for (; scaled < 1.0; e--) {
-        scaled *= 10.0;
-    }
-    scaled = floor(scaled * 1e8 + 0.5);
+    int e = decimal(&v); // 1 <= v < 10, but for rounding
+    double scaled = floor(v * 1e8 + 0.5);
     if (scaled >= 1e9) {
         scaled = floor(scaled / 10.0 + 0.5);
         e++;

@@ -18,7 +18,7 @@
 #include "model_header.h"
 #include "stein/load.h"
 
-enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 12 };
+enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 14 };
 
 /* names of one compilation, all owned */
 typedef struct job {
@@ -51,18 +51,27 @@ static char *cache_root(const lab_options *options)
     return home != NULL && *home != '\0' ? lab__text("%s/.cache/stein", home) : NULL;
 }
 
-static stein_status name_files(job *j, const mechanism *m, const gen_result *equations,
-                               const lab_options *options, stein_err *err)
+stein_status lab__cache(char **folder, const lab_options *options, stein_err *err)
 {
     char *root = cache_root(options);
     if (root == NULL) {
         return lab__fail(err, STEIN_EIO,
                          "no folder for compiled equations: set XDG_CACHE_HOME or HOME");
     }
-    j->folder = lab__text("%s%s/%s-abi%d", strchr(root, '/') == NULL ? "./" : "", root,
-                          STEIN_VERSION, STEIN_MODEL_ABI);
+    *folder = lab__text("%s%s/%s-abi%d", strchr(root, '/') == NULL ? "./" : "", root, STEIN_VERSION,
+                        STEIN_MODEL_ABI);
     free(root);
-    const char *folder = j->folder != NULL ? j->folder : "";
+    return *folder != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static stein_status name_files(job *j, const mechanism *m, const gen_result *equations,
+                               const lab_options *options, stein_err *err)
+{
+    stein_status status = lab__cache(&j->folder, options, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    const char *folder = j->folder;
     char *stem = lab__text("%s/%s-%s", folder, m->name, equations->equations);
     const char *base = stem != NULL ? stem : "";
     j->include = lab__text("%s/stein", folder);
@@ -70,13 +79,13 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
     j->source = lab__text("%s.c", base);
     j->object = lab__text("%s.so", base);
     j->work = lab__text("%s/work-XXXXXX", folder);
-    int complete = stem != NULL && j->folder != NULL && j->include != NULL && j->header != NULL &&
-                   j->source != NULL && j->object != NULL && j->work != NULL;
+    int complete = stem != NULL && j->include != NULL && j->header != NULL && j->source != NULL &&
+                   j->object != NULL && j->work != NULL;
     free(stem);
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-static stein_status write_text(const char *path, const char *const *lines, stein_err *err)
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)
 {
     lab__file file;
     stein_status status = lab__file_open(&file, path, err);
@@ -89,8 +98,7 @@ static stein_status write_text(const char *path, const char *const *lines, stein
     return lab__file_close(&file, 1, err);
 }
 
-/* the compiler's first line that tells of an error */
-static void first_complaint(const char *log, char *text, int size)
+void lab__complaint(const char *log, char *text, int size)
 {
     FILE *f = fopen(log, "r");
     strcpy(text, "");
@@ -112,7 +120,7 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                          "\"%s\": run apt-get install gcc, or set CC (the C file is %s)",
                          cc, name, j->source);
     }
-    first_complaint(j->log, line, (int)sizeof line);
+    lab__complaint(j->log, line, (int)sizeof line);
     return lab__fail(err, STEIN_ECOMPILE, "%s failed on the equations of \"%s\" (exit code %d): %s",
                      cc, name, code, line);
 }
@@ -137,6 +145,7 @@ static stein_status run_compiler(const job *j, const char *name, const char *cc,
                      "-O2",
                      "-ffp-contract=off",
                      "-fno-tree-slp-vectorize",
+                     "-fno-math-errno",
                      "-fPIC",
                      "-shared",
                      include,
@@ -188,10 +197,10 @@ static stein_status compile(job *j, const mechanism *m, const gen_result *equati
     cc = cc != NULL && *cc != '\0' ? cc : "cc";
     stein_status status = lab__folder(j->include, err);
     if (status == STEIN_OK) {
-        status = write_text(j->header, lab__model_header, err);
+        status = lab__write_lines(j->header, lab__model_header, err);
     }
     if (status == STEIN_OK) {
-        status = write_text(j->source, source, err);
+        status = lab__write_lines(j->source, source, err);
     }
     return status == STEIN_OK ? compile_apart(j, m->name, cc, err) : status;
 }

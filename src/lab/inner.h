@@ -13,6 +13,7 @@
  *   batch.c    many simulations                journal.c  finished points, safe from kill -9
  *   vary.c     a sweep over a grid             map.c      a sweep as a picture
  *   grid_file.c  does the file accept these points?
+ *   binary.c   records for NumPy and MATLAB
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -230,6 +231,13 @@ const mechanism *lab__mechanism(const lab_model *model);
 
 /* ---- compile.c ---- */
 
+/** Folder of the cache for this version of the library, not yet made; freed by the caller.
+ *  @return OK, EIO (the environment names none), ENOMEM */
+stein_status lab__cache(char **folder, const lab_options *options, stein_err *err);
+/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
+/** The first line of a compiler's log that tells of an error; "" when there is none. */
+void lab__complaint(const char *log, char *text, int size);
 /** Equations of a mechanism from the cache, compiled into it when they are absent or stale. */
 stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
                            const gen_result *equations, const lab_options *options, stein_err *err);
@@ -241,6 +249,7 @@ int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 
 /* ---- record.c ---- */
 
+const stein_model *lab__record_model(const lab_record *record);
 int lab__record_rows(const lab_record *record);
 double lab__record_at(const lab_record *record, int row, int channel);
 

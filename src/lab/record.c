@@ -83,6 +83,11 @@ stein_status lab_record_finish(lab_record *r, stein_sim *sim)
     return taken ? STEIN_OK : append(r, sim);
 }
 
+const stein_model *lab__record_model(const lab_record *record)
+{
+    return record->model;
+}
+
 int lab__record_rows(const lab_record *record)
 {
     return record->rows;

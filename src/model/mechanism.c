@@ -53,7 +53,7 @@ static void read_sections(mech__reader *rd)
     mech__keys(
         rd, rd->root, "the file",
         "mechanism gravity parameters bodies points links contacts notches load tables inputs "
-        "outputs stroke simulation clock");
+        "outputs stroke simulation clock regulation");
     read_name(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);
@@ -69,6 +69,9 @@ static void read_sections(mech__reader *rd)
     if (!rd->nomem) {
         mech__contacts_finish(rd);
         mech__tables_finish(rd);
+    }
+    if (!rd->nomem) {
+        mech__section_regulation(rd);
     }
     if (!rd->nomem) {
         mech__checks(rd);
@@ -188,6 +191,11 @@ void mech_free(mechanism *m)
     free(m->tables);
     free(m->inputs);
     free(m->channels);
+    for (int i = 0; i < m->nabout; i++) {
+        free(m->abouts[i].text);
+    }
+    free(m->abouts);
+    free(m->dials);
     free(m);
 }
 

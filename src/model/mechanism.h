@@ -167,6 +167,19 @@ typedef struct mech_channel {
     mech_scalar sensor[STEIN_SENSOR_SIZE];
 } mech_channel;
 
+/** A parameter that a hand may turn while the mechanism runs, and how far. */
+typedef struct mech_dial {
+    int param;
+    double from, to; /* [SI], from < to */
+    char label[2 * MECH_NAME];
+} mech_dial;
+
+/** What the file says in words of an entry of a section; of the file: both names empty. */
+typedef struct mech_about {
+    char section[MECH_NAME], entry[MECH_PATH];
+    char *text;
+} mech_about;
+
 typedef struct mechanism {
     char name[MECH_NAME];
     char *file;             /* as given to the reader */
@@ -194,6 +207,10 @@ typedef struct mechanism {
     int nchannel;
     int load_body, load_contact;     /* -1 when there is no load */
     int stroke_string, stroke_notch; /* contact and notch index, -1 when absent */
+    mech_dial *dials;
+    int ndial;
+    mech_about *abouts;
+    int nabout;
     mech_scalar clock_error;
     int settle;
     int integrator;   /* 0 rk4, 1 dp5 */

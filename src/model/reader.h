@@ -240,6 +240,11 @@ void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
 
+/* --- section_regulation.c --- */
+
+/** With all parameters at hand: the ranges of the regulation, and the texts of `about`. */
+void mech__section_regulation(mech__reader *rd);
+
 /* --- section_tables.c --- */
 
 void mech__section_tables(mech__reader *rd);

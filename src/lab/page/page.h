@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * page.h - what the files of this folder share.
+ *
+ *   page.c      the page put together       wasm.c  core and equations -> WebAssembly
+ *   describe.c  the mechanism for the script of the page, as JSON
+ *
+ * The page's own files are in src/page; make puts them, and the sources of the core, into the
+ * program as text.
+ */
+#ifndef LAB_PAGE_H
+#define LAB_PAGE_H
+
+#include "inner.h"
+
+/** A file of the project, line by line; the list is closed by a NULL name. */
+typedef struct page__source {
+    const char *name; /* "src/core/sim.c" */
+    const char *const *lines;
+} page__source;
+
+/** What is compiled beside the equations, and what the page is made of. */
+extern const page__source page__core_files[], page__page_files[];
+
+/** Lines of one of the page's files by its name without folder; NULL when there is none. */
+const char *const *page__lines(const char *name);
+
+/** The module of a mechanism, from the cache or compiled into it.
+ *  @param bytes  out, freed by the caller
+ *  @return OK, EIO, ENOMEM, ECOMPILE (with what is missing on this machine) */
+stein_status page__module(char **bytes, size_t *size, const lab_model *model,
+                          const lab_options *options, stein_err *err);
+
+/** Write what the script has to know of a mechanism.
+ *  @param hash  of the state at the end of the file's own run, as text */
+void page__describe(FILE *stream, const lab_model *model, const char *hash);
+
+#endif

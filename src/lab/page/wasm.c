@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * wasm.c - core and equations as one WebAssembly module, by clang, wasm-ld and wasi-libc.
+ *
+ *   CACHE/VERSION-abiN/page-SOURCES/src/..., include/...    the sources, as this program has them
+ *   CACHE/VERSION-abiN/page-SOURCES/NAME-HASH.wasm          one mechanism structure each
+ *
+ * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated. Values
+ * are no part of a module; the page puts them in. Core and equations are compiled together (-flto):
+ * with a core compiled beforehand, once for all mechanisms, a step took 1.3 times as long and a
+ * frame in real time more than its 4 ms, to save a second once a mechanism. And a module made when
+ * libstein is built would let every build need a second compiler, for one command.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "page.h"
+
+enum { MAX_WORDS = 96 };
+
+/* names of one module, all owned */
+typedef struct job {
+    char *folder, *equations, *module; /* in the cache */
+    char *work, *fresh, *log;          /* of this process alone */
+    char *sysroot, *define;
+} job;
+
+static void free_job(job *j)
+{
+    char *const all[] = {j->folder, j->equations, j->module,  j->work,
+                         j->fresh,  j->log,       j->sysroot, j->define};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        free(all[i]);
+    }
+}
+
+static unsigned long long hash_sources(void)
+{
+    unsigned long long h = 0xcbf29ce484222325u;
+    for (const page__source *f = page__core_files; f->name != NULL; f++) {
+        for (int i = 0; f->lines[i] != NULL; i++) {
+            for (const char *c = f->lines[i]; *c != '\0'; c++) {
+                h = (h ^ (unsigned char)*c) * 0x100000001b3u;
+            }
+        }
+    }
+    return h;
+}
+
+static const char *environment(const char *name, const char *otherwise)
+{
+    const char *value = getenv(name);
+    return value != NULL && *value != '\0' ? value : otherwise;
+}
+
+static stein_status name_files(job *j, const stein_model *equations, const lab_options *options,
+                               stein_err *err)
+{
+    char *cache = NULL;
+    stein_status status = lab__cache(&cache, options, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    j->folder = lab__text("%s/page-%016llx", cache, hash_sources());
+    free(cache);
+    const char *folder = j->folder != NULL ? j->folder : "";
+    j->equations = lab__text("%s/%s-%s.c", folder, equations->name, equations->equations);
+    j->module = lab__text("%s/%s-%s.wasm", folder, equations->name, equations->equations);
+    j->work = lab__text("%s/work-XXXXXX", folder);
+    j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
+    j->define = lab__text("-DPAGE_MODEL=%s", equations->name);
+    int complete = j->folder != NULL && j->equations != NULL && j->module != NULL &&
+                   j->work != NULL && j->sysroot != NULL && j->define != NULL;
+    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* ---- what a machine may lack ---- */
+
+static int is_in_path(const char *program)
+{
+    const char *path = environment("PATH", "/usr/bin:/bin");
+    while (*path != '\0') {
+        size_t n = strcspn(path, ":");
+        char *name = lab__text("%.*s/%s", (int)n, path, program);
+        int found = name != NULL && access(name, X_OK) == 0;
+        free(name);
+        if (found) {
+            return 1;
+        }
+        path += n + (path[n] == ':');
+    }
+    return 0;
+}
+
+/* why the compiler failed: something is not there, or its own words */
+static stein_status complain(const job *j, const char *cc, int code, stein_err *err)
+{
+    char line[160];
+    lab__complaint(j->log, line, (int)sizeof line);
+    char *header = lab__text("%s/include/wasm32-wasi/stdlib.h", j->sysroot);
+    int no_libc = header == NULL || access(header, R_OK) != 0;
+    int no_linker = !is_in_path("wasm-ld") || // or the one of clang's own version
+                    (strstr(line, "wasm-ld") != NULL && strstr(line, "exist") != NULL);
+    free(header);
+    if (code == 127 || no_libc || no_linker) {
+        return lab__fail(err, STEIN_ECOMPILE,
+                         "a page needs a compiler for WebAssembly, and this machine lacks:%s%s%s; "
+                         "run apt-get install clang lld wasi-libc (WASM_CC names another clang, "
+                         "WASI_SYSROOT another place of wasi-libc)",
+                         code == 127 ? " clang" : "", no_linker ? " lld" : "",
+                         no_libc ? " wasi-libc" : "");
+    }
+    return lab__fail(err, STEIN_ECOMPILE,
+                     "%s failed to compile the page's module (exit code %d): %s", cc, code, line);
+}
+
+/* ---- compiling ---- */
+
+/* words of a command line; texts made for it are owned */
+typedef struct words {
+    char *word[MAX_WORDS + 1], *owned[MAX_WORDS];
+    int n, nowned, failed;
+} words;
+
+static void add(words *w, char *text)
+{
+    if (text == NULL || w->n == MAX_WORDS) {
+        w->failed = 1;
+        return;
+    }
+    w->word[w->n++] = text;
+    w->word[w->n] = NULL;
+}
+
+static void add_owned(words *w, char *text)
+{
+    add(w, text);
+    if (!w->failed) {
+        w->owned[w->nowned++] = text;
+    } else {
+        free(text);
+    }
+}
+
+static void free_words(words *w)
+{
+    for (int i = 0; i < w->nowned; i++) {
+        free(w->owned[i]);
+    }
+}
+
+/* the compiler may bring words of its own ("ccache clang"), in `own` */
+static void compose(words *w, const job *j, char *own)
+{
+    static char *const fixed[] = {
+        "--target=wasm32-wasi", "-std=c11",          "-O2",           "-flto",
+        "-mbulk-memory",        "-ffp-contract=off", "-nostartfiles", "-nodefaultlibs",
+        "-Wl,--no-entry",       "-Wl,--strip-all"};
+    char *rest = NULL;
+    for (char *word = own != NULL ? strtok_r(own, " ", &rest) : NULL; word != NULL;
+         word = strtok_r(NULL, " ", &rest)) {
+        add(w, word);
+    }
+    for (size_t i = 0; i < sizeof fixed / sizeof *fixed; i++) {
+        add(w, fixed[i]);
+    }
+    add_owned(w, lab__text("--sysroot=%s", j->sysroot));
+    add_owned(w, lab__text("-I%s/include", j->folder));
+    add_owned(w, lab__text("-I%s/src/core", j->folder));
+    add(w, j->define);
+    add(w, "-o");
+    add(w, j->fresh);
+    for (const page__source *f = page__core_files; f->name != NULL; f++) {
+        if (f->name[strlen(f->name) - 1] == 'c') {
+            add_owned(w, lab__text("%s/%s", j->folder, f->name));
+        }
+    }
+    add(w, j->equations);
+    add(w, "-lc");
+}
+
+static stein_status run_clang(const job *j, stein_err *err)
+{
+    const char *cc = environment("WASM_CC", "clang");
+    char *own = lab__text("%s", cc);
+    words w = {.n = 0};
+    int code = 0;
+    compose(&w, j, own);
+    stein_status status = own != NULL && !w.failed ? lab__spawn(w.word, j->log, &code, err)
+                                                   : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (status == STEIN_OK && code != 0) {
+        status = complain(j, cc, code, err);
+    }
+    if (status == STEIN_OK && rename(j->fresh, j->module) != 0) {
+        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->module, strerror(errno));
+    }
+    free_words(&w);
+    free(own);
+    return status;
+}
+
+static stein_status write_sources(const job *j, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (const page__source *f = page__core_files; status == STEIN_OK && f->name != NULL; f++) {
+        char *path = lab__text("%s/%s", j->folder, f->name), *slash = NULL;
+        if (path == NULL) {
+            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        }
+        slash = strrchr(path, '/');
+        *slash = '\0';
+        status = lab__folder(path, err);
+        *slash = '/';
+        status = status == STEIN_OK ? lab__write_lines(path, f->lines, err) : status;
+        free(path);
+    }
+    return status;
+}
+
+static stein_status write_equations(const job *j, const lab_model *model, stein_err *err)
+{
+    gen_result generated;
+    stein_status status = gen_equations(&generated, lab__mechanism(model), err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    const char *source[] = {generated.source, NULL};
+    status = lab__write_lines(j->equations, source, err);
+    gen_free(&generated);
+    return status;
+}
+
+/* in a folder of our own */
+static stein_status compile_apart(job *j, const lab_model *model, stein_err *err)
+{
+    if (mkdtemp(j->work) == NULL) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
+    }
+    j->fresh = lab__text("%s/module", j->work);
+    j->log = lab__text("%s/log", j->work);
+    int memory = j->fresh != NULL && j->log != NULL;
+    stein_status status =
+        memory ? write_sources(j, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (status == STEIN_OK) {
+        status = write_equations(j, model, err);
+    }
+    if (status == STEIN_OK) {
+        status = run_clang(j, err);
+    }
+    if (memory) {
+        unlink(j->fresh);
+        unlink(j->log);
+    }
+    rmdir(j->work);
+    return status;
+}
+
+/* a module in the cache; one that is none (a disk that was full) counts as not there */
+static int read_cached(const job *j, char **bytes, size_t *size)
+{
+    static const char magic[4] = {'\0', 'a', 's', 'm'};
+    char *text = NULL;
+    size_t n = 0;
+    if (lab__read_file(j->module, &text, &n, NULL) == STEIN_OK && n >= sizeof magic &&
+        memcmp(text, magic, sizeof magic) == 0) {
+        *bytes = text;
+        *size = n;
+        return 1;
+    }
+    free(text);
+    return 0;
+}
+
+stein_status page__module(char **bytes, size_t *size, const lab_model *model,
+                          const lab_options *options, stein_err *err)
+{
+    job j = {0};
+    stein_status status = name_files(&j, lab_equations(model), options, err);
+    if (status == STEIN_OK && !read_cached(&j, bytes, size)) {
+        status = lab__folder(j.folder, err);
+        status = status == STEIN_OK ? compile_apart(&j, model, err) : status;
+        status = status == STEIN_OK ? lab__read_file(j.module, bytes, size, err) : status;
+    }
+    free_job(&j);
+    return status;
+}

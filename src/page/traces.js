@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT
+ * traces.js - output channels over the last moments, as lanes that scroll. */
+"use strict";
+
+const Traces = (() => {
+  const roman = ["–", "i", "ii", "iii", "iv"];
+  const words = (name) => name.replace(/_/g, " ");
+
+  /* which channels share a lane */
+  function lanesOf(model) {
+    const all = model.channels.map((c, i) => ({ ...c, i }));
+    if (model.string >= 0) {
+      const is = (read, index) => all.filter((c) => c.read === read && c.index === index);
+      const lanes = [
+        { title: "head to string", list: is("gap", model.string) },
+        { title: "notch phase", list: is("notch_phase", model.notch), phase: true },
+        { title: "forces", list: all.filter((c) => ["force", "notch_force"].includes(c.read)) },
+      ];
+      return lanes.filter((lane) => lane.list.length > 0);
+    }
+    const lanes = [];
+    for (const c of all.slice(1)) {
+      const lane = lanes.find((k) => k.list[0].unit === c.unit && k.list.length < 3);
+      if (lane) lane.list.push(c);
+      else if (lanes.length < 4) lanes.push({ title: "", list: [c] });
+    }
+    return lanes;
+  }
+
+  function create(canvas, model, legend) {
+    const ctx = canvas.getContext("2d"), lanes = lanesOf(model);
+    let width = 0, height = 0, colour = {}, range = model.channels.map(() => [Infinity, -Infinity]);
+    const gutter = 46, low = 16;
+
+    lanes.forEach((lane) => lane.list.forEach((c, k) => {
+      const item = document.createElement("li");
+      item.innerHTML = `<i class="swatch tone${k}"></i><span></span> <b></b>`;
+      item.querySelector("span").textContent = words(c.name);
+      legend.append(item);
+      c.shown = item.querySelector("b");
+    }));
+
+    function bounds(lane) {
+      if (lane.phase) return [-0.4, 4.4];
+      let [a, b] = [Infinity, -Infinity];
+      for (const c of lane.list) { a = Math.min(a, range[c.i][0]); b = Math.max(b, range[c.i][1]); }
+      if (!(a < b)) [a, b] = [a - 1e-9 || -1, b + 1e-9 || 1];
+      return [a - 0.06 * (b - a), b + 0.06 * (b - a)];
+    }
+
+    function ticks(lane, a, b) {
+      if (lane.phase) return roman.map((t, i) => [i, t]);
+      const [factor] = Format.unit(lane.list[0].unit), rough = (b - a) * factor / 5;
+      const ten = 10 ** Math.floor(Math.log10(rough));
+      const step = ten * [1, 2, 5, 10].find((m) => m * ten >= rough);
+      const list = [];
+      for (let k = Math.ceil(a * factor / step); k * step <= b * factor; k++)
+        list.push([k * step / factor, String(+(k * step).toPrecision(6)).replace("-", "−")]);
+      return list;
+    }
+
+    function frame(lane, top, tall, Y, a, b) {
+      ctx.strokeStyle = colour.rule;
+      ctx.fillStyle = colour.muted;
+      ctx.lineWidth = 1;
+      ctx.font = `11px ${colour.font}`;
+      ctx.textAlign = "right";
+      for (const [at, name] of ticks(lane, a, b)) {
+        const y = Math.round(Y(at)) + 0.5;
+        ctx.beginPath();
+        ctx.moveTo(gutter, y);
+        ctx.lineTo(width, y);
+        ctx.stroke();
+        ctx.fillText(name, gutter - 6, y + 4);
+      }
+      ctx.textAlign = "left";
+      const unit = lane.phase ? "" : Format.unit(lane.list[0].unit)[1];
+      const title = lane.title || lane.list.map((c) => words(c.name)).join(", ");
+      ctx.fillStyle = colour.ink;
+      ctx.fillText(title + (unit ? ` [${unit}]` : ""), gutter + 6, top + 12);
+    }
+
+    function curve(c, trace, span, Y, lane) {
+      const rows = Math.min(trace.n, 4096), w = trace.width;
+      const row = (n) => (n % 4096) * w;
+      const end = trace.at[row(trace.n - 1)];
+      ctx.beginPath();
+      let y0 = null;
+      for (let n = trace.n - rows; n < trace.n; n++) {
+        const t = trace.at[row(n)];
+        if (t < end - span) continue;
+        const x = width - (end - t) / span * (width - gutter), y = Y(trace.at[row(n) + c.i]);
+        if (y0 === null) ctx.moveTo(x, y);
+        else if (lane.phase) { ctx.lineTo(x, y0); ctx.lineTo(x, y); }
+        else ctx.lineTo(x, y);
+        y0 = y;
+      }
+      ctx.stroke();
+    }
+
+    function draw(trace, span, now) {
+      const ratio = canvas.width / width;
+      ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+      ctx.clearRect(0, 0, width, height);
+      const weights = lanes.map((lane) => (lane.phase ? 0.7 : 1));
+      const sum = weights.reduce((x, y) => x + y, 0);
+      let top = 0;
+      lanes.forEach((lane, l) => {
+        const tall = (height - low) * weights[l] / sum, [a, b] = bounds(lane);
+        const Y = (v) => top + 18 + (tall - 26) * (1 - (v - a) / (b - a));
+        frame(lane, top, tall, Y, a, b);
+        lane.list.forEach((c, k) => {
+          ctx.strokeStyle = colour.tones[k % colour.tones.length];
+          ctx.lineWidth = 1.6;
+          if (trace.n > 1) curve(c, trace, span, Y, lane);
+          c.shown.textContent = lane.phase ? roman[now[c.i]] : Format.quantity(now[c.i], c.unit);
+        });
+        top += tall;
+      });
+      ctx.fillStyle = colour.muted;
+      ctx.textAlign = "right";
+      ctx.fillText("now", width, height - 3);
+      ctx.textAlign = "left";
+      ctx.fillText("−" + Format.quantity(span, "s"), gutter, height - 3);
+    }
+
+    return {
+      draw,
+      fit(cssWidth, ratio) {
+        [width, height] = [cssWidth, 40 + (cssWidth > 480 ? 138 : 108) * lanes.length];
+        canvas.width = Math.round(width * ratio);
+        canvas.height = Math.round(height * ratio);
+        canvas.style.height = height + "px";
+      },
+      theme(tones) { colour = tones; },
+      /* values that the lanes have to have room for */
+      learn(values) {
+        values.forEach((v, i) => {
+          range[i] = [Math.min(range[i][0], v), Math.max(range[i][1], v)];
+        });
+      },
+    };
+  }
+
+  return { create };
+})();

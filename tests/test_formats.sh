@@ -1,0 +1,61 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_formats.sh - `stein simulate --format`: NumPy and SciPy read what the CSV says, bit for bit.
+set -u
+stein=${STEIN_BUILD:-build}/stein
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+. tests/claims.sh
+unset CC
+
+# run TEXT OPTION...
+run() {
+    text=$1
+    shift
+    claim 0 "$text" "$stein" strike models/stein1788.yaml --set pawl.stop_shift=-0.3mm --until 80ms --every 1ms "$@"
+}
+run "a stroke as CSV" -o "$dir/s.csv"
+run "as a structured array, by its ending" -o "$dir/s.npy"
+run "as a MATLAB file, by its ending" -o "$dir/s.mat"
+run "by an option, whatever the ending" --format npy -o "$dir/s.dat"
+if cmp -s "$dir/s.dat" "$dir/s.npy"; then pass; else fail "an option says the same as an ending"; fi
+run "to standard output" --format mat -o -
+if cmp -s "$dir/out" "$dir/s.mat"; then pass; else fail "standard output holds the same file"; fi
+run "the ending is overruled" --format csv -o "$dir/c.npy"
+if cmp -s "$dir/c.npy" "$dir/s.csv"; then pass; else fail "CSV stays CSV"; fi
+claim 2 "a form that is none is misuse" "$stein" strike models/stein1788.yaml --format hdf5 -o "$dir/x"
+says "the forms are listed" 'expected csv, npy or mat'
+claim 2 "a form without a file is misuse" "$stein" strike models/stein1788.yaml --format npy
+says "the file is asked for" 'needs a file: -o'
+
+python=
+for p in python3 /usr/bin/python3; do
+    if [ -z "$python" ] && $p -c 'import numpy, scipy.io' 2>/dev/null; then python=$p; fi
+done
+if [ -z "$python" ]; then
+    echo "test_formats: no numpy and scipy, their reading is not tested"
+else
+    cat >"$dir/read.py" <<'PY'
+import csv, sys
+import numpy, scipy.io
+folder = sys.argv[1]
+lines = [l for l in open(folder + "/s.csv") if not l.startswith("#")]
+notes = "".join(l[2:] for l in open(folder + "/s.csv") if l.startswith("#"))
+rows = list(csv.reader(lines))
+names = [c.split(" [")[0] for c in rows[0]]
+units = [c.split(" [")[1][:-1] for c in rows[0]]
+table = numpy.array([[float(x) for x in r] for r in rows[1:]])
+a = numpy.load(folder + "/s.npy")
+m = scipy.io.loadmat(folder + "/s.mat")
+assert list(a.dtype.names) == names and a.shape == (81,)
+for i, name in enumerate(names):
+    assert (a[name] == table[:, i]).all(), name
+    assert m[name].shape == (81, 1) and (m[name][:, 0] == table[:, i]).all(), name
+    assert m["units"][name][0, 0][0] == units[i], name
+assert m["notes"][0] == notes
+PY
+    claim 0 "NumPy and SciPy read the numbers, units and notes of the CSV" "$python" "$dir/read.py" "$dir"
+fi
+
+echo "test_formats: $passed passed, $failed failed"
+[ "$failed" = 0 ]

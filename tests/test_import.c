@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_import.c - ROBOTRAN projects become mechanism files with the same M and c as mechanisms that
+ * were written by hand; what is left out is told; files that are not in order are refused by place.
+ */
+#include "lab_support.h"
+#include "stein/import.h"
+
+enum { STATES = 20, MOST_NQ = 8 };
+
+static char *said; /* notes of the last import, a line each */
+
+static void on_note(void *ctx, const char *message)
+{
+    (void)ctx;
+    char *longer = lab__text("%s%s\n", said != NULL ? said : "", message);
+    free(said);
+    said = longer;
+}
+
+static lab_imported import(const char *file, const char *to)
+{
+    lab_imported done;
+    free(said);
+    said = NULL;
+    ck_assert_stein(lab_import_mbs(file, to, on_note, NULL, &done, err));
+    return done;
+}
+
+/* M, c of both at the same states; joint i of the one is joint map[i] of the other */
+static void same_equations(const lab_model *one, const lab_model *other, const int *map)
+{
+    int n = lab_equations(one)->nq;
+    unsigned long long seed = 1900;
+    stein_sim *sim[2];
+    ck_assert_int_eq(lab_equations(other)->nq, n);
+    ck_assert_stein(lab_sim(one, NULL, &sim[0], err));
+    ck_assert_stein(lab_sim(other, NULL, &sim[1], err));
+    for (int i = 0; i < n; i++) { // initial values come over as well
+        ck_assert_close(stein_q(sim[0])[i], stein_q(sim[1])[map[i]], 1e-15, 0.0);
+        ck_assert_close(stein_qd(sim[0])[i], stein_qd(sim[1])[map[i]], 1e-15, 0.0);
+    }
+    for (int s = 0; s < STATES; s++) {
+        double q[2][MOST_NQ], qd[2][MOST_NQ], M[2][MOST_NQ * MOST_NQ], c[2][MOST_NQ];
+        for (int i = 0; i < n; i++) {
+            q[1][map[i]] = q[0][i] = 2.3 * noise(&seed);
+            qd[1][map[i]] = qd[0][i] = 3.7 * noise(&seed);
+        }
+        for (int k = 0; k < 2; k++) {
+            stein_mass_bias(sim[k], q[k], qd[k], NULL, NULL, M[k], c[k]);
+        }
+        for (int i = 0; i < n; i++) {
+            ck_assert_close(c[0][i], c[1][map[i]], 1e-12, 1e-12);
+            for (int j = 0; j < n; j++) {
+                ck_assert_close(M[0][i * n + j], M[1][map[i] * n + map[j]], 1e-12, 1e-14);
+            }
+        }
+    }
+    stein_sim_destroy(sim[0]);
+    stein_sim_destroy(sim[1]);
+}
+
+START_TEST(a_planar_project_has_the_equations_of_the_file_written_by_hand)
+{
+    lab_options options = lab_options_default();
+    lab_model *mine = NULL, *theirs = NULL;
+    const char *set[] = {"block.initial.position=0.185", "crank.initial.speed=100"};
+    int map[4];
+    lab_imported done = import("tests/mbs/piston.mbs", in_folder("piston.yaml"));
+    ck_assert_str_eq(done.name, "piston");
+    ck_assert(done.bodies == 4 && done.joints == 4 && done.points == 2 && done.left_out == 3);
+    ck_assert_ptr_nonnull(strstr(said, "\"Piston\" between rod.head and piston.origin"));
+    ck_assert_stein(lab_open(&theirs, in_folder("piston.yaml"), &options, err));
+    options.set = set;
+    options.nset = 2;
+    ck_assert_stein(lab_open(&mine, "models/robotran/piston.yaml", &options, err));
+    for (int i = 0; i < 4; i++) {
+        map[i] = stein_find_body(lab_equations(theirs), lab_equations(mine)->bodies[i].name);
+        ck_assert_int_ge(map[i], 0);
+    }
+    same_equations(mine, theirs, map);
+    ck_assert_int_eq(lab_equations(theirs)->ops_mass_bias.mul,
+                     lab_equations(mine)->ops_mass_bias.mul);
+    lab_close(mine);
+    lab_close(theirs);
+}
+END_TEST
+
+/* tests/mbs/arm.mbs as one would write it, with other names and units */
+static const char arm_by_hand[] =
+    "mechanism: by_hand\n"
+    "gravity: [0.3 m/s^2, -0.7 m/s^2, -9.7 m/s^2]\n"
+    "bodies:\n"
+    "  post: {joint: R z, at: [11 cm, -23 cm, 370 mm], mass: 0,\n"
+    "         initial: {position: 0.21 rad, speed: -0.4 rad/s}}\n"
+    "  slide: {parent: post, joint: T y, mass: 0}\n"
+    "  arm:\n"
+    "    parent: slide\n"
+    "    joint: R x\n"
+    "    mass: 2.7 kg\n"
+    "    centre: [21 mm, 13 mm, -31 mm]\n"
+    "    inertia: {xx: 0.017 kg m^2, yy: 0.023 kg m^2, zz: 0.029 kg m^2,\n"
+    "              xy: 1.3e-3 kg m^2, xz: -2.1e-3 kg m^2, yz: 7e-4 kg m^2}\n"
+    "  wrist: {parent: arm, joint: R y, at: [-100 mm, 40 mm, 60 mm], mass: 0}\n"
+    "  hand: {parent: wrist, joint: T x, mass: 900 g, centre: [0, 50 mm, 0],\n"
+    "         inertia: {xx: 2e-3, yy: 3e-3, zz: 2.5e-3}}\n";
+
+START_TEST(a_spatial_project_with_several_joints_a_body_does_so_too)
+{
+    static const int map[] = {0, 1, 2, 3, 4};
+    lab_options options = lab_options_default();
+    lab_model *mine = NULL, *theirs = NULL;
+    lab_imported done = import("tests/mbs/arm.mbs", in_folder("arm.yaml"));
+    ck_assert_str_eq(done.name, "n6_axes");
+    ck_assert(done.bodies == 2 && done.joints == 5 && done.points == 3);
+    static const char *const told[] = {"\"struct\" is called struct_",
+                                       "\"tilt angle\"",
+                                       "\"left up\" is called left_up_2",
+                                       "sensor \"eye\"",
+                                       "external force \"wind\"",
+                                       "\"springy\"",
+                                       "link \"rope\" between struct.left/up and hand.origin",
+                                       "user model \"Motor\"",
+                                       "<novelty> of the project (line"};
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
+        ck_assert_msg(strstr(said, told[i]) != NULL, "%s is not told in\n%s", told[i], said);
+    }
+    ck_assert_stein(lab_open(&theirs, in_folder("arm.yaml"), &options, err));
+    ck_assert_stein(
+        lab__open_text(&mine, "by_hand.yaml", arm_by_hand, sizeof arm_by_hand - 1, &options, err));
+    same_equations(mine, theirs, map);
+
+    // a driven joint is held, others move; the outputs are called like the joints
+    stein_sim *sim;
+    double lift = 1.0, tilt = 0.0;
+    ck_assert_int_ge(stein_find_input(lab_equations(theirs), "drive_lift"), 0);
+    ck_assert_stein(lab_sim(theirs, NULL, &sim, err));
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    ck_assert_stein(stein_read_name(sim, "lift", &lift, err));
+    ck_assert_stein(stein_read_name(sim, "tilt_angle", &tilt, err));
+    ck_assert(lift == 0.0 && fabs(tilt) > 1e-6);
+    stein_sim_destroy(sim);
+
+    // the notes are at the head of the file as well
+    char *text = NULL;
+    size_t size;
+    ck_assert_stein(lab__read_file(in_folder("arm.yaml"), &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "#   user model \"Motor\"\n"));
+    free(text);
+    lab_close(mine);
+    lab_close(theirs);
+}
+END_TEST
+
+/* the text with the first `from` replaced; into a file */
+static const char *changed(const char *text, const char *from, const char *to)
+{
+    const char *at = strstr(text, from);
+    ck_assert_msg(at != NULL, "no \"%s\"", from);
+    const char *path = in_folder("changed.mbs");
+    FILE *f = fopen(path, "wb");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
+    ck_assert_int_eq(fclose(f), 0);
+    return path;
+}
+
+START_TEST(projects_that_are_not_in_order_are_refused_by_place)
+{
+    static const struct {
+        const char *from, *to, *told;
+    } bad[] = {
+        {"<type>R3</type>", "<type>R4</type>", "changed.mbs:12:41: a joint of type \"R4\""},
+        {"<type>R3</type>", "", "<joint> without a <type>"},
+        {"<mass>2.7</mass>", "<mass>2,7</mass>", "changed.mbs:16:7: <mass> is \"2,7\""},
+        {"<mass>2.7</mass>", "<mass>nan</mass>", "<mass> is \"nan\""},
+        {"<mass>2.7</mass>", "<mass>2.7</mass><mass>3</mass>", "<mass> twice"},
+        {"<x>0.021</x>", "<x>0x1p3</x>", "<x> is \"0x1p3\""},
+        {"<bodyname>struct</bodyname><pointname>left up", "<bodyname>strut</bodyname><pointname>x",
+         "hangs on \"strut\", which is no body"},
+        {"<bodyname>struct</bodyname><pointname>left up", "<bodyname>struct</bodyname><pointname>x",
+         "hangs on \"struct.x\", which is no point"},
+        {"<bodyname>base</bodyname><pointname>post", "<bodyname>hand</bodyname><pointname>origin",
+         "hangs on itself"},
+        {"<parent><bodyname>base</bodyname><pointname>post</pointname></parent>", "",
+         "has no <parent>"},
+        {"<bodyname>hand</bodyname>", "", "<body> without a <bodyname>"},
+        {"</bodytree>", "", "mismatched tag"},
+        {"<mbsDescR7>", "<!DOCTYPE x [<!ENTITY a \"b\">]><mbsDescR7>", "a document type"},
+        {"<bodytree>",
+         "<bodytree><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a><a>"
+         "<a><a><a><a><a><a><a><a><a><a><a>",
+         "more than 32 elements"},
+    };
+    char *text = NULL;
+    size_t size;
+    stein_err told = {STEIN_OK, ""};
+    lab_imported done = {.bodies = -7};
+    ck_assert_stein(lab__read_file("tests/mbs/arm.mbs", &text, &size, err));
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        const char *file = changed(text, bad[i].from, bad[i].to), *to = in_folder("never.yaml");
+        ck_assert_int_eq(lab_import_mbs(file, to, NULL, NULL, &done, &told), STEIN_EPARSE);
+        ck_assert_msg(strstr(told.msg, bad[i].told) != NULL, "%s: %s", bad[i].told, told.msg);
+        ck_assert_int_ne(access(to, F_OK), 0);
+    }
+    ck_assert_int_eq(done.bodies, -7);
+    ck_assert_int_eq(lab_import_mbs("models/pendulum.yaml", "-", NULL, NULL, NULL, &told),
+                     STEIN_EPARSE);
+    ck_assert_int_eq(lab_import_mbs(in_folder("none"), "-", NULL, NULL, NULL, &told), STEIN_EIO);
+
+    // an inertia that no body has: written, and told by the line of what was written
+    const char *to = in_folder("heavy.yaml");
+    ck_assert_int_eq(lab_import_mbs(changed(text, "<Ixx>0.017</Ixx>", "<Ixx>1.7</Ixx>"), to, NULL,
+                                    NULL, NULL, &told),
+                     STEIN_EPARSE);
+    ck_assert_msg(strstr(told.msg, "heavy.yaml:") && strstr(told.msg, "inertia"), "%s", told.msg);
+    ck_assert_int_eq(access(to, F_OK), 0);
+    free(text);
+}
+END_TEST
+
+START_TEST(half_a_file_is_refused_wherever_it_ends)
+{
+    char *text = NULL;
+    size_t size;
+    stein_err told;
+    ck_assert_stein(lab__read_file("tests/mbs/arm.mbs", &text, &size, err));
+    size_t whole = (size_t)(strstr(text, "</mbsDescR7>") - text) + 12;
+    for (size_t n = 0; n < whole; n += 23) {
+        const char *file = in_folder("half.mbs");
+        FILE *f = fopen(file, "wb");
+        ck_assert_uint_eq(fwrite(text, 1, n, f), n);
+        fclose(f);
+        ck_assert_int_eq(lab_import_mbs(file, in_folder("half.yaml"), NULL, NULL, NULL, &told),
+                         STEIN_EPARSE);
+    }
+    ck_assert_int_ne(access(in_folder("half.yaml"), F_OK), 0);
+    free(text);
+}
+END_TEST
+
+Suite *import_suite(void)
+{
+    Suite *s = suite_create("import");
+    TCase *t = tcase_create("import");
+    tcase_set_timeout(t, 120);
+    tcase_add_unchecked_fixture(t, cache_in_build, NULL);
+    tcase_add_checked_fixture(t, make_folder, remove_folder);
+    tcase_add_test(t, a_planar_project_has_the_equations_of_the_file_written_by_hand);
+    tcase_add_test(t, a_spatial_project_with_several_joints_a_body_does_so_too);
+    tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
+    tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);
+    suite_add_tcase(s, t);
+    return s;
+}

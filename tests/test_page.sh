@@ -1,0 +1,98 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_page.sh - stein page: the command, the page without a browser (nodejs), the page in a browser
+# (chromium). What is not installed is told and left out; `make deps-page` installs it.
+set -u
+stein=${STEIN_BUILD:-build}/stein
+dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-page-XXXXXX") || exit 1
+trap 'rm -rf "$dir"' EXIT
+trap 'exit 1' HUP INT TERM
+. tests/claims.sh
+unset WASM_CC WASI_SYSROOT
+
+# counted FILE: claims that a script has counted in its last line; the others are told
+counted() {
+    last=$(tail -n 1 "$1")
+    case $last in
+    *[!0-9\ ]* | "") # it broke off
+        cat "$1"
+        last="0 1"
+        ;;
+    *) sed '$d' "$1" ;;
+    esac
+    passed=$((passed + ${last% *})) failed=$((failed + ${last#* }))
+}
+
+# ---- the command
+claim 2 "a page needs a place" "$stein" page models/pendulum.yaml
+says "and says so" 'expected -o FILE.html'
+claim 2 "standard output holds one thing" "$stein" page models/pendulum.yaml -o - --json
+claim 1 "without a compiler there is no page" env WASM_CC=no-such-clang "$stein" page models/pendulum.yaml -o "$dir/p.html"
+says "the packages are named" 'lacks: clang.*; run apt-get install clang lld wasi-libc'
+claim 1 "nor without its library" env WASI_SYSROOT="$dir" "$stein" page models/pendulum.yaml -o "$dir/p.html"
+says "which is named" 'lacks:.* wasi-libc; run apt-get install clang lld wasi-libc'
+if [ -e "$dir/p.html" ]; then fail "a page that failed is not there"; else pass; fi
+
+missing=
+for p in clang wasm-ld; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
+[ -e /usr/include/wasm32-wasi/stdlib.h ] || missing="$missing wasi-libc"
+if [ -n "$missing" ]; then
+    echo "test_page: no pages are tested, this machine lacks:$missing (make deps-page)"
+    echo "test_page: $passed passed, $failed failed"
+    exit "$((failed > 0))"
+fi
+if command -v node >/dev/null 2>&1; then node=yes; else
+    node=; echo "test_page: no nodejs, pages are written and not run (make deps-page)"; fi
+
+# ---- pages of several mechanisms: a notch and a load, lines with ends, a plane other than x-z
+for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/piston.yaml; do
+    name=$(basename "$model" .yaml)
+    claim 0 "a page of $name" "$stein" page "$model" -o "$dir/$name.html"
+    [ -n "$node" ] || continue
+    stroke=
+    if [ "$name" = stein1788 ]; then
+        stroke=$dir/stroke.json
+        "$stein" strike "$model" --json >"$stroke"
+    fi
+    # shellcheck disable=SC2086
+    node tests/page/module_test.js "$dir/$name.html" src/page/shim.c $stroke >"$dir/log" 2>&1
+    counted "$dir/log"
+done
+
+claim 0 "the shim has no warnings" clang --target=wasm32-wasi --sysroot=/usr -std=c11 -Wall -Wextra \
+    -Wpedantic -Wconversion -Wshadow -Werror -fsyntax-only -DPAGE_MODEL=stein1788 -Iinclude -Isrc/core src/page/shim.c
+find "$XDG_CACHE_HOME" -name 'stein1788-*.wasm' -exec sh -c ': >"$1"' - {} ';'
+claim 0 "a damaged module in the cache is made anew" "$stein" page models/stein1788.yaml -o "$dir/again.html"
+if cmp -s "$dir/stein1788.html" "$dir/again.html"; then pass; else fail "as it was"; fi
+
+# ---- numbers need no compiler; the file's words cannot end the script they stand in
+claim 0 "the same page again" env WASM_CC=no-such-clang "$stein" page models/stein1788.yaml -o "$dir/again.html"
+if cmp -s "$dir/stein1788.html" "$dir/again.html"; then pass; else fail "has the same bytes"; fi
+claim 0 "other numbers need no compiler" env WASM_CC=no-such-clang \
+    "$stein" page models/block_on_slope.yaml --set block.mass=1.7kg -o "$dir/other.html" --json
+if cmp -s "$dir/block_on_slope.html" "$dir/other.html"; then fail "but they are other numbers"; else pass; fi
+if grep -q '"hash": "[0-9a-f]\{16\}"' "$dir/out"; then pass; else fail "--json tells the hash"; fi
+sed 's|^about:.*|about: "</script><script>alert(1)</script><!-- \\" \\\\"|' models/block_on_slope.yaml >"$dir/rude.yaml"
+if grep -q 'alert(1)' "$dir/rude.yaml"; then pass; else fail "the rude file is rude"; fi
+claim 0 "a page of rude words" "$stein" page "$dir/rude.yaml" -o "$dir/rude.html"
+if grep -q '<script>alert' "$dir/rude.html"; then fail "they stay words"; else pass; fi
+if [ -n "$node" ]; then
+    node tests/page/module_test.js "$dir/rude.html" src/page/shim.c >"$dir/log" 2>&1
+    counted "$dir/log"
+fi
+
+# ---- in a browser; what a sanitizer has to say about `stein` is said above
+case ${STEIN_BUILD:-build} in
+*san) ;;
+*)
+    if [ -z "$node" ] || ! command -v chromium >/dev/null 2>&1; then
+        echo "test_page: no chromium, the page is not played (make deps-page)"
+    else
+        node tests/page/browser_test.js "$(command -v chromium)" "$dir/stein1788.html" >"$dir/log" 2>&1
+        counted "$dir/log"
+    fi
+    ;;
+esac
+
+echo "test_page: $passed passed, $failed failed"
+test "$failed" -eq 0
