@@ -218,7 +218,7 @@ $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # fuzz targets: with libFuzzer (VARIANT=fuzz, clang), and as programs that are fed kept files
 FUZZ := mechanism csv state journal set
-FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
+FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c src/cli/completion.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 $(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) -fsanitize=fuzzer $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
