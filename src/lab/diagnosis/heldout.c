@@ -17,6 +17,7 @@
 #include "searching.h"
 
 enum { DRAWS = 2000 };
+static const double aside = 1.5; /* of another start, in sd of the scatter */
 
 /* the held-out strokes of a model, in which only their own unknowns move */
 static stein_status make_problem(diag *d, const lab_model *model, const lab_dataset *data,
@@ -35,12 +36,56 @@ static stein_status make_problem(diag *d, const lab_model *model, const lab_data
     return STEIN_OK;
 }
 
+/* from where its own unknowns are at 0, but for the one that is at `first`
+ * @param k  of the unknowns; 0: all are at 0 */
+static stein_status follow_from(diag *d, fit__problem *p, const double *shared, int k, double first,
+                                fit__end *e, stein_err *err)
+{
+    memcpy(e->x, shared, sizeof *shared * (size_t)p->np);
+    memset(e->x + p->np, 0, sizeof *shared * (size_t)(p->nu - p->np));
+    e->x[k] = k > 0 ? first : e->x[k];
+    stein_status status = diag__follow(d, p, e, err);
+    e->objective =
+        status == STEIN_OK ? fit__chi2(p, e->r) + fit__priors(p, e->x) : (double)INFINITY;
+    return status;
+}
+
+/* A stray is asked again, with more and with less of everything that differs from stroke to stroke:
+ * which events it has depends on that, and no step leads across one. The best start is kept. */
+static stein_status other_starts(diag *d, fit__problem *p, const double *shared, double middle,
+                                 fit__end *e, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
+    double *room = malloc(sizeof *room * (nu + rows + 1));
+    fit__end t = {.x = room, .r = room != NULL ? room + nu : NULL, .J = e->J};
+    stein_status status = room != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
+        for (double first = -aside; p->unknown[k].kind == FIT__SCATTER && status == STEIN_OK &&
+                                    first <= aside && diag__is_stray(p, e->r, 0, middle);
+             first += 2.0 * aside) {
+            stein_err why;
+            status = follow_from(d, p, shared, k, first, &t, &why) == STEIN_ENOMEM
+                         ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                         : STEIN_OK;
+            if (status == STEIN_OK && t.objective < e->objective) {
+                memcpy(e->x, t.x, sizeof *t.x * nu);
+                memcpy(e->r, t.r, sizeof *t.r * rows);
+                e->objective = t.objective;
+            }
+        }
+    }
+    free(room);
+    return status;
+}
+
 /* One stroke, its own unknowns fitted: strokes that are fitted together wait for the slowest, and
  * one that has far to go stops all.
- * @param D  variances of scatter in those of the prior
- * @param p  of all strokes; x and r are of all of them, in and out */
-static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int stroke, double *x,
-                            double *r, stein_err *err)
+ * @param D       variances of scatter in those of the prior
+ * @param p       of all strokes; x and r are of all of them, in and out
+ * @param middle  chi2 per sample of other strokes; starts are tried until this one is no stray
+ *                among them */
+static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int stroke,
+                            double middle, double *x, double *r, stein_err *err)
 {
     const fit__stroke *t = &p->stroke[stroke];
     lab_dataset one = {1, &p->data->stroke[stroke]};
@@ -53,26 +98,47 @@ static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int
     }
     if (status == STEIN_OK) {
         fit__end e = {.x = room, .J = room + own.nu, .r = r + fit__offset(p, stroke)};
-        size_t shared = sizeof *x * (size_t)p->np, mine = sizeof *x * (size_t)t->own;
-        memcpy(room, x, shared);
         fit__problem_try(&own, p->effect);
         for (int k = 0; k < own.np; k++) {
             own.unknown[k].idle = 1;
         }
         own.horizon = p->horizon;
-        status = diag__follow(d, &own, &e, err);
-        memcpy(x + t->first, room + own.np, mine);
+        status = follow_from(d, &own, x, 0, 0.0, &e, err);
+        status = status == STEIN_OK ? other_starts(d, &own, x, middle, &e, err) : status;
+        memcpy(x + t->first, room + own.np, sizeof *x * (size_t)t->own);
     }
     free(room);
     fit__problem_free(&own);
     return status;
 }
 
-stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, const fit__end *e,
-                              stein_err *err)
+stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, double middle,
+                              const fit__end *e, stein_err *err)
 {
     static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
-    return fit_one(d, as_stated, p, stroke, e->x, e->r, err);
+    return fit_one(d, as_stated, p, stroke, middle, e->x, e->r, err);
+}
+
+/* every stroke by itself, and those that are strays among the others with more care */
+static stein_status fit_each(diag *d, const double *D, const fit__problem *p, double *x, double *r,
+                             stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
+        status = fit_one(d, D, p, i, INFINITY, x, r, err);
+    }
+    double middle = 0.0, *room = malloc(sizeof *room * ((size_t)p->nstroke + 1));
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    middle = diag__middle(p, r, room);
+    free(room);
+    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
+        if (diag__is_stray(p, r, i, middle)) {
+            status = fit_one(d, D, p, i, middle, x, r, err);
+        }
+    }
+    return status;
 }
 
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
@@ -99,9 +165,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
     for (int k = 0; k < p->np; k++) {
         p->unknown[k].idle = 1;
     }
-    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = fit_one(d, D, p, i, to->x, to->r, err);
-    }
+    status = fit_each(d, D, p, to->x, to->r, err);
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
     }

@@ -29,12 +29,13 @@ enum {
     POLISHED = 4,
     MORE = 8,
     RENEW_LAST = 4,
-    TRIES = 3
+    TRIES = 3,
+    ANEW = 5 /* fits from the file's own numbers, of one search: they cost most of it */
 };
 static const double enough = 0.3;       /* of the objective */
 static const double worth_a_try = 10.0; /* of the objective */
 static const double far = 1.3; /* chi2/dof from which on a fit begins anew, noise stated or not */
-static const double worth_anew = 100.0; /* gain */
+static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
 static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
@@ -419,7 +420,7 @@ static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
 /* more than noise is left to a suspect that gains enough to be worth a search */
 static int is_off(const diag *d, const diag__suspect *s)
 {
-    double noise = fit__noise_given(&d->p) ? fmin(1.0 + 3.0 * diag__noise_sd(d), far) : far;
+    double noise = fit__noise_given(&d->p) ? fmin(1.0 + 2.0 * diag__noise_sd(d), far) : far;
     return isfinite(s->objective) && s->s.gain > worth_anew && s->s.chi2_dof > noise;
 }
 
@@ -447,9 +448,10 @@ static stein_status begin_anew(diag *d, diag__suspect *s, stein_err *err)
     stein_status status = STEIN_OK;
     double was = INFINITY;
     for (int k = 0; k < (several ? 4 : 2) && status == STEIN_OK && is_off(d, s); k++) {
-        if (k == 1 && !(was - s->objective > worth_anew)) {
+        if ((k == 1 && !(was - s->objective > worth_anew)) || d->anew >= ANEW) {
             continue;
         }
+        d->anew++;
         was = s->objective;
         status = again(d, s, from_the_file, first[k], err);
         status = status == STEIN_OK ? to_the_end(d, s, err) : status;
@@ -459,8 +461,8 @@ static stein_status begin_anew(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* the leading ones to their end, also where that is far; more of them while none leaves only noise
- */
+/* the leading ones to their end, also where that is far while none leaves only noise, and then more
+ * of them */
 static stein_status polish(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -474,14 +476,16 @@ static stein_status polish(diag *d, stein_err *err)
         if (!s->ended) {
             status = attempt(d, s, RENEW_LAST, err);
         }
-        if (status == STEIN_OK && is_off(d, s) && !s->begun) {
+        if (status == STEIN_OK && !explained && is_off(d, s) && !s->begun) {
             status = recall(d, s, err);
             status = status == STEIN_OK ? begin_anew(d, s, err) : status;
         }
         explained |= !is_off(d, s);
     }
     sort(d);
-    return status;
+    return status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted
+               ? to_the_end(d, &d->suspect[0], err)
+               : status;
 }
 
 /* a gain that may be that of a null fit which is stuck is asked again from the leader's end */

@@ -67,6 +67,7 @@ typedef struct diag {
     diag__suspect *suspect;
     int n;
     double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
+    int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
 } diag;
@@ -167,6 +168,10 @@ stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *e
 
 /* ---- strays.c ---- */
 
+/** chi2 per sample of the stroke in the middle. @param r  of all strokes; room [nstroke] */
+double diag__middle(const fit__problem *p, const double *r, double *room);
+/** Is a stroke further from its data than the one in the middle, and not by chance? */
+int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle);
 /** Single strokes that a fit has lost: the others fitted without them, and their own numbers anew.
  *  x is a start for a fit of all then; J and r are not those of x.
  *  @param p      with the effect that is on trial in it
@@ -187,9 +192,11 @@ typedef struct diag__held {
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
 /** The own unknowns in x of one stroke of a problem, anew along its course up to the problem's
- *  horizon, all shared ones as they are, and its r. @return OK, ENOMEM, a numerical failure */
-stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, const fit__end *e,
-                              stein_err *err);
+ *  horizon, all shared ones as they are, and its r; from several starts while it is a stray.
+ *  @param middle  chi2 per sample of the stroke in the middle
+ *  @return OK, ENOMEM, a numerical failure */
+stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, double middle,
+                              const fit__end *e, stein_err *err);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
 void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);
 /** gain and gains of a diagnosis. @param phase  of all held-out frames */
@@ -275,6 +282,8 @@ extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
 extern const double diag__must_explain; /* share of the misfit beyond noise */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
+/** Are the linear scores at the null fit larger than chance makes them? */
+int diag__is_seen(const diag *d);
 /** Standard deviation of chi2/dof where there is nothing but noise. */
 double diag__noise_sd(const diag *d);
 /** Largest chi2/dof of noise that the data state; INFINITY where they do not state it. */

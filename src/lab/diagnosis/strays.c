@@ -17,9 +17,8 @@
 
 enum { STROKES_MOST = 3, RENEWALS = 2 }; /* strays are a third of the strokes at most */
 static const double settled = 1.3;       /* chi2 per sample of the stroke in the middle */
-static const double lost = 1.25;         /* of a stray, in that one's */
-static const double far_lost = 3.0;      /* the same where that one is not settled */
-static const double worth = 100.0;       /* of chi2 */
+static const double by_chance = 4.0;     /* sd of a stroke's chi2 */
+static const double far_lost = 3.0;      /* of a stray, in that of the middle, when not settled */
 static const double enough = 0.3;        /* of the objective */
 
 static double misfit(const fit__problem *p, const double *r, int s)
@@ -33,21 +32,30 @@ static double misfit(const fit__problem *p, const double *r, int s)
     return sum / fmax(1.0, t->samples);
 }
 
-/* marks strays. @param room  [2*nstroke]  @return their number; 0 where too many are */
-static int find(const fit__problem *p, const double *r, double *room, unsigned char *stray)
+double diag__middle(const fit__problem *p, const double *r, double *room)
 {
-    int n = p->nstroke, found = 0;
-    double *own = room, *sorted = room + n;
-    for (int s = 0; s < n; s++) {
-        own[s] = sorted[s] = misfit(p, r, s);
+    for (int s = 0; s < p->nstroke; s++) {
+        room[s] = misfit(p, r, s);
     }
-    gsl_sort(sorted, 1, (size_t)n);
-    double middle = sorted[(n - 1) / 2], most = middle * (middle < settled ? lost : far_lost);
-    for (int s = 0; s < n; s++) {
-        stray[s] = own[s] > most && (own[s] - middle) * p->stroke[s].samples > worth;
+    gsl_sort(room, 1, (size_t)p->nstroke);
+    return room[(p->nstroke - 1) / 2];
+}
+
+int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle)
+{
+    double own = misfit(p, r, stroke), n = fmax(1.0, p->stroke[stroke].samples);
+    return middle < settled ? own - middle > by_chance * sqrt(2.0 / n) : own > far_lost * middle;
+}
+
+/* marks strays. @return their number; 0 where too many are */
+static int find(const fit__problem *p, const double *r, double middle, unsigned char *stray)
+{
+    int found = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        stray[s] = diag__is_stray(p, r, s, middle) != 0;
         found += stray[s];
     }
-    return found <= n / STROKES_MOST ? found : 0;
+    return found <= p->nstroke / STROKES_MOST ? found : 0;
 }
 
 /* every stray changes its weights for those at hand, which takes its own */
@@ -64,14 +72,14 @@ static void exchange(fit__problem *p, const unsigned char *stray, double **weigh
 
 /* a fit of the others, and of each stray's own numbers to that; derivatives are not those of the
  * end */
-static stein_status recall(diag *d, fit__problem *p, fit__end *e, const unsigned char *stray,
-                           double **none, stein_err *err)
+static stein_status recall(diag *d, fit__problem *p, fit__end *e, double middle,
+                           const unsigned char *stray, double **none, stein_err *err)
 {
     exchange(p, stray, none);
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, err);
     exchange(p, stray, none);
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = stray[i] ? diag__fit_stroke(d, p, i, e, err) : STEIN_OK;
+        status = stray[i] ? diag__fit_stroke(d, p, i, middle, e, err) : STEIN_OK;
     }
     return status;
 }
@@ -80,16 +88,17 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *fou
 {
     size_t n = (size_t)p->nstroke;
     unsigned char *stray = calloc(n + 1, 1);
-    double *room = calloc(2 * n + (size_t)p->rows + 1, sizeof *room);
+    double *room = calloc(n + (size_t)p->rows + 1, sizeof *room);
     double **none = malloc(sizeof *none * (n + 1));
     stein_status status = stray != NULL && room != NULL && none != NULL
                               ? STEIN_OK
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    *found = status == STEIN_OK ? find(p, e->r, room, stray) : 0;
+    double middle = status == STEIN_OK ? diag__middle(p, e->r, room) : 0.0;
+    *found = status == STEIN_OK ? find(p, e->r, middle, stray) : 0;
     for (size_t i = 0; *found > 0 && i < n; i++) {
-        none[i] = room + 2 * n; // weights 0, of any stroke
+        none[i] = room + n; // weights 0, of any stroke
     }
-    status = *found > 0 ? recall(d, p, e, stray, none, err) : status;
+    status = *found > 0 ? recall(d, p, e, middle, stray, none, err) : status;
     free(stray);
     free(room);
     free(none);

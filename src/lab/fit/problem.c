@@ -320,6 +320,16 @@ static int shows_place(const stein_channel *c)
            c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
 }
 
+/* Prior sd of the trigger [s]. A recorded force comes with the film: all that is unknown is when
+ * within a frame the mechanism was let go, which is uniform. Given more room, the trigger of a
+ * light finger that bounces on its key finds a minimum for every bounce. */
+static double trigger_sd(const fit__problem *p, const fit__stroke *s)
+{
+    const lab_data *d = s->data;
+    double frame = d->nrow > 1 ? (d->time[d->nrow - 1] - d->time[0]) / (d->nrow - 1) : INFINITY;
+    return s->nsignal > 0 ? fmin(p->def->trigger, frame / sqrt(12.0)) : p->def->trigger;
+}
+
 static void own_unknowns(fit__problem *p, int stroke)
 {
     const stein_model *m = lab_equations(p->model);
@@ -331,7 +341,7 @@ static void own_unknowns(fit__problem *p, int stroke)
                 (s->nsignal == 0 || m->load.body >= 0);
     if (clock && p->def->trigger > 0.0) {
         s->tau = p->nu;
-        own(p, s, stroke, FIT__TAU, 0, p->def->trigger, 1);
+        own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
     for (int c = 0; c < s->nch && p->def->offset > 0.0; c++) {
