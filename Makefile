@@ -335,7 +335,7 @@ coverage: deps  ## lines and branches that the tests reach: COVER=suites (all by
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' all build-coverage/check \
 	  build-coverage/reality build-coverage/hidden build-coverage/comma $(FUZZ:%=build-coverage/replay-%)
 	-$(Q)$(MAKE) --no-print-directory -k B=build-coverage OPT='-O0 -g --coverage' $(COVER)
-	$(Q)gcovr -j$(JOBS) --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
+	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
 COVER ?= $(SUITE_JOBS) $(SCRIPT_JOBS)
 
 -include $(shell find $(B)/obj -name '*.d' 2>/dev/null)
