@@ -78,7 +78,7 @@ static void at(dyn *y, int phase, int body)
 static void set_bs(dyn *y, link_state *s, int body)
 {
     ex_graph *g = y->g;
-    ex w2[3];
+    ex w2[3] = {0, 0, 0};
     for (int i = 0; i < 3; i++) {
         w2[i] = ex_mul(g, s->om.x[i], s->om.x[i]);
     }

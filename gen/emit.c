@@ -81,7 +81,7 @@ static void print_expr(text *o, const printer *p, ex e, int level)
     } else if (nd->op >= EX_ADD && nd->op <= EX_DIV) {
         print_binary(o, p, nd, level);
     } else {
-        text_add(o, "%s(", fun[nd->op]);
+        text_add(o, "%s%s(", p->x && nd->op != EX_SQRT ? "f->" : "", fun[nd->op]);
         print_expr(o, p, nd->a, 0);
         text_add(o, ")");
     }
@@ -262,7 +262,7 @@ static int recombined(const tree *t, const char *symbol, text *o)
 
 /** What a constant is, for comments: in words, or its formula over parameter names; cut to `room`.
  */
-static void describe(const tree *t, const layout *l, ex node, int room, char out[96])
+static void describe(text *x, const tree *t, const layout *l, ex node, int room, char out[96])
 {
     text o;
     printer p = {.t = t, .l = l, .g = t->setup};
@@ -280,6 +280,7 @@ static void describe(const tree *t, const layout *l, ex node, int room, char out
         }
         print_expr(&o, &p, node, 0);
     }
+    x->failed |= !p.symbol || o.failed;
     int cut = o.n > (size_t)room;
     snprintf(out, 96, "%.*s%s", cut ? room - 4 : room, o.s ? o.s : "", cut ? " ..." : "");
     free(o.s);
@@ -290,7 +291,7 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
 {
     printer p = {.x = x, .t = t, .l = l, .g = t->setup};
     ex *out = calloc((size_t)l->n + 1, sizeof *out);
-    int used = 0;
+    int used = 0, turned = 0;
     if (!out) {
         x->failed = 1;
         return;
@@ -298,22 +299,24 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     for (int i = 0; i < l->n; i++) {
         out[i] = l->slot[i].node;
     }
-    *ops = ex_count(t->setup, out, l->n);
+    x->failed |= ex_count(t->setup, out, l->n, ops) != 0;
     if (printer_init(&p, out, l->n) == 0) {
-        text_add(x, "#if STEIN_LANES == 1\nstatic void setup(const double *p, double *d)\n{\n");
+        text_add(x, "#if STEIN_LANES == 1\nstatic void setup(const double *p, double *d, "
+                    "const stein_functions *f)\n{\n");
         for (int i = 1; i < p.g->n; i++) {
             char left[80];
             used |= p.uses[i] && p.g->node[i].op == EX_VAR;
+            turned |= p.uses[i] && p.g->node[i].op >= EX_SIN && p.g->node[i].op <= EX_TAN;
             if (p.line[i]) {
                 snprintf(left, sizeof left, "const double %s", p.symbol[i]);
                 print_line(&p, left, i, "");
             }
         }
-        text_add(x, "%s", used ? "" : "    (void)p;\n");
+        text_add(x, "%s%s", used ? "" : "    (void)p;\n", turned ? "" : "    (void)f;\n");
         for (int i = 0; i < l->n; i++) {
             char left[24], what[96];
             snprintf(left, sizeof left, "d[%d]", i);
-            describe(t, l, out[i], 70, what);
+            describe(x, t, l, out[i], 70, what);
             print_line(&p, left, out[i],
                        i < l->equations      ? l->slot[i].legend
                        : p.symbol[out[i]][0] ? what
@@ -365,7 +368,7 @@ static void print_constants(const printer *p)
         if (node[i]) {
             int n =
                 snprintf(line, sizeof line, "const %s %s = d[%d];", p->type, p->symbol[node[i]], i);
-            describe(p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
+            describe(p->x, p->t, p->l, p->g->node[node[i]].a, WIDTH - 11 - n, what);
             text_add(p->x, "    %s", line);
             text_quiet(p->x, " /* %s */", what);
             text_add(p->x, "\n");

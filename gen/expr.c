@@ -8,6 +8,8 @@
  */
 #include "expr.h"
 
+#include "functions.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -411,12 +413,12 @@ static int times_output(ex a, const ex *outputs, int noutput)
     return times;
 }
 
-stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
+int ex_count(const ex_graph *g, const ex *outputs, int noutput, stein_ops *count)
 {
     stein_ops ops = {0, 0, 0, 0, 0};
     int *uses = malloc((size_t)g->n * sizeof *uses);
     if (!uses) {
-        return ops;
+        return -1;
     }
     ex_reach(g, outputs, noutput, uses);
     for (int i = 0; i < g->n; i++) {
@@ -431,7 +433,8 @@ stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput)
         ops.neg += op == EX_NEG && uses[i] > times_output(i, outputs, noutput);
     }
     free(uses);
-    return ops;
+    *count = ops;
+    return 0;
 }
 
 void ex_eval(const ex_graph *g, const double *const var[EX_NVAR], const double *constants,
@@ -450,9 +453,9 @@ void ex_eval(const ex_graph *g, const double *const var[EX_NVAR], const double *
         case EX_MUL: values[i] = a * b; break;
         case EX_DIV: values[i] = a / b; break;
         case EX_NEG: values[i] = -a; break;
-        case EX_SIN: values[i] = sin(a); break;
-        case EX_COS: values[i] = cos(a); break;
-        case EX_TAN: values[i] = tan(a); break;
+        case EX_SIN: values[i] = stein__sin(a); break;
+        case EX_COS: values[i] = stein__cos(a); break;
+        case EX_TAN: values[i] = stein__tan(a); break;
         case EX_SQRT: values[i] = sqrt(a); break;
         }
     }

@@ -86,8 +86,9 @@ int ex_is_num(const ex_graph *g, ex a, double *value);
 
 /** Mark what `outputs` need. uses [g->n] counts the references from marked nodes and outputs. */
 void ex_reach(const ex_graph *g, const ex *outputs, int noutput, int *uses);
-/** Operations needed for the outputs, ROBOTRAN's convention: signs of outputs are free. */
-stein_ops ex_count(const ex_graph *g, const ex *outputs, int noutput);
+/** Operations needed for the outputs, ROBOTRAN's convention: signs of outputs are free.
+ *  @return 0, -1 without memory */
+int ex_count(const ex_graph *g, const ex *outputs, int noutput, stein_ops *count);
 
 /** Values of all nodes. var[kind] may be NULL where the kind is not used; constants [setup->n] are
  *  the values of the setup graph (NULL for the setup graph itself); values [g->n] out. */

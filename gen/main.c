@@ -2,6 +2,7 @@
  * main.c - the program steingen: mechanism file in, C equations out.
  */
 #include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,13 +112,31 @@ static char *target_path(const char *output, const char *name)
 
 static int complain(const char *path)
 {
-    fprintf(stderr, "steingen: %s: %s\n", path, strerror(errno));
+    fprintf(stderr, "steingen: %s cannot be written: %s\n", path, strerror(errno));
     return EXIT_MODEL;
+}
+
+/** A device or a pipe cannot be replaced by a file: it is written to as it is. */
+static int is_device(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 && !S_ISREG(st.st_mode);
+}
+
+static int write_device(const char *path, const gen_result *r)
+{
+    FILE *f = fopen(path, "wb");
+    int bad = !f || fwrite(r->source, 1, r->size, f) != r->size;
+    bad = (f && fclose(f)) || bad;
+    return bad ? complain(path) : 0;
 }
 
 /** Write beside the target and rename: nobody ever sees half a file. */
 static int write_file(const char *path, const gen_result *r)
 {
+    if (is_device(path)) {
+        return write_device(path, r);
+    }
     size_t size = strlen(path) + 32;
     char *temporary = malloc(size);
     if (!temporary) {
@@ -150,6 +169,8 @@ static int write_result(const options *o, const char *name, const gen_result *r)
 
 int main(int argc, char **argv)
 {
+    signal(SIGPIPE, SIG_IGN); // told as an error like a full disk
+    signal(SIGXFSZ, SIG_IGN);
     static options o;
     mechanism *m = NULL;
     gen_result r;

@@ -39,8 +39,7 @@ int func_build(func *f, const tree *t, const choice *ch, builder *build, int nou
     }
     walk w = {.t = t, .g = &f->g, .ch = ch, .frame = frame};
     build(&w, f->out);
-    f->ops = ex_count(&f->g, f->out, nout);
-    return f->g.failed || t->setup->failed ? -1 : 0;
+    return f->g.failed || t->setup->failed ? -1 : ex_count(&f->g, f->out, nout, &f->ops);
 }
 
 void func_free(func *f)

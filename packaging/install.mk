@@ -21,9 +21,10 @@ $(B)/libstein.so: $(CORE_OBJ) packaging/libstein.map
 	@echo "  LD    $@"
 	$(shared) $(CORE_OBJ) -lm
 	$(links)
-$(B)/libsteinlab.so: $(LAB_OBJ) packaging/libsteinlab.map $(B)/libstein.so
+# with its own copy of the elementary functions, which libstein.so keeps to itself
+$(B)/libsteinlab.so: $(LAB_OBJ) $(B)/obj/src/core/elementary.o packaging/libsteinlab.map $(B)/libstein.so
 	@echo "  LD    $@"
-	$(shared) $(LAB_OBJ) -L$(B) -lstein $(LAB_LIBS) -lm
+	$(shared) $(LAB_OBJ) $(B)/obj/src/core/elementary.o -L$(B) -lstein $(LAB_LIBS) -lm
 	$(links)
 
 # ---- manual pages and completion, out of the programs' own help ------------------------------------

@@ -42,7 +42,8 @@
     X(show)       \
     X(report)     \
     X(seen)       \
-    X(plan)
+    X(plan)       \
+    X(wrong)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_elementary.c - sine, cosine, tanh, exp, log of the core, against libm in long double.
+ * test_elementary.c - the elementary functions of the core, against libm in long double.
  */
 #include <errno.h>
 #include <float.h>
@@ -32,10 +32,10 @@ static double wide(unsigned long long *seed, double most)
 START_TEST(sine_and_cosine_are_right_to_one_ulp)
 {
     NEEDS_WIDE_LONG_DOUBLE;
-    static const double range[] = {0.7853981633974483, 10.0, 9.9e4, 1e12};
+    static const double range[] = {0.7853981633974483, 10.0, 9.9e4, 1e12, 1e300};
     unsigned long long seed = 11;
     for (int i = 0; i < TRIES; i++) {
-        double x = wide(&seed, range[i % 4]), s, c;
+        double x = wide(&seed, range[i % 5]), s, c;
         stein__sincos(x, &s, &c);
         ck_assert_msg(ulps(s, sinl(x)) < 1.0, "sin(%.17g) = %.17g", x, s);
         ck_assert_msg(ulps(c, cosl(x)) < 1.0, "cos(%.17g) = %.17g", x, c);
@@ -55,6 +55,77 @@ START_TEST(sine_and_cosine_are_right_beside_multiples_of_a_right_angle)
             ck_assert_msg(fabsl(c - cosl(x)) <= 0x1p-53 * fabsl(c) + 1e-24, "cos(%.17g)", x);
         }
     }
+}
+END_TEST
+
+/* where a double comes nearest to a multiple of pi/2: 6381956970095103 * 2^797 */
+START_TEST(the_worst_angle_of_all_is_right)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    double x = ldexp(6381956970095103.0, 797), s, c;
+    stein__sincos(x, &s, &c);
+    ck_assert_msg(ulps(c, cosl(x)) < 1.0, "cos = %.17g, expected %.17g", c, (double)cosl(x));
+    ck_assert(s == (double)sinl(x));
+    ck_assert_msg(ulps(stein__tan(x), tanl(x)) < 1.0, "tan");
+    stein__sincos(DBL_MAX, &s, &c);
+    ck_assert(ulps(s, sinl(DBL_MAX)) < 1.0 && ulps(c, cosl(DBL_MAX)) < 1.0);
+}
+END_TEST
+
+START_TEST(tangent_is_right_to_one_ulp)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    static const double range[] = {0.7853981633974483, 10.0, 9.9e4, 1e12, 1e300};
+    unsigned long long seed = 23;
+    double worst = 0.0;
+    for (int i = 0; i < TRIES; i++) {
+        double x = wide(&seed, range[i % 5]);
+        worst = fmax(worst, ulps(stein__tan(x), tanl(x)));
+    }
+    ck_assert_msg(worst < 1.0, "off by %g ulp", worst);
+    for (int n = -5000; n <= 5000; n++) {
+        double x = n * 1.5707963267948966;
+        ck_assert_msg(n == 0 || ulps(stein__tan(x), tanl(x)) < 1.0, "tan(%.17g)", x);
+    }
+}
+END_TEST
+
+START_TEST(powers_are_right_to_one_ulp)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    unsigned long long seed = 29;
+    double worst = 0.0;
+    for (int i = 0; i < TRIES; i++) {
+        double x = exp(wide(&seed, i % 2 ? 700.0 : 5.0)), y = wide(&seed, i % 3 ? 3.0 : 700.0);
+        long double exact = powl(x, y);
+        if (exact > DBL_MIN && exact < DBL_MAX) {
+            worst = fmax(worst, ulps(stein__power(x, y), exact));
+        }
+    }
+    ck_assert_msg(worst < 1.0, "off by %g ulp", worst);
+    ck_assert(stein__power(2.0, -1074.0) == 0x1p-1074 && stein__power(2.0, 1023.0) == 0x1p1023);
+    ck_assert(isinf(stein__power(2.0, 1024.0)) && stein__power(0.0, 0.7) == 0.0);
+    ck_assert(isnan(stein__power(-1.0, 0.5)) && stein__power(1.37, 0.0) == 1.0);
+}
+END_TEST
+
+/* results that are no normal numbers are right to half of their last bit and a little */
+START_TEST(exp_and_log_are_right_at_their_ends)
+{
+    NEEDS_WIDE_LONG_DOUBLE;
+    unsigned long long seed = 31;
+    for (int i = 0; i < TRIES / 4; i++) {
+        double up = 700.0 + 9.78 * fabs(noise(&seed)), down = -700.0 - 45.0 * fabs(noise(&seed));
+        ck_assert_msg(ulps(stein__exp(up), expl(up)) < 1.0, "exp(%.17g)", up);
+        long double exact = expl(down), off = fabsl(stein__exp(down) - exact);
+        ck_assert_msg(off <= 0x1p-1075L + 0x1p-52L * exact, "exp(%.17g)", down);
+        double tiny = 1e-300 * exp2(-22.0 * (1.0 + noise(&seed))) * 0.7;
+        double large = 1e300 * (1.0 + 1e8 * fabs(noise(&seed)));
+        ck_assert_msg(ulps(stein__log(tiny), logl(tiny)) < 1.0, "log(%.17g)", tiny);
+        ck_assert_msg(ulps(stein__log(large), logl(large)) < 1.0, "log(%.17g)", large);
+    }
+    ck_assert(stein__exp(709.782712893384) > 1.797e308 && isinf(stein__exp(709.7827128933841)));
+    ck_assert(stein__log(0x1p-1074) == (double)logl(0x1p-1074L));
 }
 END_TEST
 
@@ -132,7 +203,10 @@ START_TEST(what_is_no_number_stays_none_and_ends_are_what_libm_says)
     ck_assert(stein__tanh(0.0) == 0.0 && stein__tanh(1e300) == 1.0 && stein__tanh(-1e300) == -1.0);
     ck_assert(stein__exp(0.0) == 1.0 && stein__exp(-1e4) == 0.0 && isinf(stein__exp(1e4)));
     ck_assert(stein__log(1.0) == 0.0 && isinf(stein__log(0.0)) && isnan(stein__log(-1.0)));
-    ck_assert_close(stein__power(1.37, 0.37), pow(1.37, 0.37), 1e-15, 0.0);
+    ck_assert(isnan(stein__tan(NAN)) && isnan(stein__tan((double)INFINITY)));
+    ck_assert(stein__tan(0.0) == 0.0 && signbit(stein__tan(-0.0)));
+    ck_assert(isinf(stein__log((double)INFINITY)) && isinf(stein__exp((double)INFINITY)));
+    ck_assert(stein__exp(-(double)INFINITY) == 0.0 && isnan(stein__power(NAN, 2.0)));
 }
 END_TEST
 
@@ -143,7 +217,11 @@ Suite *elementary_suite(void)
     tcase_set_timeout(t, 60);
     tcase_add_test(t, sine_and_cosine_are_right_to_one_ulp);
     tcase_add_test(t, sine_and_cosine_are_right_beside_multiples_of_a_right_angle);
+    tcase_add_test(t, the_worst_angle_of_all_is_right);
+    tcase_add_test(t, tangent_is_right_to_one_ulp);
+    tcase_add_test(t, powers_are_right_to_one_ulp);
     tcase_add_test(t, exp_and_log_are_right_to_one_ulp);
+    tcase_add_test(t, exp_and_log_are_right_at_their_ends);
     tcase_add_test(t, exp_and_log_go_on_to_the_ends_of_double_and_leave_errno_alone);
     tcase_add_test(t, tanh_is_right_to_three_ulp);
     tcase_add_test(t, odd_functions_are_odd_and_even_ones_even);

@@ -464,6 +464,48 @@ static void ck_assert_refused(const fitted *f, const lab_fit_def *def, stein_sta
     ck_assert_msg(strstr(err.msg, part) != NULL, "\"%s\" lacks \"%s\"", err.msg, part);
 }
 
+static void put_file(const char *path, const char *text, size_t n)
+{
+    FILE *f = fopen(path, "wb");
+    ck_assert(f != NULL && fwrite(text, 1, n, f) == n && fclose(f) == 0);
+}
+
+START_TEST(a_journal_that_is_cut_damaged_or_old_is_refused)
+{
+    const char *data[3];
+    char journal[200], *text = NULL;
+    size_t size = 0;
+    fitted f;
+    snprintf(journal, sizeof journal, "%s", in_folder("fit.journal"));
+    two_swings(data, swings_truth, 41);
+    open_fit(&f, pendulum, NULL, data);
+    lab_fit_def def = free_these(swings_free);
+    def.journal = journal;
+    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+    ck_assert_stein(lab__read_file(journal, &text, &size, err));
+    for (size_t n = 0; n < size; n += n < 12 ? 1 : 37) {
+        put_file(journal, text, n);
+        ck_assert_refused(&f, &def, STEIN_EPARSE, n < 11 ? "is no journal" : "is damaged");
+    }
+    for (size_t at = 12; at < size; at += 29) {
+        text[at] ^= 1;
+        put_file(journal, text, size);
+        ck_assert_refused(&f, &def, STEIN_EPARSE, "is damaged");
+        text[at] ^= 1;
+    }
+    text[10] = '1';
+    put_file(journal, text, size);
+    ck_assert_refused(&f, &def, STEIN_ESTALE, "format 1, this version reads 2");
+    text[10] = '2';
+    put_file(journal, text, size);
+    lab_fit_destroy(f.fit);
+    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+    ck_assert(f.fit->resumed);
+    free(text);
+    drop(&f);
+}
+END_TEST
+
 START_TEST(what_cannot_be_fitted_is_refused_in_words)
 {
     static const char *const none[] = {"rod.mas", NULL}, *const told[] = {"rod.initial.position",
@@ -526,6 +568,7 @@ Suite *fit_suite(void)
     tcase_add_test(small, an_initial_state_that_nobody_states_is_found);
     tcase_add_test(small, a_time_base_that_is_wrong_by_1_percent_is_found);
     tcase_add_test(small, an_instrument_that_lags_by_1_ms_is_found_even_on_a_wrong_time_base);
+    tcase_add_test(small, a_journal_that_is_cut_damaged_or_old_is_refused);
     tcase_add_test(small, what_cannot_be_fitted_is_refused_in_words);
     tcase_add_test(small, more_unknowns_than_samples_are_refused);
     tcase_add_test(same, threads_do_not_change_a_bit);

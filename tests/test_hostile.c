@@ -89,6 +89,24 @@ START_TEST(all_problems_are_told_in_the_order_of_the_file)
 }
 END_TEST
 
+START_TEST(a_problem_is_one_line_whatever_stands_in_the_file)
+{
+    static const char text[] = "mechanism: m\nbodies: {a: {joint: T x, mass: 1}}\n"
+                               "simulation: {dt: \"\\n\\x1b[31m1\\r\", until: 1 \n\n\n  q}\n";
+    char all[2000] = "";
+    mechanism *m = NULL;
+    ck_assert_int_eq(
+        mech_read_text(&m, "m\n", text, sizeof text - 1, NULL, 0, record_all, all, NULL),
+        STEIN_EPARSE);
+    int lines = 0;
+    for (const char *c = all; *c != '\0'; c++) {
+        ck_assert_msg(*c == '\n' || ((unsigned char)*c >= ' ' && *c != 127), "%s", all);
+        lines += *c == '\n';
+    }
+    ck_assert_msg(lines == 2, "%s", all);
+}
+END_TEST
+
 START_TEST(no_more_than_fifty_problems_are_told)
 {
     char text[6000] = "mechanism: m\nbodies: {a: {joint: T x, mass: 1}}\n";
@@ -143,6 +161,7 @@ void hostile_cases(Suite *suite)
     tcase_add_test(tc, text_that_is_no_plain_yaml_is_refused);
     tcase_add_test(tc, depth_width_and_size_are_capped);
     tcase_add_test(tc, all_problems_are_told_in_the_order_of_the_file);
+    tcase_add_test(tc, a_problem_is_one_line_whatever_stands_in_the_file);
     tcase_add_test(tc, no_more_than_fifty_problems_are_told);
     tcase_add_test(tc, damaged_files_are_refused_or_read_but_never_crash);
     suite_add_tcase(suite, tc);

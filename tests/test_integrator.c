@@ -262,6 +262,48 @@ START_TEST(a_restored_state_continues_bit_for_bit)
 }
 END_TEST
 
+/* a block, changed at one place, is refused and leaves the simulation as it was */
+static void refuse_block(stein_sim *sim, const void *block, size_t size, const char *why)
+{
+    stein_err failure = {STEIN_OK, ""};
+    size_t whole = stein_state_size(sim);
+    void *before = malloc(whole), *after = malloc(whole);
+    stein_save(sim, before);
+    ck_assert_int_eq(stein_restore_from(sim, block, size, &failure), STEIN_EINVAL);
+    ck_assert_msg(strstr(failure.msg, why) != NULL, "%s, expected %s", failure.msg, why);
+    stein_save(sim, after);
+    ck_assert_int_eq(memcmp(before, after, whole), 0);
+    free(before);
+    free(after);
+}
+
+START_TEST(blocks_that_are_cut_damaged_or_foreign_are_refused)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 2e-5);
+    size_t size = stein_state_size(sim);
+    unsigned char *saved = malloc(size);
+    ck_assert_stein(stein_run(sim, 0.0475, err));
+    stein_save(sim, saved);
+    ck_assert_stein(stein_reset(sim, err));
+    for (size_t n = 0; n < size; n++) {
+        unsigned char *cut = malloc(n + 1); // of its own, so that a sanitizer sees who reads beyond
+        memcpy(cut, saved, n);
+        refuse_block(sim, cut, n, n < 64 ? "cut off" : "bytes, expected");
+        free(cut);
+    }
+    for (size_t bit = 0; bit < 8 * size; bit++) {
+        saved[bit / 8] ^= (unsigned char)(1u << bit % 8);
+        refuse_block(sim, saved, size, bit < 64 ? "no saved state" : "the saved state");
+        saved[bit / 8] ^= (unsigned char)(1u << bit % 8);
+    }
+    refuse_block(sim, saved, size + 16, "bytes, expected");
+    ck_assert_stein(stein_restore_from(sim, saved, size, err));
+    ck_assert(stein_time(sim) == 0.0475);
+    free(saved);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 Suite *integrator_suite(void)
 {
     Suite *suite = suite_create("integrator");
@@ -279,6 +321,7 @@ Suite *integrator_suite(void)
     tcase_add_test(tc, controlled_steps_give_up_on_a_motion_that_is_too_stiff);
     tcase_add_test(tc, the_same_run_gives_the_same_bits);
     tcase_add_test(tc, a_restored_state_continues_bit_for_bit);
+    tcase_add_test(tc, blocks_that_are_cut_damaged_or_foreign_are_refused);
     suite_add_tcase(suite, tc);
     return suite;
 }

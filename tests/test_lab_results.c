@@ -60,6 +60,31 @@ START_TEST(numbers_are_the_shortest_that_read_back)
 }
 END_TEST
 
+/* bits of all kinds: every exponent, also of numbers too small to be normal */
+START_TEST(every_number_that_is_printed_is_read_back_to_its_bits)
+{
+    unsigned long long seed = 1788;
+    char text[LAB_NUMBER], again[2 * LAB_NUMBER];
+    for (int i = 0; i < 100000; i++) {
+        (void)noise(&seed);
+        unsigned long long bits = seed * 0x9e3779b97f4a7c15ull;
+        double x, y, z;
+        memcpy(&x, &bits, sizeof x);
+        if (!isfinite(x)) {
+            continue;
+        }
+        x = i % 4 == 0 ? (double)(float)x : i % 4 == 1 ? round(1e3 * noise(&seed)) / 1e3 : x;
+        x = isfinite(x) ? x : 0.0;
+        lab__number(text, x);
+        ck_assert_stein(mech_parse_quantity(text, (mech_dim){.m = 1}, &y, err));
+        ck_assert_msg(memcmp(&x, &y, sizeof x) == 0 || x == 0.0, "%a as %s is %a", x, text, y);
+        snprintf(again, sizeof again, "%s m", text);
+        ck_assert_stein(mech_parse_quantity(again, (mech_dim){.m = 1}, &z, err));
+        ck_assert_msg(y == z, "%s", again);
+    }
+}
+END_TEST
+
 START_TEST(results_that_cannot_be_written_leave_nothing_behind)
 {
     stein_err err = {STEIN_OK, ""};
@@ -300,6 +325,7 @@ void lab_results_cases(Suite *suite)
     TCase *tc = tcase_create("lab results");
     tcase_set_timeout(tc, 120.0);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, every_number_that_is_printed_is_read_back_to_its_bits);
     tcase_add_test(tc, a_csv_reads_back_exactly);
     tcase_add_test(tc, numbers_are_the_shortest_that_read_back);
     tcase_add_test(tc, results_that_cannot_be_written_leave_nothing_behind);

@@ -8,6 +8,7 @@
 #define STEIN_LAB_H
 
 #include "stein/sim.h"
+#include "stein/version.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -259,6 +260,18 @@ int lab_study_grid(lab_point *point, int n);
 /** The paper's facts on the strokes of the grid. @param fact [LAB_FACTS_MAX] out
  *  @return their number */
 int lab_facts(lab_fact *fact, const lab_point *point, int n);
+
+/* ---- does this library compute the same bits? ---- */
+
+/** Hashes of standard work: stein_identity() of the built-in mechanisms, the table of a sweep, the
+ *  numbers of a fit. */
+typedef struct lab_identity {
+    unsigned long long core, sweep, fit;
+} lab_identity;
+/** A film for the fit is written into $TMPDIR or /tmp, and removed.
+ *  @param threads  the hashes do not depend on it
+ *  @return OK, EIO, ENOMEM, or a failure of the work itself */
+stein_status lab_identify(lab_identity *identity, int threads, stein_err *err);
 
 /* ---- pages ---- */
 

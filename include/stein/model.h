@@ -270,6 +270,10 @@ typedef struct stein_ops {
     int add, mul, neg, div, trig;
 } stein_ops;
 
+/** The elementary functions that equations need: the library's, for the same bits with any libm. */
+typedef struct stein_functions {
+    double (*sin)(double), (*cos)(double), (*tan)(double);
+} stein_functions;
 #if STEIN_LANES == 1
 typedef struct stein_lanes stein_lanes;
 /* what a generated solve() says and does where a pivot vanishes */
@@ -364,8 +368,8 @@ typedef struct stein_model {
     const struct stein_lanes
         *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
 
-    /** Derived constants from parameters. p [np] in, d [nd] out. */
-    void (*setup)(const double *p, double *d);
+    /** Derived constants from parameters, p [np] in, d [nd] out: see stein_setup. */
+    void (*setup)(const double *p, double *d, const stein_functions *f);
     /** Mass matrix and nonlinear vector. */
     void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
                       const double *frc, const double *trq, double *M, double *c);

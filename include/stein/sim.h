@@ -116,6 +116,12 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
 /** Largest component of Dormand-Prince's embedded error estimate of the last (sub-)step, over q
  *  [rad or m] and over qd [rad/s or m/s]. @return OK, EINVAL (integrator is RK4, or no step yet) */
 stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, stein_err *err);
+/** How fast the fastest contact moves by itself in the current state, by its stiffness, damping or
+ *  friction and the masses behind it [1/s]. Steps have to be shorter than 1/rate to follow it.
+ *  Changes nothing; costs some evaluations.
+ *  @param index  out: the contact, or ncontact + the index of a notch; untouched when nothing
+ *  touches  @return rate; 0 when nothing touches */
+double stein_stiffest(stein_sim *sim, int *index);
 /** Take the free load away at once, or know whether it is there. Models without load: no effect. */
 void stein_load_lift(stein_sim *sim);
 int stein_load_present(const stein_sim *sim);
@@ -136,8 +142,12 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
 size_t stein_state_size(const stein_sim *sim);
 void stein_save(const stein_sim *sim, void *block);
 /** Continue from a saved state, bit for bit, in any simulation of the same model (parameters,
- *  inputs and hooks are not part of it). @return OK, EINVAL (block of another model) */
+ *  inputs and hooks are not part of it). The block carries its format, model, size and a checksum.
+ *  @return OK; EINVAL with the state unchanged: block of another format, model or size, damaged, or
+ *  no state */
 stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err);
+/** The same for a block from outside, of which only `size` bytes are there. */
+stein_status stein_restore_from(stein_sim *sim, const void *block, size_t size, stein_err *err);
 
 /* ---- events ---- */
 
@@ -190,6 +200,8 @@ int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot);
 
 /* ---- equations ---- */
 
+/** Derived constants d [nd] of parameters p [np]. */
+void stein_setup(const stein_model *model, const double *p, double *d);
 /** sc [2*nq], as the generated functions of a model read it (model.h), at q. */
 void stein_turn(const stein_model *model, const double *q, double *sc);
 /** M [nq*nq], c [nq] at q, qd; frc, trq [3*nq] per body in body axes at the centre of mass, or NULL

@@ -77,6 +77,7 @@ const cli_command cli_generate = {
         "one symbol, stein_model_NAME. Its path is printed; with --json:\n"
         "{\"model\", \"equations\" (hash), \"file\"}.",
     .examples = "stein generate models/stein1788.yaml -o /tmp/equations\n"
-                "cc -O2 -ffp-contract=off -fPIC -shared /tmp/equations/stein1788.c -o stein1788.so",
+                "cc -O2 -ffp-contract=off -fno-tree-slp-vectorize -fPIC -shared \\\n"
+                "    /tmp/equations/stein1788.c -o stein1788.so",
     .run = run,
 };

@@ -2,13 +2,16 @@
  * main.c - the program `stein`: finds the command and lets it run.
  */
 #include <gsl/gsl_errno.h>
+#include <signal.h>
 #include <string.h>
 
 #include "cli.h"
+#include "stein/stein.h"
 
-const cli_command *const cli_commands[] = {
-    &cli_check,   &cli_generate, &cli_strike,   &cli_simulate, &cli_sweep,  &cli_merge, &cli_study,
-    &cli_effects, &cli_fit,      &cli_diagnose, &cli_plan,     &cli_import, &cli_page,  NULL};
+const cli_command *const cli_commands[] = {&cli_check, &cli_generate, &cli_strike, &cli_simulate,
+                                           &cli_sweep, &cli_merge,    &cli_study,  &cli_effects,
+                                           &cli_fit,   &cli_diagnose, &cli_plan,   &cli_import,
+                                           &cli_page,  &cli_version,  NULL};
 enum { COMMANDS = sizeof cli_commands / sizeof *cli_commands - 1 };
 
 static void overview(FILE *stream)
@@ -31,7 +34,8 @@ static const cli_command *find(const char *name)
         }
     }
     const char *nearest = cli_nearest(name, names, COMMANDS);
-    fprintf(stderr, "stein: no command \"%s\"", name);
+    char text[LAB_SHOWN];
+    fprintf(stderr, "stein: no command \"%s\"", lab__shown(text, name));
     if (nearest != NULL) {
         fprintf(stderr, "; did you mean %s?", nearest);
     }
@@ -79,7 +83,7 @@ static int run(int argc, char **argv)
     }
     const char *name = argv[0];
     if (strcmp(name, "--version") == 0) {
-        printf("stein %s\n", STEIN_VERSION);
+        printf("stein %s\n", stein_version());
         return CLI_OK;
     }
     if (strcmp(name, "help") == 0 || strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
@@ -100,6 +104,9 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    signal(SIGPIPE,
+           SIG_IGN); // who cannot be written to is told about, and nothing is left half done
+    signal(SIGXFSZ, SIG_IGN);
     gsl_set_error_handler_off(); // a library must not abort the program; results are checked
     return cli_finish(run(argc - 1, argv + 1));
 }

@@ -55,10 +55,11 @@ const char *cli_nearest(const char *name, const char *const *names, int n)
 int cli_misuse(const cli_command *command, const char *format, ...)
 {
     va_list list;
-    fprintf(stderr, "stein %s: ", command->name);
+    char text[1000];
     va_start(list, format);
-    vfprintf(stderr, format, list);
+    vsnprintf(text, sizeof text, format, list);
     va_end(list);
+    fprintf(stderr, "stein %s: %s", command->name, lab__one_line(text));
     fprintf(stderr, "\nusage: stein %s %s [options]   (stein %s --help)\n", command->name,
             command->operands, command->name);
     return CLI_USAGE;

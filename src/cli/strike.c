@@ -24,6 +24,8 @@ typedef struct job {
     lab_record *table, *picture; /* NULL: not asked for */
     lab_stroke stroke;
     int is_stroke;
+    double stiffest, stiff_time; /* of all contacts on the way [1/s], [s] */
+    int stiff_contact;
     cli_progress progress;
 } job;
 
@@ -93,6 +95,13 @@ static stein_status on_sample(void *ctx, stein_sim *sim)
     stein_status status = j->table != NULL ? lab_record_sample(j->table, sim) : STEIN_OK;
     if (status == STEIN_OK && j->picture != NULL) {
         status = lab_record_sample(j->picture, sim);
+    }
+    int contact = -1;
+    double rate = stein_stiffest(sim, &contact);
+    if (rate > j->stiffest) {
+        j->stiffest = rate;
+        j->stiff_contact = contact;
+        j->stiff_time = stein_time(sim);
     }
     return status;
 }
@@ -288,6 +297,21 @@ static void print_text(const job *j)
     }
 }
 
+/* such a run may look like a result */
+static void warn_of_stiffness(const job *j)
+{
+    const stein_model *m = j->equations;
+    int k = j->stiff_contact;
+    if (j->stiffest * j->sim_def.dt > 1.0) {
+        fprintf(stderr,
+                "stein: the step of %g s is too long: at %g s contact \"%s\" needs %.2g s or less; "
+                "do not trust the result\n",
+                j->sim_def.dt, j->stiff_time,
+                k < m->ncontact ? m->contacts[k].name : m->notches[k - m->ncontact].name,
+                1.0 / j->stiffest);
+    }
+}
+
 static void free_job(job *j)
 {
     lab_record_destroy(j->table);
@@ -320,6 +344,7 @@ static int run_job(job *j)
     } else {
         print_text(j);
     }
+    warn_of_stiffness(j);
     return CLI_OK;
 }
 

@@ -91,7 +91,8 @@ static void write_sweep(FILE *f, const inquiry *s)
     fprintf(f, "# model: %s\n", lab_equations(s->model)->name);
     for (int i = 0; i < s->args->nset; i++) {
         int length = (int)strcspn(s->args->set[i], "=");
-        fprintf(f, "# set %.*s: %s\n", length, s->args->set[i], s->args->set[i] + length + 1);
+        fprintf(f, "# set %.*s: ", length, s->args->set[i]);
+        lab__put_line(f, s->args->set[i] + length + 1);
     }
     fprintf(f, "pawl.stop_shift [m],outcome,escapement_time [s],escapement_height [m],"
                "impact_time [s],impact_speed [m/s],impacts [1],free_flight [s],"

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * core.h - what the files of the core share. Not installed.
  *
- *   sim.c       create, parameters, state block          settle.c   static equilibrium, reset
+ *   sim.c       create, parameters                       settle.c   static equilibrium, reset
+ *   state.c     the state as a block                     blame.c    why a motion ended
  * * layout.c    memory
  *   dynamics.c  (t, q, qd) -> qdd, what drives it        step.c     fixed steps, located events
  * * forces.c    all other forces, qdd                    adapt.c    steps of controlled error
@@ -26,6 +27,12 @@
 
 #include "laws.h"
 #include "stein/sim.h"
+
+#ifdef __FAST_MATH__
+#error \
+    "libstein counts on IEEE arithmetic: without -ffast-math; for the same bits everywhere also \
+-ffp-contract=off -fno-tree-slp-vectorize"
+#endif
 
 enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 
@@ -74,7 +81,10 @@ typedef struct site {
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
 typedef struct state_head {
+    char format[8];
     char equations[16]; /* whose state it is */
+    uint64_t size;      /* of the whole block [bytes] */
+    uint64_t sum;       /* of the rest of it; only in what stein_save writes */
     double t;           /* [s] */
     double t0;          /* origin of the step grid: step k ends at t0 + k dt */
     long long step;     /* steps since t0 */
@@ -181,6 +191,9 @@ void stein__take_parameters(stein_sim *sim);
  * index of a joint whose pivot vanishes. */
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
 
+/* state.c: the block without a state, but as that of this model */
+void stein__state_clear(stein_sim *sim);
+
 /* touch.c: where the numbers of all pairs are, once for a simulation */
 INNER void stein__gather(stein_sim *sim);
 /* parameters have changed */
@@ -248,6 +261,8 @@ unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
 /* forces.c: all forces at xq, xqd; qdd under them. @return what the generated solve() returns */
 INNER void stein__forces(stein_sim *sim);
+/* the wrenches of all bodies into Q */
+INNER void stein__wrenches_to_joints(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__joints_prepare(stein_sim *sim);
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd);
@@ -264,6 +279,9 @@ INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const 
 void stein__inputs(stein_sim *sim);
 /* does a joint follow what is given? Then its acceleration is in *value */
 int stein__driver(const stein_sim *sim, int joint, double *value);
+/* M x = b with sim->M, which may be overwritten; b becomes x. @return -1, or a joint whose pivot
+ * vanishes */
+int stein__solved(stein_sim *sim, double *b);
 #endif
 void stein__guards(stein_sim *sim, const double *q, double *guard);
 double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
@@ -315,6 +333,10 @@ double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h)
 stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p, double e,
                                stein_status status, stein_err *err);
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
+/* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a
+ * signal or hook without a number, a contact that is too stiff, and what it needs. Returns code. */
+stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,
+                          stein_err *err);
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);

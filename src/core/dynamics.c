@@ -106,6 +106,13 @@ int stein__driver(const stein_sim *sim, int joint, double *value)
     return by != -1;
 }
 
+int stein__solved(stein_sim *sim, double *b)
+{
+    const stein_model *model = sim->model;
+    return model->solve != NULL ? model->solve(sim->M, b)
+                                : stein__solve(model->nq, sim->parent, sim->M, b, sim->inverse);
+}
+
 stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const double *qd,
                              double *qdd, stein_err *err)
 {
@@ -120,7 +127,8 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     int bad = stein__accelerate(sim, qdd);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
-                           "the mass matrix is singular at joint \"%s\", t = %g s",
+                           "the mass matrix is singular at joint \"%s\", t = %g s: what it carries "
+                           "needs a mass or an inertia > 0",
                            model->bodies[bad].name, t);
     }
     return STEIN_OK;

@@ -3,7 +3,7 @@
  *
  * Own ones, so that a motion is the same bits with any libm, and inline, without libm's tables,
  * flags and calls. Each is a reduction to a short interval and a polynomial, almost without
- * branches. Only sines and cosines of more than 1e5 rad go to libm. Nothing sets errno.
+ * branches; what lies outside of a mechanism's range is in elementary.c. Nothing sets errno.
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
@@ -12,13 +12,14 @@
  *   log     x = 2^n (1 + f),  log(1 + f) = f - f^2/2 + s (f^2/2 + L(s^2)),  s = f / (2 + f)
  *
  * The minimax coefficients are those of FDLIBM (Sun Microsystems 1993). Errors, as the tests have
- * them: sincos, exp and log 1 ulp, tanh 3 ulp; power() loses what y log x has of 1.
+ * them: 1 ulp, tanh 3 ulp.
  */
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H
 
 #include <float.h>
 
+#include "functions.h"
 #include "real.h"
 
 /* added and taken away again, it leaves the nearest integer, which its lowest bits hold meanwhile
@@ -44,17 +45,9 @@ static inline real stein__cosine_rest(real z)
                 z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
 }
 
-/* those of an angle where n pi/2 is no longer exact in its parts; libm writes errno for what is no
- * number */
-static inline double stein__sine_huge(double x)
-{
-    return fabs(x) <= DBL_MAX ? sin(x) : (double)NAN;
-}
-
-static inline double stein__cosine_huge(double x)
-{
-    return fabs(x) <= DBL_MAX ? cos(x) : (double)NAN;
-}
+/* elementary.c: those of an angle where n pi/2 is no longer exact in its parts */
+double stein__sine_huge(double x);
+double stein__cosine_huge(double x);
 
 /* sine and cosine of an angle outside of that interval */
 static inline void stein__sincos_far(real x, real *s, real *c)
@@ -122,31 +115,19 @@ static inline stein__exponent stein__exp_parts(real x)
     return (stein__exponent){power, high, low, r, even};
 }
 
-/* e^x where 2^n may be none */
-static inline real stein__exp_far(real x);
+double stein__exp_end(double x); /* elementary.c: nearly nothing, nearly infinite */
 
 /** e^x. */
 static inline real stein__exp(real x)
 {
     mask far = no(less(magnitude(x), 700.0));
     if (every(far)) {
-        return stein__exp_far(x);
+        return alone(stein__exp_end, far, x);
     }
     stein__exponent p = stein__exp_parts(x);
     real c = p.r - p.even; // e^r = 1 + r + r c / (2 - c)
     real y = p.power * (1.0 - ((p.low - p.r * c / (2.0 - c)) - p.high));
-    return any(far) ? sel(far, stein__exp_far(x), y) : y;
-}
-
-static inline real stein__exp_far(real x)
-{
-    mask some = less(magnitude(x), 800.0);
-    real none = sel(more(x, 0.0), same((double)INFINITY), sel(less(x, 0.0), same(0.0), x));
-    if (!any(some)) {
-        return none;
-    }
-    real root = stein__exp(sel(some, 0.5 * x, same(0.0)));
-    return sel(some, root * root, none);
+    return any(far) ? sel(far, alone(stein__exp_end, far, x), y) : y;
 }
 
 /** Hyperbolic tangent of u. */
@@ -160,15 +141,14 @@ static inline real stein__tanh(real u)
     return with_sign_of(above / below, u);
 }
 
-/* ln x where 1/x may be none */
-static inline real stein__log_far(real x);
+double stein__log_end(double x); /* elementary.c: nearly 0, nearly infinite, no number */
 
 /** Natural logarithm of x. */
 static inline real stein__log(real x)
 {
     mask far = no(both(more(x, 1e-300), less(x, 1e300)));
     if (every(far)) {
-        return stein__log_far(x);
+        return alone(stein__log_end, far, x);
     }
     // 1 + f in sqrt(1/2)..sqrt(2); the exponent becomes a number where 1 is the last bit of it
     word bits = bits_of(x) + 0x00095f6200000000;
@@ -182,26 +162,20 @@ static inline real stein__log(real x)
                          w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
     real low = n * 1.90821492927058770002e-10;
     real y = n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
-    return any(far) ? sel(far, stein__log_far(x), y) : y;
+    return any(far) ? sel(far, alone(stein__log_end, far, x), y) : y;
 }
 
-static inline real stein__log_far(real x)
+/** x^y for x > 0, in every lane. */
+static inline real stein__raised(real x, real y)
 {
-    mask some = both(more(x, 0.0), at_most(x, DBL_MAX)), small = less(x, 1.0);
-    mask zero = both(at_most(x, 0.0), no(less(x, 0.0)));
-    real none = sel(more(x, 0.0), x, sel(zero, same(-(double)INFINITY), same((double)NAN)));
-    if (!any(some)) {
-        return none;
+#if STEIN_LANES == 1
+    return stein__power(x, y);
+#else
+    for (int k = 0; k < STEIN_LANES; k++) {
+        x[k] = stein__power(x[k], y[k]);
     }
-    real y = stein__log(sel(some, x * sel(small, same(0x1p200), same(0x1p-200)), same(1.0)));
-    real power = same(1.386294361119890572454e+02); // ln 2^200
-    return sel(some, sel(small, y - power, y + power), none);
-}
-
-/** x^y for x > 0 and moderate y. */
-static inline real stein__power(real x, real y)
-{
-    return stein__exp(y * stein__log(x));
+    return x;
+#endif
 }
 
 #endif

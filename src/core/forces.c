@@ -14,7 +14,7 @@
 
 /* The wrenches of the bodies to the joints, from the leaves to the root, in fixed axes. A plane
  * moment counted from +x towards +z is a moment about -y. */
-static void wrenches_to_joints(stein_sim *sim)
+INNER void stein__wrenches_to_joints(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int i = model->nframe - 1; i >= 0; i--) {
@@ -153,7 +153,7 @@ INNER void stein__forces(stein_sim *sim)
     }
 #endif
     joint_forces(sim);
-    wrenches_to_joints(sim);
+    stein__wrenches_to_joints(sim);
 }
 
 /* take joint j out of the unknowns of M x = b, where it is on: x_j = value */
@@ -196,9 +196,8 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
     }
     prescribe_driven(sim, qdd);
 #if STEIN_LANES == 1
-    if (sim->model->solve == NULL) {
-        return stein__solve(nq, sim->parent, sim->M, qdd, sim->inverse);
-    }
-#endif
+    return stein__solved(sim, qdd);
+#else
     return EQUATIONS(sim)->solve(sim->M, qdd);
+#endif
 }

@@ -27,7 +27,7 @@ static inline real stein__normal(const real *law, real x, real xdot)
     real f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
     mask powered = differ(law[STEIN_NORMAL_EXPONENT], 0.0);
     if (any(powered)) {
-        real power = stein__power(x / stein__felt_unit, law[STEIN_NORMAL_EXPONENT]);
+        real power = stein__raised(x / stein__felt_unit, law[STEIN_NORMAL_EXPONENT]);
         f = sel(powered, f * power, f);
     }
     f = (f + law[STEIN_NORMAL_PRELOAD]) * (1.0 + law[STEIN_NORMAL_D] * xdot);

@@ -59,7 +59,7 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
 void stein__take_parameters(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    model->setup(sim->p, sim->d);
+    stein_setup(model, sim->p, sim->d);
     stein__tables_prepare(sim);
     stein__pairs_prepare(sim);
     stein__joints_prepare(sim);
@@ -184,8 +184,7 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
 stein_status stein_reset(stein_sim *sim, stein_err *err)
 {
     const stein_model *model = sim->model;
-    memset(sim->state, 0, sim->state_size);
-    memcpy(sim->head->equations, model->equations, sizeof sim->head->equations);
+    stein__state_clear(sim);
     sim->head->load_present = 1;
     sim->eq = sim->eqd = -1.0;
     sim->fresh = STALE;
@@ -235,28 +234,6 @@ const double *stein_qd(const stein_sim *sim)
 const double *stein_qdd(stein_sim *sim)
 {
     return stein__refresh(sim, NULL) == STEIN_OK ? sim->qdd : NULL;
-}
-
-size_t stein_state_size(const stein_sim *sim)
-{
-    return sim->state_size;
-}
-
-void stein_save(const stein_sim *sim, void *block)
-{
-    memcpy(block, sim->state, sim->state_size);
-}
-
-stein_status stein_restore(stein_sim *sim, const void *block, stein_err *err)
-{
-    if (memcmp(block, sim->head->equations, sizeof sim->head->equations) != 0) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "the saved state belongs to another model than \"%s\"",
-                           sim->model->name);
-    }
-    memcpy(sim->state, block, sim->state_size);
-    sim->fresh = STALE;
-    return STEIN_OK;
 }
 
 void stein_load_lift(stein_sim *sim)
@@ -310,6 +287,12 @@ stein_status stein_drive(stein_sim *sim, const char *input, stein_signal_fn *fn,
 }
 
 /* ---- equations ---- */
+
+void stein_setup(const stein_model *model, const double *p, double *d)
+{
+    static const stein_functions functions = {stein__sin, stein__cos, stein__tan};
+    model->setup(p, d, &functions);
+}
 
 void stein_turn(const stein_model *model, const double *q, double *sc)
 {

@@ -9,6 +9,12 @@
 #include <stddef.h>
 
 #include "core.h"
+#include "stein/version.h"
+
+const char *stein_version(void)
+{
+    return STEIN_VERSION;
+}
 
 const char *stein_status_text(stein_status code)
 {
@@ -33,8 +39,8 @@ static void put(out *o, char c)
 
 static void put_text(out *o, const char *s)
 {
-    for (; *s != '\0'; s++) {
-        put(o, *s);
+    for (; *s != '\0'; s++) { // a name may be anything: one line, nothing for a terminal to obey
+        put(o, (unsigned char)*s < ' ' || *s == 127 ? '?' : *s);
     }
 }
 

@@ -184,13 +184,14 @@ int stein__any_crossed(const stein_sim *sim)
 }
 
 /* a trial step that left the numbers is not looked at any further */
-static stein_status check_finite(stein_sim *sim, stein_err *err)
+static stein_status check_finite(stein_sim *sim, double h, stein_err *err)
 {
     for (int j = 0; j < sim->model->nq; j++) {
         if (!isfinite(sim->q1[j]) || !isfinite(sim->qd1[j]) || !isfinite(sim->qdd1[j])) {
-            return stein__fail(err, STEIN_ENONFINITE,
-                               "the state of joint \"%s\" is no longer finite after t = %g s",
-                               sim->model->bodies[j].name, sim->head->t);
+            stein_err why;
+            stein__fail(&why, STEIN_ENONFINITE, "the state of joint \"%s\" is no longer finite",
+                        sim->model->bodies[j].name);
+            return stein__blame(sim, h, STEIN_ENONFINITE, why.msg, err);
         }
     }
     return STEIN_OK;
@@ -209,7 +210,7 @@ void stein__accept(stein_sim *sim, double t1)
 stein_status stein__try(stein_sim *sim, double h, stein_err *err)
 {
     stein_status status = stein__trial(sim, sim->head->t, h, err);
-    return status == STEIN_OK ? check_finite(sim, err) : status;
+    return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
 
 void stein__flip_crossed(stein_sim *sim)
@@ -261,9 +262,10 @@ stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 {
     for (int n = 0; sim->head->t < target; n++) {
         if (n > MAX_EVENTS_PER_STEP) {
-            return stein__fail(err, STEIN_ECHATTER,
-                               "more than %d contact events between t = %g s and %g s",
-                               (int)MAX_EVENTS_PER_STEP, sim->head->t, target);
+            stein_err why;
+            stein__fail(&why, STEIN_ECHATTER, "more than %d contact events in one step",
+                        (int)MAX_EVENTS_PER_STEP);
+            return stein__blame(sim, sim->def.dt, STEIN_ECHATTER, why.msg, err);
         }
         stein_status status = substep(sim, target, err);
         if (status != STEIN_OK) {

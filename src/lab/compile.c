@@ -23,7 +23,7 @@
 #include "stein/load.h"
 #include "stein/models.h"
 
-enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 16 };
+enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 17 };
 
 /* names of one compilation, all owned */
 typedef struct job {
@@ -165,16 +165,16 @@ static const char *compile_lanes(const job *j, const char *cc, const char *inclu
     const char *const of_lanes = lanes == 8   ? "-DSTEIN_LANES=8"
                                  : lanes == 4 ? "-DSTEIN_LANES=4"
                                               : "-DSTEIN_LANES=2";
-    const char *rest[FIXED_WORDS] = {"-std=c11",        "-O2",    "-ffp-contract=off",
+    const char *rest[FIXED_WORDS] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-tree-slp-vectorize",
                                      "-fno-math-errno", "-fPIC",  "-c",
                                      include,           of_lanes, "-o",
                                      j->lanes,          j->source};
     if (lanes == 8) {
-        rest[11] = "-mavx512f";
-        rest[12] = "-mavx512dq";
-        rest[13] = "-mavx512vl";
+        rest[12] = "-mavx512f";
+        rest[13] = "-mavx512dq";
+        rest[14] = "-mavx512vl";
     } else if (lanes == 4) {
-        rest[11] = "-mavx2";
+        rest[12] = "-mavx2";
     }
     if (run_compiler(j, cc, rest, &code, NULL) != STEIN_OK || code != 0) {
         return NULL;
@@ -191,13 +191,13 @@ static stein_status make_object(const job *j, const char *name, const char *cc, 
     }
     int code = 0;
     const char *with_lanes = compile_lanes(j, cc, include);
-    const char *rest[FIXED_WORDS] = {"-std=c11",        "-O2",   "-ffp-contract=off",
+    const char *rest[FIXED_WORDS] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-tree-slp-vectorize",
                                      "-fno-math-errno", "-fPIC", "-shared",
                                      include,           "-o",    j->fresh,
                                      j->source,         "-lm"};
     if (with_lanes != NULL) {
-        rest[11] = with_lanes;
-        rest[12] = j->lanes;
+        rest[12] = with_lanes;
+        rest[13] = j->lanes;
     }
     stein_status status = run_compiler(j, cc, rest, &code, err);
     free(include);

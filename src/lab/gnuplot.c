@@ -69,7 +69,12 @@ static stein_status copy_to(const char *from, const char *path, stein_err *err)
         while ((n = fread(block, 1, sizeof block, in)) > 0) {
             fwrite(block, 1, n, file.stream);
         }
-        status = lab__file_close(&file, !ferror(in), err);
+        int whole = !ferror(in);
+        status = lab__file_close(&file, whole, err);
+        if (!whole) {
+            status =
+                lab__fail(err, STEIN_EIO, "%s cannot be written: %s cannot be read", path, from);
+        }
     }
     fclose(in);
     return status;
@@ -105,6 +110,7 @@ static stein_status write_script(const job *j, const char *script, const char *p
                                  stein_err *err)
 {
     FILE *f = fopen(script, "w");
+    locale_t before = lab__plain();
     if (f != NULL) {
         write_terminal(f, j);
         fprintf(f, "set output ");
@@ -113,6 +119,7 @@ static stein_status write_script(const job *j, const char *script, const char *p
         j->write(f, j->ctx);
         fprintf(f, "set output\n");
     }
+    lab__as_before(before);
     int bad = f == NULL || ferror(f);
     if ((f != NULL && fclose(f) != 0) || bad) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", script, strerror(errno));

@@ -18,6 +18,7 @@
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
 
+#include <locale.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -33,16 +34,34 @@ char *lab__text(const char *format, ...);
 
 /* ---- output.c ---- */
 
+/** A text that may come from anywhere (a file's name, a word of the command line) as part of one
+ *  line: control characters become "?". @return text */
+char *lab__one_line(char *text);
+/** The same written in full, with a newline; for control characters blanks. */
+void lab__put_line(FILE *f, const char *text);
+enum { LAB_SHOWN = 260 };
+/** The same as a copy, cut where it is longer than a file's name. @param to [LAB_SHOWN] */
+const char *lab__shown(char *to, const char *text);
 enum { LAB_NUMBER = 32 };
 /** The shortest decimal that reads back as exactly this double; a point whatever the locale.
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
+
+/** End a text that was written with open_memstream. @param text  freed and NULL on failure
+ *  @return OK, ENOMEM */
+stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
+
+/** Numbers with a point for this thread, whatever the host's locale. @return what it had, for
+ *  lab__as_before; 0: no memory, and nothing has changed */
+locale_t lab__plain(void);
+void lab__as_before(locale_t before);
 
 /** A file that appears whole or not at all: written beside its place, then renamed. Devices, pipes
  *  and "-" (standard output) are written directly. */
 typedef struct lab__file {
     FILE *stream;
     char *path, *temporary; /* temporary NULL: written directly */
+    locale_t before;        /* of this thread; between open and close it is "C" */
 } lab__file;
 stein_status lab__file_open(lab__file *file, const char *path, stein_err *err);
 /** Put the file in its place, or with keep = 0 drop it. @return OK, EIO */

@@ -17,6 +17,28 @@
 
 #include "inner.h"
 
+char *lab__one_line(char *text)
+{
+    for (char *c = text; *c != '\0'; c++) {
+        *c = (unsigned char)*c < ' ' || *c == 127 ? '?' : *c;
+    }
+    return text;
+}
+
+void lab__put_line(FILE *f, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        putc((unsigned char)*text < ' ' ? ' ' : *text, f);
+    }
+    putc('\n', f);
+}
+
+const char *lab__shown(char *to, const char *text)
+{
+    snprintf(to, LAB_SHOWN, "%s", text);
+    return lab__one_line(to);
+}
+
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...)
 {
     if (err != NULL) {
@@ -24,6 +46,7 @@ stein_status lab__fail(stein_err *err, stein_status code, const char *format, ..
         va_start(list, format);
         vsnprintf(err->msg, sizeof err->msg, format, list);
         va_end(list);
+        lab__one_line(err->msg);
         err->code = code;
     }
     return code;
@@ -42,6 +65,18 @@ char *lab__text(const char *format, ...)
         va_end(list);
     }
     return text;
+}
+
+stein_status lab__text_close(FILE *stream, char **text, stein_err *err)
+{
+    int bad = ferror(stream); // a text that could not grow has lost its end
+    bad |= fclose(stream) != 0;
+    if (!bad && *text != NULL) {
+        return STEIN_OK;
+    }
+    free(*text);
+    *text = NULL;
+    return lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
 char *lab__number(char *text, double value)
@@ -66,6 +101,19 @@ char *lab__number(char *text, double value)
     }
     *to = '\0';
     return text;
+}
+
+locale_t lab__plain(void)
+{
+    locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    return c != (locale_t)0 ? uselocale(c) : (locale_t)0;
+}
+
+void lab__as_before(locale_t before)
+{
+    if (before != (locale_t)0) {
+        freelocale(uselocale(before));
+    }
 }
 
 int lab__is_stdout(const char *path)
@@ -122,7 +170,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
 {
     struct stat st;
     int exists = stat(path, &st) == 0;
-    lab__file f = {NULL, NULL, NULL};
+    lab__file f = {.stream = NULL};
     if (exists && S_ISDIR(st.st_mode)) {
         return cannot_write(err, path, EISDIR);
     }
@@ -148,6 +196,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
         free(f.path);
         return cannot_write(err, path, cause);
     }
+    f.before = lab__plain();
     *file = f;
     return STEIN_OK;
 }
@@ -155,6 +204,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
 {
     int bad = ferror(file->stream);
+    lab__as_before(file->before);
     int cause = bad ? EIO : 0;
     if (fclose(file->stream) != 0) {
         cause = errno;
@@ -168,7 +218,7 @@ stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
     stein_status status = cause != 0 && keep ? cannot_write(err, file->path, cause) : STEIN_OK;
     free(file->path);
     free(file->temporary);
-    *file = (lab__file){NULL, NULL, NULL};
+    *file = (lab__file){.stream = NULL};
     return status;
 }
 

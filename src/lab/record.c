@@ -107,7 +107,8 @@ stein_status lab_write_csv(const char *path, const lab_record *r, const char *co
         return status;
     }
     for (int i = 0; notes != NULL && notes[i] != NULL; i++) {
-        fprintf(file.stream, "# %s\n", notes[i]);
+        fputs("# ", file.stream);
+        lab__put_line(file.stream, notes[i]);
     }
     int n = r->model->nchannel;
     for (int i = 0; i < n; i++) {

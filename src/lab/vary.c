@@ -66,22 +66,13 @@ static uint64_t hash_values(const sweep *s)
     return hash;
 }
 
-/* one line whatever the text */
-static void put_line(FILE *f, const char *text)
-{
-    for (; *text != '\0'; text++) {
-        putc((unsigned char)*text < 0x20 ? ' ' : *text, f);
-    }
-    putc('\n', f);
-}
-
 static void write_sets(FILE *f, const sweep *s)
 {
     for (int i = 0; i < s->def->nset; i++) {
         const char *set = s->def->set[i];
         int length = (int)strcspn(set, "=");
         fprintf(f, "# set %.*s: ", length, set);
-        put_line(f, set[length] == '=' ? set + length + 1 : "");
+        lab__put_line(f, set[length] == '=' ? set + length + 1 : "");
     }
 }
 
@@ -135,7 +126,8 @@ static stein_status make_table(sweep *s, stein_err *err)
         return no_memory(err);
     }
     write_head(f, s);
-    stein_status status = fclose(f) == 0 ? lab__table_new(&s->table, head, err) : no_memory(err);
+    stein_status status = lab__text_close(f, &head, err);
+    status = status == STEIN_OK ? lab__table_new(&s->table, head, err) : status;
     free(head);
     return status;
 }
@@ -217,7 +209,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
         return no_memory(err);
     }
     write_row(f, s, point, status, stroke, sim);
-    status = fclose(f) == 0 ? STEIN_OK : no_memory(err);
+    status = lab__text_close(f, &row, err);
     if (status == STEIN_OK && s->has_journal) {
         status = lab__journal_add(&s->journal, row, err);
     }

@@ -45,12 +45,11 @@ stein_status stein_library_open(stein_library **out, const char *file, const cha
                              equations != NULL ? equations : "any", STEIN_MODEL_ABI);
     }
     stein_library *library = status == STEIN_OK ? malloc(sizeof *library) : NULL;
-    if (status == STEIN_OK && library == NULL) {
-        status = stein__fail(err, STEIN_ENOMEM, "out of memory while loading %s", file);
-    }
-    if (status != STEIN_OK) {
+    if (library == NULL) {
         dlclose(handle);
-        return status;
+        return status != STEIN_OK
+                   ? status
+                   : stein__fail(err, STEIN_ENOMEM, "out of memory while loading %s", file);
     }
     library->handle = handle;
     *out = library;

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "functions.h"
 #include "reader.h"
 
 enum { MAX_POWER = 60 };
@@ -355,6 +356,7 @@ static int stack_depth(const mech_step *steps, int n)
     int depth = 0, most = 0;
 
     for (int i = 0; i < n; i++) {
+        // cppcheck-suppress uninitvar ; as many as n says are there
         if (steps[i].op == MECH_OP_CONST || steps[i].op == MECH_OP_PARAM) {
             depth++;
         } else if (steps[i].op <= MECH_OP_DIV) {
@@ -441,9 +443,9 @@ double mech__evaluate(const mech_step *steps, int nsteps, const double *param)
         case MECH_OP_MUL: *a *= b; break;
         case MECH_OP_DIV: *a /= b; break;
         case MECH_OP_NEG: *a = -*a; break;
-        case MECH_OP_SIN: *a = sin(*a); break;
-        case MECH_OP_COS: *a = cos(*a); break;
-        case MECH_OP_TAN: *a = tan(*a); break;
+        case MECH_OP_SIN: *a = stein__sin(*a); break;
+        case MECH_OP_COS: *a = stein__cos(*a); break;
+        case MECH_OP_TAN: *a = stein__tan(*a); break;
         default: *a = sqrt(*a); break;
         }
     }

@@ -19,6 +19,7 @@ static stein_status problem(stein_err *err, stein_status code, const char *file,
     if (err) {
         err->code = code;
         snprintf(err->msg, sizeof err->msg, "%.120s: %s", file, what);
+        mech__one_line(err->msg);
     }
     return code;
 }

@@ -13,6 +13,13 @@
 
 enum { SHOWN = 60, WORD = 64 };
 
+void mech__one_line(char *text)
+{
+    for (; text && *text; text++) {
+        *text = (unsigned char)*text < ' ' || *text == 127 ? '?' : *text;
+    }
+}
+
 const char *mech__shown(mech__reader *rd, const char *text)
 {
     size_t n = strlen(text), cut = n;
@@ -50,6 +57,7 @@ static void add_problem(mech__reader *rd, int line, int column, const char *form
     } else {
         text = mech__print(rd, "%s: %s", rd->file, what);
     }
+    mech__one_line(text); // with names, units and the file's own name
     if (text) {
         rd->problems[rd->nproblem].line = line;
         rd->problems[rd->nproblem].column = column;

@@ -127,6 +127,8 @@ void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, con
                       ...);
 /** Hand all problems over, sorted by place; err gets the first. */
 void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stein_err *err);
+/** Control characters of a text become "?". NULL is fine. */
+void mech__one_line(char *text);
 /** User text made printable and short, in the arena ("" when out of memory). */
 const char *mech__shown(mech__reader *rd, const char *text);
 

@@ -455,6 +455,7 @@ static stein_status quantity_error(stein_err *err, const char *text, const char 
     if (err) {
         err->code = STEIN_EPARSE;
         snprintf(err->msg, sizeof err->msg, "\"%.60s\": %.170s", text, why);
+        mech__one_line(err->msg);
     }
     return STEIN_EPARSE;
 }

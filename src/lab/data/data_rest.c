@@ -30,8 +30,9 @@ static int is_flat(const data__series *s, int first, int n, double tolerated)
     }
     double left = data__residual(s->t + first, s->v + first, n, 2, s->scratch);
     double explained = fmax(0.0, about - left);
-    int small = explained < 16.0 * sigma * sigma || explained < n * pow(tolerated * sigma, 2);
-    return small && left < n * pow(2.0 * sigma, 2);
+    int small =
+        explained < 16.0 * sigma * sigma || explained < n * tolerated * tolerated * sigma * sigma;
+    return small && left < n * 4.0 * sigma * sigma;
 }
 
 static double block_median(const data__series *s, int first, int n)

@@ -78,10 +78,10 @@ static void find_way(compass *k, const lab_candidate *c, double *way)
     double e = small_amount * c->limit;
     memcpy(k->p, k->base, size);
     lab_candidate_apply(c, 2.0 * e, k->p);
-    k->m->setup(k->p, k->d2);
+    stein_setup(k->m, k->p, k->d2);
     memcpy(k->p, k->base, size);
     lab_candidate_apply(c, e, k->p);
-    k->m->setup(k->p, k->d1);
+    stein_setup(k->m, k->p, k->d1);
     for (int i = 0; i < k->m->nd; i++) {
         double change = k->d2[i] - k->d1[i];
         int none = !isfinite(change) || fabs(change) <= rounding * fabs(k->d1[i]);

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "structure.h"
 
 /* the part is there: its numbers by name */
@@ -96,7 +97,7 @@ void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
         p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
                          : c->move == LAB_MOVE_VALUE    ? amount
                          : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
-                                                        : v * exp(amount);
+                                                        : v * stein__exp_of(amount);
     }
     for (int k = 0; k < LAB_SIDES; k++) {
         if (c->side[k].param >= 0) {

@@ -7,6 +7,7 @@
 #include <gsl/gsl_linalg.h>
 #include <math.h>
 
+#include "functions.h"
 #include "curve.h"
 
 enum { N = CURVE_POINTS, LEVELS = 26, LENGTHS = 8, KINDS = 3 };
@@ -18,9 +19,9 @@ static const double jitter = 1e-8;                            /* of K */
 static double kernel(int kind, double d)
 {
     double u = (kind == 1 ? sqrt(5.0) : sqrt(3.0)) * d;
-    return kind == 0   ? exp(-0.5 * d * d)
-           : kind == 1 ? (1.0 + u + u * u / 3.0) * exp(-u)
-                       : (1.0 + u) * exp(-u);
+    return kind == 0   ? stein__exp_of(-0.5 * d * d)
+           : kind == 1 ? (1.0 + u + u * u / 3.0) * stein__exp_of(-u)
+                       : (1.0 + u) * stein__exp_of(-u);
 }
 
 /* lower Cholesky factor of tau^2 K in L. @return 0, -1 */
@@ -68,7 +69,7 @@ static double solve(diag__reduced *q, const double *L)
     }
     q->logdet = 0.0;
     for (int i = 0; i < q->n; i++) {
-        q->logdet += 2.0 * log(S[i * q->n + i]);
+        q->logdet += 2.0 * stein__log_of(S[i * q->n + i]);
     }
     gsl_linalg_cholesky_solve(&s.matrix, &bv.vector, &hv.vector);
     gsl_blas_ddot(&bv.vector, &hv.vector, &gained);
@@ -109,7 +110,7 @@ static double fall(const diag__reduced *q, const double *e, const double *b, dou
     double sum = 0.0, t2 = tau * tau;
     for (int i = 0; i < q->n; i++) {
         double d = 1.0 + t2 * fmax(0.0, e[i]);
-        sum += t2 * b[i] * b[i] / d - log(d);
+        sum += t2 * b[i] * b[i] / d - stein__log_of(d);
     }
     return sum;
 }

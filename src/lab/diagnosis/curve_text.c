@@ -38,11 +38,8 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
     fprintf(f, ",\n%s: ", what);
     write_list(f, value, sd, n);
     fputc('}', f);
-    if (fclose(f) != 0) {
-        free(entry);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    stein_status status = lab__surgery_add(s, "tables", entry, err);
+    stein_status status = lab__text_close(f, &entry, err);
+    status = status == STEIN_OK ? lab__surgery_add(s, "tables", entry, err) : status;
     free(entry);
     return status;
 }

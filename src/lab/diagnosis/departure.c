@@ -25,6 +25,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "diagnosing.h"
 
 enum { SLOW = 3, NEXT = 6, FEWEST = 4 }; /* functions; samples of a phase that say something */
@@ -42,7 +43,7 @@ typedef struct tally {
 static double cosine(int k, int i, int n)
 {
     double u = (i + 0.5) / n;
-    return k == 0 ? 1.0 / sqrt(n) : sqrt(2.0 / n) * cos(M_PI * k * u);
+    return k == 0 ? 1.0 / sqrt(n) : sqrt(2.0 / n) * stein__cos(M_PI * k * u);
 }
 
 /* residuals of one stroke in the phase, r [n] */

@@ -24,6 +24,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "diagnosing.h"
 
 enum { LEVELS = 17, SWEEPS = 3 };
@@ -38,7 +39,7 @@ typedef struct room {
 
 static double tau_of(int level)
 {
-    return lowest * pow(stride, level);
+    return lowest * stein__power(stride, level);
 }
 
 /* precision of the prior added to S. @return ln |Q| */
@@ -51,7 +52,7 @@ static double add_prior(const diag__gauss *g, const int *level, gsl_matrix *S)
         // of an autoregression: x_k given x_k-1 has variance (1 - rho^2) sd^2
         double own = (before ? 1.0 / spread : 1.0) + (after ? g->rho * g->rho / spread : 0.0);
         *gsl_matrix_ptr(S, (size_t)k, (size_t)k) += own / (sd * sd);
-        logdet -= 2.0 * log(sd) + (before ? log(spread) : 0.0);
+        logdet -= 2.0 * stein__log_of(sd) + (before ? stein__log_of(spread) : 0.0);
         if (before) {
             double sd_before = g->scale[k - 1] * tau_of(level[g->group[k - 1]]);
             double beside = -g->rho / spread / (sd * sd_before);
@@ -75,7 +76,7 @@ static double objective(diag__gauss *g, room *r)
         return INFINITY;
     }
     for (size_t k = 0; k < r->S->size1; k++) {
-        value += 2.0 * log(gsl_matrix_get(r->S, k, k));
+        value += 2.0 * stein__log_of(gsl_matrix_get(r->S, k, k));
     }
     gsl_linalg_cholesky_solve(r->S, r->c, r->f);
     gsl_blas_ddot(r->c, r->f, &gained);

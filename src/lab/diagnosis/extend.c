@@ -272,12 +272,14 @@ static void write_data(FILE *f, const lab_diagnosis *d)
     fputc('\n', f);
     for (int i = 0; i < d->ntrace; i++) {
         int known = 0;
+        char plain[LAB_SHOWN];
         for (int k = 0; k < i; k++) {
             known |= strcmp(d->trace[k].file, d->trace[i].file) == 0;
         }
         const char *base = strrchr(d->trace[i].file, '/');
         if (!known) {
-            fprintf(f, "#   data %s%s\n", base != NULL ? base + 1 : d->trace[i].file,
+            fprintf(f, "#   data %s%s\n",
+                    lab__shown(plain, base != NULL ? base + 1 : d->trace[i].file),
                     d->trace[i].held_out ? " (held out)" : "");
         }
     }
@@ -291,8 +293,10 @@ static void write_head(FILE *f, const extension *x)
 {
     const lab_diagnosis *d = x->d;
     const char *name = strrchr(x->file, '/');
+    char plain[LAB_SHOWN];
     fprintf(f, "# Extended by stein diagnose (%s), from %s (fnv1a64 %s).\n",
-            lab_verdict_text(d->verdict), name != NULL ? name + 1 : x->file, x->hash);
+            lab_verdict_text(d->verdict), lab__shown(plain, name != NULL ? name + 1 : x->file),
+            x->hash);
     if (d->reason[0] != '\0') {
         fputs("# ", f);
         write_text(f, d->reason);

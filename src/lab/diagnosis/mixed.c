@@ -27,6 +27,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "mixed.h"
 
 enum { DRAWS = 2000 };
@@ -43,7 +44,7 @@ static int invert(double *a, int n, double *logdet)
     }
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
-        sum += 2.0 * log(a[i * n + i]);
+        sum += 2.0 * stein__log_of(a[i * n + i]);
     }
     *logdet = sum;
     gsl_linalg_cholesky_invert(&m.matrix);
@@ -128,7 +129,7 @@ void lab__mixed_weigh(lab__mixed *m)
         for (size_t k = 0; k < nz; k++) {
             double D = m->zclass[k] < 0 ? 1.0 : m->D[m->zclass[k]];
             W[k * nz + k] += 1.0 / D;
-            m->logdet += log(D);
+            m->logdet += stein__log_of(D);
         }
         if (nz > 0 && invert(W, (int)nz, &logdet)) {
             m->logdet += logdet;

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "searching.h"
 
 enum { AMOUNTS = 10, STROKES = 3 };
@@ -28,7 +29,7 @@ typedef struct scan {
 
 static double amount_at(int k)
 {
-    return pow(10.0, -decades * (1.0 - (double)k / (AMOUNTS - 1)));
+    return stein__power(10.0, -decades * (1.0 - (double)k / (AMOUNTS - 1)));
 }
 
 /* one amount on one stroke */

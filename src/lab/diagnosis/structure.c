@@ -197,8 +197,7 @@ static stein_status write_fragment(lab__surgery *s, const fragment *f, const wor
             fputc(*c, out);
         }
     }
-    stein_status status =
-        fclose(out) == 0 ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = lab__text_close(out, &text, err);
     status = status == STEIN_OK ? lab__surgery_add(s, f->section, text, err) : status;
     free(text);
     return status;
@@ -268,7 +267,7 @@ static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, c
         }
     }
     move_sides(s, m, body, b, part);
-    return fclose(f) == 0 ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return lab__text_close(f, text, err);
 }
 
 static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mechanism *m, int body,

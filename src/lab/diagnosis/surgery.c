@@ -351,9 +351,8 @@ stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size,
         fputs(s->tail, f);
     }
     fwrite(s->text + end, 1, s->size - end, f);
-    if (fclose(f) != 0) {
-        free(out);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (lab__text_close(f, &out, err) != STEIN_OK) {
+        return STEIN_ENOMEM;
     }
     *text = out;
     *size = n;

@@ -168,6 +168,7 @@ typedef struct fit__bench {
     void *force_ctx;
     fit__watch_fn *watch; /* hears of every frame; NULL: nobody */
     void *watch_ctx;
+    int no_memory; /* a simulation had none: no property of the model */
 } fit__bench;
 stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *err);
 void fit__bench_free(fit__bench *b);

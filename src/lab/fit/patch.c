@@ -295,10 +295,11 @@ static int by_place(const void *a, const void *b)
 
 static void write_head(FILE *f, const lab_fit *fit, const char *file, const mechanism *m)
 {
-    char text[LAB_NUMBER], sd[LAB_NUMBER];
+    char text[LAB_NUMBER], sd[LAB_NUMBER], plain[LAB_SHOWN];
     const char *name = strrchr(file, '/');
     fprintf(f, "# Fitted by stein fit (%s), from %s (fnv1a64 %s).\n",
-            lab_fit_status_text(fit->status), name != NULL ? name + 1 : file, m->input_hash);
+            lab_fit_status_text(fit->status), lab__shown(plain, name != NULL ? name + 1 : file),
+            m->input_hash);
     if (fit->reason[0] != '\0') {
         fprintf(f, "# %s\n", fit->reason);
     }
@@ -308,7 +309,8 @@ static void write_head(FILE *f, const lab_fit *fit, const char *file, const mech
             text, sd);
     for (int s = 0; s < fit->nstroke; s++) {
         const char *base = strrchr(fit->stroke[s].file, '/');
-        fprintf(f, "#   data %s (fnv1a64 %016llx)\n", base != NULL ? base + 1 : fit->stroke[s].file,
+        fprintf(f, "#   data %s (fnv1a64 %016llx)\n",
+                lab__shown(plain, base != NULL ? base + 1 : fit->stroke[s].file),
                 fit->stroke[s].hash);
     }
     for (int k = 0; k < fit->nvalue; k++) {
@@ -387,9 +389,8 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
         qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);
         write_body(f, &p);
     }
-    if (fclose(f) != 0 && status == STEIN_OK) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    stein_status closed = lab__text_close(f, &patched, status == STEIN_OK ? err : NULL);
+    status = status == STEIN_OK ? closed : status;
     status = status == STEIN_OK ? check(patched, npatched, &p, m, m->file, err) : status;
     free(p.list);
     if (status != STEIN_OK) {

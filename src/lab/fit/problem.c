@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "fitting.h"
 
 enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
@@ -30,7 +31,7 @@ static const double marker_arm = 0.1;  /* a marker's offset as an angle: over th
 double fit__value(const fit__unknown *u, double x)
 {
     double z = u->start + u->sd * x;
-    return u->log ? exp(z) : z;
+    return u->log ? stein__exp_of(z) : z;
 }
 
 double fit__slope(const fit__unknown *u, double x)
@@ -71,7 +72,7 @@ static fit__unknown free_parameter(const fit__problem *p, int index)
         u.prior = strcmp(q->unit, "m") == 0 || strcmp(q->unit, "rad") == 0;
         sd = u.prior ? sd : 1.0;
     }
-    u.start = u.log ? log(q->value) : q->value;
+    u.start = u.log ? stein__log_of(q->value) : q->value;
     u.sd = u.log ? sd / q->value : sd;
     return u;
 }
@@ -162,8 +163,8 @@ static void scale_numbers(fit__unknown *amount, const lab_candidate *effect)
         u->idle = side == NULL || side->param < 0;
         if (!u->idle) {
             u->log = side->log;
-            u->start = side->log ? log(side->value) : side->value;
-            u->sd = 0.25 * (side->log ? log(side->hi / side->lo) : side->hi - side->lo);
+            u->start = side->log ? stein__log_of(side->value) : side->value;
+            u->sd = 0.25 * (side->log ? stein__log_of(side->hi / side->lo) : side->hi - side->lo);
         }
     }
 }

@@ -41,9 +41,9 @@ static stein_status begin(void *ctx, void **bench, stein_err *err)
 static stein_status work(void *ctx, void *bench, int job, stein_err *err)
 {
     const gang *g = ctx;
-    (void)err;
+    const fit__bench *b = bench;
     g->work(g->ctx, bench, job);
-    return STEIN_OK;
+    return b->no_memory ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
 }
 
 static void end(void *bench)

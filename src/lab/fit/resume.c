@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * resume.c - the state of a search on disk, so that kill -9 costs one iteration.
  *
- *      stein fit 1
+ *      stein fit 2
  *      key 3f0c...                 fingerprint of model, data, unknowns, options
  *      stage 4 1                   present stage, finished starts
- *      state 3 0x1p-9 ...          iteration, mu, nu, objective, decrement, ended; then x, steps,
- * entry start 0x1.2p+9 17 1         of every finished start; then its x
+ *      state 3 0                   iteration, ended; then mu, nu, objective, decrement, x, steps,
+ *                                  entry
+ *      start 17 1                  of every finished start; then its objective and x
+ *      end 8c1f...                 checksum of all before
  *
  * Numbers are hexadecimal, so what is read back is what was written, and an iteration depends on
  * nothing else: an interrupted fit ends with the same bits as one that was not. The file is written
@@ -15,6 +17,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "fitting.h"
 
@@ -75,17 +78,10 @@ static double *scalars(const fit__state *s, double *to)
     return to;
 }
 
-stein_status fit__search_save(const fit__search *s, int nu, const char *path,
-                              unsigned long long key, stein_err *err)
+static void write_search(FILE *f, const fit__search *s, int nu, unsigned long long key)
 {
-    lab__file file;
     double four[4];
-    stein_status status = lab__file_open(&file, path, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    FILE *f = file.stream;
-    fprintf(f, "stein fit 1\nkey %016llx\nstage %d %d\nstate %d %d\n", key, s->stage, s->nstart,
+    fprintf(f, "stein fit 2\nkey %016llx\nstage %d %d\nstate %d %d\n", key, s->stage, s->nstart,
             s->state.iteration, s->state.ended);
     write_numbers(f, scalars(&s->state, four), 4);
     write_numbers(f, s->state.x, nu);
@@ -96,8 +92,34 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
         write_numbers(f, &s->start[i].objective, 1);
         write_numbers(f, s->best[i], nu);
     }
-    fprintf(f, "end\n");
-    return lab__file_close(&file, 1, err);
+}
+
+static unsigned long long sum_of(const char *text, size_t n)
+{
+    unsigned long long sum = 14695981039346656037ull;
+    mix(&sum, text, n);
+    return sum;
+}
+
+stein_status fit__search_save(const fit__search *s, int nu, const char *path,
+                              unsigned long long key, stein_err *err)
+{
+    lab__file file;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    if (f == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    write_search(f, s, nu, key);
+    stein_status status = lab__text_close(f, &text, err);
+    status = status == STEIN_OK ? lab__file_open(&file, path, err) : status;
+    if (status == STEIN_OK) {
+        fprintf(file.stream, "%send %016llx\n", text, sum_of(text, size));
+        status = lab__file_close(&file, 1, err);
+    }
+    free(text);
+    return status;
 }
 
 /* ---- reading ---- */
@@ -121,7 +143,6 @@ static int read_numbers(FILE *f, double *x, int n)
 static int read_body(fit__search *s, int nu, FILE *f)
 {
     double four[4];
-    char end[8] = "";
     if (fscanf(f, " stage %d %d state %d %d", &s->stage, &s->nstart, &s->state.iteration,
                &s->state.ended) != 4 ||
         s->nstart < 0 || s->nstart > LAB_FIT_STARTS || read_numbers(f, four, 4) != 0 ||
@@ -140,30 +161,70 @@ static int read_body(fit__search *s, int nu, FILE *f)
             return -1;
         }
     }
-    return fscanf(f, " %7s", end) == 1 && strcmp(end, "end") == 0 ? 0 : -1;
+    return 0;
+}
+
+/* the last line has the checksum of what is before it */
+static int is_whole(const char *text, size_t size)
+{
+    enum { LAST = 21 }; /* "end 0123456789abcdef\n" */
+    char end[LAST + 1];
+    if (size < LAST) {
+        return 0;
+    }
+    snprintf(end, sizeof end, "end %016llx\n", sum_of(text, size - LAST));
+    return memcmp(text + size - LAST, end, LAST) == 0;
+}
+
+static stein_status load(fit__search *s, int nu, const char *path, unsigned long long key, FILE *f,
+                         int whole, stein_err *err)
+{
+    unsigned long long theirs = 0;
+    int format = 0;
+    if (fscanf(f, "stein fit %d key %llx", &format, &theirs) < 1) {
+        return lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path);
+    }
+    if (format != 2) {
+        return lab__fail(err, STEIN_ESTALE,
+                         "%s is a journal of format %d, this version reads 2: begin anew", path,
+                         format);
+    }
+    if (!whole) {
+        return lab__fail(err, STEIN_EPARSE, "%s: the journal is damaged", path);
+    }
+    if (theirs != key) {
+        return lab__fail(err, STEIN_ESTALE,
+                         "%s belongs to another fit: other data, free "
+                         "parameters, options or numbers of the mechanism",
+                         path);
+    }
+    return read_body(s, nu, f) == 0
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EPARSE, "%s: the journal is damaged", path);
 }
 
 stein_status fit__search_load(fit__search *s, int nu, const char *path, unsigned long long key,
                               int *found, stein_err *err)
 {
-    FILE *f = fopen(path, "r");
-    unsigned long long theirs = 0;
+    char *text = NULL;
+    size_t size = 0;
     *found = 0;
-    if (f == NULL) {
+    if (access(path, F_OK) != 0) {
         return STEIN_OK; // a new one; whether it can be written is found out soon
     }
-    stein_status status = STEIN_OK;
-    if (fscanf(f, "stein fit 1 key %llx", &theirs) != 1) {
-        status = lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path);
-    } else if (theirs != key) {
-        status = lab__fail(err, STEIN_ESTALE,
-                           "%s belongs to another fit: other data, free "
-                           "parameters, options or numbers of the mechanism",
-                           path);
-    } else if (read_body(s, nu, f) != 0) {
-        status = lab__fail(err, STEIN_EPARSE, "%s: the journal is damaged", path);
+    stein_status status = lab__read_file(path, &text, &size, err);
+    FILE *f = status == STEIN_OK && size > 0 ? fmemopen(text, size, "r") : NULL;
+    if (status == STEIN_OK && f == NULL) {
+        status = size == 0 ? lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path)
+                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    fclose(f);
+    if (status == STEIN_OK) {
+        status = load(s, nu, path, key, f, is_whole(text, size), err);
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    free(text);
     *found = status == STEIN_OK;
     return status;
 }

@@ -91,6 +91,7 @@ static void one_column(void *ctx, fit__bench *b, int index)
     double *x = malloc(sizeof *x * (nu + n + 1)), *down = x + nu;
     j->failed[index] = x == NULL;
     if (x == NULL) {
+        b->no_memory = 1;
         return;
     }
     memcpy(x, j->x, sizeof *x * nu);

@@ -21,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "fitting.h"
 
 enum { WIDTH = 4 }; /* diagonals on and above the middle one; points of a third difference */
@@ -114,10 +115,10 @@ static double misfit(const bands *b, double a)
 static double choose(bands *b, double noise)
 {
     int n = b->m + 3;
-    double wanted = noise * noise * n, unit = pow((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
+    double wanted = noise * noise * n, unit = stein__power((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
     double low = -14.0, high = 14.0; // decades of a
     for (int i = 0; i < 50; i++) {
-        double mid = 0.5 * (low + high), a = unit * pow(10.0, mid);
+        double mid = 0.5 * (low + high), a = unit * stein__power(10.0, mid);
         solve(b, a);
         if (misfit(b, a) > wanted) {
             high = mid;
@@ -125,7 +126,7 @@ static double choose(bands *b, double noise)
             low = mid;
         }
     }
-    return unit * pow(10.0, low);
+    return unit * stein__power(10.0, low);
 }
 
 static stein_status smooth(fit__signal *s, double noise, stein_err *err)

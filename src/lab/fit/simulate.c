@@ -366,6 +366,7 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
     const fit__stroke *s = &p->stroke[stroke];
     clocked *c = malloc(sizeof *c * (size_t)(2 * s->nsignal + 1));
     if (c == NULL) {
+        b->no_memory = 1;
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     double tau = s->tau >= 0 ? fit__value(&p->unknown[s->tau], x[s->tau]) : 0.0;
@@ -380,5 +381,6 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
     }
     status = status == STEIN_OK ? read_stroke(p, b, s, tau, y, err) : status;
     free(c); // the next stroke binds its own
+    b->no_memory |= status == STEIN_ENOMEM;
     return status;
 }

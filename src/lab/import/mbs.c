@@ -89,7 +89,10 @@ static void clean(char name[MECH_NAME], const char *label)
 
 static void copy_name(char to[MECH_NAME], const char *from)
 {
-    snprintf(to, MECH_NAME, "%s", from);
+    size_t n = strlen(from);
+    n = n < MECH_NAME ? n : MECH_NAME - 1;
+    memmove(to, from, n);
+    to[n] = '\0';
 }
 
 /* the same name with a number behind it */

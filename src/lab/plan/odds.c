@@ -30,6 +30,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "planning.h"
 
 enum { DRAWS = 400, DRAWS_MANY = 200, MANY = 8 };
@@ -122,7 +123,7 @@ static int model_make(model *m, const double *K, int n, int p, int np, int nz)
         return 0;
     }
     for (int i = 0; i < nz; i++) {
-        m->lnS += 2.0 * log(gsl_matrix_get(m->W, (size_t)i, (size_t)i));
+        m->lnS += 2.0 * stein__log_of(gsl_matrix_get(m->W, (size_t)i, (size_t)i));
     }
     gsl_linalg_cholesky_invert(m->W);
     for (int i = 0; i < np; i++) {
@@ -167,7 +168,7 @@ static int model_repeat(model *m, int repeats)
         return 0;
     }
     for (size_t i = 0; i < m->L->size1; i++) {
-        m->lnH += 2.0 * log(gsl_matrix_get(m->L, i, i));
+        m->lnH += 2.0 * stein__log_of(gsl_matrix_get(m->L, i, i));
     }
     gsl_vector_set_zero(m->h);
     return 1;

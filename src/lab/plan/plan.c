@@ -12,6 +12,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "functions.h"
 #include "planning.h"
 
 enum { MOST = 64 };
@@ -98,7 +99,7 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
         lab_experiment one = *e;
         one.against = p->suspect[k + 1];
-        status = plan__odds(&p->pair[k], use, 2.0 * log(p->def->wanted), MOST, &one, err);
+        status = plan__odds(&p->pair[k], use, 2.0 * stein__log_of(p->def->wanted), MOST, &one, err);
         worst = k == 0 || less(&one, &worst) ? one : worst;
     }
     *e = worst;

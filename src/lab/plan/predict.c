@@ -12,6 +12,7 @@
 
 #include <gsl/gsl_linalg.h>
 
+#include "functions.h"
 #include "planning.h"
 
 enum { MOST_ROWS = 4000 };
@@ -25,7 +26,7 @@ double lab_shape_at(lab_shape shape, double time, double t)
     static const double pi = 3.14159265358979323846;
     double s = time > 0.0 ? fmax(t / time, 0.0) : 1.0;
     if (shape == LAB_SHAPE_SWING) {
-        return s < 2.0 ? sin(pi * s) : 0.0;
+        return s < 2.0 ? stein__sin(pi * s) : 0.0;
     }
     s = shape == LAB_SHAPE_BACK && s > 1.0 ? fmax(2.0 - s, 0.0) : fmin(s, 1.0);
     return shape == LAB_SHAPE_NONE ? 0.0 : s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
@@ -190,7 +191,7 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
         if (of[k] >= 0) {
             const fit__unknown *u = &p->unknown[k];
             const struct lab_uncertain *n = &q->number[of[k]];
-            double z = u->log ? log(n->value) : n->value;
+            double z = u->log ? stein__log_of(n->value) : n->value;
             x[k] = (z - u->start) / u->sd;
             p->step[k] = fmin(fmax(0.5 * n->sd / u->sd, least_step), most_step);
         }

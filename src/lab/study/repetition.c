@@ -15,6 +15,7 @@
  */
 #include <math.h>
 
+#include "functions.h"
 #include "study.h"
 
 enum { STROKES = 3, HALVINGS = 8, TOUCHES = 5, SEARCH = 24, RETURNS = 10 };
@@ -178,8 +179,8 @@ static void look(void *ctx, stein_sim *sim, int i)
     }
     int pushes = i % 2;
     double *row = study_row(w->t, i / 2), fails = NAN;
-    const study_rhythm how = {softest * pow(loudest / softest, (double)(i / 2) / (TOUCHES - 1)),
-                              1.0, pushes};
+    const study_rhythm how = {
+        softest * stein__power(loudest / softest, (double)(i / 2) / (TOUCHES - 1)), 1.0, pushes};
     double works = study_repetition_limit(w->s, sim, &how, &fails);
     row[pushes ? PUSH_WORKS : WORKS] = works;
     row[pushes ? PUSH_FAILS : FAILS] = fails;

@@ -156,7 +156,7 @@ static stein_status begin(trace *r, const study *s, stein_sim *sim, study_touch 
     for (int i = 0; i < m->np; i++) {
         stein_get(sim, m->params[i].name, &r->p[i], NULL);
     }
-    m->setup(r->p, r->d);
+    stein_setup(m, r->p, r->d);
     return STEIN_OK;
 }
 

@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "study.h"
 
 enum { GROUPS = 9, BINS = 40, MAX_SOURCES = 512 };
@@ -113,7 +114,7 @@ static double uniform(unsigned long long *state)
 static double normal(unsigned long long *state)
 {
     double u = uniform(state), v = uniform(state);
-    return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * v);
+    return sqrt(-2.0 * stein__log_of(u)) * stein__cos(6.283185307179586 * v);
 }
 
 typedef struct drawing {
@@ -274,7 +275,7 @@ static void fill_bins(const double *height, int n, double mean, double deviation
         double *row = study_row(t, k), x = from + (k + 0.5) * width, z = (x - mean) / deviation;
         row[0] = x;
         row[1] = 0.0;
-        row[2] = n * width * exp(-0.5 * z * z) / (deviation * 2.5066282746310002);
+        row[2] = n * width * stein__exp_of(-0.5 * z * z) / (deviation * 2.5066282746310002);
     }
     for (int i = 0; i < n; i++) {
         double k = floor((height[i] - from) / width);

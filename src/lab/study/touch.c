@@ -17,6 +17,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "functions.h"
 #include "study.h"
 
 enum { LOADS = 11, SPEEDS = 21, KINDS = 2, HALVINGS = 14 };
@@ -45,7 +46,8 @@ static void judge(const study_table *t)
         double *row = study_row(t, i), *slower = i > 0 ? study_row(t, i - 1) : NULL;
         double exponent = NAN;
         if (slower != NULL) {
-            exponent = log(row[SPEED] / slower[SPEED]) / log(row[KEY_SPEED] / slower[KEY_SPEED]);
+            exponent = stein__log_of(row[SPEED] / slower[SPEED]) /
+                       stein__log_of(row[KEY_SPEED] / slower[KEY_SPEED]);
         }
         row[EXPONENT] = exponent;
         row[USABLE] = row[IMPACTS] == 1.0 && isfinite(row[SPEED]) && exponent <= answers;
@@ -86,7 +88,7 @@ static void fall(void *ctx, stein_sim *sim, int i)
     double *row = study_row(w->t[0], i);
     study_play play = study_play_default();
     study_shot shot;
-    row[INPUT] = lightest * pow(heaviest / lightest, (double)i / (LOADS - 1));
+    row[INPUT] = lightest * stein__power(heaviest / lightest, (double)i / (LOADS - 1));
     stein_set(sim, "load.mass", row[INPUT], NULL);
     play.until = 0.25;
     study_shoot(w->s, sim, &play, NULL, &shot);
@@ -107,7 +109,7 @@ static void press(void *ctx, stein_sim *sim, int i)
     int kind = i / SPEEDS, k = i % SPEEDS;
     double *row = study_row(w->t[1 + kind], k);
     study_shot shot;
-    row[INPUT] = slowest * pow(quickest / slowest, (double)k / (SPEEDS - 1));
+    row[INPUT] = slowest * stein__power(quickest / slowest, (double)k / (SPEEDS - 1));
     row[KEY_SPEED] = way(w->s) / row[INPUT];
     play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, row[INPUT], &shot);
     note(row, &shot);

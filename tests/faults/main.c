@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * main.c - every allocation of every call of the library is made to fail: once, and from there on.
+ *
+ *     faults [NAME]
+ *
+ * malloc and its kin are defined here, so the libraries below ours (libyaml, GSL, stdio) use them
+ * too. A call that is told there is no memory has to end with an error and leave nothing behind -
+ * no block, no result, no changed object - or to end with the result it has when there is memory.
+ */
+#define _DEFAULT_SOURCE
+#include <errno.h>
+#include <gsl/gsl_errno.h>
+#include <stdatomic.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "inner.h"
+#include "stein/fit.h"
+#include "stein/identity.h"
+#include "stein/models.h"
+
+/* ---- memory ---- */
+
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t n, size_t size);
+extern void *__libc_realloc(void *block, size_t size);
+extern void __libc_free(void *block);
+
+static atomic_long asked, live, fail_at, refused;
+static atomic_int for_good, in_gsl;
+static uintptr_t gsl_from, gsl_to; /* where the code of GSL is */
+
+/* does this allocation fail? fail_at 0: none does */
+static int fails(const void *caller)
+{
+    long n = atomic_fetch_add(&asked, 1) + 1, at = atomic_load(&fail_at);
+    int now = at > 0 && (atomic_load(&for_good) ? n >= at : n == at);
+    if (now) {
+        atomic_fetch_add(&refused, 1);
+        if ((uintptr_t)caller >= gsl_from && (uintptr_t)caller < gsl_to) {
+            atomic_store(&in_gsl, 1);
+        }
+        errno = ENOMEM;
+    }
+    return now;
+}
+
+void *malloc(size_t size)
+{
+    void *block = fails(__builtin_return_address(0)) ? NULL : __libc_malloc(size);
+    atomic_fetch_add(&live, block != NULL);
+    return block;
+}
+
+void *calloc(size_t n, size_t size)
+{
+    void *block = fails(__builtin_return_address(0)) ? NULL : __libc_calloc(n, size);
+    atomic_fetch_add(&live, block != NULL);
+    return block;
+}
+
+void *realloc(void *was, size_t size)
+{
+    void *block = fails(__builtin_return_address(0)) ? NULL : __libc_realloc(was, size);
+    atomic_fetch_add(&live, block != NULL && was == NULL);
+    return block;
+}
+
+void free(void *block)
+{
+    atomic_fetch_sub(&live, block != NULL);
+    __libc_free(block);
+}
+
+/* ---- what is called ---- */
+
+static char folder[] = "/tmp/stein-faults-XXXXXX";
+static char path_csv[64], path_out[64], path_journal[64], path_yaml[64];
+static const lab_model *action, *pendulum; /* opened once, must not change */
+
+static uint64_t hash_bytes(uint64_t hash, const char *at, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ (unsigned char)at[i]) * 1099511628211u;
+    }
+    return hash;
+}
+
+/* of a file, without memory */
+static uint64_t hash_file(const char *path)
+{
+    char part[4096];
+    uint64_t hash = STEIN_HASH;
+    atomic_store(&fail_at, 0); // the call is over
+    FILE *f = fopen(path, "rb");
+    for (size_t n; f != NULL && (n = fread(part, 1, sizeof part, f)) > 0;) {
+        hash = hash_bytes(hash, part, n);
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    return hash;
+}
+
+/* A call: OK and a hash of what came out, or an error. */
+typedef stein_status call(uint64_t *result, stein_err *err);
+
+static stein_status call_create(uint64_t *result, stein_err *err)
+{
+    stein_sim *sim = NULL;
+    stein_status status = stein_sim_create(&sim, &stein_model_stein1788, NULL, err);
+    if (status == STEIN_OK) {
+        *result = stein_hash_numbers(STEIN_HASH, stein_q(sim), 4);
+    }
+    if (status != STEIN_OK && sim != NULL) {
+        *result = 0; // a simulation in spite of an error: told as a wrong result
+        status = STEIN_OK;
+    }
+    stein_sim_destroy(status == STEIN_OK ? sim : NULL);
+    return status;
+}
+
+static stein_status call_read(uint64_t *result, stein_err *err)
+{
+    mechanism *m = NULL;
+    mech_set set = {"load.mass", "90 g"};
+    stein_status status = mech_read(&m, "models/stein1788.yaml", &set, 1, NULL, NULL, err);
+    if (status == STEIN_OK) {
+        *result = (uint64_t)m->nparam;
+        mech_free(m);
+    }
+    return status;
+}
+
+static void hear(void *ctx, const char *message)
+{
+    uint64_t *hash = ctx;
+    *hash = hash_bytes(*hash, message, strlen(message));
+}
+
+/* problems of a bad file; no memory may hide some of them, so the outcome is the code alone */
+static stein_status call_problems(uint64_t *result, stein_err *err)
+{
+    static const char text[] = "mechanism: m\nbodies: {a: {joint: Q q, mass: 3 m, x: {y: [1]}}}\n";
+    mechanism *m = NULL;
+    uint64_t heard = STEIN_HASH;
+    stein_status status =
+        mech_read_text(&m, "m", text, sizeof text - 1, NULL, 0, hear, &heard, err);
+    *result = heard;
+    return status == STEIN_EPARSE ? STEIN_OK : status;
+}
+
+static stein_status call_generate(uint64_t *result, stein_err *err)
+{
+    gen_result r;
+    stein_status status = gen_equations(&r, lab__mechanism(pendulum), err);
+    if (status == STEIN_OK) {
+        *result = hash_bytes(STEIN_HASH, r.source, r.size);
+        gen_free(&r);
+    }
+    return status;
+}
+
+static stein_status call_open(uint64_t *result, stein_err *err)
+{
+    lab_model *model = NULL;
+    stein_status status = lab_open(&model, "models/pendulum.yaml", NULL, err);
+    if (status == STEIN_OK) {
+        const stein_model *m = lab_equations(model);
+        *result = stein_hash_numbers(STEIN_HASH, lab_parameters(model), m->np);
+        lab_close(model);
+    }
+    return status;
+}
+
+static stein_status call_strike(uint64_t *result, stein_err *err)
+{
+    lab_record *record = NULL;
+    stein_sim *sim = NULL;
+    lab_stroke stroke;
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(action));
+    def.until = 0.004;
+    def.sample = lab_record_sample;
+    stein_status status = lab_sim(action, NULL, &sim, err);
+    status =
+        status == STEIN_OK ? lab_record_create(&record, lab_equations(action), 0.0, err) : status;
+    def.ctx = record;
+    status = status == STEIN_OK ? lab_strike(sim, &def, &stroke, err) : status;
+    status = status == STEIN_OK ? lab_record_finish(record, sim) : status;
+    status = status == STEIN_OK ? lab_write_csv(path_out, record, NULL, err) : status;
+    *result = status == STEIN_OK ? hash_file(path_out) : 0;
+    lab_record_destroy(record);
+    stein_sim_destroy(sim);
+    return status;
+}
+
+static stein_status call_drive(uint64_t *result, stein_err *err)
+{
+    static const char file[] = "models/strokes/stroke_01.csv";
+    lab_drive *drive = NULL;
+    stein_status status = lab_drive_open(&drive, file, lab_equations(action), err);
+    lab_drive_close(drive);
+    *result = 1;
+    return status == STEIN_EINVAL ? STEIN_OK : status; // it has no column of an input
+}
+
+static stein_status call_vary(uint64_t *result, stein_err *err)
+{
+    static const char *const vary[] = {"rod.mass=0.2:0.3:3kg", "rod.damping=1e-4,2e-4"};
+    lab_grid *grid = NULL;
+    lab_table *table = NULL;
+    unlink(path_journal);
+    stein_status status = lab_grid_create(&grid, lab_equations(pendulum), vary, 2, err);
+    if (status == STEIN_OK) {
+        lab_vary_def def = lab_vary_def_default(pendulum);
+        def.until = 0.005;
+        def.journal = path_journal;
+        status = lab_vary(&table, pendulum, grid, &def, NULL, err);
+    }
+    status = status == STEIN_OK ? lab_table_write(path_out, table, err) : status;
+    *result = status == STEIN_OK ? hash_file(path_out) : 0;
+    lab_table_destroy(table);
+    lab_grid_destroy(grid);
+    return status;
+}
+
+static stein_status call_merge(uint64_t *result, stein_err *err)
+{
+    const char *const journal[] = {path_journal};
+    lab_table *table = NULL;
+    int damaged = 0;
+    stein_status status = lab_merge(&table, journal, 1, &damaged, err);
+    status = status == STEIN_OK ? lab_table_write(path_out, table, err) : status;
+    *result = status == STEIN_OK ? hash_file(path_out) + (uint64_t)damaged : 0;
+    lab_table_destroy(table);
+    return status;
+}
+
+static stein_status call_data(uint64_t *result, stein_err *err)
+{
+    const char *const file[] = {"models/strokes/stroke_01.csv", "models/strokes/stroke_02.csv"};
+    lab_data_options options = lab_data_options_default(lab_equations(action));
+    lab_dataset *set = NULL;
+    lab_audit *audit = NULL;
+    stein_status status = lab_dataset_open(&set, file, 2, &options, err);
+    status = status == STEIN_OK ? lab_audit_create(&audit, set->stroke[1], err) : status;
+    *result = STEIN_HASH;
+    status = status == STEIN_OK ? lab_audit_text(audit, hear, result, err) : status;
+    lab_audit_destroy(audit);
+    lab_dataset_close(set);
+    return status;
+}
+
+static stein_status call_fit(uint64_t *result, stein_err *err)
+{
+    static const char *const names[] = {"rod.damping", "rod.pendulum.frequency"};
+    const char *const file[] = {path_csv};
+    lab_data_options options = lab_data_options_default(lab_equations(pendulum));
+    lab_dataset *set = NULL;
+    lab_fit *fit = NULL;
+    lab_fit_def def = lab_fit_def_default();
+    def.free = names;
+    def.nfree = 2;
+    def.starts = 1;
+    def.iterations = 2;
+    def.threads = 1;
+    stein_status status = lab_dataset_open(&set, file, 1, &options, err);
+    status = status == STEIN_OK ? lab_fit_run(&fit, pendulum, set, &def, err) : status;
+    status = status == STEIN_OK ? lab_fit_write(path_out, fit, path_yaml, NULL, err) : status;
+    *result = status == STEIN_OK ? stein_hash_numbers(STEIN_HASH, &fit->chi2, 1) : 0;
+    lab_fit_destroy(fit);
+    lab_dataset_close(set);
+    return status;
+}
+
+/* ---- one after the other ---- */
+
+static const struct {
+    const char *name;
+    call *call;
+    int stride; /* every so many-th allocation fails, unless one call alone is asked for */
+} calls[] = {{"create", call_create, 1},     {"read", call_read, 1}, {"problems", call_problems, 1},
+             {"generate", call_generate, 1}, {"open", call_open, 1}, {"strike", call_strike, 1},
+             {"drive", call_drive, 1},       {"vary", call_vary, 1}, {"merge", call_merge, 1},
+             {"data", call_data, 1},         {"fit", call_fit, 29}};
+enum { CALLS = sizeof calls / sizeof *calls };
+
+static int wrong;
+
+static void complain(const char *name, long at, const char *what)
+{
+    printf("FAILED: %s, allocation %ld%s: %s\n", name, at,
+           atomic_load(&for_good) ? " and all after it" : "", what);
+    wrong++;
+}
+
+/* @return 1 while there was an allocation to fail */
+static int try_one(int i, long at, uint64_t expected)
+{
+    stein_err err = {STEIN_OK, ""};
+    uint64_t result = 0;
+    long before = atomic_load(&live);
+    atomic_store(&asked, 0);
+    atomic_store(&refused, 0);
+    atomic_store(&in_gsl, 0);
+    atomic_store(&fail_at, at);
+    stein_status status = calls[i].call(&result, &err);
+    atomic_store(&fail_at, 0);
+    long after = atomic_load(&live);
+    // GSL forgets the outer part of what it cannot make whole; that is not ours to mend
+    if (after != before && !atomic_load(&in_gsl)) {
+        char text[60];
+        snprintf(text, sizeof text, "%ld blocks are left", after - before);
+        complain(calls[i].name, at, text);
+    }
+    if (status == STEIN_OK && result != expected && atomic_load(&refused) > 0 &&
+        strcmp(calls[i].name, "problems") != 0) {
+        complain(calls[i].name, at, "another result without an error");
+    }
+    if (status != STEIN_OK && (err.code != status || err.msg[0] == '\0')) {
+        complain(calls[i].name, at, "an error without a message");
+    }
+    return atomic_load(&refused) > 0;
+}
+
+static void fail_all(int i, int stride)
+{
+    stein_err err = {STEIN_OK, ""};
+    uint64_t expected = 0;
+    calls[i].call(&expected, &err); // what is kept for ever (buffers, caches) is there now
+    if (calls[i].call(&expected, &err) != STEIN_OK) {
+        printf("FAILED: %s: %s\n", calls[i].name, err.msg);
+        wrong++;
+        return;
+    }
+    long n = 0;
+    for (int good = 0; good < 2; good++) {
+        atomic_store(&for_good, good);
+        for (long at = 1; try_one(i, at, expected); at += stride) {
+            n++;
+        }
+    }
+    printf("faults: %-9s %5ld allocations failed\n", calls[i].name, n);
+}
+
+static void find_gsl(void)
+{
+    char line[400];
+    FILE *f = fopen("/proc/self/maps", "r");
+    while (f != NULL && fgets(line, sizeof line, f) != NULL) {
+        unsigned long from, to;
+        char rights[8];
+        if (strstr(line, "/libgsl.") != NULL &&
+            sscanf(line, "%lx-%lx %7s", &from, &to, rights) == 3 && rights[2] == 'x') {
+            gsl_from = from;
+            gsl_to = to;
+        }
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+}
+
+static void prepare(void)
+{
+    stein_err err = {STEIN_OK, ""};
+    lab_model *a = NULL, *p = NULL;
+    stein_sim *sim = NULL;
+    if (mkdtemp(folder) == NULL || lab_open(&a, "models/stein1788.yaml", NULL, &err) != STEIN_OK ||
+        lab_open(&p, "models/pendulum.yaml", NULL, &err) != STEIN_OK ||
+        lab_sim(p, NULL, &sim, &err) != STEIN_OK) {
+        printf("FAILED: %s\n", err.msg);
+        exit(EXIT_FAILURE);
+    }
+    action = a;
+    pendulum = p;
+    snprintf(path_csv, sizeof path_csv, "%s/swing.csv", folder);
+    snprintf(path_out, sizeof path_out, "%s/out", folder);
+    snprintf(path_journal, sizeof path_journal, "%s/journal", folder);
+    snprintf(path_yaml, sizeof path_yaml, "models/pendulum.yaml");
+    FILE *f = fopen(path_csv, "w");
+    fprintf(f, "# noise angle: 1e-4\ntime [s],angle [rad]\n");
+    for (int i = 0; i < 60; i++) {
+        stein_run(sim, 0.02 * i, &err);
+        fprintf(f, "%.17g,%.17g\n", 0.02 * i, stein_q(sim)[0] + 1e-4 * ((i * 7919) % 13 - 6) / 6.0);
+    }
+    fclose(f);
+    stein_sim_destroy(sim);
+}
+
+int main(int argc, char **argv)
+{
+    gsl_set_error_handler_off();
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    find_gsl();
+    prepare();
+    for (int i = 0; i < CALLS; i++) {
+        if (argc < 2 || strcmp(argv[1], calls[i].name) == 0) {
+            fail_all(i, argc < 2 ? calls[i].stride : 1);
+        }
+    }
+    unlink(path_csv);
+    unlink(path_out);
+    unlink(path_journal);
+    rmdir(folder);
+    printf("faults: %d failed\n", wrong);
+    return wrong == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * state.c - damaged state blocks. The input is laid over a saved one; first as it is, then with a
+ * checksum that agrees, so that the values themselves are looked at. What is accepted goes on.
+ */
+#include "core.h"
+#include "fuzz.h"
+#include "stein/models.h"
+
+static uint64_t sum_of(const unsigned char *block, size_t size)
+{
+    uint64_t sum = 14695981039346656037u, part;
+    for (size_t i = 0; i + sizeof part <= size; i += sizeof part) {
+        memcpy(&part, block + i, sizeof part);
+        sum = (sum ^ (i == offsetof(state_head, sum) ? 0 : part)) * 1099511628211u;
+        sum ^= sum >> 29;
+    }
+    return sum;
+}
+
+static void go_on(stein_sim *sim)
+{
+    for (int i = 0; i < 1 && stein_step(sim, NULL) == STEIN_OK; i++) {
+    }
+    for (int i = 0; i < sim->model->nchannel; i++) {
+        (void)stein_read(sim, i);
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static stein_sim *sim;
+    static unsigned char *saved, *block;
+    if (sim == NULL) {
+        must(stein_sim_create(&sim, &stein_model_stein1788, NULL, NULL) == STEIN_OK, "created");
+        saved = malloc(stein_state_size(sim));
+        block = malloc(stein_state_size(sim));
+        must(saved != NULL && block != NULL, "there is memory");
+        stein_save(sim, saved);
+    }
+    size_t whole = stein_state_size(sim);
+    must(stein_restore_from(sim, data, size, NULL) == STEIN_EINVAL || size == whole, "too short");
+    memcpy(block, saved, whole);
+    // {place, length, bytes} again and again
+    while (size > 3) {
+        size_t at = ((size_t)data[0] << 8 | data[1]) % whole, n = data[2];
+        data += 3;
+        size -= 3;
+        n = n < size ? n : size;
+        n = n < whole - at ? n : whole - at;
+        memcpy(block + at, data, n);
+        data += n;
+        size -= n;
+    }
+    int same = memcmp(block, saved, whole) == 0;
+    must((stein_restore_from(sim, block, whole, NULL) == STEIN_OK) == same, "damage is noticed");
+    uint64_t sum = sum_of(block, whole);
+    memcpy(block + offsetof(state_head, sum), &sum, sizeof sum);
+    if (stein_restore_from(sim, block, whole, NULL) == STEIN_OK) {
+        go_on(sim);
+    }
+    must(stein_restore(sim, saved, NULL) == STEIN_OK, "what was saved heals everything");
+    return 0;
+}
