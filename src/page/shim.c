@@ -499,9 +499,12 @@ EXPORT(page_verify) const char *page_verify(double until)
     page.hash[0] = '\0';
     stein_status status = stein_sim_create(&sim, &page.model, &def, &page.err);
     status = status == STEIN_OK ? stein_run(sim, until, &page.err) : status;
-    if (status == STEIN_OK) {
-        (void)hash_of(sim->state, sim->state_size);
+    unsigned char *state = status == STEIN_OK ? malloc(stein_state_size(sim)) : NULL;
+    if (state != NULL) {
+        stein_save(sim, state);
+        (void)hash_of(state, stein_state_size(sim));
     }
+    free(state);
     stein_sim_destroy(sim);
     return page.hash;
 }
