@@ -38,7 +38,8 @@ typedef struct lab_fit_def {
     int profile_flagged; /* also of up to 3 that the data cannot tell apart; default 0 */
     double prior;        /* relative sd of a number without tolerance; default 0.3 */
     double offset;  /* prior sd of a marker's offset [m; rad by 0.1 m]; 0: none; default 0.2 mm */
-    double trigger; /* prior sd of an unknown trigger [s]; default 2 ms */
+    double trigger; /* prior sd of an unknown trigger [s]; default 2 ms. Of a stroke with a recorded
+                       input at most a frame / sqrt(12) */
     int initial;    /* initial state: 1 free, 0 as the file says, -1 (default) free where the
                        file says neither `settle` nor a tolerance, and the stroke does not set it */
     int scatter; /* strokes differ by themselves: 1 yes, 0 no, -1 (default) when there are 4 or more
