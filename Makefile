@@ -233,7 +233,7 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 BENCH_SRC := $(filter-out bench/equations.c,$(wildcard bench/*.c))
 BENCH_OBJ := $(call obj,$(BENCH_SRC)) $(B)/obj/bench/piano3.o \
              $(foreach w,$(WIDTHS),$(B)/obj/bench/lanes$w/equations.o $(B)/obj/bench/lanes$w/piano3.o)
-ifneq ($(filter $(B)/bench bench,$(MAKECMDGOALS)),)
+ifneq ($(filter $(B)/bench bench $(B)/bench-libm bench-libm,$(MAKECMDGOALS)),)
 HAS_CVODE := $(shell echo '\#include <cvode/cvode.h>' | $(CC) -E -x c - >/dev/null 2>&1 && echo 1)
 endif
 CVODE_LIBS := $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
@@ -279,9 +279,9 @@ $(B)/libm/%.o: src/core/%.c bench/libm.h
 	$(Q)mkdir -p $(@D)
 	$(Q)$(CC) -include bench/libm.h $(ALL_CPPFLAGS) $(ALL_CFLAGS) -c $< -o $@
 $(B)/bench-libm: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a \
-    $(patsubst src/core/%.c,$(B)/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c,$(wildcard src/core/*.c)))
+    $(patsubst src/core/%.c,$(B)/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c $(LANE_SRC),$(wildcard src/core/*.c)))
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(CVODE_LIBS) -lm
 
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where

@@ -232,7 +232,7 @@ void closed_add(void)
     for (int i = 0; i < model->np; i++) {
         p[i] = model->params[i].value;
     }
-    model->setup(p, d);
+    stein_setup(model, p, d);
     check_hand(with_libm, "M and c by hand, sines of libm");
     check_hand(with_ours, "M and c by hand, our sines");
     of_libm = bench_add("closed", name, "M and c by hand, sines of libm", run_hand,

@@ -7,35 +7,26 @@
 
 #define _GNU_SOURCE /* sincos */
 #include <math.h>
-#include <stdint.h>
-#include <string.h>
 
-static inline uint64_t stein__bits(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
+#include "functions.h"
+#include "real.h"
 
 static inline void stein__sincos(double x, double *s, double *c)
 {
     sincos(x, s, c);
 }
 
-#define LIBM(name, call)                         \
+#define LIBM(name)                               \
     static inline double stein__##name(double x) \
     {                                            \
-        return call(x);                          \
+        return name(x);                          \
     }
-LIBM(sin, sin)
-LIBM(cos, cos)
-LIBM(tan, tan)
-LIBM(tanh, tanh)
-LIBM(exp, exp)
-LIBM(log, log)
+LIBM(tanh)
+LIBM(exp)
+LIBM(log)
 #undef LIBM
 
-static inline double stein__power(double x, double y)
+static inline double stein__raised(double x, double y)
 {
     return pow(x, y);
 }
