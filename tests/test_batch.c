@@ -102,8 +102,11 @@ static void compare_twins(twins *t)
             memcmp(stein_qdd(alone), stein_qdd(rider), sizeof(double) * (size_t)model->nq) == 0,
             "%s, place %d: other accelerations", model->name, i);
         ck_assert_int_eq(t->of_alone[i].n, t->of_rider[i].n);
-        ck_assert(memcmp(t->of_alone[i].event, t->of_rider[i].event,
-                         sizeof(stein_event) * (size_t)t->of_alone[i].n) == 0);
+        for (int k = 0; k < t->of_alone[i].n; k++) { // between its members an event has any bits
+            const stein_event *x = &t->of_alone[i].event[k], *y = &t->of_rider[i].event[k];
+            ck_assert(x->kind == y->kind && x->index == y->index && x->phase == y->phase &&
+                      memcmp(&x->time, &y->time, sizeof x->time) == 0);
+        }
         for (int k = 0; k < model->nchannel; k++) {
             double x = stein_read(alone, k), y = stein_read(rider, k);
             ck_assert_msg(memcmp(&x, &y, sizeof x) == 0, "%s, place %d: %s", model->name, i,
