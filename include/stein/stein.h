@@ -39,7 +39,7 @@
  * HEADERS
  *   status.h errors   model.h the descriptor and all conventions   sim.h simulations
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
- *   batch.h many simulations side by side     version.h     identity.h does it compute the same bits?
+ *   batch.h many simulations side by side   version.h      identity.h are the bits the same?
  *   handover.h parameters from another thread, and what a real-time host may rely on
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
  * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and

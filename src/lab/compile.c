@@ -165,10 +165,18 @@ static const char *compile_lanes(const job *j, const char *cc, const char *inclu
     const char *const of_lanes = lanes == 8   ? "-DSTEIN_LANES=8"
                                  : lanes == 4 ? "-DSTEIN_LANES=4"
                                               : "-DSTEIN_LANES=2";
-    const char *rest[FIXED_WORDS] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-tree-slp-vectorize",
-                                     "-fno-math-errno", "-fPIC",  "-c",
-                                     include,           of_lanes, "-o",
-                                     j->lanes,          j->source};
+    const char *rest[FIXED_WORDS] = {"-std=c11",
+                                     "-O2",
+                                     "-ffp-contract=off",
+                                     "-fno-tree-slp-vectorize",
+                                     "-fno-math-errno",
+                                     "-fPIC",
+                                     "-c",
+                                     include,
+                                     of_lanes,
+                                     "-o",
+                                     j->lanes,
+                                     j->source};
     if (lanes == 8) {
         rest[12] = "-mavx512f";
         rest[13] = "-mavx512dq";
@@ -191,10 +199,18 @@ static stein_status make_object(const job *j, const char *name, const char *cc, 
     }
     int code = 0;
     const char *with_lanes = compile_lanes(j, cc, include);
-    const char *rest[FIXED_WORDS] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-tree-slp-vectorize",
-                                     "-fno-math-errno", "-fPIC", "-shared",
-                                     include,           "-o",    j->fresh,
-                                     j->source,         "-lm"};
+    const char *rest[FIXED_WORDS] = {"-std=c11",
+                                     "-O2",
+                                     "-ffp-contract=off",
+                                     "-fno-tree-slp-vectorize",
+                                     "-fno-math-errno",
+                                     "-fPIC",
+                                     "-shared",
+                                     include,
+                                     "-o",
+                                     j->fresh,
+                                     j->source,
+                                     "-lm"};
     if (with_lanes != NULL) {
         rest[12] = with_lanes;
         rest[13] = j->lanes;

@@ -39,7 +39,8 @@ static stein_status find_end(fit__problem *p, room *m, int k, int sign, double g
                              double *end, stein_err *err)
 {
     const fit__unknown *u = &p->unknown[k];
-    double x0 = m->best[k], far = fmax(10.0, u->log ? stein__log_of(20.0) / u->sd : 10.0), at = guess;
+    double x0 = m->best[k], far = fmax(10.0, u->log ? stein__log_of(20.0) / u->sd : 10.0),
+           at = guess;
     memcpy(m->s.x, m->best, sizeof *m->s.x * (size_t)p->nu);
     p->fixed = k;
     *end = sign > 0 ? (double)INFINITY : -(double)INFINITY;
