@@ -14,20 +14,6 @@
  */
 #include "elementary.h"
 
-static uint64_t bits(double x)
-{
-    uint64_t y;
-    memcpy(&y, &x, sizeof y);
-    return y;
-}
-
-static double number(uint64_t y)
-{
-    double x;
-    memcpy(&x, &y, sizeof x);
-    return x;
-}
-
 typedef struct two {
     double high, low;
 } two;
@@ -42,7 +28,7 @@ static two sum_of(double a, double b)
 /* the upper 26 bits of x */
 static double upper(double x)
 {
-    return number(bits(x) & 0xfffffffff8000000);
+    return of_bits(bits_of(x) & 0xfffffffff8000000);
 }
 
 static two product_of(double a, double b)
@@ -123,7 +109,7 @@ static two fraction(const uint32_t f[WINDOW])
 static two reduce(double x, uint64_t *quadrant)
 {
     static const two half_pi = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
-    uint64_t pattern = bits(x) & 0x7fffffffffffffff;
+    uint64_t pattern = bits_of(x) & 0x7fffffffffffffff;
     uint32_t f[WINDOW];
     turns((pattern & 0x000fffffffffffff) | 0x0010000000000000, (int)(pattern >> 52) - 1075, f);
     *quadrant = f[0] >> 30;
@@ -137,18 +123,6 @@ static two reduce(double x, uint64_t *quadrant)
     return more ? (two){-r.high, -r.low} : r;
 }
 
-/* sine and cosine of quadrant pi/2 + r + tail */
-static void turned(double r, double tail, uint64_t quadrant, double *s, double *c)
-{
-    double z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
-    double rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
-    double sine = r - (rest - v * stein__sine_cubic);
-    double cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
-    double a = quadrant & 1 ? cosine : sine, b = quadrant & 1 ? sine : cosine;
-    *s = quadrant & 2 ? -a : a;
-    *c = (quadrant + 1) & 2 ? -b : b;
-}
-
 static void sincos_huge(double x, double *s, double *c)
 {
     if (!isfinite(x)) {
@@ -157,7 +131,7 @@ static void sincos_huge(double x, double *s, double *c)
     }
     uint64_t quadrant;
     two r = reduce(x, &quadrant);
-    turned(r.high, r.low, quadrant, s, c);
+    stein__sincos_turned(r.high, r.low, quadrant, s, c);
     *s = x < 0.0 ? -*s : *s;
 }
 
@@ -221,32 +195,16 @@ static double exp_of(double x, double little)
     double c = p.r - p.even, curved = p.r * c / (2.0 - c);
     double y = 1.0 - ((p.low - curved) - p.high);
     y = 1.0 - ((p.low - little * y - curved) - p.high);
-    int n = (int)(bits(p.power) >> 52) - 1023; // 12 bits of it
+    int n = (int)(bits_of(p.power) >> 52) - 1023; // 12 bits of it
     n -= n > 1100 ? 4096 : 0;
     int half = n / 2;
-    y *= number((uint64_t)(half + 1023) << 52);
-    return y * number((uint64_t)(n - half + 1023) << 52);
+    y *= of_bits((uint64_t)(half + 1023) << 52);
+    return y * of_bits((uint64_t)(n - half + 1023) << 52);
 }
 
 double stein__exp_end(double x)
 {
     return isnan(x) ? x : x > 750.0 ? (double)INFINITY : x < -750.0 ? 0.0 : exp_of(x, 0.0);
-}
-
-/* log x + n ln 2 of a normal x */
-static double log_plus(double x, double n)
-{
-    uint64_t pattern = bits(x) + 0x00095f6200000000;
-    n += (double)((int64_t)(pattern >> 52) - 1023);
-    double f = number((pattern & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
-    double s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
-    double even = w * (3.999999999940941908e-01 +
-                       w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-    double odd = z * (6.666666666666735130e-01 +
-                      w * (2.857142874366239149e-01 +
-                           w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
-    double low = n * 1.90821492927058770002e-10;
-    return n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
 }
 
 double stein__log_end(double x)
@@ -257,7 +215,7 @@ double stein__log_end(double x)
     if (!isfinite(x)) {
         return x;
     }
-    return log_plus(x < 1.0 ? x * 0x1p200 : x, x < 1.0 ? -200.0 : 0.0);
+    return x < 1.0 ? stein__log_shifted(x * 0x1p200, -200.0) : stein__log_shifted(x, 0.0);
 }
 
 double stein__exp_of(double x)
@@ -280,9 +238,9 @@ static two log_of(double x)
         x *= 0x1p200;
         n = -200.0;
     }
-    uint64_t pattern = bits(x) + 0x00095f6200000000;
+    uint64_t pattern = bits_of(x) + 0x00095f6200000000;
     n += (double)((int64_t)(pattern >> 52) - 1023);
-    double f = number((pattern & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
+    double f = of_bits((pattern & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
     two s = quotient((two){f, 0.0}, sum_of(2.0, f)), z = times(s, s);
     double tail = 0.0;
     for (int k = 27; k >= 5; k -= 2) {

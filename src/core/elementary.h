@@ -45,6 +45,19 @@ static inline real stein__cosine_rest(real z)
                 z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11));
 }
 
+/* sine and cosine of quadrant pi/2 + r + tail */
+static inline void stein__sincos_turned(real r, real tail, word quadrant, real *s, real *c)
+{
+    real z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
+    real rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
+    real sine = r - (rest - v * stein__sine_cubic);
+    real cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
+    mask odd = has_bit(quadrant, 0);
+    real a = sel(odd, cosine, sine), b = sel(odd, sine, cosine);
+    *s = sel(has_bit(quadrant, 1), -a, a);
+    *c = sel(has_bit(quadrant + 1, 1), -b, b);
+}
+
 /* elementary.c: those of an angle where n pi/2 is no longer exact in its parts */
 double stein__sine_huge(double x);
 double stein__cosine_huge(double x);
@@ -59,19 +72,11 @@ static inline void stein__sincos_far(real x, real *s, real *c)
         return;
     }
     real shifted = x * 6.36619772367581382433e-01 + STEIN__ROUND, n = shifted - STEIN__ROUND;
-    word quadrant = bits_of(shifted);
     real first = x - n * 1.57079632673412561417e+00, second = n * 6.07710050630396597660e-11;
     real near = first - second;
     real third = n * 2.02226624879595063154e-21 - ((first - near) - second);
-    real r = near - third, tail = (near - r) - third;
-    real z = r * r, v = z * r, half = 0.5 * z, one = 1.0 - half;
-    real rest = z * (0.5 * tail - v * stein__sine_rest(z)) - tail;
-    real sine = r - (rest - v * stein__sine_cubic);
-    real cosine = one + (((1.0 - one) - half) + (z * stein__cosine_rest(z) - r * tail));
-    mask odd = has_bit(quadrant, 0);
-    real a = sel(odd, cosine, sine), b = sel(odd, sine, cosine);
-    *s = sel(has_bit(quadrant, 1), -a, a);
-    *c = sel(has_bit(quadrant + 1, 1), -b, b);
+    real r = near - third;
+    stein__sincos_turned(r, (near - r) - third, bits_of(shifted), s, c);
     if (any(huge)) {
         *s = sel(huge, alone(stein__sine_huge, huge, x), *s);
         *c = sel(huge, alone(stein__cosine_huge, huge, x), *c);
@@ -141,6 +146,23 @@ static inline real stein__tanh(real u)
     return with_sign_of(above / below, u);
 }
 
+/* ln (2^shift x) of a normal x; shift is whole */
+static inline real stein__log_shifted(real x, double shift)
+{
+    // 1 + f in sqrt(1/2)..sqrt(2); the exponent becomes a number where 1 is the last bit of it
+    word bits = bits_of(x) + 0x00095f6200000000;
+    real n = of_bits((bits >> 52) | 0x4330000000000000) - (0x1p52 + 1023.0 - shift);
+    real f = of_bits((bits & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
+    real s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
+    real even = w * (3.999999999940941908e-01 +
+                     w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+    real odd = z * (6.666666666666735130e-01 +
+                    w * (2.857142874366239149e-01 +
+                         w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+    real low = n * 1.90821492927058770002e-10;
+    return n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
+}
+
 double stein__log_end(double x); /* elementary.c: nearly 0, nearly infinite, no number */
 
 /** Natural logarithm of x. */
@@ -150,18 +172,7 @@ static inline real stein__log(real x)
     if (every(far)) {
         return alone(stein__log_end, far, x);
     }
-    // 1 + f in sqrt(1/2)..sqrt(2); the exponent becomes a number where 1 is the last bit of it
-    word bits = bits_of(x) + 0x00095f6200000000;
-    real n = of_bits((bits >> 52) | 0x4330000000000000) - (0x1p52 + 1023.0);
-    real f = of_bits((bits & 0x000fffffffffffff) + 0x3fe6a09e00000000) - 1.0;
-    real s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
-    real even = w * (3.999999999940941908e-01 +
-                     w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-    real odd = z * (6.666666666666735130e-01 +
-                    w * (2.857142874366239149e-01 +
-                         w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
-    real low = n * 1.90821492927058770002e-10;
-    real y = n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + low)) - f);
+    real y = stein__log_shifted(x, 0.0);
     return any(far) ? sel(far, alone(stein__log_end, far, x), y) : y;
 }
 

@@ -14,51 +14,10 @@
 
 #include "searching.h"
 
-enum { HORIZONS = 4, RENEWALS = 4, FOREMOST = 3 };
-static const double horizon[HORIZONS] = {0.16, 0.25, 0.32, 0.4}; /* of the longest stroke */
-static const double enough = 0.3;                                /* of the objective */
-static const double off = 3.0;    /* sd of chi2/dof: more than noise is left */
-static const double worth = 16.0; /* score */
-
-/* what a search holds at the null fit */
-typedef struct place {
-    double *x, *r, *J;
-    double objective, D[LAB_SCATTERS], p_value, z_by_chance;
-} place;
-
-static stein_status leave(const diag *d, place *was, stein_err *err)
-{
-    const fit__problem *p = &d->p;
-    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke), columns = fit__columns(p);
-    *was = (place){.objective = d->null_objective,
-                   .p_value = d->p_value,
-                   .z_by_chance = d->z_by_chance,
-                   .x = malloc(sizeof *was->x * (nu + rows + columns + 1))};
-    if (was->x == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    was->r = was->x + nu;
-    was->J = was->r + rows;
-    memcpy(was->x, d->x, sizeof *was->x * nu);
-    memcpy(was->r, d->r, sizeof *was->r * rows);
-    memcpy(was->J, d->J, sizeof *was->J * columns);
-    memcpy(was->D, d->null_D, sizeof was->D);
-    return STEIN_OK;
-}
-
-static void come_back(diag *d, place *was)
-{
-    const fit__problem *p = &d->p;
-    memcpy(d->x, was->x, sizeof *d->x * (size_t)p->nu);
-    memcpy(d->r, was->r, sizeof *d->r * fit__offset(p, p->nstroke));
-    memcpy(d->J, was->J, sizeof *d->J * fit__columns(p));
-    memcpy(d->null_D, was->D, sizeof was->D);
-    d->null_objective = was->objective;
-    d->p_value = was->p_value;
-    d->z_by_chance = was->z_by_chance;
-    d->p.horizon = INFINITY;
-    free(was->x);
-}
+enum { EARLY = 4, RENEWALS = 4, FOREMOST = 3 }; /* EARLY: of the horizons */
+static const double enough = 0.3;               /* of the objective */
+static const double off = 3.0;                  /* sd of chi2/dof: more than noise is left */
+static const double worth = 16.0;               /* score */
 
 /* samples up to the horizon */
 static double samples(const fit__problem *p)
@@ -82,8 +41,8 @@ static int find(diag *d, stein_status *status, stein_err *err)
     double T = diag__longest(p);
     memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
     fit__problem_try(p, NULL);
-    for (int h = 0; h < HORIZONS; h++) {
-        p->horizon = horizon[h] * T;
+    for (int h = 0; h < EARLY; h++) {
+        p->horizon = diag__horizon[h] * T;
         *status = fit__descend(p, &e, 0, enough, RENEWALS, err);
         d->out->fits++;
         double dof = fmax(1.0, samples(p) - p->nu);
@@ -103,7 +62,6 @@ static stein_status rank(diag *d, stein_err *err)
         diag__suspect *s = &d->suspect[i];
         if (s->never == NULL && s->G != NULL && s->s.possible && s->s.score > worth) {
             s->early = s->s.amount / s->s.candidate.limit;
-            s->is_early = 1;
             n++;
         }
     }
@@ -112,15 +70,25 @@ static stein_status rank(diag *d, stein_err *err)
 
 stein_status diag__look_early(diag *d, stein_err *err)
 {
-    place was;
-    stein_err why = {STEIN_OK, ""};
-    stein_status status = leave(d, &was, err);
-    if (status != STEIN_OK) {
-        return status;
+    const fit__problem *p = &d->p;
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    double *room = malloc(sizeof *room * (nu + rows + fit__columns(p) + 1));
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
+    double *x = d->x, *r = d->r, *J = d->J; // the null fit waits
+    d->x = room;
+    d->r = room + nu;
+    d->J = d->r + rows;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = STEIN_OK;
     if (find(d, &status, &why)) {
         status = rank(d, &why);
     }
-    come_back(d, &was);
+    d->x = x;
+    d->r = r;
+    d->J = J;
+    d->p.horizon = INFINITY;
+    free(room);
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }

@@ -16,9 +16,8 @@
 
 #include "searching.h"
 
-/* shares of the longest stroke */
-static const double horizon[] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1.0};
-enum { HORIZONS = sizeof horizon / sizeof *horizon, RENEWALS = 4, RENEWALS_LAST = 5, RECALLS = 3 };
+enum { RENEWALS = 4, RENEWALS_LAST = 5, RECALLS = 3 };
+const double diag__horizon[DIAG_HORIZONS] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1.0};
 static const double enough = 0.3;
 static const double near = 12.0;           /* RMS [noise] */
 static const double worth_a_recall = 10.0; /* of the objective */
@@ -37,7 +36,7 @@ double diag__longest(const fit__problem *p)
  * samples of one more share is too large, it ends; at least one share beyond the last one */
 static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_err *err)
 {
-    double square[HORIZONS] = {0.0}, n[HORIZONS] = {0.0};
+    double square[DIAG_HORIZONS] = {0.0}, n[DIAG_HORIZONS] = {0.0};
     int failed = 0, to = last + 1;
     p->horizon = INFINITY;
     if (fit__residuals(p, e->x, e->r, &failed, err) != STEIN_OK || failed > 0) {
@@ -49,14 +48,14 @@ static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_
         for (int i = 0; i < t->nch * t->n; i++) {
             double share = (t->data->time[i % t->n] - t->origin) / T;
             int h = 0;
-            while (h + 1 < (int)HORIZONS && share > horizon[h]) {
+            while (h + 1 < DIAG_HORIZONS && share > diag__horizon[h]) {
                 h++;
             }
             square[h] += r[i] * r[i];
             n[h] += 1.0;
         }
     }
-    while (to + 1 < (int)HORIZONS && square[to + 1] < near * near * n[to + 1]) {
+    while (to + 1 < DIAG_HORIZONS && square[to + 1] < near * near * n[to + 1]) {
         to++;
     }
     return to;
@@ -116,8 +115,8 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
     stein_status status = STEIN_OK;
     for (int h = -1, last = 0; status == STEIN_OK && !last;) {
         h = next_horizon(p, e, h, T, err);
-        last = h + 1 == (int)HORIZONS || horizon[h] * T >= most;
-        p->horizon = h + 1 == (int)HORIZONS ? most : fmin(horizon[h] * T, most);
+        last = h + 1 == DIAG_HORIZONS || diag__horizon[h] * T >= most;
+        p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
         d->out->fits++;
         for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK; k++) {

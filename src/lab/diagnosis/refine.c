@@ -474,7 +474,7 @@ static stein_status early_ones(diag *d, stein_err *err)
     stein_status status = STEIN_OK;
     for (int i = 0, ends = 0; status == STEIN_OK && i < d->n && !ends; i++) {
         diag__suspect *s = &d->suspect[i];
-        if (!s->is_early || s->never != NULL || s->G == NULL) {
+        if (!isfinite(s->early)) {
             continue;
         }
         status = make_room(d, s, err);

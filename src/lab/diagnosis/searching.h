@@ -44,10 +44,10 @@ typedef struct diag__suspect {
     int ended;              /* the refit has */
     int unknown_J;          /* derivatives of a refit are to be taken first */
     int begun;              /* it was fitted from the file's own numbers, too */
-    int is_early;           /* it leads where the strokes begin, */
-    double early;           /* with this amount, in limits */
-    double swap;            /* predicted objective in the leader's place */
-    double *start;          /* and unknowns */
+    double
+        early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
+    double swap;   /* predicted objective in the leader's place */
+    double *start; /* and unknowns */
 } diag__suspect;
 
 enum { DIAG_CLASSES = 3 }; /* kinds of scatter: joints, contacts, drive */
@@ -115,6 +115,10 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
 fit__problem *diag__problem(diag *d, const diag__suspect *s);
 
 /* ---- pursue.c ---- */
+
+/** Where a fit along the strokes stops on its way, in shares of the longest one. */
+enum { DIAG_HORIZONS = 7 };
+extern const double diag__horizon[DIAG_HORIZONS];
 
 /** Time of the last sample of the longest stroke [s]. */
 double diag__longest(const fit__problem *p);
@@ -289,6 +293,7 @@ stein_status diag__next(diag *d, stein_err *err);
 int diag__is_rival(const diag *d, int i);
 extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
 extern const double diag__must_explain; /* share of the misfit beyond noise */
+extern const double diag__convincing;   /* of -2 log likelihood: odds of 1 to 100 */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
 /** Are the linear scores at the null fit larger than chance makes them? */

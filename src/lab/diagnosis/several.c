@@ -157,10 +157,6 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
     return lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-/* fall of chi2 of held-out strokes that convinces where linear scores do not: -2 ln of odds of 1 to
- * 100 */
-static const double convincing = 9.2;
-
 /* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
  * leaves more than the stated noise it may be one before it pays: what else is missing bends the
  * numbers until that is found, too. */
@@ -176,7 +172,7 @@ static int accept(diag__found *f, diag *d, double before, stein_status *status, 
     int pays = d->held_data->n < 1 || after.rmse < before ||
                (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
     double fell = (before * before - after.rmse * after.rmse) * after.p.samples;
-    int seen = diag__is_seen(d) || fell > convincing;
+    int seen = diag__is_seen(d) || fell > diag__convincing;
     if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;

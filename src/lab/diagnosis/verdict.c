@@ -23,9 +23,8 @@
 
 #include "searching.h"
 
-const double diag__least_gain = 25.0, diag__must_explain = 0.7;
-static const double near = 9.2; /* -2 ln of odds of 1 to 100 */
-static const double far = 1.3;  /* chi2/dof that is more than noise, stated or not */
+const double diag__least_gain = 25.0, diag__must_explain = 0.7, diag__convincing = 9.2;
+static const double far = 1.3; /* chi2/dof that is more than noise, stated or not */
 static const double by_chance = 0.01;
 static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
 static const double slack = 0.05; /* of chi2/dof */
@@ -111,7 +110,7 @@ int diag__is_rival(const diag *d, int i)
 {
     const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
     return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
-           s->objective < best->objective + near * diag__excess(d, best);
+           s->objective < best->objective + diag__convincing * diag__excess(d, best);
 }
 
 /* Where more than noise is left that no number of the model takes away - the noise of a recorded
