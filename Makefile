@@ -173,17 +173,19 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 	  echo 'const stein_model *const stein_models[] = {'; \
 	  for m in $(sort $(MODEL_NAMES)); do echo "    &stein_model_$$m,"; done; echo '    NULL};'; } > $@
 
+# a file as C strings, line by line
+quoted = sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/'
 # model.h as a string, so that equations compiled later need no installed header
 $(B)/model_header.c: include/stein/model.h | $(B)/.gitignore
 	$(Q){ echo '#include "model_header.h"'; echo 'const char *const lab__model_header[] = {'; \
-	  sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' $<; echo '    0};'; } > $@
+	  $(quoted) $<; echo '    0};'; } > $@
 
 # the mechanisms of `stein version --hash`
 $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitignore
 	$(Q){ echo '#include "identity_models.h"'; \
 	  for m in action:stein1788 pendulum:pendulum; do \
 	    echo "const char *const lab__identity_$${m%:*}[] = {"; \
-	    sed 's/\\/\\\\/g; s/"/\\"/g; s/.*/    "&\\n",/' models/$${m#*:}.yaml; echo '    0};'; done; } > $@
+	    $(quoted) models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 # Files of the project that the program `stein` carries as text, line by line: what a page is made
 # of, and the sources that are compiled into it (it has one thread).
 # embed LIST FILES: the array LIST of all FILES
@@ -192,7 +194,7 @@ PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane
                 $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
-	  sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/' $$f; echo '    0};'; done; \
+	  $(quoted) $$f; echo '    0};'; done; \
 	  echo "const page__source page__$(1)[] = {"; \
 	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
 $(B)/page_files.c: $(PAGE_FILES) $(PAGE_CORE) Makefile | $(B)/.gitignore
@@ -275,11 +277,11 @@ $(FUZZ:%=$(B)/replay-%): $(B)/replay-%: $(B)/obj/tests/fuzz/%.o $(call obj,tests
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # the core with the platform's libm, for comparison
-$(B)/libm/%.o: src/core/%.c bench/libm.h
-	$(Q)mkdir -p $(@D)
-	$(Q)$(CC) -include bench/libm.h $(ALL_CPPFLAGS) $(ALL_CFLAGS) -c $< -o $@
+$(B)/obj/libm/%.o: ALL_CPPFLAGS += -include bench/libm.h
+$(B)/obj/libm/%.o: src/core/%.c bench/libm.h
+	$(compile)
 $(B)/bench-libm: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a \
-    $(patsubst src/core/%.c,$(B)/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c $(LANE_SRC),$(wildcard src/core/*.c)))
+    $(patsubst src/core/%.c,$(B)/obj/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c $(LANE_SRC),$(wildcard src/core/*.c)))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(CVODE_LIBS) -lm
 
@@ -331,8 +333,7 @@ soak: deps  ## hours of the same: 1e5 random regulations, 1000 kills, all faults
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
 	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=wrong $(B)/check
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_sweep.sh
-	$(Q)for call in create read problems generate open strike drive vary merge data fit; do \
-	  $(B)/faults $$call | tail -n 2 || exit 1; done
+	$(Q)$(B)/faults all
 	$(Q)$(MAKE) --no-print-directory identity
 	$(Q)$(MAKE) --no-print-directory fuzz SECONDS=$(SECONDS)
 

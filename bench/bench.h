@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * bench.h - what the files of the benchmark share.
  *
- *   bench.c      options, order, CSV            closed.c     equations by hand against generated
- * ones timing.c     cases, rounds, ratios          equations.c  the same in lanes runtime.c    qdd,
- * steps, strokes, batches   instrument.c 61 actions at audio rate precision.c  error of a stroke
- * against time, with the steppers of peers.c (GSL, CVODE)
+ *   bench.c       options, order, CSV
+ *   timing.c      cases, rounds, ratios
+ *   closed.c      equations by hand against generated ones
+ *   equations.c   the same in lanes
+ *   runtime.c     qdd, steps, strokes, batches
+ *   instrument.c  61 actions at audio rate
+ *   precision.c   error of a stroke against time
+ *   peers.c       the steppers of others (GSL, CVODE)
  *
  * Cases are timed in turn within each round, so a machine that changes its speed changes all of
  * them alike: a ratio is taken within a round, its median and quartiles over the rounds. Every case
@@ -53,6 +57,8 @@ bench_case *bench_add(const char *group, const char *subject, const char *what, 
                       void *ctx);
 void bench_filter(const char *part);
 void bench_measure(void);
+/** Quantile of n <= BENCH_ROUNDS numbers, which stay as they are. */
+double bench_quantile(const double *x, int n, double share);
 double bench_median(const bench_case *c);
 void bench_print_cases(FILE *csv);
 

@@ -2,9 +2,14 @@
  * closed.c - the simple piano tree (piano3.yaml) by hand, against the generated equations: one
  * state after the other, and in lanes.
  *
- *      t = e cos q1,  h = e sin q1,  e = L m1 s1     hinge at L on the key, centres at s on the
- * axes M00 = A + 2t   M01 = C + t   M11 = C   M22 = B c0 = k0 cos q0 + g - h v1 (2 v0 + v1)     g =
- * k1 cos(q0 + q1) c1 = g + h v0^2                           c2 = k2 cos q2
+ *      t = e cos q1,  h = e sin q1,  e = L m1 s1
+ *      M00 = A + 2t,  M01 = C + t,  M11 = C,  M22 = B
+ *      g = k1 cos(q0 + q1)
+ *      c0 = k0 cos q0 + g - h v1 (2 v0 + v1)
+ *      c1 = g + h v0^2
+ *      c2 = k2 cos q2
+ *
+ * with the hinge at L on the key and all centres at s on the axes.
  *
  * 20 operations and 5 sines and cosines: nothing is left to simplify. M is written in full, as the
  * generated function does; the generated one keeps an external force and moment on every body.

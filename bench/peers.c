@@ -19,7 +19,7 @@
 #include "core.h"
 
 enum { MAX_NQ = 16, MAX_STEPS = 200000 };
-static const double speed_scale = 100.0; /* [1/s] */ /* [1/s] */
+static const double speed_scale = 100.0; /* [1/s] */
 
 typedef struct side {
     stein_sim *sim;

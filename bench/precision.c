@@ -235,20 +235,6 @@ static void add_settings(void)
     }
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(const double *x)
-{
-    double sorted[REPEATS];
-    memcpy(sorted, x, sizeof sorted);
-    qsort(sorted, REPEATS, sizeof *sorted, compare);
-    return sorted[REPEATS / 2];
-}
-
 /* the cheapest setting of a method whose error is at most this */
 static const setting *cheapest(const peer *p, double error)
 {
@@ -256,7 +242,8 @@ static const setting *cheapest(const peer *p, double error)
     for (int i = 0; i < nsettings; i++) {
         const setting *s = &settings[i];
         if (s->peer == p && s->error <= error &&
-            (best == NULL || median(s->ms) < median(best->ms))) {
+            (best == NULL ||
+             bench_quantile(s->ms, REPEATS, 0.5) < bench_quantile(best->ms, REPEATS, 0.5))) {
             best = s;
         }
     }
@@ -283,7 +270,7 @@ static void write_plot(FILE *f, const void *ctx)
             last = s->peer;
         }
         if (isfinite(s->error)) {
-            fprintf(f, "%.9g %.9g\n", median(s->ms), s->error);
+            fprintf(f, "%.9g %.9g\n", bench_quantile(s->ms, REPEATS, 0.5), s->error);
         }
     }
     fprintf(f, "EOD\nplot ");
@@ -316,9 +303,9 @@ static void print_settings(FILE *csv)
     for (int i = 0; i < nsettings; i++) {
         const setting *s = &settings[i];
         printf("%-34s %-10.2g %12.2e %10.3f %10ld\n", s->peer->name, s->value, s->error,
-               median(s->ms), s->calls);
+               bench_quantile(s->ms, REPEATS, 0.5), s->calls);
         fprintf(csv, "precision,%s,stein1788,%g,,%.6f,,,%.6e\n", s->peer->name, s->value,
-                1e6 * median(s->ms), s->error);
+                1e6 * bench_quantile(s->ms, REPEATS, 0.5), s->error);
     }
 }
 

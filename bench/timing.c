@@ -122,8 +122,7 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* quantile of n numbers, which are kept as they are */
-static double quantile(const double *x, int n, double share)
+double bench_quantile(const double *x, int n, double share)
 {
     double sorted[BENCH_ROUNDS];
     n = n < BENCH_ROUNDS ? n : BENCH_ROUNDS;
@@ -134,7 +133,7 @@ static double quantile(const double *x, int n, double share)
 
 double bench_median(const bench_case *c)
 {
-    return quantile(c->ns, BENCH_ROUNDS, 0.5);
+    return bench_quantile(c->ns, BENCH_ROUNDS, 0.5);
 }
 
 void bench_print_cases(FILE *csv)
@@ -145,7 +144,7 @@ void bench_print_cases(FILE *csv)
     }
     for (int i = 0; i < ncases; i++) {
         const bench_case *c = &cases[i];
-        double best = quantile(c->ns, BENCH_ROUNDS, 0.0), median = bench_median(c);
+        double best = bench_quantile(c->ns, BENCH_ROUNDS, 0.0), median = bench_median(c);
         int total = 0;
         printf("%-16s %-44s %12.1f %12.1f", c->subject, c->what, best, median);
         if (c->ops != NULL) {
@@ -167,9 +166,9 @@ void bench_row(const char *what, const double *figure, int n, double bar, int at
     }
     row *r = &rows[nrows++];
     snprintf(r->what, sizeof r->what, "%s", what);
-    r->low = quantile(figure, n, 0.25);
-    r->median = quantile(figure, n, 0.5);
-    r->high = quantile(figure, n, 0.75);
+    r->low = bench_quantile(figure, n, 0.25);
+    r->median = bench_quantile(figure, n, 0.5);
+    r->high = bench_quantile(figure, n, 0.75);
     r->bar = bar;
     r->at_least = at_least;
 }

@@ -23,7 +23,7 @@ hash() {
     [ -n "$2" ] && [ "$2" = "$core" ] || mark=' DIFFERENT'
     if [ $# -gt 2 ]; then
         : "${sweep:=$3}" "${fit:=$4}"
-        [ "$3" = "$sweep" ] && [ "$4" = "$fit" ] || mark=' DIFFERENT'
+        [ -n "$3" ] && [ -n "$4" ] && [ "$3" = "$sweep" ] && [ "$4" = "$fit" ] || mark=' DIFFERENT'
     fi
     [ -z "$mark" ] || different=$((different + 1))
     row "$1" "$2" "${3--}" "${4--}$mark"
@@ -32,7 +32,7 @@ hash() {
 whole() {
     name=$1
     shift
-    "$@" version --hash >"$tmp/out" 2>"$tmp/err" || cat "$tmp/err"
+    "$@" version --hash >"$tmp/out" 2>"$tmp/err" || { cat "$tmp/err"; : >"$tmp/out"; }
     part() { sed -n "s/^$1 *//p" "$tmp/out"; }
     hash "$name" "$(part core)" "$(part sweep)" "$(part fit)"
 }

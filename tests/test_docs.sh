@@ -24,7 +24,7 @@ for doc in README.md docs/mechanism-files.md; do
     ok "$doc: its mechanism runs" $?
 done
 
-for doc in README.md docs/*.md; do
+for doc in README.md docs/*.md examples/README.md; do
     sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
         test -e "$(dirname "$doc")/$link" || echo "$link"
     done >"$tmp/dead"
@@ -32,13 +32,6 @@ for doc in README.md docs/*.md; do
     ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
 done
 
-for doc in docs/embedding.md examples/README.md; do
-    sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
-        test -e "$(dirname "$doc")/$link" || echo "$link"
-    done >"$tmp/dead"
-    test ! -s "$tmp/dead"
-    ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
-done
 # functions and folders that they name
 for name in $(sed -n '/^```c$/,/^```$/s/.*\(stein_[a-z_]*\)(.*/\1/p' docs/embedding.md | sort -u); do
     grep -q "[ *]$name(" include/stein/*.h

@@ -14,7 +14,7 @@ cp src/core/*.c "$tmp"; cp -n src/core/*.h "$tmp"
 ${CC:-cc} -std=c11 -O0 -D_POSIX_C_SOURCE=200809L -I"$tmp" -Iinclude -I"$B/include" -ffp-contract=off \
     -fno-tree-slp-vectorize "$tmp"/*.c "$B"/models/*.c tests/identity/main.c -lm -o "$tmp/core" || exit 1
 was=$("$B/stein" version --hash | sed -n 's/^core *//p')
-now=$("$tmp/core")
+now=$("$tmp/core") && [ -n "$was" ] && [ -n "$now" ] || { echo "FAILED: no hash"; exit 1; }
 if [ "$was" = "$now" ]; then
     echo "FAILED: one last bit in the square of an angle is not noticed"
     exit 1

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_wrong.c - numbers that go wrong: every run that cannot be right ends with a code, a time, a
- * place and a hint, in the state before. And over random mechanisms and regulations nothing that is
- * not finite comes out without an error, contacts and friction never make energy.
+ * place and a hint, in the state before. And over random regulations nothing that is not finite
+ * comes out without an error, contacts and friction never make energy.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "lab_support.h"
-#include "stein/identity.h"
 
 static void said(const stein_err *why, const char *what)
 {
@@ -246,18 +245,7 @@ static int write_tree(char *text, size_t room, unsigned long long *seed)
     return at < room ? n : 0;
 }
 
-/* M is symmetric and positive, forward and inverse dynamics agree */
-static void check_equations(const mechanism *m, unsigned long long *seed)
-{
-    gen_result r;
-    ck_assert_stein(gen_equations(&r, m, err));
-    ck_assert(strstr(r.source, "stein_model_m") != NULL);
-    ck_assert(strstr(r.source, "nan") == NULL && r.mass_bias.mul >= 0);
-    (void)seed;
-    gen_free(&r);
-}
-
-START_TEST(random_mechanisms_are_read_and_give_equations_that_read_back)
+START_TEST(random_mechanism_files_are_read_and_give_equations)
 {
     unsigned long long seed = 4711;
     int n = soak(40);
@@ -269,7 +257,10 @@ START_TEST(random_mechanisms_are_read_and_give_equations_that_read_back)
         stein_status status =
             mech_read_text(&m, "m.yaml", text, strlen(text), NULL, 0, NULL, NULL, &why);
         ck_assert_msg(status == STEIN_OK, "%s\n%s", why.msg, text);
-        check_equations(m, &seed);
+        gen_result r; // what they say is asked in test_generator.c
+        ck_assert_stein(gen_equations(&r, m, err));
+        ck_assert(strstr(r.source, "nan") == NULL);
+        gen_free(&r);
         mech_free(m);
     }
 }
@@ -355,7 +346,7 @@ Suite *wrong_suite(void)
     tcase_add_test(tc, a_signal_without_a_number_is_named_by_its_input);
     tcase_add_test(tc, a_singular_mass_matrix_is_told_with_its_joint_and_what_is_missing);
     tcase_add_test(tc, random_regulations_end_in_numbers_or_in_an_error);
-    tcase_add_test(tc, random_mechanisms_are_read_and_give_equations_that_read_back);
+    tcase_add_test(tc, random_mechanism_files_are_read_and_give_equations);
     tcase_add_test(tc, contacts_never_make_energy);
     tcase_add_test(tc, friction_never_makes_energy);
     suite_add_tcase(suite, tc);

@@ -7,8 +7,8 @@
  *
  *      put(batch, i, sim)  ->  step ... step  ->  sim(batch, i), read, put(batch, i, next)
  *
- * Lanes do whole trial steps. Alone, as stein_step does it, goes a step that meets an event (about
- * one in a hundred of a stroke), and a simulation with a force hook, a bound signal, a prescribed
+ * Lanes do whole trial steps. Alone, as stein_step does it, goes a step that meets an event, and a
+ * simulation with a force hook, a bound signal, a prescribed
  * joint, a table, or a link to a body that leaves the plane. So do all of a model whose equations
  * were not compiled for lanes.
  */
@@ -30,7 +30,7 @@ int stein_batch_width(const stein_model *model);
 /** A batch with n empty places.
  *  @param def    integrator of the simulations to come, and the allocator; NULL for the defaults
  *  @param width  lanes to use, one of 8, 4, 2 that this processor has, or 1; 0: the most there are
- *  @return OK; EINVAL (n, width or integrator out of range), ENOMEM */
+ *  @return OK; ESTALE; EINVAL (a field of def, n, width or integrator out of range), ENOMEM */
 stein_status stein_batch_create(stein_batch **batch, const stein_model *model,
                                 const stein_sim_def *def, int n, int width, stein_err *err);
 /** Release the batch, not the simulations. NULL is fine. What was not asked back by stein_batch_sim

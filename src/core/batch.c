@@ -11,10 +11,6 @@
 
 #include "batch_inner.h"
 
-#ifndef STEIN_WIDEST
-#define STEIN_WIDEST 0
-#endif
-
 /* ---- what there is ---- */
 
 static const stein__width *width_of(const stein_model *model, int most)
@@ -32,7 +28,7 @@ static const stein__width *width_of(const stein_model *model, int most)
     }
 #endif
 #if STEIN_WIDEST >= 2
-    if (lanes >= 2 && model->lanes[0] != NULL) {
+    if (model->lanes[0] != NULL) {
         return &stein__width2;
     }
 #endif
@@ -85,20 +81,19 @@ stein_status stein_batch_create(stein_batch **out, const stein_model *model,
 {
     stein_sim_def defaults = stein_sim_def_default(model);
     def = def != NULL ? def : &defaults;
+    stein_status status = stein__check_def(model, def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
     stein_batch plan = {.model = model, .def = *def, .n = n};
     plan.width = width_of(model, width == 0 ? MAX_LANES : width);
     plan.lanes = plan.width != NULL ? plan.width->lanes : 1;
-    plan.ngroup = plan.lanes > 0 ? (n + plan.lanes - 1) / plan.lanes : 0;
+    plan.ngroup = (n + plan.lanes - 1) / plan.lanes;
     if (n < 1 || (width != 0 && width != plan.lanes)) {
         return stein__fail(err, STEIN_EINVAL,
                            "a batch of %d places and %d lanes: expected at least 1 place, and 1 or "
                            "up to %d lanes",
                            n, width, stein_batch_width(model));
-    }
-    if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "stein_sim_def.integrator is %d: expected STEIN_RK4 or STEIN_DP5",
-                           (int)def->integrator);
     }
     size_t size = layout(&plan, NULL);
     stein_batch *batch = def->alloc(def->ctx, size);

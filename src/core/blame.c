@@ -8,8 +8,8 @@
  *      sqrt(df_n/dx / m_n),   df_n/dxdot / m_n,   dmu/dv f_n / m_t / 5          [1/s]
  *
  * and an explicit Runge-Kutta method of order 4 or 5 follows while h times that is below 1.
- * (Friction turns round in passing: the published stroke is still right to 0.3 % where its rate
- * is 5.) This is asked after a failure, or by who wants to know; never in a step.
+ * (Friction turns round in passing: the published stroke goes well at a rate of 5.) This is asked
+ * after a failure, or by who wants to know; never in a step.
  */
 #include <math.h>
 #include <string.h>

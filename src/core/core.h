@@ -11,8 +11,9 @@
  * * notch.c     the notch and its memory                 processor.c  how many lanes there are
  *   channel.c   output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
+ *   identity.c  one hash of all that computes            elementary.c  far and rare functions
  *   handover.c  parameters from another thread
- * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp
+ * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp, log
  *
  * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
  * number of lanes, with a stein_sim whose every real is a vector.
@@ -184,6 +185,8 @@ INNER size_t stein__layout(stein_sim *sim, const stein_model *model);
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
 
 /* sim.c: d of the parameters in p, and which laws can act with them */
+/* sim.c: is it a definition, and the model one for this library? @return OK, EINVAL, ESTALE */
+stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err);
 void stein__take_parameters(stein_sim *sim);
 
 /* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
@@ -259,12 +262,13 @@ INNER void stein__notch_guards(const stein_sim *sim, int notch, real *g, real *o
 INNER void stein__notch_forces(stein_sim *sim);
 unsigned char stein__notch_phase_after(const unsigned char *mode, int previous);
 
-/* forces.c: all forces at xq, xqd; qdd under them. @return what the generated solve() returns */
+/* forces.c: all forces at xq, xqd */
 INNER void stein__forces(stein_sim *sim);
 /* the wrenches of all bodies into Q */
 INNER void stein__wrenches_to_joints(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__joints_prepare(stein_sim *sim);
+/* qdd under them. @return what the generated solve() returns */
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd);
 /* a named point at the last poses; of a body without one, where model->point() was last asked */
 INNER void stein__point(const stein_sim *sim, int point, real x[3], real v[3]);

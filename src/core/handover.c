@@ -39,10 +39,9 @@ stein_status stein_handover_create(stein_handover **out, const stein_model *mode
 {
     stein_sim_def defaults = stein_sim_def_default(model);
     def = def != NULL ? def : &defaults;
-    if (def->alloc == NULL || def->release == NULL) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "stein_sim_def.%s is NULL: start from stein_sim_def_default()",
-                           def->alloc == NULL ? "alloc" : "release");
+    stein_status status = stein__check_def(model, def, err);
+    if (status != STEIN_OK) {
+        return status;
     }
     size_t n = 2 * (size_t)model->np, head = (sizeof(stein_handover) + 15u) / 16u * 16u;
     unsigned char *block = def->alloc(def->ctx, head + (SLOTS + 1) * n * sizeof(double));

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * sim.c - creation, names, parameters, reset, the state as a block, hooks.
+ * sim.c - creation, names, parameters, reset, hooks, equations.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -29,7 +29,7 @@ stein_sim_def stein_sim_def_default(const stein_model *model)
                            .ctx = NULL};
 }
 
-static stein_status check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
+stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
 {
     if (model->abi != STEIN_MODEL_ABI) {
         return stein__fail(err, STEIN_ESTALE,
@@ -71,7 +71,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
 {
     stein_sim_def defaults = stein_sim_def_default(model);
     def = def != NULL ? def : &defaults;
-    stein_status status = check_def(model, def, err);
+    stein_status status = stein__check_def(model, def, err);
     if (status != STEIN_OK) {
         return status;
     }

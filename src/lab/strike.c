@@ -387,9 +387,14 @@ void lab__play_drop(lab__play *r)
     }
 }
 
+static int whole_step_left(const lab__play *r)
+{
+    return stop_of(r) - stein_time(r->sim) > r->dt * (1.0 + 1e-6);
+}
+
 lab__need lab__play_needs(const lab__play *r)
 {
-    if (!(stop_of(r) - stein_time(r->sim) > r->dt * (1.0 + 1e-6)) || r->def->sample != NULL) {
+    if (!whole_step_left(r) || r->def->sample != NULL) {
         return LAB_TO_CHANGE;
     }
     return r->as_stroke && stein_touches(r->sim, r->string) ? LAB_TO_LOOK : LAB_NOTHING;
@@ -410,8 +415,7 @@ stein_status lab__play_next(lab__play *r, stein_status status, double *stop, ste
         r->phase = OVER;
     }
     // one step, or what is left when that is not more
-    double left = stop_of(r) - stein_time(r->sim);
-    *stop = r->phase == OVER ? NAN : left > r->dt * (1.0 + 1e-6) ? INFINITY : stop_of(r);
+    *stop = r->phase == OVER ? NAN : whole_step_left(r) ? INFINITY : stop_of(r);
     return status;
 }
 

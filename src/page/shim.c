@@ -325,21 +325,11 @@ static void note_pulse(double force)
     }
 }
 
-static int is_touched(int contact)
-{
-    const stein_contact *c = &page.model.contacts[contact];
-    int n = 0;
-    for (int i = c->first_spot; i < c->first_spot + c->nspot; i++) {
-        n += page.sim->mode[i];
-    }
-    return n > 0;
-}
-
 static stein_status watch(void)
 {
     stein_status status = page.fresh_hit ? find_impact_speed() : STEIN_OK;
     if (page.force_channel >= 0) {
-        double force = is_touched(page.string) ? plain(page.force_channel) : 0.0;
+        double force = stein_touches(page.sim, page.string) ? plain(page.force_channel) : 0.0;
         page.stroke[PEAK] = fmax(page.stroke[PEAK], force);
         if (page.pulse_state == PULSE_ON) {
             note_pulse(force);

@@ -397,10 +397,16 @@ int main(int argc, char **argv)
     setvbuf(stdout, NULL, _IOLBF, 0);
     find_gsl();
     prepare();
+    int all = argc > 1 && strcmp(argv[1], "all") == 0, chosen = 0;
     for (int i = 0; i < CALLS; i++) {
-        if (argc < 2 || strcmp(argv[1], calls[i].name) == 0) {
+        if (argc < 2 || all || strcmp(argv[1], calls[i].name) == 0) {
             fail_all(i, argc < 2 ? calls[i].stride : 1);
+            chosen++;
         }
+    }
+    if (chosen == 0) {
+        printf("FAILED: no call \"%s\"\n", argv[1]);
+        wrong++;
     }
     unlink(path_csv);
     unlink(path_out);

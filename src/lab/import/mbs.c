@@ -23,13 +23,8 @@ void mbs_note(mbs_project *p, const char *format, ...)
     va_start(list, format);
     vsnprintf(text, sizeof text, format, list);
     va_end(list);
-    for (char *c = text; *c != '\0'; c++) { // a name may hold anything
-        if ((unsigned char)*c < ' ' || *c == 127) {
-            *c = '?';
-        }
-    }
     char **more = realloc(p->note, ((size_t)p->nnote + 1) * sizeof *more);
-    char *copy = lab__text("%s", text);
+    char *copy = lab__text("%s", lab__one_line(text)); // a name may hold anything
     p->note = more != NULL ? more : p->note;
     if (more == NULL || copy == NULL) {
         free(copy);

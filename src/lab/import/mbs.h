@@ -39,7 +39,6 @@ typedef struct mbs_body {
     char name[MECH_NAME];
     int parent;                                   /* -1: the base */
     int anchor;                                   /* point of the parent, -1: its origin */
-    int written;                                  /* its parents are */
     double mass, centre[3], inertia[MBS_INERTIA]; /* xx yy zz xy xz yz */
     const xml_node *node;
 } mbs_body;

@@ -105,11 +105,9 @@ static void write_body(FILE *f, const mbs_project *p, int body)
 static void write_head(FILE *f, const mbs_project *p)
 {
     const char *name = strrchr(p->file, '/') != NULL ? strrchr(p->file, '/') + 1 : p->file;
-    fprintf(f, "# Imported from ROBOTRAN's project ");
-    for (; *name != '\0'; name++) {
-        fputc((unsigned char)*name < ' ' || *name == 127 ? '?' : *name, f);
-    }
-    fprintf(f, " by `stein import`. All numbers are SI.\n");
+    char shown[LAB_SHOWN];
+    fprintf(f, "# Imported from ROBOTRAN's project %s by `stein import`. All numbers are SI.\n",
+            lab__shown(shown, name));
     if (p->nnote > 0) {
         fprintf(f, "#\n# Left out or changed:\n");
     }
@@ -149,7 +147,5 @@ stein_status mbs_text(const mbs_project *p, char **text, size_t *size, stein_err
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     write_all(f, p);
-    int bad = ferror(f);
-    bad = fclose(f) != 0 || bad;
-    return bad ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    return lab__text_close(f, text, err);
 }

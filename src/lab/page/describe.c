@@ -22,7 +22,6 @@ typedef struct writer {
     lab__json j;
     const mechanism *m;
     const stein_model *equations;
-    const double *values; /* of the mechanism's parameters */
 } writer;
 
 /* ---- numbers ---- */
@@ -32,7 +31,7 @@ static void put_param(writer *w, int param)
     char name[LAB_NUMBER];
     int at = stein_find_param(w->equations, w->m->params[param].name);
     if (at < 0) {
-        lab__json_real(&w->j, NULL, w->values[param]);
+        lab__json_real(&w->j, NULL, w->m->params[param].value);
     } else {
         snprintf(name, sizeof name, "p%d", at);
         lab__json_text(&w->j, NULL, name);
@@ -270,10 +269,10 @@ static void choose_dials(writer *w)
     for (int round = 0, n = 0; round < 3 && n < FEW; round++) {
         for (int i = 0; i < m->nparam && n < MOST; i++) {
             const mech_param *p = &m->params[i];
-            double half = fmax(0.5 * fabs(w->values[i]), 5.0 * p->tolerance);
+            double half = fmax(0.5 * fabs(p->value), 5.0 * p->tolerance);
             if (round_of(p) == round && half > 0.0 &&
                 stein_find_param(w->equations, p->name) >= 0) {
-                put_dial(w, i, p->name, w->values[i] - half, w->values[i] + half);
+                put_dial(w, i, p->name, p->value - half, p->value + half);
                 n++;
             }
         }
@@ -312,11 +311,7 @@ void page__describe(FILE *stream, const lab_model *model, const char *hash)
 {
     const mechanism *m = lab__mechanism(model);
     const stein_model *equations = lab_equations(model);
-    double *values = calloc((size_t)m->nparam + 1, sizeof *values);
-    for (int i = 0; values != NULL && i < m->nparam; i++) {
-        values[i] = m->params[i].value;
-    }
-    writer w = {.j = {.stream = stream}, .m = m, .equations = equations, .values = values};
+    writer w = {.j = {.stream = stream}, .m = m, .equations = equations};
     lab__json *j = &w.j;
     lab__json_open(j, NULL, '{');
     lab__json_text(j, "name", m->name);
@@ -339,5 +334,4 @@ void page__describe(FILE *stream, const lab_model *model, const char *hash)
     put_channels(&w);
     put_abouts(&w);
     lab__json_close(j);
-    free(values);
 }

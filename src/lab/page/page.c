@@ -16,7 +16,7 @@ static const char *const scripts[] = {"format.js", "engine.js",  "geometry.js", 
                                       "traces.js", "strokes.js", "sound.js",    "main.js"};
 enum { SCRIPTS = sizeof scripts / sizeof *scripts };
 
-const char *const *page__lines(const char *name)
+static const char *const *lines_of(const char *name)
 {
     for (const page__source *f = page__page_files; f->name != NULL; f++) {
         const char *slash = strrchr(f->name, '/');
@@ -29,7 +29,7 @@ const char *const *page__lines(const char *name)
 
 static void put_lines(FILE *to, const char *name)
 {
-    const char *const *lines = page__lines(name);
+    const char *const *lines = lines_of(name);
     for (int i = 0; lines != NULL && lines[i] != NULL; i++) {
         fputs(lines[i], to);
     }
@@ -74,7 +74,7 @@ typedef struct content {
 
 static void put_page(FILE *to, const content *c)
 {
-    const char *const *lines = page__lines("page.html");
+    const char *const *lines = lines_of("page.html");
     for (int i = 0; lines[i] != NULL; i++) {
         if (strcmp(lines[i], "@style@\n") == 0) {
             put_lines(to, "page.css");
@@ -126,8 +126,7 @@ static stein_status describe(char **json, const lab_model *model, const char *ha
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     page__describe(stream, model, hash);
-    int bad = ferror(stream) | fclose(stream);
-    return bad ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    return lab__text_close(stream, json, err);
 }
 
 static stein_status write_page(const char *path, const content *c, size_t *bytes, stein_err *err)

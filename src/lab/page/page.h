@@ -21,9 +21,6 @@ typedef struct page__source {
 /** What is compiled beside the equations, and what the page is made of. */
 extern const page__source page__core_files[], page__page_files[];
 
-/** Lines of one of the page's files by its name without folder; NULL when there is none. */
-const char *const *page__lines(const char *name);
-
 /** The module of a mechanism, from the cache or compiled into it.
  *  @param bytes  out, freed by the caller
  *  @return OK, EIO, ENOMEM, ECOMPILE (with what is missing on this machine) */
