@@ -152,7 +152,9 @@ static int col(const lab__mixed *m, const int *with, int i)
     return i < m->nf ? i : m->nf + with[i - m->nf];
 }
 
-double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov)
+/* lab__mixed_solve, and the sum of squares at the minimum, priors included */
+static double solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov,
+                    double *square)
 {
     int n = m->nf + nwith, nc = m->ncol, r = nc - 1;
     double *S = malloc(sizeof *S * (size_t)(n * n + 1)), logdet = 0.0;
@@ -178,7 +180,22 @@ double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double 
         memcpy(cov, S, sizeof *S * (size_t)(n * n));
     }
     free(S);
+    *square = ok ? objective : (double)INFINITY;
     return ok ? objective + m->logdet + logdet : INFINITY;
+}
+
+double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov)
+{
+    double square;
+    return solve(m, with, nwith, beta, cov, &square);
+}
+
+double lab__mixed_least(lab__mixed *m, const int *with, int nwith, double *beta)
+{
+    double square;
+    lab__mixed_weigh(m);
+    solve(m, with, nwith, beta, NULL, &square);
+    return square;
 }
 
 void lab__mixed_effects(const lab__mixed *m, int stroke, const int *with, int nwith,

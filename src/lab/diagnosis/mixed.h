@@ -42,7 +42,10 @@ void lab__mixed_weigh(lab__mixed *m);
  *  @param beta  [nf + nwith] out; cov [square] out, may be NULL
  *  @return -2 log marginal likelihood up to a constant, INFINITY without a solution */
 double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov);
-/** The same with the variances estimated in at most `rounds` rounds. */
+/** Sum of squares where F and the candidates `with` fit best, priors included, at the present
+ *  variances. @param beta  as above */
+double lab__mixed_least(lab__mixed *m, const int *with, int nwith, double *beta);
+/** lab__mixed_solve with the variances estimated in at most `rounds` rounds. */
 double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds, double *beta,
                           double *cov);
 /** Expected random effects of a stroke at beta, u [nz] out. */

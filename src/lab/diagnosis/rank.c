@@ -22,6 +22,8 @@
 
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
+static const double broken = 30.0; /* promises of the derivatives, of the objective */
+static const double astray = 1.0;  /* of a frame [noise] */
 static const double promising = 0.05;    /* share of the best score */
 static const double beyond = 1.5;        /* amounts up to so many limits are thinkable */
 
@@ -84,10 +86,11 @@ static void negative(double *to, const double *from, size_t n)
     }
 }
 
-/* columns of a stroke: F, the suspects, d, Z */
+/* columns of a stroke: F, the suspects, d, Z
+ * @param frames  of it that count */
 static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, const double *x,
                  const double *J, const double *r, const int *beta, const double *const *column,
-                 double *C)
+                 int frames, double *C)
 {
     const fit__stroke *t = &p->stroke[s];
     size_t n = (size_t)(t->nch * t->n), at = fit__offset(p, s);
@@ -111,11 +114,16 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     for (int k = 0; k < m->nc; k++) {
         negative(C + (size_t)(m->nf + k) * n, column[k] + at, n);
     }
+    for (size_t i = 0; i < n * (size_t)(m->ncol + m->nz); i++) {
+        C[i] = (int)(i % (size_t)t->n) < frames ? C[i] : 0.0;
+    }
     lab__mixed_stroke(m, s, (int)n, C);
 }
 
-stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
-                            const double *r, const double *const *column, int nc, stein_err *err)
+/* diag__mixed_at, of the first frames[s] of each stroke only; NULL: of all */
+static stein_status mixed_of(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                             const double *r, const double *const *column, int nc,
+                             const int *frames, stein_err *err)
 {
     slots l;
     int *beta = malloc(sizeof *beta * (size_t)(p->np + 1));
@@ -134,11 +142,17 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-        fill(m, p, &l, s, x, J, r, beta, column, C);
+        fill(m, p, &l, s, x, J, r, beta, column, frames != NULL ? frames[s] : p->stroke[s].n, C);
     }
     free(C);
     free(beta);
     return status;
+}
+
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err)
+{
+    return mixed_of(m, p, x, J, r, column, nc, NULL, err);
 }
 
 double *diag__column(const fit__problem *p, const double *J, int k)
@@ -150,6 +164,19 @@ double *diag__column(const fit__problem *p, const double *J, int k)
                sizeof *to * (size_t)(t->nch * t->n));
     }
     return to;
+}
+
+/* What the linear model promises and the strokes do not keep: sum of squares at x less its minimum,
+ * at the variances of the priors. Nothing where a fit has ended; much where an event of a stroke
+ * turns its derivative within a step, and no step leads where the derivatives point. */
+static double unkept(lab__mixed *m, const fit__problem *p, const double *x, const double *r,
+                     const int *with, int nwith, double *beta)
+{
+    double here = fit__chi2(p, r);
+    for (int k = 0; k < p->nu; k++) {
+        here += p->unknown[k].idle ? 0.0 : x[k] * x[k];
+    }
+    return fmax(0.0, here - lab__mixed_least(m, with, nwith, beta));
 }
 
 double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
@@ -171,7 +198,8 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
         double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
         double *all = beta + (beta != NULL ? n : 0);
         if (beta != NULL) {
-            objective = lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
+            objective = unkept(&m, p, x, r, with, nwith, beta);
+            objective += lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
             memcpy(D, m.D, sizeof m.D);
         }
         int *list = malloc(sizeof *list * (size_t)(p->np + 1));
@@ -188,6 +216,97 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
         free(column[i]);
     }
     return objective;
+}
+
+/* unknowns x [nu] at the linear minimum beta, with a candidate whose amount is the last of it or
+ * without. @return 0: out of memory */
+static int linear_end(const fit__problem *p, lab__mixed *m, const int *with, int nwith,
+                      const double *beta, double *x)
+{
+    slots l;
+    double u[SLOTS];
+    int *list = malloc(sizeof *list * (size_t)(p->np + 1));
+    if (list == NULL) {
+        return 0;
+    }
+    memset(x, 0, sizeof *x * (size_t)p->nu);
+    int nf = free_ones(p, list);
+    for (int i = 0; i < nf; i++) {
+        x[list[i]] = beta[i];
+    }
+    if (nwith > 0) {
+        x[p->amount] = beta[nf];
+    }
+    find_slots(&l, p);
+    for (int a = 0; a < p->nstroke; a++) {
+        const fit__stroke *t = &p->stroke[a];
+        lab__mixed_effects(m, a, with, nwith, beta, u);
+        for (int i = 0; i < t->own; i++) {
+            int slot = slot_of(&l, t, &p->unknown[t->first + i]);
+            x[t->first + i] = slot >= 0 ? u[slot] : 0.0;
+        }
+    }
+    free(list);
+    return 1;
+}
+
+/* ---- frames that follow their derivatives ---- */
+
+/* frames of a stroke before the first one that is elsewhere than its derivatives say
+ * @param r, to  residuals at x and beyond  @param end  where derivatives see them there */
+static int followers(const fit__stroke *t, const double *to, const double *end)
+{
+    for (int i = 0; i < t->n; i++) {
+        for (int c = 0; c < t->nch; c++) {
+            if (fabs(to[c * t->n + i] - end[c * t->n + i]) > astray) {
+                return i;
+            }
+        }
+    }
+    return t->n;
+}
+
+/* Where no step leads where the derivatives point, an event of a stroke is to blame: a bounce that
+ * comes or goes within the step. What follows it in that stroke testifies for nobody. d->follows
+ * when that is so, NULL otherwise. */
+static stein_status find_followers(diag *d, stein_err *err)
+{
+    const fit__problem *p = &d->p;
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    free(d->follows);
+    d->follows = NULL;
+    lab__mixed m = {.nf = 0};
+    double *x = malloc(sizeof *x * (2 * nu + 2 * rows + 1));
+    int *follows = malloc(sizeof *follows * (size_t)(p->nstroke + 1)), failed = 0;
+    stein_status status = x != NULL && follows != NULL
+                              ? diag__mixed_at(&m, p, d->x, d->J, d->r, NULL, 0, err)
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    double *beta = x + nu, *r = beta + nu, *end = r + rows;
+    if (status == STEIN_OK && unkept(&m, p, d->x, d->r, NULL, 0, beta) > broken) {
+        status = linear_end(p, &m, NULL, 0, beta, x) ? fit__residuals(p, x, r, &failed, err)
+                                                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        memcpy(end, d->r, sizeof *end * rows);
+        for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+            const fit__stroke *t = &p->stroke[s];
+            double *e = end + fit__offset(p, s);
+            for (int k = 0; k < p->np + t->own; k++) {
+                int u = k < p->np ? k : t->first + k - p->np;
+                const double *j = d->J + fit__column(p, s, k);
+                double dx = x[u] - d->x[u];
+                for (int i = 0; dx != 0.0 && i < t->nch * t->n; i++) {
+                    e[i] += j[i] * dx;
+                }
+            }
+            follows[s] = followers(t, r + fit__offset(p, s), e);
+        }
+        d->follows = failed == 0 ? follows : NULL;
+    }
+    if (d->follows == NULL) {
+        free(follows);
+    }
+    lab__mixed_free(&m);
+    free(x);
+    return status;
 }
 
 /* ---- scores ---- */
@@ -211,12 +330,13 @@ static void note_amount(diag__suspect *s, double amount)
     }
 }
 
-/* column k of the mixed model is one of suspect s; of two the better one stays its G */
+/* column k of the mixed model is one of suspect s; of two the better one stays its G
+ * @param null  objective without it */
 static void score_one(diag *d, lab__mixed *m, diag__suspect *s, int k, const double *column,
-                      double *beta)
+                      double null, double *beta)
 {
     memcpy(m->D, d->null_D, sizeof m->D);
-    double score = d->null_objective - lab__mixed_scatter(m, &k, 1, 12, beta, NULL);
+    double score = null - lab__mixed_scatter(m, &k, 1, 12, beta, NULL);
     if (column == s->small && !(score > s->s.score)) {
         return;
     }
@@ -252,7 +372,7 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, const doubl
     }
     double *beta = room, *score = beta + m->nf + 2, *epc = score + nc, *info = epc + nc,
            *corr = info + nc, best = 0.0;
-    d->null_objective = lab__mixed_scatter(m, NULL, 0, ROUNDS, beta, NULL);
+    double null = lab__mixed_scatter(m, NULL, 0, ROUNDS, beta, NULL);
     memcpy(d->null_D, m->D, sizeof m->D);
     lab__mixed_score(m, score, epc, info, corr);
     for (int i = 0; i < n; i++) {
@@ -265,7 +385,7 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, const doubl
     d->z_by_chance = by_chance(corr, use, n, nu);
     for (int i = 0; i < n; i++) {
         d->suspect[index[i]].s.why = NULL;
-        score_one(d, m, &d->suspect[index[i]], i, column[i], beta);
+        score_one(d, m, &d->suspect[index[i]], i, column[i], null, beta);
     }
     free(room);
     free(use);
@@ -298,15 +418,20 @@ stein_status diag__rank(diag *d, stein_err *err)
     int n = column != NULL && index != NULL ? columns_of(d, column, index) : 0;
     lab__mixed m = {.nf = 0};
     stein_status status = column != NULL && index != NULL
-                              ? diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, n, err)
+                              ? find_followers(d, err)
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    if (status == STEIN_OK) {
+        status = mixed_of(&m, &d->p, d->x, d->J, d->r, column, n, d->follows, err);
+    }
     status = status == STEIN_OK ? scores(d, &m, index, column, n, err) : status;
     lab__mixed_free(&m);
     free(column);
     free(index);
+    d->null_objective = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd);
     qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_score);
     for (int i = 0; i < d->n; i++) {
-        d->suspect[i].promising = d->suspect[i].s.score > promising * d->suspect[0].s.score;
+        d->suspect[i].promising = d->follows != NULL || // the scores do not say much then
+                                  d->suspect[i].s.score > promising * d->suspect[0].s.score;
     }
     return status;
 }
@@ -317,34 +442,11 @@ stein_status diag__rank(diag *d, stein_err *err)
 static stein_status start_of(diag *d, diag__suspect *s, lab__mixed *m, int k, const double *beta,
                              stein_err *err)
 {
-    const fit__problem *p = &d->p;
-    slots l;
-    double u[SLOTS];
-    int *list = malloc(sizeof *list * (size_t)(p->np + 1));
     if (s->start == NULL) {
-        s->start = malloc(sizeof *s->start * (size_t)p->nu);
+        s->start = malloc(sizeof *s->start * (size_t)d->p.nu);
     }
-    if (list == NULL || s->start == NULL) {
-        free(list);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    memset(s->start, 0, sizeof *s->start * (size_t)p->nu);
-    int nf = free_ones(p, list);
-    for (int i = 0; i < nf; i++) {
-        s->start[list[i]] = beta[i];
-    }
-    s->start[p->amount] = beta[nf];
-    find_slots(&l, p);
-    for (int a = 0; a < p->nstroke; a++) {
-        const fit__stroke *t = &p->stroke[a];
-        lab__mixed_effects(m, a, &k, 1, beta, u);
-        for (int i = 0; i < t->own; i++) {
-            int slot = slot_of(&l, t, &p->unknown[t->first + i]);
-            s->start[t->first + i] = slot >= 0 ? u[slot] : 0.0;
-        }
-    }
-    free(list);
-    return STEIN_OK;
+    int found = s->start != NULL && linear_end(&d->p, m, &k, 1, beta, s->start);
+    return found ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)

@@ -70,6 +70,7 @@ typedef struct diag {
     diag__suspect *suspect;
     int n;
     double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
+    int *follows; /* [nstroke] frames before an event that derivatives do not see; NULL: all */
     int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
@@ -136,7 +137,8 @@ stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err 
 
 /** Scores of all suspects at the null fit: s.score, s.amount, s.possible; sorted. */
 stein_status diag__rank(diag *d, stein_err *err);
-/** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated.
+/** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated: as
+ *  Laplace has it, with the sum of squares that is reached, not what derivatives promise beyond.
  *  @param D   variances of scatter, out
  *  @param sd  [np] standard deviations of the free unknowns in x, out */
 double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
