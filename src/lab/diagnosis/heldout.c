@@ -5,6 +5,10 @@
  * differs by itself, with the variances the fit has found - is fitted to it, as no model could know
  * it. Both models get the same help. The error is the RMS of what is left, in units of noise.
  *
+ * That help can hide a cause that acts like what differs by itself: a gain of the drive is a drive
+ * that differs to one side in every stroke. Whether a cause pays is therefore asked of the
+ * likelihood, in which differences have their price.
+ *
  * The gain is the ratio of two such errors. Its interval is a bootstrap over strokes: frames of
  * one stroke are no independent witnesses.
  */
@@ -78,14 +82,36 @@ static stein_status other_starts(diag *d, fit__problem *p, const double *shared,
     return status;
 }
 
+/* -2 log likelihood of a stroke at the end of its fit, its own unknowns marginalised (Laplace)
+ * @return OK (INFINITY where it cannot be simulated next to that), ENOMEM */
+static stein_status deviance(const fit__problem *p, const fit__end *e, double *value,
+                             stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = fit__sensitivities(p, e->x, e->r, e->J, &why);
+    *value = INFINITY;
+    if (status == STEIN_OK) {
+        lab__mixed m = {.nf = 0};
+        status = diag__mixed_at(&m, p, e->x, e->J, e->r, NULL, 0, &why);
+        if (status == STEIN_OK) {
+            lab__mixed_weigh(&m);
+            *value = fit__chi2(p, e->r) + fit__priors(p, e->x) + m.logdet;
+        }
+        lab__mixed_free(&m);
+    }
+    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
 /* One stroke, its own unknowns fitted: strokes that are fitted together wait for the slowest, and
  * one that has far to go stops all.
  * @param D       variances of scatter in those of the prior
  * @param p       of all strokes; x and r are of all of them, in and out
  * @param middle  chi2 per sample of other strokes; starts are tried until this one is no stray
- *                among them */
+ *                among them
+ * @param own_deviance  out; NULL: not wanted */
 static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int stroke,
-                            double middle, double *x, double *r, stein_err *err)
+                            double middle, double *x, double *r, double *own_deviance,
+                            stein_err *err)
 {
     const fit__stroke *t = &p->stroke[stroke];
     lab_dataset one = {1, &p->data->stroke[stroke]};
@@ -106,6 +132,9 @@ static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int
         status = follow_from(d, &own, x, 0, 0.0, &e, err);
         status = status == STEIN_OK ? other_starts(d, &own, x, middle, &e, err) : status;
         memcpy(x + t->first, room + own.np, sizeof *x * (size_t)t->own);
+        if (status == STEIN_OK && own_deviance != NULL) {
+            status = deviance(&own, &e, own_deviance, err);
+        }
     }
     free(room);
     fit__problem_free(&own);
@@ -116,28 +145,31 @@ stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, double
                               const fit__end *e, stein_err *err)
 {
     static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
-    return fit_one(d, as_stated, p, stroke, middle, e->x, e->r, err);
+    return fit_one(d, as_stated, p, stroke, middle, e->x, e->r, NULL, err);
 }
 
 /* every stroke by itself, and those that are strays among the others with more care */
-static stein_status fit_each(diag *d, const double *D, const fit__problem *p, double *x, double *r,
-                             stein_err *err)
+static stein_status fit_each(diag *d, const double *D, diag__held *to, stein_err *err)
 {
+    const fit__problem *p = &to->p;
     stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = fit_one(d, D, p, i, INFINITY, x, r, err);
-    }
-    double middle = 0.0, *room = malloc(sizeof *room * ((size_t)p->nstroke + 1));
+    double middle = 0.0, *room = malloc(sizeof *room * (2 * (size_t)p->nstroke + 1));
+    double *own = room + p->nstroke;
     if (room == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    middle = diag__middle(p, r, room);
-    free(room);
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        if (diag__is_stray(p, r, i, middle)) {
-            status = fit_one(d, D, p, i, middle, x, r, err);
-        }
+        status = fit_one(d, D, p, i, INFINITY, to->x, to->r, &own[i], err);
     }
+    middle = status == STEIN_OK ? diag__middle(p, to->r, room) : 0.0;
+    to->deviance = 0.0;
+    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
+        if (diag__is_stray(p, to->r, i, middle)) {
+            status = fit_one(d, D, p, i, middle, to->x, to->r, &own[i], err);
+        }
+        to->deviance += own[i];
+    }
+    free(room);
     return status;
 }
 
@@ -145,7 +177,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
 {
     const double *D = s != NULL ? s->D : d->null_D;
     const lab_model *model = s != NULL && s->model != NULL ? s->model : d->model;
-    *to = (diag__held){.rmse = NAN};
+    *to = (diag__held){.rmse = NAN, .deviance = NAN};
     const lab_dataset *data = model != d->model ? s->held_data : d->held_data;
     stein_status status = make_problem(d, model, data, D, &to->p, err);
     if (status != STEIN_OK) {
@@ -165,7 +197,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
     for (int k = 0; k < p->np; k++) {
         p->unknown[k].idle = 1;
     }
-    status = fit_each(d, D, p, to->x, to->r, err);
+    status = fit_each(d, D, to, err);
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
     }

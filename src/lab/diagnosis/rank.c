@@ -22,8 +22,8 @@
 
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
-static const double broken = 30.0; /* promises of the derivatives, of the objective */
-static const double astray = 1.0;  /* of a frame [noise] */
+static const double broken = 30.0;       /* promises of the derivatives, of the objective */
+static const double astray = 1.0;        /* of a frame [noise] */
 static const double promising = 0.05;    /* share of the best score */
 static const double beyond = 1.5;        /* amounts up to so many limits are thinkable */
 
@@ -283,8 +283,9 @@ static stein_status find_followers(diag *d, stein_err *err)
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
     double *beta = x + nu, *r = beta + nu, *end = r + rows;
     if (status == STEIN_OK && unkept(&m, p, d->x, d->r, NULL, 0, beta) > broken) {
-        status = linear_end(p, &m, NULL, 0, beta, x) ? fit__residuals(p, x, r, &failed, err)
-                                                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = linear_end(p, &m, NULL, 0, beta, x)
+                     ? fit__residuals(p, x, r, &failed, err)
+                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
         memcpy(end, d->r, sizeof *end * rows);
         for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
             const fit__stroke *t = &p->stroke[s];

@@ -71,7 +71,7 @@ typedef struct diag {
     int n;
     double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
     int *follows; /* [nstroke] frames before an event that derivatives do not see; NULL: all */
-    int anew;                    /* fits of suspects from the file's own numbers */
+    int anew;     /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
 } diag;
@@ -200,8 +200,9 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *fou
 /** Held-out strokes as a model predicts them, each with its own unknowns fitted. */
 typedef struct diag__held {
     fit__problem p;
-    double *x, *r; /* unknowns, weighted residuals */
-    double rmse;   /* in units of noise */
+    double *x, *r;   /* unknowns, weighted residuals */
+    double rmse;     /* in units of noise */
+    double deviance; /* -2 log likelihood, what is a stroke's own marginalised */
 } diag__held;
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
@@ -233,7 +234,7 @@ typedef struct diag__found {
     int nstage;
 } diag__found;
 /** All causes, after the first search has ended.
- *  @param before  held-out strokes of the mechanism as it is; rmse NAN: none
+ *  @param before  held-out strokes of the mechanism as it is; rmse and deviance NAN: none
  *  @return OK, ENOMEM; free in any case */
 stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
                            stein_err *err);
@@ -298,6 +299,8 @@ extern const double diag__must_explain; /* share of the misfit beyond noise */
 extern const double diag__convincing;   /* of -2 log likelihood: odds of 1 to 100 */
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
+/** Is a suspect a mean of what differs from stroke to stroke by itself, and not by chance? */
+int diag__is_mean(const diag *d, const diag__suspect *s);
 /** Are the linear scores at the null fit larger than chance makes them? */
 int diag__is_seen(const diag *d);
 /** Is more than noise left by so much that a search begins anew from other places? */

@@ -150,7 +150,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
 static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
-    *to = (diag__held){.rmse = NAN};
+    *to = (diag__held){.rmse = NAN, .deviance = NAN};
     if (d->held_data->n < 1 || diag__held_out(d, s, to, &why) != STEIN_ENOMEM) {
         return STEIN_OK;
     }
@@ -169,10 +169,10 @@ static int accept(diag__found *f, diag *d, double before, stein_status *status, 
     }
     *status = judge(d, best, &after, err);
     best->s.held_out = after.rmse;
-    int pays = d->held_data->n < 1 || after.rmse < before ||
+    int pays = d->held_data->n < 1 || after.deviance < before ||
                (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
-    double fell = (before * before - after.rmse * after.rmse) * after.p.samples;
-    int seen = diag__is_seen(d) || fell > diag__convincing;
+    int seen =
+        diag__is_seen(d) || diag__is_mean(d, best) || before - after.deviance > diag__convincing;
     if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;
@@ -213,10 +213,11 @@ static stein_status leave_out(diag__found *f, const diag *first, int i, diag **w
     return status == STEIN_OK ? judge(*without, NULL, held, err) : status;
 }
 
-static int is_needless(const diag__found *f, const diag *without, const lab_suspect *cause)
+/* @param held  strokes held out, without it */
+static int is_needless(const diag__found *f, const diag *without, const diag__held *held)
 {
     double loss = (without->null_objective - diag__objective(f)) / f->excess;
-    return !(loss > diag__least_gain) || cause->own_ratio >= 1.0;
+    return !(loss > diag__least_gain) || f->held.deviance >= held->deviance;
 }
 
 /* a cause that the others do without goes. @return whether one went */
@@ -224,7 +225,7 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
 {
     for (int i = 0; i < f->n && *status == STEIN_OK; i++) {
         diag *without = NULL;
-        diag__held held = {.rmse = NAN};
+        diag__held held = {.rmse = NAN, .deviance = NAN};
         stein_err why = {STEIN_OK, ""};
         stein_status tried = leave_out(f, first, i, &without, &held, &why);
         if (tried == STEIN_ENOMEM) {
@@ -233,7 +234,7 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
         if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
             diag__ratio(&held, &f->held, &f->cause[i]);
         }
-        int goes = tried == STEIN_OK && is_needless(f, without, &f->cause[i]);
+        int goes = tried == STEIN_OK && is_needless(f, without, &held);
         diag__held_free(&held);
         if (goes) {
             for (int k = i; k + 1 < f->n; k++) {
@@ -254,8 +255,8 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
 {
     stein_status status = STEIN_OK;
     diag *d = first;
-    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
-    while (accept(f, d, f->n > 0 ? f->held.rmse : before->rmse, &status, err)) {
+    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN, .deviance = NAN}};
+    while (accept(f, d, f->n > 0 ? f->held.deviance : before->deviance, &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
             break;
@@ -277,7 +278,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     }
     while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
     }
-    if (f->n > 0 && isfinite(before->rmse) && !(f->held.rmse < before->rmse)) {
+    if (f->n > 0 && isfinite(before->rmse) && !(f->held.deviance < before->deviance)) {
         f->n = 0; // all of them together do not pay
         f->end = first;
         f->leader = NULL;

@@ -16,7 +16,14 @@
  * visible only because there are many frames is no cause. The chance is that of linear scores at
  * the null fit, and those say nothing where a bounce more or less lies between the null fit and the
  * truth: a large gain speaks for itself, when held-out strokes say the same.
+ *
+ * A cause that acts like what differs from stroke to stroke by itself - a gain of the drive, a
+ * friction - has as many witnesses as there are strokes, whatever the number of frames: none of its
+ * gains is large. There the mean of the differences is asked, by
+ *
+ *      t = amount/sd,   Student's with n - 1 degrees of freedom for n strokes
  */
+#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +31,8 @@
 #include "searching.h"
 
 const double diag__least_gain = 25.0, diag__must_explain = 0.7, diag__convincing = 9.2;
-static const double far = 1.3; /* chi2/dof that is more than noise, stated or not */
+static const double by_chance_mean = 1e-3; /* for each of the few whose mean is asked */
+static const double far = 1.3;             /* chi2/dof that is more than noise, stated or not */
 static const double by_chance = 0.01;
 static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
 static const double slack = 0.05; /* of chi2/dof */
@@ -106,13 +114,6 @@ double diag__most_noise(const diag *d)
     return fit__noise_given(&d->p) ? 1.0 + slack + 5.0 * diag__noise_sd(d) : INFINITY;
 }
 
-int diag__is_rival(const diag *d, int i)
-{
-    const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
-    return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
-           s->objective < best->objective + diag__convincing * diag__excess(d, best);
-}
-
 /* Where more than noise is left that no number of the model takes away - the noise of a recorded
  * force, say - something of it looks like this and something like that. A cause takes a good part.
  */
@@ -128,12 +129,42 @@ int diag__is_seen(const diag *d)
     return d->p_value < by_chance;
 }
 
+/* does the number that a suspect moves differ from stroke to stroke by itself? */
+static int differs(const diag *d, const diag__suspect *s)
+{
+    const lab_candidate *c = &s->s.candidate;
+    return d->fit_def.scatter && c->nparam > 0 && s->model == NULL &&
+           d->p.group[c->param[0]] != FIT__CALM;
+}
+
+int diag__is_mean(const diag *d, const diag__suspect *s)
+{
+    if (!differs(d, s) || d->p.nstroke < 2 || !s->s.refitted) {
+        return 0;
+    }
+    double sd = s->sd[d->p.amount], t = fabs(s->x[d->p.amount]) / fmax(sd, 1e-300);
+    return s->s.gain > 0.0 && 2.0 * gsl_cdf_tdist_Q(t, d->p.nstroke - 1) < by_chance_mean;
+}
+
+int diag__is_rival(const diag *d, int i)
+{
+    const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
+    return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
+           s->objective < best->objective + diag__convincing * diag__excess(d, best) &&
+           // where the mean is asked, what leaves it to the differences is no rival
+           (!diag__is_mean(d, best) || best->s.gain > diag__least_gain || diag__is_mean(d, s));
+}
+
 int diag__spoken(const diag *d)
 {
     const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
-    return best != NULL && isfinite(best->objective) && best->s.possible &&
-           best->s.gain > diag__least_gain * diag__excess(d, best) &&
-           (diag__is_seen(d) || best->s.gain > sure * diag__excess(d, best)) && !is_crumb(d, best);
+    if (best == NULL || !isfinite(best->objective) || !best->s.possible) {
+        return 0;
+    }
+    double excess = diag__excess(d, best);
+    int gains = best->s.gain > diag__least_gain * excess &&
+                (diag__is_seen(d) || best->s.gain > sure * excess);
+    return (gains || diag__is_mean(d, best)) && !is_crumb(d, best);
 }
 
 int diag__is_more(const diag *d, double chi2_dof)
