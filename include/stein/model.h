@@ -309,7 +309,7 @@ typedef struct stein_lanes {
 #define STEIN_ONLY 0
 #endif
 /* its own ones: a program may export those of other equations that have the same name */
-#define STEIN_LANES_EXTERN extern __attribute__((visibility("hidden"))) const stein_lanes
+#define STEIN_LANES_EXTERN            extern __attribute__((visibility("hidden"))) const stein_lanes
 #define STEIN_LANES_JOIN(width, name) stein__lanes##width##_##name
 #define STEIN_LANES_NAME(width, name) STEIN_LANES_JOIN(width, name)
 #if STEIN_WIDEST == 8

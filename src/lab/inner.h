@@ -141,6 +141,8 @@ typedef struct lab__crew {
     stein_status (*begin)(void *ctx, void **bench, stein_err *err);
     /** One piece, in any order, from any thread. Anything but OK ends the work. */
     stein_status (*work)(void *ctx, void *bench, int i, stein_err *err);
+    /** What a thread has begun and not ended when there is no piece left; may be NULL. As work. */
+    stein_status (*rest)(void *ctx, void *bench, stein_err *err);
     void (*end)(void *bench);  /* also after a failed begin; may be NULL */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
