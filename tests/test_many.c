@@ -202,7 +202,7 @@ START_TEST(strokes_of_a_fit_are_the_same_alone_and_side_by_side)
     compare_alone(&p, x);
     p.horizon = 0.037;
     compare(&p, x, 0, STEIN_OK);
-    p.step[1] = 1e7;             // on one side of it there is no equilibrium
+    p.step[1] = 1e7; // on one side of it there is no equilibrium
     compare(&p, x, 0, STEIN_OK);
     x[1] = 1e7;
     compare(&p, x, p.nstroke, STEIN_ENONFINITE);

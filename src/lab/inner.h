@@ -150,6 +150,13 @@ typedef struct lab__crew {
 /** @return OK, ENOMEM, or the first failure */
 stein_status lab__crew_run(const lab__crew *crew, stein_err *err);
 
+/* ---- dots.c ---- */
+
+/** Sum of a[i] b[i] over n samples, in their order. */
+double lab__dot(const double *a, const double *b, size_t n);
+/** The same with each row of b [rows*n], to the last bit; sum [rows] out. */
+void lab__dots(const double *a, const double *b, size_t n, int rows, double *sum);
+
 /* ---- batch.c ---- */
 
 enum { LAB_THREADS = 64 };

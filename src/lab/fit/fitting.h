@@ -275,6 +275,7 @@ typedef struct fit__normal {
     gsl_matrix *A;        /* [np x np] globals */
     gsl_matrix **B, **C;  /* per stroke: own x own, own x globals; NULL: none */
     double *g;            /* [nu] half the gradient */
+    double *product;      /* [nu] workspace */
     gsl_matrix *S;        /* Schur complement, then its Cholesky factor */
     gsl_matrix **BL, **X; /* factors of B and B^-1 C at the present damping */
 } fit__normal;
