@@ -52,6 +52,7 @@ struct fit__reader {
     double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
     double *delay;       /* [nch] s */
     int *next;           /* [nch] */
+    double *due;         /* [nch] their times, INFINITY: none is left [s] */
     clocked *signal;     /* [nsignal], and those of the probe */
     double *y;
     stein_pace pace;
@@ -69,12 +70,13 @@ static fit__reader *reader_make(const fit__problem *p)
         nch += (size_t)p->stroke[s].nch;
         nsignal += 2 * (size_t)p->stroke[s].nsignal;
     }
-    fit__reader *r = calloc(1, sizeof *r + (sizeof *r->delay + sizeof *r->next) * nch +
+    fit__reader *r = calloc(1, sizeof *r + (2 * sizeof *r->delay + sizeof *r->next) * nch +
                                    sizeof *r->signal * nsignal);
     if (r != NULL) {
         r->signal = (clocked *)(r + 1);
         r->delay = (double *)(r->signal + nsignal);
-        r->next = (int *)(r->delay + nch);
+        r->due = r->delay + nch;
+        r->next = (int *)(r->due + nch);
     }
     return r;
 }
@@ -242,11 +244,18 @@ static double sample_time(const fit__reader *r, int c, int i)
     return T <= r->horizon ? T : (double)INFINITY;
 }
 
+/* sample i of channel c is its next one */
+static void expect(fit__reader *r, int c, int i)
+{
+    r->next[c] = i;
+    r->due[c] = sample_time(r, c, i);
+}
+
 static double next_time(const fit__reader *r)
 {
     double T = INFINITY;
     for (int c = 0; c < r->s->nch; c++) {
-        T = fmin(T, sample_time(r, c, r->next[c]));
+        T = fmin(T, r->due[c]);
     }
     return T;
 }
@@ -274,8 +283,9 @@ static double look(void *ctx, stein_sim *sim)
     double T = next_time(r);
     (void)sim;
     for (int c = 0; c < r->s->nch; c++) {
-        if (sample_time(r, c, r->next[c]) <= T) {
-            read_sample(b, c, r->next[c]++);
+        if (r->due[c] <= T) {
+            read_sample(b, c, r->next[c]);
+            expect(r, c, r->next[c] + 1);
         }
     }
     return r->status == STEIN_OK ? next_time(r) : (double)INFINITY;
@@ -340,7 +350,10 @@ static stein_status run_pulled(fit__bench *b)
     fit__reader *r = b->reader;
     stein_status status = STEIN_OK;
     r->pace.look = NULL;
-    memset(r->delay, 0, sizeof *r->delay * (size_t)r->s->nch);
+    for (int c = 0; c < r->s->nch; c++) {
+        r->delay[c] = 0.0;
+        expect(r, c, 0);
+    }
     for (int i = 0; status == STEIN_OK && isfinite(sample_time(r, 0, i)); i++) {
         double T = sample_time(r, 0, i);
         if (T > 0.0) {
@@ -378,8 +391,8 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     r->y = y;
     r->status = STEIN_OK;
     for (int c = 0; c < s->nch; c++) {
-        r->next[c] = 0;
         r->delay[c] = s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
+        expect(r, c, 0);
     }
     r->pace = pace_of(p);
     r->pace.look = look;
