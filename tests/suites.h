@@ -36,6 +36,7 @@
     X(reality)    \
     X(fit)        \
     X(fit_claims) \
+    X(many)       \
     X(measured)   \
     X(several)    \
     X(curve)      \

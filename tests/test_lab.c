@@ -220,6 +220,27 @@ START_TEST(compiled_equations_have_lanes_where_the_compiler_can_make_them)
 }
 END_TEST
 
+/* the program has equations with lanes under the same name, and they are not these */
+START_TEST(compiled_equations_have_their_own_lanes_beside_built_in_ones_of_their_name)
+{
+    static const char *const set[] = {"key.centre.z=2.7 mm", "pawl.centre.y=1.3 mm"};
+    lab_model *model = NULL;
+    lab_options options = cache_here(NULL);
+    options.set = set;
+    options.nset = 2;
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", &options, err));
+    const stein_model *m = lab_equations(model);
+    ck_assert_str_eq(m->name, stein_model_stein1788.name);
+    ck_assert_str_ne(m->equations, stein_model_stein1788.equations);
+    ck_assert_int_eq(stein_batch_width(m), stein_batch_width(&stein_model_stein1788));
+    for (int i = 0; i < 3; i++) {
+        ck_assert(m->lanes[i] == NULL || m->lanes[i] != stein_model_stein1788.lanes[i]);
+    }
+    compare_lanes(m, 0.0023);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(an_override_that_changes_the_structure_makes_new_equations)
 {
     const char *set[] = {"hammer.head.x=3.7 mm"};
@@ -470,6 +491,7 @@ Suite *lab_suite(void)
     tcase_add_test(tc, built_in_equations_take_the_values_of_the_file_without_a_compiler);
     tcase_add_test(tc, other_equations_are_compiled_once_and_then_need_no_compiler);
     tcase_add_test(tc, compiled_equations_have_lanes_where_the_compiler_can_make_them);
+    tcase_add_test(tc, compiled_equations_have_their_own_lanes_beside_built_in_ones_of_their_name);
     tcase_add_test(tc, an_override_that_changes_the_structure_makes_new_equations);
     tcase_add_test(tc, damaged_or_foreign_objects_in_the_cache_are_made_anew);
     tcase_add_test(tc, without_a_compiler_the_message_says_what_to_run);

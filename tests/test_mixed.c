@@ -56,6 +56,15 @@ static void fill(lab__mixed *m, double C[STROKES][COLUMNS * N], int classes)
 
 static double C[STROKES][COLUMNS * N];
 
+/* of a score, among the largest of draws */
+static double chance(const double *corr, const unsigned char *use, int n, double score, int nu)
+{
+    double *draws = lab__family_draws(corr, use, n, nu), p = lab__family_p(draws, score);
+    ck_assert_ptr_nonnull(draws);
+    free(draws);
+    return p;
+}
+
 /* p of the largest score. @param knows  0: strokes are taken for repeats */
 static double test_set(int knows, int *top)
 {
@@ -65,13 +74,14 @@ static double test_set(int knows, int *top)
     fill(&m, C, 1);
     m.D[0] = knows ? m.D[0] : 1e-10;
     lab__mixed_scatter(&m, NULL, 0, knows ? 60 : 0, beta, NULL);
+    lab__mixed_weigh(&m);
     lab__mixed_score(&m, score, epc, info, corr);
     *top = 0;
     for (int c = 0; c < NC; c++) {
         use[c] = info[c] > 1e-3;
         *top = fabs(score[c]) > fabs(score[*top]) ? c : *top;
     }
-    double p = lab__family_p(corr, use, NC, score[*top], STROKES - 1);
+    double p = chance(corr, use, NC, score[*top], STROKES - 1);
     lab__mixed_free(&m);
     return p;
 }
@@ -188,11 +198,10 @@ START_TEST(candidates_that_say_the_same_cost_nothing)
 {
     double same[4] = {1.0, 1.0, 1.0, 1.0}, apart[4] = {1.0, 0.0, 0.0, 1.0};
     unsigned char use[2] = {1, 1};
-    double one = lab__family_p(same, use, 2, 2.0, 1000),
-           two = lab__family_p(apart, use, 2, 2.0, 1000);
+    double one = chance(same, use, 2, 2.0, 1000), two = chance(apart, use, 2, 2.0, 1000);
     ck_assert_close(one, 0.0455, 0.25, 0.0);
     ck_assert_close(two, 0.0889, 0.2, 0.0);
-    ck_assert(lab__family_p(apart, use, 2, 2.0, 5) > two); // few strokes: less is known
+    ck_assert(chance(apart, use, 2, 2.0, 5) > two); // few strokes: less is known
 }
 END_TEST
 

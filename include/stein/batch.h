@@ -58,9 +58,28 @@ stein_status stein_batch_step(stein_batch *batch, stein_status *status, stein_er
 stein_status stein_batch_run(stein_batch *batch, const double *t_end, stein_status *status,
                              stein_err *err);
 
-/** Every simulation to its own end with steps of controlled error, as stein_run_adaptive, each with
- *  its pace [n] (of places without simulation: not read). Looks and events come in the order of the
- *  trials, mixed between simulations, all from this thread. */
+/** Begin a run of place i to t_end with steps of controlled error, as stein_run_adaptive. Until it
+ * is over its place is not to be stepped in another way, nor its simulation changed;
+ * stein_batch_put gives it up.
+ *  @param pace  must outlive the run
+ *  @return OK; EINVAL (no such place, none in it, or as stein_run_adaptive); ESINGULAR */
+stein_status stein_batch_begin(stein_batch *batch, int i, double t_end, stein_pace *pace,
+                               stein_err *err);
+/** Go on with all runs that have begun until one of them is over: its place takes the next run
+ * while the others wait where they are, so lanes stay full.
+ *
+ *      put, begin   for every place
+ *      while ((i = stein_batch_go(batch, &status, &err)) >= 0)
+ *          read sim i; put, begin the next one there
+ *
+ *  Looks and events come in the order of the trials, mixed between simulations, all from this
+ * thread.
+ *  @param status  out: of that run, as stein_run_adaptive; OK when there is none
+ *  @param err     why it failed, or NULL
+ *  @return its place; -1: none is under way */
+int stein_batch_go(stein_batch *batch, stein_status *status, stein_err *err);
+/** Every simulation to its own end in this way, each with its pace [n] (of places without
+ * simulation: not read). */
 stein_status stein_batch_run_adaptive(stein_batch *batch, const double *t_end, stein_pace *pace,
                                       stein_status *status, stein_err *err);
 

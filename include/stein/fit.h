@@ -51,6 +51,8 @@ typedef struct lab_fit_def {
     int ladder;          /* 0: no innovation ladder (for comparisons); default 1 */
     int iterations;      /* at most so many in one search; default 40 */
     int threads;         /* results do not depend on it */
+    int lanes;           /* strokes side by side on each thread: 8, 4, 2 if the processor has so
+                            many, or 1; 0 (default): the most; results do not depend on it */
     const char *journal; /* state of the search, to go on after an interruption; may be NULL */
     lab_fit_progress_fn *progress;
     lab_report_fn *report; /* doubts; may be NULL */

@@ -38,7 +38,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 4
+#define STEIN_MODEL_ABI 5
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -308,23 +308,25 @@ typedef struct stein_lanes {
 #ifndef STEIN_ONLY
 #define STEIN_ONLY 0
 #endif
+/* its own ones: a program may export those of other equations that have the same name */
+#define STEIN_LANES_EXTERN            extern __attribute__((visibility("hidden"))) const stein_lanes
 #define STEIN_LANES_JOIN(width, name) stein__lanes##width##_##name
 #define STEIN_LANES_NAME(width, name) STEIN_LANES_JOIN(width, name)
 #if STEIN_WIDEST == 8
 #define STEIN_LANES_DECLARE(name) \
-    extern const stein_lanes stein__lanes2_##name, stein__lanes4_##name, stein__lanes8_##name;
+    STEIN_LANES_EXTERN stein__lanes2_##name, stein__lanes4_##name, stein__lanes8_##name;
 #define STEIN_LANES_OF(name)                                                \
     {                                                                       \
         &stein__lanes2_##name, &stein__lanes4_##name, &stein__lanes8_##name \
     }
 #elif STEIN_WIDEST == 2
-#define STEIN_LANES_DECLARE(name) extern const stein_lanes stein__lanes2_##name;
+#define STEIN_LANES_DECLARE(name) STEIN_LANES_EXTERN stein__lanes2_##name;
 #define STEIN_LANES_OF(name)              \
     {                                     \
         &stein__lanes2_##name, NULL, NULL \
     }
 #elif STEIN_ONLY > 0
-#define STEIN_LANES_DECLARE(name) extern const stein_lanes STEIN_LANES_NAME(STEIN_ONLY, name);
+#define STEIN_LANES_DECLARE(name) STEIN_LANES_EXTERN STEIN_LANES_NAME(STEIN_ONLY, name);
 #define STEIN_LANES_OF(name)                                              \
     {                                                                     \
         STEIN_ONLY == 2 ? &STEIN_LANES_NAME(STEIN_ONLY, name) : NULL,     \

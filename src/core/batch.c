@@ -52,9 +52,12 @@ static size_t layout(stein_batch *b, unsigned char *base)
                            (size_t)b->ngroup * sizeof *b->wide,
                            n * sizeof *b->state,
                            n * sizeof *b->t_end,
-                           n * sizeof *b->pacer};
-    size_t at[6];
-    for (int i = 0; i < 6; i++) {
+                           n * sizeof *b->pace,
+                           n * sizeof *b->pacer,
+                           n * sizeof *b->why};
+    enum { PARTS = sizeof size / sizeof *size };
+    size_t at[PARTS];
+    for (int i = 0; i < PARTS; i++) {
         at[i] = used;
         used += (size[i] + 15u) / 16u * 16u;
     }
@@ -63,7 +66,9 @@ static size_t layout(stein_batch *b, unsigned char *base)
         b->wide = (void **)(void *)(base + at[2]);
         b->state = (stein_status *)(void *)(base + at[3]);
         b->t_end = (double *)(void *)(base + at[4]);
-        b->pacer = (stein__pacer *)(void *)(base + at[5]);
+        b->pace = (stein_pace **)(void *)(base + at[5]);
+        b->pacer = (stein__pacer *)(void *)(base + at[6]);
+        b->why = (stein_err *)(void *)(base + at[7]);
     }
     if (b->width != NULL) {
         size_t group = (b->width->size(b->model) + 63u) / 64u * 64u;
@@ -207,6 +212,7 @@ stein_status stein_batch_put(stein_batch *b, int i, stein_sim *sim, stein_err *e
     }
     stein__batch_fetch(b, i);
     b->place[i] = (berth){sim, CHANGED};
+    b->pace[i] = NULL;
     return STEIN_OK;
 }
 

@@ -33,7 +33,9 @@ struct stein_batch {
     void **wide;         /* [ngroup] */
     stein_status *state; /* [n] of the present step or run */
     double *t_end;       /* [n] */
-    stein__pacer *pacer; /* [n] of a run with steps of controlled error */
+    stein_pace **pace;   /* [n] of a run with steps of controlled error; NULL: none under way */
+    stein__pacer *pacer; /* [n] and where it is */
+    stein_err *why;      /* [n] why it failed */
 };
 
 /* state of place i from its lane into the simulation */

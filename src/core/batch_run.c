@@ -191,7 +191,7 @@ static double take_trial(const stein_batch *b, int g, int k, const stein_pace *p
 }
 
 /* one trial of every place of group g that is wanted, and what follows from it */
-static void try_group(stein_batch *b, int g, unsigned wanted, stein_pace *pace, stein_err *err)
+static void try_group(stein_batch *b, int g, unsigned wanted)
 {
     int first = g * b->lanes;
     unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
@@ -206,81 +206,108 @@ static void try_group(stein_batch *b, int g, unsigned wanted, stein_pace *pace, 
         if (wanted >> k & 1) {
             int i = first + k;
             berth *p = &b->place[i];
-            stein_err why;
             double e;
             stein_status status = STEIN_OK;
             if (done >> k & 1) {
-                e = take_trial(b, g, k, &pace[i]);
+                e = take_trial(b, g, k, b->pace[i]);
             } else {
-                status = try_alone(b, i, &pace[i], &e, &why);
+                status = try_alone(b, i, b->pace[i], &e, &b->why[i]);
             }
-            status = stein__pace_judge(p->sim, &pace[i], &b->pacer[i], e, status, &why);
+            b->state[i] =
+                stein__pace_judge(p->sim, b->pace[i], &b->pacer[i], e, status, &b->why[i]);
             p->seat = p->seat == SEEN ? MOVED : p->seat;
             p->sim->fresh = p->sim->fresh == STALE ? KNOWN : p->sim->fresh; // qdd is known
-            if (status != STEIN_OK) {
-                p->sim->fresh = STALE;
-                fail_place(b, i, status, &why, err);
-            }
+            b->pacer[i].h = 0.0;
         }
     }
 }
 
-/* is a trial of place i next? What is at its end, or fails, needs none */
-static int wants_trial(stein_batch *b, int i, stein_pace *pace, unsigned char *over, stein_err *err)
+/* is a trial of place i next? What is at its end, or fails, needs none, and is *over */
+static int wants_trial(stein_batch *b, int i, int *over)
 {
     stein_sim *sim = b->place[i].sim;
     stein__pacer *p = &b->pacer[i];
-    stein_err why;
-    if (sim == NULL || *over || b->state[i] != STEIN_OK) {
+    if (b->pace[i] == NULL) {
         return 0;
     }
-    stein_status status = stein__pace_next(sim, &pace[i], p, &why);
-    if (status != STEIN_OK) {
+    if (b->state[i] == STEIN_OK && !(p->h > 0.0)) { // else it waits for the others of its group
+        b->state[i] = stein__pace_next(sim, b->pace[i], p, &b->why[i]);
+    }
+    if (b->state[i] != STEIN_OK) {
         sim->fresh = STALE;
-        fail_place(b, i, status, &why, err);
-        return 0;
+    } else if (p->h > 0.0) {
+        return 1;
+    } else {
+        stein__pace_end(sim, b->pace[i], p->t_end);
     }
-    if (!(p->h > 0.0)) {
-        stein__pace_end(sim, &pace[i], p->t_end);
-        *over = 1;
-    }
-    return !*over;
+    b->pace[i] = NULL;
+    *over = i;
+    return 0;
 }
 
-static void pace_group(stein_batch *b, int g, stein_pace *pace, stein_err *err)
+/* trials of group g until one of its runs is over. @return its place, -1: none is under way */
+static int pace_group(stein_batch *b, int g)
 {
-    int first = g * b->lanes;
-    unsigned char over[MAX_LANES] = {0};
-    unsigned wanted;
-    do {
+    int over = -1, end = (g + 1) * b->lanes;
+    unsigned wanted = 1;
+    while (over < 0 && wanted != 0) {
         wanted = 0;
-        for (int k = 0; k < b->lanes && first + k < b->n; k++) {
-            wanted |= (unsigned)wants_trial(b, first + k, pace, &over[k], err) << k;
+        for (int i = g * b->lanes; over < 0 && i < end && i < b->n; i++) {
+            wanted |= (unsigned)wants_trial(b, i, &over) << (i - g * b->lanes);
         }
-        if (wanted != 0) {
-            try_group(b, g, wanted, pace, err);
+        if (over < 0 && wanted != 0) {
+            try_group(b, g, wanted);
         }
-    } while (wanted != 0);
+    }
+    return over;
+}
+
+stein_status stein_batch_begin(stein_batch *b, int i, double t_end, stein_pace *pace,
+                               stein_err *err)
+{
+    if (i < 0 || i >= b->n || b->place[i].sim == NULL) {
+        return stein__fail(err, STEIN_EINVAL, "place %d of a batch of %d has no simulation to run",
+                           i, b->n);
+    }
+    stein__batch_fetch(b, i);
+    stein_status status = stein__pace_begin(b->place[i].sim, t_end, pace, &b->pacer[i], err);
+    b->state[i] = status;
+    b->pace[i] = status == STEIN_OK ? pace : NULL;
+    b->place[i].sim->fresh = status == STEIN_OK ? b->place[i].sim->fresh : STALE;
+    return status;
+}
+
+int stein_batch_go(stein_batch *b, stein_status *status, stein_err *err)
+{
+    int over = -1;
+    for (int g = 0; over < 0 && g < b->ngroup; g++) {
+        over = pace_group(b, g);
+    }
+    *status = over >= 0 ? b->state[over] : STEIN_OK;
+    if (*status != STEIN_OK && err != NULL) {
+        *err = b->why[over];
+    }
+    return over;
 }
 
 stein_status stein_batch_run_adaptive(stein_batch *b, const double *t_end, stein_pace *pace,
                                       stein_status *status, stein_err *err)
 {
+    stein_status ended;
+    stein_err why, *to = err;
+    int i;
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
-    for (int i = 0; i < b->n; i++) {
-        stein_sim *sim = b->place[i].sim;
-        stein_err why;
-        if (sim != NULL) {
-            stein__batch_fetch(b, i);
-            stein_status begun = stein__pace_begin(sim, t_end[i], &pace[i], &b->pacer[i], &why);
-            if (begun != STEIN_OK) {
-                sim->fresh = STALE;
-                fail_place(b, i, begun, &why, err);
-            }
+    for (i = 0; i < b->n; i++) {
+        if (b->place[i].sim != NULL &&
+            stein_batch_begin(b, i, t_end[i], &pace[i], to) != STEIN_OK) {
+            to = NULL; // the first one is told
         }
     }
-    for (int g = 0; g < b->ngroup; g++) {
-        pace_group(b, g, pace, err);
+    while ((i = stein_batch_go(b, &ended, &why)) >= 0) {
+        if (ended != STEIN_OK && to != NULL) {
+            *to = why;
+            to = NULL;
+        }
     }
     return finish(b, status);
 }

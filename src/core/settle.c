@@ -41,11 +41,16 @@ static void modes_from_geometry(stein_sim *sim)
         sim->mode[region] = sim->crossed[region];
     }
     stein__guards(sim, sim->q, sim->guard);
+    int elsewhere = 0; // a beak is in another region than it was thought to be
     for (int i = 0; i < model->nnotch; i++) {
         int region = model->nspot + NOTCH_GUARDS * i + NOTCH_REGION;
+        int thought = sim->mode[region];
         sim->mode[region] = sim->guard[region] > 0.0;
+        elsewhere |= sim->mode[region] != thought;
     }
-    stein__guards(sim, sim->q, sim->guard);
+    if (elsewhere) {
+        stein__guards(sim, sim->q, sim->guard);
+    }
     for (int i = 0; i < sim->nguard; i++) {
         sim->mode[i] = sim->guard[i] > 0.0;
     }
@@ -107,26 +112,37 @@ static int solve_general(int n, double *A, double *b)
     return 0;
 }
 
-/* delta of one continuation step from F at sim->q; Jacobian by central differences */
+/* column k of 1/tau - dF/dq, by central differences; a joint that is driven changes nothing */
+static stein_status column(stein_sim *sim, int k, double tau, double *A, stein_err *err)
+{
+    int nq = sim->model->nq, driven = stein__is_driven(sim, k);
+    double *Fp = sim->work + nq * nq, *Fm = Fp + nq, q = sim->q[k], step = 1e-7, norm2;
+    stein_status status = STEIN_OK;
+    if (!driven) {
+        sim->q[k] = q + step;
+        status = residual(sim, Fp, &norm2, err);
+        sim->q[k] = q - step;
+        status = status == STEIN_OK ? residual(sim, Fm, &norm2, err) : status;
+        sim->q[k] = q;
+    }
+    for (int i = 0; status == STEIN_OK && i < nq; i++) {
+        int given = driven || stein__is_driven(sim, i);
+        double slope = given ? 0.0 : (Fp[i] - Fm[i]) / (2.0 * step);
+        A[i * nq + k] = (i == k ? 1.0 / tau : 0.0) - slope;
+    }
+    return status;
+}
+
+/* delta of one continuation step from F at sim->q */
 static stein_status correction(stein_sim *sim, const double *F, double tau, double *delta,
                                stein_err *err)
 {
     int nq = sim->model->nq;
-    double *A = sim->work, *Fp = sim->work + nq * nq, *Fm = Fp + nq;
+    double *A = sim->work;
     for (int k = 0; k < nq; k++) {
-        double q = sim->q[k], step = 1e-7, norm2;
-        sim->q[k] = q + step;
-        stein_status status = residual(sim, Fp, &norm2, err);
-        sim->q[k] = q - step;
-        status = status == STEIN_OK ? residual(sim, Fm, &norm2, err) : status;
-        sim->q[k] = q;
+        stein_status status = column(sim, k, tau, A, err);
         if (status != STEIN_OK) {
             return status;
-        }
-        for (int i = 0; i < nq; i++) {
-            int given = stein__is_driven(sim, i) || stein__is_driven(sim, k);
-            double slope = given ? 0.0 : (Fp[i] - Fm[i]) / (2.0 * step);
-            A[i * nq + k] = (i == k ? 1.0 / tau : 0.0) - slope;
         }
     }
     for (int i = 0; i < nq; i++) {

@@ -62,6 +62,10 @@ static void *thread_main(void *ctx)
         status = c->work(c->ctx, bench, i, &err);
         finish(s, 1, status, &err);
     }
+    if (c->rest != NULL && status == STEIN_OK) {
+        status = c->rest(c->ctx, bench, &err);
+        finish(s, 0, status, &err);
+    }
     if (c->end != NULL) {
         c->end(bench);
     }

@@ -141,12 +141,21 @@ typedef struct lab__crew {
     stein_status (*begin)(void *ctx, void **bench, stein_err *err);
     /** One piece, in any order, from any thread. Anything but OK ends the work. */
     stein_status (*work)(void *ctx, void *bench, int i, stein_err *err);
+    /** What a thread has begun and not ended when there is no piece left; may be NULL. As work. */
+    stein_status (*rest)(void *ctx, void *bench, stein_err *err);
     void (*end)(void *bench);  /* also after a failed begin; may be NULL */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__crew;
 /** @return OK, ENOMEM, or the first failure */
 stein_status lab__crew_run(const lab__crew *crew, stein_err *err);
+
+/* ---- dots.c ---- */
+
+/** Sum of a[i] b[i] over n samples, in their order. */
+double lab__dot(const double *a, const double *b, size_t n);
+/** The same with each row of b [rows*n], to the last bit; sum [rows] out. */
+void lab__dots(const double *a, const double *b, size_t n, int rows, double *sum);
 
 /* ---- batch.c ---- */
 

@@ -69,10 +69,12 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
     m->ZZ = calloc(ns * nz * nz + 1, sizeof *m->ZZ);
     m->W = calloc(ns * nz * nz + 1, sizeof *m->W);
     m->A = calloc(nc * nc, sizeof *m->A);
-    m->work = calloc(nz * nc + 1, sizeof *m->work);
+    m->work = calloc(2 * nz * nc + nc * nc + 1, sizeof *m->work);
+    m->pick = calloc(nc, sizeof *m->pick);
     m->flat = calloc((size_t)nf + 1, sizeof *m->flat);
     m->zclass = calloc(nz + 1, sizeof *m->zclass);
-    if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->flat || !m->zclass) {
+    if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->pick || !m->flat ||
+        !m->zclass) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int k = 0; k < nf; k++) {
@@ -91,15 +93,17 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
 void lab__mixed_stroke(lab__mixed *m, int stroke, int samples, const double *C)
 {
     size_t nc = (size_t)m->ncol, nz = (size_t)m->nz, s = (size_t)stroke, n = (size_t)samples;
-    gsl_matrix_const_view c = gsl_matrix_const_view_array(C, nc, n);
-    gsl_matrix_view q = gsl_matrix_view_array(m->Q + s * nc * nc, nc, nc);
-    gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &c.matrix, &c.matrix, 0.0, &q.matrix);
-    if (nz > 0) {
-        gsl_matrix_const_view z = gsl_matrix_const_view_array(C + nc * n, nz, n);
-        gsl_matrix_view qz = gsl_matrix_view_array(m->QZ + s * nz * nc, nz, nc);
-        gsl_matrix_view zz = gsl_matrix_view_array(m->ZZ + s * nz * nz, nz, nz);
-        gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &z.matrix, &c.matrix, 0.0, &qz.matrix);
-        gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &z.matrix, &z.matrix, 0.0, &zz.matrix);
+    const double *Z = C + nc * n;
+    double *Q = m->Q + s * nc * nc, *QZ = m->QZ + s * nz * nc, *ZZ = m->ZZ + s * nz * nz;
+    for (size_t i = 0; i < nc; i++) {
+        lab__dots(C + i * n, C, n, (int)i + 1, Q + i * nc);
+        for (size_t k = 0; k < i; k++) {
+            Q[k * nc + i] = Q[i * nc + k];
+        }
+    }
+    for (size_t i = 0; i < nz; i++) {
+        lab__dots(Z + i * n, C, n, m->ncol, QZ + i * nc);
+        lab__dots(Z + i * n, Z, n, m->nz, ZZ + i * nz);
     }
 }
 
@@ -112,44 +116,80 @@ void lab__mixed_free(lab__mixed *m)
     free(m->W);
     free(m->A);
     free(m->work);
+    free(m->pick);
     free(m->flat);
 }
 
 /* ---- weighing ---- */
 
-void lab__mixed_weigh(lab__mixed *m)
+/* W of a stroke, and its share of logdet. @return 0 when it has none */
+static int weigh_stroke(lab__mixed *m, size_t s)
+{
+    size_t nz = (size_t)m->nz;
+    double *W = m->W + s * nz * nz, logdet = 0.0;
+    memcpy(W, m->ZZ + s * nz * nz, sizeof *W * nz * nz);
+    for (size_t k = 0; k < nz; k++) {
+        double D = m->zclass[k] < 0 ? 1.0 : m->D[m->zclass[k]];
+        W[k * nz + k] += 1.0 / D;
+        m->logdet += stein__log_of(D);
+    }
+    int ok = nz > 0 && invert(W, m->nz, &logdet);
+    m->logdet += ok ? logdet : 0.0;
+    return ok;
+}
+
+/* A of the n columns in pick, and W */
+static void weigh(lab__mixed *m, size_t n)
 {
     size_t nc = (size_t)m->ncol, nz = (size_t)m->nz;
-    memset(m->A, 0, sizeof *m->A * nc * nc);
+    double *qz = m->work, *t = qz + nz * nc, *A = t + nz * nc;
+    memset(A, 0, sizeof *A * n * n);
     m->logdet = 0.0;
     for (size_t s = 0; s < (size_t)m->nstroke; s++) {
-        double *W = m->W + s * nz * nz, logdet = 0.0;
-        const double *ZZ = m->ZZ + s * nz * nz, *QZ = m->QZ + s * nz * nc, *Q = m->Q + s * nc * nc;
-        memcpy(W, ZZ, sizeof *W * nz * nz);
-        for (size_t k = 0; k < nz; k++) {
-            double D = m->zclass[k] < 0 ? 1.0 : m->D[m->zclass[k]];
-            W[k * nz + k] += 1.0 / D;
-            m->logdet += stein__log_of(D);
+        const double *QZ = m->QZ + s * nz * nc, *Q = m->Q + s * nc * nc;
+        for (size_t i = 0; i < nz * n; i++) {
+            qz[i] = QZ[i / n * nc + (size_t)m->pick[i % n]];
         }
-        if (nz > 0 && invert(W, (int)nz, &logdet)) {
-            m->logdet += logdet;
-            gsl_matrix_const_view qz = gsl_matrix_const_view_array(QZ, nz, nc);
-            gsl_matrix_view w = gsl_matrix_view_array(W, nz, nz);
-            gsl_matrix_view t = gsl_matrix_view_array(m->work, nz, nc);
-            gsl_matrix_view a = gsl_matrix_view_array(m->A, nc, nc);
-            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &w.matrix, &qz.matrix, 0.0, &t.matrix);
-            gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, &qz.matrix, &t.matrix, 1.0, &a.matrix);
+        if (weigh_stroke(m, s)) {
+            gsl_matrix_view w = gsl_matrix_view_array(m->W + s * nz * nz, nz, nz);
+            gsl_matrix_view vz = gsl_matrix_view_array(qz, nz, n);
+            gsl_matrix_view vt = gsl_matrix_view_array(t, nz, n);
+            gsl_matrix_view va = gsl_matrix_view_array(A, n, n);
+            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &w.matrix, &vz.matrix, 0.0, &vt.matrix);
+            gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, &vz.matrix, &vt.matrix, 1.0, &va.matrix);
         }
-        for (size_t i = 0; i < nc * nc; i++) {
-            m->A[i] += Q[i];
+        for (size_t i = 0; i < n * n; i++) {
+            A[i] += Q[(size_t)m->pick[i / n] * nc + (size_t)m->pick[i % n]];
         }
     }
+    for (size_t i = 0; i < n * n; i++) {
+        m->A[(size_t)m->pick[i / n] * nc + (size_t)m->pick[i % n]] = A[i];
+    }
+}
+
+void lab__mixed_weigh(lab__mixed *m)
+{
+    for (int i = 0; i < m->ncol; i++) {
+        m->pick[i] = i;
+    }
+    weigh(m, (size_t)m->ncol);
 }
 
 /* index of unknown i among columns: free, then the candidates asked for */
 static int col(const lab__mixed *m, const int *with, int i)
 {
     return i < m->nf ? i : m->nf + with[i - m->nf];
+}
+
+/* the same of what is fitted with these candidates: nobody asks for the others */
+static void weigh_with(lab__mixed *m, const int *with, int nwith)
+{
+    int n = m->nf + nwith;
+    for (int i = 0; i < n; i++) {
+        m->pick[i] = col(m, with, i);
+    }
+    m->pick[n] = m->ncol - 1;
+    weigh(m, (size_t)n + 1);
 }
 
 /* lab__mixed_solve, and the sum of squares at the minimum, priors included */
@@ -192,8 +232,8 @@ double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double 
 
 double lab__mixed_least(lab__mixed *m, const int *with, int nwith, double *beta)
 {
-    double square;
-    lab__mixed_weigh(m);
+    double square = INFINITY;
+    weigh_with(m, with, nwith);
     solve(m, with, nwith, beta, NULL, &square);
     return square;
 }
@@ -223,7 +263,7 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
 {
     size_t nz = (size_t)m->nz;
     double *u = malloc(sizeof *u * (nz + 1));
-    lab__mixed_weigh(m);
+    weigh_with(m, with, nwith);
     double objective = lab__mixed_solve(m, with, nwith, beta, cov);
     for (int round = 0; u != NULL && round < rounds; round++) {
         double sum[LAB_SCATTERS] = {0.0}, before = objective;
@@ -242,7 +282,7 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
             double D = known[c] > 1e-9 ? sum[c] / known[c] : m->D[c];
             m->D[c] = fmin(fmax(D, least_scatter), m->limit[c].most);
         }
-        lab__mixed_weigh(m);
+        weigh_with(m, with, nwith);
         objective = lab__mixed_solve(m, with, nwith, beta, cov);
         if (fabs(before - objective) < 1e-3 && round > 3) {
             break;
@@ -301,18 +341,10 @@ void lab__mixed_score(const lab__mixed *m, double *score, double *epc, double *i
     free(S);
 }
 
-double lab__family_p(const double *corr, const unsigned char *use, int nc, double score, int nu)
+/* the factor of the correlations of those in use, behind each other in L. @return how many */
+static int factor_family(gsl_matrix *L, const double *corr, const unsigned char *use, int nc)
 {
-    gsl_matrix *L = gsl_matrix_calloc((size_t)nc + 1, (size_t)nc + 1);
-    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
-    double *g = malloc(sizeof *g * (size_t)(nc + 1));
-    int above = 0, n = 0;
-    if (L == NULL || rng == NULL || g == NULL || nc == 0) {
-        gsl_matrix_free(L);
-        gsl_rng_free(rng);
-        free(g);
-        return 1.0;
-    }
+    int n = 0;
     for (int a = 0; a < nc; a++) {
         for (int b = 0, k = 0; use[a] && b < nc; b++) {
             if (use[b]) {
@@ -321,24 +353,45 @@ double lab__family_p(const double *corr, const unsigned char *use, int nc, doubl
         }
         n += use[a] != 0;
     }
-    gsl_matrix_view v =
-        gsl_matrix_submatrix(L, 0, 0, (size_t)(n > 0 ? n : 1), (size_t)(n > 0 ? n : 1));
-    gsl_rng_set(rng, 1788);
-    int ok = n > 0 && gsl_linalg_cholesky_decomp1(&v.matrix) == 0;
-    for (int d = 0; ok && d < DRAWS; d++) {
+    if (n == 0) {
+        return 0;
+    }
+    gsl_matrix_view v = gsl_matrix_submatrix(L, 0, 0, (size_t)n, (size_t)n);
+    return gsl_linalg_cholesky_decomp1(&v.matrix) == 0 ? n : 0;
+}
+
+double *lab__family_draws(const double *corr, const unsigned char *use, int nc, int nu)
+{
+    gsl_matrix *L = gsl_matrix_calloc((size_t)nc + 1, (size_t)nc + 1);
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    double *g = malloc(sizeof *g * (size_t)(nc + 1)), *draw = NULL;
+    int n = L != NULL && rng != NULL && g != NULL ? factor_family(L, corr, use, nc) : 0;
+    if (n > 0) {
+        draw = malloc(sizeof *draw * DRAWS);
+        gsl_rng_set(rng, 1788);
+    }
+    for (int d = 0; draw != NULL && d < DRAWS; d++) {
         double most = 0.0, scale = sqrt(gsl_ran_chisq(rng, nu) / nu);
         for (int i = 0; i < n; i++) {
-            double sum = 0.0;
             g[i] = gsl_ran_ugaussian(rng);
-            for (int k = 0; k <= i; k++) {
-                sum += gsl_matrix_get(&v.matrix, (size_t)i, (size_t)k) * g[k];
-            }
-            most = fmax(most, fabs(sum));
+            most =
+                fmax(most, fabs(lab__dot(gsl_matrix_const_ptr(L, (size_t)i, 0), g, (size_t)i + 1)));
         }
-        above += most / scale >= fabs(score);
+        draw[d] = most / scale;
     }
     gsl_matrix_free(L);
-    gsl_rng_free(rng);
+    if (rng != NULL) {
+        gsl_rng_free(rng);
+    }
     free(g);
-    return ok ? (above + 1.0) / (DRAWS + 1.0) : 1.0;
+    return draw;
+}
+
+double lab__family_p(const double *draws, double score)
+{
+    int above = 0;
+    for (int d = 0; draws != NULL && d < DRAWS; d++) {
+        above += draws[d] >= fabs(score);
+    }
+    return draws != NULL ? (above + 1.0) / (DRAWS + 1.0) : 1.0;
 }

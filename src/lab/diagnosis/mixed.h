@@ -23,10 +23,11 @@ typedef struct lab__mixed {
     lab__scatter limit[LAB_SCATTERS];
     double D[LAB_SCATTERS]; /* present variances */
     double *Q, *QZ, *ZZ;    /* per stroke: C'C, Z'C, Z'Z with C = [F G r] */
-    double *A;              /* [ncol*ncol] sum C' V^-1 C */
+    double *A;              /* [ncol*ncol] sum C' V^-1 C, of the columns weighed last */
     double *W;              /* per stroke (D^-1 + Z'Z)^-1 */
     double logdet;          /* sum log |V| */
     double *work;
+    int *pick; /* [ncol] the columns weighed last */
 } lab__mixed;
 
 /** @param zclass [nz], flat [nf] (NULL: all have priors)  copied  @return OK, ENOMEM */
@@ -36,7 +37,7 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int nc, int nz,
 void lab__mixed_free(lab__mixed *m);
 /** Fill in a stroke of n samples. @param C  [(ncol + nz)*n] by column: F, G, r, Z */
 void lab__mixed_stroke(lab__mixed *m, int stroke, int n, const double *C);
-/** A and W at the present variances. */
+/** A of all columns and W at the present variances. */
 void lab__mixed_weigh(lab__mixed *m);
 /** Fit F and the candidates `with` [nwith], whose amounts have the prior N(0, 1).
  *  @param beta  [nf + nwith] out; cov [square] out, may be NULL
@@ -45,7 +46,8 @@ double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double 
 /** Sum of squares where F and the candidates `with` fit best, priors included, at the present
  *  variances. @param beta  as above */
 double lab__mixed_least(lab__mixed *m, const int *with, int nwith, double *beta);
-/** lab__mixed_solve with the variances estimated in at most `rounds` rounds. */
+/** lab__mixed_solve with the variances estimated in at most `rounds` rounds, and A and W there; A
+ * of these columns and r alone. */
 double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds, double *beta,
                           double *cov);
 /** Expected random effects of a stroke at beta, u [nz] out. */
@@ -54,8 +56,12 @@ void lab__mixed_effects(const lab__mixed *m, int stroke, const int *with, int nw
 /** Score, expected amount and information of every candidate [nc], and the correlations [nc*nc] of
  * what F leaves of them. */
 void lab__mixed_score(const lab__mixed *m, double *score, double *epc, double *info, double *corr);
-/** Probability that the largest of the candidates' scores (those with use [nc] != 0) reaches
- * `score` where there is nothing.  @param nu  degrees of freedom behind the scatter: strokes - 1 */
-double lab__family_p(const double *corr, const unsigned char *use, int nc, double score, int nu);
+/** The largest of the candidates' scores (those with use [nc] != 0) in draws where there is
+ * nothing.
+ *  @param nu  degrees of freedom behind the scatter: strokes - 1
+ *  @return freed by the caller; NULL: no candidate, correlations that are none, or no memory */
+double *lab__family_draws(const double *corr, const unsigned char *use, int nc, int nu);
+/** Probability that it reaches `score`; 1 without draws. */
+double lab__family_p(const double *draws, double score);
 
 #endif

@@ -33,22 +33,25 @@ static double amount_at(int k)
 }
 
 /* one amount on one stroke */
-static void one(void *ctx, fit__bench *b, int job)
+static stein_status ask(void *ctx, fit__bench *b, int job)
+{
+    const scan *c = ctx;
+    return diag__begin_with(c->part->fit, b, c->part, c->x, amount_at(job / c->nstroke),
+                            c->stroke[job % c->nstroke], b->y);
+}
+
+static void take(void *ctx, fit__bench *b, int job, int failed)
 {
     scan *c = ctx;
-    int stroke = c->stroke[job % c->nstroke];
-    const fit__stroke *data = &c->part->fit->stroke[stroke];
-    size_t n = (size_t)(data->nch * data->n);
-    double *r = malloc(sizeof *r * (n + 1));
+    const fit__stroke *data = &c->part->fit->stroke[c->stroke[job % c->nstroke]];
     c->chi2[job] = INFINITY;
-    if (r != NULL && diag__simulate_with(c->part->fit, b, c->part, c->x,
-                                         amount_at(job / c->nstroke), stroke, r) == 0) {
+    if (!failed) {
         c->chi2[job] = 0.0;
-        for (size_t i = 0; i < n; i++) {
-            c->chi2[job] += r[i] * r[i];
+        fit__weigh(data, b->y);
+        for (int i = 0; i < data->nch * data->n; i++) {
+            c->chi2[job] += b->y[i] * b->y[i];
         }
     }
-    free(r);
 }
 
 static double sum_of(const scan *c, int k)
@@ -105,7 +108,7 @@ stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *e
         c.part = s;
         s->fit->horizon = INFINITY;
         d->out->strokes_simulated += AMOUNTS * c.nstroke;
-        status = fit__parallel(s->fit, AMOUNTS * c.nstroke, one, &c, err);
+        status = fit__many(s->fit, AMOUNTS * c.nstroke, ask, take, &c, err);
         status = status == STEIN_OK ? judge(s, &c, samples, err) : status;
     }
     return status;

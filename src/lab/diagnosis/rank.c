@@ -349,12 +349,12 @@ static void score_one(diag *d, lab__mixed *m, diag__suspect *s, int k, const dou
 }
 
 /* the score that the best of all would reach by chance in one clean set of a hundred */
-static double by_chance(const double *corr, const unsigned char *use, int n, int nu)
+static double by_chance(const double *draws)
 {
     double lo = 2.0, hi = 64.0;
     while (hi / lo > 1.03) {
         double middle = sqrt(lo * hi);
-        double *end = lab__family_p(corr, use, n, middle, nu) < 0.01 ? &hi : &lo;
+        double *end = lab__family_p(draws, middle) < 0.01 ? &hi : &lo;
         *end = middle;
     }
     return hi;
@@ -375,6 +375,7 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, const doubl
            *corr = info + nc, best = 0.0;
     double null = lab__mixed_scatter(m, NULL, 0, ROUNDS, beta, NULL);
     memcpy(d->null_D, m->D, sizeof m->D);
+    lab__mixed_weigh(m);
     lab__mixed_score(m, score, epc, info, corr);
     for (int i = 0; i < n; i++) {
         note_amount(&d->suspect[index[i]], epc[i]);
@@ -382,8 +383,10 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, const doubl
         best = d->suspect[index[i]].s.possible ? fmax(best, fabs(score[i])) : best;
     }
     int nu = d->p.nstroke > 2 ? d->p.nstroke - 1 : 1;
-    d->p_value = lab__family_p(corr, use, n, best, nu);
-    d->z_by_chance = by_chance(corr, use, n, nu);
+    double *draws = lab__family_draws(corr, use, n, nu);
+    d->p_value = lab__family_p(draws, best);
+    d->z_by_chance = by_chance(draws);
+    free(draws);
     for (int i = 0; i < n; i++) {
         d->suspect[index[i]].s.why = NULL;
         score_one(d, m, &d->suspect[index[i]], i, column[i], null, beta);

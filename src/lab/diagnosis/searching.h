@@ -100,11 +100,11 @@ stein_status diag__check_step(diag *d, stein_err *err);
 stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */
 stein_status diag__changes(diag *d, stein_err *err);
-/** Weighted residuals of one stroke with an amount of a suspect, the numbers beside it where they
- *  begin, all other unknowns at x. For threads: problem is not changed.
- *  @param r  of that stroke, out  @return 1: it cannot be simulated, r is not set */
-int diag__simulate_with(const fit__problem *problem, fit__bench *bench, const diag__suspect *s,
-                        const double *x, double amount, int stroke, double *r);
+/** fit__begin of one stroke with an amount of a suspect, the numbers beside it where they begin,
+ * all other unknowns at x. For threads: problem is not changed. @param y  its prediction, out */
+stein_status diag__begin_with(const fit__problem *problem, fit__bench *bench,
+                              const diag__suspect *s, const double *x, double amount, int stroke,
+                              double *y);
 /** The small secant of a part becomes G, and G the small one. */
 void diag__swap_secants(diag__suspect *s);
 void diag__suspects_free(diag *d);

@@ -40,43 +40,47 @@ typedef struct trial {
     double *square;        /* [suspects*strokes] sums of squares of the change */
 } trial;
 
-int diag__simulate_with(const fit__problem *problem, fit__bench *b, const diag__suspect *s,
-                        const double *x0, double amount, int stroke, double *r)
+stein_status diag__begin_with(const fit__problem *problem, fit__bench *b, const diag__suspect *s,
+                              const double *x0, double amount, int stroke, double *y)
 {
-    fit__problem p = *problem; // this thread's: with the suspect in it
+    fit__problem p = *problem; // this simulation's: with the suspect in it
     fit__unknown *unknown = malloc(sizeof *unknown * (size_t)p.nu);
-    double *x = malloc(sizeof *x * (size_t)p.nu);
-    int failed = 1;
-    if (unknown != NULL && x != NULL) {
+    stein_status status = STEIN_ENOMEM;
+    if (unknown != NULL) {
         memcpy(unknown, p.unknown, sizeof *unknown * (size_t)p.nu);
-        memcpy(x, x0, sizeof *x * (size_t)p.nu);
-        memset(x + p.amount, 0, sizeof *x * FIT__NUMBERS);
+        memcpy(b->x, x0, sizeof *b->x * (size_t)p.nu);
+        memset(b->x + p.amount, 0, sizeof *b->x * FIT__NUMBERS);
         p.unknown = unknown;
         fit__problem_try(&p, &s->s.candidate);
-        x[p.amount] = amount;
-        failed = fit__simulate(&p, b, stroke, x, r, NULL) != STEIN_OK;
+        b->x[p.amount] = amount;
+        status = fit__begin(&p, b, stroke, b->x, y, NULL);
     }
     free(unknown);
-    free(x);
-    if (!failed) {
-        fit__weigh(&p.stroke[stroke], r);
-    }
-    return failed;
+    return status;
 }
 
 /* one suspect on one stroke */
-static void one(void *ctx, fit__bench *b, int job)
+static stein_status ask(void *ctx, fit__bench *b, int job)
+{
+    const trial *t = ctx;
+    const diag__suspect *s = t->suspect[job / t->nstroke];
+    int stroke = t->stroke[job % t->nstroke];
+    return diag__begin_with(t->p, b, s, t->x, s->step, stroke, s->G + fit__offset(t->p, stroke));
+}
+
+static void take(void *ctx, fit__bench *b, int job, int failed)
 {
     trial *t = ctx;
-    diag__suspect *s = t->suspect[job / t->nstroke];
+    const diag__suspect *s = t->suspect[job / t->nstroke];
     int stroke = t->stroke[job % t->nstroke];
     const fit__stroke *data = &t->p->stroke[stroke];
     size_t at = fit__offset(t->p, stroke), n = (size_t)(data->nch * data->n);
-    t->failed[job] =
-        (unsigned char)diag__simulate_with(t->p, b, s, t->x, s->step, stroke, s->G + at);
-    if (t->failed[job]) {
+    (void)b;
+    t->failed[job] = (unsigned char)failed;
+    if (failed) {
         return;
     }
+    fit__weigh(data, s->G + at);
     t->square[job] = 0.0;
     for (size_t i = at; i < at + n; i++) {
         s->G[i] -= t->r0[i];
@@ -110,7 +114,7 @@ static stein_status try_all(diag *d, trial *t, int nsuspect, stein_err *err)
     t->failed = calloc(jobs + 1, 1);
     t->square = calloc(jobs + 1, sizeof *t->square);
     d->out->strokes_simulated += (int)jobs;
-    return t->failed != NULL && t->square != NULL ? fit__parallel(t->p, (int)jobs, one, t, err)
+    return t->failed != NULL && t->square != NULL ? fit__many(t->p, (int)jobs, ask, take, t, err)
                                                   : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 

@@ -85,14 +85,22 @@ typedef struct clocks {
     double *tau; /* [nstroke] */
 } clocks;
 
+static stein_status ask_clock(void *ctx, fit__bench *b, int stroke)
+{
+    const clocks *c = ctx;
+    const fit__stroke *s = &c->p->stroke[stroke];
+    return s->tau >= 0 && s->nsignal == 0 && s->n > 2
+               ? fit__begin(c->p, b, stroke, c->x, b->y, NULL)
+               : STEIN_EINVAL;
+}
+
 /* a clock that is far off, by trying all shifts of the prediction up to half of the record */
-static void set_clock(void *ctx, fit__bench *b, int stroke)
+static void set_clock(void *ctx, fit__bench *b, int stroke, int failed)
 {
     clocks *c = ctx;
     fit__stroke *s = &c->p->stroke[stroke];
-    double *y = malloc(sizeof *y * (size_t)(s->nch * s->n + 1));
-    if (y != NULL && s->tau >= 0 && s->nsignal == 0 && s->n > 2 &&
-        fit__simulate(c->p, b, stroke, c->x, y, NULL) == STEIN_OK) {
+    const double *y = b->y;
+    if (!failed) {
         double span = s->data->time[s->n - 1] - s->data->time[0], step = span / (s->n - 1);
         double least = clearly_better * shifted_misfit(s, y, 0.0);
         for (int i = -s->n / 2; i <= s->n / 2; i++) {
@@ -103,7 +111,6 @@ static void set_clock(void *ctx, fit__bench *b, int stroke)
             }
         }
     }
-    free(y);
 }
 
 static stein_status set_clocks(fit__problem *p, stein_err *err)
@@ -114,7 +121,7 @@ static stein_status set_clocks(fit__problem *p, stein_err *err)
     }
     clocks c = {p, x, x + p->nu};
     p->tolerance = 1e-9;
-    stein_status status = fit__parallel(p, p->nstroke, set_clock, &c, err);
+    stein_status status = fit__many(p, p->nstroke, ask_clock, set_clock, &c, err);
     for (int s = 0; s < p->nstroke; s++) {
         if (p->stroke[s].tau >= 0) {
             p->unknown[p->stroke[s].tau].start = c.tau[s];

@@ -5,6 +5,7 @@
  *   signal.c       measured inputs as smooth signals
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
+ *   many.c         many strokes, on threads and in lanes
  *   residuals.c    weighted residuals of all strokes
  *   sensitivity.c  their derivatives
  *   minimise.c     Levenberg-Marquardt, and descent with derivatives at hand
@@ -125,7 +126,7 @@ typedef struct fit__problem {
     int fixed;                   /* this unknown stays (profile); -1: none */
     int flat;                    /* the prior of this unknown does not count; -1: none */
     int samples, rows;           /* rows: largest stroke */
-    int threads;
+    int threads, lanes;          /* lanes of each thread; 0: as many as there are */
 } fit__problem;
 
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
@@ -157,12 +158,16 @@ double fit__slope(const fit__unknown *u, double x);
 /** Called when the simulation stands at sample i (of the first channel). */
 typedef void fit__watch_fn(void *ctx, stein_sim *sim, int i);
 
-/** What one thread needs to simulate strokes. */
+typedef struct fit__reader fit__reader;
+
+/** What one simulation of strokes needs, one after the other. */
 typedef struct fit__bench {
     stein_sim *sim, *probe; /* probe: only for the ladder */
     double *p;              /* [np] */
     double *q, *qd;         /* [nq] */
     double *shown;          /* [nch] what is added to the readings of a stroke */
+    double *x, *y;          /* [nu], [rows] for whoever asks for a stroke */
+    fit__reader *reader;
     struct fit__observer *observer;
     stein_force_fn *force; /* forces that the model lacks, not with the ladder; NULL: none */
     void *force_ctx;
@@ -178,6 +183,17 @@ void fit__bench_free(fit__bench *b);
 stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, const double *x,
                            double *y, stein_err *err);
 
+/** The same in parts, for strokes that run side by side: up to where the steps begin. Neither p nor
+ *  x is needed afterwards. */
+stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const double *x,
+                        double *y, stein_err *err);
+/** 1: one run of its simulation to t_end at this pace is all of it; 0: its steps end on the way. */
+int fit__is_straight(const fit__bench *b, double *t_end, stein_pace **pace);
+/** All steps. @return as fit__simulate */
+stein_status fit__alone(fit__bench *b);
+/** The rest of y. @param status  of the steps  @return as fit__simulate */
+stein_status fit__finish(fit__bench *b, stein_status status);
+
 /* ---- observer.c ---- */
 
 typedef struct fit__observer fit__observer;
@@ -192,13 +208,24 @@ void fit__observer_half(fit__observer *o, double gain, int second);
 void fit__observer_force(void *ctx, double t, const double *q, const double *qd, double *Q);
 void fit__observer_rest(fit__observer *o);
 
-/* ---- residuals.c ---- */
+/* ---- many.c ---- */
 
 /** Run one(ctx, bench, job) for all jobs on the problem's threads. @return OK or ENOMEM or the
  *  failure of making a simulation */
 typedef void fit__work(void *ctx, fit__bench *bench, int job);
 stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void *ctx,
                            stein_err *err);
+/** What job simulates: fit__begin, once. @return its status; not OK: there is nothing to run */
+typedef stein_status fit__ask(void *ctx, fit__bench *bench, int job);
+/** What came out, when the job is over. */
+typedef void fit__take(void *ctx, fit__bench *bench, int job, int failed);
+/** One simulation for each job, on the problem's threads and in the lanes of each, with the bits of
+ *  fit__simulate. @return as fit__parallel */
+stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take *take, void *ctx,
+                       stein_err *err);
+
+/* ---- residuals.c ---- */
+
 /** Weighted residuals r of every stroke, [nstroke][nch*n] behind each other; missing samples 0.
  *  @param failed  out: strokes that could not be simulated
  *  @return OK, ENOMEM */
@@ -248,6 +275,7 @@ typedef struct fit__normal {
     gsl_matrix *A;        /* [np x np] globals */
     gsl_matrix **B, **C;  /* per stroke: own x own, own x globals; NULL: none */
     double *g;            /* [nu] half the gradient */
+    double *product;      /* [nu] workspace */
     gsl_matrix *S;        /* Schur complement, then its Cholesky factor */
     gsl_matrix **BL, **X; /* factors of B and B^-1 C at the present damping */
 } fit__normal;

@@ -43,8 +43,9 @@ stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *
     n->A = gsl_matrix_alloc(np, np);
     n->S = gsl_matrix_alloc(np, np);
     n->g = calloc((size_t)p->nu + 1, sizeof *n->g);
+    n->product = calloc((size_t)p->nu + 1, sizeof *n->product);
     n->B = calloc(4 * ns + 1, sizeof *n->B);
-    int memory = n->A != NULL && n->S != NULL && n->g != NULL && n->B != NULL;
+    int memory = n->A && n->S && n->g && n->product && n->B;
     n->C = n->B + (memory ? ns : 0);
     n->BL = n->C + (memory ? ns : 0);
     n->X = n->BL + (memory ? ns : 0);
@@ -70,36 +71,35 @@ void fit__normal_free(fit__normal *n)
     }
     free(n->B);
     free(n->g);
+    free(n->product);
 }
 
-static double dot(const double *a, const double *b, size_t n)
+/* the products of column a with those before it, and itself, into its place */
+static void fill_row(fit__normal *n, const fit__problem *p, int s, int a, const double *product)
 {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        sum += a[i] * b[i];
+    size_t i = (size_t)(a < p->np ? a : a - p->np);
+    for (int b = 0; b <= a; b++) {
+        size_t k = (size_t)(b < p->np ? b : b - p->np);
+        gsl_matrix *m = a < p->np ? n->A : b < p->np ? n->C[s] : n->B[s];
+        gsl_matrix_set(m, i, k, gsl_matrix_get(m, i, k) + product[b]);
+        if (m != n->C[s] && i != k) {
+            gsl_matrix_set(m, k, i, gsl_matrix_get(m, i, k));
+        }
     }
-    return sum;
 }
 
 static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const double *r,
                         const double *J)
 {
     const fit__stroke *t = &p->stroke[s];
+    const double *first = J + fit__column(p, s, 0);
     size_t size = (size_t)(t->nch * t->n);
     r += fit__offset(p, s);
     for (int a = 0; a < p->np + t->own; a++) {
-        const double *ca = J + fit__column(p, s, a);
-        size_t i = (size_t)(a < p->np ? a : a - p->np);
-        n->g[a < p->np ? a : t->first + a - p->np] += dot(ca, r, size);
-        for (int b = 0; b <= a; b++) {
-            double sum = dot(ca, J + fit__column(p, s, b), size);
-            size_t k = (size_t)(b < p->np ? b : b - p->np);
-            gsl_matrix *m = a < p->np ? n->A : b < p->np ? n->C[s] : n->B[s];
-            gsl_matrix_set(m, i, k, gsl_matrix_get(m, i, k) + sum);
-            if (m != n->C[s] && i != k) {
-                gsl_matrix_set(m, k, i, gsl_matrix_get(m, i, k));
-            }
-        }
+        const double *column = first + size * (size_t)a;
+        n->g[a < p->np ? a : t->first + a - p->np] += lab__dot(column, r, size);
+        lab__dots(column, first, size, a + 1, n->product);
+        fill_row(n, p, s, a, n->product);
     }
 }
 
@@ -252,7 +252,7 @@ static double decrement(room *m, const fit__problem *p)
         return INFINITY;
     }
     fit__normal_step(&m->normal, p, m->dx);
-    return -dot(m->dx, m->normal.g, (size_t)p->nu);
+    return -lab__dot(m->dx, m->normal.g, (size_t)p->nu);
 }
 
 /* a step that is not absurd, tried. @return 1 when it is better */
@@ -332,7 +332,7 @@ static void new_gradient(room *m, const fit__problem *p, const double *x, const 
         const fit__stroke *t = &p->stroke[s];
         for (int a = 0; a < p->np + t->own; a++) {
             n->g[a < p->np ? a : t->first + a - p->np] +=
-                dot(J + fit__column(p, s, a), r + fit__offset(p, s), (size_t)(t->nch * t->n));
+                lab__dot(J + fit__column(p, s, a), r + fit__offset(p, s), (size_t)(t->nch * t->n));
         }
     }
     for (int u = 0; u < p->nu; u++) {

@@ -22,6 +22,7 @@
 
 #include "functions.h"
 #include "fitting.h"
+#include "stein/batch.h"
 
 enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
@@ -438,8 +439,10 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     return status;
 }
 
-static stein_status check_def(const lab_fit_def *d, int nstroke, int open, stein_err *err)
+static stein_status check_def(const lab_fit_def *d, const stein_model *m, int nstroke, int open,
+                              stein_err *err)
 {
+    int lanes = d->lanes < 0 || d->lanes > stein_batch_width(m) || (d->lanes & (d->lanes - 1)) != 0;
     const char *bad = d->nfree < !open                              ? "nfree"
                       : !(d->prior > 0.0)                           ? "prior"
                       : !(d->offset >= 0.0)                         ? "offset"
@@ -447,6 +450,7 @@ static stein_status check_def(const lab_fit_def *d, int nstroke, int open, stein
                       : d->starts < 1 || d->starts > LAB_FIT_STARTS ? "starts"
                       : d->iterations < 1                           ? "iterations"
                       : d->threads < 1                              ? "threads"
+                      : lanes                                       ? "lanes"
                                                                     : NULL;
     if (bad != NULL) {
         return lab__fail(err, STEIN_EINVAL, "lab_fit_def.%s is out of range", bad);
@@ -471,8 +475,9 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
                         .tolerance = 1e-11,
                         .horizon = INFINITY,
                         .limit = 3.5,
-                        .threads = def->threads};
-    stein_status status = check_def(def, data->n, open, err);
+                        .threads = def->threads,
+                        .lanes = def->lanes};
+    stein_status status = check_def(def, lab_equations(model), data->n, open, err);
     if (status != STEIN_OK) {
         return status;
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * residuals.c - weighted residuals of all strokes, each simulated by the thread that is free.
+ * residuals.c - weighted residuals of all strokes.
  *
  *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 the robust weight, 1 by default
  *
@@ -20,48 +20,6 @@
 
 enum { LONGEST_BAD = 3 };
 static const double least_correlation = 0.1;
-
-/* ---- threads ---- */
-
-typedef struct gang {
-    const fit__problem *p;
-    fit__work *work;
-    void *ctx;
-} gang;
-
-static stein_status begin(void *ctx, void **bench, stein_err *err)
-{
-    const gang *g = ctx;
-    fit__bench *b = calloc(1, sizeof *b);
-    *bench = b;
-    return b != NULL ? fit__bench_make(b, g->p, err)
-                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
-}
-
-static stein_status work(void *ctx, void *bench, int job, stein_err *err)
-{
-    const gang *g = ctx;
-    const fit__bench *b = bench;
-    g->work(g->ctx, bench, job);
-    return b->no_memory ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
-}
-
-static void end(void *bench)
-{
-    if (bench != NULL) {
-        fit__bench_free(bench);
-        free(bench);
-    }
-}
-
-stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void *ctx,
-                           stein_err *err)
-{
-    gang g = {p, one, ctx};
-    lab__crew crew = {
-        .n = jobs, .threads = p->threads, .begin = begin, .work = work, .end = end, .ctx = &g};
-    return lab__crew_run(&crew, err);
-}
 
 /* ---- residuals ---- */
 
@@ -89,13 +47,19 @@ typedef struct job {
     int *failed; /* [nstroke] */
 } job;
 
-static void one_stroke(void *ctx, fit__bench *b, int s)
+static stein_status ask(void *ctx, fit__bench *b, int s)
 {
     job *j = ctx;
-    double *r = j->r + fit__offset(j->p, s);
-    j->failed[s] = fit__simulate(j->p, b, s, j->x, r, NULL) != STEIN_OK;
-    if (!j->failed[s]) {
-        fit__weigh(&j->p->stroke[s], r);
+    return fit__begin(j->p, b, s, j->x, j->r + fit__offset(j->p, s), NULL);
+}
+
+static void take(void *ctx, fit__bench *b, int s, int failed)
+{
+    job *j = ctx;
+    (void)b;
+    j->failed[s] = failed;
+    if (!failed) {
+        fit__weigh(&j->p->stroke[s], j->r + fit__offset(j->p, s));
     }
 }
 
@@ -106,7 +70,7 @@ stein_status fit__residuals(const fit__problem *p, const double *x, double *r, i
     if (j.failed == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    stein_status status = fit__parallel(p, p->nstroke, one_stroke, &j, err);
+    stein_status status = fit__many(p, p->nstroke, ask, take, &j, err);
     *failed = 0;
     for (int s = 0; s < p->nstroke; s++) {
         *failed += j.failed[s];

@@ -49,15 +49,15 @@ size_t fit__columns(const fit__problem *p)
 
 /* one column of one stroke */
 typedef struct task {
-    int stroke, k;
+    int stroke, k, no_up, no_down; /* what cannot be simulated */
 } task;
 
 typedef struct job {
     const fit__problem *p;
     const double *x, *r;
     double *J;
-    const task *task;
-    unsigned char *failed; /* [tasks] */
+    task *task;
+    double sign; /* of the present side */
 } job;
 
 /* unknown behind column k of a stroke */
@@ -66,45 +66,59 @@ static int unknown_of(const fit__problem *p, int stroke, int k)
     return k < p->np ? k : p->stroke[stroke].first + k - p->np;
 }
 
-static int side(job *j, fit__bench *b, const task *t, double *x, double step, double *r)
+static double step_of(const job *j, const task *t)
 {
-    int u = unknown_of(j->p, t->stroke, t->k);
-    x[u] = j->x[u] + step;
-    int bad = fit__simulate(j->p, b, t->stroke, x, r, NULL) != STEIN_OK;
-    x[u] = j->x[u];
-    if (!bad) {
-        fit__weigh(&j->p->stroke[t->stroke], r);
-    }
-    return bad;
+    return j->p->step[unknown_of(j->p, t->stroke, t->k)];
 }
 
-static void one_column(void *ctx, fit__bench *b, int index)
+/* a step to one side: up into the column, down beside it */
+static stein_status ask(void *ctx, fit__bench *b, int index)
 {
-    job *j = ctx;
-    const fit__problem *p = j->p;
+    const job *j = ctx;
     const task *t = &j->task[index];
-    const fit__stroke *s = &p->stroke[t->stroke];
-    size_t n = (size_t)(s->nch * s->n), nu = (size_t)p->nu;
-    double step = p->step[unknown_of(p, t->stroke, t->k)];
-    double *column = j->J + fit__column(p, t->stroke, t->k);
-    const double *here = j->r + fit__offset(p, t->stroke);
-    double *x = malloc(sizeof *x * (nu + n + 1)), *down = x + nu;
-    j->failed[index] = x == NULL;
-    if (x == NULL) {
-        b->no_memory = 1;
-        return;
-    }
-    memcpy(x, j->x, sizeof *x * nu);
-    int no_up = side(j, b, t, x, step, column);
-    int no_down = !p->central && !no_up ? 1 : side(j, b, t, x, -step, down);
-    // where one side cannot be simulated, the other one has to do
-    const double *lo = no_down ? here : down, *hi = no_up ? here : column;
-    double width = step * (2.0 - no_up - no_down);
-    for (size_t i = 0; i < n; i++) {
+    memcpy(b->x, j->x, sizeof *b->x * (size_t)j->p->nu);
+    b->x[unknown_of(j->p, t->stroke, t->k)] += j->sign * step_of(j, t);
+    double *to = j->sign > 0.0 ? j->J + fit__column(j->p, t->stroke, t->k) : b->y;
+    return fit__begin(j->p, b, t->stroke, b->x, to, NULL);
+}
+
+/* residuals to differences; where one side cannot be simulated, the other one has to do */
+static void differ(const job *j, const task *t, const double *down)
+{
+    const fit__stroke *s = &j->p->stroke[t->stroke];
+    double *column = j->J + fit__column(j->p, t->stroke, t->k);
+    const double *here = j->r + fit__offset(j->p, t->stroke);
+    const double *lo = t->no_down ? here : down, *hi = t->no_up ? here : column;
+    double width = step_of(j, t) * (2.0 - t->no_up - t->no_down);
+    for (int i = 0; i < s->nch * s->n; i++) {
         column[i] = width > 0.0 ? (hi[i] - lo[i]) / width : 0.0;
     }
-    j->failed[index] = (unsigned char)(no_up && no_down);
-    free(x);
+}
+
+static void take_up(void *ctx, fit__bench *b, int index, int failed)
+{
+    const job *j = ctx;
+    task *t = &j->task[index];
+    (void)b;
+    t->no_up = failed;
+    t->no_down = !j->p->central && !failed;
+    if (!failed) {
+        fit__weigh(&j->p->stroke[t->stroke], j->J + fit__column(j->p, t->stroke, t->k));
+    }
+    if (t->no_down) {
+        differ(j, t, NULL);
+    }
+}
+
+static void take_down(void *ctx, fit__bench *b, int index, int failed)
+{
+    const job *j = ctx;
+    task *t = &j->task[index];
+    t->no_down = failed;
+    if (!failed) {
+        fit__weigh(&j->p->stroke[t->stroke], b->y);
+    }
+    differ(j, t, b->y);
 }
 
 /* columns that are known: -1/noise for the channel of an offset, 0 for what is idle */
@@ -131,38 +145,50 @@ static int is_simulated(const fit__problem *p, int stroke, int k)
            (u->kind != FIT__OFFSET || p->gain > 0.0); // the ladder's pull answers to offsets
 }
 
+/* all steps up, then those down that are asked for, or needed */
+static stein_status both_sides(job *j, int n, stein_err *err)
+{
+    j->sign = 1.0;
+    stein_status status = fit__many(j->p, n, ask, take_up, j, err);
+    int down = 0;
+    for (int i = 0; i < n; i++) {
+        if (!j->task[i].no_down) {
+            j->task[down++] = j->task[i];
+        }
+    }
+    j->sign = -1.0;
+    status = status == STEIN_OK ? fit__many(j->p, down, ask, take_down, j, err) : status;
+    for (int i = 0; status == STEIN_OK && i < down; i++) {
+        if (j->task[i].no_up && j->task[i].no_down) {
+            status = lab__fail(err, STEIN_ENONFINITE,
+                               "%s cannot be simulated for values next to the present ones",
+                               j->p->stroke[j->task[i].stroke].data->file);
+        }
+    }
+    return status;
+}
+
 stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
                                 stein_err *err)
 {
     int n = 0;
     size_t most = (size_t)p->nstroke * (size_t)p->np + (size_t)(p->nu - p->np);
     task *list = malloc(sizeof *list * (most + 1));
-    unsigned char *failed = calloc(most + 1, 1);
-    if (list == NULL || failed == NULL) {
-        free(list);
-        free(failed);
+    if (list == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int s = 0; s < p->nstroke; s++) {
         for (int k = 0; k < p->np + p->stroke[s].own; k++) {
             if (is_simulated(p, s, k)) {
-                list[n++] = (task){s, k};
+                list[n++] = (task){.stroke = s, .k = k};
             } else {
                 known_column(p, s, k, J);
             }
         }
     }
-    job j = {p, x, r, J, list, failed};
-    stein_status status = fit__parallel(p, n, one_column, &j, err);
-    for (int i = 0; status == STEIN_OK && i < n; i++) {
-        if (failed[i]) {
-            status = lab__fail(err, STEIN_ENONFINITE,
-                               "%s cannot be simulated for values next to the present ones",
-                               p->stroke[list[i].stroke].data->file);
-        }
-    }
+    job j = {.p = p, .x = x, .r = r, .J = J, .task = list};
+    stein_status status = both_sides(&j, n, err);
     free(list);
-    free(failed);
     return status;
 }
 

@@ -37,7 +37,49 @@ static stein_pace pace_of(const fit__problem *p)
         .tolerance = p->tolerance, .longest = longest * dt, .h = first * dt, .next = INFINITY};
 }
 
-/* ---- what a thread keeps ---- */
+/* a signal with the clock it is on */
+typedef struct clocked {
+    const fit__signal *signal;
+    double shift;
+    int at; /* where it was read last */
+} clocked;
+
+/* A stroke that is being read. An instrument that lags shows at T what was at T - delay, so the
+ * channels have their own times; `next` is the first sample of each that is not read. */
+struct fit__reader {
+    const fit__stroke *s;
+    double horizon, gain;
+    double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
+    double *delay;       /* [nch] s */
+    int *next;           /* [nch] */
+    double *due;         /* [nch] their times, INFINITY: none is left [s] */
+    clocked *signal;     /* [nsignal], and those of the probe */
+    double *y;
+    stein_pace pace;
+    double t_end;
+    stein_status status;
+    stein_err *err;
+};
+
+/* ---- what a simulation needs ---- */
+
+static fit__reader *reader_make(const fit__problem *p)
+{
+    size_t nch = 1, nsignal = 1;
+    for (int s = 0; s < p->nstroke; s++) {
+        nch += (size_t)p->stroke[s].nch;
+        nsignal += 2 * (size_t)p->stroke[s].nsignal;
+    }
+    fit__reader *r = calloc(1, sizeof *r + (2 * sizeof *r->delay + sizeof *r->next) * nch +
+                                   sizeof *r->signal * nsignal);
+    if (r != NULL) {
+        r->signal = (clocked *)(r + 1);
+        r->delay = (double *)(r->signal + nsignal);
+        r->due = r->delay + nch;
+        r->next = (int *)(r->due + nch);
+    }
+    return r;
+}
 
 stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *err)
 {
@@ -58,7 +100,11 @@ stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *er
     b->q = calloc(nq + 1, sizeof *b->q);
     b->qd = calloc(nq + 1, sizeof *b->qd);
     b->shown = calloc((size_t)m->nchannel + (size_t)m->ninput + 1, sizeof *b->shown);
-    int memory = b->p && b->q && b->qd && b->shown && (p->gain <= 0.0 || b->observer);
+    b->x = calloc((size_t)p->nu + 1, sizeof *b->x);
+    b->y = calloc((size_t)p->rows + 1, sizeof *b->y);
+    b->reader = reader_make(p);
+    int memory = b->p && b->q && b->qd && b->shown && b->x && b->y && b->reader &&
+                 (p->gain <= 0.0 || b->observer);
     return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
@@ -71,16 +117,12 @@ void fit__bench_free(fit__bench *b)
     free(b->q);
     free(b->qd);
     free(b->shown);
+    free(b->x);
+    free(b->y);
+    free(b->reader);
 }
 
 /* ---- one stroke ---- */
-
-/* a signal with the clock it is on */
-typedef struct clocked {
-    const fit__signal *signal;
-    double shift;
-    int at; /* where it was read last */
-} clocked;
 
 static void signal_at(void *ctx, double t, double u[3])
 {
@@ -194,130 +236,131 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
 
 /* ---- its samples ---- */
 
-/* A stroke that is being read. An instrument that lags shows at T what was at T - delay, so the
- * channels have their own times; `next` is the first sample of each that is not read. */
-typedef struct reader {
-    const fit__problem *p;
-    fit__bench *b;
-    const fit__stroke *s;
-    double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
-    double *delay;       /* [nch] s */
-    int *next;           /* [nch] */
-    double *y;
-    stein_status status;
-    stein_err *err;
-} reader;
-
 /* simulation time of what channel c shows as sample i; INFINITY behind its last one that counts */
-static double sample_time(const reader *r, int c, int i)
+static double sample_time(const fit__reader *r, int c, int i)
 {
     double T = i < r->s->n ? (1.0 + r->error) * r->s->data->time[i] + r->shift - r->delay[c]
                            : (double)INFINITY;
-    return T <= r->p->horizon ? T : (double)INFINITY;
+    return T <= r->horizon ? T : (double)INFINITY;
 }
 
-static double next_time(const reader *r)
+/* sample i of channel c is its next one */
+static void expect(fit__reader *r, int c, int i)
+{
+    r->next[c] = i;
+    r->due[c] = sample_time(r, c, i);
+}
+
+static double next_time(const fit__reader *r)
 {
     double T = INFINITY;
     for (int c = 0; c < r->s->nch; c++) {
-        T = fmin(T, sample_time(r, c, r->next[c]));
+        T = fmin(T, r->due[c]);
     }
     return T;
 }
 
-static void read_sample(reader *r, int c, int i)
+static void read_sample(fit__bench *b, int c, int i)
 {
+    fit__reader *r = b->reader;
     const fit__stroke *s = r->s;
-    double value = stein_read(r->b->sim, s->channel[c]) + r->b->shown[c];
+    double value = stein_read(b->sim, s->channel[c]) + b->shown[c];
     if (!isfinite(value) && r->status == STEIN_OK) {
         r->status =
-            lab__fail(r->err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(r->b->sim));
+            lab__fail(r->err, STEIN_ENONFINITE, "no reading at t = %g s", stein_time(b->sim));
     }
     r->y[c * s->n + i] = value;
-    if (c == 0 && r->b->watch != NULL) {
-        r->b->watch(r->b->watch_ctx, r->b->sim, i);
+    if (c == 0 && b->watch != NULL) {
+        b->watch(b->watch_ctx, b->sim, i);
     }
 }
 
 /* the samples of the present time. @return the time of the next ones */
 static double look(void *ctx, stein_sim *sim)
 {
-    reader *r = ctx;
+    fit__bench *b = ctx;
+    fit__reader *r = b->reader;
     double T = next_time(r);
     (void)sim;
     for (int c = 0; c < r->s->nch; c++) {
-        if (sample_time(r, c, r->next[c]) <= T) {
-            read_sample(r, c, r->next[c]++);
+        if (r->due[c] <= T) {
+            read_sample(b, c, r->next[c]);
+            expect(r, c, r->next[c] + 1);
         }
     }
     return r->status == STEIN_OK ? next_time(r) : (double)INFINITY;
 }
 
-static double last_time(const reader *r)
+static double last_time(const fit__reader *r)
 {
     double T = 0.0;
     for (int c = 0; c < r->s->nch; c++) {
         T = fmax(T, sample_time(r, c, r->s->n - 1));
     }
-    return fmin(T, r->p->horizon);
+    return fmin(T, r->horizon);
 }
 
 /* up to t_end, read on the way */
-static stein_status read_to(reader *r, double t_end, stein_pace *pace)
+static stein_status read_to(fit__bench *b, double t_end)
 {
-    pace->look = look;
-    pace->ctx = r;
-    pace->next = next_time(r);
-    stein_status status = stein_run_adaptive(r->b->sim, t_end, pace, r->err);
+    fit__reader *r = b->reader;
+    r->pace.next = next_time(r);
+    stein_status status = stein_run_adaptive(b->sim, t_end, &r->pace, r->err);
     return status == STEIN_OK ? r->status : status;
 }
 
-/* Free. A recorded input bends at its samples, a force of the bench's at the frames: there the
- * steps end. */
-static stein_status run(reader *r)
+/* A recorded input bends at its samples, a force of the bench's at the frames: there the steps end.
+ */
+static int is_bent(const fit__bench *b)
 {
+    return b->reader->s->nsignal > 0 || b->force != NULL;
+}
+
+static stein_status run(fit__bench *b)
+{
+    const fit__reader *r = b->reader;
     const fit__stroke *s = r->s;
-    double t_end = last_time(r);
-    stein_pace pace = pace_of(r->p);
     stein_status status = STEIN_OK;
-    int bent = s->nsignal > 0 || r->b->force != NULL;
-    for (int i = 0; status == STEIN_OK && bent && i < s->n; i++) {
+    for (int i = 0; status == STEIN_OK && is_bent(b) && i < s->n; i++) {
         double T = s->data->time[i] + r->shift;
-        if (T > stein_time(r->b->sim) && T < t_end) {
-            status = read_to(r, T, &pace);
+        if (T > stein_time(b->sim) && T < r->t_end) {
+            status = read_to(b, T);
         }
     }
-    return status == STEIN_OK ? read_to(r, t_end, &pace) : status;
+    return status == STEIN_OK ? read_to(b, r->t_end) : status;
 }
 
 /* down the ladder: from sample i to the next one, at T */
-static stein_status pulled(reader *r, int i, double T, stein_pace *pace)
+static stein_status pulled(fit__bench *b, int i, double T)
 {
-    fit__bench *b = r->b;
+    fit__reader *r = b->reader;
     double t = stein_time(b->sim);
     stein_status status = t > 0.0 ? fit__observe(b, r->s, i, r->y + i, r->err) : STEIN_OK;
     for (int second = 0; status == STEIN_OK && second < 2; second++) {
-        fit__observer_half(b->observer, r->p->gain, second);
+        fit__observer_half(b->observer, r->gain, second);
         stein_on_force(b->sim, fit__observer_force, b->observer); // it has changed: evaluate anew
-        status = stein_run_adaptive(b->sim, second ? T : 0.5 * (t + T), pace, r->err);
+        status = stein_run_adaptive(b->sim, second ? T : 0.5 * (t + T), &r->pace, r->err);
     }
     return status;
 }
 
 /* held near the data: instruments do not lag */
-static stein_status run_pulled(reader *r)
+static stein_status run_pulled(fit__bench *b)
 {
-    stein_pace pace = pace_of(r->p);
+    fit__reader *r = b->reader;
     stein_status status = STEIN_OK;
-    memset(r->delay, 0, sizeof *r->delay * (size_t)r->s->nch);
+    r->pace.look = NULL;
+    for (int c = 0; c < r->s->nch; c++) {
+        r->delay[c] = 0.0;
+        expect(r, c, 0);
+    }
     for (int i = 0; status == STEIN_OK && isfinite(sample_time(r, 0, i)); i++) {
         double T = sample_time(r, 0, i);
         if (T > 0.0) {
-            status = i > 0 ? pulled(r, i - 1, T, &pace)
-                           : stein_run_adaptive(r->b->sim, T, &pace, r->err);
+            status = i > 0 ? pulled(b, i - 1, T) : stein_run_adaptive(b->sim, T, &r->pace, r->err);
         }
         if (status == STEIN_OK) {
-            look(r, r->b->sim);
+            look(b, b->sim);
             status = r->status;
         }
     }
@@ -326,7 +369,7 @@ static stein_status run_pulled(reader *r)
 
 /* from its first sample that was not read on the prediction of a channel is the data: no residual
  */
-static void fill_beyond(const reader *r)
+static void fill_beyond(const fit__reader *r)
 {
     for (int c = 0; c < r->s->nch; c++) {
         size_t at = (size_t)c * (size_t)r->s->n + (size_t)r->next[c];
@@ -334,42 +377,39 @@ static void fill_beyond(const reader *r)
     }
 }
 
-static stein_status read_stroke(const fit__problem *p, fit__bench *b, const fit__stroke *s,
-                                double tau, double *y, stein_err *err)
+/* ---- the whole ---- */
+
+/* what is read, when the parameters are known */
+static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
 {
-    size_t nch = (size_t)s->nch;
-    reader r = {.p = p, .b = b, .s = s, .shift = tau - s->origin, .y = y, .err = err};
-    r.error = p->clock >= 0 ? b->p[p->clock] : 0.0;
-    r.delay = calloc(nch + 1, sizeof *r.delay);
-    r.next = calloc(nch + 1, sizeof *r.next);
-    stein_status status = r.delay != NULL && r.next != NULL
-                              ? STEIN_OK
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
-        r.delay[c] = s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
+    fit__reader *r = b->reader;
+    const fit__stroke *s = r->s;
+    r->horizon = p->horizon;
+    r->gain = p->gain;
+    r->shift = tau - s->origin;
+    r->error = p->clock >= 0 ? b->p[p->clock] : 0.0;
+    r->y = y;
+    r->status = STEIN_OK;
+    for (int c = 0; c < s->nch; c++) {
+        r->delay[c] = s->delay[c] >= 0 ? b->p[s->delay[c]] : 0.0;
+        expect(r, c, 0);
     }
-    if (status == STEIN_OK) {
-        status = p->gain > 0.0 ? run_pulled(&r) : run(&r);
-    }
-    if (status == STEIN_OK) {
-        fill_beyond(&r);
-    }
-    free(r.delay);
-    free(r.next);
-    return status;
+    r->pace = pace_of(p);
+    r->pace.look = look;
+    r->pace.ctx = b;
+    r->pace.next = next_time(r);
+    r->t_end = last_time(r);
 }
 
-stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, const double *x,
-                           double *y, stein_err *err)
+stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const double *x,
+                        double *y, stein_err *err)
 {
     const stein_model *m = lab_equations(p->model);
     const fit__stroke *s = &p->stroke[stroke];
-    clocked *c = malloc(sizeof *c * (size_t)(2 * s->nsignal + 1));
-    if (c == NULL) {
-        b->no_memory = 1;
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
+    clocked *c = b->reader->signal;
     double tau = s->tau >= 0 ? fit__value(&p->unknown[s->tau], x[s->tau]) : 0.0;
+    b->reader->s = s;
+    b->reader->err = err;
     stein_on_force(b->sim, b->force, b->force_ctx);
     stein_status status = bind(b->sim, m, s, c, s->origin - tau, err);
     status = status == STEIN_OK ? start(p, b, s, x, b->sim, err) : status;
@@ -379,8 +419,39 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
         fit__observer_rest(b->observer);
         stein_on_force(b->sim, fit__observer_force, b->observer);
     }
-    status = status == STEIN_OK ? read_stroke(p, b, s, tau, y, err) : status;
-    free(c); // the next stroke binds its own
+    if (status == STEIN_OK) {
+        ready(p, b, tau, y);
+    }
+    return status;
+}
+
+int fit__is_straight(const fit__bench *b, double *t_end, stein_pace **pace)
+{
+    *t_end = b->reader->t_end;
+    *pace = &b->reader->pace;
+    return !(b->reader->gain > 0.0) && !is_bent(b);
+}
+
+stein_status fit__alone(fit__bench *b)
+{
+    return b->reader->gain > 0.0 ? run_pulled(b) : run(b);
+}
+
+stein_status fit__finish(fit__bench *b, stein_status status)
+{
+    const fit__reader *r = b->reader;
+    status = status == STEIN_OK ? r->status : status;
+    if (status == STEIN_OK) {
+        fill_beyond(r);
+    }
     b->no_memory |= status == STEIN_ENOMEM;
     return status;
+}
+
+stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, const double *x,
+                           double *y, stein_err *err)
+{
+    stein_status status = fit__begin(p, b, stroke, x, y, err);
+    b->no_memory |= status == STEIN_ENOMEM;
+    return status == STEIN_OK ? fit__finish(b, fit__alone(b)) : status;
 }
