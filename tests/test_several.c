@@ -113,6 +113,78 @@ START_TEST(one_effect_is_not_called_two)
 }
 END_TEST
 
+/* the file with dry friction */
+static void with_friction(const char *path)
+{
+    char line[300];
+    FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
+    ck_assert(from != NULL && to != NULL);
+    while (fgets(line, sizeof line, from) != NULL) {
+        fputs(line, to);
+        if (strncmp(line, "    damping:", 12) == 0) {
+            fputs("    coulomb: {T: 2 mN m, w: 0.05 rad/s}\n", to);
+        }
+    }
+    fclose(from);
+    ck_assert_int_eq(fclose(to), 0);
+}
+
+/* the diagnosis of swings whose friction is `mean` times that of the file, and differs from swing
+ * to swing by 3 % */
+static lab_diagnosis *with_mean(double mean, fitted *f)
+{
+    static char path[200], kept[SWINGS][200];
+    const char *data[SWINGS + 1] = {NULL};
+    unsigned long long seed = 4711;
+    snprintf(path, sizeof path, "%s", in_folder("friction.yaml"));
+    with_friction(path);
+    for (int i = 0; i < SWINGS; i++) {
+        char start[60], friction[60], name[40];
+        snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
+        snprintf(friction, sizeof friction, "rod.coulomb.T=%.9g mN m",
+                 2.0 * mean * (1.0 + 0.03 * gauss(&seed)));
+        const char *const told[] = {start, NULL}, *const truth[] = {friction, NULL};
+        film m = {.model = path,
+                  .truth = truth,
+                  .told = told,
+                  .channels = "angle",
+                  .rate = 100.0,
+                  .until = 4.0,
+                  .noise = 1e-3,
+                  .seed = 900 + (unsigned long long)i};
+        snprintf(name, sizeof name, "mean%d.csv", i);
+        snprintf(kept[i], sizeof kept[i], "%s", take(name, &m));
+        data[i] = kept[i];
+    }
+    open_fit(f, path, NULL, data);
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    unsigned char held_out[SWINGS] = {0, 1, 0, 0, 1, 0, 0, 1, 0};
+    def.held_out = held_out;
+    def.options = &options;
+    lab_diagnosis *d = NULL;
+    ck_assert_stein(lab_diagnose(&d, path, f->model, f->data, &def, err));
+    printf("friction %.2f of the file's: %s\n", mean, d->reason);
+    return d;
+}
+
+START_TEST(the_mean_of_what_differs_by_itself_is_asked)
+{
+    fitted f;
+    lab_diagnosis *d = with_mean(1.0, &f); // it differs, and that is all
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+    d = with_mean(1.15, &f); // every swing could have its own, but all are high
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_WRONG_PARAMETER);
+    ck_assert_str_eq(d->suspect[0].candidate.place, "rod.coulomb.T");
+    ck_assert_double_eq_tol(d->suspect[0].number[0].value, 0.15 * 2e-3, 0.03 * 2e-3);
+    ck_assert_double_lt(d->gain.ratio, 1.01); // the swings are predicted as well by their own ones
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* the file with another step */
 static void with_step(const char *path, const char *step)
 {
@@ -208,6 +280,7 @@ Suite *several_suite(void)
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, two_effects_at_once_are_both_found);
     tcase_add_test(tc, one_effect_is_not_called_two);
+    tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
     tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
     tcase_add_test(tc, a_swing_that_a_fit_has_lost_is_called_back);
     suite_add_tcase(suite, tc);

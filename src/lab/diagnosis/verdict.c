@@ -32,6 +32,7 @@
 
 const double diag__least_gain = 25.0, diag__must_explain = 0.7, diag__convincing = 9.2;
 static const double by_chance_mean = 1e-3; /* for each of the few whose mean is asked */
+static const double no_nearer = 0.9995;    /* ratio of held-out errors */
 static const double far = 1.3;             /* chi2/dof that is more than noise, stated or not */
 static const double by_chance = 0.01;
 static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
@@ -69,8 +70,10 @@ static void say_causes(diag *d, const diag__found *f)
     if (n < (int)size) {
         snprintf(o->reason + n, size - (size_t)n, "%s%s.%s", f->n == 1 ? ": " : "",
                  f->n == 1 ? f->cause[0].candidate.effect->equation : "",
-                 isfinite(o->gain.ratio) ? " Strokes that were held out are predicted better."
-                                         : "");
+                 !isfinite(o->gain.ratio) ? ""
+                 : o->gain.ratio < no_nearer
+                     ? " Strokes that were held out are predicted better."
+                     : " Strokes that were held out differ less by themselves with it.");
     }
 }
 
