@@ -25,13 +25,14 @@ OPT  := $(OPT_$(VARIANT))
 # -fno-math-errno: a square root is an instruction, and nothing is said in errno
 EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page \
+       src/lab/fmu
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
-                -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
+                -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev check gnuplot-nox parallel
-PKGS   := yaml-0.1 gsl expat check
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev libminizip-dev check gnuplot-nox parallel
+PKGS   := yaml-0.1 gsl expat minizip check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy
@@ -48,7 +49,8 @@ endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
 GSL_LIBS   = $(shell pkg-config --libs gsl)
 XML_LIBS   = $(shell pkg-config --libs expat)
-LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS)
+ZIP_LIBS   = $(shell pkg-config --libs minizip)
+LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS) $(ZIP_LIBS)
 CHECK_LIBS = $(shell pkg-config --libs check)
 
 # ---- sources --------------------------------------------------------------------------------------
@@ -74,7 +76,7 @@ CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
              $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o))
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
-             $(B)/obj/page_files.o $(B)/obj/identity_models.o
+             $(B)/obj/embedded.o $(B)/obj/identity_models.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
@@ -187,20 +189,21 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 	    echo "const char *const lab__identity_$${m%:*}[] = {"; \
 	    $(quoted) models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 # Files of the project that the program `stein` carries as text, line by line: what a page is made
-# of, and the sources that are compiled into it (it has one thread).
+# of, the sources that are compiled into pages and FMUs (a simulation of its own, without lanes).
 # embed LIST FILES: the array LIST of all FILES
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
 PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane% src/core/batch% src/core/processor.c,\
                 $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
+FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
 	  $(quoted) $$f; echo '    0};'; done; \
-	  echo "const page__source page__$(1)[] = {"; \
+	  echo "const lab__source lab__$(1)[] = {"; \
 	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
-$(B)/page_files.c: $(PAGE_FILES) $(PAGE_CORE) Makefile | $(B)/.gitignore
-	$(Q){ echo '#include "page.h"'; $(call embed,page_files,$(PAGE_FILES)); \
-	  $(call embed,core_files,$(PAGE_CORE)); } > $@
-$(B)/obj/page_files.o: $(B)/page_files.c
+$(B)/embedded.c: $(PAGE_FILES) $(PAGE_CORE) $(FMU_FILES) Makefile | $(B)/.gitignore
+	$(Q){ echo '#include "inner.h"'; $(call embed,page_files,$(PAGE_FILES)); \
+	  $(call embed,core_files,$(PAGE_CORE)); $(call embed,fmu_files,$(FMU_FILES)); } > $@
+$(B)/obj/embedded.o: $(B)/embedded.c
 	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
@@ -355,7 +358,7 @@ include packaging/install.mk
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage
 
-SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
             tests/faults/*.c tests/locale/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source

@@ -32,6 +32,16 @@ stein_status lab__fail(stein_err *err, stein_status code, const char *format, ..
 /** A new string from a printf-like format; NULL without memory. The caller frees it. */
 char *lab__text(const char *format, ...);
 
+/* ---- files of the project that the program carries as text (written by make) ---- */
+
+/** One file, line by line; a list of files is closed by a NULL name. */
+typedef struct lab__source {
+    const char *name; /* "src/core/sim.c" */
+    const char *const *lines;
+} lab__source;
+/** What is compiled beside equations, what a page is made of, what makes an FMU of them. */
+extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[];
+
 /* ---- output.c ---- */
 
 /** A text that may come from anywhere (a file's name, a word of the command line) as part of one
