@@ -35,8 +35,8 @@ DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev libminizi
 PKGS   := yaml-0.1 gsl expat minizip check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
-DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy
-TOOLS_CHECK  := cmake man mandoc lv2apply
+DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip
+TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
@@ -207,7 +207,7 @@ $(B)/obj/embedded.o: $(B)/embedded.c
 	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
-$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c)): | $(B)/include/stein/models.h
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c tests/fmu/*.c)): | $(B)/include/stein/models.h
 
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
@@ -266,6 +266,10 @@ $(foreach w,$(WIDTHS),$(eval $(call wide_bench,$w)))
 $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
+# a small importer of FMUs, which are loaded into it: its own functions are seen by none of them
+$(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(XML_LIBS) -lm -ldl -pthread
 # every allocation made to fail
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
@@ -304,7 +308,7 @@ JOBS ?= $(shell nproc)
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden \
-	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
+	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma $(B)/importer
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 

@@ -126,6 +126,7 @@ static void to_start(slave *s)
         s->input[i].u[0] = motion ? s->sim->d[m->initial + 2 * input->index] : 0.0;
         (void)stein_drive(s->sim, input->name, NULL, NULL, NULL);
     }
+    s->load = m->load.body >= 0;
     s->dt = slave_the_model.dt;
     s->start = s->reached = 0.0;
     s->stop = INFINITY;
@@ -310,7 +311,7 @@ static slave_status find(slave *s, unsigned reference, int boolean, fmi_variable
                             stein__fail(&s->err, STEIN_ENAME,
                                         "no variable has the value reference %d", (int)reference));
     }
-    if ((v->kind == FMI_FOLLOW) != boolean) {
+    if (fmi_is_boolean(v->kind) != boolean) {
         return slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL,
                                            "the variable of value reference %d is %s Boolean",
                                            (int)reference, boolean ? "no" : "a"));
@@ -328,7 +329,20 @@ static slave_status find_start(slave *s)
     stein_status status = stein_set_all(s->sim, s->p, &s->err);
     status = status == STEIN_OK ? stein_reset(s->sim, &s->err) : status;
     s->changed = s->unsettled = 0;
+    if (status == STEIN_OK && !s->load) {
+        stein_load_lift(s->sim);
+    }
     return status == STEIN_OK ? SLAVE_OK : slave_refuse(s, status);
+}
+
+/* the load taken away, or put back where the mechanism is now */
+static stein_status move_load(slave *s)
+{
+    if (s->load) {
+        return stein_load_place(s->sim, &s->err);
+    }
+    stein_load_lift(s->sim);
+    return STEIN_OK;
 }
 
 slave_status slave_settle(slave *s)
@@ -336,12 +350,15 @@ slave_status slave_settle(slave *s)
     if (s->phase == SLAVE_INITIALIZING && s->unsettled) {
         return find_start(s);
     }
+    stein_status status = STEIN_OK;
     if (s->phase == SLAVE_STEPPING && s->changed) {
         s->changed = 0;
-        stein_status status = stein_set_all(s->sim, s->p, &s->err);
-        return status == STEIN_OK ? SLAVE_OK : slave_refuse(s, status);
+        status = stein_set_all(s->sim, s->p, &s->err);
     }
-    return SLAVE_OK;
+    if (s->phase == SLAVE_STEPPING && status == STEIN_OK && s->load != stein_load_present(s->sim)) {
+        status = move_load(s);
+    }
+    return status == STEIN_OK ? SLAVE_OK : slave_refuse(s, status);
 }
 
 /* what the simulation knows */
@@ -397,7 +414,7 @@ static slave_status may_set(slave *s, const fmi_variable *v)
     if (v->kind == FMI_CHANNEL || v->kind == FMI_COORDINATE) {
         phases = 0;
         what = "an output or a local variable";
-    } else if (v->kind == FMI_INPUT) {
+    } else if (v->kind == FMI_INPUT || v->kind == FMI_LOAD) {
         phases |= SLAVE_STEPPING;
         what = "an input";
     } else if (v->kind == FMI_PARAMETER && slave_the_model.tunable[v->index]) {
@@ -444,7 +461,7 @@ slave_status slave_get_flag(slave *s, unsigned reference, int *value)
     if (find(s, reference, 1, &v) != SLAVE_OK) {
         return SLAVE_ERROR;
     }
-    *value = s->input[v.index].follow;
+    *value = v.kind == FMI_LOAD ? s->load : s->input[v.index].follow;
     return SLAVE_OK;
 }
 
@@ -454,7 +471,11 @@ slave_status slave_set_flag(slave *s, unsigned reference, int value)
     if (find(s, reference, 1, &v) != SLAVE_OK || may_set(s, &v) != SLAVE_OK) {
         return SLAVE_ERROR;
     }
-    s->input[v.index].follow = value != 0;
+    if (v.kind == FMI_LOAD) {
+        s->load = value != 0;
+    } else {
+        s->input[v.index].follow = value != 0;
+    }
     s->unsettled = 1;
     return SLAVE_OK;
 }

@@ -65,6 +65,7 @@ typedef struct slave {
     stein_sim *sim;
     double *p;          /* [np] as the importer has set them */
     slave_input *input; /* [ninput] */
+    int load;           /* is the free load to be there? */
     double dt;          /* [s] */
     double start, stop; /* [s]; stop INFINITY: none */
     slave_phase phase;

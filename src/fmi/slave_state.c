@@ -20,7 +20,7 @@ typedef struct block_head {
     char format[8];
     uint64_t size, sum; /* of the whole block; the sum with 0 in its place */
     char token[40];
-    int phase, changed, unsettled, reserved;
+    int phase, changed, unsettled, load;
     double dt, start, stop, reached;
 } block_head;
 
@@ -57,6 +57,7 @@ static void write_block(const slave *s, unsigned char *block)
     head.phase = (int)s->phase;
     head.changed = s->changed;
     head.unsettled = s->unsettled;
+    head.load = s->load;
     head.dt = s->dt;
     head.start = s->start;
     head.stop = s->stop;
@@ -127,6 +128,7 @@ static const char *fault_of(const slave *s, const unsigned char *bytes, size_t n
         return "it belongs to another FMU";
     }
     if (head.sum != sum_of(bytes, n) || !is_one_phase(head.phase) ||
+        (head.load != 0 && (head.load != 1 || s->model.load.body < 0)) ||
         !are_numbers(s, bytes + sizeof head) || !(head.dt > 0.0) || !isfinite(head.dt) ||
         !isfinite(head.start) || !isfinite(head.reached) || isnan(head.stop)) {
         return "it is damaged";
@@ -170,6 +172,7 @@ slave_status slave_take(slave *s, const void *block)
     s->phase = (slave_phase)head.phase;
     s->changed = head.changed;
     s->unsettled = head.unsettled;
+    s->load = head.load;
     s->dt = s->sim->def.dt = head.dt;
     s->start = head.start;
     s->stop = head.stop;

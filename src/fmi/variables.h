@@ -6,7 +6,8 @@
  *
  *      channel 0 (time), 1, ...                  [nchannel]
  *      input 0: value, speed, acceleration, ...  [3*ninput]  the last two only of a motion
- *      does joint follow input 0, 1, ...         [ninput]    only of a motion, Boolean
+ *      does a joint follow input 0, 1, ...       [ninput]    only of a motion, Boolean
+ *      is the free load there?                   [0 or 1]    Boolean
  *      parameter 0, 1, ...                       [np]
  *      step of the integrator                    [1]
  *      q, qd of joint 0, 1, ...                  [2*nq]
@@ -20,6 +21,7 @@ typedef enum {
     FMI_CHANNEL,
     FMI_INPUT,
     FMI_FOLLOW,
+    FMI_LOAD,
     FMI_PARAMETER,
     FMI_STEP,
     FMI_COORDINATE
@@ -38,6 +40,7 @@ static inline unsigned fmi_first(const stein_model *m, fmi_kind kind)
     at += kind > FMI_CHANNEL ? m->nchannel : 0;
     at += kind > FMI_INPUT ? 3 * m->ninput : 0;
     at += kind > FMI_FOLLOW ? m->ninput : 0;
+    at += kind > FMI_LOAD && m->load.body >= 0 ? 1 : 0;
     at += kind > FMI_PARAMETER ? m->np : 0;
     at += kind > FMI_STEP ? 1 : 0;
     return (unsigned)at;
@@ -49,6 +52,11 @@ static inline unsigned fmi_reference(const stein_model *m, fmi_variable v)
              : v.kind == FMI_COORDINATE ? 2 * v.index + v.order
                                         : v.index;
     return fmi_first(m, v.kind) + (unsigned)at;
+}
+
+static inline int fmi_is_boolean(fmi_kind kind)
+{
+    return kind == FMI_FOLLOW || kind == FMI_LOAD;
 }
 
 /** The variable of a reference. @return 0 when there is none */

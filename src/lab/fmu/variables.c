@@ -5,6 +5,7 @@
  *      NAME                      input            a force
  *      NAME.position, .speed, .acceleration       input, a prescribed motion
  *      NAME.follow               fixed, Boolean   does the joint follow it?
+ *      LOAD.present              input, Boolean   is the free load there?
  *      parameters                tunable or fixed
  *      simulation.dt             fixed            step of the integrator
  *      BODY.q, BODY.qd           local            coordinate and speed of each joint
@@ -62,6 +63,9 @@ static int reach_of(stein_read_kind read)
 int fmu_depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input)
 {
     const stein_channel *c = &model->channels[output->is.index];
+    if (input->is.kind == FMI_LOAD) { // it is put where the mechanism is
+        return reach_of(c->read) >= 0;
+    }
     const stein_input *in = &model->inputs[input->is.index];
     int is_echo =
         c->read == STEIN_READ_INPUT ||
@@ -178,6 +182,25 @@ static stein_status add_follow(fmu_list *list, int i, stein_err *err)
                err);
 }
 
+static stein_status add_load(fmu_list *list, stein_err *err)
+{
+    const char *name = list->model->bodies[list->model->load.body].name;
+    const char *about = fmu_about(list->m, "load", "");
+    return add(list,
+               (fmu_variable){.is = {FMI_LOAD, 0, 0},
+                              .name = lab__text("%s.present", name),
+                              .text = about != NULL ? lab__text("is it there? %s", about)
+                                                    : lab__text("is the free load there?"),
+                              .unit = "1",
+                              .causality = FMU_INPUT,
+                              .variability = FMU_DISCRETE,
+                              .boolean = 1,
+                              .has_start = 1,
+                              .start = 1.0,
+                              .derivative_of = -1},
+               err);
+}
+
 static stein_status add_inputs(fmu_list *list, const double *d, stein_err *err)
 {
     const stein_model *m = list->model;
@@ -250,7 +273,7 @@ stein_status fmu_list_create(fmu_list *list, const lab_model *model, stein_err *
 {
     const stein_model *m = lab_equations(model);
     *list = (fmu_list){.m = lab__mechanism(model), .model = m};
-    size_t most = (size_t)(m->nchannel + 4 * m->ninput + m->np + 1 + 2 * m->nq);
+    size_t most = (size_t)(m->nchannel + 4 * m->ninput + 1 + m->np + 1 + 2 * m->nq);
     double *d = malloc(sizeof *d * ((size_t)m->nd + 1));
     list->v = calloc(most, sizeof *list->v);
     stein_status status =
@@ -262,6 +285,9 @@ stein_status fmu_list_create(fmu_list *list, const lab_model *model, stein_err *
         status = add_channel(list, i, err);
     }
     status = status == STEIN_OK ? add_inputs(list, d, err) : status;
+    if (status == STEIN_OK && m->load.body >= 0) {
+        status = add_load(list, err);
+    }
     for (int i = 0; status == STEIN_OK && i < m->np; i++) {
         status = add_param(list, i, err);
     }

@@ -70,6 +70,7 @@ static const struct ending {
     {"sensor.delay", "instrument, delay (for recorded data)"},
     {"delay", "signal, delay (for recorded data)"},
     {"gain", "signal, gain"},
+    {"error", "recorder, relative error of its clock (for recorded data)"},
     {"radius", "radius"},
     {"facing", "direction in which the line faces"},
     {"extent.lo", "lower end of the line"},

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * main.c - tests of an FMU: importer VERSION LIBRARY DESCRIPTION CSV [CHECK...]
+ *
+ * CSV is what `stein simulate` has written of the same mechanism. Claims that fail are told; the
+ * last line is the numbers of both kinds.
+ */
+#include <math.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "importer.h"
+
+static atomic_int passed, failed;
+
+void claim(int holds, const char *format, ...)
+{
+    if (holds) {
+        atomic_fetch_add(&passed, 1);
+        return;
+    }
+    va_list list;
+    va_start(list, format);
+    printf("FAILED: ");
+    vprintf(format, list);
+    printf("\n");
+    va_end(list);
+    atomic_fetch_add(&failed, 1);
+}
+
+int same(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+/* The FMU asks this program's malloc for memory; sanitizers have one of their own. */
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+long allocations(void)
+{
+    return -1;
+}
+#else
+static atomic_long asked;
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t n, size_t size);
+extern void *__libc_realloc(void *block, size_t size);
+void *malloc(size_t size)
+{
+    atomic_fetch_add(&asked, 1);
+    return __libc_malloc(size);
+}
+void *calloc(size_t n, size_t size)
+{
+    atomic_fetch_add(&asked, 1);
+    return __libc_calloc(n, size);
+}
+void *realloc(void *block, size_t size)
+{
+    atomic_fetch_add(&asked, 1);
+    return __libc_realloc(block, size);
+}
+long allocations(void)
+{
+    return atomic_load(&asked);
+}
+#endif
+
+static const struct check {
+    const char *name;
+    void (*run)(const fmu *f);
+} checks[] = {{"starts", check_starts}, {"refusals", check_refusals},
+              {"rest", check_rest},     {"steps", check_steps},
+              {"states", check_states}, {"parameters", check_parameters},
+              {"inputs", check_inputs}, {"discard", check_discard},
+              {"slopes", check_slopes}, {"threads", check_threads}};
+
+int main(int argc, char **argv)
+{
+    fmu f;
+    if (argc < 5 || !fmu_open(&f, atoi(argv[1]), argv[2], argv[3])) {
+        printf("usage: importer VERSION LIBRARY DESCRIPTION CSV [CHECK...]\n");
+        return 2;
+    }
+    if (argc == 5) {
+        check_record(&f, argv[4]);
+    }
+    for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
+        int wanted = argc == 5;
+        for (int k = 5; k < argc; k++) {
+            wanted |= strcmp(argv[k], checks[i].name) == 0;
+        }
+        if (wanted) {
+            checks[i].run(&f);
+        }
+    }
+    free(f.d.v);
+    printf("%d %d\n", atomic_load(&passed), atomic_load(&failed));
+    return 0;
+}
