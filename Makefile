@@ -31,8 +31,8 @@ ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinc
                 -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev libminizip-dev check gnuplot-nox parallel
-PKGS   := yaml-0.1 gsl expat minizip check
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev zlib1g-dev check gnuplot-nox parallel
+PKGS   := yaml-0.1 gsl expat zlib check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip
@@ -49,7 +49,7 @@ endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
 GSL_LIBS   = $(shell pkg-config --libs gsl)
 XML_LIBS   = $(shell pkg-config --libs expat)
-ZIP_LIBS   = $(shell pkg-config --libs minizip)
+ZIP_LIBS   = $(shell pkg-config --libs zlib)
 LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS) $(ZIP_LIBS)
 CHECK_LIBS = $(shell pkg-config --libs check)
 

@@ -57,7 +57,12 @@ enum { LAB_NUMBER = 32 };
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
 
-/** End a text that was written with open_memstream. @param text  freed and NULL on failure
+/** A stream into a new text, as open_memstream gives one, which however forgets that it could not
+ *  grow and goes on with a hole. @param text  out: the text, from lab__text_close on
+ *  @return NULL without memory */
+FILE *lab__text_open(char **text);
+/** End a text that was written with lab__text_open or open_memstream.
+ *  @param text  freed and NULL on failure
  *  @return OK, ENOMEM */
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
 

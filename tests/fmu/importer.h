@@ -99,6 +99,8 @@ void claim(int holds, const char *format, ...);
 int same(double a, double b);
 /** Allocations that the program has made so far; -1: not counted. */
 long allocations(void);
+/** Let the n-th allocation from here on fail; 0: none. */
+void fail_allocation(long n);
 
 void check_refusals(const fmu *f);
 void check_rest(const fmu *f);
@@ -110,6 +112,7 @@ void check_threads(const fmu *f);
 void check_parameters(const fmu *f);
 void check_inputs(const fmu *f);
 void check_discard(const fmu *f);
+void check_memory(const fmu *f);
 void check_slopes(const fmu *f);
 
 #endif

@@ -41,40 +41,56 @@ long allocations(void)
 {
     return -1;
 }
+
+void fail_allocation(long n)
+{
+    (void)n;
+}
 #else
-static atomic_long asked;
+static atomic_long asked, fail_at;
 extern void *__libc_malloc(size_t size);
 extern void *__libc_calloc(size_t n, size_t size);
 extern void *__libc_realloc(void *block, size_t size);
+
+static int fails(void)
+{
+    return atomic_fetch_add(&asked, 1) + 1 == atomic_load(&fail_at);
+}
+
 void *malloc(size_t size)
 {
-    atomic_fetch_add(&asked, 1);
-    return __libc_malloc(size);
+    return fails() ? NULL : __libc_malloc(size);
 }
+
 void *calloc(size_t n, size_t size)
 {
-    atomic_fetch_add(&asked, 1);
-    return __libc_calloc(n, size);
+    return fails() ? NULL : __libc_calloc(n, size);
 }
+
 void *realloc(void *block, size_t size)
 {
-    atomic_fetch_add(&asked, 1);
-    return __libc_realloc(block, size);
+    return fails() ? NULL : __libc_realloc(block, size);
 }
+
 long allocations(void)
 {
     return atomic_load(&asked);
+}
+
+void fail_allocation(long n)
+{
+    atomic_store(&fail_at, n > 0 ? atomic_load(&asked) + n : 0);
 }
 #endif
 
 static const struct check {
     const char *name;
     void (*run)(const fmu *f);
-} checks[] = {{"starts", check_starts}, {"refusals", check_refusals},
-              {"rest", check_rest},     {"steps", check_steps},
-              {"states", check_states}, {"parameters", check_parameters},
-              {"inputs", check_inputs}, {"discard", check_discard},
-              {"slopes", check_slopes}, {"threads", check_threads}};
+} checks[] = {
+    {"starts", check_starts}, {"refusals", check_refusals}, {"rest", check_rest},
+    {"steps", check_steps},   {"states", check_states},     {"parameters", check_parameters},
+    {"inputs", check_inputs}, {"discard", check_discard},   {"memory", check_memory},
+    {"slopes", check_slopes}, {"threads", check_threads}};
 
 int main(int argc, char **argv)
 {

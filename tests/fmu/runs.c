@@ -454,6 +454,33 @@ void check_discard(const fmu *f)
     unit_free(&a);
 }
 
+/* ---- memory that ends ---- */
+
+void check_memory(const fmu *f)
+{
+    unit u;
+    int status = NO_INSTANCE, n = 0;
+    void *state = NULL;
+    while (allocations() >= 0 && status != OK && n < 100) {
+        fail_allocation(++n);
+        status = unit_new(&u, f, "one", f->d.token, 1);
+        fail_allocation(0);
+        claim(status == OK || n == 1 || strstr(u.said, "out of memory") != NULL,
+              "an instance without memory (%d): \"%s\"", n, u.said);
+    }
+    if (status == OK) {
+        claim(n > 5, "%d allocations have failed", n - 1);
+        fail_allocation(1);
+        claim(unit_keep(&u, &state) == FAILED && state == NULL &&
+                  strstr(u.said, "out of memory for a state") != NULL,
+              "a state without memory: \"%s\"", u.said);
+        fail_allocation(0);
+        claim(unit_reset(&u) == OK && unit_keep(&u, &state) == OK, "and then with it");
+        unit_drop(&u, &state);
+        unit_free(&u);
+    }
+}
+
 /* ---- threads ---- */
 
 typedef struct runner {

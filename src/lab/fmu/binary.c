@@ -64,7 +64,7 @@ static stein_status put_source(fmu_sources *to, const char *name, char *text, st
     return STEIN_OK;
 }
 
-static char *joined(const char *const *lines)
+char *fmu_joined(const char *const *lines)
 {
     size_t size = 1;
     for (int i = 0; lines[i] != NULL; i++) {
@@ -88,7 +88,7 @@ static stein_status put_files(fmu_sources *to, const lab__source *files, int ver
     stein_status status = STEIN_OK;
     for (const lab__source *f = files; status == STEIN_OK && f->name != NULL; f++) {
         if (belongs(f->name, version)) {
-            status = put_source(to, place_of(f->name), joined(f->lines), err);
+            status = put_source(to, place_of(f->name), fmu_joined(f->lines), err);
         }
     }
     return status;
@@ -142,9 +142,8 @@ static void write_values(FILE *f, const fmu_list *list, const char *token)
 static stein_status put_values(fmu_sources *to, const fmu_list *list, const char *token,
                                stein_err *err)
 {
-    char *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
+    char *text;
+    FILE *f = lab__text_open(&text);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -424,8 +423,9 @@ static stein_status find_platform(char *platform, const job *j, int version, ste
 
 static stein_status name_work(job *j, stein_err *err)
 {
-    if (lab__folder(j->folder, err) != STEIN_OK) {
-        return STEIN_EIO;
+    stein_status status = lab__folder(j->folder, err);
+    if (status != STEIN_OK) {
+        return status;
     }
     if (mkdtemp(j->work) == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));

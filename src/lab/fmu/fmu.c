@@ -60,10 +60,8 @@ static void write_token(char token[TOKEN], const parts *p)
 /* version 0: the build description */
 static stein_status describe(char **text, const parts *p, int version, stein_err *err)
 {
-    size_t size = 0;
     free(*text);
-    *text = NULL;
-    FILE *f = open_memstream(text, &size);
+    FILE *f = lab__text_open(text);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -92,13 +90,13 @@ static stein_status write_texts(parts *p, int version, stein_err *err)
 
 static void add_text(fmu_zip *zip, const char *name, const char *text)
 {
-    fmu_zip_add(zip, name, text, strlen(text));
+    fmu_zip_add(zip, name, text, text != NULL ? strlen(text) : 0);
 }
 
-/* name NULL: without memory, which the archive then tells */
+/* name: taken over */
 static void add_named(fmu_zip *zip, char *name, const void *bytes, size_t size)
 {
-    fmu_zip_add(zip, name != NULL ? name : "", bytes, size);
+    fmu_zip_add(zip, name, bytes, size);
     free(name);
 }
 
@@ -106,19 +104,11 @@ static void add_licence(fmu_zip *zip)
 {
     for (const lab__source *f = lab__fmu_files; f->name != NULL; f++) {
         size_t n = strlen(f->name);
-        if (n < 4 || strcmp(f->name + n - 4, ".txt") != 0) {
-            continue;
-        }
-        char *text = NULL;
-        size_t size = 0;
-        FILE *stream = open_memstream(&text, &size);
-        for (int i = 0; stream != NULL && f->lines[i] != NULL; i++) {
-            fputs(f->lines[i], stream);
-        }
-        if (stream != NULL && lab__text_close(stream, &text, NULL) == STEIN_OK) {
+        if (n > 4 && strcmp(f->name + n - 4, ".txt") == 0) {
+            char *text = fmu_joined(f->lines);
             add_text(zip, "documentation/licenses/license.txt", text);
+            free(text);
         }
-        free(text);
     }
 }
 

@@ -92,6 +92,8 @@ typedef struct fmu_sources {
 stein_status fmu_sources_create(fmu_sources *to, const fmu_list *list, int version,
                                 const char *token, stein_err *err);
 void fmu_sources_free(fmu_sources *sources);
+/** The lines of a file as one text; NULL without memory. */
+char *fmu_joined(const char *const *lines);
 /** Compile them. @param bytes  out, freed by the caller  @param platform  [FMU_PLATFORM] out: name
  *  of the folder in binaries
  *  @return OK, EIO, ENOMEM, ECOMPILE */
@@ -105,7 +107,7 @@ extern const char fmu_compiler_options[];
 /** An archive that is written into memory. */
 typedef struct fmu_zip fmu_zip;
 stein_status fmu_zip_create(fmu_zip **zip, stein_err *err);
-/** Add a file; after a failure the archive stays failed. */
+/** Add a file; after a failure, or where name or bytes are NULL, the archive stays failed. */
 void fmu_zip_add(fmu_zip *zip, const char *name, const void *bytes, size_t size);
 /** End it and write it. @param bytes  out: its size  @return OK, EIO, ENOMEM */
 stein_status fmu_zip_write(fmu_zip *zip, const char *path, size_t *bytes, stein_err *err);
