@@ -386,7 +386,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # every line and branch that the tests reach, of what is linked into the library and the lab
 coverage: deps  ## lines and branches that the tests reach: COVER=suites (all by default)
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' all build-coverage/check \
-	  build-coverage/reality build-coverage/hidden build-coverage/comma $(FUZZ:%=build-coverage/replay-%)
+	  build-coverage/reality build-coverage/hidden build-coverage/comma build-coverage/importer $(FUZZ:%=build-coverage/replay-%)
 	-$(Q)$(MAKE) --no-print-directory -k B=build-coverage OPT='-O0 -g --coverage' $(COVER)
 	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
 COVER ?= $(SUITE_JOBS) $(SCRIPT_JOBS)

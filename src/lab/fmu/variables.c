@@ -112,7 +112,7 @@ static stein_status add(fmu_list *list, fmu_variable v, stein_err *err)
                            "the mechanism file",
                            v.name);
     }
-    if (status != STEIN_OK) {
+    if (status != STEIN_OK || v.name == NULL) {
         free(v.name);
         free(v.text);
         return status;
@@ -273,14 +273,18 @@ stein_status fmu_list_create(fmu_list *list, const lab_model *model, stein_err *
 {
     const stein_model *m = lab_equations(model);
     *list = (fmu_list){.m = lab__mechanism(model), .model = m};
-    size_t most = (size_t)(m->nchannel + 4 * m->ninput + 1 + m->np + 1 + 2 * m->nq);
+    size_t most =
+        (size_t)m->nchannel + 4 * (size_t)m->ninput + (size_t)m->np + 2 * (size_t)m->nq + 2;
     double *d = malloc(sizeof *d * ((size_t)m->nd + 1));
     list->v = calloc(most, sizeof *list->v);
-    stein_status status =
-        d != NULL && list->v != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    if (status == STEIN_OK) {
-        stein_setup(m, lab_parameters(model), d);
+    if (d == NULL || list->v == NULL) {
+        free(d);
+        free(list->v);
+        list->v = NULL;
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
+    stein_status status = STEIN_OK;
+    stein_setup(m, lab_parameters(model), d);
     for (int i = 0; status == STEIN_OK && i < m->nchannel; i++) {
         status = add_channel(list, i, err);
     }
