@@ -71,7 +71,7 @@ typedef struct slave {
     slave_phase phase;
     int changed;   /* p is newer than what the simulation has */
     int unsettled; /* Initialization Mode: the initial state is older than what decides about it */
-    unsigned char *kept; /* state at the beginning of a step, or of a derivative */
+    unsigned char *kept; /* state at the beginning of a step */
     double reached;      /* end of the last step that succeeded [s] */
     unsigned log;        /* enabled categories */
     slave_log_fn *tell;

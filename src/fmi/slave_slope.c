@@ -144,7 +144,6 @@ slave_status slave_slope(slave *s, unsigned unknown, unsigned known, double *slo
         return SLAVE_OK;
     }
     m.at = m.known.kind == FMI_PARAMETER ? s->p[m.known.index] : 0.0;
-    memcpy(s->kept, s->sim->state, s->sim->state_size);
     slave_input was = {.since = NAN};
     if (m.known.kind == FMI_INPUT) {
         was = s->input[m.known.index];
@@ -158,7 +157,6 @@ slave_status slave_slope(slave *s, unsigned unknown, unsigned known, double *slo
         slave_bind(s, m.known.index);
     }
     int settled = slave_settle(s) == SLAVE_OK;
-    memcpy(s->sim->state, s->kept, s->sim->state_size);
     s->sim->fresh = STALE;
     if (!settled || isnan(found)) {
         return slave_refuse(s, stein__fail(&s->err, STEIN_ENONFINITE,
