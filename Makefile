@@ -326,6 +326,7 @@ bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
+	$(Q)for v in 3 2; do $(B)/stein export models/stein1788.yaml --fmi $$v -o $(B)/stein1788.fmu >/dev/null; done
 
 bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh

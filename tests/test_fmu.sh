@@ -51,6 +51,13 @@ if unzip -p "$dir/again.fmu" modelDescription.xml | grep '"pawl.stop_shift"' | g
 if unzip -Zl "$dir/stein1788-3.fmu" | grep -v '^Archive\|^Zip\|files,' | grep -vqE '^-rw---- +[012]\.0 fat .* (def[A-Z]|stor) 80-Jan-01 00:00 '; then fail "an archive as importers want it"; else pass; fi
 if unzip -Zv "$dir/stein1788-2.fmu" | grep 'minimum software version required' | grep -vq '2\.0$'; then fail "of version 2.0"; else pass; fi
 
+# names that two things of the file have
+sed 's/^  rate: /  push: /' models/pendulum.yaml >"$dir/twice.yaml"
+claim 0 "an input and an output of one name" "$stein" export "$dir/twice.yaml" -o "$dir/twice.fmu"
+unzip -p "$dir/twice.fmu" modelDescription.xml >"$dir/twice.xml"
+if grep -q '<Float64 name="push" .*causality="output"' "$dir/twice.xml" && grep -q '<Float64 name="input.push" .*causality="input"' "$dir/twice.xml"; then pass; else
+    fail "have two names"; fi
+
 # ---- functions: all of them and nothing else, nothing from outside but memory and a few of libm
 allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|frexp|ldexp|f(max|min|abs)|sqrt|__stack_chk_fail|_ITM_.*|__cxa_finalize|__gmon_start__)$'
 for fmu in "$dir"/*-[23]; do

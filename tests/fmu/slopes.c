@@ -142,17 +142,18 @@ void check_slopes(const fmu *f)
 {
     unit u, still;
     double t = 0.0, y[OUTPUTS], again[OUTPUTS], slope;
-    if (f->model == NULL) {
+    int pendulum = strcmp(f->d.identifier, "pendulum") == 0;
+    int axis = strcmp(f->d.identifier, "emps") == 0;
+    int action = strcmp(f->d.identifier, "stein1788") == 0;
+    if (f->model == NULL || (!pendulum && !axis && !action)) {
         return;
     }
-    int pendulum = strcmp(f->model->name, "pendulum") == 0;
-    int axis = strcmp(f->model->name, "emps") == 0;
     claim(unit_new(&u, f, "one", f->d.token, 1) == OK && unit_enter(&u, 0.0, -1.0) == OK,
           "an instance");
     u.starting = 1;
     if (pendulum) {
         expect(&u, "angle", "rod.initial.position", 1.0, 1e-9);
-    } else if (!axis) {
+    } else if (action) {
         check_action_start(&u);
     } else {
         unit_put(&u, "slide.damping", 3.0);
