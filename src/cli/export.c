@@ -100,8 +100,8 @@ const cli_command cli_export = {
         "All are in SI units, with a description. The state can be kept, restored and sent; "
         "partial\n"
         "derivatives are there. A step that fails numerically is discarded, and the FMU is as it\n"
-        "was before. Importers may take steps of any length; the integrator keeps its own, which\n"
-        "divides them best.",
+        "was before. Communication steps may have any length; the integrator keeps its own, and\n"
+        "where that divides them no bit depends on them. Needs a C compiler.",
     .output =
         "FILE.fmu, written whole or not at all: the same bytes for the same mechanism and\n"
         "compiler. Its path is printed; with --json: {\"model\", \"file\", \"fmi\", \"bytes\",\n"

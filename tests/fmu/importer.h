@@ -4,6 +4,7 @@
  *   load.c          dlopen and the two standards   checks.c   what an importer may do wrong
  *   description.c   modelDescription.xml           runs.c     numbers: states, threads, inputs
  *   main.c          which FMU is tested            slopes.c   derivatives
+ *   box.c           steps without system calls
  */
 #ifndef IMPORTER_H
 #define IMPORTER_H
@@ -113,6 +114,7 @@ void check_parameters(const fmu *f);
 void check_inputs(const fmu *f);
 void check_discard(const fmu *f);
 void check_memory(const fmu *f);
+void check_box(const fmu *f);
 void check_slopes(const fmu *f);
 
 #endif

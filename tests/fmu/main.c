@@ -90,7 +90,7 @@ static const struct check {
     {"starts", check_starts}, {"refusals", check_refusals}, {"rest", check_rest},
     {"steps", check_steps},   {"states", check_states},     {"parameters", check_parameters},
     {"inputs", check_inputs}, {"discard", check_discard},   {"memory", check_memory},
-    {"slopes", check_slopes}, {"threads", check_threads}};
+    {"box", check_box},       {"slopes", check_slopes},     {"threads", check_threads}};
 
 int main(int argc, char **argv)
 {
