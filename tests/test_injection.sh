@@ -106,8 +106,9 @@ if command -v xmllint >/dev/null 2>&1 && command -v unzip >/dev/null 2>&1; then
     sed -i 's|^about:.*|about: "\\"/><Injected x=\\"\&lt; '"'"' <!-- ]]> \\u0007\\uFFFE\\n $(touch INJECTED) `touch INJECTED` */ int injected; /*"|' about.yaml
     printf '\nregulation: {rod.mass: {from: 0.1, to: 0.3, label: "a\\"/><Injected b=\\"\\u0001"}}\n' >>about.yaml
     if grep -q '<Injected' about.yaml; then pass; else fail "the hostile file is hostile"; fi
+    printf '#!/bin/sh\nexec %s "$@" -O0\n' "${CC:-cc}" >fast-cc && chmod +x fast-cc
     for v in 3 2; do
-        claim 0 "FMI $v of a mechanism with hostile texts" "$stein" export about.yaml --fmi $v -o 'a$(touch INJECTED);"`touch INJECTED`.fmu'
+        claim 0 "FMI $v of a mechanism with hostile texts" env CC="$dir/fast-cc" "$stein" export about.yaml --fmi $v -o 'a$(touch INJECTED);"`touch INJECTED`.fmu'
         rm -rf fmu && unzip -q 'a$(touch INJECTED);"`touch INJECTED`.fmu' -d fmu
         claim 0 "its description is well-formed and holds what it may" xmllint --noout --relaxng "$root/tests/fmu/fmi$v.rng" fmu/modelDescription.xml
         if [ "$(xmllint --xpath 'string(/*/@description)' fmu/modelDescription.xml | grep -c 'Injected x="&lt; '"'"' <!-- ]]> ??  $(touch')" = 1 ]; then pass; else fail "FMI $v: the text is still there, as text"; fi

@@ -92,6 +92,16 @@ static const struct check {
     {"inputs", check_inputs}, {"discard", check_discard},   {"memory", check_memory},
     {"box", check_box},       {"slopes", check_slopes},     {"threads", check_threads}};
 
+/* all of them, where none is named */
+static int is_wanted(const char *name, int argc, char **argv)
+{
+    int wanted = argc == 5;
+    for (int i = 5; i < argc; i++) {
+        wanted |= strcmp(argv[i], name) == 0;
+    }
+    return wanted;
+}
+
 int main(int argc, char **argv)
 {
     fmu f;
@@ -99,15 +109,11 @@ int main(int argc, char **argv)
         printf("usage: importer VERSION LIBRARY DESCRIPTION CSV [CHECK...]\n");
         return 2;
     }
-    if (argc == 5) {
+    if (is_wanted("record", argc, argv)) {
         check_record(&f, argv[4]);
     }
     for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
-        int wanted = argc == 5;
-        for (int k = 5; k < argc; k++) {
-            wanted |= strcmp(argv[k], checks[i].name) == 0;
-        }
-        if (wanted) {
+        if (is_wanted(checks[i].name, argc, argv)) {
             checks[i].run(&f);
         }
     }
