@@ -20,7 +20,7 @@
 
 enum { MAX_WORDS = 112 };
 
-const char fmu_compiler_options[] =
+const char fmu__compiler_options[] =
     "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno";
 
 /* ---- sources ---- */
@@ -64,7 +64,7 @@ static stein_status put_source(fmu_sources *to, const char *name, char *text, st
     return STEIN_OK;
 }
 
-char *fmu_joined(const char *const *lines)
+char *fmu__joined(const char *const *lines)
 {
     size_t size = 1;
     for (int i = 0; lines[i] != NULL; i++) {
@@ -88,7 +88,7 @@ static stein_status put_files(fmu_sources *to, const lab__source *files, int ver
     stein_status status = STEIN_OK;
     for (const lab__source *f = files; status == STEIN_OK && f->name != NULL; f++) {
         if (belongs(f->name, version)) {
-            status = put_source(to, place_of(f->name), fmu_joined(f->lines), err);
+            status = put_source(to, place_of(f->name), fmu__joined(f->lines), err);
         }
     }
     return status;
@@ -129,7 +129,7 @@ static void write_values(FILE *f, const fmu_list *list, const char *token)
     }
     fputs("    0.0};\nstatic const unsigned char tunable[] = {\n    ", f);
     for (int i = 0; i < m->np; i++) {
-        fprintf(f, "%d,%s", fmu_is_tunable(list->m, m, i), i % 24 == 23 ? "\n    " : " ");
+        fprintf(f, "%d,%s", fmu__is_tunable(list->m, m, i), i % 24 == 23 ? "\n    " : " ");
     }
     fprintf(f,
             "0};\n\nconst slave_model slave_the_model = {\n    &stein_model_%s, \"%s\", values, "
@@ -152,8 +152,8 @@ static stein_status put_values(fmu_sources *to, const fmu_list *list, const char
     return status == STEIN_OK ? put_source(to, "fmu_model.c", text, err) : status;
 }
 
-stein_status fmu_sources_create(fmu_sources *to, const fmu_list *list, int version,
-                                const char *token, stein_err *err)
+stein_status fmu__sources_create(fmu_sources *to, const fmu_list *list, int version,
+                                 const char *token, stein_err *err)
 {
     const char *name = list->m->name;
     *to = (fmu_sources){.n = 0};
@@ -178,12 +178,12 @@ stein_status fmu_sources_create(fmu_sources *to, const fmu_list *list, int versi
         }
     }
     if (status != STEIN_OK) {
-        fmu_sources_free(to);
+        fmu__sources_free(to);
     }
     return status;
 }
 
-void fmu_sources_free(fmu_sources *sources)
+void fmu__sources_free(fmu_sources *sources)
 {
     for (int i = 0; i < sources->n; i++) {
         free(sources->name[i]);
@@ -257,7 +257,7 @@ static void free_job(job *j)
     }
 }
 
-static unsigned long long hashed(unsigned long long h, const char *text)
+unsigned long long fmu__hash(unsigned long long h, const char *text)
 {
     for (const char *c = text; *c != '\0'; c++) {
         h = (h ^ (unsigned char)*c) * 0x100000001b3u;
@@ -273,9 +273,10 @@ static stein_status name_files(job *j, const fmu_sources *sources, const lab_opt
     if (status != STEIN_OK) {
         return status;
     }
-    unsigned long long h = hashed(0xcbf29ce484222325u, j->cc);
+    unsigned long long h = fmu__hash(0xcbf29ce484222325u, j->cc);
     for (int i = 0; i < sources->n; i++) {
-        h = is_own(sources->name[i]) ? h : hashed(hashed(h, sources->name[i]), sources->text[i]);
+        h = is_own(sources->name[i]) ? h
+                                     : fmu__hash(fmu__hash(h, sources->name[i]), sources->text[i]);
     }
     j->folder = lab__text("%s/fmu-%016llx", cache, h);
     free(cache);
@@ -361,7 +362,7 @@ static void add_files(words *w, const job *j, const fmu_sources *sources, int ow
 
 static void add_options(words *w, const job *j)
 {
-    add_all(w, fmu_compiler_options);
+    add_all(w, fmu__compiler_options);
     add_all(w, always);
     add(w, lab__text("-I%s", j->folder));
     add(w, lab__text("-o"));
@@ -469,8 +470,8 @@ static void clean(const job *j, const fmu_sources *sources)
     rmdir(j->work);
 }
 
-stein_status fmu_binary(char **bytes, size_t *size, char *platform, const fmu_sources *sources,
-                        int version, const lab_options *options, stein_err *err)
+stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_sources *sources,
+                         int version, const lab_options *options, stein_err *err)
 {
     const char *cc = options->cc != NULL ? options->cc : getenv("CC");
     job j = {.cc = cc != NULL && *cc != '\0' ? cc : "cc"};

@@ -41,26 +41,26 @@ enum {
 
 static void put_root(FILE *f, int version, const fmu_list *list, const char *token)
 {
-    const char *about = fmu_about(list->m, "", "");
+    const char *about = fmu__about(list->m, "", "");
     fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription", f);
-    fmu_attribute(f, "fmiVersion", version == 3 ? "3.0" : "2.0");
-    fmu_attribute(f, "modelName", list->m->name);
-    fmu_attribute(f, version == 3 ? "instantiationToken" : "guid", token);
+    fmu__attribute(f, "fmiVersion", version == 3 ? "3.0" : "2.0");
+    fmu__attribute(f, "modelName", list->m->name);
+    fmu__attribute(f, version == 3 ? "instantiationToken" : "guid", token);
     if (about != NULL) {
-        fmu_attribute(f, "description", about);
+        fmu__attribute(f, "description", about);
     }
-    fmu_attribute(f, "license", "MIT");
-    fmu_attribute(f, "generationTool", "libstein " STEIN_VERSION);
-    fmu_attribute(f, "variableNamingConvention", "structured");
+    fmu__attribute(f, "license", "MIT");
+    fmu__attribute(f, "generationTool", "libstein " STEIN_VERSION);
+    fmu__attribute(f, "variableNamingConvention", "structured");
     fputs(">\n", f);
 }
 
 static void put_abilities(FILE *f, const fmu_list *list, const char *const *ability, int n)
 {
     fputs("  <CoSimulation", f);
-    fmu_attribute(f, "modelIdentifier", list->m->name);
+    fmu__attribute(f, "modelIdentifier", list->m->name);
     for (int i = 0; i < n; i++) {
-        fmu_attribute(f, ability[i], "true");
+        fmu__attribute(f, ability[i], "true");
     }
 }
 
@@ -75,7 +75,7 @@ static void put_kind(FILE *f, int version, const fmu_list *list, const char *con
     fputs(">\n    <SourceFiles>\n", f);
     for (int i = 0; sources[i] != NULL; i++) {
         fputs("      <File", f);
-        fmu_attribute(f, "name", sources[i]);
+        fmu__attribute(f, "name", sources[i]);
         fputs("/>\n", f);
     }
     fputs("    </SourceFiles>\n  </CoSimulation>\n", f);
@@ -86,8 +86,8 @@ static void put_categories(FILE *f)
     fputs("  <LogCategories>\n", f);
     for (int i = 0; i < CATEGORIES; i++) {
         fputs("    <Category", f);
-        fmu_attribute(f, "name", categories[i].name);
-        fmu_attribute(f, "description", categories[i].text);
+        fmu__attribute(f, "name", categories[i].name);
+        fmu__attribute(f, "description", categories[i].text);
         fputs("/>\n", f);
     }
     fputs("  </LogCategories>\n", f);
@@ -101,9 +101,9 @@ static void put_experiment(FILE *f, const stein_model *m)
         steps *= 10;
     }
     fputs("  <DefaultExperiment", f);
-    fmu_attribute_number(f, "startTime", 0.0);
-    fmu_attribute_number(f, "stopTime", m->until);
-    fmu_attribute_number(f, "stepSize", steps * m->dt);
+    fmu__attribute_number(f, "startTime", 0.0);
+    fmu__attribute_number(f, "stopTime", m->until);
+    fmu__attribute_number(f, "stepSize", steps * m->dt);
     fputs("/>\n", f);
 }
 
@@ -122,13 +122,13 @@ static const char *initial_of(const fmu_variable *v, int version)
 
 static void put_common(FILE *f, const fmu_variable *v, int version)
 {
-    fmu_attribute(f, "name", v->name);
+    fmu__attribute(f, "name", v->name);
     fprintf(f, " valueReference=\"%u\"", v->reference);
-    fmu_attribute(f, "description", v->text);
-    fmu_attribute(f, "causality", causality[v->causality]);
-    fmu_attribute(f, "variability", variability[v->variability]);
+    fmu__attribute(f, "description", v->text);
+    fmu__attribute(f, "causality", causality[v->causality]);
+    fmu__attribute(f, "variability", variability[v->variability]);
     if (*initial_of(v, version) != '\0') {
-        fmu_attribute(f, "initial", initial_of(v, version));
+        fmu__attribute(f, "initial", initial_of(v, version));
     }
 }
 
@@ -136,11 +136,11 @@ static void put_common(FILE *f, const fmu_variable *v, int version)
 static void put_type(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     if (v->boolean) {
-        fmu_attribute(f, "start", v->start != 0.0 ? "true" : "false");
+        fmu__attribute(f, "start", v->start != 0.0 ? "true" : "false");
         return;
     }
     if (strcmp(v->unit, "1") != 0) {
-        fmu_attribute(f, "unit", v->unit);
+        fmu__attribute(f, "unit", v->unit);
     }
     if (v->derivative_of >= 0) {
         fprintf(f, " derivative=\"%u\"",
@@ -148,7 +148,7 @@ static void put_type(FILE *f, const fmu_list *list, const fmu_variable *v, int v
                              : (unsigned)v->derivative_of + 1u);
     }
     if (v->has_start) {
-        fmu_attribute_number(f, "start", v->start);
+        fmu__attribute_number(f, "start", v->start);
     }
 }
 
@@ -179,7 +179,7 @@ static void put_dependencies(FILE *f, const fmu_list *list, const fmu_variable *
     fputs(" dependencies=\"", f);
     for (int i = 0; i < list->n; i++) {
         const fmu_variable *u = &list->v[i];
-        int on_input = u->causality == FMU_INPUT && fmu_depends(list->model, v, u);
+        int on_input = u->causality == FMU_INPUT && fmu__depends(list->model, v, u);
         int on_param = version == 3 && u->causality == FMU_PARAMETER;
         if (on_input || on_param) {
             fprintf(f, "%s%u", blank, version == 3 ? u->reference : (unsigned)i + 1u);
@@ -229,12 +229,12 @@ static void put_structure(FILE *f, const fmu_list *list, int version)
     fputs("  </ModelStructure>\n", f);
 }
 
-void fmu_describe(FILE *f, int version, const fmu_list *list, const char *token,
-                  const char *const *sources)
+void fmu__describe(FILE *f, int version, const fmu_list *list, const char *token,
+                   const char *const *sources)
 {
     put_root(f, version, list, token);
     put_kind(f, version, list, sources);
-    fmu_units(f, list);
+    fmu__units(f, list);
     put_categories(f);
     put_experiment(f, list->model);
     fputs("  <ModelVariables>\n", f);
@@ -248,18 +248,18 @@ void fmu_describe(FILE *f, int version, const fmu_list *list, const char *token,
 
 /* ---- how to build it ---- */
 
-void fmu_describe_build(FILE *f, const fmu_list *list, const char *const *sources)
+void fmu__describe_build(FILE *f, const fmu_list *list, const char *const *sources)
 {
     fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
           "  <BuildConfiguration",
           f);
-    fmu_attribute(f, "modelIdentifier", list->m->name);
+    fmu__attribute(f, "modelIdentifier", list->m->name);
     fputs(">\n    <SourceFileSet language=\"C11\"", f);
-    fmu_attribute(f, "compilerOptions", fmu_compiler_options);
+    fmu__attribute(f, "compilerOptions", fmu__compiler_options);
     fputs(">\n", f);
     for (int i = 0; sources[i] != NULL; i++) {
         fputs("      <SourceFile", f);
-        fmu_attribute(f, "name", sources[i]);
+        fmu__attribute(f, "name", sources[i]);
         fputs("/>\n", f);
     }
     fputs("      <IncludeDirectory name=\".\"/>\n    </SourceFileSet>\n"

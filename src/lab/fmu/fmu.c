@@ -28,19 +28,11 @@ typedef struct parts {
 
 static void free_parts(parts *p)
 {
-    fmu_list_free(&p->list);
-    fmu_sources_free(&p->sources);
+    fmu__list_free(&p->list);
+    fmu__sources_free(&p->sources);
     free(p->description);
     free(p->build);
     free(p->binary);
-}
-
-static unsigned long long hashed(unsigned long long h, const char *text)
-{
-    for (const char *c = text; *c != '\0'; c++) {
-        h = (h ^ (unsigned char)*c) * 0x100000001b3u;
-    }
-    return (h ^ 0xffu) * 0x100000001b3u;
 }
 
 /* in the form of a GUID */
@@ -48,9 +40,9 @@ static void write_token(char token[TOKEN], const parts *p)
 {
     unsigned long long h[2];
     for (int k = 0; k < 2; k++) {
-        h[k] = hashed(0xcbf29ce484222325u + (unsigned)k, p->description);
+        h[k] = fmu__hash(0xcbf29ce484222325u + (unsigned)k, p->description);
         for (int i = 0; i < p->sources.n; i++) {
-            h[k] = hashed(hashed(h[k], p->sources.name[i]), p->sources.text[i]);
+            h[k] = fmu__hash(fmu__hash(h[k], p->sources.name[i]), p->sources.text[i]);
         }
     }
     snprintf(token, TOKEN, "{%08llx-%04llx-%04llx-%04llx-%012llx}", h[0] >> 32,
@@ -66,9 +58,9 @@ static stein_status describe(char **text, const parts *p, int version, stein_err
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     if (version == 0) {
-        fmu_describe_build(f, &p->list, p->sources.compiled);
+        fmu__describe_build(f, &p->list, p->sources.compiled);
     } else {
-        fmu_describe(f, version, &p->list, p->token, p->sources.compiled);
+        fmu__describe(f, version, &p->list, p->token, p->sources.compiled);
     }
     return lab__text_close(f, text, err);
 }
@@ -78,8 +70,8 @@ static stein_status write_texts(parts *p, int version, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int pass = 0; status == STEIN_OK && pass < 2; pass++) {
-        fmu_sources_free(&p->sources);
-        status = fmu_sources_create(&p->sources, &p->list, version, p->token, err);
+        fmu__sources_free(&p->sources);
+        status = fmu__sources_create(&p->sources, &p->list, version, p->token, err);
         status = status == STEIN_OK ? describe(&p->description, p, version, err) : status;
         if (status == STEIN_OK && pass == 0) {
             write_token(p->token, p);
@@ -90,13 +82,13 @@ static stein_status write_texts(parts *p, int version, stein_err *err)
 
 static void add_text(fmu_zip *zip, const char *name, const char *text)
 {
-    fmu_zip_add(zip, name, text, text != NULL ? strlen(text) : 0);
+    fmu__zip_add(zip, name, text, text != NULL ? strlen(text) : 0);
 }
 
 /* name: taken over */
 static void add_named(fmu_zip *zip, char *name, const void *bytes, size_t size)
 {
-    fmu_zip_add(zip, name, bytes, size);
+    fmu__zip_add(zip, name, bytes, size);
     free(name);
 }
 
@@ -105,7 +97,7 @@ static void add_licence(fmu_zip *zip)
     for (const lab__source *f = lab__fmu_files; f->name != NULL; f++) {
         size_t n = strlen(f->name);
         if (n > 4 && strcmp(f->name + n - 4, ".txt") == 0) {
-            char *text = fmu_joined(f->lines);
+            char *text = fmu__joined(f->lines);
             add_text(zip, "documentation/licenses/license.txt", text);
             free(text);
         }
@@ -115,7 +107,7 @@ static void add_licence(fmu_zip *zip)
 static stein_status write_archive(const char *path, const parts *p, size_t *bytes, stein_err *err)
 {
     fmu_zip *zip = NULL;
-    stein_status status = fmu_zip_create(&zip, err);
+    stein_status status = fmu__zip_create(&zip, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -128,8 +120,8 @@ static stein_status write_archive(const char *path, const parts *p, size_t *byte
         add_named(zip, lab__text("sources/%s", p->sources.name[i]), p->sources.text[i],
                   strlen(p->sources.text[i]));
     }
-    status = fmu_zip_write(zip, path, bytes, err);
-    fmu_zip_destroy(zip);
+    status = fmu__zip_write(zip, path, bytes, err);
+    fmu__zip_destroy(zip);
     return status;
 }
 
@@ -137,11 +129,11 @@ static stein_status write_archive(const char *path, const parts *p, size_t *byte
 static stein_status make(const char *path, parts *p, const lab_model *model, int version,
                          const lab_options *options, size_t *bytes, stein_err *err)
 {
-    stein_status status = fmu_list_create(&p->list, model, err);
+    stein_status status = fmu__list_create(&p->list, model, err);
     status = status == STEIN_OK ? write_texts(p, version, err) : status;
     if (status == STEIN_OK) {
-        status = fmu_binary(&p->binary, &p->binary_size, p->platform, &p->sources, version, options,
-                            err);
+        status = fmu__binary(&p->binary, &p->binary_size, p->platform, &p->sources, version,
+                             options, err);
     }
     return status == STEIN_OK ? write_archive(path, p, bytes, err) : status;
 }

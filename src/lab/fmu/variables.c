@@ -18,7 +18,7 @@
 
 #include "fmu.h"
 
-int fmu_is_tunable(const mechanism *m, const stein_model *model, int param)
+int fmu__is_tunable(const mechanism *m, const stein_model *model, int param)
 {
     const char *name = model->params[param].name;
     int k = mech_find_param(m, name, NULL), declared = 0;
@@ -60,7 +60,7 @@ static int reach_of(stein_read_kind read)
     }
 }
 
-int fmu_depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input)
+int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input)
 {
     const stein_channel *c = &model->channels[output->is.index];
     if (input->is.kind == FMI_LOAD) { // it is put where the mechanism is
@@ -129,7 +129,7 @@ static stein_status add_channel(fmu_list *list, int i, stein_err *err)
                (fmu_variable){
                    .is = {FMI_CHANNEL, i, 0},
                    .name = lab__text("%s", c->name),
-                   .text = i == 0 ? lab__text("simulated time") : fmu_words_channel(list, i),
+                   .text = i == 0 ? lab__text("simulated time") : fmu__words_channel(list, i),
                    .unit = c->unit,
                    .causality = i == 0 ? FMU_INDEPENDENT : FMU_OUTPUT,
                    .variability = c->read == STEIN_READ_NOTCH_PHASE ? FMU_DISCRETE : FMU_CONTINUOUS,
@@ -152,7 +152,7 @@ static stein_status add_input(fmu_list *list, int i, int order, double start, st
                (fmu_variable){.is = {FMI_INPUT, i, order},
                               .name = motion ? lab__text("%s.%s", in->name, part[order])
                                              : lab__text("%s", in->name),
-                              .text = fmu_words_input(list, i, words[order]),
+                              .text = fmu__words_input(list, i, words[order]),
                               .unit = !motion ? in->unit
                                       : turns ? turning[order]
                                               : sliding[order],
@@ -185,7 +185,7 @@ static stein_status add_follow(fmu_list *list, int i, stein_err *err)
 static stein_status add_load(fmu_list *list, stein_err *err)
 {
     const char *name = list->model->bodies[list->model->load.body].name;
-    const char *about = fmu_about(list->m, "load", "");
+    const char *about = fmu__about(list->m, "load", "");
     return add(list,
                (fmu_variable){.is = {FMI_LOAD, 0, 0},
                               .name = lab__text("%s.present", name),
@@ -226,11 +226,11 @@ static stein_status add_param(fmu_list *list, int i, stein_err *err)
     return add(list,
                (fmu_variable){.is = {FMI_PARAMETER, i, 0},
                               .name = lab__text("%s", p->name),
-                              .text = fmu_words_param(list, i),
+                              .text = fmu__words_param(list, i),
                               .unit = p->unit,
                               .causality = FMU_PARAMETER,
-                              .variability =
-                                  fmu_is_tunable(list->m, list->model, i) ? FMU_TUNABLE : FMU_FIXED,
+                              .variability = fmu__is_tunable(list->m, list->model, i) ? FMU_TUNABLE
+                                                                                      : FMU_FIXED,
                               .has_start = 1,
                               .start = p->value,
                               .derivative_of = -1},
@@ -269,7 +269,7 @@ static stein_status add_coordinate(fmu_list *list, int joint, int order, stein_e
         err);
 }
 
-stein_status fmu_list_create(fmu_list *list, const lab_model *model, stein_err *err)
+stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err *err)
 {
     const stein_model *m = lab_equations(model);
     *list = (fmu_list){.m = lab__mechanism(model), .model = m};
@@ -301,12 +301,12 @@ stein_status fmu_list_create(fmu_list *list, const lab_model *model, stein_err *
     }
     free(d);
     if (status != STEIN_OK) {
-        fmu_list_free(list);
+        fmu__list_free(list);
     }
     return status;
 }
 
-void fmu_list_free(fmu_list *list)
+void fmu__list_free(fmu_list *list)
 {
     for (int i = 0; i < list->n; i++) {
         free(list->v[i].name);

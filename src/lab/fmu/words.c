@@ -7,7 +7,7 @@
 
 #include "fmu.h"
 
-const char *fmu_about(const mechanism *m, const char *section, const char *entry)
+const char *fmu__about(const mechanism *m, const char *section, const char *entry)
 {
     for (int i = 0; i < m->nabout; i++) {
         const mech_about *a = &m->abouts[i];
@@ -92,10 +92,10 @@ static size_t before(const char *name, const char *end)
     return fits ? n - k - 1 : 0;
 }
 
-char *fmu_words_param(const fmu_list *list, int param)
+char *fmu__words_param(const fmu_list *list, int param)
 {
     const char *name = list->model->params[param].name;
-    const char *about = fmu_about(list->m, "parameters", name);
+    const char *about = fmu__about(list->m, "parameters", name);
     if (about != NULL) {
         return lab__text("%s", about);
     }
@@ -142,7 +142,7 @@ static const char *thing_of(const stein_model *m, const stein_channel *c)
     }
 }
 
-char *fmu_words_channel(const fmu_list *list, int channel)
+char *fmu__words_channel(const fmu_list *list, int channel)
 {
     static const char *const words[] = {"time",
                                         "coordinate of joint ",
@@ -165,7 +165,7 @@ char *fmu_words_channel(const fmu_list *list, int channel)
                                         "kinetic energy",
                                         "potential energy"};
     const stein_channel *c = &list->model->channels[channel];
-    const char *about = fmu_about(list->m, "outputs", c->name);
+    const char *about = fmu__about(list->m, "outputs", c->name);
     if (about != NULL) {
         return lab__text("%s", about);
     }
@@ -174,11 +174,11 @@ char *fmu_words_channel(const fmu_list *list, int channel)
                      c->from_rest ? ", from its value at rest" : "");
 }
 
-char *fmu_words_input(const fmu_list *list, int input, const char *what)
+char *fmu__words_input(const fmu_list *list, int input, const char *what)
 {
     const stein_model *m = list->model;
     const stein_input *in = &m->inputs[input];
-    const char *about = fmu_about(list->m, "inputs", in->name);
+    const char *about = fmu__about(list->m, "inputs", in->name);
     if (in->kind == STEIN_INPUT_MOTION) {
         return lab__text("%s joint %s%s%s", what, m->bodies[in->index].name,
                          about != NULL ? ": " : "", about != NULL ? about : "");

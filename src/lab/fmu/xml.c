@@ -11,7 +11,7 @@ static int is_noncharacter(const unsigned char *c)
     return c[0] == 0xef && c[1] == 0xbf && (c[2] == 0xbe || c[2] == 0xbf);
 }
 
-void fmu_escape(FILE *f, const char *text)
+void fmu__escape(FILE *f, const char *text)
 {
     for (const unsigned char *c = (const unsigned char *)text; *c != '\0'; c++) {
         switch (*c) {
@@ -34,14 +34,14 @@ void fmu_escape(FILE *f, const char *text)
     }
 }
 
-void fmu_attribute(FILE *f, const char *name, const char *text)
+void fmu__attribute(FILE *f, const char *name, const char *text)
 {
     fprintf(f, " %s=\"", name);
-    fmu_escape(f, text);
+    fmu__escape(f, text);
     putc('"', f);
 }
 
-void fmu_attribute_number(FILE *f, const char *name, double value)
+void fmu__attribute_number(FILE *f, const char *name, double value)
 {
     char text[LAB_NUMBER];
     fprintf(f, " %s=\"%s\"", name, lab__number(text, value));
@@ -74,7 +74,7 @@ static const struct shown {
              {"kg", "g", 1e3},
              {"rad", "deg", 180.0 / 3.14159265358979323846}};
 
-void fmu_units(FILE *f, const fmu_list *list)
+void fmu__units(FILE *f, const fmu_list *list)
 {
     fputs("  <UnitDefinitions>\n", f);
     for (int i = 0; i < list->n; i++) {
@@ -84,20 +84,20 @@ void fmu_units(FILE *f, const fmu_list *list)
             continue;
         }
         fputs("    <Unit", f);
-        fmu_attribute(f, "name", list->v[i].unit);
+        fmu__attribute(f, "name", list->v[i].unit);
         fputs(">\n      <BaseUnit", f);
         exponent(f, "kg", dim.kg);
         exponent(f, "m", dim.m);
         exponent(f, "s", dim.s);
         exponent(f, "rad", dim.rad);
         if (factor != 1.0) {
-            fmu_attribute_number(f, "factor", factor);
+            fmu__attribute_number(f, "factor", factor);
         }
         fputs("/>\n", f);
         for (size_t k = 0; k < sizeof shown / sizeof *shown; k++) {
             if (strcmp(shown[k].unit, list->v[i].unit) == 0) {
                 fprintf(f, "      <DisplayUnit name=\"%s\"", shown[k].shown);
-                fmu_attribute_number(f, "factor", shown[k].factor);
+                fmu__attribute_number(f, "factor", shown[k].factor);
                 fputs("/>\n", f);
             }
         }

@@ -124,7 +124,7 @@ static unsigned char *packed(const void *bytes, size_t size, size_t *n)
     return to;
 }
 
-void fmu_zip_add(fmu_zip *z, const char *name, const void *bytes, size_t size)
+void fmu__zip_add(fmu_zip *z, const char *name, const void *bytes, size_t size)
 {
     size_t n = 0;
     unsigned char *small = NULL;
@@ -160,7 +160,7 @@ void fmu_zip_add(fmu_zip *z, const char *name, const void *bytes, size_t size)
 
 /* ---- the archive ---- */
 
-stein_status fmu_zip_create(fmu_zip **out, stein_err *err)
+stein_status fmu__zip_create(fmu_zip **out, stein_err *err)
 {
     fmu_zip *z = calloc(1, sizeof *z);
     if (z == NULL) {
@@ -170,7 +170,7 @@ stein_status fmu_zip_create(fmu_zip **out, stein_err *err)
     return STEIN_OK;
 }
 
-stein_status fmu_zip_write(fmu_zip *z, const char *path, size_t *bytes, stein_err *err)
+stein_status fmu__zip_write(fmu_zip *z, const char *path, size_t *bytes, stein_err *err)
 {
     lab__file file;
     buffer *b = &z->files;
@@ -196,7 +196,7 @@ stein_status fmu_zip_write(fmu_zip *z, const char *path, size_t *bytes, stein_er
     return lab__file_close(&file, 1, err);
 }
 
-void fmu_zip_destroy(fmu_zip *z)
+void fmu__zip_destroy(fmu_zip *z)
 {
     if (z != NULL) {
         free(z->files.bytes);
