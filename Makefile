@@ -25,17 +25,18 @@ OPT  := $(OPT_$(VARIANT))
 # -fno-math-errno: a square root is an instruction, and nothing is said in errno
 EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page
+LAB := src/lab src/lab/data src/lab/fit src/lab/diagnosis src/lab/plan src/lab/study src/lab/import src/lab/page \
+       src/lab/fmu
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
-                -Isrc/core -Isrc/model -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
+                -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
 # ---- dependencies: Debian packages, found by pkg-config -------------------------------------------
-DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev check gnuplot-nox parallel
-PKGS   := yaml-0.1 gsl expat check
+DEBIAN := gcc g++ make pkg-config libyaml-dev libgsl-dev libexpat1-dev zlib1g-dev check gnuplot-nox parallel
+PKGS   := yaml-0.1 gsl expat zlib check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
-DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy
-TOOLS_CHECK  := cmake man mandoc lv2apply
+DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip
+TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
@@ -48,7 +49,8 @@ endif
 YAML_LIBS  = $(shell pkg-config --libs yaml-0.1)
 GSL_LIBS   = $(shell pkg-config --libs gsl)
 XML_LIBS   = $(shell pkg-config --libs expat)
-LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS)
+ZIP_LIBS   = $(shell pkg-config --libs zlib)
+LAB_LIBS   = $(YAML_LIBS) $(GSL_LIBS) $(XML_LIBS) $(ZIP_LIBS)
 CHECK_LIBS = $(shell pkg-config --libs check)
 
 # ---- sources --------------------------------------------------------------------------------------
@@ -74,7 +76,7 @@ CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
              $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o))
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
-             $(B)/obj/page_files.o $(B)/obj/identity_models.o
+             $(B)/obj/embedded.o $(B)/obj/identity_models.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
@@ -187,24 +189,25 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 	    echo "const char *const lab__identity_$${m%:*}[] = {"; \
 	    $(quoted) models/$${m#*:}.yaml; echo '    0};'; done; } > $@
 # Files of the project that the program `stein` carries as text, line by line: what a page is made
-# of, and the sources that are compiled into it (it has one thread).
+# of, the sources that are compiled into pages and FMUs (a simulation of its own, without lanes).
 # embed LIST FILES: the array LIST of all FILES
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
 PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane% src/core/batch% src/core/processor.c,\
                 $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
+FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
 	  $(quoted) $$f; echo '    0};'; done; \
-	  echo "const page__source page__$(1)[] = {"; \
+	  echo "const lab__source lab__$(1)[] = {"; \
 	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
-$(B)/page_files.c: $(PAGE_FILES) $(PAGE_CORE) Makefile | $(B)/.gitignore
-	$(Q){ echo '#include "page.h"'; $(call embed,page_files,$(PAGE_FILES)); \
-	  $(call embed,core_files,$(PAGE_CORE)); } > $@
-$(B)/obj/page_files.o: $(B)/page_files.c
+$(B)/embedded.c: $(PAGE_FILES) $(PAGE_CORE) $(FMU_FILES) Makefile | $(B)/.gitignore
+	$(Q){ echo '#include "inner.h"'; $(call embed,page_files,$(PAGE_FILES)); \
+	  $(call embed,core_files,$(PAGE_CORE)); $(call embed,fmu_files,$(FMU_FILES)); } > $@
+$(B)/obj/embedded.o: $(B)/embedded.c
 	$(compile)
 
 # whatever includes stein/stein.h waits for the list of models
-$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c)): | $(B)/include/stein/models.h
+$(call obj,$(LAB_SRC) $(CLI_SRC) $(TEST_SRC) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c tests/fmu/*.c)): | $(B)/include/stein/models.h
 
 # per-file licence of GSL users is GPL-3: they are only in src/lab
 $(B)/libstein.a: $(CORE_OBJ)
@@ -263,6 +266,10 @@ $(foreach w,$(WIDTHS),$(eval $(call wide_bench,$w)))
 $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
+# a small importer of FMUs, which are loaded into it: its own functions are seen by none of them
+$(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(XML_LIBS) -lm -ldl -pthread
 # every allocation made to fail
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
@@ -301,7 +308,7 @@ JOBS ?= $(shell nproc)
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden \
-	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
+	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma $(B)/importer
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -319,6 +326,7 @@ bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
+	$(Q)for v in 3 2; do $(B)/stein export models/stein1788.yaml --fmi $$v -o $(B)/stein1788.fmu >/dev/null; done
 
 bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
@@ -355,7 +363,7 @@ include packaging/install.mk
 clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage
 
-SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
             tests/faults/*.c tests/locale/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
@@ -379,7 +387,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # every line and branch that the tests reach, of what is linked into the library and the lab
 coverage: deps  ## lines and branches that the tests reach: COVER=suites (all by default)
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' all build-coverage/check \
-	  build-coverage/reality build-coverage/hidden build-coverage/comma $(FUZZ:%=build-coverage/replay-%)
+	  build-coverage/reality build-coverage/hidden build-coverage/comma build-coverage/importer $(FUZZ:%=build-coverage/replay-%)
 	-$(Q)$(MAKE) --no-print-directory -k B=build-coverage OPT='-O0 -g --coverage' $(COVER)
 	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
 COVER ?= $(SUITE_JOBS) $(SCRIPT_JOBS)

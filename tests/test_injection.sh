@@ -101,6 +101,23 @@ claim 0 "equations of a mechanism with a hostile description" "$stein" generate 
 claim 0 "compile" "${CC:-cc}" -std=c11 -Wall -Wextra -Werror -I"$root/include" -c about/pendulum.c -o about.o
 if nm about.o | grep -q injected || grep -q 'int injected' about/pendulum.c; then fail "it got into the equations"; else pass; fi
 
+# FMUs: texts of the file are the values of attributes, names of an FMU only names
+if command -v xmllint >/dev/null 2>&1 && command -v unzip >/dev/null 2>&1; then
+    sed -i 's|^about:.*|about: "\\"/><Injected x=\\"\&lt; '"'"' <!-- ]]> \\u0007\\uFFFE\\n $(touch INJECTED) `touch INJECTED` */ int injected; /*"|' about.yaml
+    printf '\nregulation: {rod.mass: {from: 0.1, to: 0.3, label: "a\\"/><Injected b=\\"\\u0001"}}\n' >>about.yaml
+    if grep -q '<Injected' about.yaml; then pass; else fail "the hostile file is hostile"; fi
+    printf '#!/bin/sh\nexec %s "$@" -O0\n' "${CC:-cc}" >fast-cc && chmod +x fast-cc
+    for v in 3 2; do
+        claim 0 "FMI $v of a mechanism with hostile texts" env CC="$dir/fast-cc" "$stein" export about.yaml --fmi $v -o 'a$(touch INJECTED);"`touch INJECTED`.fmu'
+        rm -rf fmu && unzip -q 'a$(touch INJECTED);"`touch INJECTED`.fmu' -d fmu
+        claim 0 "its description is well-formed and holds what it may" xmllint --noout --relaxng "$root/tests/fmu/fmi$v.rng" fmu/modelDescription.xml
+        if [ "$(xmllint --xpath 'string(/*/@description)' fmu/modelDescription.xml | grep -c 'Injected x="&lt; '"'"' <!-- ]]> ??  $(touch')" = 1 ]; then pass; else fail "FMI $v: the text is still there, as text"; fi
+        if [ "$(xmllint --xpath 'string(//*[@name="rod.mass"]/@description)' fmu/modelDescription.xml)" = 'a"/><Injected b="?' ]; then pass; else fail "FMI $v: so is the label"; fi
+        if grep -rq 'int injected' fmu/sources; then fail "FMI $v: it got into the sources"; else pass; fi
+    done
+    harmless "texts in an FMU"
+else echo "test_injection: no xmllint or unzip, FMUs are not looked at"; fi
+
 # ---- names of files
 i=0
 for name in "a${nl}bodies: {injected: 1}${nl}" 'a"; system("touch INJECTED"); "' "a'; system 'touch INJECTED'; '" \

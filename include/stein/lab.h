@@ -290,6 +290,23 @@ typedef struct lab_page_facts {
 stein_status lab_page(const char *path, const lab_model *model, const lab_options *options,
                       lab_page_facts *facts, stein_err *err);
 
+/* ---- FMUs ---- */
+
+/** What became of an FMU. */
+typedef struct lab_fmu_facts {
+    size_t bytes, binary; /* of the file (0: not a file), of the shared object in it */
+    int variables;
+    char token[40];    /* that description and binary have in common */
+    char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64" */
+} lab_fmu_facts;
+/** Write a mechanism as a co-simulation FMU of FMI 3.0 or 2.0: description, binary for the machine
+ *  that the compiler compiles for, sources. Same mechanism, same compiler: same bytes.
+ *  @param version  2 or 3
+ *  @param options  NULL for the defaults  @param facts  out, may be NULL
+ *  @return OK, EIO, ENOMEM, EINVAL (version; two variables of one name), EGENERATE, ECOMPILE */
+stein_status lab_fmu(const char *path, const lab_model *model, int version,
+                     const lab_options *options, lab_fmu_facts *facts, stein_err *err);
+
 #ifdef __cplusplus
 }
 #endif

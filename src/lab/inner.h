@@ -32,6 +32,16 @@ stein_status lab__fail(stein_err *err, stein_status code, const char *format, ..
 /** A new string from a printf-like format; NULL without memory. The caller frees it. */
 char *lab__text(const char *format, ...);
 
+/* ---- files of the project that the program carries as text (written by make) ---- */
+
+/** One file, line by line; a list of files is closed by a NULL name. */
+typedef struct lab__source {
+    const char *name; /* "src/core/sim.c" */
+    const char *const *lines;
+} lab__source;
+/** What is compiled beside equations, what a page is made of, what makes an FMU of them. */
+extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[];
+
 /* ---- output.c ---- */
 
 /** A text that may come from anywhere (a file's name, a word of the command line) as part of one
@@ -47,7 +57,12 @@ enum { LAB_NUMBER = 32 };
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
 
-/** End a text that was written with open_memstream. @param text  freed and NULL on failure
+/** A stream into a new text, as open_memstream gives one, which however forgets that it could not
+ *  grow and goes on with a hole. @param text  out: the text, from lab__text_close on
+ *  @return NULL without memory */
+FILE *lab__text_open(char **text);
+/** End a text that was written with lab__text_open or open_memstream.
+ *  @param text  freed and NULL on failure
  *  @return OK, ENOMEM */
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
 

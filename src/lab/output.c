@@ -5,7 +5,7 @@
  * final name. So a file is written beside its place and renamed when it is complete. What is no
  * ordinary file (a device, a pipe) cannot be replaced and is written directly.
  */
-#define _XOPEN_SOURCE 700 /* realpath */
+#define _GNU_SOURCE /* realpath, fopencookie */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -65,6 +65,52 @@ char *lab__text(const char *format, ...)
         va_end(list);
     }
     return text;
+}
+
+/* a text that grows */
+typedef struct growing {
+    char **text;
+    size_t size, room;
+} growing;
+
+static ssize_t grow(void *cookie, const char *bytes, size_t n)
+{
+    growing *g = cookie;
+    if (g->size + n >= g->room) {
+        size_t room = 2 * (g->size + n) + 4096;
+        char *more = realloc(*g->text, room);
+        if (more == NULL) {
+            return 0; // an error of the stream
+        }
+        *g->text = more;
+        g->room = room;
+    }
+    memcpy(*g->text + g->size, bytes, n);
+    g->size += n;
+    (*g->text)[g->size] = '\0';
+    return (ssize_t)n;
+}
+
+static int grown(void *cookie)
+{
+    free(cookie);
+    return 0;
+}
+
+FILE *lab__text_open(char **text)
+{
+    growing *g = malloc(sizeof *g);
+    *text = calloc(1, 1);
+    cookie_io_functions_t functions = {.write = grow, .close = grown};
+    FILE *stream = g != NULL && *text != NULL ? fopencookie(g, "w", functions) : NULL;
+    if (stream == NULL) {
+        free(g);
+        free(*text);
+        *text = NULL;
+        return NULL;
+    }
+    *g = (growing){text, 0, 1};
+    return stream;
 }
 
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err)

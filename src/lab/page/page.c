@@ -18,7 +18,7 @@ enum { SCRIPTS = sizeof scripts / sizeof *scripts };
 
 static const char *const *lines_of(const char *name)
 {
-    for (const page__source *f = page__page_files; f->name != NULL; f++) {
+    for (const lab__source *f = lab__page_files; f->name != NULL; f++) {
         const char *slash = strrchr(f->name, '/');
         if (strcmp(slash != NULL ? slash + 1 : f->name, name) == 0) {
             return f->lines;

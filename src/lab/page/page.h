@@ -12,15 +12,6 @@
 
 #include "inner.h"
 
-/** A file of the project, line by line; the list is closed by a NULL name. */
-typedef struct page__source {
-    const char *name; /* "src/core/sim.c" */
-    const char *const *lines;
-} page__source;
-
-/** What is compiled beside the equations, and what the page is made of. */
-extern const page__source page__core_files[], page__page_files[];
-
 /** The module of a mechanism, from the cache or compiled into it.
  *  @param bytes  out, freed by the caller
  *  @return OK, EIO, ENOMEM, ECOMPILE (with what is missing on this machine) */

@@ -38,7 +38,7 @@ static void free_job(job *j)
 static unsigned long long hash_sources(void)
 {
     unsigned long long h = 0xcbf29ce484222325u;
-    for (const page__source *f = page__core_files; f->name != NULL; f++) {
+    for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
         for (int i = 0; f->lines[i] != NULL; i++) {
             for (const char *c = f->lines[i]; *c != '\0'; c++) {
                 h = (h ^ (unsigned char)*c) * 0x100000001b3u;
@@ -171,7 +171,7 @@ static void compose(words *w, const job *j, char *own)
     add(w, j->define);
     add(w, "-o");
     add(w, j->fresh);
-    for (const page__source *f = page__core_files; f->name != NULL; f++) {
+    for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
         if (f->name[strlen(f->name) - 1] == 'c') {
             add_owned(w, lab__text("%s/%s", j->folder, f->name));
         }
@@ -203,7 +203,7 @@ static stein_status run_clang(const job *j, stein_err *err)
 static stein_status write_sources(const job *j, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (const page__source *f = page__core_files; status == STEIN_OK && f->name != NULL; f++) {
+    for (const lab__source *f = lab__core_files; status == STEIN_OK && f->name != NULL; f++) {
         char *path = lab__text("%s/%s", j->folder, f->name), *slash = NULL;
         if (path == NULL) {
             return lab__fail(err, STEIN_ENOMEM, "out of memory");

@@ -1,0 +1,499 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * binary.c - the sources of an FMU, and the shared object made of them.
+ *
+ *   CACHE/VERSION-abiN/fmu-HASH/          sources of the core and of a slave, as in the FMU
+ *   CACHE/VERSION-abiN/fmu-HASH/core.o    all of them in one object
+ *
+ * HASH is of their text and of the compiler's name. What all FMUs share is compiled once; the
+ * functions of one version of FMI, the equations and the values - a part of the binary, because an
+ * importer need not set what it does not change - are compiled for each FMU beside it.
+ *
+ * Only the functions of FMI are visible outside: FMUs of different versions of the library may be
+ * loaded into one program.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "fmu.h"
+
+enum { MAX_WORDS = 112 };
+
+const char fmu__compiler_options[] =
+    "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno";
+
+/* ---- sources ---- */
+
+static int is_c(const char *name)
+{
+    size_t n = strlen(name);
+    return n > 2 && strcmp(name + n - 2, ".c") == 0;
+}
+
+/* where a file of the project lies in an FMU: beside each other, headers of the library in stein */
+static const char *place_of(const char *name)
+{
+    static const char headers[] = "include/";
+    const char *slash = strrchr(name, '/');
+    return strncmp(name, headers, sizeof headers - 1) == 0 ? name + sizeof headers - 1
+           : slash != NULL                                 ? slash + 1
+                                                           : name;
+}
+
+/* is a file of src/fmi, or of what a page is made of too, part of an FMU of this version? */
+static int belongs(const char *name, int version)
+{
+    const char *place = place_of(name);
+    const char *others = version == 3 ? "fmi2." : "fmi3.";
+    return strcmp(place, "shim.c") != 0 && strcmp(place, "license.txt") != 0 &&
+           strncmp(place, others, strlen(others)) != 0 &&
+           (version == 3 || strncmp(place, "none3.", strlen("none3.")) != 0);
+}
+
+static stein_status put_source(fmu_sources *to, const char *name, char *text, stein_err *err)
+{
+    char *own = lab__text("%s", name);
+    if (own == NULL || text == NULL || to->n == FMU_SOURCES) {
+        free(own);
+        free(text);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    to->name[to->n] = own;
+    to->text[to->n++] = text;
+    return STEIN_OK;
+}
+
+char *fmu__joined(const char *const *lines)
+{
+    size_t size = 1;
+    for (int i = 0; lines[i] != NULL; i++) {
+        size += strlen(lines[i]);
+    }
+    char *text = malloc(size), *at = text;
+    for (int i = 0; text != NULL && lines[i] != NULL; i++) {
+        size_t n = strlen(lines[i]);
+        memcpy(at, lines[i], n);
+        at += n;
+    }
+    if (text != NULL) {
+        *at = '\0';
+    }
+    return text;
+}
+
+static stein_status put_files(fmu_sources *to, const lab__source *files, int version,
+                              stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (const lab__source *f = files; status == STEIN_OK && f->name != NULL; f++) {
+        if (belongs(f->name, version)) {
+            status = put_source(to, place_of(f->name), fmu__joined(f->lines), err);
+        }
+    }
+    return status;
+}
+
+static stein_status put_equations(fmu_sources *to, const mechanism *m, stein_err *err)
+{
+    gen_result generated;
+    stein_status status = gen_equations(&generated, m, err);
+    if (status == STEIN_OK) {
+        status = put_source(to, "equations.c", lab__text("%s", generated.source), err);
+        gen_free(&generated);
+    }
+    return status;
+}
+
+/* a double as C: a whole number without a point would be an int, and -0 lose its sign */
+static void put_double(FILE *f, double value)
+{
+    char text[LAB_NUMBER];
+    lab__number(text, value);
+    fprintf(f, "%s%s", text, strpbrk(text, ".e") == NULL ? ".0" : "");
+}
+
+static void write_values(FILE *f, const fmu_list *list, const char *token)
+{
+    const stein_model *m = list->model;
+    fprintf(f,
+            "/* SPDX-License-Identifier: MIT\n"
+            " * fmu_model.c - values of the mechanism file. Written by stein export. */\n"
+            "#include \"fmu_model.h\"\n#include \"slave.h\"\n\n"
+            "extern const stein_model stein_model_%s;\n\nstatic const double values[] = {\n",
+            list->m->name);
+    for (int i = 0; i < m->np; i++) {
+        fputs("    ", f);
+        put_double(f, m->params[i].value);
+        fputs(",\n", f);
+    }
+    fputs("    0.0};\nstatic const unsigned char tunable[] = {\n    ", f);
+    for (int i = 0; i < m->np; i++) {
+        fprintf(f, "%d,%s", fmu__is_tunable(list->m, m, i), i % 24 == 23 ? "\n    " : " ");
+    }
+    fprintf(f,
+            "0};\n\nconst slave_model slave_the_model = {\n    &stein_model_%s, \"%s\", values, "
+            "tunable, ",
+            list->m->name, token);
+    put_double(f, m->dt);
+    fprintf(f, ", %d, %d};\n", m->integrator, m->settle);
+}
+
+static stein_status put_values(fmu_sources *to, const fmu_list *list, const char *token,
+                               stein_err *err)
+{
+    char *text;
+    FILE *f = lab__text_open(&text);
+    if (f == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    write_values(f, list, token);
+    stein_status status = lab__text_close(f, &text, err);
+    return status == STEIN_OK ? put_source(to, "fmu_model.c", text, err) : status;
+}
+
+stein_status fmu__sources_create(fmu_sources *to, const fmu_list *list, int version,
+                                 const char *token, stein_err *err)
+{
+    const char *name = list->m->name;
+    *to = (fmu_sources){.n = 0};
+    stein_status status = put_files(to, lab__core_files, version, err);
+    status = status == STEIN_OK ? put_files(to, lab__fmu_files, version, err) : status;
+    if (status == STEIN_OK) {
+        status = put_source(to, "fmu_model.h",
+                            lab__text("/* SPDX-License-Identifier: MIT\n"
+                                      " * fmu_model.h - names of functions that are linked "
+                                      "statically. Written by stein export. */\n"
+                                      "#ifndef FMU_MODEL_H\n#define FMU_MODEL_H\n"
+                                      "#ifndef FMI%d_FUNCTION_PREFIX\n"
+                                      "#define FMI%d_FUNCTION_PREFIX %s_\n#endif\n#endif\n",
+                                      version, version, name),
+                            err);
+    }
+    status = status == STEIN_OK ? put_equations(to, list->m, err) : status;
+    status = status == STEIN_OK ? put_values(to, list, token, err) : status;
+    for (int i = 0, n = 0; status == STEIN_OK && i < to->n; i++) {
+        if (is_c(to->name[i])) {
+            to->compiled[n++] = to->name[i];
+        }
+    }
+    if (status != STEIN_OK) {
+        fmu__sources_free(to);
+    }
+    return status;
+}
+
+void fmu__sources_free(fmu_sources *sources)
+{
+    for (int i = 0; i < sources->n; i++) {
+        free(sources->name[i]);
+        free(sources->text[i]);
+    }
+    sources->n = 0;
+}
+
+/* is it a file of this FMU, not of all? */
+static int is_own(const char *name)
+{
+    static const char *const own[] = {"equations.", "fmu_model.", "fmi2.", "fmi3.", "none3."};
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++) {
+        if (strncmp(name, own[i], strlen(own[i])) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* ---- words of a command line ---- */
+
+typedef struct words {
+    char *word[MAX_WORDS + 1], *owned[MAX_WORDS];
+    int n, nowned, failed;
+} words;
+
+static void add(words *w, char *text)
+{
+    if (text == NULL || w->n == MAX_WORDS || w->failed) {
+        w->failed = 1;
+        free(text);
+        return;
+    }
+    w->owned[w->nowned++] = text;
+    w->word[w->n++] = text;
+    w->word[w->n] = NULL;
+}
+
+/* words between blanks: a compiler may bring some of its own ("ccache gcc") */
+static void add_all(words *w, const char *text)
+{
+    while (*(text += strspn(text, " ")) != '\0') {
+        size_t n = strcspn(text, " ");
+        add(w, lab__text("%.*s", (int)n, text));
+        text += n;
+    }
+}
+
+static void free_words(words *w)
+{
+    for (int i = 0; i < w->nowned; i++) {
+        free(w->owned[i]);
+    }
+}
+
+/* ---- compiling ---- */
+
+/* names of one build, all owned */
+typedef struct job {
+    const char *cc;           /* not owned */
+    char *folder, *core;      /* in the cache */
+    char *work, *fresh, *log; /* of this process alone */
+} job;
+
+static void free_job(job *j)
+{
+    char *const all[] = {j->folder, j->core, j->work, j->fresh, j->log};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        free(all[i]);
+    }
+}
+
+unsigned long long fmu__hash(unsigned long long h, const char *text)
+{
+    for (const char *c = text; *c != '\0'; c++) {
+        h = (h ^ (unsigned char)*c) * 0x100000001b3u;
+    }
+    return (h ^ 0xffu) * 0x100000001b3u;
+}
+
+static stein_status name_files(job *j, const fmu_sources *sources, const lab_options *options,
+                               stein_err *err)
+{
+    char *cache = NULL;
+    stein_status status = lab__cache(&cache, options, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    unsigned long long h = fmu__hash(0xcbf29ce484222325u, j->cc);
+    for (int i = 0; i < sources->n; i++) {
+        h = is_own(sources->name[i]) ? h
+                                     : fmu__hash(fmu__hash(h, sources->name[i]), sources->text[i]);
+    }
+    j->folder = lab__text("%s/fmu-%016llx", cache, h);
+    free(cache);
+    const char *folder = j->folder != NULL ? j->folder : "";
+    j->core = lab__text("%s/core.o", folder);
+    j->work = lab__text("%s/work-XXXXXX", folder);
+    int complete = j->folder != NULL && j->core != NULL && j->work != NULL;
+    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static stein_status complain(const job *j, int code, stein_err *err)
+{
+    char line[160];
+    if (code == 127) {
+        return lab__fail(err, STEIN_ECOMPILE,
+                         "an FMU needs a C compiler, and there is no \"%s\": run apt-get install "
+                         "gcc, or set CC",
+                         j->cc);
+    }
+    lab__complaint(j->log, line, (int)sizeof line);
+    return lab__fail(err, STEIN_ECOMPILE, "%s failed to compile the FMU (exit code %d): %s", j->cc,
+                     code, line);
+}
+
+/* the compiler with its fixed words, then those of `rest`, which are freed */
+static stein_status run(const job *j, const char *fixed, words *rest, stein_err *err)
+{
+    words w = {.n = 0};
+    int code = 0;
+    add_all(&w, j->cc);
+    add_all(&w, fixed);
+    for (int i = 0; i < rest->n; i++) {
+        add(&w, lab__text("%s", rest->word[i]));
+    }
+    stein_status status = w.failed || rest->failed ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                          : w.n == 0
+                              ? lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty")
+                              : lab__spawn(w.word, j->log, &code, err);
+    if (status == STEIN_OK && code != 0) {
+        status = complain(j, code, err);
+    }
+    free_words(&w);
+    free_words(rest);
+    return status;
+}
+
+static stein_status write_text(const char *path, const char *text, stein_err *err)
+{
+    const char *const lines[] = {text, NULL};
+    return path != NULL ? lab__write_lines(path, lines, err)
+                        : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* what all mechanisms share, into the cache */
+static stein_status write_shared(const job *j, const fmu_sources *sources, stein_err *err)
+{
+    char *stein = lab__text("%s/stein", j->folder);
+    stein_status status =
+        stein != NULL ? lab__folder(stein, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    free(stein);
+    for (int i = 0; status == STEIN_OK && i < sources->n; i++) {
+        if (!is_own(sources->name[i])) {
+            char *path = lab__text("%s/%s", j->folder, sources->name[i]);
+            status = write_text(path, sources->text[i], err);
+            free(path);
+        }
+    }
+    return status;
+}
+
+static const char always[] = "-fPIC -fvisibility=hidden -DFMI3_OVERRIDE_FUNCTION_PREFIX "
+                             "-DFMI2_OVERRIDE_FUNCTION_PREFIX";
+
+/* files of the shared or of the own kind, as words of the command line */
+static void add_files(words *w, const job *j, const fmu_sources *sources, int own)
+{
+    for (int i = 0; sources->compiled[i] != NULL; i++) {
+        if (is_own(sources->compiled[i]) == own) {
+            add(w, lab__text("%s/%s", own ? j->work : j->folder, sources->compiled[i]));
+        }
+    }
+}
+
+static void add_options(words *w, const job *j)
+{
+    add_all(w, fmu__compiler_options);
+    add_all(w, always);
+    add(w, lab__text("-I%s", j->folder));
+    add(w, lab__text("-o"));
+    add(w, lab__text("%s", j->fresh));
+}
+
+static stein_status compile_core(const job *j, const fmu_sources *sources, stein_err *err)
+{
+    words w = {.n = 0};
+    stein_status status = write_shared(j, sources, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    add_options(&w, j);
+    add_files(&w, j, sources, 0);
+    status = run(j, "-r -nostdlib", &w, err);
+    if (status == STEIN_OK && rename(j->fresh, j->core) != 0) {
+        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->core, strerror(errno));
+    }
+    return status;
+}
+
+static stein_status link_all(const job *j, const fmu_sources *sources, stein_err *err)
+{
+    words w = {.n = 0};
+    add_options(&w, j);
+    add_files(&w, j, sources, 1);
+    add(&w, lab__text("%s", j->core));
+    add(&w, lab__text("-lm"));
+    return run(j, "-shared -s -Wl,-z,defs -Wl,--build-id=none", &w, err);
+}
+
+/* "x86_64-linux" or, in FMI 2, "linux64": of what the compiler compiles for */
+static stein_status find_platform(char *platform, const job *j, int version, stein_err *err)
+{
+    words w = {.n = 0};
+    char *text = NULL;
+    size_t size = 0;
+    stein_status status = run(j, "-dumpmachine", &w, err);
+    status = status == STEIN_OK ? lab__read_file(j->log, &text, &size, err) : status;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    size_t n = strcspn(text, "-\n");
+    const char *arch = strncmp(text, "arm", 3) == 0 ? "aarch32" : text;
+    int old = n == 4 && text[0] == 'i' && strncmp(text + 2, "86", 2) == 0; // i386 ... i686
+    if (strstr(text, "linux") == NULL || n + sizeof "-linux" > FMU_PLATFORM) {
+        status = lab__fail(err, STEIN_ECOMPILE, "%s compiles for %.*s: an FMU needs one for Linux",
+                           j->cc, (int)strcspn(text, "\n"), text);
+    } else if (version == 2 && (old || strncmp(text, "x86_64", n) == 0)) {
+        strcpy(platform, old ? "linux32" : "linux64");
+    } else {
+        n = arch == text ? n : strlen(arch);
+        snprintf(platform, FMU_PLATFORM, "%.*s-linux", old ? 3 : (int)n, old ? "x86" : arch);
+    }
+    free(text);
+    return status;
+}
+
+static stein_status name_work(job *j, stein_err *err)
+{
+    stein_status status = lab__folder(j->folder, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    if (mkdtemp(j->work) == NULL) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
+    }
+    j->fresh = lab__text("%s/fresh", j->work);
+    j->log = lab__text("%s/log", j->work);
+    int complete = j->fresh != NULL && j->log != NULL;
+    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+static stein_status write_own(const job *j, const fmu_sources *sources, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < sources->n; i++) {
+        if (is_own(sources->name[i])) {
+            char *path = lab__text("%s/%s", j->work, sources->name[i]);
+            status = write_text(path, sources->text[i], err);
+            free(path);
+        }
+    }
+    return status;
+}
+
+static void drop(char *path)
+{
+    if (path != NULL) {
+        unlink(path);
+    }
+}
+
+static void clean(const job *j, const fmu_sources *sources)
+{
+    drop(j->fresh);
+    drop(j->log);
+    for (int i = 0; i < sources->n; i++) {
+        char *path =
+            is_own(sources->name[i]) ? lab__text("%s/%s", j->work, sources->name[i]) : NULL;
+        drop(path);
+        free(path);
+    }
+    rmdir(j->work);
+}
+
+stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_sources *sources,
+                         int version, const lab_options *options, stein_err *err)
+{
+    const char *cc = options->cc != NULL ? options->cc : getenv("CC");
+    job j = {.cc = cc != NULL && *cc != '\0' ? cc : "cc"};
+    stein_status status = name_files(&j, sources, options, err);
+    if (status != STEIN_OK) {
+        free_job(&j);
+        return status;
+    }
+    status = name_work(&j, err);
+    status = status == STEIN_OK ? find_platform(platform, &j, version, err) : status;
+    status = status == STEIN_OK ? write_own(&j, sources, err) : status;
+    int cached = access(j.core, R_OK) == 0;
+    if (status == STEIN_OK && !cached) {
+        status = compile_core(&j, sources, err);
+    }
+    status = status == STEIN_OK ? link_all(&j, sources, err) : status;
+    if (status == STEIN_ECOMPILE && cached) { // what was in the cache may be damaged: once anew
+        status = compile_core(&j, sources, err);
+        status = status == STEIN_OK ? link_all(&j, sources, err) : status;
+    }
+    status = status == STEIN_OK ? lab__read_file(j.fresh, bytes, size, err) : status;
+    clean(&j, sources);
+    free_job(&j);
+    return status;
+}
