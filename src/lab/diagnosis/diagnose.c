@@ -288,7 +288,7 @@ static stein_status conclude(diag *d, stein_err *err)
     diag__held before = {.x = NULL, .rmse = NAN};
     diag__found found;
     lab_diagnosis *o = d->out;
-    diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd);
+    diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
     progress(d, 0.8, "strokes that were held out");
     o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
     o->noise_floor = 1.0;

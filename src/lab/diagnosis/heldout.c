@@ -18,6 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "searching.h"
 
 enum { DRAWS = 2000 };
@@ -82,11 +83,13 @@ static stein_status other_starts(diag *d, fit__problem *p, const double *shared,
     return status;
 }
 
-/* -2 log likelihood of a stroke at the end of its fit, its own unknowns marginalised (Laplace)
+/* -2 log likelihood of a stroke at the end of its fit, its own unknowns marginalised (Laplace);
+ * what differs by itself is Student's, as its variance is known from n strokes only
  * @return OK (INFINITY where it cannot be simulated next to that), ENOMEM */
-static stein_status deviance(const fit__problem *p, const fit__end *e, double *value,
+static stein_status deviance(const fit__problem *p, const fit__end *e, int n, double *value,
                              stein_err *err)
 {
+    double nu = fmax(1.0, n - 1.0);
     stein_err why = {STEIN_OK, ""};
     stein_status status = fit__sensitivities(p, e->x, e->r, e->J, &why);
     *value = INFINITY;
@@ -96,6 +99,12 @@ static stein_status deviance(const fit__problem *p, const fit__end *e, double *v
         if (status == STEIN_OK) {
             lab__mixed_weigh(&m);
             *value = fit__chi2(p, e->r) + fit__priors(p, e->x) + m.logdet;
+            for (int k = p->np; k < p->nu; k++) {
+                double square = e->x[k] * e->x[k];
+                *value += p->unknown[k].kind == FIT__SCATTER
+                              ? (nu + 1.0) * stein__log_of(1.0 + square / nu) - square
+                              : 0.0;
+            }
         }
         lab__mixed_free(&m);
     }
@@ -133,7 +142,7 @@ static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int
         status = status == STEIN_OK ? other_starts(d, &own, x, middle, &e, err) : status;
         memcpy(x + t->first, room + own.np, sizeof *x * (size_t)t->own);
         if (status == STEIN_OK && own_deviance != NULL) {
-            status = deviance(&own, &e, own_deviance, err);
+            status = deviance(&own, &e, d->p.nstroke, own_deviance, err);
         }
     }
     free(room);

@@ -123,7 +123,7 @@ stein_status diag__widths(diag *d, stein_err *err)
         status = i > 0 && i <= RIVALS ? renew(d, s, err) : STEIN_OK;
         fit__problem *p = diag__problem(d, s);
         fit__problem_try(p, &s->s.candidate);
-        diag__likelihood(p, s->x, s->J, s->r, D, s->sd);
+        diag__likelihood(p, s->x, s->J, s->r, D, s->sd, NULL);
         fit__problem_try(p, NULL);
     }
     return status;

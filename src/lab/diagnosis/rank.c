@@ -180,7 +180,7 @@ static double unkept(lab__mixed *m, const fit__problem *p, const double *x, cons
 }
 
 double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
-                        double *D, double *sd)
+                        double *D, double *sd, double *promised)
 {
     lab__mixed m;
     int nwith = 0, with[FIT__NUMBERS], k[FIT__NUMBERS], memory = 1;
@@ -198,9 +198,12 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
         double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
         double *all = beta + (beta != NULL ? n : 0);
         if (beta != NULL) {
-            objective = unkept(&m, p, x, r, with, nwith, beta);
-            objective += lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
+            double more = unkept(&m, p, x, r, with, nwith, beta);
+            objective = more + lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
             memcpy(D, m.D, sizeof m.D);
+            if (promised != NULL) {
+                *promised = objective - more;
+            }
         }
         int *list = malloc(sizeof *list * (size_t)(p->np + 1));
         int nf = list != NULL ? free_ones(p, list) : 0;
@@ -431,7 +434,7 @@ stein_status diag__rank(diag *d, stein_err *err)
     lab__mixed_free(&m);
     free(column);
     free(index);
-    d->null_objective = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd);
+    d->null_objective = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
     qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_score);
     for (int i = 0; i < d->n; i++) {
         d->suspect[i].promising = d->follows != NULL || // the scores do not say much then

@@ -28,6 +28,7 @@ enum {
     RENEW_LEADERS = 2,
     POLISHED = 4,
     MORE = 8,
+    RIVALS = 4,
     RENEW_LAST = 4,
     TRIES = 3,
     ANEW = 5 /* fits from the file's own numbers, of one search: they cost most of it */
@@ -98,7 +99,7 @@ static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *e
     stein_status status = fit__descend(p, &e, !s->unknown_J, enough, renewals, err);
     s->unknown_J = 0;
     if (status == STEIN_OK) {
-        s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd);
+        s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd, &s->promised);
         s->ended = e.ended && renewals > 0; // derivatives of elsewhere do not tell the end
         s->s.refitted = 1;
         s->s.gain = d->null_objective - s->objective;
@@ -187,6 +188,34 @@ static void sort(diag *d)
 
 /* ---- from the null fit ---- */
 
+/* is it still open how far the fit of a suspect leads? */
+static int is_open(const diag__suspect *s)
+{
+    return s->s.refitted && isfinite(s->objective) && !s->ended;
+}
+
+/* new derivatives for those that promise most; what has ended promises what it has */
+static stein_status lead_on(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    double last = -INFINITY;
+    for (int n = 0; status == STEIN_OK && n < LEADERS; n++) {
+        diag__suspect *next = NULL;
+        for (int i = 0; i < d->n; i++) {
+            diag__suspect *s = &d->suspect[i];
+            int fitted = s->s.refitted && isfinite(s->objective) && s->promised > last;
+            next = fitted && (next == NULL || s->promised < next->promised) ? s : next;
+        }
+        if (next == NULL) {
+            break;
+        }
+        last = next->promised;
+        status = is_open(next) ? attempt(d, next, RENEW_LEADERS, err) : status;
+    }
+    sort(d);
+    return status;
+}
+
 static stein_status from_null(diag *d, stein_err *err)
 {
     int tried = 0;
@@ -211,17 +240,7 @@ static stein_status from_null(diag *d, stein_err *err)
         tried++;
     }
     sort(d);
-    for (int i = 0; i < d->n && i < LEADERS; i++) {
-        diag__suspect *s = &d->suspect[i];
-        if (s->s.refitted && isfinite(s->objective) && !s->ended) {
-            stein_status status = attempt(d, s, RENEW_LEADERS, err);
-            if (status != STEIN_OK) {
-                return status;
-            }
-        }
-    }
-    sort(d);
-    return STEIN_OK;
+    return lead_on(d, err);
 }
 
 /* ---- in the leader's place ---- */
@@ -504,6 +523,21 @@ static stein_status early_ones(diag *d, stein_err *err)
     return status;
 }
 
+/* those that promise as much as the leader has */
+static stein_status rivals_to_the_end(diag *d, stein_err *err)
+{
+    const diag__suspect *leader = &d->suspect[0];
+    double bound = leader->objective + diag__convincing * diag__excess(d, leader);
+    stein_status status = STEIN_OK;
+    for (int i = 1, n = 0; status == STEIN_OK && i < d->n && n < RIVALS; i++) {
+        if (is_open(&d->suspect[i]) && d->suspect[i].promised < bound) {
+            status = to_the_end(d, &d->suspect[i], err);
+            n++;
+        }
+    }
+    return status;
+}
+
 /* the leading ones to their end, also where that is far while none leaves only noise, and then more
  * of them */
 static stein_status polish(diag *d, stein_err *err)
@@ -526,9 +560,12 @@ static stein_status polish(diag *d, stein_err *err)
         explained |= !is_off(d, s);
     }
     sort(d);
-    return status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted
-               ? to_the_end(d, &d->suspect[0], err)
-               : status;
+    if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted) {
+        status = to_the_end(d, &d->suspect[0], err);
+        status = status == STEIN_OK ? rivals_to_the_end(d, err) : status;
+        sort(d);
+    }
+    return status;
 }
 
 /* a gain that may be that of a null fit which is stuck is asked again from the leader's end */

@@ -38,6 +38,7 @@ typedef struct diag__suspect {
     double small_step;
     double *x, *J, *r;      /* of a refit, one block; NULL before */
     double objective;       /* -2 log likelihood of the refit, scatter taken out */
+    double promised;        /* the same where its derivatives lead to */
     double D[LAB_SCATTERS]; /* variances of scatter in prior variances */
     double *sd;             /* [np] of the free unknowns, in x */
     int promising;          /* its linear gain is a share of the best one */
@@ -140,9 +141,10 @@ stein_status diag__rank(diag *d, stein_err *err);
 /** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated: as
  *  Laplace has it, with the sum of squares that is reached, not what derivatives promise beyond.
  *  @param D   variances of scatter, out
- *  @param sd  [np] standard deviations of the free unknowns in x, out */
+ *  @param sd  [np] standard deviations of the free unknowns in x, out
+ *  @param promised  out: what derivatives promise; NULL: not wanted */
 double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
-                        double *D, double *sd);
+                        double *D, double *sd, double *promised);
 /** Scores of all suspects in the place of the leader, at its end: swap and start.
  *  diag__changes was called there. */
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err);

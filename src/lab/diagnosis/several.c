@@ -137,7 +137,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     if (status == STEIN_OK) {
         next->ended = e.ended;
         next->null_objective =
-            diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd);
+            diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd, NULL);
         first->out->fits++;
     }
     *out = next;
