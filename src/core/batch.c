@@ -47,14 +47,11 @@ int stein_batch_width(const stein_model *model)
 static size_t layout(stein_batch *b, unsigned char *base)
 {
     size_t used = 0, n = (size_t)b->n;
-    const size_t size[] = {sizeof *b,
-                           n * sizeof *b->place,
-                           (size_t)b->ngroup * sizeof *b->wide,
-                           n * sizeof *b->state,
-                           n * sizeof *b->t_end,
-                           n * sizeof *b->pacer};
-    size_t at[6];
-    for (int i = 0; i < 6; i++) {
+    const size_t size[] = {sizeof *b, n * sizeof *b->place, (size_t)b->ngroup * sizeof *b->wide,
+                           n * sizeof *b->state, n * sizeof *b->pacer};
+    enum { PARTS = sizeof size / sizeof *size };
+    size_t at[PARTS];
+    for (int i = 0; i < PARTS; i++) {
         at[i] = used;
         used += (size[i] + 15u) / 16u * 16u;
     }
@@ -62,8 +59,7 @@ static size_t layout(stein_batch *b, unsigned char *base)
         b->place = (berth *)(void *)(base + at[1]);
         b->wide = (void **)(void *)(base + at[2]);
         b->state = (stein_status *)(void *)(base + at[3]);
-        b->t_end = (double *)(void *)(base + at[4]);
-        b->pacer = (stein__pacer *)(void *)(base + at[5]);
+        b->pacer = (stein__pacer *)(void *)(base + at[4]);
     }
     if (b->width != NULL) {
         size_t group = (b->width->size(b->model) + 63u) / 64u * 64u;

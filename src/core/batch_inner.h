@@ -32,7 +32,6 @@ struct stein_batch {
     berth *place;        /* [n] */
     void **wide;         /* [ngroup] */
     stein_status *state; /* [n] of the present step or run */
-    double *t_end;       /* [n] */
     stein__pacer *pacer; /* [n] of a run with steps of controlled error */
 };
 
