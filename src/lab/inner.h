@@ -24,6 +24,7 @@
 
 #include "gen.h"
 #include "mechanism.h"
+#include "stein/identity.h"
 #include "stein/lab.h"
 #include "stein/load.h"
 
@@ -46,6 +47,10 @@ enum { LAB_NUMBER = 32 };
 /** The shortest decimal that reads back as exactly this double; a point whatever the locale.
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
+
+/** Go on with a hash (FNV-1a of 64 bits, begun with STEIN_HASH): identifies bytes, no protection
+ *  against intent. */
+unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t n);
 
 /** End a text that was written with open_memstream. @param text  freed and NULL on failure
  *  @return OK, ENOMEM */

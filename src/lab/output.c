@@ -67,6 +67,15 @@ char *lab__text(const char *format, ...)
     return text;
 }
 
+unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t n)
+{
+    const unsigned char *byte = bytes;
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ byte[i]) * 1099511628211ull;
+    }
+    return hash;
+}
+
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err)
 {
     int bad = ferror(stream); // a text that could not grow has lost its end

@@ -37,12 +37,10 @@ static void free_job(job *j)
 
 static unsigned long long hash_sources(void)
 {
-    unsigned long long h = 0xcbf29ce484222325u;
+    unsigned long long h = STEIN_HASH;
     for (const page__source *f = page__core_files; f->name != NULL; f++) {
         for (int i = 0; f->lines[i] != NULL; i++) {
-            for (const char *c = f->lines[i]; *c != '\0'; c++) {
-                h = (h ^ (unsigned char)*c) * 0x100000001b3u;
-            }
+            h = lab__hash(h, f->lines[i], strlen(f->lines[i]));
         }
     }
     return h;
