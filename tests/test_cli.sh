@@ -182,8 +182,13 @@ claim 0 "and kept" "$stein" simulate "$dir/mine.yaml" --until 0.1s --json
 same "with the same result" "$dir/mine.json" "$dir/out"
 claim 0 "a number needs no compiler" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.mass=0.3kg
 claim 1 "another structure does" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.centre.x=1mm
+CC='   '
+claim 1 "a compiler without a name" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.centre.x=1mm
+says "it is told so" "compiler's name is empty"
+CC="env A=1 B=1 C=1 D=1 E=1 F=1 G=1 H=1 I=1 J=1 K=1 L=1 M=1 N=1 O=1 P=1 Q=1 R=1 S=1 T=1 cc"
+claim 0 "a compiler of many words" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.centre.x=1mm
 unset CC
-claim 0 "and is compiled by itself" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.centre.x=1mm
+claim 0 "and is compiled by itself" "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.centre.y=1mm
 "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.at.z=1mm --json >"$dir/one" 2>"$dir/err" &
 "$stein" simulate "$dir/mine.yaml" --until 0.1s --set rod.at.z=1mm --json >"$dir/two" 2>>"$dir/err"
 two=$?

@@ -104,6 +104,20 @@ void lab__json_null(lab__json *j, const char *key);
  *  @return OK, EIO */
 stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_err *err);
 
+/** Words of a command line, as many as there are; begun with {0}. */
+typedef struct lab__words {
+    char **word; /* [n] and NULL behind them, all owned */
+    int n, failed;
+} lab__words;
+/** One word more, which is the list's from now on; NULL, or no memory, makes lab__words_run fail.
+ */
+void lab__word(lab__words *words, char *word);
+/** All words of a text, between its blanks: a compiler may bring words of its own ("ccache gcc").
+ */
+void lab__words_of(lab__words *words, const char *text);
+/** lab__spawn them and free them, in any case. @return OK, EIO, ENOMEM */
+stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err);
+
 /* ---- gnuplot.c ---- */
 
 typedef void lab__script_fn(FILE *f, const void *ctx);
