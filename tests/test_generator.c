@@ -550,19 +550,24 @@ void generator_text_cases(Suite *suite);
 Suite *generator_suite(void)
 {
     Suite *s = suite_create("generator");
-    TCase *graph = tcase_create("graph"), *equations = tcase_create("equations");
+    TCase *graph = tcase_create("graph"), *models = tcase_create("models"),
+          *trees = tcase_create("trees"), *compiled = tcase_create("compiled");
     tcase_add_test(graph, equal_expressions_are_one_node);
     tcase_add_test(graph, zeros_ones_and_signs_vanish);
     tcase_add_test(graph, parameter_arithmetic_moves_to_setup);
     tcase_add_test(graph, counts_follow_robotrans_convention);
+    tcase_add_test(graph, graphs_agree_with_lagrange_on_a_six_axis_arm);
     suite_add_tcase(s, graph);
-    tcase_set_timeout(equations, 300);
-    tcase_add_test(equations, graphs_agree_with_lagrange_on_random_trees);
-    tcase_add_test(equations, graphs_agree_with_lagrange_on_a_six_axis_arm);
-    tcase_add_loop_test(equations, compiled_trees_agree_with_lagrange, 0, 4);
-    tcase_add_test(equations, compiled_models_agree_with_lagrange);
-    tcase_add_test(equations, descriptor_holds_every_part_of_the_file);
-    suite_add_tcase(s, equations);
+    tcase_set_timeout(models, 300);
+    tcase_add_test(models, compiled_models_agree_with_lagrange);
+    tcase_add_test(models, descriptor_holds_every_part_of_the_file);
+    suite_add_tcase(s, models);
+    tcase_set_timeout(trees, 300);
+    tcase_add_test(trees, graphs_agree_with_lagrange_on_random_trees);
+    suite_add_tcase(s, trees);
+    tcase_set_timeout(compiled, 300);
+    tcase_add_loop_test(compiled, compiled_trees_agree_with_lagrange, 0, 4);
+    suite_add_tcase(s, compiled);
     generator_text_cases(s);
     return s;
 }
