@@ -8,25 +8,6 @@
 #include "core.h"
 #include "support.h"
 
-static void *count_alloc(void *ctx, size_t size)
-{
-    ++*(int *)ctx;
-    return malloc(size);
-}
-
-static void count_release(void *ctx, void *block)
-{
-    --*(int *)ctx;
-    free(block);
-}
-
-static void *no_memory(void *ctx, size_t size)
-{
-    (void)ctx;
-    (void)size;
-    return NULL;
-}
-
 START_TEST(a_simulation_is_one_allocation_and_stepping_none)
 {
     int live = 0;
