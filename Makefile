@@ -78,7 +78,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage
 .SUFFIXES:
 .DELETE_ON_ERROR:
@@ -267,8 +267,9 @@ $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
-# fuzz targets: with libFuzzer (VARIANT=fuzz, clang), and as programs that are fed kept files
-FUZZ := mechanism csv state journal set
+# fuzz targets, named as the folders of their kept files: with libFuzzer (VARIANT=fuzz, clang), and as
+# programs that are fed those files
+FUZZ := $(notdir $(wildcard tests/fuzz/corpus/*))
 FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c src/cli/completion.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 $(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
 	@echo "  LD    $@"
@@ -299,9 +300,11 @@ SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' te
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
+# what the tests run
+tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
+
 check: deps-check  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden \
-	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -353,7 +356,7 @@ golden: $(B)/steingen  ## accept the generated text of the pendulum as the golde
 include packaging/install.mk
 
 clean:  ## remove everything that was built
-	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage
+	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
@@ -378,8 +381,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 
 # every line and branch that the tests reach, of what is linked into the library and the lab
 coverage: deps  ## lines and branches that the tests reach: COVER=suites (all by default)
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' all build-coverage/check \
-	  build-coverage/reality build-coverage/hidden build-coverage/comma $(FUZZ:%=build-coverage/replay-%)
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' tested
 	-$(Q)$(MAKE) --no-print-directory -k B=build-coverage OPT='-O0 -g --coverage' $(COVER)
 	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
 COVER ?= $(SUITE_JOBS) $(SCRIPT_JOBS)
