@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli.h - what the commands of `stein` share. One file a command; only these files print or exit.
  *
- *   main.c     the table of commands          options.c   parsing, quantities, did you mean
- *   help.c     --help                         report.c    failures, progress, units for people
- *   manual.c   manual pages                   results.c   tables of sweep and merge
- *   completion.c  for bash
+ *   main.c        the table of commands       options.c   parsing, did you mean
+ *   help.c        --help                      names.c     lists of names
+ *   manual.c      manual pages                report.c    models, failures, progress, quantities
+ *   completion.c  for bash                    results.c   tables of sweep and merge
  */
 #ifndef CLI_H
 #define CLI_H

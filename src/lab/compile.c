@@ -89,31 +89,6 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)
-{
-    lab__file file;
-    stein_status status = lab__file_open(&file, path, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    for (int i = 0; lines[i] != NULL; i++) {
-        fputs(lines[i], file.stream);
-    }
-    return lab__file_close(&file, 1, err);
-}
-
-void lab__complaint(const char *log, char *text, int size)
-{
-    FILE *f = fopen(log, "r");
-    strcpy(text, "");
-    while (f != NULL && strstr(text, "error") == NULL && fgets(text, size, f) != NULL) {
-    }
-    if (f != NULL) {
-        fclose(f);
-    }
-    text[strcspn(text, "\n")] = '\0';
-}
-
 static stein_status complain(const job *j, const char *name, const char *cc, int code,
                              stein_err *err)
 {

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * inner.h - what the files of the lab share with each other and with the commands. Not installed.
  *
- *   open.c     mechanism file -> equations     output.c   numbers, files that appear whole
- *   compile.c  equations -> shared object      json.c     JSON
- *   strike.c   one stroke, by its events       process.c  other programs: cc, gnuplot
- *   record.c   samples, CSV                    plot.c     a stroke as a picture
- *   sweep.c    many strokes on threads         drive.c    inputs from a CSV file
- *   facts.c    the paper against strokes       study.c    section 5 of the paper
- *   gnuplot.c  a script becomes a picture
- *   grid.c     points from --vary              table.c    results of a sweep, keyed by point
- *   crew.c     work on threads
- *   batch.c    many simulations                journal.c  finished points, safe from kill -9
- *   vary.c     a sweep over a grid             map.c      a sweep as a picture
- *   grid_file.c  does the file accept these points?
- *   binary.c   records for NumPy and MATLAB
+ *   open.c      mechanism file -> equations     output.c    messages, numbers, files that appear
+ * whole compile.c   equations -> shared object      json.c      JSON strike.c    one stroke, by its
+ * events       process.c   other programs: compilers, gnuplot record.c    samples, CSV binary.c
+ * records for NumPy and MATLAB sweep.c     many strokes on threads         drive.c     inputs from
+ * a CSV file crew.c      work on threads                 batch.c     many simulations vary.c      a
+ * sweep over a grid             grid.c      points from --vary grid_file.c  does the file accept
+ * them?     table.c     results of a sweep, keyed by point journal.c   the same, safe from kill -9
+ * facts.c     the paper against strokes plot.c      a stroke as a picture           map.c       a
+ * sweep as a picture gnuplot.c   a script becomes a picture      identity.c  hashes of standard
+ * sweeps and fits
+ *
+ * Folders: data/, fit/, diagnosis/, plan/, study/, page/, import/, each with a header of its own.
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -28,13 +27,12 @@
 #include "stein/lab.h"
 #include "stein/load.h"
 
+/* ---- output.c: messages, texts, numbers, files ---- */
+
 /** Fill err (nullable) with a printf-like message and return the code. */
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
 /** A new string from a printf-like format; NULL without memory. The caller frees it. */
 char *lab__text(const char *format, ...);
-
-/* ---- output.c ---- */
-
 /** A text that may come from anywhere (a file's name, a word of the command line) as part of one
  *  line: control characters become "?". @return text */
 char *lab__one_line(char *text);
@@ -73,6 +71,8 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err);
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err);
 /** Is this path the standard output? */
 int lab__is_stdout(const char *path);
+/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
 /** A whole file, one 0 behind it; freed by the caller. @return OK, EIO, ENOMEM */
 stein_status lab__read_file(const char *path, char **text, size_t *size, stein_err *err);
 /** A folder with all its parents. @return OK, EIO */
@@ -117,6 +117,8 @@ void lab__word(lab__words *words, char *word);
 void lab__words_of(lab__words *words, const char *text);
 /** lab__spawn them and free them, in any case. @return OK, EIO, ENOMEM */
 stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err);
+/** The first line of a compiler's log that tells of an error; "" when there is none. */
+void lab__complaint(const char *log, char *text, int size);
 
 /* ---- gnuplot.c ---- */
 
@@ -256,10 +258,6 @@ const mechanism *lab__mechanism(const lab_model *model);
 /** Folder of the cache for this version of the library, not yet made; freed by the caller.
  *  @return OK, EIO (the environment names none), ENOMEM */
 stein_status lab__cache(char **folder, const lab_options *options, stein_err *err);
-/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
-stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
-/** The first line of a compiler's log that tells of an error; "" when there is none. */
-void lab__complaint(const char *log, char *text, int size);
 /** Equations of a mechanism from the cache, compiled into it when they are absent or stale. */
 stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
                            const gen_result *equations, const lab_options *options, stein_err *err);

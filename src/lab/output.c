@@ -290,3 +290,16 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
     *size = n;
     return bad ? lab__fail(err, STEIN_EIO, "%s cannot be read", path) : STEIN_OK;
 }
+
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)
+{
+    lab__file file;
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    for (int i = 0; lines[i] != NULL; i++) {
+        fputs(lines[i], file.stream);
+    }
+    return lab__file_close(&file, 1, err);
+}

@@ -93,3 +93,15 @@ stein_status lab__words_run(lab__words *words, const char *log, int *code, stein
     *words = (lab__words){0};
     return status;
 }
+
+void lab__complaint(const char *log, char *text, int size)
+{
+    FILE *f = fopen(log, "r");
+    strcpy(text, "");
+    while (f != NULL && strstr(text, "error") == NULL && fgets(text, size, f) != NULL) {
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    text[strcspn(text, "\n")] = '\0';
+}
