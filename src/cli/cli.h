@@ -145,8 +145,6 @@ typedef struct cli_progress {
 } cli_progress;
 void cli_progress_begin(cli_progress *p, const char *what);
 void cli_progress_show(cli_progress *p, double fraction);
-/** A line now and then for who is not at a terminal, at most every so many seconds. */
-void cli_progress_line(cli_progress *p, double fraction, double every);
 void cli_progress_end(cli_progress *p);
 /** A bar on a terminal, elsewhere a line now and then. @param ctx  the cli_progress */
 void cli_progress_step(void *ctx, double fraction, const char *step);

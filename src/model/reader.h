@@ -224,8 +224,6 @@ int mech__failed(const mech__reader *rd, const char *owner);
 void mech__offer_paths(mech__reader *rd, mech__nearest *n);
 void mech__problem_slot(mech__reader *rd, const mech__slot *slot, int from_set, size_t skip,
                         const char *format, ...);
-/** Is there an override of this name? */
-int mech__is_set(const mech__reader *rd, const char *path);
 void mech__section_parameters(mech__reader *rd);
 /** Work out all slots. */
 void mech__resolve(mech__reader *rd);

@@ -132,8 +132,6 @@ void data__note_line(data__reader *r, const char *text, size_t size);
 void data__header_line(data__reader *r, const char *text, size_t size);
 /** Give every `# noise` to its column. */
 void data__settle_noise(data__reader *r);
-/** A new copy of n bytes, NUL at the end; without memory NULL, and the problems know. */
-char *data__copy(data__reader *r, const char *s, size_t n);
 
 /* ---- audit: data_findings.c, data_noise.c, data_rest.c ---- */
 
