@@ -78,7 +78,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run tested check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage
 .SUFFIXES:
 .DELETE_ON_ERROR:
@@ -332,13 +332,18 @@ fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers:
 	$(Q)sh tests/fuzz.sh $(SECONDS)
 
 SOAK ?= 170
-soak: deps  ## hours of the same: 1e5 random regulations, 1000 kills, all faults, all builds, all fuzz targets
+soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
 	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=wrong $(B)/check
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_sweep.sh
+	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_kills.sh
 	$(Q)$(B)/faults all
 	$(Q)$(MAKE) --no-print-directory identity
 	$(Q)$(MAKE) --no-print-directory fuzz SECONDS=$(SECONDS)
+
+N ?= 180
+mutate:  ## small mistakes in generator, laws, notch and integrators, for the suites to find: N=180 SEED=1
+	$(Q)sh tests/mutate.sh $(N) $(SEED) $(JOBS) $(FILES)
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
@@ -361,7 +366,7 @@ clean:  ## remove everything that was built
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.c tests/locale/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.c tests/locale/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source
