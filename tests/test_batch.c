@@ -499,7 +499,11 @@ START_TEST(a_simulation_that_fails_fails_alone_with_the_words_it_always_has)
                                    : i == 7         ? STEIN_EINVAL
                                                     : STEIN_OK);
     }
-    ck_assert_str_eq(said.msg, "cannot run to t = -1 s from t = 0 s"); // the first to be known
+    ck_assert_str_eq(
+        said.msg,
+        "cannot run to t = -1 s from t = 0 s: expected a time that is still to come"); // the first
+                                                                                       // to be
+                                                                                       // known
     t_end[7] = 0.003;
     ck_assert_stein(stein_run(t.alone[7], t_end[7], err));
     ck_assert_int_eq(stein_batch_run(t.batch, t_end, rider, &said), alone[2]);

@@ -287,8 +287,10 @@ stein_status stein_step(stein_sim *sim, stein_err *err)
 stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err)
 {
     if (!isfinite(t_end) || t_end < sim->head->t) {
-        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end,
-                           sim->head->t);
+        return stein__fail(
+            err, STEIN_EINVAL,
+            "cannot run to t = %g s from t = %g s: expected a time that is still to come", t_end,
+            sim->head->t);
     }
     return STEIN_OK;
 }
