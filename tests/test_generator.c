@@ -95,6 +95,8 @@ START_TEST(zeros_ones_and_signs_vanish)
     ck_assert_int_eq(ex_fun(g, EX_COS, nx), ex_fun(g, EX_COS, s->x));
     ck_assert_int_eq(ex_fun(g, EX_SIN, nx), ex_neg(g, ex_fun(g, EX_SIN, s->x)));
     ck_assert_int_eq(ex_fun(g, EX_COS, 0), one);
+    ck_assert_int_eq(ex_num(g, -2.5), ex_neg(g, ex_num(g, 2.5)));
+    ck_assert_int_eq(ex_mul(g, s->a, minus), ex_neg(g, s->a));
     graphs_free(s);
 }
 END_TEST
@@ -105,6 +107,8 @@ START_TEST(parameter_arithmetic_moves_to_setup)
     ex_graph *g = &s->g;
     ex ab = ex_add(g, ex_mul(g, s->a, s->b), s->c);
     ck_assert_int_eq(g->node[ab].op, EX_CONST);
+    ex ax = ex_mul(g, s->a, s->x), twice = ex_add(g, ax, ax); /* one addition, no other parameter */
+    ck_assert(g->node[twice].op == EX_ADD && g->node[twice].a == ax && g->node[twice].b == ax);
     ex sum = ex_add(g, ex_mul(g, s->a, s->x), ex_mul(g, s->b, s->x)); /* (a + b) x */
     stein_ops o;
     ck_assert_int_eq(ex_count(g, &sum, 1, &o), 0);
