@@ -92,6 +92,12 @@ START_TEST(zeros_ones_and_signs_vanish)
     ck_assert_int_eq(ex_mul(g, minus, s->x), nx);
     ck_assert_int_eq(ex_mul(g, nx, ny), ex_mul(g, s->x, s->y));
     ck_assert_int_eq(ex_add(g, s->x, ny), ex_sub(g, s->x, s->y));
+    ex ratio = ex_div(g, s->x, s->y);
+    ck_assert_int_eq(ex_div(g, nx, s->y), ex_neg(g, ratio));
+    ck_assert_int_eq(ex_div(g, s->x, ny), ex_neg(g, ratio));
+    ck_assert_int_eq(ex_div(g, nx, ny), ratio);
+    ck_assert_int_eq(ex_div(g, s->x, one), s->x);
+    ck_assert_int_eq(ex_div(g, 0, s->x), 0);
     ck_assert_int_eq(ex_fun(g, EX_COS, nx), ex_fun(g, EX_COS, s->x));
     ck_assert_int_eq(ex_fun(g, EX_SIN, nx), ex_neg(g, ex_fun(g, EX_SIN, s->x)));
     ck_assert_int_eq(ex_fun(g, EX_COS, 0), one);
