@@ -165,7 +165,7 @@ static char *list_texts(void)
         put_text(f, m);
         ref_tree_free(m);
     }
-    static const char *const axes[] = {"zyyxyx", "yyyyyy", "zxzxzx", "xyz", "zzyyx"};
+    static const char *const axes[] = {"zyyxyx", "yyyyyyyyyyyy", "zxzxzx", "xyz", "zzyyx"};
     for (int k = 0; k < 5; k++) {
         unsigned long long seed = 90u + (unsigned)k;
         mechanism *m = ref_arm(axes[k], axes[k], &seed);
