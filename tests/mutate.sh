@@ -19,7 +19,7 @@ mkdir -p "$M"
 # the suites that can find a mistake in a file, quick ones first; SUITE.CASE is one case of a suite
 suites() {
     case $1 in
-    gen/*) echo generator.text generator.graph parts generator.models table generator.trees faults.generate generator.compiled ;;
+    gen/*) echo generator.graph generator.arm generator.text parts generator.models table generator.trees faults.generate generator.compiled ;;
     *) echo law core contact integrator stroke table facts wrong batch effects ;;
     esac
 }
@@ -32,7 +32,8 @@ tests_of() { # TREE SUITE SECONDS: run it there, with a cache and limits of its 
         XDG_CACHE_HOME=$1/cache STEIN_BUILD=build CK_RUN_SUITE=${2%.*} timeout -k 2 "$3" build/check >log 2>&1
     )
 }
-build() { make -s -C "$1" B=build OPT=-O2 CFLAGS=-w -o build/steingen build/check build/faults >"$1/log" 2>&1; }
+# undefined behaviour of what was changed is a crash
+build() { make -s -C "$1" B=build OPT=-O2 CFLAGS="-w -fsanitize=undefined -fsanitize-undefined-trap-on-error" -o build/steingen build/check build/faults >"$1/log" 2>&1; }
 
 # ---- copies of the sources, built once; every suite has to pass in them, and its time is kept
 cc -std=c11 -O1 -o "$M/mutate" tests/mutate/mutate.c || exit 1
@@ -56,9 +57,10 @@ done
 
 # ---- the mutants; with KEEP=1 what was found before needs not be found again
 [ -n "${KEEP:-}" ] && [ -f "$M/results" ] || : >"$M/results"
-grep '^killed\|^not built' "$M/results" >"$M/found"
-mv "$M/found" "$M/results"
 "$M/mutate" list "$seed" "$n" "$@" >"$M/list.all" || exit 1
+awk -F'\t' 'FILENAME ~ /list/ { wanted[$1 FS $4 FS $5]; next }
+    $1 != "survived" && ($2 FS $4 FS $5 in wanted)' "$M/list.all" "$M/results" >"$M/found"
+mv "$M/found" "$M/results"
 awk -F'\t' 'FILENAME ~ /results/ { done[$2 FS $4 FS $5]; next } !($1 FS $4 FS $5 in done)' \
     "$M/results" "$M/list.all" >"$M/list"
 try() { # TREE FILE NUMBER: what became of it

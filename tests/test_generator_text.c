@@ -428,6 +428,32 @@ START_TEST(every_refusal_names_the_cause)
 }
 END_TEST
 
+/* n numbers, then sums of all of them: n cells at the deepest */
+START_TEST(a_formula_may_be_as_deep_as_the_stack_and_no_deeper)
+{
+    unsigned long long seed = 6;
+    mechanism *m = ref_tree("deep", 2, 1, &seed);
+    mech_step steps[2 * MECH_STACK + 1];
+    for (int n = MECH_STACK; n <= MECH_STACK + 1; n++) {
+        mech_formula formula = {.steps = steps, .nsteps = 2 * n - 1};
+        for (int i = 0; i < formula.nsteps; i++) {
+            steps[i] = (mech_step){i < n ? MECH_OP_CONST : MECH_OP_ADD, 0, 1.5};
+        }
+        m->formulas = &formula;
+        m->nformula = 1;
+        if (n <= MECH_STACK) {
+            gen_result r = generate(m);
+            gen_free(&r);
+        } else {
+            refused(m, "formula");
+        }
+    }
+    m->formulas = NULL;
+    m->nformula = 0;
+    ref_tree_free(m);
+}
+END_TEST
+
 START_TEST(freeing_nothing_is_fine)
 {
     gen_result r = {.source = NULL};
@@ -451,6 +477,7 @@ void generator_text_cases(Suite *suite)
     tcase_add_test(t, a_zero_that_becomes_a_number_changes_the_equations);
     tcase_add_test(t, hostile_names_stay_in_string_literals);
     tcase_add_loop_test(t, every_refusal_names_the_cause, 0, BAD_END);
+    tcase_add_test(t, a_formula_may_be_as_deep_as_the_stack_and_no_deeper);
     tcase_add_test(t, freeing_nothing_is_fine);
     suite_add_tcase(suite, t);
 }
