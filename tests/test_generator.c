@@ -143,6 +143,33 @@ START_TEST(graphs_agree_with_lagrange_on_a_six_axis_arm)
 }
 END_TEST
 
+/* every operation of a formula: the reference takes the numbers that the reader worked out */
+START_TEST(formulas_are_what_the_reader_works_out)
+{
+    static const char file[] =
+        "mechanism: formulas\n"
+        "parameters: {g.arm: 0.31 m, g.lean: 23 deg, g.deep: 0.07 m}\n"
+        "bodies:\n"
+        "  one:\n"
+        "    joint: R y\n"
+        "    mass: 2 kg\n"
+        "    inertia: {yy: 0.3}\n"
+        "    centre: [g.arm * tan(g.lean), 0, -g.deep]\n"
+        "  two:\n"
+        "    parent: one\n"
+        "    joint: R y\n"
+        "    mass: 1 kg\n"
+        "    at: [sqrt(g.arm * g.arm + g.deep * g.deep), 0, g.arm * sin(g.lean) - g.deep / 3]\n"
+        "    centre: [g.deep * cos(g.lean), 0, 0.01 m]\n";
+    mechanism *m = NULL;
+    unsigned long long seed = 5;
+    ck_assert_stein(
+        mech_read_text(&m, "test.yaml", file, sizeof file - 1, NULL, 0, NULL, NULL, err));
+    check_by_graph(m, &seed);
+    mech_free(m);
+}
+END_TEST
+
 /* ---- the compiled text ---------------------------------------------------------------------- */
 
 typedef struct workshop {
@@ -463,6 +490,7 @@ Suite *generator_suite(void)
           *trees = tcase_create("trees"), *compiled = tcase_create("compiled");
     generator_graph_cases(s);
     tcase_add_test(arm, graphs_agree_with_lagrange_on_a_six_axis_arm);
+    tcase_add_test(arm, formulas_are_what_the_reader_works_out);
     suite_add_tcase(s, arm);
     tcase_set_timeout(models, 300);
     tcase_add_test(models, compiled_models_agree_with_lagrange);
