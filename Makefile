@@ -355,7 +355,8 @@ hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=nul
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
 	$(Q)$(call HIDDEN,readme README.md)
 
-golden: $(B)/steingen $(B)/check  ## accept the generated texts of now as the golden ones
+golden: $(B)/steingen $(B)/stein $(B)/check  ## accept the generated texts and the bits of now as the golden ones
+	$(Q)$(B)/stein version --hash | sed 1d >tests/golden/hash
 	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
 	$(Q)STEIN_GOLDEN=accept CK_RUN_SUITE=generator CK_RUN_CASE=text $(B)/check
 
