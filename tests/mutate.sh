@@ -20,7 +20,7 @@ mkdir -p "$M"
 suites() {
     case $1 in
     gen/*) echo generator.graph generator.arm generator.text parts generator.models table generator.trees faults.generate generator.compiled ;;
-    *) echo core law contact integrator stroke table facts wrong batch effects ;;
+    *) echo core law contact parts integrator stroke table facts wrong batch effects ;;
     esac
 }
 tests_of() { # TREE SUITE SECONDS: run it there, with a cache and limits of its own

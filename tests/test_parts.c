@@ -117,30 +117,41 @@ START_TEST(the_numbers_of_the_whole_stay_parameters)
 }
 END_TEST
 
-/* two points of a body that tumbles and two of one that stays in its plane: each speed that is read
- * is the slope of what is read as its place */
+/* bodies in space, and bodies in the plane of a contact */
+static const struct {
+    const char *text, *point[4];
+} moved[] = {
+    {"mechanism: points\n"
+     "bodies:\n"
+     "  base: {joint: R z, mass: 1 kg, inertia: {zz: 0.3}, points: {c: [0.3 m, 0.04 m, 0.1 m]}}\n"
+     "  tool: {parent: base, joint: R x, at: [0.17 m, 0.03 m, 0.23 m], mass: 1 kg, inertia: {xx: "
+     "0.1},\n"
+     "    points: {a: [0.11 m, 0.2 m, -0.05 m], b: [-0.3 m, 0.07 m, 0.41 m]}}\n"
+     "  slide: {joint: T y, mass: 1 kg, points: {d: [0.05 m, 0, -0.2 m]}}\n",
+     {"tool.a", "tool.b", "base.c", "slide.d"}},
+    {"mechanism: plane\n"
+     "bodies:\n"
+     "  base: {joint: R y, mass: 1 kg, inertia: {yy: 0.3}, points: {c: [0.3 m, 0.04 m, 0.1 m]}}\n"
+     "  tool: {parent: base, joint: R -y, at: [0.17 m, 0, 0.23 m], mass: 1 kg, inertia: {yy: "
+     "0.1},\n"
+     "    points: {a: [0.11 m, 0.2 m, -0.05 m], b: [-0.3 m, 0.07 m, 0.41 m]}}\n"
+     "  slide: {joint: T z, mass: 1 kg, points: {d: [0.05 m, 0, -0.2 m]}}\n"
+     "contacts:\n"
+     "  floor: {between: [{point: tool.a}, {line: {on: frame, at: [0, 0, -9 m], facing: 90 deg}}], "
+     "normal: {c: 1e4}}\n",
+     {"tool.a", "tool.b", "base.c", "slide.d"}}};
+
+/* each speed that is read is the slope of what is read as the place */
 START_TEST(speeds_of_points_are_the_slopes_of_their_places)
 {
-    static const char text[] =
-        "mechanism: points\n"
-        "bodies:\n"
-        "  base: {joint: R z, mass: 1 kg, inertia: {zz: 0.3}}\n"
-        "  tool: {parent: base, joint: R x, at: [0.17 m, 0.03 m, 0.23 m], mass: 1 kg, inertia: "
-        "{xx: "
-        "0.1}, points: {a: [0.11 m, 0.2 m, -0.05 m], b: [-0.3 m, 0.07 m, 0.41 m]}}\n"
-        "  flat: {joint: R y, mass: 1 kg, inertia: {yy: 0.2}, points: {c: [0.3 m, 0.04 m, 0.1 m], "
-        "d: "
-        "[0.05 m, 0, -0.2 m]}}\n"
-        "outputs:\n";
-    static const char *const point[] = {"tool.a", "tool.b", "flat.c", "flat.d"};
     char all[4000];
-    int at = snprintf(all, sizeof all, "%s", text);
-    for (int i = 0; i < 4; i++) {
-        for (const char *axis = "xyz"; *axis != '\0'; axis++) {
-            at += snprintf(all + at, sizeof all - (size_t)at,
-                           "  p%d%c: {point: %s, read: %c}\n  v%d%c: {point: %s, read: v%c}\n", i,
-                           *axis, point[i], *axis, i, *axis, point[i], *axis);
-        }
+    int at = snprintf(all, sizeof all, "%soutputs:\n", moved[_i].text);
+    for (int i = 0; i < 12; i++) {
+        const char *point = moved[_i].point[i / 3];
+        char axis = "xyz"[i % 3];
+        at += snprintf(all + at, sizeof all - (size_t)at,
+                       "  p%d: {point: %s, read: %c}\n  v%d: {point: %s, read: v%c}\n", i, point,
+                       axis, i, point, axis);
     }
     make_folder();
     lab_model *model = open_text(all, NULL, 0);
@@ -150,12 +161,12 @@ START_TEST(speeds_of_points_are_the_slopes_of_their_places)
     for (int i = 0; i < 12; i++) {
         char name[8];
         double place[2], speed, there[3];
+        snprintf(name, sizeof name, "p%d", i);
         for (int side = 0; side < 2; side++) {
             for (int j = 0; j < 3; j++) {
                 there[j] = q[j] + (side ? h : -h) * qd[j];
             }
             ck_assert_stein(stein_set_state(sim, 0.0, there, qd, err));
-            snprintf(name, sizeof name, "p%d%c", i / 3, "xyz"[i % 3]);
             ck_assert_stein(stein_read_name(sim, name, &place[side], err));
         }
         ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
@@ -207,7 +218,7 @@ Suite *parts_suite(void)
     tcase_add_test(tc, both_pieces_together_are_the_whole);
     tcase_add_test(tc, what_is_left_follows_the_whole);
     tcase_add_test(tc, the_numbers_of_the_whole_stay_parameters);
-    tcase_add_test(tc, speeds_of_points_are_the_slopes_of_their_places);
+    tcase_add_loop_test(tc, speeds_of_points_are_the_slopes_of_their_places, 0, 2);
     tcase_add_test(tc, what_cannot_be_a_part_is_refused);
     suite_add_tcase(suite, tc);
     return suite;
