@@ -180,6 +180,62 @@ START_TEST(speeds_of_points_are_the_slopes_of_their_places)
 }
 END_TEST
 
+static double length_at(stein_sim *sim, const double *q, const double *qd)
+{
+    double sum = 0.0;
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    for (const char *name = "xyz"; *name != '\0'; name++) {
+        double a, b;
+        ck_assert_stein(stein_read_name(sim, (char[]){'a', *name, '\0'}, &a, err));
+        ck_assert_stein(stein_read_name(sim, (char[]){'b', *name, '\0'}, &b, err));
+        sum += (b - a) * (b - a);
+    }
+    return sqrt(sum);
+}
+
+/* M (qdd with a link - qdd without) = -(k (L - L0) + d L') dL/dq, in space */
+START_TEST(a_link_pulls_along_the_slope_of_its_length)
+{
+    char all[3000];
+    snprintf(
+        all, sizeof all,
+        "%slinks:\n  tie: {from: tool.a, to: slide.d, k: 37 N/m, length: 0.4 m, damping: 1.7 N "
+        "s/m}\noutputs: {ax: {point: tool.a, read: x}, ay: {point: tool.a, read: y}, az: {point: "
+        "tool.a, read: z}, bx: {point: slide.d, read: x}, by: {point: slide.d, read: y}, bz: "
+        "{point: slide.d, read: z}}\n",
+        moved[0].text);
+    make_folder();
+    lab_model *model = open_text(all, NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    const double q[] = {0.37, -0.53, 1.13}, qd[] = {2.3, -1.7, 3.1}, h = 1e-5;
+    double M[9], c[3], with[3], without[3], slope[3], rate = 0.0, length = length_at(sim, q, qd);
+    for (int j = 0; j < 3; j++) {
+        double up[] = {q[0], q[1], q[2]}, down[] = {q[0], q[1], q[2]};
+        up[j] += h;
+        down[j] -= h;
+        slope[j] = (length_at(sim, up, qd) - length_at(sim, down, qd)) / (2.0 * h);
+        rate += slope[j] * qd[j];
+    }
+    stein_mass_bias(sim, q, qd, NULL, NULL, M, c);
+    ck_assert_stein(stein_acceleration(sim, 0.0, q, qd, with, err));
+    ck_assert_stein(stein_set(sim, "tie.k", 0.0, err));
+    ck_assert_stein(stein_set(sim, "tie.damping", 0.0, err));
+    ck_assert_stein(stein_acceleration(sim, 0.0, q, qd, without, err));
+    double pull = 37.0 * (length - 0.4) + 1.7 * rate;
+    for (int i = 0; i < 3; i++) {
+        double Q = 0.0;
+        for (int j = 0; j < 3; j++) {
+            Q += M[3 * i + j] * (with[j] - without[j]);
+        }
+        ck_assert_close(Q, -pull * slope[i], 1e-7, 1e-8);
+    }
+    stein_sim_destroy(sim);
+    lab_close(model);
+    remove_folder();
+}
+END_TEST
+
 START_TEST(what_cannot_be_a_part_is_refused)
 {
     static const refusal r[] = {
@@ -219,6 +275,7 @@ Suite *parts_suite(void)
     tcase_add_test(tc, what_is_left_follows_the_whole);
     tcase_add_test(tc, the_numbers_of_the_whole_stay_parameters);
     tcase_add_loop_test(tc, speeds_of_points_are_the_slopes_of_their_places, 0, 2);
+    tcase_add_test(tc, a_link_pulls_along_the_slope_of_its_length);
     tcase_add_test(tc, what_cannot_be_a_part_is_refused);
     suite_add_tcase(suite, tc);
     return suite;
