@@ -80,7 +80,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage
 .SUFFIXES:
 .DELETE_ON_ERROR:
@@ -274,8 +274,9 @@ $(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
 $(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
-# fuzz targets: with libFuzzer (VARIANT=fuzz, clang), and as programs that are fed kept files
-FUZZ := mechanism csv state journal set
+# fuzz targets, named as the folders of their kept files: with libFuzzer (VARIANT=fuzz, clang), and as
+# programs that are fed those files
+FUZZ := $(notdir $(wildcard tests/fuzz/corpus/*))
 FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c src/cli/completion.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 $(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
 	@echo "  LD    $@"
@@ -306,9 +307,12 @@ SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' te
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 JOBS ?= $(shell nproc)
 
+# what the tests run
+tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
+  $(B)/importer
+
 check: deps-check  ## build and run every test
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all shared manual $(B)/check $(B)/reality $(B)/hidden \
-	  $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma $(B)/importer
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
@@ -337,13 +341,18 @@ fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers:
 	$(Q)sh tests/fuzz.sh $(SECONDS)
 
 SOAK ?= 170
-soak: deps  ## hours of the same: 1e5 random regulations, 1000 kills, all faults, all builds, all fuzz targets
+soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
 	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=wrong $(B)/check
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_sweep.sh
+	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_kills.sh
 	$(Q)$(B)/faults all
 	$(Q)$(MAKE) --no-print-directory identity
 	$(Q)$(MAKE) --no-print-directory fuzz SECONDS=$(SECONDS)
+
+N ?= 180
+mutate:  ## small mistakes in generator, laws, notch and integrators, for the suites to find: N=180 SEED=1
+	$(Q)sh tests/mutate.sh $(N) $(SEED) $(JOBS) $(FILES)
 
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
@@ -355,17 +364,19 @@ hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=nul
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
 	$(Q)$(call HIDDEN,readme README.md)
 
-golden: $(B)/steingen  ## accept the generated text of the pendulum as the golden one
+golden: $(B)/steingen $(B)/stein $(B)/check  ## accept the generated texts and the bits of now as the golden ones
+	$(Q)$(B)/stein version --hash | sed 1d >tests/golden/hash
 	$(Q)$(B)/steingen models/pendulum.yaml -o tests/golden/pendulum.c
+	$(Q)STEIN_GOLDEN=accept CK_RUN_SUITE=generator CK_RUN_CASE=text $(B)/check
 
 include packaging/install.mk
 
 clean:  ## remove everything that was built
-	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage
+	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.c tests/locale/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.c tests/locale/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source
@@ -386,8 +397,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 
 # every line and branch that the tests reach, of what is linked into the library and the lab
 coverage: deps  ## lines and branches that the tests reach: COVER=suites (all by default)
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' all build-coverage/check \
-	  build-coverage/reality build-coverage/hidden build-coverage/comma build-coverage/importer $(FUZZ:%=build-coverage/replay-%)
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) B=build-coverage OPT='-O0 -g --coverage' tested
 	-$(Q)$(MAKE) --no-print-directory -k B=build-coverage OPT='-O0 -g --coverage' $(COVER)
 	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . -f src -f gen build-coverage/obj
 COVER ?= $(SUITE_JOBS) $(SCRIPT_JOBS)

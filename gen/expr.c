@@ -212,7 +212,7 @@ static ex like_terms(ex_graph *g, ex a, ex b, int minus)
 {
     ex ra, rb;
     ex ka = coefficient(g, a, &ra), kb = coefficient(g, b, &rb);
-    if (ra != rb || a == b || (ra == a && rb == b)) {
+    if (ra != rb || a == b) {
         return -1;
     }
     return ex_mul(g, minus ? ex_sub(g, ka, kb) : ex_add(g, ka, kb), ra);

@@ -7,7 +7,7 @@ seconds=${1:-60}
 shift
 B=build-fuzz
 failed=0
-for target in ${*:-mechanism csv state journal set}; do
+for target in ${*:-$(ls tests/fuzz/corpus)}; do
     case $target in
     mechanism) most=4096 ;;
     csv) most=4096 ;;

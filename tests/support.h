@@ -7,6 +7,7 @@
 #include <check.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "stein/stein.h"
 #include "suites.h"
@@ -42,6 +43,25 @@ static inline stein_sim *make_sim(const stein_model *model, stein_integrator int
     stein_sim *sim = NULL;
     ck_assert_stein(stein_sim_create(&sim, model, &def, err));
     return sim;
+}
+
+/** Allocators that count the blocks that live, *(int *)ctx, and one that has none. */
+static inline void *count_alloc(void *ctx, size_t size)
+{
+    ++*(int *)ctx;
+    return malloc(size);
+}
+
+static inline void count_release(void *ctx, void *block)
+{
+    --*(int *)ctx;
+    free(block);
+}
+
+static inline void *no_memory(void *ctx, size_t size)
+{
+    (void)ctx, (void)size;
+    return NULL;
 }
 
 /** Deterministic numbers in [-1, 1) (splitmix64), for high-entropy test inputs. */

@@ -102,6 +102,47 @@ static double exit_speed(double D, double v_in)
     return v;
 }
 
+START_TEST(a_deformation_is_the_depth_and_its_rate)
+{
+    log_t log = {0};
+    stein_sim *sim = ball_over_floor(0.0107, 0.0, &log);
+    int floor = stein_find_contact(&stein_model_bouncing_ball, "floor");
+    double x = 7.0, xdot = 8.0, gap;
+    ck_assert_int_eq(stein_deformation(sim, floor, &x, &xdot), 0); // apart: nothing is touched
+    ck_assert_int_eq(stein_deformation(sim, -1, &x, &xdot), 0);
+    ck_assert_int_eq(stein_deformation(sim, 99, &x, &xdot), 0);
+    ck_assert(x == 7.0 && xdot == 8.0);
+    ck_assert_stein(stein_run(sim, sqrt(2.0 * 0.0107 / 9.81) + 2e-4, err));
+    ck_assert_int_eq(log.n, 1);
+    ck_assert_stein(stein_read_name(sim, "floor_gap", &gap, err));
+    ck_assert_int_eq(stein_deformation(sim, floor, &x, &xdot), 1);
+    ck_assert(gap < 0.0);
+    ck_assert_close(x, -gap, 1e-14, 0.0);
+    ck_assert_close(xdot, -stein_qd(sim)[0], 1e-14, 0.0);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+/* of several points that touch the deepest counts: the beak under the roof, at rest */
+START_TEST(a_notch_tells_its_deepest_point)
+{
+    const stein_model *model = &stein_model_stein1788;
+    stein_sim *sim = make_sim(model, STEIN_RK4, 1e-5);
+    double deepest = 0.0, x, xdot, force;
+    int told = 0;
+    for (int i = 0; i < 400; i++) {
+        ck_assert_stein(stein_run(sim, 1e-4 * (i + 1), err));
+        ck_assert_stein(stein_read_name(sim, "notch_force", &force, err));
+        int touches = stein_deformation(sim, model->ncontact, &x, &xdot);
+        ck_assert_int_eq(touches, force > 0.0);
+        deepest = touches ? fmax(deepest, x) : deepest;
+        told += touches;
+    }
+    ck_assert(told > 50 && deepest > 1e-6 && deepest < 1e-3);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 START_TEST(restitution_follows_the_energy_balance_at_every_impact_speed)
 {
     double worst = 0.0;
@@ -240,6 +281,8 @@ Suite *contact_suite(void)
     Suite *suite = suite_create("contact");
     TCase *tc = tcase_create("contact");
     tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, a_deformation_is_the_depth_and_its_rate);
+    tcase_add_test(tc, a_notch_tells_its_deepest_point);
     tcase_add_test(tc, free_fall_meets_the_floor_at_the_time_of_the_formula);
     tcase_add_test(tc, restitution_follows_the_energy_balance_at_every_impact_speed);
     tcase_add_test(tc, deepest_compression_follows_the_energy_balance);

@@ -3,33 +3,25 @@
 # test_docs.sh - what the documents show is true: every mechanism in them is read, every key of the
 # reference is known to the reader, every file and command they name exists.
 set -u
-stein=${STEIN_BUILD:-build}/stein
-tmp=$(mktemp -d) || exit 1
-trap 'rm -rf "$tmp"' EXIT
-XDG_CACHE_HOME=$tmp/cache
-export XDG_CACHE_HOME
-passed=0 failed=0
-ok() { # ok CLAIM STATUS
-    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
-}
+. tests/claims.sh
 
 for doc in README.md docs/mechanism-files.md; do
-    name=$tmp/$(basename "$doc" .md).yaml
+    name=$dir/$(basename "$doc" .md).yaml
     sed -n '/^```yaml$/,/^```$/p' "$doc" | sed '/^```/d' >"$name"
-    "$stein" check "$name" >"$tmp/out" 2>&1 || cat "$tmp/out"
+    "$stein" check "$name" >"$dir/out" 2>&1 || cat "$dir/out"
     "$stein" check "$name" >/dev/null 2>&1
     ok "$doc: its mechanism is read" $?
-    "$stein" simulate "$name" --until 20ms --json >"$tmp/out" 2>&1 || cat "$tmp/out"
-    grep -q '"final"' "$tmp/out"
+    "$stein" simulate "$name" --until 20ms --json >"$dir/out" 2>&1 || cat "$dir/out"
+    grep -q '"final"' "$dir/out"
     ok "$doc: its mechanism runs" $?
 done
 
 for doc in README.md docs/*.md examples/README.md; do
     sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
         test -e "$(dirname "$doc")/$link" || echo "$link"
-    done >"$tmp/dead"
-    test ! -s "$tmp/dead"
-    ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$tmp/dead"))" $?
+    done >"$dir/dead"
+    test ! -s "$dir/dead"
+    ok "$doc: its links lead somewhere ($(tr '\n' ' ' <"$dir/dead"))" $?
 done
 
 # functions and folders that they name
@@ -47,5 +39,4 @@ for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' README.md | sort 
     ok "README.md: stein $command exists" $?
 done
 
-echo "test_docs: $passed passed, $failed failed"
-test "$failed" -eq 0
+finish

@@ -103,6 +103,45 @@ START_TEST(powers_are_right_to_one_ulp)
         }
     }
     ck_assert_msg(worst < 1.0, "off by %g ulp", worst);
+}
+END_TEST
+
+/* hi + lo is x^n to some 100 bits, whatever long double is */
+static void whole_power(double x, int n, double *hi, double *lo)
+{
+    *hi = 1.0;
+    *lo = 0.0;
+    for (int i = 0; i < n; i++) {
+        double product = *hi * x, rest = fma(*hi, x, -product) + *lo * x;
+        *hi = product + rest;
+        *lo = rest - (*hi - product);
+    }
+}
+
+static double power_ulps(double x, double y, double hi, double lo)
+{
+    int exponent;
+    (void)frexp(hi, &exponent);
+    return fabs((stein__power(x, y) - hi) - lo) / ldexp(1.0, exponent - 53);
+}
+
+START_TEST(whole_and_half_powers_are_right_to_one_ulp)
+{
+    unsigned long long seed = 37;
+    for (int i = 0; i < TRIES / 4; i++) {
+        double x = exp(wide(&seed, i % 2 ? 20.0 : 0.7)), hi, lo;
+        int n = 1 + i % 23;
+        whole_power(x, n, &hi, &lo);
+        ck_assert_msg(power_ulps(x, n, hi, lo) < 1.0, "%.17g^%d", x, n);
+        hi = sqrt(x);
+        lo = fma(-hi, hi, x) / (2.0 * hi);
+        ck_assert_msg(power_ulps(x, 0.5, hi, lo) < 1.0, "%.17g^0.5", x);
+    }
+}
+END_TEST
+
+START_TEST(powers_have_the_ends_of_double)
+{
     ck_assert(stein__power(2.0, -1074.0) == 0x1p-1074 && stein__power(2.0, 1023.0) == 0x1p1023);
     ck_assert(isinf(stein__power(2.0, 1024.0)) && stein__power(0.0, 0.7) == 0.0);
     ck_assert(isnan(stein__power(-1.0, 0.5)) && stein__power(1.37, 0.0) == 1.0);
@@ -220,6 +259,8 @@ Suite *elementary_suite(void)
     tcase_add_test(t, the_worst_angle_of_all_is_right);
     tcase_add_test(t, tangent_is_right_to_one_ulp);
     tcase_add_test(t, powers_are_right_to_one_ulp);
+    tcase_add_test(t, whole_and_half_powers_are_right_to_one_ulp);
+    tcase_add_test(t, powers_have_the_ends_of_double);
     tcase_add_test(t, exp_and_log_are_right_to_one_ulp);
     tcase_add_test(t, exp_and_log_are_right_at_their_ends);
     tcase_add_test(t, exp_and_log_go_on_to_the_ends_of_double_and_leave_errno_alone);

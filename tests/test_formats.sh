@@ -2,9 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # test_formats.sh - `stein simulate --format`: NumPy and SciPy read what the CSV says, bit for bit.
 set -u
-stein=${STEIN_BUILD:-build}/stein
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
 . tests/claims.sh
 unset CC
 
@@ -18,11 +15,11 @@ run "a stroke as CSV" -o "$dir/s.csv"
 run "as a structured array, by its ending" -o "$dir/s.npy"
 run "as a MATLAB file, by its ending" -o "$dir/s.mat"
 run "by an option, whatever the ending" --format npy -o "$dir/s.dat"
-if cmp -s "$dir/s.dat" "$dir/s.npy"; then pass; else fail "an option says the same as an ending"; fi
+same "an option says the same as an ending" "$dir/s.dat" "$dir/s.npy"
 run "to standard output" --format mat -o -
-if cmp -s "$dir/out" "$dir/s.mat"; then pass; else fail "standard output holds the same file"; fi
+same "standard output holds the same file" "$dir/out" "$dir/s.mat"
 run "the ending is overruled" --format csv -o "$dir/c.npy"
-if cmp -s "$dir/c.npy" "$dir/s.csv"; then pass; else fail "CSV stays CSV"; fi
+same "CSV stays CSV" "$dir/c.npy" "$dir/s.csv"
 claim 2 "a form that is none is misuse" "$stein" strike models/stein1788.yaml --format hdf5 -o "$dir/x"
 says "the forms are listed" 'expected csv, npy or mat'
 claim 2 "a form without a file is misuse" "$stein" strike models/stein1788.yaml --format npy
@@ -57,5 +54,4 @@ PY
     claim 0 "NumPy and SciPy read the numbers, units and notes of the CSV" "$python" "$dir/read.py" "$dir"
 fi
 
-echo "test_formats: $passed passed, $failed failed"
-[ "$failed" = 0 ]
+finish

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * test_generator.c - the generator: expression graphs, equations against an independent route
- * (generator_reference.c), operation counts, the emitted text.
+ * test_generator.c - the generator: equations against an independent route (generator_reference.c),
+ * as graphs and compiled. Expressions and texts are in test_generator_graph.c, _text.c.
  */
 #include <dirent.h>
 #include <dlfcn.h>
@@ -25,9 +25,9 @@ static double *numbers_new(size_t n)
     return x;
 }
 
-/** max |a - b| <= rtol max |b|. */
 static double worst; /* relative error seen by assert_same in this test */
 
+/* max |a - b| <= rtol max |b| */
 static void assert_same(const char *what, const double *a, const double *b, int n, double rtol)
 {
     double off = 0.0, size = 0.0;
@@ -40,98 +40,6 @@ static void assert_same(const char *what, const double *a, const double *b, int 
 }
 
 /* ---- expression graphs ---------------------------------------------------------------------- */
-
-typedef struct graphs {
-    ex_graph setup, g;
-    ex a, b, c, x, y, z; /* a, b, c parameters as seen from g; x, y, z coordinates */
-} graphs;
-
-static graphs *graphs_new(void)
-{
-    graphs *s = calloc(1, sizeof *s);
-    ck_assert(s && ex_graph_init(&s->setup, NULL) == 0 && ex_graph_init(&s->g, &s->setup) == 0);
-    s->a = ex_const(&s->g, ex_var(&s->setup, EX_P, 0));
-    s->b = ex_const(&s->g, ex_var(&s->setup, EX_P, 1));
-    s->c = ex_const(&s->g, ex_var(&s->setup, EX_P, 2));
-    s->x = ex_var(&s->g, EX_Q, 0);
-    s->y = ex_var(&s->g, EX_Q, 1);
-    s->z = ex_var(&s->g, EX_Q, 2);
-    return s;
-}
-
-static void graphs_free(graphs *s)
-{
-    ex_graph_free(&s->g);
-    ex_graph_free(&s->setup);
-    free(s);
-}
-
-START_TEST(equal_expressions_are_one_node)
-{
-    graphs *s = graphs_new();
-    ex_graph *g = &s->g;
-    ck_assert_int_eq(ex_mul(g, s->x, s->y), ex_mul(g, s->y, s->x));
-    ck_assert_int_eq(ex_add(g, s->x, s->y), ex_add(g, s->y, s->x));
-    ck_assert_int_eq(ex_sub(g, s->x, s->y), ex_neg(g, ex_sub(g, s->y, s->x)));
-    ck_assert_int_eq(ex_mul(g, s->a, ex_mul(g, s->b, s->x)),
-                     ex_mul(g, ex_mul(g, s->a, s->b), s->x));
-    ck_assert_int_ne(ex_mul(g, s->x, s->x), ex_mul(g, s->x, s->y));
-    graphs_free(s);
-}
-END_TEST
-
-START_TEST(zeros_ones_and_signs_vanish)
-{
-    graphs *s = graphs_new();
-    ex_graph *g = &s->g;
-    ex one = ex_num(g, 1.0), minus = ex_num(g, -1.0), nx = ex_neg(g, s->x), ny = ex_neg(g, s->y);
-    ck_assert_int_eq(ex_mul(g, 0, s->x), 0);
-    ck_assert_int_eq(ex_add(g, s->x, 0), s->x);
-    ck_assert_int_eq(ex_sub(g, s->x, s->x), 0);
-    ck_assert_int_eq(ex_mul(g, one, s->x), s->x);
-    ck_assert_int_eq(ex_mul(g, minus, s->x), nx);
-    ck_assert_int_eq(ex_mul(g, nx, ny), ex_mul(g, s->x, s->y));
-    ck_assert_int_eq(ex_add(g, s->x, ny), ex_sub(g, s->x, s->y));
-    ck_assert_int_eq(ex_fun(g, EX_COS, nx), ex_fun(g, EX_COS, s->x));
-    ck_assert_int_eq(ex_fun(g, EX_SIN, nx), ex_neg(g, ex_fun(g, EX_SIN, s->x)));
-    ck_assert_int_eq(ex_fun(g, EX_COS, 0), one);
-    graphs_free(s);
-}
-END_TEST
-
-START_TEST(parameter_arithmetic_moves_to_setup)
-{
-    graphs *s = graphs_new();
-    ex_graph *g = &s->g;
-    ex ab = ex_add(g, ex_mul(g, s->a, s->b), s->c);
-    ck_assert_int_eq(g->node[ab].op, EX_CONST);
-    ex sum = ex_add(g, ex_mul(g, s->a, s->x), ex_mul(g, s->b, s->x)); /* (a + b) x */
-    stein_ops o;
-    ck_assert_int_eq(ex_count(g, &sum, 1, &o), 0);
-    ck_assert_int_eq(o.mul, 1);
-    ck_assert_int_eq(o.add, 0);
-    graphs_free(s);
-}
-END_TEST
-
-START_TEST(counts_follow_robotrans_convention)
-{
-    graphs *s = graphs_new();
-    ex_graph *g = &s->g;
-    ex xy = ex_mul(g, s->x, s->y), sine = ex_fun(g, EX_SIN, s->z);
-    (void)ex_mul(g, s->z, s->z); /* dead code is not counted */
-    const ex out[3] = {ex_neg(g, ex_add(g, xy, sine)), ex_sub(g, xy, ex_div(g, s->x, s->z)), xy};
-    stein_ops o;
-    ck_assert_int_eq(ex_count(g, out, 3, &o),
-                     0); /* x y and sin z once, the sign of an output free */
-    ck_assert_int_eq(o.add, 2);
-    ck_assert_int_eq(o.mul, 1);
-    ck_assert_int_eq(o.div, 1);
-    ck_assert_int_eq(o.trig, 1);
-    ck_assert_int_eq(o.neg, 0);
-    graphs_free(s);
-}
-END_TEST
 
 /* ---- equations by the graph evaluator ------------------------------------------------------- */
 
@@ -232,6 +140,33 @@ START_TEST(graphs_agree_with_lagrange_on_a_six_axis_arm)
     mechanism *m = ref_arm("arm6", "zyyxyx", &seed);
     check_by_graph(m, &seed);
     ref_tree_free(m);
+}
+END_TEST
+
+/* every operation of a formula: the reference takes the numbers that the reader worked out */
+START_TEST(formulas_are_what_the_reader_works_out)
+{
+    static const char file[] =
+        "mechanism: formulas\n"
+        "parameters: {g.arm: 0.31 m, g.lean: 23 deg, g.deep: 0.07 m}\n"
+        "bodies:\n"
+        "  one:\n"
+        "    joint: R y\n"
+        "    mass: 2 kg\n"
+        "    inertia: {yy: 0.3}\n"
+        "    centre: [g.arm * tan(g.lean), 0, -g.deep]\n"
+        "  two:\n"
+        "    parent: one\n"
+        "    joint: R y\n"
+        "    mass: 1 kg\n"
+        "    at: [sqrt(g.arm * g.arm + g.deep * g.deep), 0, g.arm * sin(g.lean) - g.deep / 3]\n"
+        "    centre: [g.deep * cos(g.lean), 0, 0.01 m]\n";
+    mechanism *m = NULL;
+    unsigned long long seed = 5;
+    ck_assert_stein(
+        mech_read_text(&m, "test.yaml", file, sizeof file - 1, NULL, 0, NULL, NULL, err));
+    check_by_graph(m, &seed);
+    mech_free(m);
 }
 END_TEST
 
@@ -545,24 +480,28 @@ START_TEST(descriptor_holds_every_part_of_the_file)
 }
 END_TEST
 
+void generator_graph_cases(Suite *suite);
 void generator_text_cases(Suite *suite);
 
 Suite *generator_suite(void)
 {
     Suite *s = suite_create("generator");
-    TCase *graph = tcase_create("graph"), *equations = tcase_create("equations");
-    tcase_add_test(graph, equal_expressions_are_one_node);
-    tcase_add_test(graph, zeros_ones_and_signs_vanish);
-    tcase_add_test(graph, parameter_arithmetic_moves_to_setup);
-    tcase_add_test(graph, counts_follow_robotrans_convention);
-    suite_add_tcase(s, graph);
-    tcase_set_timeout(equations, 300);
-    tcase_add_test(equations, graphs_agree_with_lagrange_on_random_trees);
-    tcase_add_test(equations, graphs_agree_with_lagrange_on_a_six_axis_arm);
-    tcase_add_loop_test(equations, compiled_trees_agree_with_lagrange, 0, 4);
-    tcase_add_test(equations, compiled_models_agree_with_lagrange);
-    tcase_add_test(equations, descriptor_holds_every_part_of_the_file);
-    suite_add_tcase(s, equations);
+    TCase *arm = tcase_create("arm"), *models = tcase_create("models"),
+          *trees = tcase_create("trees"), *compiled = tcase_create("compiled");
+    generator_graph_cases(s);
+    tcase_add_test(arm, graphs_agree_with_lagrange_on_a_six_axis_arm);
+    tcase_add_test(arm, formulas_are_what_the_reader_works_out);
+    suite_add_tcase(s, arm);
+    tcase_set_timeout(models, 300);
+    tcase_add_test(models, compiled_models_agree_with_lagrange);
+    tcase_add_test(models, descriptor_holds_every_part_of_the_file);
+    suite_add_tcase(s, models);
+    tcase_set_timeout(trees, 300);
+    tcase_add_test(trees, graphs_agree_with_lagrange_on_random_trees);
+    suite_add_tcase(s, trees);
+    tcase_set_timeout(compiled, 300);
+    tcase_add_loop_test(compiled, compiled_trees_agree_with_lagrange, 0, 4);
+    suite_add_tcase(s, compiled);
     generator_text_cases(s);
     return s;
 }

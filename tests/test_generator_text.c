@@ -7,6 +7,8 @@
 
 #include "generator_reference.h"
 #include "gen.h"
+#include "inner.h"
+#include "mechanism_cases.h"
 #include "support.h"
 
 void generator_text_cases(Suite *suite);
@@ -133,6 +135,71 @@ START_TEST(pendulum_is_generated_as_the_golden_file_says)
     gen_free(&r);
     mech_free(m);
     free(golden);
+}
+END_TEST
+
+/* ---- many texts, by their hashes: names, order, sharing and layout, to the byte ---- */
+
+static const char golden_texts[] = "tests/golden/texts";
+
+static void put_text(FILE *f, const mechanism *m)
+{
+    gen_result r = generate(m);
+    fprintf(f, "%016llx %zu %s\n", lab__hash(STEIN_HASH, r.source, r.size), r.size, m->name);
+    gen_free(&r);
+}
+
+/* one line for each text: trees of 1 to 11 bodies in space and in the plane, arms, every part that
+ * a file may have */
+static char *list_texts(void)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    static const int sizes[] = {1, 2, 3, 4, 5, 6, 7, 11};
+    for (int k = 0; k < 24; k++) {
+        char name[24];
+        unsigned long long seed = 4711u + 13u * (unsigned)k;
+        snprintf(name, sizeof name, "tree%d", k);
+        mechanism *m = ref_tree(name, sizes[k % 8], k % 3 == 0, &seed);
+        put_text(f, m);
+        ref_tree_free(m);
+    }
+    static const char *const axes[] = {"zyyxyx", "yyyyyyyyyyyy", "zxzxzx", "xyz", "zzyyx"};
+    for (int k = 0; k < 5; k++) {
+        unsigned long long seed = 90u + (unsigned)k;
+        mechanism *m = ref_arm(axes[k], axes[k], &seed);
+        put_text(f, m);
+        ref_tree_free(m);
+    }
+    mechanism *m = read_text(good, NULL, 0);
+    put_text(f, m);
+    mech_free(m);
+    fclose(f);
+    return text;
+}
+
+START_TEST(other_texts_are_those_that_were_accepted)
+{
+    char *now = list_texts();
+    if (getenv("STEIN_GOLDEN") != NULL) { // make golden
+        FILE *f = fopen(golden_texts, "w");
+        ck_assert(f != NULL && fputs(now, f) >= 0 && fclose(f) == 0);
+    }
+    size_t size;
+    char *golden = read_file(golden_texts, &size), *was_left = NULL, *now_left = NULL;
+    char *was = strtok_r(golden, "\n", &was_left), *is = strtok_r(now, "\n", &now_left);
+    while (was != NULL && is != NULL) {
+        ck_assert_msg(strcmp(was, is) == 0,
+                      "the text is another one: \"%s\", accepted was \"%s\". Compare what steingen "
+                      "writes before and now; make golden accepts it",
+                      is, was);
+        was = strtok_r(NULL, "\n", &was_left);
+        is = strtok_r(NULL, "\n", &now_left);
+    }
+    ck_assert(was == NULL && is == NULL);
+    free(golden);
+    free(now);
 }
 END_TEST
 
@@ -361,6 +428,57 @@ START_TEST(every_refusal_names_the_cause)
 }
 END_TEST
 
+/* n numbers, then sums of all of them: n cells at the deepest */
+START_TEST(a_formula_may_be_as_deep_as_the_stack_and_no_deeper)
+{
+    unsigned long long seed = 6;
+    mechanism *m = ref_tree("deep", 2, 1, &seed);
+    mech_step steps[2 * MECH_STACK + 1];
+    for (int n = MECH_STACK; n <= MECH_STACK + 1; n++) {
+        mech_formula formula = {.steps = steps, .nsteps = 2 * n - 1};
+        for (int i = 0; i < formula.nsteps; i++) {
+            steps[i] = (mech_step){i < n ? MECH_OP_CONST : MECH_OP_ADD, 0, 1.5};
+        }
+        m->formulas = &formula;
+        m->nformula = 1;
+        if (n <= MECH_STACK) {
+            gen_result r = generate(m);
+            gen_free(&r);
+        } else {
+            refused(m, "formula");
+        }
+    }
+    m->formulas = NULL;
+    m->nformula = 0;
+    ref_tree_free(m);
+}
+END_TEST
+
+/* more than a file may have: copies of its only body, side by side */
+START_TEST(equations_have_up_to_120_bodies)
+{
+    mechanism *m = read_text("mechanism: star\nbodies:\n  b: {joint: T x, mass: 1 kg}\n", NULL, 0);
+    mech_body *own = m->bodies, many[121];
+    for (int n = 120; n <= 121; n++) {
+        for (int i = 0; i < n; i++) {
+            many[i] = own[0];
+            snprintf(many[i].name, sizeof many[i].name, "b%d", i);
+        }
+        m->bodies = many;
+        m->nbody = n;
+        if (n == 120) {
+            gen_result r = generate(m);
+            gen_free(&r);
+        } else {
+            refused(m, "1 to 120");
+        }
+    }
+    m->bodies = own;
+    m->nbody = 1;
+    mech_free(m);
+}
+END_TEST
+
 START_TEST(freeing_nothing_is_fine)
 {
     gen_result r = {.source = NULL};
@@ -372,17 +490,20 @@ END_TEST
 void generator_text_cases(Suite *suite)
 {
     TCase *t = tcase_create("text");
-    tcase_set_timeout(t, 60);
+    tcase_set_timeout(t, 300);
     tcase_add_loop_test(t, counts_are_below_robotrans, 0, (int)(sizeof counts / sizeof *counts));
     tcase_add_test(t, six_axis_arm_stays_cheap);
     tcase_add_test(t, planar_cost_is_the_same_about_every_axis);
     tcase_add_test(t, pendulum_is_generated_as_the_golden_file_says);
+    tcase_add_test(t, other_texts_are_those_that_were_accepted);
     tcase_add_test(t, generating_again_gives_the_same_bytes);
     tcase_add_loop_test(t, equations_hash_ignores_numbers_and_sees_structure, 0,
                         (int)(sizeof changes / sizeof *changes));
     tcase_add_test(t, a_zero_that_becomes_a_number_changes_the_equations);
     tcase_add_test(t, hostile_names_stay_in_string_literals);
     tcase_add_loop_test(t, every_refusal_names_the_cause, 0, BAD_END);
+    tcase_add_test(t, a_formula_may_be_as_deep_as_the_stack_and_no_deeper);
+    tcase_add_test(t, equations_have_up_to_120_bodies);
     tcase_add_test(t, freeing_nothing_is_fine);
     suite_add_tcase(suite, t);
 }

@@ -3,40 +3,29 @@
 # test_hidden.sh - the blind tests: the scorer tells right from wrong; what is hidden in a few sets is
 # found by the whole program from the files alone. `make hidden` does it at length.
 set -u
-build=${STEIN_BUILD:-build}
-tmp=$(mktemp -d "${TMPDIR:-/tmp}/stein-hidden-XXXXXX") || exit 1
-trap 'rm -rf "$tmp"' EXIT
-trap 'exit 1' HUP INT TERM
-XDG_CACHE_HOME=$tmp/cache
-export XDG_CACHE_HOME
-LC_ALL=C
-export LC_ALL
-passed=0 failed=0
-ok() { # ok CLAIM STATUS
-    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
-}
+. tests/claims.sh
 # scored CLAIM LINE: the last score has this line
-scored() { grep -qx -e "$2" "$tmp/score" || grep -e "^${2%% *} " "$tmp/score"; grep -qx -e "$2" "$tmp/score"; ok "$1" $?; }
+scored() { grep -qx -e "$2" "$dir/score" || grep -e "^${2%% *} " "$dir/score"; grep -qx -e "$2" "$dir/score"; ok "$1" $?; }
 score() { # score ANSWER OUT
-    "$build/hidden" judge "$1" "$2" --build "$build" -o "$tmp/sets" >"$tmp/score" 2>"$tmp/err"
+    "$B/hidden" judge "$1" "$2" --build "$B" -o "$dir/sets" >"$dir/score" 2>"$dir/err"
     ok "the scorer reads $2" $?
 }
 
 # ---- the scorer, on verdicts written by hand
-mkdir "$tmp/out"
-cat >"$tmp/drag.json" <<'JSON'
+mkdir "$dir/out"
+cat >"$dir/drag.json" <<'JSON'
 {"kind": "quadratic_drag", "place": "hammer", "class": "missing_effect",
  "parameters": {"k": {"value": 1e-06, "unit": "N m s^2/rad^2"}},
  "level": {"name": "L1", "target": 2, "reached": 2.01, "met": true}, "wrong_start": true}
 JSON
-cat >"$tmp/out/diagnosis.json" <<'JSON'
+cat >"$dir/out/diagnosis.json" <<'JSON'
 {"verdict": "missing_effect",
  "causes": [{"kind": "quadratic_drag", "place": "hammer",
    "parameters": {"k": {"value": 1.1e-06, "lo": 0.9e-06, "hi": 1.3e-06}}}],
  "indistinguishable": [{"kind": "viscous_friction", "place": "hammer"}],
  "gain": {"rmse_before": 2.5, "rmse_after": 1.02}, "noise_floor": 1}
 JSON
-score "$tmp/drag.json" "$tmp/out"
+score "$dir/drag.json" "$dir/out"
 scored "the right cause is first" "first 1"
 scored "and in the set" "set 1"
 scored "of two" "rivals 1"
@@ -44,60 +33,60 @@ scored "its class is right" "right_class 1"
 scored "its number is covered" "covered 1"
 scored "and 10 % off" "error 0.1"
 
-sed -i 's/"quadratic_drag", "place": "hammer"/"quadratic_drag", "place": "key"/' "$tmp/out/diagnosis.json"
-score "$tmp/drag.json" "$tmp/out"
+sed -i 's/"quadratic_drag", "place": "hammer"/"quadratic_drag", "place": "key"/' "$dir/out/diagnosis.json"
+score "$dir/drag.json" "$dir/out"
 scored "the right kind at another place is wrong" "first 0"
 scored "and not in the set" "set 0"
 scored "though the class is right" "right_class 1"
 scored "and its number does not count" "numbered 0"
 
-cat >"$tmp/out/diagnosis.json" <<'JSON'
+cat >"$dir/out/diagnosis.json" <<'JSON'
 {"verdict": "missing_effect", "causes": [{"kind": "viscous_friction", "place": "hammer"}],
  "indistinguishable": [{"kind": "preload", "place": "key"}, {"kind": "quadratic_drag", "place": "hammer"}]}
 JSON
-score "$tmp/drag.json" "$tmp/out"
+score "$dir/drag.json" "$dir/out"
 scored "a rival is not first" "first 0"
 scored "but in the set" "set 1"
 scored "as the third" "rank 3"
 
-echo '{"verdict": "explained", "causes": [], "indistinguishable": []}' >"$tmp/out/diagnosis.json"
-score "$tmp/drag.json" "$tmp/out"
+echo '{"verdict": "explained", "causes": [], "indistinguishable": []}' >"$dir/out/diagnosis.json"
+score "$dir/drag.json" "$dir/out"
 scored "a miss has another class" "right_class 0"
-echo '{"verdict": "expl' >"$tmp/out/diagnosis.json"
-score "$tmp/drag.json" "$tmp/out"
+echo '{"verdict": "expl' >"$dir/out/diagnosis.json"
+score "$dir/drag.json" "$dir/out"
 scored "half a file is no verdict" "verdict failed"
 
-cat >"$tmp/mass.json" <<'JSON'
+cat >"$dir/mass.json" <<'JSON'
 {"kind": "mass", "place": "hammer", "class": "wrong_parameter",
  "parameters": {"hammer.mass": {"value": 0.0028, "unit": "kg", "file": 0.002561, "true_otherwise": 0.00255}},
  "level": {"name": "L2", "reached": 0.5, "met": true}, "wrong_start": true}
 JSON
-cat >"$tmp/out/diagnosis.json" <<'JSON'
+cat >"$dir/out/diagnosis.json" <<'JSON'
 {"verdict": "wrong_parameter", "causes": [{"kind": "mass", "place": "hammer",
    "parameters": {"mass": {"value": 0.0002, "lo": 0.00015, "hi": 0.00025}}}], "indistinguishable": []}
 JSON
-sed 's/2\.561 g/2.76 g/' models/stein1788.yaml >"$tmp/out/extended.yaml"
-! cmp -s models/stein1788.yaml "$tmp/out/extended.yaml"
+sed 's/2\.561 g/2.76 g/' models/stein1788.yaml >"$dir/out/extended.yaml"
+! cmp -s models/stein1788.yaml "$dir/out/extended.yaml"
 ok "the extended file of the test is another one" $?
-score "$tmp/mass.json" "$tmp/out"
+score "$dir/mass.json" "$dir/out"
 scored "a number of the file is looked up in the extended one" "found 0.00276"
 scored "with the interval of the amount" "covered 1"
 
 # ---- two names of one thing
-cat >"$tmp/height.json" <<'JSON'
+cat >"$dir/height.json" <<'JSON'
 {"kind": "wrong_parameter", "place": "string.height", "class": "wrong_parameter",
  "parameters": {"string.height": {"value": 0.0748, "unit": "m", "file": 0.074553, "true_otherwise": 0.0745}},
  "level": {"name": "L1", "reached": 2.0, "met": true}, "wrong_start": true}
 JSON
-cat >"$tmp/out/diagnosis.json" <<'JSON'
+cat >"$dir/out/diagnosis.json" <<'JSON'
 {"verdict": "wrong_parameter", "causes": [{"kind": "contact_gap", "place": "string",
    "parameters": {"gap": {"value": -0.0002, "lo": -0.0003, "hi": -0.0001}}}], "indistinguishable": []}
 JSON
-score "$tmp/height.json" "$tmp/out"
+score "$dir/height.json" "$dir/out"
 scored "the height of the string is not its gap" "first 0"
 scored "but stein effects says that it is the same" "first_alike 1"
-sed -i 's/"place": "string"/"place": "dip"/' "$tmp/out/diagnosis.json"
-score "$tmp/height.json" "$tmp/out"
+sed -i 's/"place": "string"/"place": "dip"/' "$dir/out/diagnosis.json"
+score "$dir/height.json" "$dir/out"
 scored "as the gap of something else is not" "first_alike 0"
 
 # ---- found by the whole program, from the files alone: a pendulum, filmed with noise
@@ -105,37 +94,37 @@ scored "as the gap of something else is not" "first_alike 0"
 swing() {
     name=$1 seed=$2 i=0
     shift 2
-    mkdir -p "$tmp/$name"
+    mkdir -p "$dir/$name"
     for degrees in 12 25 38 51 64 77 30 58; do
         i=$((i + 1))
-        "$build/stein" simulate models/pendulum.yaml "$@" --set rod.initial.position=${degrees}deg \
-            --until 3s --every 10ms -o "$tmp/raw.csv" >"$tmp/said" 2>&1 || cat "$tmp/said"
+        "$B/stein" simulate models/pendulum.yaml "$@" --set rod.initial.position=${degrees}deg \
+            --until 3s --every 10ms -o "$dir/raw.csv" >"$dir/said" 2>&1 || cat "$dir/said"
         {
             echo "# set rod.initial.position: $degrees deg"
             echo "# noise angle: 0.3 mrad"
             echo "# trigger: synchronised"
             echo "time [s],angle [rad]"
-            grep -v '^#' "$tmp/raw.csv" | awk -F, -v seed="$((100 * seed + i))" '
+            grep -v '^#' "$dir/raw.csv" | awk -F, -v seed="$((100 * seed + i))" '
                 BEGIN { srand(seed) }
                 NR > 1 { u = rand(); v = rand()
                     printf "%s,%.6f\n", $1, $2 + 3e-4 * sqrt(-2 * log(u + 1e-12)) * cos(6.2831853 * v) }'
-        } >"$tmp/$name/stroke_$i.csv"
+        } >"$dir/$name/stroke_$i.csv"
     done
 }
 # sealed NAME CLASS KIND PLACE NUMBER: its answer
 sealed() {
     echo "{\"kind\": $3, \"place\": $4, \"class\": \"$2\", \"parameters\": {$5}," \
         "\"level\": {\"name\": \"given\", \"reached\": 9, \"met\": true}, \"wrong_start\": false}" \
-        >"$tmp/$1.json"
+        >"$dir/$1.json"
 }
 # diagnosed NAME: the last two strokes are held out
 diagnosed() {
-    "$build/stein" diagnose models/pendulum.yaml "$tmp/$1"/stroke_[1-6].csv \
-        --holdout "$tmp/$1"/stroke_[78].csv -j 1 -o "$tmp/$1/out" >"$tmp/said" 2>&1
+    "$B/stein" diagnose models/pendulum.yaml "$dir/$1"/stroke_[1-6].csv \
+        --holdout "$dir/$1"/stroke_[78].csv -j 1 -o "$dir/$1/out" >"$dir/said" 2>&1
     status=$?
-    [ $status = 0 ] || cat "$tmp/said"
+    [ $status = 0 ] || cat "$dir/said"
     ok "$1: a verdict is given" $status
-    score "$tmp/$1.json" "$tmp/$1/out"
+    score "$dir/$1.json" "$dir/$1/out"
 }
 
 swing null 11
@@ -160,30 +149,30 @@ scored "a sensor that is not linear is an instrument" "verdict sensor"
 scored "and named first" "first 1"
 
 # ---- the strokes that come with the action: what is hidden in them, and what make run has to find
-cat >"$tmp/strokes.json" <<'JSON'
+cat >"$dir/strokes.json" <<'JSON'
 {"kind": "quadratic_drag", "place": "hammer", "class": "missing_effect",
  "parameters": {"k": {"value": 1e-06, "unit": "N m s^2/rad^2"}},
  "level": {"name": "given", "reached": 2, "met": true}, "wrong_start": true}
 JSON
-case $build in
+case $B in
 *san*) echo "test_hidden: the strokes of the action are not diagnosed under the sanitizers: too slow" ;;
 *)
-    "$build/stein" diagnose models/stein1788.yaml models/strokes/*.csv -o "$tmp/strokes" >"$tmp/said" 2>&1
+    "$B/stein" diagnose models/stein1788.yaml models/strokes/*.csv -o "$dir/strokes" >"$dir/said" 2>&1
     ok "the strokes of the action are diagnosed" $?
-    score "$tmp/strokes.json" "$tmp/strokes"
+    score "$dir/strokes.json" "$dir/strokes"
     scored "an effect is missing" "verdict missing_effect"
     scored "air drag on the hammer" "first 1"
     scored "its size within its interval" "covered 1"
-    "$build/stein" simulate "$tmp/strokes/extended.yaml" --json >"$tmp/said" 2>&1 && grep -q '"struck"' "$tmp/said"
+    "$B/stein" simulate "$dir/strokes/extended.yaml" --json >"$dir/said" 2>&1 && grep -q '"struck"' "$dir/said"
     ok "the extended mechanism strikes" $?
-    grep -q '</html>' "$tmp/strokes/report.html"
+    grep -q '</html>' "$dir/strokes/report.html"
     ok "the report is complete" $?
     ;;
 esac
 
 # ---- a table of nothing yet is a table
-"$build/hidden" table --build "$build" -o "$tmp/sets" --draws 3 >"$tmp/table" 2>&1
-grep -q '^| right cause and place first |' "$tmp/table" && grep -q '12 draws are not there' "$tmp/table"
+"$B/hidden" table --build "$B" -o "$dir/sets" --draws 3 >"$dir/table" 2>&1
+grep -q '^| right cause and place first |' "$dir/table" && grep -q '12 draws are not there' "$dir/table"
 ok "a table of nothing says what is missing" $?
 
 # ---- its place in the README
@@ -191,5 +180,4 @@ grep -qx '<!-- hidden: begin, written by make hidden-readme -->' README.md &&
     grep -qx '<!-- hidden: end -->' README.md
 ok "README.md has the place for the table" $?
 
-echo "test_hidden: $passed passed, $failed failed"
-test "$failed" -eq 0
+finish

@@ -4,12 +4,10 @@
 # as names of files they are only names. Nothing of them becomes C, SVG, gnuplot, JSON, YAML or a
 # command of a shell. Runs from the checkout's root.
 set -u
+. tests/claims.sh
 B=$(cd "${STEIN_BUILD:-build}" && pwd) || exit 1
 stein=$B/stein
 root=$(pwd)
-dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-injection-XXXXXX") || exit 1
-trap 'rm -rf "$dir"' EXIT
-. tests/claims.sh
 cd "$dir" || exit 1
 
 # what would be left behind by a command that ran; the marker that no output may hold unescaped
@@ -146,5 +144,4 @@ if [ "$(grep -c '^[^#]' two.csv)" = 4 ]; then pass; else fail "the head of a rec
 claim 2 "a hostile option" "$stein" check "--$(printf '\033')[31m${nl}x"
 if [ "$(tr -d '\n -~' <"$dir/err" | wc -c)" = 0 ] && [ "$(wc -l <"$dir/err")" = 2 ]; then pass; else fail "is shown in plain"; fi
 harmless "all of it"
-echo "test_injection: $passed claims hold, $failed fail ($n names in files, $i names of files)"
-test "$failed" -eq 0
+finish "$n names in files, $i names of files"

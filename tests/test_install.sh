@@ -5,61 +5,50 @@
 # wherever the tree is moved; the shared libraries export the public names and nothing else;
 # uninstalling leaves nothing.
 set -u
-B=${STEIN_BUILD:-build}
-tmp=$(mktemp -d) || exit 1
-trap 'rm -rf "$tmp"' EXIT
-passed=0 failed=0
-ok() { # ok CLAIM STATUS
-    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
-}
-
-san=
-case $B in *san) san='-fsanitize=address,undefined' ;; esac
-variant=release
-case $B in *-*) variant=${B#*-} ;; esac
+. tests/claims.sh
 
 # below a DESTDIR first, then to a place that make has not heard of
-${MAKE:-make} -s install VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$tmp/first" >"$tmp/log" 2>&1
-ok "make install ($(tail -n 1 "$tmp/log"))" $?
-test "$(ls "$tmp/first")" = opt
+${MAKE:-make} -s install VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$dir/first" >"$dir/log" 2>&1
+ok "make install ($(tail -n 1 "$dir/log"))" $?
+test "$(ls "$dir/first")" = opt
 ok "nothing is written outside of PREFIX" $?
-mv "$tmp/first/opt/stein" "$tmp/moved"
-PKG_CONFIG_PATH=$tmp/moved/lib/pkgconfig
+mv "$dir/first/opt/stein" "$dir/moved"
+PKG_CONFIG_PATH=$dir/moved/lib/pkgconfig
 export PKG_CONFIG_PATH
-grep -rIl "$tmp/first\|/opt/stein\|$PWD" "$tmp/moved/lib/pkgconfig" "$tmp/moved/lib/cmake" \
-    "$tmp/moved/share" "$tmp/moved/include" >"$tmp/named"
-test ! -s "$tmp/named"
-ok "no file names the folder it was built for ($(tr '\n' ' ' <"$tmp/named"))" $?
+grep -rIl "$dir/first\|/opt/stein\|$PWD" "$dir/moved/lib/pkgconfig" "$dir/moved/lib/cmake" \
+    "$dir/moved/share" "$dir/moved/include" >"$dir/named"
+test ! -s "$dir/named"
+ok "no file names the folder it was built for ($(tr '\n' ' ' <"$dir/named"))" $?
 
 # the program of the README, cut out of it
-sed -n '/^```c$/,/^```$/p' README.md | sed '1d;/^```$/,$d' >"$tmp/strike.c"
-test -s "$tmp/strike.c"
+sed -n '/^```c$/,/^```$/p' README.md | sed '1d;/^```$/,$d' >"$dir/strike.c"
+test -s "$dir/strike.c"
 ok "README has a C program" $?
 # shellcheck disable=SC2046
-${CC:-cc} $san -Wall -Wextra -Werror "$tmp/strike.c" $(pkg-config --cflags --libs stein) -o "$tmp/c" 2>"$tmp/log" || cat "$tmp/log"
-"$tmp/c" >"$tmp/c.out" 2>&1
+${CC:-cc} $san -Wall -Wextra -Werror "$dir/strike.c" $(pkg-config --cflags --libs stein) -o "$dir/c" 2>"$dir/log" || cat "$dir/log"
+"$dir/c" >"$dir/c.out" 2>&1
 ok "the README's program runs from C" $?
-cp "$tmp/strike.c" "$tmp/strike.cc"
+cp "$dir/strike.c" "$dir/strike.cc"
 # shellcheck disable=SC2046
-${CXX:-c++} $san -Wall -Wextra -Werror "$tmp/strike.cc" $(pkg-config --cflags --libs stein) -o "$tmp/cc" 2>"$tmp/log" || cat "$tmp/log"
-"$tmp/cc" >"$tmp/cc.out" 2>&1
+${CXX:-c++} $san -Wall -Wextra -Werror "$dir/strike.cc" $(pkg-config --cflags --libs stein) -o "$dir/cc" 2>"$dir/log" || cat "$dir/log"
+"$dir/cc" >"$dir/cc.out" 2>&1
 ok "the README's program runs from C++" $?
-cmp -s "$tmp/c.out" "$tmp/cc.out"
+cmp -s "$dir/c.out" "$dir/cc.out"
 ok "both print the same" $?
-grep -q "$(cat "$tmp/c.out")" README.md
-ok "the README shows what the program prints: $(cat "$tmp/c.out")" $?
+grep -q "$(cat "$dir/c.out")" README.md
+ok "the README shows what the program prints: $(cat "$dir/c.out")" $?
 
 # every public header stands alone, in C and C++, without warnings
-for h in "$tmp"/moved/include/stein/*.h; do
-    printf '#include "stein/%s"\nint main(void) { return 0; }\n' "$(basename "$h")" >"$tmp/h.c"
-    ${CC:-cc} -std=c11 -Wall -Wextra -Wpedantic -Werror -I"$tmp/moved/include" -fsyntax-only "$tmp/h.c"
+for h in "$dir"/moved/include/stein/*.h; do
+    printf '#include "stein/%s"\nint main(void) { return 0; }\n' "$(basename "$h")" >"$dir/h.c"
+    ${CC:-cc} -std=c11 -Wall -Wextra -Wpedantic -Werror -I"$dir/moved/include" -fsyntax-only "$dir/h.c"
     ok "$(basename "$h") stands alone in C" $?
-    ${CXX:-c++} -x c++ -Wall -Wextra -Werror -I"$tmp/moved/include" -fsyntax-only "$tmp/h.c"
+    ${CXX:-c++} -x c++ -Wall -Wextra -Werror -I"$dir/moved/include" -fsyntax-only "$dir/h.c"
     ok "$(basename "$h") stands alone in C++" $?
 done
 
 # ---- shared libraries: the names of the headers, all of them and no other
-lib=$tmp/moved/lib
+lib=$dir/moved/lib
 for part in stein steinlab; do
     prefix=${part%lab}
     case $part in
@@ -67,53 +56,53 @@ for part in stein steinlab; do
     *) headers='lab data fit diagnose plan import' prefix=lab ;;
     esac
     nm -D --defined-only "$lib/lib$part.so" | awk '{print $3}' | sed 's/@.*//' |
-        grep -v '^LIBSTEIN' | sort -u >"$tmp/exported"
+        grep -v '^LIBSTEIN' | sort -u >"$dir/exported"
     for h in $headers; do echo "#include <stein/$h.h>"; done |
-        ${CC:-cc} -E -P -I"$tmp/moved/include" - |
+        ${CC:-cc} -E -P -I"$dir/moved/include" - |
         grep -oE "\\b${prefix}_[a-z0-9_]+ ?\\(|\\bstein_models?_?[a-z0-9_]*(;|\\[)" |
-        tr -d '();[ ' | grep -v '_fn$' | grep -vx stein_model | grep "^${prefix}_" | sort -u >"$tmp/declared"
-    diff "$tmp/declared" "$tmp/exported" >"$tmp/diff"
-    ok "lib$part.so exports what its headers declare ($(grep '^[<>]' "$tmp/diff" | tr '\n' ' '))" $?
+        tr -d '();[ ' | grep -v '_fn$' | grep -vx stein_model | grep "^${prefix}_" | sort -u >"$dir/declared"
+    diff "$dir/declared" "$dir/exported" >"$dir/diff"
+    ok "lib$part.so exports what its headers declare ($(grep '^[<>]' "$dir/diff" | tr '\n' ' '))" $?
     test "$(objdump -p "$lib/lib$part.so" | awk '/SONAME/ {print $2}')" = "lib$part.so.0"
     ok "lib$part.so has a soname" $?
 done
 
 # ---- the examples against the moved tree
 said='head to string after 50 ms: 4.601 mm'
-cp -R "$tmp/moved/share/stein/examples/strike" "$tmp/strike"
+cp -R "$dir/moved/share/stein/examples/strike" "$dir/strike"
 CFLAGS="$san -Wall -Wextra -Werror" CXXFLAGS="$san -Wall -Wextra -Werror" \
-    ${MAKE:-make} -s -C "$tmp/strike" >"$tmp/log" 2>&1
-ok "examples/strike is made with pkg-config ($(tail -n 1 "$tmp/log"))" $?
+    ${MAKE:-make} -s -C "$dir/strike" >"$dir/log" 2>&1
+ok "examples/strike is made with pkg-config ($(tail -n 1 "$dir/log"))" $?
 for program in strike strike_cc; do
-    test "$("$tmp/strike/$program" 2>&1)" = "$said"
-    ok "$program of pkg-config runs: $("$tmp/strike/$program" 2>&1)" $?
+    test "$("$dir/strike/$program" 2>&1)" = "$said"
+    ok "$program of pkg-config runs: $("$dir/strike/$program" 2>&1)" $?
 done
-"$tmp/strike/lab" "$tmp/moved/share/stein/models/stein1788.yaml" 2>&1 | grep -q '^struck, escapement'
+"$dir/strike/lab" "$dir/moved/share/stein/models/stein1788.yaml" 2>&1 | grep -q '^struck, escapement'
 ok "lab of pkg-config judges a stroke" $?
 # shellcheck disable=SC2046
-${CC:-cc} $san "$tmp/strike/strike.c" $(pkg-config --cflags stein) "$lib/libstein.a" -lm -o "$tmp/s" 2>"$tmp/log"
-test "$("$tmp/s" 2>&1)" = "$said"
+${CC:-cc} $san "$dir/strike/strike.c" $(pkg-config --cflags stein) "$lib/libstein.a" -lm -o "$dir/s" 2>"$dir/log"
+test "$("$dir/s" 2>&1)" = "$said"
 ok "the archive alone is enough" $?
 if command -v cmake >/dev/null 2>&1; then
-    { cmake -S "$tmp/moved/share/stein/examples" -B "$tmp/cmake" -DCMAKE_PREFIX_PATH="$tmp/moved" \
-        -DCMAKE_C_FLAGS="$san" -DCMAKE_CXX_FLAGS="$san" && cmake --build "$tmp/cmake" -j 2; } \
-        >"$tmp/log" 2>&1
-    ok "the examples are made with CMake ($(grep -i error "$tmp/log" | head -n 1))" $?
+    { cmake -S "$dir/moved/share/stein/examples" -B "$dir/cmake" -DCMAKE_PREFIX_PATH="$dir/moved" \
+        -DCMAKE_C_FLAGS="$san" -DCMAKE_CXX_FLAGS="$san" && cmake --build "$dir/cmake" -j 2; } \
+        >"$dir/log" 2>&1
+    ok "the examples are made with CMake ($(grep -i error "$dir/log" | head -n 1))" $?
     for program in strike strike_static strike_cc; do
-        test "$("$tmp/cmake/$program" 2>&1)" = "$said"
+        test "$("$dir/cmake/$program" 2>&1)" = "$said"
         ok "$program of CMake runs" $?
     done
-    "$tmp/cmake/rocker" | grep -q '^on the felt after '
+    "$dir/cmake/rocker" | grep -q '^on the felt after '
     ok "a mechanism of one's own runs" $?
-    "$tmp/cmake/lab" "$tmp/moved/share/stein/models/stein1788.yaml" 2>&1 |
+    "$dir/cmake/lab" "$dir/moved/share/stein/models/stein1788.yaml" 2>&1 |
         grep -q '^struck, escapement'
     ok "lab of CMake judges a stroke" $?
     # versions: 0.1 asks for what there is, 0.0 and 0.2 for something else
-    mkdir "$tmp/v"
+    mkdir "$dir/v"
     for version in 0.1 0.1.0 0.0 0.2 1.0; do
         printf 'cmake_minimum_required(VERSION 3.13)\nproject(v NONE)\nfind_package(stein %s QUIET)\nmessage("found=${stein_FOUND}.")\n' \
-            $version >"$tmp/v/CMakeLists.txt"
-        found=$(cmake -S "$tmp/v" -B "$tmp/v/$version" -DCMAKE_PREFIX_PATH="$tmp/moved" 2>&1 | grep -c 'found=1\.')
+            $version >"$dir/v/CMakeLists.txt"
+        found=$(cmake -S "$dir/v" -B "$dir/v/$version" -DCMAKE_PREFIX_PATH="$dir/moved" 2>&1 | grep -c 'found=1\.')
         case $version in 0.1 | 0.1.0) wanted=1 ;; *) wanted=0 ;; esac
         test "$found" = "$wanted"
         ok "find_package(stein $version) finds it: $found" $?
@@ -123,11 +112,10 @@ else
 fi
 
 # ---- away again
-${MAKE:-make} -s install VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$tmp/gone" >"$tmp/log" 2>&1
-mkdir -p "$tmp/gone/opt/stein/share/stein/models/mine" && : >"$tmp/gone/opt/stein/share/stein/models/mine/a.yaml"
-${MAKE:-make} -s uninstall VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$tmp/gone" >"$tmp/log" 2>&1
-test "$(cd "$tmp/gone" && find . ! -type d)" = ./opt/stein/share/stein/models/mine/a.yaml
+${MAKE:-make} -s install VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$dir/gone" >"$dir/log" 2>&1
+mkdir -p "$dir/gone/opt/stein/share/stein/models/mine" && : >"$dir/gone/opt/stein/share/stein/models/mine/a.yaml"
+${MAKE:-make} -s uninstall VARIANT="$variant" PREFIX=/opt/stein DESTDIR="$dir/gone" >"$dir/log" 2>&1
+test "$(cd "$dir/gone" && find . ! -type d)" = ./opt/stein/share/stein/models/mine/a.yaml
 ok "make uninstall removes its own files and no other" $?
 
-echo "test_install: $passed passed, $failed failed"
-test "$failed" -eq 0
+finish

@@ -3,15 +3,8 @@
 # test_manual.sh - the manual pages say what --help says and are set without a complaint; the
 # completion of bash knows every command, every option, and the names of the numbers of a file.
 set -u
-B=${STEIN_BUILD:-build}
-stein=$B/stein
-dir=$(mktemp -d) || exit 1
-trap 'rm -rf "$dir"' EXIT
 . tests/claims.sh
-ok() { if [ "$2" -eq 0 ]; then pass; else fail "$1"; fi; }
 
-variant=release
-case $B in *-*) variant=${B#*-} ;; esac
 ${MAKE:-make} -s manual VARIANT="$variant" >"$dir/err" 2>&1
 ok "make manual" $?
 
@@ -94,5 +87,4 @@ else
     gives "a time does not" "" stein strike m.yaml --until ""
 fi
 
-echo "test_manual: $passed passed, $failed failed"
-[ "$failed" = 0 ]
+finish

@@ -3,10 +3,6 @@
 # test_page.sh - stein page: the command, the page without a browser (nodejs), the page in a browser
 # (chromium). What is not installed is told and left out; `make deps-page` installs it.
 set -u
-stein=${STEIN_BUILD:-build}/stein
-dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-page-XXXXXX") || exit 1
-trap 'rm -rf "$dir"' EXIT
-trap 'exit 1' HUP INT TERM
 . tests/claims.sh
 unset WASM_CC WASI_SYSROOT
 
@@ -31,14 +27,14 @@ claim 1 "without a compiler there is no page" env WASM_CC=no-such-clang "$stein"
 says "the packages are named" 'lacks: clang.*; run apt-get install clang lld wasi-libc'
 claim 1 "nor without its library" env WASI_SYSROOT="$dir" "$stein" page models/pendulum.yaml -o "$dir/p.html"
 says "which is named" 'lacks:.* wasi-libc; run apt-get install clang lld wasi-libc'
-if [ -e "$dir/p.html" ]; then fail "a page that failed is not there"; else pass; fi
+gone "a page that failed is not there" "$dir/p.html"
 
 missing=
 for p in clang wasm-ld; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
 [ -e /usr/include/wasm32-wasi/stdlib.h ] || missing="$missing wasi-libc"
 if [ -n "$missing" ]; then
     echo "test_page: no pages are tested, this machine lacks:$missing (make deps-page)"
-    echo "test_page: $passed passed, $failed failed"
+    finish
     exit "$((failed > 0))"
 fi
 if command -v node >/dev/null 2>&1; then node=yes; else
@@ -65,11 +61,11 @@ module=$(find "$XDG_CACHE_HOME" -name 'stein1788-*.wasm')
 if [ -s "$module" ]; then pass; else fail "a module is in the cache"; fi
 : >"$module"
 claim 0 "a damaged module in the cache is made anew" "$stein" page models/stein1788.yaml -o "$dir/again.html"
-if cmp -s "$dir/stein1788.html" "$dir/again.html"; then pass; else fail "as it was"; fi
+same "as it was" "$dir/stein1788.html" "$dir/again.html"
 
 # ---- numbers need no compiler; the file's words cannot end the script they stand in
 claim 0 "the same page again" env WASM_CC=no-such-clang "$stein" page models/stein1788.yaml -o "$dir/again.html"
-if cmp -s "$dir/stein1788.html" "$dir/again.html"; then pass; else fail "has the same bytes"; fi
+same "has the same bytes" "$dir/stein1788.html" "$dir/again.html"
 claim 0 "other numbers need no compiler" env WASM_CC=no-such-clang \
     "$stein" page models/block_on_slope.yaml --set block.mass=1.7kg -o "$dir/other.html" --json
 if cmp -s "$dir/block_on_slope.html" "$dir/other.html"; then fail "but they are other numbers"; else pass; fi
@@ -84,7 +80,7 @@ if [ -n "$node" ]; then
 fi
 
 # ---- in a browser; what a sanitizer has to say about `stein` is said above
-case ${STEIN_BUILD:-build} in
+case $B in
 *san) ;;
 *)
     if [ -z "$node" ] || ! command -v chromium >/dev/null 2>&1; then
@@ -96,5 +92,4 @@ case ${STEIN_BUILD:-build} in
     ;;
 esac
 
-echo "test_page: $passed passed, $failed failed"
-test "$failed" -eq 0
+finish

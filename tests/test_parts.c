@@ -117,6 +117,125 @@ START_TEST(the_numbers_of_the_whole_stay_parameters)
 }
 END_TEST
 
+/* bodies in space, and bodies in the plane of a contact */
+static const struct {
+    const char *text, *point[4];
+} moved[] = {
+    {"mechanism: points\n"
+     "bodies:\n"
+     "  base: {joint: R z, mass: 1 kg, inertia: {zz: 0.3}, points: {c: [0.3 m, 0.04 m, 0.1 m]}}\n"
+     "  tool: {parent: base, joint: R x, at: [0.17 m, 0.03 m, 0.23 m], mass: 1 kg, inertia: {xx: "
+     "0.1},\n"
+     "    points: {a: [0.11 m, 0.2 m, -0.05 m], b: [-0.3 m, 0.07 m, 0.41 m]}}\n"
+     "  slide: {joint: T y, mass: 1 kg, points: {d: [0.05 m, 0, -0.2 m]}}\n",
+     {"tool.a", "tool.b", "base.c", "slide.d"}},
+    {"mechanism: plane\n"
+     "bodies:\n"
+     "  base: {joint: R y, mass: 1 kg, inertia: {yy: 0.3}, points: {c: [0.3 m, 0.04 m, 0.1 m]}}\n"
+     "  tool: {parent: base, joint: R -y, at: [0.17 m, 0, 0.23 m], mass: 1 kg, inertia: {yy: "
+     "0.1},\n"
+     "    points: {a: [0.11 m, 0.2 m, -0.05 m], b: [-0.3 m, 0.07 m, 0.41 m]}}\n"
+     "  slide: {joint: T z, mass: 1 kg, points: {d: [0.05 m, 0, -0.2 m]}}\n"
+     "contacts:\n"
+     "  floor: {between: [{point: tool.a}, {line: {on: frame, at: [0, 0, -9 m], facing: 90 deg}}], "
+     "normal: {c: 1e4}}\n",
+     {"tool.a", "tool.b", "base.c", "slide.d"}}};
+
+/* each speed that is read is the slope of what is read as the place */
+START_TEST(speeds_of_points_are_the_slopes_of_their_places)
+{
+    char all[4000];
+    int at = snprintf(all, sizeof all, "%soutputs:\n", moved[_i].text);
+    for (int i = 0; i < 12; i++) {
+        const char *point = moved[_i].point[i / 3];
+        char axis = "xyz"[i % 3];
+        at += snprintf(all + at, sizeof all - (size_t)at,
+                       "  p%d: {point: %s, read: %c}\n  v%d: {point: %s, read: v%c}\n", i, point,
+                       axis, i, point, axis);
+    }
+    make_folder();
+    lab_model *model = open_text(all, NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    const double q[] = {0.37, -0.53, 1.13}, qd[] = {2.3, -1.7, 3.1}, h = 1e-5;
+    for (int i = 0; i < 12; i++) {
+        char name[8];
+        double place[2], speed, there[3];
+        snprintf(name, sizeof name, "p%d", i);
+        for (int side = 0; side < 2; side++) {
+            for (int j = 0; j < 3; j++) {
+                there[j] = q[j] + (side ? h : -h) * qd[j];
+            }
+            ck_assert_stein(stein_set_state(sim, 0.0, there, qd, err));
+            ck_assert_stein(stein_read_name(sim, name, &place[side], err));
+        }
+        ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+        name[0] = 'v';
+        ck_assert_stein(stein_read_name(sim, name, &speed, err));
+        ck_assert_close(speed, (place[1] - place[0]) / (2.0 * h), 1e-8, 1e-9);
+    }
+    stein_sim_destroy(sim);
+    lab_close(model);
+    remove_folder();
+}
+END_TEST
+
+static double length_at(stein_sim *sim, const double *q, const double *qd)
+{
+    double sum = 0.0;
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    for (const char *name = "xyz"; *name != '\0'; name++) {
+        double a, b;
+        ck_assert_stein(stein_read_name(sim, (char[]){'a', *name, '\0'}, &a, err));
+        ck_assert_stein(stein_read_name(sim, (char[]){'b', *name, '\0'}, &b, err));
+        sum += (b - a) * (b - a);
+    }
+    return sqrt(sum);
+}
+
+/* M (qdd with a link - qdd without) = -(k (L - L0) + d L') dL/dq, in space */
+START_TEST(a_link_pulls_along_the_slope_of_its_length)
+{
+    char all[3000];
+    snprintf(
+        all, sizeof all,
+        "%slinks:\n  tie: {from: tool.a, to: slide.d, k: 37 N/m, length: 0.4 m, damping: 1.7 N "
+        "s/m}\noutputs: {ax: {point: tool.a, read: x}, ay: {point: tool.a, read: y}, az: {point: "
+        "tool.a, read: z}, bx: {point: slide.d, read: x}, by: {point: slide.d, read: y}, bz: "
+        "{point: slide.d, read: z}}\n",
+        moved[0].text);
+    make_folder();
+    lab_model *model = open_text(all, NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    const double q[] = {0.37, -0.53, 1.13}, qd[] = {2.3, -1.7, 3.1}, h = 1e-5;
+    double M[9], c[3], with[3], without[3], slope[3], rate = 0.0, length = length_at(sim, q, qd);
+    for (int j = 0; j < 3; j++) {
+        double up[] = {q[0], q[1], q[2]}, down[] = {q[0], q[1], q[2]};
+        up[j] += h;
+        down[j] -= h;
+        slope[j] = (length_at(sim, up, qd) - length_at(sim, down, qd)) / (2.0 * h);
+        rate += slope[j] * qd[j];
+    }
+    stein_mass_bias(sim, q, qd, NULL, NULL, M, c);
+    ck_assert_stein(stein_acceleration(sim, 0.0, q, qd, with, err));
+    ck_assert_stein(stein_set(sim, "tie.k", 0.0, err));
+    ck_assert_stein(stein_set(sim, "tie.damping", 0.0, err));
+    ck_assert_stein(stein_acceleration(sim, 0.0, q, qd, without, err));
+    double pull = 37.0 * (length - 0.4) + 1.7 * rate;
+    for (int i = 0; i < 3; i++) {
+        double Q = 0.0;
+        for (int j = 0; j < 3; j++) {
+            Q += M[3 * i + j] * (with[j] - without[j]);
+        }
+        ck_assert_close(Q, -pull * slope[i], 1e-7, 1e-8);
+    }
+    stein_sim_destroy(sim);
+    lab_close(model);
+    remove_folder();
+}
+END_TEST
+
 START_TEST(what_cannot_be_a_part_is_refused)
 {
     static const refusal r[] = {
@@ -155,6 +274,8 @@ Suite *parts_suite(void)
     tcase_add_test(tc, both_pieces_together_are_the_whole);
     tcase_add_test(tc, what_is_left_follows_the_whole);
     tcase_add_test(tc, the_numbers_of_the_whole_stay_parameters);
+    tcase_add_loop_test(tc, speeds_of_points_are_the_slopes_of_their_places, 0, 2);
+    tcase_add_test(tc, a_link_pulls_along_the_slope_of_its_length);
     tcase_add_test(tc, what_cannot_be_a_part_is_refused);
     suite_add_tcase(suite, tc);
     return suite;

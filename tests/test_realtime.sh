@@ -3,13 +3,7 @@
 # test_realtime.sh - what the core asks from outside, name by name, and whether two threads may meet
 # in it.
 set -u
-B=${STEIN_BUILD:-build}
-tmp=$(mktemp -d) || exit 1
-trap 'rm -rf "$tmp"' EXIT
-passed=0 failed=0
-ok() { # ok CLAIM STATUS
-    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
-}
+. tests/claims.sh
 
 # ---- an allow-list of undefined symbols
 # needs FILE...: names that come from outside of the library
@@ -18,9 +12,9 @@ needs() { nm -u "$@" | awk '$1 == "U" {print $2}' | grep -vE '^(stein_|_GLOBAL_O
 only() {
     claim=$1 pattern=$2
     shift 2
-    needs "$@" | grep -vxE "$pattern" >"$tmp/extra"
-    test ! -s "$tmp/extra"
-    ok "$claim (extra: $(tr '\n' ' ' <"$tmp/extra"))" $?
+    needs "$@" | grep -vxE "$pattern" >"$dir/extra"
+    test ! -s "$dir/extra"
+    ok "$claim (extra: $(tr '\n' ' ' <"$dir/extra"))" $?
 }
 # copies of memory; floor, fmin and fmax are exact and never write errno
 pure='mem(cpy|move|set|cmp)|floor|fmin|fmax'
@@ -45,22 +39,21 @@ case $B in
 esac
 
 # ---- two threads
-printf '#include <pthread.h>\nstatic void *f(void *p) { return p; }\nint main(void) { pthread_t t; return pthread_create(&t, 0, f, 0) || pthread_join(t, 0); }\n' >"$tmp/t.c"
+printf '#include <pthread.h>\nstatic void *f(void *p) { return p; }\nint main(void) { pthread_t t; return pthread_create(&t, 0, f, 0) || pthread_join(t, 0); }\n' >"$dir/t.c"
 tsan='-fsanitize=thread -O1 -g -fPIE -pie'
 # shellcheck disable=SC2086
-if ${CC:-cc} $tsan "$tmp/t.c" -o "$tmp/t" -pthread 2>/dev/null && "$tmp/t" 2>/dev/null; then
+if ${CC:-cc} $tsan "$dir/t.c" -o "$dir/t" -pthread 2>/dev/null && "$dir/t" 2>/dev/null; then
     # shellcheck disable=SC2086
     ${CC:-cc} -std=c11 $tsan -ffp-contract=off -Iinclude -Isrc/core -D_POSIX_C_SOURCE=200809L \
-        tests/threads/handover.c src/core/*.c "$B/models/stein1788.c" -lm -pthread -o "$tmp/handover" 2>"$tmp/log"
-    ok "the core is built with the thread sanitizer ($(head -n 1 "$tmp/log"))" $?
-    TSAN_OPTIONS=halt_on_error=1 "$tmp/handover" >"$tmp/out" 2>"$tmp/log"
-    ok "parameters of another thread race with nothing: $(cat "$tmp/out"; grep -m 1 WARNING "$tmp/log")" $?
-    TSAN_OPTIONS=halt_on_error=1 "$tmp/handover" racy >"$tmp/out" 2>"$tmp/log"
-    test $? -ne 0 && grep -q 'data race' "$tmp/log"
+        tests/threads/handover.c src/core/*.c "$B/models/stein1788.c" -lm -pthread -o "$dir/handover" 2>"$dir/log"
+    ok "the core is built with the thread sanitizer ($(head -n 1 "$dir/log"))" $?
+    TSAN_OPTIONS=halt_on_error=1 "$dir/handover" >"$dir/out" 2>"$dir/log"
+    ok "parameters of another thread race with nothing: $(cat "$dir/out"; grep -m 1 WARNING "$dir/log")" $?
+    TSAN_OPTIONS=halt_on_error=1 "$dir/handover" racy >"$dir/out" 2>"$dir/log"
+    test $? -ne 0 && grep -q 'data race' "$dir/log"
     ok "a race would have been found" $?
 else
     echo "test_realtime: no thread sanitizer here, races are not looked for"
 fi
 
-echo "test_realtime: $passed passed, $failed failed"
-test "$failed" -eq 0
+finish

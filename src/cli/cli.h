@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * cli.h - what the commands of `stein` share. One file a command; only these files print or exit.
  *
- *   main.c     the table of commands          options.c   parsing, quantities, did you mean
- *   help.c     --help                         report.c    failures, progress, units for people
- *   manual.c   manual pages                   results.c   tables of sweep and merge
- *   completion.c  for bash
+ *   main.c        the table of commands       options.c   parsing, did you mean
+ *   help.c        --help                      names.c     lists of names
+ *   manual.c      manual pages                report.c    models, failures, progress, quantities
+ *   completion.c  for bash                    results.c   tables of sweep and merge
  */
 #ifndef CLI_H
 #define CLI_H
@@ -146,8 +146,6 @@ typedef struct cli_progress {
 } cli_progress;
 void cli_progress_begin(cli_progress *p, const char *what);
 void cli_progress_show(cli_progress *p, double fraction);
-/** A line now and then for who is not at a terminal, at most every so many seconds. */
-void cli_progress_line(cli_progress *p, double fraction, double every);
 void cli_progress_end(cli_progress *p);
 /** A bar on a terminal, elsewhere a line now and then. @param ctx  the cli_progress */
 void cli_progress_step(void *ctx, double fraction, const char *step);

@@ -106,10 +106,12 @@ void cli_progress_show(cli_progress *p, double fraction)
             fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0);
 }
 
-void cli_progress_line(cli_progress *p, double fraction, double every)
+/* a line now and then for who is not at a terminal */
+static void progress_line(cli_progress *p, double fraction)
 {
+    enum { SECONDS_A_LINE = 5 };
     double now = seconds();
-    if (!p->on && now - p->start >= every && now - p->shown >= every) {
+    if (!p->on && now - p->start >= SECONDS_A_LINE && now - p->shown >= SECONDS_A_LINE) {
         p->shown = now;
         fprintf(stderr, "%s: %.0f %% after %.0f s\n", p->what, 100.0 * fraction, now - p->start);
     }
@@ -124,11 +126,10 @@ void cli_progress_end(cli_progress *p)
 
 void cli_progress_step(void *ctx, double fraction, const char *step)
 {
-    enum { SECONDS_A_LINE = 5 };
     cli_progress *p = ctx;
     p->what = step;
     cli_progress_show(p, fraction);
-    cli_progress_line(p, fraction, SECONDS_A_LINE);
+    progress_line(p, fraction);
 }
 
 /* ---- for people ---- */

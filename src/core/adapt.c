@@ -140,16 +140,14 @@ static stein_status check_pace(const stein_sim *sim, double t_end, const stein_p
         return stein__fail(err, STEIN_EINVAL,
                            "no error estimate: it comes with a step of Dormand-Prince 5(4)");
     }
-    if (!isfinite(t_end) || t_end < sim->head->t) {
-        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end,
-                           sim->head->t);
-    }
-    if (!(pace->tolerance > 0.0) || !(pace->longest > 0.0) || !(pace->h > 0.0)) {
+    stein_status status = stein__check_end(sim, t_end, err);
+    if (status == STEIN_OK &&
+        (!(pace->tolerance > 0.0) || !(pace->longest > 0.0) || !(pace->h > 0.0))) {
         return stein__fail(err, STEIN_EINVAL,
                            "stein_pace: tolerance %g, longest %g s and h %g s have to be positive",
                            pace->tolerance, pace->longest, pace->h);
     }
-    return STEIN_OK;
+    return status;
 }
 
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
@@ -195,7 +193,6 @@ double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h)
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, double h, double *e,
                              stein_err *err)
 {
-    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
     stein_status status = attempt(sim, h, err);
     *e = status == STEIN_OK ? stein__pace_error(sim, pace, h) : (double)INFINITY;
     return status;
@@ -230,8 +227,7 @@ stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p
 
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end)
 {
-    sim->head->t0 = t_end;
-    sim->head->step = 0;
+    stein__end_run(sim, t_end);
     while (pace->look != NULL && pace->next <= t_end) {
         pace->next = pace->look(pace->ctx, sim);
     }

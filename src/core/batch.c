@@ -51,7 +51,6 @@ static size_t layout(stein_batch *b, unsigned char *base)
                            n * sizeof *b->place,
                            (size_t)b->ngroup * sizeof *b->wide,
                            n * sizeof *b->state,
-                           n * sizeof *b->t_end,
                            n * sizeof *b->pace,
                            n * sizeof *b->pacer,
                            n * sizeof *b->why};
@@ -65,10 +64,9 @@ static size_t layout(stein_batch *b, unsigned char *base)
         b->place = (berth *)(void *)(base + at[1]);
         b->wide = (void **)(void *)(base + at[2]);
         b->state = (stein_status *)(void *)(base + at[3]);
-        b->t_end = (double *)(void *)(base + at[4]);
-        b->pace = (stein_pace **)(void *)(base + at[5]);
-        b->pacer = (stein__pacer *)(void *)(base + at[6]);
-        b->why = (stein_err *)(void *)(base + at[7]);
+        b->pace = (stein_pace **)(void *)(base + at[4]);
+        b->pacer = (stein__pacer *)(void *)(base + at[5]);
+        b->why = (stein_err *)(void *)(base + at[6]);
     }
     if (b->width != NULL) {
         size_t group = (b->width->size(b->model) + 63u) / 64u * 64u;

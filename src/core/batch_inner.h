@@ -32,7 +32,6 @@ struct stein_batch {
     berth *place;        /* [n] */
     void **wide;         /* [ngroup] */
     stein_status *state; /* [n] of the present step or run */
-    double *t_end;       /* [n] */
     stein_pace **pace;   /* [n] of a run with steps of controlled error; NULL: none under way */
     stein__pacer *pacer; /* [n] and where it is */
     stein_err *why;      /* [n] why it failed */

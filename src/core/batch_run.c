@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * batch_run.c - steps and runs of a batch: what is done in lanes, what alone.
  */
-#include <math.h>
 #include <string.h>
 
 #include "batch_inner.h"
@@ -86,11 +85,6 @@ static stein_status finish(const stein_batch *b, stein_status *status)
     return first;
 }
 
-static double next_on_grid(const stein_sim *sim)
-{
-    return sim->head->t0 + (double)(sim->head->step + 1) * sim->def.dt;
-}
-
 stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *err)
 {
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
@@ -100,7 +94,7 @@ stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *e
         for (int k = 0, i = g * b->lanes; k < b->lanes && i < b->n; k++, i++) {
             const stein_sim *sim = b->place[i].sim;
             if (sim != NULL) {
-                to[k] = (aim){next_on_grid(sim), 1};
+                to[k] = (aim){stein__next_on_grid(sim), 1};
                 wanted |= 1u << k;
             }
         }
@@ -112,12 +106,11 @@ stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *e
 /* the next step of a run to t_end, as stein_run takes it; 0 when there is none */
 static int next_aim(const stein_sim *sim, double t_end, aim *to)
 {
-    double target = next_on_grid(sim), slack = 1e-9 * sim->def.dt;
-    *to = target <= t_end - slack ? (aim){target, 1} : (aim){t_end, 0};
+    to->whole = stein__next_end(sim, t_end, &to->target);
     return sim->head->t < to->target;
 }
 
-static void run_group(stein_batch *b, int g, stein_err *err)
+static void run_group(stein_batch *b, int g, const double *t_end, stein_err *err)
 {
     int first = g * b->lanes;
     unsigned wanted;
@@ -126,7 +119,7 @@ static void run_group(stein_batch *b, int g, stein_err *err)
         wanted = 0;
         for (int k = 0, i = first; k < b->lanes && i < b->n; k++, i++) {
             const stein_sim *sim = b->place[i].sim;
-            if (sim != NULL && b->state[i] == STEIN_OK && next_aim(sim, b->t_end[i], &to[k])) {
+            if (sim != NULL && b->state[i] == STEIN_OK && next_aim(sim, t_end[i], &to[k])) {
                 wanted |= 1u << k;
             }
         }
@@ -136,8 +129,7 @@ static void run_group(stein_batch *b, int g, stein_err *err)
     } while (wanted != 0);
     for (int i = first; i < first + b->lanes && i < b->n; i++) {
         if (b->place[i].sim != NULL && b->state[i] == STEIN_OK) {
-            b->place[i].sim->head->t0 = b->t_end[i];
-            b->place[i].sim->head->step = 0;
+            stein__end_run(b->place[i].sim, t_end[i]);
         }
     }
 }
@@ -148,17 +140,14 @@ stein_status stein_batch_run(stein_batch *b, const double *t_end, stein_status *
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
     for (int i = 0; i < b->n; i++) {
         const stein_sim *sim = b->place[i].sim;
-        b->t_end[i] = t_end[i];
-        if (sim != NULL && (!isfinite(t_end[i]) || t_end[i] < sim->head->t)) {
-            stein_err why;
-            fail_place(b, i,
-                       stein__fail(&why, STEIN_EINVAL, "cannot run to t = %g s from t = %g s",
-                                   t_end[i], sim->head->t),
-                       &why, err);
+        stein_err why;
+        stein_status begun = sim != NULL ? stein__check_end(sim, t_end[i], &why) : STEIN_OK;
+        if (begun != STEIN_OK) {
+            fail_place(b, i, begun, &why, err);
         }
     }
     for (int g = 0; g < b->ngroup; g++) {
-        run_group(b, g, err);
+        run_group(b, g, t_end, err);
     }
     return finish(b, status);
 }

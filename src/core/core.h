@@ -184,9 +184,9 @@ INNER size_t stein__layout(stein_sim *sim, const stein_model *model);
 /* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
 
-/* sim.c: d of the parameters in p, and which laws can act with them */
 /* sim.c: is it a definition, and the model one for this library? @return OK, EINVAL, ESTALE */
 stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err);
+/* sim.c: d of the parameters in p, and which laws can act with them */
 void stein__take_parameters(stein_sim *sim);
 
 /* linalg.c: solve M x = b in place (b becomes x); M [nq*nq] symmetric positive definite with the
@@ -297,11 +297,39 @@ void stein__wire(stein_sim *sim);
 int stein__is_driven(const stein_sim *sim, int joint);
 void stein__place_driven(stein_sim *sim);
 
-/* trial.c: a trial step of h from the state {q, qd} at t, whose qdd must be in qdd0, to q1, qd1,
- * qdd1 and the guards there */
+/* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
+ * the guards there; where it began stays in q0, qd0, qdd0 */
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 
-/* step.c: the same from the current state, checked for numbers that are none */
+#if STEIN_LANES == 1
+/* where the next step of fixed length ends [s] */
+static inline double stein__next_on_grid(const stein_sim *sim)
+{
+    return sim->head->t0 + (double)(sim->head->step + 1) * sim->def.dt;
+}
+
+/* where the next step of a run to t_end ends [s]: on the grid, or at t_end, which a point of the
+ * grid this close to it is. @return does it end on the grid? */
+static inline int stein__next_end(const stein_sim *sim, double t_end, double *end)
+{
+    double slack = 1e-9 * sim->def.dt;
+    *end = stein__next_on_grid(sim);
+    int whole = *end <= t_end - slack;
+    *end = whole ? *end : t_end;
+    return whole;
+}
+
+/* a run is at its end: the grid begins anew there */
+static inline void stein__end_run(stein_sim *sim, double t_end)
+{
+    sim->head->t0 = t_end;
+    sim->head->step = 0;
+}
+#endif
+
+/* step.c: can a run from where the simulation is end at t_end? @return OK, EINVAL */
+stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err);
+/* a trial step from the current state, checked for numbers that are none */
 stein_status stein__try(stein_sim *sim, double h, stein_err *err);
 /* dense output of the trial step: quintic Hermite at theta in 0..1 of h; qd may be NULL */
 void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd);

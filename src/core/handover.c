@@ -92,7 +92,8 @@ stein_status stein_handover_set(stein_handover *h, const char *name, double valu
         return STEIN_ENAME;
     }
     if (!isfinite(value)) {
-        return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
+        return stein__fail(err, STEIN_EINVAL,
+                           "parameter \"%s\" cannot be %g: expected a finite number", name, value);
     }
     h->own[i] = value;
     return STEIN_OK;

@@ -99,7 +99,6 @@ static mask try_step(stein_sim *sim, const double *h)
     real length;
     memcpy(&length, h, sizeof length);
     sim->bad = (mask){0};
-    copy(sim->qdd0, sim->qdd, sim->model->nq);
     (void)stein__trial(sim, same(0.0), length, NULL);
     return finite(sim);
 }

@@ -14,9 +14,10 @@
  *   s = (E - C).r   overlap, > 0 while the end is under the roof
  *   h = (E - C) . (inward normal of the roof), > 0 while the end is above the roof's plane
  *
- *   UNDER  -> BESIDE   when s < 0 and h > 0   (escapement, if the beak had been in contact since it
- * was caught: at speed it flies the last tenths of a mm) BESIDE -> UNDER    when h < 0 (caught:
- * ready for the next stroke)
+ *   UNDER  -> BESIDE   when s < 0 and h > 0: escapement, if the beak had been in contact since
+ *                      it was caught (at speed it flies the last tenths of a mm)
+ *
+ *   BESIDE -> UNDER    when h < 0: caught, ready for the next stroke
  *
  * UNDER, the areal contact of beak and roof is carried by the two ends of the overlap, each a point
  * on a line with the same law:

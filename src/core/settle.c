@@ -194,7 +194,7 @@ static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
     if (status == STEIN_OK) {
         status = stein__fail(err, STEIN_ESETTLE,
                              "no static equilibrium found near the initial "
-                             "positions (residual %g after %d iterations)",
+                             "positions (residual %g after %d iterations): begin nearer to one",
                              sqrt(norm2), (int)MAX_SETTLE_STEPS);
     }
     return status;

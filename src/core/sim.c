@@ -148,7 +148,8 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
                            name, sim->model->name);
     }
     if (!isfinite(value)) {
-        return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g", name, value);
+        return stein__fail(err, STEIN_EINVAL,
+                           "parameter \"%s\" cannot be %g: expected a finite number", name, value);
     }
     sim->p[i] = value;
     stein__take_parameters(sim);
@@ -159,7 +160,8 @@ stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
 {
     for (int i = 0; i < sim->model->np; i++) {
         if (!isfinite(p[i])) {
-            return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g",
+            return stein__fail(err, STEIN_EINVAL,
+                               "parameter \"%s\" cannot be %g: expected a finite number",
                                sim->model->params[i].name, p[i]);
         }
     }

@@ -236,7 +236,6 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     if (status != STEIN_OK) {
         return status;
     }
-    memcpy(sim->qdd0, sim->qdd, sizeof *sim->qdd * (size_t)sim->model->nq);
     double h = target - sim->head->t;
     status = stein__try(sim, h, err);
     if (status != STEIN_OK) {
@@ -278,32 +277,36 @@ stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 
 stein_status stein_step(stein_sim *sim, stein_err *err)
 {
-    double target = sim->head->t0 + (double)(sim->head->step + 1) * sim->def.dt;
-    stein_status status = stein__advance(sim, target, err);
+    stein_status status = stein__advance(sim, stein__next_on_grid(sim), err);
     if (status == STEIN_OK) {
         sim->head->step++;
     }
     return status;
 }
 
+stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err)
+{
+    if (!isfinite(t_end) || t_end < sim->head->t) {
+        return stein__fail(
+            err, STEIN_EINVAL,
+            "cannot run to t = %g s from t = %g s: expected a time that is still to come", t_end,
+            sim->head->t);
+    }
+    return STEIN_OK;
+}
+
 stein_status stein_run(stein_sim *sim, double t_end, stein_err *err)
 {
-    state_head *head = sim->head;
-    if (!isfinite(t_end) || t_end < head->t) {
-        return stein__fail(err, STEIN_EINVAL, "cannot run to t = %g s from t = %g s", t_end,
-                           head->t);
+    double end;
+    stein_status status = stein__check_end(sim, t_end, err);
+    while (status == STEIN_OK && stein__next_end(sim, t_end, &end)) {
+        status = stein_step(sim, err);
     }
-    double slack = 1e-9 * sim->def.dt; // a grid point this close to t_end is t_end
-    while (head->t0 + (double)(head->step + 1) * sim->def.dt <= t_end - slack) {
-        stein_status status = stein_step(sim, err);
-        if (status != STEIN_OK) {
-            return status;
-        }
-    }
-    stein_status status = stein__advance(sim, t_end, err);
     if (status == STEIN_OK) {
-        head->t0 = t_end;
-        head->step = 0;
+        status = stein__advance(sim, t_end, err);
+    }
+    if (status == STEIN_OK) {
+        stein__end_run(sim, t_end);
     }
     return status;
 }

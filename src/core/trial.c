@@ -101,6 +101,7 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     stein_status status = STEIN_OK;
     copy(sim->q0, sim->q, nq);
     copy(sim->qd0, sim->qd, nq);
+    copy(sim->qdd0, sim->qdd, nq);
     copy(sim->k, sim->qd, nq);
     sim->inside = 1;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {

@@ -23,8 +23,6 @@
 #include "stein/load.h"
 #include "stein/models.h"
 
-enum { MAX_COMPILER_WORDS = 16, FIXED_WORDS = 17 };
-
 /* names of one compilation, all owned */
 typedef struct job {
     char *folder, *include, *header, *source, *object; /* in the cache */
@@ -91,31 +89,6 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)
-{
-    lab__file file;
-    stein_status status = lab__file_open(&file, path, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    for (int i = 0; lines[i] != NULL; i++) {
-        fputs(lines[i], file.stream);
-    }
-    return lab__file_close(&file, 1, err);
-}
-
-void lab__complaint(const char *log, char *text, int size)
-{
-    FILE *f = fopen(log, "r");
-    strcpy(text, "");
-    while (f != NULL && strstr(text, "error") == NULL && fgets(text, size, f) != NULL) {
-    }
-    if (f != NULL) {
-        fclose(f);
-    }
-    text[strcspn(text, "\n")] = '\0';
-}
-
 static stein_status complain(const job *j, const char *name, const char *cc, int code,
                              stein_err *err)
 {
@@ -131,92 +104,48 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                      cc, name, code, line);
 }
 
-/* cc and `rest` (closed by NULL); the compiler may bring words of its own ("ccache gcc") */
-static stein_status run_compiler(const job *j, const char *cc, const char *const *rest, int *code,
-                                 stein_err *err)
+/* what both compilations begin with */
+static void begin_command(lab__words *words, const job *j, const char *cc)
 {
-    char *words = lab__text("%s", cc), *left = NULL;
-    if (words == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    char *argv[MAX_COMPILER_WORDS + FIXED_WORDS];
-    int n = 0;
-    for (char *w = strtok_r(words, " ", &left); w != NULL && n < MAX_COMPILER_WORDS;
-         w = strtok_r(NULL, " ", &left)) {
-        argv[n++] = w;
-    }
-    int named = n > 0;
-    for (int i = 0; i < FIXED_WORDS; i++) {
-        argv[n++] = (char *)(size_t)rest[i];
-        if (rest[i] == NULL) {
-            break;
-        }
-    }
-    stein_status status = named ? lab__spawn(argv, j->log, code, err)
-                                : lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty");
-    free(words);
-    return status;
+    lab__words_of(words, cc);
+    lab__words_of(words, "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno "
+                         "-fPIC");
+    lab__word(words, lab__text("-I%s", j->folder));
 }
 
-/* lanes.o, for the processor that this runs on. @return what to tell the other compilation */
-static const char *compile_lanes(const job *j, const char *cc, const char *include)
+/* lanes.o, for the processor that this runs on. @return how many lanes there are in it; 0: none,
+ * it could not be made */
+static int compile_lanes(const job *j, const char *cc)
 {
+    static const char *const instructions[] = {
+        [2] = "", [4] = "-mavx2", [8] = "-mavx512f -mavx512dq -mavx512vl"};
     int lanes = stein_batch_width(stein_models[0]), code = -1; // of a built-in one: all there are
-    const char *const of_lanes = lanes == 8   ? "-DSTEIN_LANES=8"
-                                 : lanes == 4 ? "-DSTEIN_LANES=4"
-                                              : "-DSTEIN_LANES=2";
-    const char *rest[FIXED_WORDS] = {"-std=c11",
-                                     "-O2",
-                                     "-ffp-contract=off",
-                                     "-fno-tree-slp-vectorize",
-                                     "-fno-math-errno",
-                                     "-fPIC",
-                                     "-c",
-                                     include,
-                                     of_lanes,
-                                     "-o",
-                                     j->lanes,
-                                     j->source};
-    if (lanes == 8) {
-        rest[12] = "-mavx512f";
-        rest[13] = "-mavx512dq";
-        rest[14] = "-mavx512vl";
-    } else if (lanes == 4) {
-        rest[12] = "-mavx2";
-    }
-    if (run_compiler(j, cc, rest, &code, NULL) != STEIN_OK || code != 0) {
-        return NULL;
-    }
-    return lanes == 8 ? "-DSTEIN_ONLY=8" : lanes == 4 ? "-DSTEIN_ONLY=4" : "-DSTEIN_ONLY=2";
+    lanes = lanes < 2 ? 2 : lanes;
+    lab__words words = {0};
+    begin_command(&words, j, cc);
+    lab__words_of(&words, instructions[lanes]);
+    lab__word(&words, lab__text("-DSTEIN_LANES=%d", lanes));
+    lab__words_of(&words, "-c -o");
+    lab__word(&words, lab__text("%s", j->lanes));
+    lab__word(&words, lab__text("%s", j->source));
+    return lab__words_run(&words, j->log, &code, NULL) == STEIN_OK && code == 0 ? lanes : 0;
 }
 
 /* the object into its place */
 static stein_status make_object(const job *j, const char *name, const char *cc, stein_err *err)
 {
-    char *include = lab__text("-I%s", j->folder);
-    if (include == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    int code = 0, lanes = compile_lanes(j, cc);
+    lab__words words = {0};
+    begin_command(&words, j, cc);
+    lab__words_of(&words, "-shared -o");
+    lab__word(&words, lab__text("%s", j->fresh));
+    lab__word(&words, lab__text("%s", j->source));
+    if (lanes > 0) {
+        lab__word(&words, lab__text("-DSTEIN_ONLY=%d", lanes));
+        lab__word(&words, lab__text("%s", j->lanes));
     }
-    int code = 0;
-    const char *with_lanes = compile_lanes(j, cc, include);
-    const char *rest[FIXED_WORDS] = {"-std=c11",
-                                     "-O2",
-                                     "-ffp-contract=off",
-                                     "-fno-tree-slp-vectorize",
-                                     "-fno-math-errno",
-                                     "-fPIC",
-                                     "-shared",
-                                     include,
-                                     "-o",
-                                     j->fresh,
-                                     j->source,
-                                     "-lm"};
-    if (with_lanes != NULL) {
-        rest[12] = with_lanes;
-        rest[13] = j->lanes;
-    }
-    stein_status status = run_compiler(j, cc, rest, &code, err);
-    free(include);
+    lab__words_of(&words, "-lm");
+    stein_status status = lab__words_run(&words, j->log, &code, err);
     if (status == STEIN_OK && code != 0) {
         status = complain(j, name, cc, code, err);
     }
@@ -253,6 +182,10 @@ static stein_status compile(job *j, const mechanism *m, const gen_result *equati
     const char *source[] = {equations->source, NULL};
     const char *cc = options->cc != NULL ? options->cc : getenv("CC");
     cc = cc != NULL && *cc != '\0' ? cc : "cc";
+    if (cc[strspn(cc, " ")] == '\0') {
+        return lab__fail(err, STEIN_ECOMPILE,
+                         "the compiler's name is empty: set CC to that of one");
+    }
     stein_status status = lab__folder(j->include, err);
     if (status == STEIN_OK) {
         status = lab__write_lines(j->header, lab__model_header, err);

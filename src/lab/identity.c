@@ -44,14 +44,6 @@ static stein_status open_standard(lab_model **model, const char *const *lines, c
 
 /* ---- sweep ---- */
 
-static unsigned long long hash_text(unsigned long long hash, const char *text)
-{
-    for (; *text != '\0'; text++) {
-        hash = (hash ^ (unsigned char)*text) * 1099511628211ull;
-    }
-    return hash;
-}
-
 static stein_status sweep(unsigned long long *hash, int threads, stein_err *err)
 {
     static const char *const vary[] = {"pawl.stop_shift=-0.9:0.1:3mm", "load.mass=90:110:2g"};
@@ -72,7 +64,7 @@ static stein_status sweep(unsigned long long *hash, int threads, stein_err *err)
     }
     *hash = STEIN_HASH;
     for (int i = 0; status == STEIN_OK && i < table->n; i++) {
-        *hash = hash_text(*hash, table->row[i]);
+        *hash = lab__hash(*hash, table->row[i], strlen(table->row[i]));
     }
     lab_table_destroy(table);
     lab_grid_destroy(grid);

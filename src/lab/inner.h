@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * inner.h - what the files of the lab share with each other and with the commands. Not installed.
  *
- *   open.c     mechanism file -> equations     output.c   numbers, files that appear whole
- *   compile.c  equations -> shared object      json.c     JSON
- *   strike.c   one stroke, by its events       process.c  other programs: cc, gnuplot
- *   record.c   samples, CSV                    plot.c     a stroke as a picture
- *   sweep.c    many strokes on threads         drive.c    inputs from a CSV file
- *   facts.c    the paper against strokes       study.c    section 5 of the paper
- *   gnuplot.c  a script becomes a picture
- *   grid.c     points from --vary              table.c    results of a sweep, keyed by point
- *   crew.c     work on threads
- *   batch.c    many simulations                journal.c  finished points, safe from kill -9
- *   vary.c     a sweep over a grid             map.c      a sweep as a picture
- *   grid_file.c  does the file accept these points?
- *   binary.c   records for NumPy and MATLAB
+ *   open.c      mechanism file -> equations     output.c    messages, numbers, files that appear
+ * whole compile.c   equations -> shared object      json.c      JSON strike.c    one stroke, by its
+ * events       process.c   other programs: compilers, gnuplot record.c    samples, CSV binary.c
+ * records for NumPy and MATLAB sweep.c     many strokes on threads         drive.c     inputs from
+ * a CSV file crew.c      work on threads                 batch.c     many simulations vary.c      a
+ * sweep over a grid             grid.c      points from --vary grid_file.c  does the file accept
+ * them?     table.c     results of a sweep, keyed by point journal.c   the same, safe from kill -9
+ * facts.c     the paper against strokes plot.c      a stroke as a picture           map.c       a
+ * sweep as a picture gnuplot.c   a script becomes a picture      identity.c  hashes of standard
+ * sweeps and fits
+ *
+ * Folders: data/, fit/, diagnosis/, plan/, study/, page/, import/, each with a header of its own.
  */
 #ifndef LAB_INNER_H
 #define LAB_INNER_H
@@ -24,13 +23,9 @@
 
 #include "gen.h"
 #include "mechanism.h"
+#include "stein/identity.h"
 #include "stein/lab.h"
 #include "stein/load.h"
-
-/** Fill err (nullable) with a printf-like message and return the code. */
-stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
-/** A new string from a printf-like format; NULL without memory. The caller frees it. */
-char *lab__text(const char *format, ...);
 
 /* ---- files of the project that the program carries as text (written by make) ---- */
 
@@ -42,8 +37,12 @@ typedef struct lab__source {
 /** What is compiled beside equations, what a page is made of, what makes an FMU of them. */
 extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[];
 
-/* ---- output.c ---- */
+/* ---- output.c: messages, texts, numbers, files ---- */
 
+/** Fill err (nullable) with a printf-like message and return the code. */
+stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
+/** A new string from a printf-like format; NULL without memory. The caller frees it. */
+char *lab__text(const char *format, ...);
 /** A text that may come from anywhere (a file's name, a word of the command line) as part of one
  *  line: control characters become "?". @return text */
 char *lab__one_line(char *text);
@@ -56,6 +55,10 @@ enum { LAB_NUMBER = 32 };
 /** The shortest decimal that reads back as exactly this double; a point whatever the locale.
  *  @param text  [LAB_NUMBER] out, returned */
 char *lab__number(char *text, double value);
+
+/** Go on with a hash (FNV-1a of 64 bits, begun with STEIN_HASH): identifies bytes, no protection
+ *  against intent. */
+unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t n);
 
 /** A stream into a new text, as open_memstream gives one, which however forgets that it could not
  *  grow and goes on with a hole. @param text  out: the text, from lab__text_close on
@@ -83,6 +86,8 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err);
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err);
 /** Is this path the standard output? */
 int lab__is_stdout(const char *path);
+/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
 /** A whole file, one 0 behind it; freed by the caller. @return OK, EIO, ENOMEM */
 stein_status lab__read_file(const char *path, char **text, size_t *size, stein_err *err);
 /** A folder with all its parents. @return OK, EIO */
@@ -113,6 +118,22 @@ void lab__json_null(lab__json *j, const char *key);
  *  @param code  its exit code; 127 when there is no such program, 128 + n when signal n ended it
  *  @return OK, EIO */
 stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_err *err);
+
+/** Words of a command line, as many as there are; begun with {0}. */
+typedef struct lab__words {
+    char **word; /* [n] and NULL behind them, all owned */
+    int n, failed;
+} lab__words;
+/** One word more, which is the list's from now on; NULL, or no memory, makes lab__words_run fail.
+ */
+void lab__word(lab__words *words, char *word);
+/** All words of a text, between its blanks: a compiler may bring words of its own ("ccache gcc").
+ */
+void lab__words_of(lab__words *words, const char *text);
+/** lab__spawn them and free them, in any case. @return OK, EIO, ENOMEM */
+stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err);
+/** The first line of a compiler's log that tells of an error; "" when there is none. */
+void lab__complaint(const char *log, char *text, int size);
 
 /* ---- gnuplot.c ---- */
 
@@ -261,10 +282,6 @@ const mechanism *lab__mechanism(const lab_model *model);
 /** Folder of the cache for this version of the library, not yet made; freed by the caller.
  *  @return OK, EIO (the environment names none), ENOMEM */
 stein_status lab__cache(char **folder, const lab_options *options, stein_err *err);
-/** A text of lines, closed by NULL, as a file that appears whole. @return OK, EIO */
-stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err);
-/** The first line of a compiler's log that tells of an error; "" when there is none. */
-void lab__complaint(const char *log, char *text, int size);
 /** Equations of a mechanism from the cache, compiled into it when they are absent or stale. */
 stein_status lab__compiled(stein_library **library, const stein_model **model, const mechanism *m,
                            const gen_result *equations, const lab_options *options, stein_err *err);

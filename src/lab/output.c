@@ -67,6 +67,15 @@ char *lab__text(const char *format, ...)
     return text;
 }
 
+unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t n)
+{
+    const unsigned char *byte = bytes;
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ byte[i]) * 1099511628211ull;
+    }
+    return hash;
+}
+
 /* a text that grows */
 typedef struct growing {
     char **text;
@@ -326,4 +335,17 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
     *text = t;
     *size = n;
     return bad ? lab__fail(err, STEIN_EIO, "%s cannot be read", path) : STEIN_OK;
+}
+
+stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)
+{
+    lab__file file;
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    for (int i = 0; lines[i] != NULL; i++) {
+        fputs(lines[i], file.stream);
+    }
+    return lab__file_close(&file, 1, err);
 }

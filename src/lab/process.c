@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <spawn.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -53,4 +54,54 @@ stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_er
     }
     *code = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
     return STEIN_OK;
+}
+
+/* ---- command lines ---- */
+
+void lab__word(lab__words *words, char *word)
+{
+    size_t size = ((size_t)words->n + 2) * sizeof *words->word;
+    char **grown = word != NULL ? realloc(words->word, size) : NULL;
+    if (grown == NULL) {
+        words->failed = 1;
+        free(word);
+        return;
+    }
+    words->word = grown;
+    words->word[words->n++] = word;
+    words->word[words->n] = NULL;
+}
+
+void lab__words_of(lab__words *words, const char *text)
+{
+    for (text += strspn(text, " "); *text != '\0'; text += strspn(text, " ")) {
+        size_t n = strcspn(text, " ");
+        lab__word(words, strndup(text, n));
+        text += n;
+    }
+}
+
+stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err)
+{
+    stein_status status = words->failed || words->n == 0
+                              ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                              : lab__spawn(words->word, log, code, err);
+    for (int i = 0; i < words->n; i++) {
+        free(words->word[i]);
+    }
+    free(words->word);
+    *words = (lab__words){0};
+    return status;
+}
+
+void lab__complaint(const char *log, char *text, int size)
+{
+    FILE *f = fopen(log, "r");
+    strcpy(text, "");
+    while (f != NULL && strstr(text, "error") == NULL && fgets(text, size, f) != NULL) {
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    text[strcspn(text, "\n")] = '\0';
 }

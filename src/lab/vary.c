@@ -10,7 +10,6 @@
  * equations, a hash of all parameter values that are not varied, the integrator and the times.
  */
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,22 +45,18 @@ static stein_status no_memory(stein_err *err)
 
 /* ---- the head ---- */
 
-/* FNV-1a over the bits of every value that no point replaces, and over where a run starts from */
-static uint64_t hash_values(const sweep *s)
+/* over the bits of every value that no point replaces, and over where a run starts from */
+static unsigned long long hash_values(const sweep *s)
 {
-    uint64_t hash = 0xcbf29ce484222325u;
+    unsigned long long hash = STEIN_HASH;
     const double *p = lab_parameters(s->model);
     for (int i = 0; i <= s->equations->np; i++) {
         double value = i < s->equations->np ? p[i] : s->equations->settle;
-        uint64_t bits;
         for (int k = 0; i < s->equations->np && k < s->grid->naxis; k++) {
             value = s->param[k] == i ? 0.0 : value;
         }
         value = value == 0.0 ? 0.0 : value; // no minus zero
-        memcpy(&bits, &value, sizeof bits);
-        for (int k = 0; k < 8; k++) {
-            hash = (hash ^ (bits >> 8 * k & 0xffu)) * 0x100000001b3u;
-        }
+        hash = stein_hash_numbers(hash, &value, 1);
     }
     return hash;
 }
@@ -101,7 +96,7 @@ static void write_head(FILE *f, const sweep *s)
     char number[LAB_NUMBER];
     const stein_model *m = s->equations;
     fprintf(f, "# stein: %s\n# model: %s\n# equations: %s\n# values: %016llx\n", STEIN_VERSION,
-            m->name, m->equations, (unsigned long long)hash_values(s));
+            m->name, m->equations, hash_values(s));
     fprintf(f, "# integrator: %s\n", m->integrator == 1 ? "dp5" : "rk4");
     fprintf(f, "# dt: %s s\n", lab__number(number, m->dt));
     fprintf(f, "# until: %s s\n", lab__number(number, s->def->until));

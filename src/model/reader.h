@@ -224,17 +224,18 @@ int mech__failed(const mech__reader *rd, const char *owner);
 void mech__offer_paths(mech__reader *rd, mech__nearest *n);
 void mech__problem_slot(mech__reader *rd, const mech__slot *slot, int from_set, size_t skip,
                         const char *format, ...);
-/** Is there an override of this name? */
-int mech__is_set(const mech__reader *rd, const char *path);
 void mech__section_parameters(mech__reader *rd);
 /** Work out all slots. */
 void mech__resolve(mech__reader *rd);
 
-/* --- section_bodies.c, section_contacts.c, section_signals.c --- */
+/* --- section_bodies.c --- */
 
 void mech__section_bodies(mech__reader *rd);
 int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, int *body);
 int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
+
+/* --- section_contacts.c, section_signals.c --- */
+
 void mech__section_links(mech__reader *rd);
 void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);

@@ -36,16 +36,6 @@ static const mech_set *find_set(mech__reader *rd, const char *path)
     return found;
 }
 
-int mech__is_set(const mech__reader *rd, const char *path)
-{
-    for (int i = 0; i < rd->nset; i++) {
-        if (strcmp(rd->set[i].name, path) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
 void mech__problem_slot(mech__reader *rd, const mech__slot *slot, int from_set, size_t skip,
                         const char *format, ...)
 {

@@ -26,7 +26,6 @@ const Engine = (() => {
 
     return {
       model,
-      rows: 4096, // of the trace
       reset: () => check(x.page_reset()),
       advance: (steps) => check(x.page_advance(steps)),
       aim: (i, value, pace) => x.page_aim(i, value, pace),
@@ -48,8 +47,9 @@ const Engine = (() => {
                  impactSpeed: s[4], impacts: s[5], peak: s[6], touched: s[7] > 0 };
       },
       trace() {
-        return { n: x.page_trace_rows(), width: nchannel,
-                 at: doubles(x.page_trace(), this.rows * nchannel) };
+        const rows = 4096; // as many as TRACE_ROWS of shim.c, over and over
+        return { n: x.page_trace_rows(), rows, width: nchannel,
+                 at: doubles(x.page_trace(), rows * nchannel) };
       },
       /* the force on the string since the impact, once */
       pulse() {

@@ -115,9 +115,9 @@ const Geometry = (() => {
                beak: direction(k.beak, tilt) };
     }
 
-    return { model, params, plane, num, vec, place, at, local, direction, shape, spot, notch,
+    return { model, params, plane, num, vec, place, at, local, shape, spot, notch,
              flat: (v) => { const w = vec(v); return [w[U], w[V]]; } };
   }
 
-  return { create, value };
+  return { create };
 })();

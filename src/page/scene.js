@@ -204,7 +204,7 @@ const Scene = (() => {
                                  end[1] + s * Math.sin(tilt) - deep * Math.cos(tilt)];
       const own = model.points.filter((p) => p.body === action.hammer).map((p) => g.flat(p.at));
       const head = own.reduce((a, b) => (b[0] > a[0] ? b : a), [0.05, 0.01]);
-      const long = Math.hypot(...end), dir = Math.sign(head[0]) || 1;
+      const long = Math.hypot(...end);
       const under = Math.min(...own.map((p) => p[1]), -1.5 * mm);
       // shank, head with its leather, beak with its leather
       shapeOn(action.hammer, [face(0, 1.1 * mm), face(0.9 * long, 1.1 * mm), [0, 2.4 * mm],
@@ -221,7 +221,6 @@ const Scene = (() => {
       shapeOn(action.hammer, [face(0, 0), face(0.75 * long, 0), face(0.75 * long, 1.3 * mm),
                               face(0, 1.3 * mm)], v, colour.leather, 0.15 * mm);
       pin(g.local(action.hammer, 0, 0), v);
-      return dir;
     }
 
     function pawl(v) {

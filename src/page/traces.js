@@ -59,7 +59,7 @@ const Traces = (() => {
       return list;
     }
 
-    function frame(lane, top, tall, Y, a, b) {
+    function frame(lane, top, Y, a, b) {
       ctx.strokeStyle = colour.rule;
       ctx.fillStyle = colour.muted;
       ctx.lineWidth = 1;
@@ -81,8 +81,8 @@ const Traces = (() => {
     }
 
     function curve(c, trace, span, Y, lane) {
-      const rows = Math.min(trace.n, 4096), w = trace.width;
-      const row = (n) => (n % 4096) * w;
+      const rows = Math.min(trace.n, trace.rows), w = trace.width;
+      const row = (n) => (n % trace.rows) * w;
       const end = trace.at[row(trace.n - 1)];
       ctx.beginPath();
       let y0 = null;
@@ -108,7 +108,7 @@ const Traces = (() => {
       lanes.forEach((lane, l) => {
         const tall = (height - low) * weights[l] / sum, [a, b] = bounds(lane);
         const Y = (v) => top + 18 + (tall - 26) * (1 - (v - a) / (b - a));
-        frame(lane, top, tall, Y, a, b);
+        frame(lane, top, Y, a, b);
         lane.list.forEach((c, k) => {
           ctx.strokeStyle = colour.tones[k % colour.tones.length];
           ctx.lineWidth = 1.6;

@@ -79,7 +79,8 @@ void free(void *block)
 /* ---- what is called ---- */
 
 static char folder[] = "/tmp/stein-faults-XXXXXX";
-static char path_csv[64], path_out[64], path_journal[64], path_yaml[64], path_cc[64];
+static char path_csv[64], path_out[64], path_journal[64], path_yaml[64], path_cc[64],
+    path_drive[64];
 static const lab_model *action, *pendulum; /* opened once, must not change */
 
 static uint64_t hash_bytes(uint64_t hash, const char *at, size_t n)
@@ -198,14 +199,19 @@ static stein_status call_strike(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* a motion of the key and a force of a finger, and what the action does with them */
 static stein_status call_drive(uint64_t *result, stein_err *err)
 {
-    static const char file[] = "models/strokes/stroke_01.csv";
     lab_drive *drive = NULL;
-    stein_status status = lab_drive_open(&drive, file, lab_equations(action), err);
+    stein_sim *sim = NULL;
+    stein_status status = lab_drive_open(&drive, path_drive, lab_equations(action), err);
+    status = status == STEIN_OK ? lab_sim(action, NULL, &sim, err) : status;
+    status = status == STEIN_OK ? lab_drive_bind(drive, sim, err) : status;
+    status = status == STEIN_OK ? stein_run(sim, 0.003, err) : status;
+    *result = status == STEIN_OK ? stein_hash_numbers(STEIN_HASH, stein_q(sim), 4) : 0;
+    stein_sim_destroy(sim);
     lab_drive_close(drive);
-    *result = 1;
-    return status == STEIN_EINVAL ? STEIN_OK : status; // it has no column of an input
+    return status;
 }
 
 static stein_status call_vary(uint64_t *result, stein_err *err)
@@ -395,7 +401,14 @@ static void prepare(void)
     snprintf(path_journal, sizeof path_journal, "%s/journal", folder);
     snprintf(path_cc, sizeof path_cc, "%s/cc", folder);
     snprintf(path_yaml, sizeof path_yaml, "models/pendulum.yaml");
-    FILE *f = fopen(path_csv, "w");
+    snprintf(path_drive, sizeof path_drive, "%s/drive.csv", folder);
+    FILE *f = fopen(path_drive, "w");
+    fprintf(f, "time [s],key_motion [rad],finger [N]\n");
+    for (int i = 0; i < 5; i++) {
+        fprintf(f, "%.17g,%.17g,%.17g\n", 1e-3 * i, 2e-4 * i * i, 0.3 * i);
+    }
+    fclose(f);
+    f = fopen(path_csv, "w");
     fprintf(f, "# noise angle: 1e-4\ntime [s],angle [rad]\n");
     for (int i = 0; i < 60; i++) {
         stein_run(sim, 0.02 * i, &err);

@@ -13,7 +13,8 @@
 #include "data_inner.h"
 #include "reader.h"
 
-char *data__copy(data__reader *r, const char *s, size_t n)
+/* a new copy of n bytes, NUL at the end; without memory NULL, and the problems know */
+static char *copy(data__reader *r, const char *s, size_t n)
 {
     char *copy = malloc(n + 1);
     if (copy == NULL) {
@@ -207,8 +208,8 @@ void data__note_line(data__reader *r, const char *text, size_t size)
         return;
     }
     part called = set || noise ? word : name;
-    char *n = data__copy(r, text + called.from, called.to - called.from);
-    char *v = data__copy(r, text + value.from, value.to - value.from);
+    char *n = copy(r, text + called.from, called.to - called.from);
+    char *v = copy(r, text + value.from, value.to - value.from);
     if (n == NULL || v == NULL || set || (!plain && strcmp(n, "trigger") == 0)) {
         if (n != NULL && v != NULL && set) {
             add_setting(r, n, v, at_name, at_value);

@@ -132,14 +132,12 @@ void data__note_line(data__reader *r, const char *text, size_t size);
 void data__header_line(data__reader *r, const char *text, size_t size);
 /** Give every `# noise` to its column. */
 void data__settle_noise(data__reader *r);
-/** A new copy of n bytes, NUL at the end; without memory NULL, and the problems know. */
-char *data__copy(data__reader *r, const char *s, size_t n);
 
-/* ---- audit ---- */
+/* ---- audit: data_findings.c, data_noise.c, data_rest.c ---- */
 
 /** A finding: a sentence that the audit keeps. */
 void data__finding(lab_audit *a, int *nomem, const char *format, ...);
-/** Everything that can be said against the record once the numbers are there (data_findings.c). */
+/** Everything that can be said against the record once the numbers are there. */
 void data__findings(lab_audit *a, int *nomem);
 /** "20.3 um": four digits, a prefix that suits. @param text [DATA_SHOWN], returned */
 char *data__quantity(char *text, double value, const char *unit);

@@ -107,7 +107,7 @@ char *data__shown(char *to, const char *text, size_t n)
 
 stein_status data__lines_open(data__lines *l, const char *file, stein_err *err)
 {
-    *l = (data__lines){.hash = 14695981039346656037ull};
+    *l = (data__lines){.hash = STEIN_HASH};
     l->stream = fopen(file, "r");
     if (l->stream == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", file, strerror(errno));
@@ -137,9 +137,7 @@ static void refill(data__lines *l)
     l->have -= l->at;
     l->at = 0;
     size_t n = fread(l->buffer + l->have, 1, DATA_LINE + 1 - l->have, l->stream);
-    for (size_t i = 0; i < n; i++) {
-        l->hash = (l->hash ^ (unsigned char)l->buffer[l->have + i]) * 1099511628211ull;
-    }
+    l->hash = lab__hash(l->hash, l->buffer + l->have, n);
     l->have += n;
     l->ended = n == 0;
 }

@@ -21,36 +21,26 @@
 
 #include "fitting.h"
 
-/* ---- fingerprint: FNV-1a, 64 bits ---- */
-
-static void mix(unsigned long long *h, const void *data, size_t n)
-{
-    const unsigned char *c = data;
-    for (size_t i = 0; i < n; i++) {
-        *h = (*h ^ c[i]) * 1099511628211ull;
-    }
-}
-
 unsigned long long fit__key(const fit__problem *p)
 {
     const stein_model *m = lab_equations(p->model);
     const lab_fit_def *d = p->def;
-    unsigned long long h = 14695981039346656037ull;
-    mix(&h, STEIN_VERSION, strlen(STEIN_VERSION));
-    mix(&h, m->equations, strlen(m->equations));
-    mix(&h, lab_parameters(p->model), sizeof(double) * (size_t)m->np);
+    unsigned long long h = STEIN_HASH;
+    h = lab__hash(h, STEIN_VERSION, strlen(STEIN_VERSION));
+    h = lab__hash(h, m->equations, strlen(m->equations));
+    h = lab__hash(h, lab_parameters(p->model), sizeof(double) * (size_t)m->np);
     for (int i = 0; i < p->nstroke; i++) {
-        mix(&h, &p->stroke[i].data->hash, sizeof p->stroke[i].data->hash);
+        h = lab__hash(h, &p->stroke[i].data->hash, sizeof p->stroke[i].data->hash);
     }
     for (int i = 0; i < p->nu; i++) {
         const fit__unknown *u = &p->unknown[i];
         int whole[] = {(int)u->kind, u->stroke, u->index, u->log, u->prior};
-        mix(&h, whole, sizeof whole);
-        mix(&h, &u->start, sizeof u->start);
-        mix(&h, &u->sd, sizeof u->sd);
+        h = lab__hash(h, whole, sizeof whole);
+        h = lab__hash(h, &u->start, sizeof u->start);
+        h = lab__hash(h, &u->sd, sizeof u->sd);
     }
     int options[] = {d->starts, d->robust, d->ladder, d->iterations};
-    mix(&h, options, sizeof options);
+    h = lab__hash(h, options, sizeof options);
     return h;
 }
 
@@ -94,13 +84,6 @@ static void write_search(FILE *f, const fit__search *s, int nu, unsigned long lo
     }
 }
 
-static unsigned long long sum_of(const char *text, size_t n)
-{
-    unsigned long long sum = 14695981039346656037ull;
-    mix(&sum, text, n);
-    return sum;
-}
-
 stein_status fit__search_save(const fit__search *s, int nu, const char *path,
                               unsigned long long key, stein_err *err)
 {
@@ -115,7 +98,7 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
     stein_status status = lab__text_close(f, &text, err);
     status = status == STEIN_OK ? lab__file_open(&file, path, err) : status;
     if (status == STEIN_OK) {
-        fprintf(file.stream, "%send %016llx\n", text, sum_of(text, size));
+        fprintf(file.stream, "%send %016llx\n", text, lab__hash(STEIN_HASH, text, size));
         status = lab__file_close(&file, 1, err);
     }
     free(text);
@@ -172,7 +155,7 @@ static int is_whole(const char *text, size_t size)
     if (size < LAST) {
         return 0;
     }
-    snprintf(end, sizeof end, "end %016llx\n", sum_of(text, size - LAST));
+    snprintf(end, sizeof end, "end %016llx\n", lab__hash(STEIN_HASH, text, size - LAST));
     return memcmp(text + size - LAST, end, LAST) == 0;
 }
 

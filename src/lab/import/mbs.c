@@ -16,7 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-void mbs_note(mbs_project *p, const char *format, ...)
+/* say that something is left out or renamed */
+static void note(mbs_project *p, const char *format, ...)
 {
     char text[240];
     va_list list;
@@ -107,7 +108,7 @@ static void give_name(mbs_project *p, char name[MECH_NAME], const char *label, c
         number_name(name, base, i);
     }
     if (strcmp(name, label) != 0) {
-        mbs_note(p, "%s \"%.60s\" is called %s here", what, label, name);
+        note(p, "%s \"%.60s\" is called %s here", what, label, name);
     }
 }
 
@@ -199,7 +200,7 @@ static void note_others(mbs_project *p, const xml_node *node, const char *known,
         char spaced[64];
         snprintf(spaced, sizeof spaced, " %.60s ", n->name);
         if (strstr(known, spaced) == NULL && n->name[0] != '@') {
-            mbs_note(p, "<%.60s> of %.60s (line %d)", n->name, where, n->line);
+            note(p, "<%.60s> of %.60s (line %d)", n->name, where, n->line);
         }
     }
 }
@@ -221,14 +222,13 @@ static stein_status take_point(mbs_project *p, const xml_node *node, int body, c
     note_others(p, node, " pointname coordinates graphics symbols sensor extforce ", point->label);
     if (xml_child(node, "sensor") != NULL) {
         const xml_node *name = xml_child(xml_child(node, "sensor"), "@name");
-        mbs_note(p, "sensor \"%.40s\": read it as an output, {point: %s.%s, read: z}",
-                 name != NULL ? name->text : "", body < 0 ? "frame" : p->body[body].name,
-                 point->name);
+        note(p, "sensor \"%.40s\": read it as an output, {point: %s.%s, read: z}",
+             name != NULL ? name->text : "", body < 0 ? "frame" : p->body[body].name, point->name);
     }
     if (xml_child(node, "extforce") != NULL) {
         const xml_node *name = xml_child(xml_child(node, "extforce"), "@name");
-        mbs_note(p, "external force \"%.40s\" on %.40s.%s: its law is in user code",
-                 name != NULL ? name->text : "", where, point->name);
+        note(p, "external force \"%.40s\" on %.40s.%s: its law is in user code",
+             name != NULL ? name->text : "", where, point->name);
     }
     return STEIN_OK;
 }
@@ -277,9 +277,9 @@ static stein_status take_joint(mbs_project *p, const xml_node *node, int body)
     give_name(p, j.name, j.label, "joint", joint_taken, 0);
     note_others(p, node, " jointname type nature initialvalue graphics symbols ", j.label);
     if (strcmp(nature, "dependent") == 0) {
-        mbs_note(p, "joint %s depends on a loop, which stays open: here it is free", j.name);
+        note(p, "joint %s depends on a loop, which stays open: here it is free", j.name);
     } else if (!j.driven && strcmp(nature, "independent") != 0) {
-        mbs_note(p, "joint %s is \"%.40s\": here it is free", j.name, nature);
+        note(p, "joint %s is \"%.40s\": here it is free", j.name, nature);
     }
     p->joint[p->njoint++] = j;
     return STEIN_OK;
@@ -424,9 +424,9 @@ static const char *text_of(const xml_node *node, const char *child)
 static void note_pair(mbs_project *p, const xml_node *n, const char *what, const char *then)
 {
     const xml_node *a = xml_child(n, "endpoint1"), *b = xml_child(n, "endpoint2");
-    mbs_note(p, "%s \"%.30s\" between %.30s.%.30s and %.30s.%.30s: %s", what, text_of(n, "name"),
-             text_of(a, "bodyname"), text_of(a, "pointname"), text_of(b, "bodyname"),
-             text_of(b, "pointname"), then);
+    note(p, "%s \"%.30s\" between %.30s.%.30s and %.30s.%.30s: %s", what, text_of(n, "name"),
+         text_of(a, "bodyname"), text_of(a, "pointname"), text_of(b, "bodyname"),
+         text_of(b, "pointname"), then);
 }
 
 static void note_rest(mbs_project *p, const xml_node *root)
@@ -442,7 +442,7 @@ static void note_rest(mbs_project *p, const xml_node *root)
         note_pair(p, n, "link", "its law is in user code, see links: k, length, damping");
     }
     for (const xml_node *n = models != NULL ? models->first : NULL; n != NULL; n = n->next) {
-        mbs_note(p, "user model \"%.60s\"", text_of(n, "name"));
+        note(p, "user model \"%.60s\"", text_of(n, "name"));
     }
     note_others(p, root,
                 " mbsname mbsyspad_version base bodytree cuts links user_models x3D "

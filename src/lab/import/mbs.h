@@ -62,8 +62,6 @@ typedef struct mbs_project {
 /** Fill the project from the file's elements, which have to live as long. @return OK, EPARSE,
  * ENOMEM */
 stein_status mbs_take(mbs_project *p, const xml_node *root);
-/** Say that something is left out or renamed. */
-void mbs_note(mbs_project *p, const char *format, ...);
 /** The mechanism file. @return OK, ENOMEM (the text is freed by the caller) */
 stein_status mbs_text(const mbs_project *p, char **text, size_t *size, stein_err *err);
 

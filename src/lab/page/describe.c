@@ -117,7 +117,6 @@ static void put_points(writer *w)
     lab__json_open(j, "links", '[');
     for (int i = 0; i < w->m->nlink; i++) {
         lab__json_open(j, NULL, '{');
-        lab__json_text(j, "name", w->m->links[i].name);
         lab__json_int(j, "from", w->m->links[i].point[0]);
         lab__json_int(j, "to", w->m->links[i].point[1]);
         lab__json_close(j);
@@ -155,7 +154,6 @@ static void put_contacts(writer *w)
     for (int i = 0; i < w->m->ncontact; i++) {
         const mech_contact *c = &w->m->contacts[i];
         lab__json_open(j, NULL, '{');
-        lab__json_text(j, "name", c->name);
         lab__json_bool(j, "load", i == w->m->load_contact);
         lab__json_open(j, "spots", '[');
         for (int k = 0; k < c->nspot; k++) {
@@ -177,7 +175,6 @@ static void put_notches(writer *w)
     for (int i = 0; i < w->m->nnotch; i++) {
         const mech_notch *k = &w->m->notches[i];
         lab__json_open(j, NULL, '{');
-        lab__json_text(j, "name", k->name);
         lab__json_int(j, "catcher", k->catcher);
         lab__json_int(j, "beak", k->beak);
         put_vector(w, "corner", k->corner);

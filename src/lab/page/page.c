@@ -106,12 +106,8 @@ static stein_status hash_run(const lab_model *model, char hash[LAB_HASH], stein_
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     if (status == STEIN_OK) {
-        unsigned long long h = 0xcbf29ce484222325u; // FNV-1a of 64 bits
         stein_save(sim, state);
-        for (size_t i = 0; i < size; i++) {
-            h = (h ^ state[i]) * 0x100000001b3u;
-        }
-        snprintf(hash, LAB_HASH, "%016llx", h);
+        snprintf(hash, LAB_HASH, "%016llx", lab__hash(STEIN_HASH, state, size));
     }
     free(state);
     stein_sim_destroy(sim);

@@ -17,19 +17,17 @@
 
 #include "page.h"
 
-enum { MAX_WORDS = 96 };
-
 /* names of one module, all owned */
 typedef struct job {
     char *folder, *equations, *module; /* in the cache */
     char *work, *fresh, *log;          /* of this process alone */
-    char *sysroot, *define;
+    char *sysroot;
+    const char *model; /* its name; not owned */
 } job;
 
 static void free_job(job *j)
 {
-    char *const all[] = {j->folder, j->equations, j->module,  j->work,
-                         j->fresh,  j->log,       j->sysroot, j->define};
+    char *const all[] = {j->folder, j->equations, j->module, j->work, j->fresh, j->log, j->sysroot};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         free(all[i]);
     }
@@ -37,12 +35,10 @@ static void free_job(job *j)
 
 static unsigned long long hash_sources(void)
 {
-    unsigned long long h = 0xcbf29ce484222325u;
+    unsigned long long h = STEIN_HASH;
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
         for (int i = 0; f->lines[i] != NULL; i++) {
-            for (const char *c = f->lines[i]; *c != '\0'; c++) {
-                h = (h ^ (unsigned char)*c) * 0x100000001b3u;
-            }
+            h = lab__hash(h, f->lines[i], strlen(f->lines[i]));
         }
     }
     return h;
@@ -69,9 +65,9 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->module = lab__text("%s/%s-%s.wasm", folder, equations->name, equations->equations);
     j->work = lab__text("%s/work-XXXXXX", folder);
     j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
-    j->define = lab__text("-DPAGE_MODEL=%s", equations->name);
+    j->model = equations->name;
     int complete = j->folder != NULL && j->equations != NULL && j->module != NULL &&
-                   j->work != NULL && j->sysroot != NULL && j->define != NULL;
+                   j->work != NULL && j->sysroot != NULL;
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
@@ -117,86 +113,34 @@ static stein_status complain(const job *j, const char *cc, int code, stein_err *
 
 /* ---- compiling ---- */
 
-/* words of a command line; texts made for it are owned */
-typedef struct words {
-    char *word[MAX_WORDS + 1], *owned[MAX_WORDS];
-    int n, nowned, failed;
-} words;
-
-static void add(words *w, char *text)
-{
-    if (text == NULL || w->n == MAX_WORDS) {
-        w->failed = 1;
-        return;
-    }
-    w->word[w->n++] = text;
-    w->word[w->n] = NULL;
-}
-
-static void add_owned(words *w, char *text)
-{
-    add(w, text);
-    if (!w->failed) {
-        w->owned[w->nowned++] = text;
-    } else {
-        free(text);
-    }
-}
-
-static void free_words(words *w)
-{
-    for (int i = 0; i < w->nowned; i++) {
-        free(w->owned[i]);
-    }
-}
-
-/* the compiler may bring words of its own ("ccache clang"), in `own` */
-static void compose(words *w, const job *j, char *own)
-{
-    static char *const fixed[] = {
-        "--target=wasm32-wasi", "-std=c11",          "-O2",           "-flto",
-        "-mbulk-memory",        "-ffp-contract=off", "-nostartfiles", "-nodefaultlibs",
-        "-Wl,--no-entry",       "-Wl,--strip-all"};
-    char *rest = NULL;
-    for (char *word = own != NULL ? strtok_r(own, " ", &rest) : NULL; word != NULL;
-         word = strtok_r(NULL, " ", &rest)) {
-        add(w, word);
-    }
-    for (size_t i = 0; i < sizeof fixed / sizeof *fixed; i++) {
-        add(w, fixed[i]);
-    }
-    add_owned(w, lab__text("--sysroot=%s", j->sysroot));
-    add_owned(w, lab__text("-I%s/include", j->folder));
-    add_owned(w, lab__text("-I%s/src/core", j->folder));
-    add(w, j->define);
-    add(w, "-o");
-    add(w, j->fresh);
-    for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
-        if (f->name[strlen(f->name) - 1] == 'c') {
-            add_owned(w, lab__text("%s/%s", j->folder, f->name));
-        }
-    }
-    add(w, j->equations);
-    add(w, "-lc");
-}
-
 static stein_status run_clang(const job *j, stein_err *err)
 {
     const char *cc = environment("WASM_CC", "clang");
-    char *own = lab__text("%s", cc);
-    words w = {.n = 0};
     int code = 0;
-    compose(&w, j, own);
-    stein_status status = own != NULL && !w.failed ? lab__spawn(w.word, j->log, &code, err)
-                                                   : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    lab__words words = {0};
+    lab__words_of(&words, cc);
+    lab__words_of(&words, "--target=wasm32-wasi -std=c11 -O2 -flto -mbulk-memory -ffp-contract=off "
+                          "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
+    lab__word(&words, lab__text("--sysroot=%s", j->sysroot));
+    lab__word(&words, lab__text("-I%s/include", j->folder));
+    lab__word(&words, lab__text("-I%s/src/core", j->folder));
+    lab__word(&words, lab__text("-DPAGE_MODEL=%s", j->model));
+    lab__words_of(&words, "-o");
+    lab__word(&words, lab__text("%s", j->fresh));
+    for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
+        if (f->name[strlen(f->name) - 1] == 'c') {
+            lab__word(&words, lab__text("%s/%s", j->folder, f->name));
+        }
+    }
+    lab__word(&words, lab__text("%s", j->equations));
+    lab__words_of(&words, "-lc");
+    stein_status status = lab__words_run(&words, j->log, &code, err);
     if (status == STEIN_OK && code != 0) {
         status = complain(j, cc, code, err);
     }
     if (status == STEIN_OK && rename(j->fresh, j->module) != 0) {
         status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->module, strerror(errno));
     }
-    free_words(&w);
-    free(own);
     return status;
 }
 
