@@ -18,7 +18,6 @@
 
 #include "fmu.h"
 
-enum { MAX_WORDS = 112 };
 
 const char fmu__compiler_options[] =
     "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno";
@@ -204,42 +203,6 @@ static int is_own(const char *name)
     return 0;
 }
 
-/* ---- words of a command line ---- */
-
-typedef struct words {
-    char *word[MAX_WORDS + 1], *owned[MAX_WORDS];
-    int n, nowned, failed;
-} words;
-
-static void add(words *w, char *text)
-{
-    if (text == NULL || w->n == MAX_WORDS || w->failed) {
-        w->failed = 1;
-        free(text);
-        return;
-    }
-    w->owned[w->nowned++] = text;
-    w->word[w->n++] = text;
-    w->word[w->n] = NULL;
-}
-
-/* words between blanks: a compiler may bring some of its own ("ccache gcc") */
-static void add_all(words *w, const char *text)
-{
-    while (*(text += strspn(text, " ")) != '\0') {
-        size_t n = strcspn(text, " ");
-        add(w, lab__text("%.*s", (int)n, text));
-        text += n;
-    }
-}
-
-static void free_words(words *w)
-{
-    for (int i = 0; i < w->nowned; i++) {
-        free(w->owned[i]);
-    }
-}
-
 /* ---- compiling ---- */
 
 /* names of one build, all owned */
@@ -259,10 +222,7 @@ static void free_job(job *j)
 
 unsigned long long fmu__hash(unsigned long long h, const char *text)
 {
-    for (const char *c = text; *c != '\0'; c++) {
-        h = (h ^ (unsigned char)*c) * 0x100000001b3u;
-    }
-    return (h ^ 0xffu) * 0x100000001b3u;
+    return lab__hash(lab__hash(h, text, strlen(text)), "\xff", 1);
 }
 
 static stein_status name_files(job *j, const fmu_sources *sources, const lab_options *options,
@@ -273,7 +233,7 @@ static stein_status name_files(job *j, const fmu_sources *sources, const lab_opt
     if (status != STEIN_OK) {
         return status;
     }
-    unsigned long long h = fmu__hash(0xcbf29ce484222325u, j->cc);
+    unsigned long long h = fmu__hash(STEIN_HASH, j->cc);
     for (int i = 0; i < sources->n; i++) {
         h = is_own(sources->name[i]) ? h
                                      : fmu__hash(fmu__hash(h, sources->name[i]), sources->text[i]);
@@ -301,26 +261,18 @@ static stein_status complain(const job *j, int code, stein_err *err)
                      code, line);
 }
 
-/* the compiler with its fixed words, then those of `rest`, which are freed */
-static stein_status run(const job *j, const char *fixed, words *rest, stein_err *err)
+/* the compiler, which may bring words of its own, and those of its first task */
+static void begin(lab__words *w, const job *j, const char *fixed)
 {
-    words w = {.n = 0};
+    lab__words_of(w, j->cc);
+    lab__words_of(w, fixed);
+}
+
+static stein_status run(const job *j, lab__words *w, stein_err *err)
+{
     int code = 0;
-    add_all(&w, j->cc);
-    add_all(&w, fixed);
-    for (int i = 0; i < rest->n; i++) {
-        add(&w, lab__text("%s", rest->word[i]));
-    }
-    stein_status status = w.failed || rest->failed ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                          : w.n == 0
-                              ? lab__fail(err, STEIN_ECOMPILE, "the compiler's name is empty")
-                              : lab__spawn(w.word, j->log, &code, err);
-    if (status == STEIN_OK && code != 0) {
-        status = complain(j, code, err);
-    }
-    free_words(&w);
-    free_words(rest);
-    return status;
+    stein_status status = lab__words_run(w, j->log, &code, err);
+    return status == STEIN_OK && code != 0 ? complain(j, code, err) : status;
 }
 
 static stein_status write_text(const char *path, const char *text, stein_err *err)
@@ -351,34 +303,35 @@ static const char always[] = "-fPIC -fvisibility=hidden -DFMI3_OVERRIDE_FUNCTION
                              "-DFMI2_OVERRIDE_FUNCTION_PREFIX";
 
 /* files of the shared or of the own kind, as words of the command line */
-static void add_files(words *w, const job *j, const fmu_sources *sources, int own)
+static void add_files(lab__words *w, const job *j, const fmu_sources *sources, int own)
 {
     for (int i = 0; sources->compiled[i] != NULL; i++) {
         if (is_own(sources->compiled[i]) == own) {
-            add(w, lab__text("%s/%s", own ? j->work : j->folder, sources->compiled[i]));
+            lab__word(w, lab__text("%s/%s", own ? j->work : j->folder, sources->compiled[i]));
         }
     }
 }
 
-static void add_options(words *w, const job *j)
+static void add_options(lab__words *w, const job *j)
 {
-    add_all(w, fmu__compiler_options);
-    add_all(w, always);
-    add(w, lab__text("-I%s", j->folder));
-    add(w, lab__text("-o"));
-    add(w, lab__text("%s", j->fresh));
+    lab__words_of(w, fmu__compiler_options);
+    lab__words_of(w, always);
+    lab__word(w, lab__text("-I%s", j->folder));
+    lab__words_of(w, "-o");
+    lab__word(w, lab__text("%s", j->fresh));
 }
 
 static stein_status compile_core(const job *j, const fmu_sources *sources, stein_err *err)
 {
-    words w = {.n = 0};
+    lab__words w = {0};
     stein_status status = write_shared(j, sources, err);
     if (status != STEIN_OK) {
         return status;
     }
+    begin(&w, j, "-r -nostdlib");
     add_options(&w, j);
     add_files(&w, j, sources, 0);
-    status = run(j, "-r -nostdlib", &w, err);
+    status = run(j, &w, err);
     if (status == STEIN_OK && rename(j->fresh, j->core) != 0) {
         status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->core, strerror(errno));
     }
@@ -387,21 +340,23 @@ static stein_status compile_core(const job *j, const fmu_sources *sources, stein
 
 static stein_status link_all(const job *j, const fmu_sources *sources, stein_err *err)
 {
-    words w = {.n = 0};
+    lab__words w = {0};
+    begin(&w, j, "-shared -s -Wl,-z,defs -Wl,--build-id=none");
     add_options(&w, j);
     add_files(&w, j, sources, 1);
-    add(&w, lab__text("%s", j->core));
-    add(&w, lab__text("-lm"));
-    return run(j, "-shared -s -Wl,-z,defs -Wl,--build-id=none", &w, err);
+    lab__word(&w, lab__text("%s", j->core));
+    lab__words_of(&w, "-lm");
+    return run(j, &w, err);
 }
 
 /* "x86_64-linux" or, in FMI 2, "linux64": of what the compiler compiles for */
 static stein_status find_platform(char *platform, const job *j, int version, stein_err *err)
 {
-    words w = {.n = 0};
+    lab__words w = {0};
     char *text = NULL;
     size_t size = 0;
-    stein_status status = run(j, "-dumpmachine", &w, err);
+    begin(&w, j, "-dumpmachine");
+    stein_status status = run(j, &w, err);
     status = status == STEIN_OK ? lab__read_file(j->log, &text, &size, err) : status;
     if (status != STEIN_OK) {
         return status;
