@@ -79,8 +79,8 @@ static void put_joints(layout *l, const tree *t)
     for (int i = 0; i < m->nbody; i++) {
         l->joint[i] = put_block(l, t, m->bodies[i].joint, STEIN_JOINT_SIZE,
                                 text_safe(m->bodies[i].name), "joint",
-                                "k q0 k3 b asymmetry drag preload T w backlash_k backlash_gap A vt "
-                                "B1 B2");
+                                "k q0 k3 b asymmetry drag preload T w dry_asymmetry backlash_k "
+                                "backlash_gap A vt B1 B2");
     }
 }
 

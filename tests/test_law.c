@@ -75,6 +75,11 @@ START_TEST(a_joint_adds_up_what_acts_in_it)
     law[STEIN_JOINT_DRY] = 0.0071;
     sum += 0.0047 - 0.0031 * fabs(w) * w - 0.0071 * tanh(w / 0.07);
     ck_assert_close(stein_joint_force(law, q, w), sum, 1e-13, 0.0);
+    law[STEIN_JOINT_DRY_ASYMMETRY] = -0.13;
+    sum -= 0.0071 * -0.13 * tanh(w / 0.07) * tanh(w / 0.07);
+    ck_assert_close(stein_joint_force(law, q, w), sum, 1e-13, 0.0);
+    law[STEIN_JOINT_DRY_ASYMMETRY] = 0.0;
+    sum += 0.0071 * -0.13 * tanh(w / 0.07) * tanh(w / 0.07);
     law[STEIN_JOINT_STOP_K] = 0.53;
     law[STEIN_JOINT_STOP_GAP] = 0.21;
     ck_assert_close(stein_joint_force(law, q, w), sum - 0.53 * (q - 0.21), 1e-13, 0.0);

@@ -37,7 +37,8 @@ double stein_friction(const double law[4], double v);
  *
  *      - k (q - q0) - k3 (q - q0)^3                  spring, hardening
  *      - b (1 + s tanh(qd/w)) qd - k2 |qd| qd        viscous (s: by direction), drag
- *      + T - A_mu(qd) - T_c tanh(qd / w)             preload, friction, plain Coulomb friction
+ *      + T - A_mu(qd)                                preload, friction
+ *      - T_c (1 + s_c tanh(qd/w)) tanh(qd/w)         plain Coulomb friction (s_c: by direction)
  *      - k_b (|q| - g) sign q  beyond |q| > g        backlash
  *
  *  @param law  a STEIN_JOINT block; units as in SI for the joint's coordinate [rad or m]

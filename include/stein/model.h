@@ -120,6 +120,7 @@ enum {
     STEIN_JOINT_B, STEIN_JOINT_ASYMMETRY,           /* viscous, and its dependence on direction */
     STEIN_JOINT_DRAG, STEIN_JOINT_PRELOAD,
     STEIN_JOINT_DRY, STEIN_JOINT_DRY_SPEED,         /* a second, plain Coulomb friction */
+    STEIN_JOINT_DRY_ASYMMETRY,                      /* its dependence on direction */
     STEIN_JOINT_STOP_K, STEIN_JOINT_STOP_GAP,       /* backlash: a spring beyond a dead zone */
     STEIN_JOINT_FRICTION,                           /* a STEIN_FRICTION block */
     STEIN_JOINT_SIZE = STEIN_JOINT_FRICTION + STEIN_FRICTION_SIZE

@@ -73,7 +73,8 @@ static inline real stein__joint(const real *law, real q, real qd, real friction)
     mask dry = differ(law[STEIN_JOINT_DRY], 0.0);
     if (any(dry)) {
         real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
-        f = sel(dry, f - law[STEIN_JOINT_DRY] * grip, f);
+        real level = law[STEIN_JOINT_DRY] * (1.0 + law[STEIN_JOINT_DRY_ASYMMETRY] * grip);
+        f = sel(dry, f - level * grip, f);
     }
     f -= friction;
     mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));

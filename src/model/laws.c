@@ -34,6 +34,7 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_PRELOAD] = {NULL, SAME("preload"), {"N m", "N"}, 0, 0.0, 0},
     [STEIN_JOINT_DRY] = {"coulomb", SAME("T"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_DRY_SPEED] = {"coulomb", SAME("w"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
+    [STEIN_JOINT_DRY_ASYMMETRY] = {"coulomb", SAME("asymmetry"), SAME("1"), 0, 0.0, 0},
     [STEIN_JOINT_STOP_K] = {"backlash", SAME("k"), {"N m/rad", "N/m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_FRICTION +

@@ -74,6 +74,24 @@ stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *f
     return STEIN_OK;
 }
 
+stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err)
+{
+    return lab__candidates_at(list, n, model, lab_parameters(model), err);
+}
+
+int lab__is_share_of_nothing(const stein_model *m, const lab_effect *e, const char *place,
+                             const double *p)
+{
+    char name[2 * LAB_PLACE];
+    const char *share = lab_effect_share(e);
+    if (share == NULL) {
+        return 0;
+    }
+    snprintf(name, sizeof name, "%.99s.%.90s", place, share);
+    int i = stein_find_param(m, name);
+    return i < 0 || !(p[i] > 0.0);
+}
+
 const char *lab_candidate_name(const lab_candidate *c, const char *name)
 {
     (void)c;

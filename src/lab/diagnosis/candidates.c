@@ -4,10 +4,10 @@
  * How large an effect may plausibly be follows from the mechanism itself:
  *
  *      T = max(sqrt(M_jj m) g, |k theta0|)      weight and spring of a joint, m the carried mass
- *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over its
- * travel Q length = sqrt(M_jj / m)                  its radius of gyration
+ *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over Q
+ *      length = sqrt(M_jj / m)                  its radius of gyration
  *
- * M is the mass matrix at the initial state, w and Q the largest speed and coordinate of one run.
+ * M is the mass matrix at the initial state, w and Q the largest speed and travel of one run.
  * For the piano action these come within a factor of a few of what a maker would call thinkable,
  * and need no list of numbers for each mechanism. They scale the first secant and the weak prior of
  * an amount, nothing else.
@@ -33,7 +33,7 @@ typedef struct scales {
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
-    const double *p;
+    const double *p, *now; /* of the file; with what acts besides, NULL: whatever it is */
     lab_candidate *list;
     int n, room;
     scales s;
@@ -201,6 +201,7 @@ static double joint_limit(const scales *s, const char *kind, int j)
            : strcmp(kind, "quadratic_drag") == 0   ? 5.0 * E / (w * w)
            : strcmp(kind, "coulomb_friction") == 0 ? 0.3 * T
            : strcmp(kind, "stiction_peak") == 0    ? 30.0
+           : strstr(kind, "_asymmetry") != NULL    ? 0.8
            : strcmp(kind, "preload") == 0          ? 0.3 * T
            : strcmp(kind, "hardening_spring") == 0 ? T / (Q * Q * Q)
                                                    : T / Q;
@@ -230,8 +231,8 @@ static void joint_speed(build *b, lab_candidate *c, double unit)
 static void add_joint(build *b, const lab_effect *e, int j)
 {
     const char *name = b->m->bodies[j].name;
-    if (strcmp(e->kind, "stiction_peak") == 0 && !(named(b, name, "friction.A", 0.0) > 0.0)) {
-        return; // a surplus of nothing
+    if (b->now != NULL && lab__is_share_of_nothing(b->m, e, name, b->now)) {
+        return;
     }
     lab_candidate *c = add_at(b, e, name);
     if (c == NULL) {
@@ -342,8 +343,6 @@ static void add_channel(build *b, const lab_effect *e, int channel)
     c->start = 0.1;
 }
 
-/* a stated number that no other candidate moves and that is no regulation, gravity or initial state
- */
 /* of a curve: one of its points moved alone is no law */
 static int is_in_table(const stein_model *m, const char *name)
 {
@@ -356,6 +355,7 @@ static int is_in_table(const stein_model *m, const char *name)
     return 0;
 }
 
+/* stated, moved by no other candidate, and no regulation, gravity or initial state */
 static int is_plain(const build *b, int param)
 {
     const stein_param *q = &b->m->params[param];
@@ -537,9 +537,10 @@ static void enumerate(build *b, const lab_effect *e)
     }
 }
 
-stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err)
+stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
+                                const double *p, stein_err *err)
 {
-    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
+    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model), .now = p};
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
     if (make_scales(&b) != 0) {

@@ -290,11 +290,20 @@ static void say(lab_diagnosis *o, double before)
     }
 }
 
+/* Nothing was found, and what is left counts as noise because nobody stated that. A law that
+ * predicts the held-out strokes says that it is none. */
+static int is_doubtful(const diag *d)
+{
+    const lab_diagnosis *o = d->out;
+    return o->verdict == LAB_VERDICT_EXPLAINED && !fit__noise_given(&d->p) &&
+           o->chi2_dof_before > explained;
+}
+
 int diag__asks_for_law(const diag *d, const diag__found *f)
 {
     const lab_diagnosis *o = d->out;
     double left = f->n > 0 ? f->chi2_dof : o->chi2_dof_before;
-    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d);
+    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d) || is_doubtful(d);
 }
 
 /* Is the law believed? It has to predict held-out strokes better than nothing does, and than the
@@ -311,6 +320,9 @@ static int is_believed(const diag *d, const diag__found *f, const lab_law *l, do
     }
     if (o->verdict == LAB_VERDICT_NOT_CONVERGED) {
         return l->chi2_dof < explained;
+    }
+    if (is_doubtful(d)) {
+        return held && l->share >= diag__must_explain;
     }
     double other = f->n > 0 ? d->null_objective - diag__objective(f) : 0.0;
     return l->share >= diag__must_explain && l->chi2_dof <= diag__most_noise(d) &&

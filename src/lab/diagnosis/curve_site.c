@@ -15,7 +15,7 @@
 
 #include "curve.h"
 
-enum { MOST_VISITS = 4096, FEWEST_VISITS = 40 };
+enum { MOST_VISITS = 4096, FEWEST_VISITS = 40, FEWEST_POINTS = 7 };
 static const double nearest = 0.25; /* of the even distance */
 
 const char *diag__site_word(stein_table_kind kind, const stein_model *m, int index)
@@ -190,8 +190,9 @@ static void count(diag__site *s, const double *v, int n)
     }
 }
 
-/* @return 0, or -1 when the strokes tell too little of it */
-static int place_points(diag__site *s, const double *v, int n)
+/* @param most  points, by the samples that there are
+ * @return 0, or -1 when the strokes tell too little of it */
+static int place_points(diag__site *s, const double *v, int n, int most)
 {
     if (n < FEWEST_VISITS) {
         return -1;
@@ -200,7 +201,8 @@ static int place_points(diag__site *s, const double *v, int n)
     if (!(hi > lo)) {
         return -1;
     }
-    s->n = s->kind <= STEIN_TABLE_SPEED ? CURVE_POINTS : CURVE_CONTACT_POINTS;
+    int points = s->kind <= STEIN_TABLE_SPEED ? CURVE_POINTS : CURVE_CONTACT_POINTS;
+    s->n = most < points ? most : points;
     double least = nearest * (hi - lo) / (s->n - 1);
     s->at[0] = lo;
     s->at[s->n - 1] = hi;
@@ -281,6 +283,7 @@ stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *er
     const stein_model *m = lab_equations(d->model);
     job j = {.d = d, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
     size_t most = (size_t)d->p.nstroke * MOST_VISITS;
+    int points = d->p.samples / (2 * j.nstate); // all curves stand in one problem
     double *v = malloc(sizeof *v * (most + 1));
     diag__site *site = calloc((size_t)j.nstate + 1, sizeof *site);
     stein_status status =
@@ -293,7 +296,8 @@ stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *er
             continue;
         }
         site[*n] = new_site(m, (stein_table_kind)kind, index);
-        *n += place_points(&site[*n], v, gather(&j, state, v)) == 0;
+        *n += place_points(&site[*n], v, gather(&j, state, v),
+                            points > FEWEST_POINTS ? points : FEWEST_POINTS) == 0;
     }
     free(v);
     free(j.seen);

@@ -31,8 +31,16 @@ static const lab_effect effects[] = {
      "late, sudden starts; only at low speed", "coulomb_friction", NULL, 0, 0},
     {"quadratic_drag", MISSING, LAB_AT_JOINT, "k", "drag", NULL, "torque -k |qd| qd",
      "loss that grows with the square of speed; loud strokes only", "viscous_friction", NULL, 0, 0},
+    {"viscous_asymmetry", MISSING, LAB_AT_JOINT, "s", "asymmetry", NULL,
+     "viscous friction times 1 + s tanh(qd/w): more one way than the other",
+     "a loss in proportion to speed that differs by direction", "quadratic_drag preload", NULL, 1,
+     0},
+    {"coulomb_asymmetry", MISSING, LAB_AT_JOINT, "s", "coulomb.asymmetry", NULL,
+     "Coulomb friction times 1 + s tanh(qd/w): more one way than the other",
+     "a constant loss that differs by direction, nothing at rest", "preload", NULL, 1, 0},
     {"preload", MISSING, LAB_AT_JOINT, "T", "preload", NULL, "torque T",
-     "constant pull in one direction, also at rest", "centre joint_stiffness", NULL, 1, 0},
+     "constant pull in one direction, also at rest", "centre joint_stiffness coulomb_asymmetry",
+     NULL, 1, 0},
     {"joint_stiffness", MISSING, LAB_AT_JOINT, "k", "spring.k", NULL, "torque -k q",
      "restoring, grows with the angle", "preload hardening_spring centre", NULL, 0, 0},
     {"hardening_spring", MISSING, LAB_AT_JOINT, "k3", "spring.k3", NULL,
@@ -132,6 +140,25 @@ const lab_effect *lab_effect_find(const char *kind)
 int lab_effect_is_compliance(const lab_effect *effect)
 {
     return strcmp(effect->size, "compliance") == 0;
+}
+
+int lab_effect_is(const lab_effect *effect, const char *word)
+{
+    return strcmp(word, "all") == 0 || strcmp(word, effect->kind) == 0 ||
+           strcmp(word, effect->cls) == 0 || strcmp(word, lab_site_text(effect->site)) == 0;
+}
+
+const char *lab_effect_share(const lab_effect *effect)
+{
+    static const char *const share[][2] = {{"stiction_peak", "friction.A"},
+                                           {"viscous_asymmetry", "damping"},
+                                           {"coulomb_asymmetry", "coulomb.T"}};
+    for (size_t i = 0; i < sizeof share / sizeof *share; i++) {
+        if (strcmp(effect->kind, share[i][0]) == 0) {
+            return share[i][1];
+        }
+    }
+    return NULL;
 }
 
 const char *lab_site_text(lab_site site)

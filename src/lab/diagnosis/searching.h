@@ -95,6 +95,8 @@ stein_status diag__check_step(diag *d, stein_err *err);
 
 /* ---- suspects.c ---- */
 
+/** Are the kinds to go without in the table? @return OK, ENAME */
+stein_status diag__check_without(const diag *d, stein_err *err);
 /** All candidates; `why` of those that the data cannot show. */
 stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */

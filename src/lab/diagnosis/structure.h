@@ -90,6 +90,13 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
 
 /* ---- candidates.c, alias.c ---- */
 
+/** lab_candidates where parameters p act: what is a share of an effect that was found is one, too.
+ */
+stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
+                                const double *p, stein_err *err);
+/** Is an effect a share of something that is not there with parameters p? */
+int lab__is_share_of_nothing(const stein_model *m, const lab_effect *e, const char *place,
+                             const double *p);
 /** lab_candidate_bind of an effect that is a parameter. */
 stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
 /** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note

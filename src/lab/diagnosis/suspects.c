@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "searching.h"
+#include "structure.h"
 
 static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
@@ -256,6 +257,33 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
 
 /* ---- the list ---- */
 
+stein_status diag__check_without(const diag *d, stein_err *err)
+{
+    for (int i = 0; i < d->def->nwithout; i++) {
+        int known, any = 0;
+        const lab_effect *e = lab_effects(&known);
+        for (int k = 0; k < known; k++) {
+            any |= lab_effect_is(&e[k], d->def->without[i]);
+        }
+        if (!any) {
+            return lab__fail(err, STEIN_ENAME,
+                             "no effect is called \"%s\" by kind, site or class: nothing to go "
+                             "without",
+                             d->def->without[i]);
+        }
+    }
+    return STEIN_OK;
+}
+
+static int is_left_out(const diag *d, const lab_effect *e)
+{
+    int out = 0;
+    for (int i = 0; i < d->def->nwithout; i++) {
+        out |= lab_effect_is(e, d->def->without[i]);
+    }
+    return out;
+}
+
 static int measures(const diag *d, int channel)
 {
     for (int s = 0; s < d->p.nstroke; s++) {
@@ -360,10 +388,35 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
     return STEIN_OK;
 }
 
+/* candidates where the causes found so far act, without the kinds that are to be left out */
+static stein_status list_candidates(diag *d, lab_candidate **list, stein_err *err)
+{
+    size_t size = sizeof(double) * ((size_t)lab_equations(d->model)->np + 1);
+    double *p = malloc(size);
+    if (p == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(p, lab_parameters(d->model), size - sizeof *p);
+    for (int i = 0; i < d->naccepted; i++) {
+        const int k = d->p.first_accepted + FIT__NUMBERS * i;
+        lab_candidate_apply(&d->accepted[i], fit__value(&d->p.unknown[k], d->x[k]), p);
+    }
+    stein_status status = lab__candidates_at(list, &d->n, d->model, p, err);
+    free(p);
+    int left = 0;
+    for (int i = 0; status == STEIN_OK && i < d->n; i++) {
+        if (!is_left_out(d, (*list)[i].effect)) {
+            (*list)[left++] = (*list)[i];
+        }
+    }
+    d->n = status == STEIN_OK ? left : 0;
+    return status;
+}
+
 stein_status diag__suspects(diag *d, stein_err *err)
 {
     lab_candidate *list = NULL;
-    stein_status status = lab_candidates(&list, &d->n, d->model, err);
+    stein_status status = list_candidates(d, &list, err);
     if (status != STEIN_OK) {
         return status;
     }
