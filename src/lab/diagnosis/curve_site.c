@@ -59,7 +59,8 @@ typedef struct visits {
 } visits;
 
 typedef struct job {
-    const diag *d;
+    const fit__problem *p;
+    const double *x; /* all unknowns */
     const stein_model *m;
     int nstate;
     visits *seen; /* [nstroke*nstate]: joints' positions, speeds, surfaces' depths, rates */
@@ -115,7 +116,7 @@ static void touch(void *ctx, double t, const double *q, const double *qd, double
 static void one_stroke(void *ctx, fit__bench *b, int stroke)
 {
     job *j = ctx;
-    const fit__problem *p = &j->d->p;
+    const fit__problem *p = j->p;
     const fit__stroke *s = &p->stroke[stroke];
     watcher w = {j, b->sim, j->seen + (size_t)stroke * (size_t)j->nstate};
     double *y = malloc(sizeof *y * ((size_t)s->nch * (size_t)s->n + 1));
@@ -124,7 +125,7 @@ static void one_stroke(void *ctx, fit__bench *b, int stroke)
         b->watch_ctx = &w;
         b->force = touch;
         b->force_ctx = &w;
-        fit__simulate(p, b, stroke, j->d->x, y, NULL);
+        fit__simulate(p, b, stroke, j->x, y, NULL);
         b->watch = NULL;
         b->force = NULL;
     }
@@ -137,7 +138,7 @@ static void one_stroke(void *ctx, fit__bench *b, int stroke)
 static int gather(const job *j, int state, double *to)
 {
     int n = 0;
-    for (int s = 0; s < j->d->p.nstroke; s++) {
+    for (int s = 0; s < j->p->nstroke; s++) {
         const visits *v = &j->seen[(size_t)s * (size_t)j->nstate + (size_t)state];
         memcpy(to + n, v->v, sizeof *to * (size_t)v->n);
         n += v->n;
@@ -267,7 +268,7 @@ static int is_driven(const diag *d, int joint)
 
 static stein_status look(job *j, stein_err *err)
 {
-    size_t n = (size_t)j->d->p.nstroke * (size_t)j->nstate;
+    size_t n = (size_t)j->p->nstroke * (size_t)j->nstate;
     j->seen = calloc(n + 1, sizeof *j->seen);
     if (j->seen == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -275,13 +276,14 @@ static stein_status look(job *j, stein_err *err)
     for (size_t i = 0; i < n; i++) {
         j->seen[i].stride = 1;
     }
-    return fit__parallel(&j->d->p, j->d->p.nstroke, one_stroke, j, err);
+    return fit__parallel(j->p, j->p->nstroke, one_stroke, j, err);
 }
 
-stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *err)
+stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, diag__site **list,
+                         int *n, stein_err *err)
 {
     const stein_model *m = lab_equations(d->model);
-    job j = {.d = d, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
+    job j = {.p = p, .x = x, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
     size_t most = (size_t)d->p.nstroke * MOST_VISITS;
     int points = d->p.samples / (2 * j.nstate); // all curves stand in one problem
     double *v = malloc(sizeof *v * (most + 1));
