@@ -200,9 +200,8 @@ static void put_rest(layout *l, const tree *t)
     const mechanism *m = t->m;
     for (int i = 0; i < m->nlink; i++) {
         const mech_link *k = &m->links[i];
-        l->link[i] = put(l, tree_scalar(t, k->k), "%s: k, length, damping", text_safe(k->name));
-        put(l, tree_scalar(t, k->length), "  length");
-        put(l, tree_scalar(t, k->damping), "  damping");
+        l->link[i] = put_block(l, t, k->law, STEIN_LINK_SIZE, text_safe(k->name), "link",
+                               "k length damping slack off off_z off_range");
     }
     for (int i = 0; i < m->ntable; i++) {
         const mech_table *k = &m->tables[i];

@@ -22,6 +22,7 @@ typedef enum {
     LAB_AT_BODY,     /* every body, the load excepted */
     LAB_AT_CONTACT,  /* every contact, the load's included */
     LAB_AT_SURFACE,  /* contacts and notches */
+    LAB_AT_LINK,     /* every link */
     LAB_AT_LOAD,     /* the free load */
     LAB_AT_INPUT,    /* every input */
     LAB_AT_CHANNEL,  /* every output that shows a place or a force */
@@ -33,6 +34,7 @@ typedef enum {
 /** How the amount a of an effect moves its parameters from their present values v. */
 typedef enum {
     LAB_MOVE_ADD,      /* v + a */
+    LAB_MOVE_LOWER,    /* v - a */
     LAB_MOVE_RELATIVE, /* v (1 + a) */
     LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
     LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */

@@ -194,12 +194,25 @@ enum {
     STEIN_NOTCH_SIZE
 };
 
-/** Straight spring with damper between two points: force k (l - length) + b ldot along the line. */
+/** Straight spring with damper between two points, its tension along the line (law.h). */
 typedef struct stein_link {
     const char *name;
     int point[2]; /* indices into points */
-    int d;        /* base of {k [N/m], length [m], b [N s/m]} */
+    int d;        /* base of a STEIN_LINK block */
 } stein_link;
+/** What a link does: k [N/m], length [m], damping [N s/m]; slack [-], the share of its pull that it
+ *  lacks; let-off: the share of its force that it loses when its first end is above z [m], over a
+ *  range [m]. */
+enum {
+    STEIN_LINK_K,
+    STEIN_LINK_LENGTH,
+    STEIN_LINK_B,
+    STEIN_LINK_SLACK,
+    STEIN_LINK_OFF,
+    STEIN_LINK_OFF_Z,
+    STEIN_LINK_OFF_RANGE,
+    STEIN_LINK_SIZE
+};
 
 /** What a table is read over: the coordinate of a joint or its speed; the depth of a contact or the
  *  rate at which that grows. */

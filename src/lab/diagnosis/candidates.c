@@ -33,7 +33,8 @@ typedef struct scales {
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
-    const double *p, *now; /* of the file; with what acts besides, NULL: whatever it is */
+    const double *p, *now;       /* of the file; with what acts besides, NULL: whatever it is */
+    const lab__strokes *strokes; /* NULL: one with the file's own numbers */
     lab_candidate *list;
     int n, room;
     scales s;
@@ -137,7 +138,8 @@ static stein_status measure(build *b, stein_err *err)
         def.every = def.until / MAX_SAMPLES;
         def.sample = look;
         def.ctx = &w;
-        status = lab_simulate(sim, &def, err);
+        status = b->strokes != NULL ? b->strokes->run(b->strokes->ctx, look, &w, err)
+                                    : lab_simulate(sim, &def, err);
     }
     for (int j = 0; status == STEIN_OK && j < nq; j++) {
         double M_jj = s->weight[j] / 9.81 * s->length[j];
@@ -259,6 +261,15 @@ static void add_joint(build *b, const lab_effect *e, int j)
     }
 }
 
+static void add_link(build *b, const lab_effect *e, const char *name)
+{
+    int idle = b->now != NULL && lab__is_share_of_nothing(b->m, e, name, b->now);
+    lab_candidate *c = !idle ? add_at(b, e, name) : NULL;
+    if (c != NULL) {
+        lab__size_link(c, b->m, b->p);
+    }
+}
+
 static void add_body(build *b, const lab_effect *e, int j)
 {
     static const char *const other[] = {"inertia.xx", "inertia.zz"};
@@ -343,26 +354,14 @@ static void add_channel(build *b, const lab_effect *e, int channel)
     c->start = 0.1;
 }
 
-/* of a curve: one of its points moved alone is no law */
-static int is_in_table(const stein_model *m, const char *name)
-{
-    for (int i = 0; i < m->ntable; i++) {
-        size_t n = strlen(m->tables[i].name);
-        if (strncmp(name, m->tables[i].name, n) == 0 && name[n] == '.') {
-            return 1;
-        }
-    }
-    return 0;
-}
-
 /* stated, moved by no other candidate, and no regulation, gravity or initial state */
 static int is_plain(const build *b, int param)
 {
     const stein_param *q = &b->m->params[param];
     static const char *const not [] = {"gravity.", "load.mass", "clock.", NULL};
-    static const char *const inside[] = {".initial.",  ".sensor.",    ".vt",
-                                         ".coulomb.w", ".B2",         ".facing",
-                                         ".extent",    ".direction.", NULL};
+    static const char *const inside[] = {".initial.", ".sensor.", ".vt",     ".coulomb.w",
+                                         ".B2",       ".facing",  ".extent", ".direction.",
+                                         ".let_off.", NULL};
     for (int i = 0; not [i] != NULL; i++) {
         if (strncmp(q->name, not [i], strlen(not [i])) == 0) {
             return 0;
@@ -379,7 +378,8 @@ static int is_plain(const build *b, int param)
             return 0;
         }
     }
-    return q->stated && !is_in_table(b->m, q->name) && (b->p[param] != 0.0 || q->tolerance > 0.0);
+    return q->stated && !lab__is_in_table(b->m, q->name) &&
+           (b->p[param] != 0.0 || q->tolerance > 0.0);
 }
 
 static void add_parameters(build *b, const lab_effect *e)
@@ -521,6 +521,9 @@ static void enumerate(build *b, const lab_effect *e)
             add_channel(b, e, i);
         }
     }
+    for (int i = 0; e->site == LAB_AT_LINK && i < b->m->nlink; i++) {
+        add_link(b, e, b->m->links[i].name);
+    }
     int clock = stein_find_param(b->m, "clock.error");
     lab_candidate *c = NULL;
     switch (e->site) {
@@ -538,9 +541,13 @@ static void enumerate(build *b, const lab_effect *e)
 }
 
 stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
-                                const double *p, stein_err *err)
+                                const double *p, const lab__strokes *strokes, stein_err *err)
 {
-    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model), .now = p};
+    build b = {.lab = model,
+               .m = lab_equations(model),
+               .p = lab_parameters(model),
+               .now = p,
+               .strokes = strokes};
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
     if (make_scales(&b) != 0) {

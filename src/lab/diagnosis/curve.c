@@ -24,7 +24,7 @@ enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, ROUNDS = 2, NAME = 2 * MECH_NAME 
 static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, as in verdict.c */
 static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
-static const double as_well = 1.25; /* held-out errors that are no different */
+static const double as_well = 1.25;  /* held-out errors that are no different */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -548,7 +548,8 @@ stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *f
     for (int i = 0; i < ROUNDS && status == STEIN_OK && is_misplaced(d, n, &status, &why); i++) {
         status = search(d, &d->curves->p, d->curves->curve[0].x, &n, &why);
     }
-    status = status == STEIN_OK && n > 0 ? conclude(d, d->curves, n, before->rmse, f, &why) : status;
+    status =
+        status == STEIN_OK && n > 0 ? conclude(d, d->curves, n, before->rmse, f, &why) : status;
     if (status == STEIN_ENOMEM) {
         return lab__fail(err, status, "out of memory");
     }

@@ -299,7 +299,7 @@ stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, 
         }
         site[*n] = new_site(m, (stein_table_kind)kind, index);
         *n += place_points(&site[*n], v, gather(&j, state, v),
-                            points > FEWEST_POINTS ? points : FEWEST_POINTS) == 0;
+                           points > FEWEST_POINTS ? points : FEWEST_POINTS) == 0;
     }
     free(v);
     free(j.seen);

@@ -91,6 +91,13 @@ static const lab_effect effects[] = {
     {"wire", MISSING, LAB_AT_BODY, "k", NULL, "stretch",
      "spring from a point to the frame, stretched by a share of its length at rest",
      "pull towards a point", "joint_stiffness preload", "structure", 0, 0},
+    {"one_sided_link", MISSING, LAB_AT_LINK, "slack", "slack", NULL,
+     "pull of the link times 1 - slack: at 1 it only pushes",
+     "what is driven flies on where the driver slows down", "let_off", NULL, 0, 0},
+    {"let_off", MISSING, LAB_AT_LINK, "lower", "let_off.z", "let_off.share",
+     "the link lets go of what it drives at a height of its first end, z_off - lower",
+     "what is driven goes its own way near the end of the driver's travel", "one_sided_link", NULL,
+     0, 0},
     {"unknown_load", "input", LAB_AT_LOAD, "error", "mass", NULL,
      "mass of the load times 1 + error", "drive too strong or too weak, all phases under load",
      "mass", NULL, 1, 0},
@@ -152,7 +159,8 @@ const char *lab_effect_share(const lab_effect *effect)
 {
     static const char *const share[][2] = {{"stiction_peak", "friction.A"},
                                            {"viscous_asymmetry", "damping"},
-                                           {"coulomb_asymmetry", "coulomb.T"}};
+                                           {"coulomb_asymmetry", "coulomb.T"},
+                                           {"let_off", "let_off.z"}};
     for (size_t i = 0; i < sizeof share / sizeof *share; i++) {
         if (strcmp(effect->kind, share[i][0]) == 0) {
             return share[i][1];
@@ -163,8 +171,8 @@ const char *lab_effect_share(const lab_effect *effect)
 
 const char *lab_site_text(lab_site site)
 {
-    static const char *const text[] = {"joint", "body",     "contact", "contact or notch",
-                                       "load",  "input",    "channel", "marker",
-                                       "clock", "parameter"};
+    static const char *const text[] = {"joint",  "body",  "contact",  "contact or notch",
+                                       "link",   "load",  "input",    "channel",
+                                       "marker", "clock", "parameter"};
     return text[site];
 }

@@ -33,6 +33,7 @@ typedef struct diag__suspect {
     const char *never;                 /* the data cannot show it, because ... */
     const char *unseen;                /* G says nothing, because ...; NULL: it does */
     double step;                       /* amount that G was made with, in limits */
+    int scanned;                       /* and that of many which the residual asks for most */
     double *G;     /* change of all weighted residuals per limit; NULL: nothing to see */
     double *small; /* the same of a part with a smaller amount; NULL: of no part */
     double small_step;

@@ -22,7 +22,8 @@ static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
 static const double smaller = 0.2;   /* amount of a part's second secant, in that of the first */
-enum { SIZINGS = 5 };
+static const double about = 1.6;     /* factor by which a scanned amount may be another one */
+enum { SIZINGS = 5, SCANNED = 16, SCAN_ROUNDS = 3 };
 
 fit__problem *diag__problem(diag *d, const diag__suspect *s)
 {
@@ -198,6 +199,60 @@ static stein_status secants(diag *d, const fit__problem *p, diag__suspect **list
     return status;
 }
 
+/* of the scanned amounts the one that the residual asks for most, all else refitted linearly; it
+ * has to ask for about that amount. @return -1: of none */
+static int ask(const diag *d, const double *const *column, stein_status *status, stein_err *err)
+{
+    double score[SCANNED], epc[SCANNED], info[SCANNED], corr[SCANNED * SCANNED], most = 0.0;
+    lab__mixed m = {.nf = 0};
+    int best = -1;
+    *status = diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, SCANNED, err);
+    if (*status == STEIN_OK) {
+        double *beta = malloc(sizeof *beta * (size_t)(m.nf + 1));
+        if (beta == NULL) {
+            *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        } else {
+            lab__mixed_scatter(&m, NULL, 0, SCAN_ROUNDS, beta, NULL);
+            lab__mixed_score(&m, score, epc, info, corr);
+        }
+        free(beta);
+    }
+    for (int k = 0; *status == STEIN_OK && k < SCANNED; k++) {
+        double wish = epc[k] * SCANNED / (k + 1);
+        if (score[k] > most && wish > 1.0 / about && wish < about) {
+            most = score[k];
+            best = k;
+        }
+    }
+    lab__mixed_free(&m);
+    return best;
+}
+
+/* What is there or not - a coupling that lets go - does nothing up to an amount and much beyond it,
+ * so neither a derivative nor a small change says how much of it there is. Its step is one of many
+ * amounts; where the residual asks for none of them it stays. */
+static stein_status scan_step(diag *d, const fit__problem *p, diag__suspect *s, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke);
+    const double *column[SCANNED];
+    double *room = calloc(rows * SCANNED + 1, sizeof *room), kept = s->step;
+    stein_status status = room != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int k = 0; status == STEIN_OK && k < SCANNED; k++) {
+        s->step = (k + 1.0) / SCANNED;
+        status = secants(d, p, &s, 1, err);
+        column[k] = room + (size_t)k * rows;
+        if (s->s.why == NULL) { // else a column of zeros
+            memcpy(room + (size_t)k * rows, s->G, sizeof *room * rows);
+        }
+        s->s.why = NULL;
+    }
+    int best = status == STEIN_OK ? ask(d, column, &status, err) : -1;
+    s->step = best >= 0 ? (best + 1.0) / SCANNED : kept;
+    s->scanned = best >= 0;
+    free(room);
+    return status;
+}
+
 static stein_status make_column(double **column, const fit__problem *p, stein_err *err)
 {
     if (*column == NULL) {
@@ -216,6 +271,12 @@ static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **l
         status = make_column(&list[i]->G, p, err);
     }
     status = status == STEIN_OK ? size_steps(d, p, list, n, err) : status;
+    for (int i = 0; i < n; i++) {
+        if (status == STEIN_OK && list[i]->s.candidate.effect->site == LAB_AT_LINK) {
+            list[i]->s.why = NULL; // one stroke may not show it
+            status = scan_step(d, p, list[i], err);
+        }
+    }
     for (int i = 0; i < n; i++) {
         if (list[i]->s.why == NULL) {
             list[left++] = list[i];
@@ -255,7 +316,7 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* ---- the list ---- */
+/* ---- what is asked ---- */
 
 stein_status diag__check_without(const diag *d, stein_err *err)
 {
@@ -388,6 +449,59 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
     return STEIN_OK;
 }
 
+/* ---- how far and how fast it goes ---- */
+
+/* Is a joint moved as it was recorded? Without the record the mechanism stands still. */
+static int is_moved(const diag *d)
+{
+    const stein_model *m = lab_equations(d->model);
+    const fit__stroke *s = &d->p.stroke[0];
+    for (int k = 0; k < s->nsignal; k++) {
+        if (m->inputs[s->signal[k].input].kind == STEIN_INPUT_MOTION) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+typedef struct viewer {
+    stein_status (*look)(void *watch, stein_sim *sim);
+    void *watch;
+} viewer;
+
+static void show(void *ctx, stein_sim *sim, int i)
+{
+    viewer *v = ctx;
+    (void)i;
+    v->look(v->watch, sim);
+}
+
+/* all strokes that are fitted to */
+static stein_status run_strokes(void *ctx, stein_status (*look)(void *watch, stein_sim *sim),
+                                void *watch, stein_err *err)
+{
+    diag *d = ctx;
+    const fit__problem *p = &d->p;
+    fit__bench bench;
+    viewer v = {look, watch};
+    double *y = malloc(sizeof *y * ((size_t)p->rows + 1));
+    stein_status status = fit__bench_make(&bench, p, err);
+    if (y == NULL && status == STEIN_OK) {
+        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    bench.watch = show;
+    bench.watch_ctx = &v;
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        status = fit__simulate(p, &bench, s, d->x, y, err);
+    }
+    bench.watch = NULL;
+    fit__bench_free(&bench);
+    free(y);
+    return status;
+}
+
+/* ---- the list ---- */
+
 /* candidates where the causes found so far act, without the kinds that are to be left out */
 static stein_status list_candidates(diag *d, lab_candidate **list, stein_err *err)
 {
@@ -401,7 +515,9 @@ static stein_status list_candidates(diag *d, lab_candidate **list, stein_err *er
         const int k = d->p.first_accepted + FIT__NUMBERS * i;
         lab_candidate_apply(&d->accepted[i], fit__value(&d->p.unknown[k], d->x[k]), p);
     }
-    stein_status status = lab__candidates_at(list, &d->n, d->model, p, err);
+    lab__strokes strokes = {run_strokes, d};
+    stein_status status =
+        lab__candidates_at(list, &d->n, d->model, p, is_moved(d) ? &strokes : NULL, err);
     free(p);
     int left = 0;
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
