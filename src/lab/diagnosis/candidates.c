@@ -192,7 +192,8 @@ static int find(const build *b, const char *place, const char *path)
 static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
 {
     int param = find(b, place, e->parameter);
-    return param >= 0 ? add(b, e, place, param) : NULL;
+    int idle = b->now != NULL && lab__is_share_of_nothing(b->m, e, place, b->now);
+    return param >= 0 && !idle ? add(b, e, place, param) : NULL;
 }
 
 static double joint_limit(const scales *s, const char *kind, int j)
@@ -233,9 +234,6 @@ static void joint_speed(build *b, lab_candidate *c, double unit)
 static void add_joint(build *b, const lab_effect *e, int j)
 {
     const char *name = b->m->bodies[j].name;
-    if (b->now != NULL && lab__is_share_of_nothing(b->m, e, name, b->now)) {
-        return;
-    }
     lab_candidate *c = add_at(b, e, name);
     if (c == NULL) {
         return;
@@ -258,15 +256,6 @@ static void add_joint(build *b, const lab_effect *e, int j)
         joint_speed(b, c, b->m->bodies[j].type == 'T' ? arm : 1.0);
     } else if (strcmp(e->kind, "stiction_peak") == 0) {
         add_side(b, c, 1e-4, 1e-2, 1.0);
-    }
-}
-
-static void add_link(build *b, const lab_effect *e, const char *name)
-{
-    int idle = b->now != NULL && lab__is_share_of_nothing(b->m, e, name, b->now);
-    lab_candidate *c = !idle ? add_at(b, e, name) : NULL;
-    if (c != NULL) {
-        lab__size_link(c, b->m, b->p);
     }
 }
 
@@ -522,7 +511,10 @@ static void enumerate(build *b, const lab_effect *e)
         }
     }
     for (int i = 0; e->site == LAB_AT_LINK && i < b->m->nlink; i++) {
-        add_link(b, e, b->m->links[i].name);
+        lab_candidate *at = add_at(b, e, b->m->links[i].name);
+        if (at != NULL) {
+            lab__size_link(at, b->m, b->p);
+        }
     }
     int clock = stein_find_param(b->m, "clock.error");
     lab_candidate *c = NULL;

@@ -3,7 +3,8 @@
  *
  *   diagnose.c    the whole: null fit, suspects, refits, held-out strokes, verdict
  *   step.c        is the file's own step good enough
- *   suspects.c    candidates of the mechanism and what each would change
+ *   listing.c     candidates of the mechanism as it stands
+ *   suspects.c    what each of them would change
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   early.c       the same where the strokes begin
@@ -94,10 +95,15 @@ void diag__close(diag *d);
 /** A finding where the file's own step is too coarse for the strokes. @return OK, ENOMEM */
 stein_status diag__check_step(diag *d, stein_err *err);
 
+/* ---- listing.c ---- */
+
+/** Do the words of what is to be left out mean anything in the table? @return OK, ENAME */
+stein_status diag__check_without(const diag *d, stein_err *err);
+/** The candidates of a search, d->n of them, freed by the caller. @return as lab_candidates */
+stein_status diag__list(diag *d, lab_candidate **list, stein_err *err);
+
 /* ---- suspects.c ---- */
 
-/** Are the kinds to go without in the table? @return OK, ENAME */
-stein_status diag__check_without(const diag *d, stein_err *err);
 /** All candidates; `why` of those that the data cannot show. */
 stein_status diag__suspects(diag *d, stein_err *err);
 /** G of all others at the present point (x, r) and horizon. */
