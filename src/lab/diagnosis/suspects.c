@@ -22,7 +22,7 @@ static const double visible = 0.01;  /* less than that at the limit shows in no 
 static const double smallest = 1e-6; /* amount [limits] */
 static const double smaller = 0.2;   /* amount of a part's second secant, in that of the first */
 static const double about = 1.6;     /* factor by which a scanned amount may be another one */
-enum { SIZINGS = 5, SCANNED = 16, SCAN_ROUNDS = 3 };
+enum { SIZINGS = 5, SCANNED = 32, SCAN_ROUNDS = 3 };
 
 fit__problem *diag__problem(diag *d, const diag__suspect *s)
 {
