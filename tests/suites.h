@@ -40,6 +40,7 @@
     X(measured_laws) \
     X(several)       \
     X(curve)         \
+    X(coupling)      \
     X(show)          \
     X(report)        \
     X(seen)          \
