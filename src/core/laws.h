@@ -85,23 +85,18 @@ static inline real stein__joint(const real *law, real q, real qd, real friction)
     return f;
 }
 
-static inline real stein__share(real share)
-{
-    return sel(more(share, 1.0), same(1.0), share);
-}
-
 /* tension of a link of a length, which grows at a rate; z of its first end */
 static inline real stein__tension(const real *law, real length, real rate, real z)
 {
     real f = law[STEIN_LINK_K] * (length - law[STEIN_LINK_LENGTH]) + law[STEIN_LINK_B] * rate;
     mask slack = both(differ(law[STEIN_LINK_SLACK], 0.0), more(f, 0.0));
     if (any(slack)) {
-        f = sel(slack, f * (1.0 - stein__share(law[STEIN_LINK_SLACK])), f);
+        f = sel(slack, f * (1.0 - law[STEIN_LINK_SLACK]), f);
     }
     mask trips = differ(law[STEIN_LINK_OFF], 0.0);
     if (any(trips)) {
         real past = 1.0 + stein__tanh((z - law[STEIN_LINK_OFF_Z]) / law[STEIN_LINK_OFF_RANGE]);
-        f = sel(trips, f * (1.0 - 0.5 * stein__share(law[STEIN_LINK_OFF]) * past), f);
+        f = sel(trips, f * (1.0 - 0.5 * law[STEIN_LINK_OFF] * past), f);
     }
     return f;
 }
