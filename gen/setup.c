@@ -79,8 +79,8 @@ static void put_joints(layout *l, const tree *t)
     for (int i = 0; i < m->nbody; i++) {
         l->joint[i] = put_block(l, t, m->bodies[i].joint, STEIN_JOINT_SIZE,
                                 text_safe(m->bodies[i].name), "joint",
-                                "k q0 k3 b asymmetry drag preload T w backlash_k backlash_gap A vt "
-                                "B1 B2");
+                                "k q0 k3 b asymmetry drag preload T w dry_asymmetry backlash_k "
+                                "backlash_gap A vt B1 B2");
     }
 }
 
@@ -200,9 +200,8 @@ static void put_rest(layout *l, const tree *t)
     const mechanism *m = t->m;
     for (int i = 0; i < m->nlink; i++) {
         const mech_link *k = &m->links[i];
-        l->link[i] = put(l, tree_scalar(t, k->k), "%s: k, length, damping", text_safe(k->name));
-        put(l, tree_scalar(t, k->length), "  length");
-        put(l, tree_scalar(t, k->damping), "  damping");
+        l->link[i] = put_block(l, t, k->law, STEIN_LINK_SIZE, text_safe(k->name), "link",
+                               "k length damping slack off off_z off_range");
     }
     for (int i = 0; i < m->ntable; i++) {
         const mech_table *k = &m->tables[i];

@@ -18,6 +18,9 @@ claim 2 "something has to be left to fit to" "$stein" diagnose $model models/str
 says "and it is told" 'all strokes are held out'
 claim 2 "files held out have names" "$stein" diagnose $model models/strokes/stroke_01.csv \
     --held-out a.csv,,b.csv -o "$dir/o"
+claim 2 "what is to be hidden has to be in the table" "$stein" diagnose $model models/strokes/stroke_01.csv \
+    models/strokes/stroke_02.csv -o "$dir/o" --without input,coulomb_frictoin
+says "and the nearest kind is told" 'coulomb_frictoin.*did you mean coulomb_friction'
 claim 1 "an absent file" "$stein" diagnose $model "$dir/absent.csv" -o "$dir/o"
 says "is named" 'absent.csv'
 : >"$dir/file"

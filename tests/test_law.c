@@ -75,6 +75,11 @@ START_TEST(a_joint_adds_up_what_acts_in_it)
     law[STEIN_JOINT_DRY] = 0.0071;
     sum += 0.0047 - 0.0031 * fabs(w) * w - 0.0071 * tanh(w / 0.07);
     ck_assert_close(stein_joint_force(law, q, w), sum, 1e-13, 0.0);
+    law[STEIN_JOINT_DRY_ASYMMETRY] = -0.13;
+    sum -= 0.0071 * -0.13 * tanh(w / 0.07) * tanh(w / 0.07);
+    ck_assert_close(stein_joint_force(law, q, w), sum, 1e-13, 0.0);
+    law[STEIN_JOINT_DRY_ASYMMETRY] = 0.0;
+    sum += 0.0071 * -0.13 * tanh(w / 0.07) * tanh(w / 0.07);
     law[STEIN_JOINT_STOP_K] = 0.53;
     law[STEIN_JOINT_STOP_GAP] = 0.21;
     ck_assert_close(stein_joint_force(law, q, w), sum - 0.53 * (q - 0.21), 1e-13, 0.0);
@@ -82,6 +87,29 @@ START_TEST(a_joint_adds_up_what_acts_in_it)
                     0.041 * (q - 0.21) + 0.23 * (pow(q + q0, 3.0) - pow(0.21 + q0, 3.0)) +
                         0.53 * (q - 0.21),
                     1e-12, 0.0);
+}
+END_TEST
+
+START_TEST(a_link_may_push_only_and_let_go_above_a_height)
+{
+    double law[STEIN_LINK_SIZE] = {
+        [STEIN_LINK_K] = 917.0, [STEIN_LINK_LENGTH] = 0.0613, [STEIN_LINK_B] = 0.71};
+    law[STEIN_LINK_OFF_RANGE] = 3.1e-4;
+    double pull = 917.0 * (0.0621 - 0.0613) + 0.71 * 0.13, push = 917.0 * (0.0609 - 0.0613);
+    ck_assert_close(stein_link_force(law, 0.0621, 0.13, 0.02), pull, 1e-12, 0.0);
+    ck_assert_close(stein_link_force(law, 0.0609, 0.0, 0.02), push, 1e-12, 0.0);
+    law[STEIN_LINK_SLACK] = 0.37;
+    ck_assert_close(stein_link_force(law, 0.0621, 0.13, 0.02), 0.63 * pull, 1e-12, 0.0);
+    ck_assert_close(stein_link_force(law, 0.0609, 0.0, 0.02), push, 1e-12, 0.0);
+    law[STEIN_LINK_SLACK] = 1.0;
+    ck_assert(stein_link_force(law, 0.0621, 0.13, 0.02) == 0.0);
+    law[STEIN_LINK_OFF] = 0.83;
+    law[STEIN_LINK_OFF_Z] = 0.0204;
+    double past = 0.5 * (1.0 + tanh((0.0202 - 0.0204) / 3.1e-4));
+    ck_assert_close(stein_link_force(law, 0.0609, 0.0, 0.0202), push * (1.0 - 0.83 * past), 1e-12,
+                    0.0);
+    law[STEIN_LINK_OFF] = 1.0;
+    ck_assert_close(stein_link_force(law, 0.0609, 0.0, 0.0304), 0.0, 0.0, 1e-15);
 }
 END_TEST
 
@@ -129,6 +157,7 @@ Suite *law_suite(void)
     tcase_add_test(tc, exponent_hysteresis_and_preload_change_the_force_as_their_formulas_say);
     tcase_add_test(tc, adhesion_pulls_within_its_range_and_nowhere_else);
     tcase_add_test(tc, a_joint_adds_up_what_acts_in_it);
+    tcase_add_test(tc, a_link_may_push_only_and_let_go_above_a_height);
     tcase_add_test(tc, friction_is_odd_and_saturates_at_A);
     tcase_add_test(tc, static_surplus_peaks_where_the_formula_says);
     tcase_add_test(tc, every_status_has_a_text_of_its_own);

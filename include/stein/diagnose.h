@@ -22,6 +22,7 @@ typedef enum {
     LAB_AT_BODY,     /* every body, the load excepted */
     LAB_AT_CONTACT,  /* every contact, the load's included */
     LAB_AT_SURFACE,  /* contacts and notches */
+    LAB_AT_LINK,     /* every link */
     LAB_AT_LOAD,     /* the free load */
     LAB_AT_INPUT,    /* every input */
     LAB_AT_CHANNEL,  /* every output that shows a place or a force */
@@ -33,6 +34,7 @@ typedef enum {
 /** How the amount a of an effect moves its parameters from their present values v. */
 typedef enum {
     LAB_MOVE_ADD,      /* v + a */
+    LAB_MOVE_LOWER,    /* v - a */
     LAB_MOVE_RELATIVE, /* v (1 + a) */
     LAB_MOVE_SCALE,    /* v exp(a), of all parameters alike */
     LAB_MOVE_SPRING,   /* k + a, and theta0 such that k theta0 stays: a torque -a q */
@@ -61,6 +63,11 @@ const lab_effect *lab_effects(int *n);
 const lab_effect *lab_effect_find(const char *kind);
 /** Is its amount a compliance [rad/(N m) or m/N], of which 0 is rigid? */
 int lab_effect_is_compliance(const lab_effect *effect);
+/** Is it meant by a word: its kind, its class, its site ("joint", "channel" ...) or "all"? */
+int lab_effect_is(const lab_effect *effect, const char *word);
+/** What its amount is a share of, a path behind the place: "damping" of an asymmetry. Without that
+ *  there is nothing to be a share of, and no candidate. NULL: it stands alone. */
+const char *lab_effect_share(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
 
@@ -342,6 +349,8 @@ typedef struct lab_diagnose_def {
     const unsigned char *held_out; /* [strokes] 1: judge by it, do not fit to it; NULL: choose */
     const char *const *free;       /* [nfree] to be refitted besides the numbers with a tolerance */
     int nfree;
+    const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
+    int nwithout;               /* words of lab_effect_is */
     int threads;
     const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
     lab_fit_progress_fn *progress;
@@ -352,7 +361,8 @@ lab_diagnose_def lab_diagnose_def_default(void);
 
 /** Diagnose a mechanism file against strokes.
  *  @param file  the mechanism file of the model
- *  @return OK (whatever the verdict), EINVAL (too few strokes, def), numerical failures at the
+ *  @return OK (whatever the verdict), EINVAL (too few strokes, def), ENAME (`without` names no
+ *  effect), numerical failures at the
  *  file's own values, ENOMEM */
 stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);

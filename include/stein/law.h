@@ -37,12 +37,25 @@ double stein_friction(const double law[4], double v);
  *
  *      - k (q - q0) - k3 (q - q0)^3                  spring, hardening
  *      - b (1 + s tanh(qd/w)) qd - k2 |qd| qd        viscous (s: by direction), drag
- *      + T - A_mu(qd) - T_c tanh(qd / w)             preload, friction, plain Coulomb friction
+ *      + T - A_mu(qd)                                preload, friction
+ *      - T_c (1 + s_c tanh(qd/w)) tanh(qd/w)         plain Coulomb friction (s_c: by direction)
  *      - k_b (|q| - g) sign q  beyond |q| > g        backlash
  *
  *  @param law  a STEIN_JOINT block; units as in SI for the joint's coordinate [rad or m]
  *  @return [N m or N] along the coordinate */
 double stein_joint_force(const double *law, double q, double qd);
+
+/** Tension of a link, > 0 pulling its ends together:
+ *
+ *      f = [ k (l - length) + b ldot ] (1 - slack where that pulls)
+ *                                      (1 - off (1 + tanh((z - z_off)/range)) / 2)
+ *
+ *  With slack 1 it only pushes, as a strut on a cushion does; with off 1
+ * it lets go when its first end has risen past z_off, as a jack at its button does.
+ *  @param law     a STEIN_LINK block
+ *  @param length  l [m]   @param rate  ldot [m/s]   @param z  of the first end [m]
+ *  @return [N] */
+double stein_link_force(const double *law, double length, double rate, double z);
 
 /** Slopes of the curve through the points of a table: in a point that of the parabola through it
  *  and its neighbours, at both ends that of the straight line to the next one,

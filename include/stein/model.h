@@ -120,6 +120,7 @@ enum {
     STEIN_JOINT_B, STEIN_JOINT_ASYMMETRY,           /* viscous, and its dependence on direction */
     STEIN_JOINT_DRAG, STEIN_JOINT_PRELOAD,
     STEIN_JOINT_DRY, STEIN_JOINT_DRY_SPEED,         /* a second, plain Coulomb friction */
+    STEIN_JOINT_DRY_ASYMMETRY,                      /* its dependence on direction */
     STEIN_JOINT_STOP_K, STEIN_JOINT_STOP_GAP,       /* backlash: a spring beyond a dead zone */
     STEIN_JOINT_FRICTION,                           /* a STEIN_FRICTION block */
     STEIN_JOINT_SIZE = STEIN_JOINT_FRICTION + STEIN_FRICTION_SIZE
@@ -193,12 +194,25 @@ enum {
     STEIN_NOTCH_SIZE
 };
 
-/** Straight spring with damper between two points: force k (l - length) + b ldot along the line. */
+/** Straight spring with damper between two points, its tension along the line (law.h). */
 typedef struct stein_link {
     const char *name;
     int point[2]; /* indices into points */
-    int d;        /* base of {k [N/m], length [m], b [N s/m]} */
+    int d;        /* base of a STEIN_LINK block */
 } stein_link;
+/** What a link does: k [N/m], length [m], damping [N s/m]; slack [-], the share of its pull that it
+ *  lacks; let-off: the share of its force that it loses when its first end is above z [m], over a
+ *  range [m]. */
+enum {
+    STEIN_LINK_K,
+    STEIN_LINK_LENGTH,
+    STEIN_LINK_B,
+    STEIN_LINK_SLACK,
+    STEIN_LINK_OFF,
+    STEIN_LINK_OFF_Z,
+    STEIN_LINK_OFF_RANGE,
+    STEIN_LINK_SIZE
+};
 
 /** What a table is read over: the coordinate of a joint or its speed; the depth of a contact or the
  *  rate at which that grows. */

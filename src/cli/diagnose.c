@@ -10,7 +10,7 @@
 #include "cli.h"
 #include "stein/diagnose.h"
 
-enum { FINDINGS = 6, RIVALS = 5 };
+enum { FINDINGS = 6, RIVALS = 5, KINDS = 100 };
 
 typedef struct job {
     const cli_args *args;
@@ -22,6 +22,8 @@ typedef struct job {
     char **text; /* [nheld] memory behind names between commas */
     const char *free[CLI_NAMES];
     char *names; /* memory behind them */
+    const char *without[CLI_NAMES];
+    char *kinds; /* memory behind them */
     lab_diagnose_def def;
     lab_diagnosis *diagnosis;
     cli_progress progress;
@@ -99,6 +101,48 @@ static int read_files(job *j)
     return code;
 }
 
+static int check_without(const job *j, const char *word)
+{
+    const char *kind[KINDS];
+    int n;
+    const lab_effect *table = lab_effects(&n);
+    for (int i = 0; i < n; i++) {
+        if (lab_effect_is(&table[i], word)) {
+            return CLI_OK;
+        }
+    }
+    n = n < KINDS ? n : KINDS;
+    for (int i = 0; i < n; i++) {
+        kind[i] = table[i].kind;
+    }
+    const char *near = cli_nearest(word, kind, n);
+    return cli_misuse(j->args->command,
+                      "--without %s: no kind, site or class of effects%s%s (see stein effects)",
+                      word, near != NULL ? "; did you mean " : "", near != NULL ? near : "");
+}
+
+/* effects of the table that are hidden from the search */
+static int read_without(job *j)
+{
+    const char *without = cli_value(j->args, "without");
+    if (without == NULL) {
+        return CLI_OK;
+    }
+    j->def.without = j->without;
+    j->def.nwithout = cli_names(without, &j->kinds, j->without);
+    if (j->def.nwithout < 0) {
+        return cli_misuse(j->args->command, "--without %s: expected words separated by commas",
+                          without);
+    }
+    for (int i = 0; i < j->def.nwithout; i++) {
+        int code = check_without(j, j->without[i]);
+        if (code != CLI_OK) {
+            return code;
+        }
+    }
+    return CLI_OK;
+}
+
 static int read_options(job *j)
 {
     const char *free = cli_value(j->args, "free");
@@ -115,8 +159,12 @@ static int read_options(job *j)
                               free);
         }
     }
+    int code = read_without(j);
+    if (code != CLI_OK) {
+        return code;
+    }
     j->def.held_out = j->args->nheld > 0 ? j->held_out : NULL;
-    int code = cli_threads(j->args, &j->def.threads);
+    code = cli_threads(j->args, &j->def.threads);
     return code == CLI_OK ? read_files(j) : code;
 }
 
@@ -434,6 +482,7 @@ static int run(const cli_args *args)
     }
     free(j.text);
     free(j.names);
+    free(j.kinds);
     free(j.file);
     free(j.held_out);
     return code;
@@ -447,6 +496,10 @@ static const cli_option options[] = {
     {"holdout", 0, "DATA...", "The same; all words up to the next option are files."},
     {"free", 0, "NAME,...",
      "Numbers of the file to refit besides those whose tolerance it states."},
+    {"without", 0, "WORD,...",
+     "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
+     "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
+     "explained is then a law to be recovered."},
     {"trust-settings", 0, NULL,
      "Go on with strokes that move far from what their own \"# set\" lines say."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},

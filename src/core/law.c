@@ -21,3 +21,8 @@ double stein_joint_force(const double *law, double q, double qd)
 {
     return stein__joint(law, q, qd, stein_friction(law + STEIN_JOINT_FRICTION, qd));
 }
+
+double stein_link_force(const double *law, double length, double rate, double z)
+{
+    return stein__tension(law, length, rate, z);
+}

@@ -73,13 +73,30 @@ static inline real stein__joint(const real *law, real q, real qd, real friction)
     mask dry = differ(law[STEIN_JOINT_DRY], 0.0);
     if (any(dry)) {
         real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
-        f = sel(dry, f - law[STEIN_JOINT_DRY] * grip, f);
+        real level = law[STEIN_JOINT_DRY] * (1.0 + law[STEIN_JOINT_DRY_ASYMMETRY] * grip);
+        f = sel(dry, f - level * grip, f);
     }
     f -= friction;
     mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));
     if (any(stopped)) {
         real side = sel(more(q, 0.0), same(1.0), same(-1.0));
         f = sel(stopped, f - law[STEIN_JOINT_STOP_K] * (magnitude(q) - gap) * side, f);
+    }
+    return f;
+}
+
+/* tension of a link of a length, which grows at a rate; z of its first end */
+static inline real stein__tension(const real *law, real length, real rate, real z)
+{
+    real f = law[STEIN_LINK_K] * (length - law[STEIN_LINK_LENGTH]) + law[STEIN_LINK_B] * rate;
+    mask slack = both(differ(law[STEIN_LINK_SLACK], 0.0), more(f, 0.0));
+    if (any(slack)) {
+        f = sel(slack, f * (1.0 - law[STEIN_LINK_SLACK]), f);
+    }
+    mask trips = differ(law[STEIN_LINK_OFF], 0.0);
+    if (any(trips)) {
+        real past = 1.0 + stein__tanh((z - law[STEIN_LINK_OFF_Z]) / law[STEIN_LINK_OFF_RANGE]);
+        f = sel(trips, f * (1.0 - 0.5 * law[STEIN_LINK_OFF] * past), f);
     }
     return f;
 }

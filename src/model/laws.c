@@ -34,6 +34,7 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_PRELOAD] = {NULL, SAME("preload"), {"N m", "N"}, 0, 0.0, 0},
     [STEIN_JOINT_DRY] = {"coulomb", SAME("T"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_DRY_SPEED] = {"coulomb", SAME("w"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
+    [STEIN_JOINT_DRY_ASYMMETRY] = {"coulomb", SAME("asymmetry"), SAME("1"), 0, 0.0, 0},
     [STEIN_JOINT_STOP_K] = {"backlash", SAME("k"), {"N m/rad", "N/m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_FRICTION +
@@ -43,6 +44,16 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_FRICTION + STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), 0, 0.0, 0},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
+};
+
+static const law_entry link_law[STEIN_LINK_SIZE] = {
+    [STEIN_LINK_K] = {NULL, SAME("k"), SAME("N/m"), 0, 0.0, 0},
+    [STEIN_LINK_LENGTH] = {NULL, SAME("length"), SAME("m"), MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_LINK_B] = {NULL, SAME("damping"), SAME("N s/m"), MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_LINK_SLACK] = {NULL, SAME("slack"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
+    [STEIN_LINK_OFF] = {"let_off", SAME("share"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 1},
+    [STEIN_LINK_OFF_Z] = {"let_off", SAME("z"), SAME("m"), 0, 0.0, 1},
+    [STEIN_LINK_OFF_RANGE] = {"let_off", SAME("range"), SAME("m"), MECH__POSITIVE, 1e-4, 0},
 };
 
 static const law_entry normal_law[STEIN_NORMAL_SIZE] = {
@@ -137,6 +148,13 @@ void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
 
     read_law(rd, b->joint, joint_law, STEIN_JOINT_SIZE, slides,
              slides ? "a sliding joint" : "a turning joint", entry, b->name);
+}
+
+void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry)
+{
+    mech__need(rd, entry, "k", "a link");
+    mech__need(rd, entry, "length", "a link");
+    read_law(rd, l->law, link_law, STEIN_LINK_SIZE, 0, "a link", entry, l->name);
 }
 
 void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,

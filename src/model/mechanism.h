@@ -146,7 +146,7 @@ typedef struct mech_table {
 typedef struct mech_link {
     char name[MECH_NAME];
     int point[2];
-    mech_scalar k, length, damping;
+    mech_scalar law[STEIN_LINK_SIZE];
 } mech_link;
 
 typedef struct mech_input {

@@ -261,6 +261,7 @@ void mech__parts(mech__reader *rd);
 /* --- laws.c --- */
 
 void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry);
+void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry);
 /** `normal`, `friction`, `adhesion` and `gap` of a contact, a load or a notch. */
 void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,
                        const mech__node *entry, const char *what, const char *name);

@@ -304,7 +304,7 @@ void mech__section_links(mech__reader *rd)
         mech_link *l = &m->links[m->nlink++];
 
         mech__name_copy(l->name, sizeof l->name, e->key->text);
-        mech__keys(rd, e, "a link", "from to k length damping");
+        mech__keys(rd, e, "a link", "from to k length damping slack let_off");
         read_end(rd, e, "from", &l->point[0]);
         read_end(rd, e, "to", &l->point[1]);
         if (l->point[0] >= 0 && l->point[1] >= 0 &&
@@ -312,10 +312,6 @@ void mech__section_links(mech__reader *rd)
             mech__problem_at(rd, e->key,
                              "both ends of the link are on one body, expected two bodies");
         }
-        mech__number(rd, &l->k, "N/m", 0, mech__need(rd, e, "k", "a link"), 0.0, "%s.k", l->name);
-        mech__number(rd, &l->length, "m", MECH__NOT_NEGATIVE, mech__need(rd, e, "length", "a link"),
-                     0.0, "%s.length", l->name);
-        mech__number(rd, &l->damping, "N s/m", MECH__NOT_NEGATIVE, mech__get(e, "damping"), 0.0,
-                     "%s.damping", l->name);
+        mech__link_law(rd, l, e);
     }
 }

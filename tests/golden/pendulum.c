@@ -22,22 +22,22 @@
  *   2   rod.centre.z = -0.174 m
  *   3   rod.pendulum.frequency = 1.03 Hz
  *   7   rod.damping = 0.00015 N m s/rad
- *   19  rod.initial.position = 0.5235987755982988 rad
- *   21  rod.tip.z = -0.35 m
+ *   20  rod.initial.position = 0.5235987755982988 rad
+ *   22  rod.tip.z = -0.35 m
  *
  * derived constants d
  *   0..1 rod: initial q, qd
  *   2..2 clock error
- *   3..17 rod: joint k
- *   18..19 push: signal gain
- *   20..24 time: sensor gain
- *   25..29 angle: sensor gain
- *   30..34 rate: sensor gain
- *   35..39 tip_x: sensor gain
- *   40..44 tip_height: sensor gain
- *   45..49 kinetic: sensor gain
- *   50..54 potential: sensor gain
- *   55..59 constants of the equations, see setup()
+ *   3..18 rod: joint k
+ *   19..20 push: signal gain
+ *   21..25 time: sensor gain
+ *   26..30 angle: sensor gain
+ *   31..35 rate: sensor gain
+ *   36..40 tip_x: sensor gain
+ *   41..45 tip_height: sensor gain
+ *   46..50 kinetic: sensor gain
+ *   51..55 potential: sensor gain
+ *   56..60 constants of the equations, see setup()
  *
  * symbols: NAME, component 1 2 3 = x y z, body, _column. S C sine and cosine of a joint,
  *   S1p2 of a sum; OM, OMp angular velocity and acceleration; BS om~ om~ + omp~, 1..9;
@@ -61,9 +61,9 @@ static void setup(const double *p, double *d, const stein_functions *f)
     const double K331 = p[2]*mb31;
     const double K221 = p[1]*(9.81*sqrt(t1)/(p[3]*(39.47841760435743*p[3])) - t1) + K331;
     (void)f;
-    d[0] = p[19]; /* rod: initial q, qd */
-    d[1] = p[20]; /*   qd */
-    d[2] = p[54]; /* clock error */
+    d[0] = p[20]; /* rod: initial q, qd */
+    d[1] = p[21]; /*   qd */
+    d[2] = p[55]; /* clock error */
     d[3] = p[4]; /* rod: joint k */
     d[4] = p[5]; /*   q0 */
     d[5] = p[6]; /*   k3 */
@@ -73,54 +73,55 @@ static void setup(const double *p, double *d, const stein_functions *f)
     d[9] = p[10]; /*   preload */
     d[10] = p[11]; /*   T */
     d[11] = p[12]; /*   w */
-    d[12] = p[13]; /*   backlash_k */
-    d[13] = p[14]; /*   backlash_gap */
-    d[14] = p[15]; /*   A */
-    d[15] = p[16]; /*   vt */
-    d[16] = p[17]; /*   B1 */
-    d[17] = p[18]; /*   B2 */
-    d[18] = p[22]; /* push: signal gain */
-    d[19] = p[23]; /*   delay */
-    d[20] = 1.0; /* time: sensor gain */
-    d[21] = 0.0; /*   nothing else */
+    d[12] = p[13]; /*   dry_asymmetry */
+    d[13] = p[14]; /*   backlash_k */
+    d[14] = p[15]; /*   backlash_gap */
+    d[15] = p[16]; /*   A */
+    d[16] = p[17]; /*   vt */
+    d[17] = p[18]; /*   B1 */
+    d[18] = p[19]; /*   B2 */
+    d[19] = p[23]; /* push: signal gain */
+    d[20] = p[24]; /*   delay */
+    d[21] = 1.0; /* time: sensor gain */
     d[22] = 0.0; /*   nothing else */
     d[23] = 0.0; /*   nothing else */
     d[24] = 0.0; /*   nothing else */
-    d[25] = p[24]; /* angle: sensor gain */
-    d[26] = p[25]; /*   offset */
-    d[27] = p[26]; /*   square */
-    d[28] = p[27]; /*   tilt */
-    d[29] = p[28]; /*   delay */
-    d[30] = p[29]; /* rate: sensor gain */
-    d[31] = p[30]; /*   offset */
-    d[32] = p[31]; /*   square */
-    d[33] = p[32]; /*   tilt */
-    d[34] = p[33]; /*   delay */
-    d[35] = p[34]; /* tip_x: sensor gain */
-    d[36] = p[35]; /*   offset */
-    d[37] = p[36]; /*   square */
-    d[38] = p[37]; /*   tilt */
-    d[39] = p[38]; /*   delay */
-    d[40] = p[39]; /* tip_height: sensor gain */
-    d[41] = p[40]; /*   offset */
-    d[42] = p[41]; /*   square */
-    d[43] = p[42]; /*   tilt */
-    d[44] = p[43]; /*   delay */
-    d[45] = p[44]; /* kinetic: sensor gain */
-    d[46] = p[45]; /*   offset */
-    d[47] = p[46]; /*   square */
-    d[48] = p[47]; /*   tilt */
-    d[49] = p[48]; /*   delay */
-    d[50] = p[49]; /* potential: sensor gain */
-    d[51] = p[50]; /*   offset */
-    d[52] = p[51]; /*   square */
-    d[53] = p[52]; /*   tilt */
-    d[54] = p[53]; /*   delay */
-    d[55] = K221; /* inertia 22 of rod, recombined */
-    d[56] = p[2]; /* rod.centre.z */
-    d[57] = p[0]*mb31;
-    d[58] = p[21]; /* rod.tip.z */
-    d[59] = 0.5*K221;
+    d[25] = 0.0; /*   nothing else */
+    d[26] = p[25]; /* angle: sensor gain */
+    d[27] = p[26]; /*   offset */
+    d[28] = p[27]; /*   square */
+    d[29] = p[28]; /*   tilt */
+    d[30] = p[29]; /*   delay */
+    d[31] = p[30]; /* rate: sensor gain */
+    d[32] = p[31]; /*   offset */
+    d[33] = p[32]; /*   square */
+    d[34] = p[33]; /*   tilt */
+    d[35] = p[34]; /*   delay */
+    d[36] = p[35]; /* tip_x: sensor gain */
+    d[37] = p[36]; /*   offset */
+    d[38] = p[37]; /*   square */
+    d[39] = p[38]; /*   tilt */
+    d[40] = p[39]; /*   delay */
+    d[41] = p[40]; /* tip_height: sensor gain */
+    d[42] = p[41]; /*   offset */
+    d[43] = p[42]; /*   square */
+    d[44] = p[43]; /*   tilt */
+    d[45] = p[44]; /*   delay */
+    d[46] = p[45]; /* kinetic: sensor gain */
+    d[47] = p[46]; /*   offset */
+    d[48] = p[47]; /*   square */
+    d[49] = p[48]; /*   tilt */
+    d[50] = p[49]; /*   delay */
+    d[51] = p[50]; /* potential: sensor gain */
+    d[52] = p[51]; /*   offset */
+    d[53] = p[52]; /*   square */
+    d[54] = p[53]; /*   tilt */
+    d[55] = p[54]; /*   delay */
+    d[56] = K221; /* inertia 22 of rod, recombined */
+    d[57] = p[2]; /* rod.centre.z */
+    d[58] = p[0]*mb31;
+    d[59] = p[22]; /* rod.tip.z */
+    d[60] = 0.5*K221;
 }
 #endif
 
@@ -131,15 +132,15 @@ static void mass_bias(const stein_real *q, const stein_real *qd, const stein_rea
 {
     (void)q;
     (void)qd;
-    const stein_real K221 = d[55]; /* inertia 22 of rod, recombined */
-    const stein_real p2 = d[56]; /* rod.centre.z */
-    const stein_real k57 = d[57]; /* gravity.z*mb31 */
+    const stein_real K221 = d[56]; /* inertia 22 of rod, recombined */
+    const stein_real p2 = d[57]; /* rod.centre.z */
+    const stein_real k58 = d[58]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
     const stein_real S1 = sc[0];
 
     /* backward dynamics: rod */
-    const stein_real CF21 = trq[1] + p2*frc[0] + k57*S1;
+    const stein_real CF21 = trq[1] + p2*frc[0] + k58*S1;
 
     /* outputs */
     M[0] = K221;
@@ -170,15 +171,15 @@ static void inverse(const double *q, const double *qd, const double *qdd, const 
 {
     (void)q;
     (void)qd;
-    const double K221 = d[55]; /* inertia 22 of rod, recombined */
-    const double p2 = d[56]; /* rod.centre.z */
-    const double k57 = d[57]; /* gravity.z*mb31 */
+    const double K221 = d[56]; /* inertia 22 of rod, recombined */
+    const double p2 = d[57]; /* rod.centre.z */
+    const double k58 = d[58]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
     const double S1 = sc[0];
 
     /* backward dynamics: rod */
-    const double CF21 = trq[1] + p2*frc[0] + K221*qdd[0] + k57*S1;
+    const double CF21 = trq[1] + p2*frc[0] + K221*qdd[0] + k58*S1;
 
     /* outputs */
     Q[0] = CF21;
@@ -189,15 +190,15 @@ static void point(const double *q, const double *qd, const double *sc, const dou
                   double *x, double *v, double *J, double *jdqd)
 {
     (void)q;
-    const double p21 = d[58]; /* rod.tip.z */
+    const double p22 = d[59]; /* rod.tip.z */
 
     /* trigonometric terms */
     const double S1 = sc[0];
     const double C1 = sc[1];
 
     /* point: rod.tip */
-    const double RP31 = p21*C1;
-    const double RP11 = p21*S1;
+    const double RP31 = p22*C1;
+    const double RP11 = p22*S1;
     const double t1 = qd[0]*qd[0];
 
     /* outputs */
@@ -220,8 +221,8 @@ static void energy(const double *q, const double *qd, const double *sc, const do
                    double *e)
 {
     (void)q;
-    const double k57 = d[57]; /* gravity.z*mb31 */
-    const double k59 = d[59]; /* 0.5*K221 */
+    const double k58 = d[58]; /* gravity.z*mb31 */
+    const double k60 = d[60]; /* 0.5*K221 */
 
     /* trigonometric terms */
     const double C1 = sc[1];
@@ -230,8 +231,8 @@ static void energy(const double *q, const double *qd, const double *sc, const do
     const double BS11 = qd[0]*qd[0];
 
     /* outputs */
-    e[0] = k59*BS11;
-    e[1] = -k57*C1;
+    e[0] = k60*BS11;
+    e[1] = -k58*C1;
 }
 
 static const stein_param params[] = {
@@ -248,6 +249,7 @@ static const stein_param params[] = {
     {"rod.preload", "N m", 0.0, 0.0, 0},
     {"rod.coulomb.T", "N m", 0.0, 0.0, 0},
     {"rod.coulomb.w", "rad/s", 0.05, 0.0, 0},
+    {"rod.coulomb.asymmetry", "1", 0.0, 0.0, 0},
     {"rod.backlash.k", "N m/rad", 0.0, 0.0, 0},
     {"rod.backlash.gap", "rad", 0.0, 0.0, 0},
     {"rod.friction.A", "N m", 0.0, 0.0, 0},
@@ -301,17 +303,17 @@ static const stein_point points[] = {
 };
 
 static const stein_input inputs[] = {
-    {"push", "N m", STEIN_INPUT_JOINT, 0, -1, 18, 0},
+    {"push", "N m", STEIN_INPUT_JOINT, 0, -1, 19, 0},
 };
 
 static const stein_channel channels[] = {
-    {"time", "s", STEIN_READ_TIME, 0, 1, 0, 20},
-    {"angle", "rad", STEIN_READ_POSITION, 0, 1, 0, 25},
-    {"rate", "rad/s", STEIN_READ_SPEED, 0, 1, 0, 30},
-    {"tip_x", "m", STEIN_READ_X, 0, 1, 0, 35},
-    {"tip_height", "m", STEIN_READ_Z, 0, 1, 1, 40},
-    {"kinetic", "J", STEIN_READ_KINETIC, 0, 1, 0, 45},
-    {"potential", "J", STEIN_READ_POTENTIAL, 0, 1, 0, 50},
+    {"time", "s", STEIN_READ_TIME, 0, 1, 0, 21},
+    {"angle", "rad", STEIN_READ_POSITION, 0, 1, 0, 26},
+    {"rate", "rad/s", STEIN_READ_SPEED, 0, 1, 0, 31},
+    {"tip_x", "m", STEIN_READ_X, 0, 1, 0, 36},
+    {"tip_height", "m", STEIN_READ_Z, 0, 1, 1, 41},
+    {"kinetic", "J", STEIN_READ_KINETIC, 0, 1, 0, 46},
+    {"potential", "J", STEIN_READ_POTENTIAL, 0, 1, 0, 51},
 };
 
 STEIN_LANES_DECLARE(pendulum)
@@ -319,7 +321,7 @@ extern const stein_model stein_model_pendulum;
 const stein_model stein_model_pendulum = {
     .abi = STEIN_MODEL_ABI,
     .name = "pendulum",
-    .nq = 1, .np = 55, .nd = 60, .npoint = 1, .nframe = 0, .ncontact = 0,
+    .nq = 1, .np = 56, .nd = 61, .npoint = 1, .nframe = 0, .ncontact = 0,
     .nspot = 0, .nnotch = 0, .nlink = 0, .ninput = 1, .nchannel = 7,
     .load = {-1, -1}, .stroke = {-1, -1}, .initial = 0, .clock = 2,
     .ops_setup = {2, 9, 0, 2, 0},
@@ -347,6 +349,6 @@ const stein_model stein_model_pendulum = {
     .energy = energy,
     .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "a427cd77a1acc94b",
+    .equations = "f97fbe394febd5f4",
 };
 #endif

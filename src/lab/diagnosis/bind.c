@@ -74,6 +74,55 @@ stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *f
     return STEIN_OK;
 }
 
+stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err)
+{
+    return lab__candidates_at(list, n, model, lab_parameters(model), NULL, err);
+}
+
+int lab__is_share_of_nothing(const stein_model *m, const lab_effect *e, const char *place,
+                             const double *p)
+{
+    char name[2 * LAB_PLACE];
+    const char *share = lab_effect_share(e);
+    if (share == NULL) {
+        return 0;
+    }
+    snprintf(name, sizeof name, "%.99s.%.90s", place, share);
+    int i = stein_find_param(m, name);
+    return i < 0 || !(p[i] > 0.0);
+}
+
+int lab__is_in_table(const stein_model *m, const char *name)
+{
+    for (int i = 0; i < m->ntable; i++) {
+        size_t n = strlen(m->tables[i].name);
+        if (strncmp(name, m->tables[i].name, n) == 0 && name[n] == '.') {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+void lab__size_link(lab_candidate *c, const stein_model *m, const double *p)
+{
+    char name[2 * LAB_PLACE];
+    c->limit = 1.0;
+    if (c->effect->side == NULL) {
+        return;
+    }
+    // lower than the file says, and then of all its force
+    c->move = LAB_MOVE_LOWER;
+    c->limit = p[c->param[0]];
+    c->start = 0.25;
+    snprintf(name, sizeof name, "%s.%s", c->place, c->effect->side);
+    c->side[0] = (lab_side){.name = c->effect->side,
+                            .unit = "1",
+                            .param = stein_find_param(m, name),
+                            .value = 1.0,
+                            .lo = 1.0,
+                            .hi = 1.0};
+}
+
 const char *lab_candidate_name(const lab_candidate *c, const char *name)
 {
     (void)c;
@@ -95,6 +144,7 @@ void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
             break;
         }
         p[c->param[i]] = c->move == LAB_MOVE_ADD        ? v + amount
+                         : c->move == LAB_MOVE_LOWER    ? v - amount
                          : c->move == LAB_MOVE_VALUE    ? amount
                          : c->move == LAB_MOVE_RELATIVE ? v * (1.0 + amount)
                                                         : v * stein__exp_of(amount);

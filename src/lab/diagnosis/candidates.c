@@ -4,10 +4,10 @@
  * How large an effect may plausibly be follows from the mechanism itself:
  *
  *      T = max(sqrt(M_jj m) g, |k theta0|)      weight and spring of a joint, m the carried mass
- *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over its
- * travel Q length = sqrt(M_jj / m)                  its radius of gyration
+ *      E = M_jj w^2 / (2 Q)                     mean torque that gave it its speed w over Q
+ *      length = sqrt(M_jj / m)                  its radius of gyration
  *
- * M is the mass matrix at the initial state, w and Q the largest speed and coordinate of one run.
+ * M is the mass matrix at the initial state, w and Q the largest speed and travel of one run.
  * For the piano action these come within a factor of a few of what a maker would call thinkable,
  * and need no list of numbers for each mechanism. They scale the first secant and the weak prior of
  * an amount, nothing else.
@@ -33,7 +33,8 @@ typedef struct scales {
 typedef struct build {
     const lab_model *lab;
     const stein_model *m;
-    const double *p;
+    const double *p, *now;       /* of the file; with what acts besides, NULL: whatever it is */
+    const lab__strokes *strokes; /* NULL: one with the file's own numbers */
     lab_candidate *list;
     int n, room;
     scales s;
@@ -137,7 +138,8 @@ static stein_status measure(build *b, stein_err *err)
         def.every = def.until / MAX_SAMPLES;
         def.sample = look;
         def.ctx = &w;
-        status = lab_simulate(sim, &def, err);
+        status = b->strokes != NULL ? b->strokes->run(b->strokes->ctx, look, &w, err)
+                                    : lab_simulate(sim, &def, err);
     }
     for (int j = 0; status == STEIN_OK && j < nq; j++) {
         double M_jj = s->weight[j] / 9.81 * s->length[j];
@@ -190,7 +192,8 @@ static int find(const build *b, const char *place, const char *path)
 static lab_candidate *add_at(build *b, const lab_effect *e, const char *place)
 {
     int param = find(b, place, e->parameter);
-    return param >= 0 ? add(b, e, place, param) : NULL;
+    int idle = b->now != NULL && lab__is_share_of_nothing(b->m, e, place, b->now);
+    return param >= 0 && !idle ? add(b, e, place, param) : NULL;
 }
 
 static double joint_limit(const scales *s, const char *kind, int j)
@@ -201,6 +204,7 @@ static double joint_limit(const scales *s, const char *kind, int j)
            : strcmp(kind, "quadratic_drag") == 0   ? 5.0 * E / (w * w)
            : strcmp(kind, "coulomb_friction") == 0 ? 0.3 * T
            : strcmp(kind, "stiction_peak") == 0    ? 30.0
+           : strstr(kind, "_asymmetry") != NULL    ? 0.8
            : strcmp(kind, "preload") == 0          ? 0.3 * T
            : strcmp(kind, "hardening_spring") == 0 ? T / (Q * Q * Q)
                                                    : T / Q;
@@ -230,9 +234,6 @@ static void joint_speed(build *b, lab_candidate *c, double unit)
 static void add_joint(build *b, const lab_effect *e, int j)
 {
     const char *name = b->m->bodies[j].name;
-    if (strcmp(e->kind, "stiction_peak") == 0 && !(named(b, name, "friction.A", 0.0) > 0.0)) {
-        return; // a surplus of nothing
-    }
     lab_candidate *c = add_at(b, e, name);
     if (c == NULL) {
         return;
@@ -342,27 +343,14 @@ static void add_channel(build *b, const lab_effect *e, int channel)
     c->start = 0.1;
 }
 
-/* a stated number that no other candidate moves and that is no regulation, gravity or initial state
- */
-/* of a curve: one of its points moved alone is no law */
-static int is_in_table(const stein_model *m, const char *name)
-{
-    for (int i = 0; i < m->ntable; i++) {
-        size_t n = strlen(m->tables[i].name);
-        if (strncmp(name, m->tables[i].name, n) == 0 && name[n] == '.') {
-            return 1;
-        }
-    }
-    return 0;
-}
-
+/* stated, moved by no other candidate, and no regulation, gravity or initial state */
 static int is_plain(const build *b, int param)
 {
     const stein_param *q = &b->m->params[param];
     static const char *const not [] = {"gravity.", "load.mass", "clock.", NULL};
-    static const char *const inside[] = {".initial.",  ".sensor.",    ".vt",
-                                         ".coulomb.w", ".B2",         ".facing",
-                                         ".extent",    ".direction.", NULL};
+    static const char *const inside[] = {".initial.", ".sensor.", ".vt",     ".coulomb.w",
+                                         ".B2",       ".facing",  ".extent", ".direction.",
+                                         ".let_off.", NULL};
     for (int i = 0; not [i] != NULL; i++) {
         if (strncmp(q->name, not [i], strlen(not [i])) == 0) {
             return 0;
@@ -379,7 +367,8 @@ static int is_plain(const build *b, int param)
             return 0;
         }
     }
-    return q->stated && !is_in_table(b->m, q->name) && (b->p[param] != 0.0 || q->tolerance > 0.0);
+    return q->stated && !lab__is_in_table(b->m, q->name) &&
+           (b->p[param] != 0.0 || q->tolerance > 0.0);
 }
 
 static void add_parameters(build *b, const lab_effect *e)
@@ -521,6 +510,12 @@ static void enumerate(build *b, const lab_effect *e)
             add_channel(b, e, i);
         }
     }
+    for (int i = 0; e->site == LAB_AT_LINK && i < b->m->nlink; i++) {
+        lab_candidate *at = add_at(b, e, b->m->links[i].name);
+        if (at != NULL) {
+            lab__size_link(at, b->m, b->p);
+        }
+    }
     int clock = stein_find_param(b->m, "clock.error");
     lab_candidate *c = NULL;
     switch (e->site) {
@@ -537,9 +532,14 @@ static void enumerate(build *b, const lab_effect *e)
     }
 }
 
-stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model, stein_err *err)
+stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
+                                const double *p, const lab__strokes *strokes, stein_err *err)
 {
-    build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
+    build b = {.lab = model,
+               .m = lab_equations(model),
+               .p = lab_parameters(model),
+               .now = p,
+               .strokes = strokes};
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
     if (make_scales(&b) != 0) {

@@ -8,7 +8,8 @@
  *
  * scores   marginal likelihood of every curve to first order at the null fit
  *
- * fits     the best ones in full, everything else refitted (curve_fit.c)
+ * fits     the best ones in full, everything else refitted (curve_fit.c); once more with the points
+ *          where the strokes go then, if that is elsewhere
  *
  * judge    the best of those by marginal likelihood; it is believed when strokes that were held out
  *          are predicted better, and otherwise nothing of what was tried explains them
@@ -19,9 +20,11 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, NAME = 2 * MECH_NAME };
+enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, ROUNDS = 2, NAME = 2 * MECH_NAME };
 static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, as in verdict.c */
 static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
+static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
+static const double as_well = 1.25;  /* held-out errors that are no different */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -270,6 +273,29 @@ static stein_status note_values(diag *d, const diag__curves *w, const diag__curv
     return STEIN_OK;
 }
 
+/* predicts the held-out strokes as well as the first law, in the same place: NULL, or over what */
+static const char *twin_of(const lab_diagnosis *o)
+{
+    const lab_law *l = &o->law[0];
+    for (int i = 1; i < o->nlaw; i++) {
+        if (strcmp(o->law[i].place, l->place) == 0 && o->law[i].held_out <= as_well * l->held_out) {
+            return o->law[i].of;
+        }
+    }
+    return NULL;
+}
+
+static void say_twin(lab_diagnosis *o)
+{
+    const char *of = twin_of(o);
+    size_t n = strlen(o->reason);
+    if (of != NULL) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " A curve over its %s does it as well: these strokes do not tell the two apart.",
+                 of);
+    }
+}
+
 static void say(lab_diagnosis *o, double before)
 {
     const lab_law *l = &o->law[0];
@@ -278,6 +304,7 @@ static void say(lab_diagnosis *o, double before)
         snprintf(o->reason + n, sizeof o->reason - n,
                  " A %s at %s over its %s does, as a curve: held-out strokes %.3g -> %.3g noise.",
                  l->what, l->place, l->of, before, l->held_out);
+        say_twin(o);
     } else if (l->pays) {
         snprintf(o->reason + n, sizeof o->reason - n,
                  " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
@@ -290,11 +317,20 @@ static void say(lab_diagnosis *o, double before)
     }
 }
 
+/* Nothing was found, and what is left counts as noise because nobody stated that. A law that
+ * predicts the held-out strokes says that it is none. */
+static int is_doubtful(const diag *d)
+{
+    const lab_diagnosis *o = d->out;
+    return o->verdict == LAB_VERDICT_EXPLAINED && !fit__noise_given(&d->p) &&
+           o->chi2_dof_before > explained;
+}
+
 int diag__asks_for_law(const diag *d, const diag__found *f)
 {
     const lab_diagnosis *o = d->out;
     double left = f->n > 0 ? f->chi2_dof : o->chi2_dof_before;
-    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d);
+    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d) || is_doubtful(d);
 }
 
 /* Is the law believed? It has to predict held-out strokes better than nothing does, and than the
@@ -311,6 +347,9 @@ static int is_believed(const diag *d, const diag__found *f, const lab_law *l, do
     }
     if (o->verdict == LAB_VERDICT_NOT_CONVERGED) {
         return l->chi2_dof < explained;
+    }
+    if (is_doubtful(d)) {
+        return held && l->share >= diag__must_explain;
     }
     double other = f->n > 0 ? d->null_objective - diag__objective(f) : 0.0;
     return l->share >= diag__must_explain && l->chi2_dof <= diag__most_noise(d) &&
@@ -334,19 +373,46 @@ static void take_over(diag *d, diag__found *f, diag__held *held)
     *held = (diag__held){.x = NULL, .rmse = NAN};
 }
 
+/* The best ones on the held-out strokes. Likelihoods say which curve is right where the noise is
+ * known; where it is not, one over speed comes before one over position that predicts no better:
+ * of a fall from one height both are the same, and what is missing is a loss more often than a
+ * spring. @param held  of the first one, out */
+static stein_status judge(const diag *d, const diag__curves *w, int n, diag__held *held,
+                          stein_err *err)
+{
+    diag__curve *c = w->curve;
+    diag__held of[JUDGED] = {{.x = NULL}};
+    stein_status status = STEIN_OK;
+    int first = 0, judged = 0;
+    for (; status == STEIN_OK && judged < n && judged < JUDGED && c[judged].fitted; judged++) {
+        of[judged].rmse = NAN;
+        status = hold(d, w, &c[judged], &of[judged], err);
+    }
+    for (int i = 1; i < judged && c[0].site->kind == STEIN_TABLE_POSITION; i++) {
+        int twin = !fit__noise_given(&d->p) && c[i].site->kind == STEIN_TABLE_SPEED &&
+                   c[i].site->index == c[0].site->index && c[i].gain > diag__least_gain &&
+                   c[i].held <= as_well * c[0].held;
+        first = first == 0 && twin ? i : first;
+    }
+    diag__curve best = c[first];
+    memmove(&c[1], &c[0], sizeof *c * (size_t)first);
+    c[0] = best;
+    *held = of[first];
+    of[first] = (diag__held){.x = NULL, .rmse = NAN};
+    for (int i = 0; i < judged; i++) {
+        diag__held_free(&of[i]);
+    }
+    return status;
+}
+
 static stein_status conclude(diag *d, diag__curves *w, int n, double before, diag__found *f,
                              stein_err *err)
 {
     lab_diagnosis *o = d->out;
     diag__curve *c = w->curve;
     diag__held held = {.x = NULL, .rmse = NAN};
-    stein_status status = STEIN_OK;
     qsort(c, (size_t)n, sizeof *c, by_gain);
-    for (int i = 0; status == STEIN_OK && i < n && i < JUDGED && c[i].fitted; i++) {
-        diag__held other = {.x = NULL, .rmse = NAN};
-        status = hold(d, w, &c[i], i == 0 ? &held : &other, err);
-        diag__held_free(&other);
-    }
+    stein_status status = judge(d, w, n, &held, err);
     o->law = calloc((size_t)n + 1, sizeof *o->law);
     if (status == STEIN_OK && o->law == NULL) {
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -407,23 +473,83 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
     return status;
 }
 
+/* all that the search for a law in these places owns */
+static void close_curves(diag *d)
+{
+    diag__curves *w = d->curves;
+    for (int i = 0; w != NULL && w->curve != NULL && i < w->nsite; i++) {
+        free(w->curve[i].x);
+    }
+    if (w != NULL) {
+        free(w->curve);
+        fit__problem_free(&w->p);
+        lab_dataset_close(w->fit_data);
+        lab_dataset_close(w->held_data);
+        lab_close(w->model);
+        free(w->site);
+        free(w->name);
+        free(w->names);
+        free(w->x);
+        free(w->J);
+        free(w);
+    }
+    d->curves = NULL;
+}
+
+/* the best curves with their points where the strokes go in a fit: p, x. @param n  fitted, out */
+static stein_status search(diag *d, const fit__problem *p, const double *x, int *n, stein_err *err)
+{
+    diag__curves *w = calloc(1, sizeof *w);
+    *n = 0;
+    if (w == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    stein_status status = diag__sites(d, p, x, &w->site, &w->nsite, err);
+    close_curves(d); // p and x may be those of an earlier search
+    d->curves = w;
+    if (status == STEIN_OK && w->nsite > 0) {
+        w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
+        status = w->curve != NULL ? open_model(d, w, err) : STEIN_ENOMEM;
+        status = status == STEIN_OK ? look(w, err) : status;
+        status = status == STEIN_OK ? diag__curve_scores(w, w->curve, err) : status;
+        status = status == STEIN_OK ? fit_best(d, w, n, err) : status;
+    }
+    return status;
+}
+
+/* Do the strokes go elsewhere with the best law than without it? Then its points stand where
+ * nothing was seen. */
+static int is_misplaced(const diag *d, int n, stein_status *status, stein_err *err)
+{
+    diag__curves *w = d->curves;
+    diag__site *now = NULL;
+    int nnow = 0, off = 0;
+    if (n < 1 || !w->curve[0].fitted || !(w->curve[0].gain > diag__least_gain)) {
+        return 0;
+    }
+    const diag__site *was = w->curve[0].site;
+    *status = diag__sites(d, &w->p, w->curve[0].x, &now, &nnow, err);
+    for (int i = 0; *status == STEIN_OK && i < nnow; i++) {
+        if (now[i].kind == was->kind && now[i].index == was->index) {
+            double range = now[i].at[now[i].n - 1] - now[i].at[0];
+            off |= fabs(now[i].at[0] - was->at[0]) > elsewhere * range ||
+                   fabs(now[i].at[now[i].n - 1] - was->at[was->n - 1]) > elsewhere * range;
+        }
+    }
+    free(now);
+    return off;
+}
+
 stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
     int n = 0;
-    diag__curves *w = d->curves = calloc(1, sizeof *w);
-    if (w == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = search(d, &d->p, d->x, &n, &why);
+    for (int i = 0; i < ROUNDS && status == STEIN_OK && is_misplaced(d, n, &status, &why); i++) {
+        status = search(d, &d->curves->p, d->curves->curve[0].x, &n, &why);
     }
-    stein_status status = diag__sites(d, &w->site, &w->nsite, &why);
-    if (status == STEIN_OK && w->nsite > 0) {
-        w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
-        status = w->curve != NULL ? open_model(d, w, &why) : STEIN_ENOMEM;
-        status = status == STEIN_OK ? look(w, &why) : status;
-        status = status == STEIN_OK ? diag__curve_scores(w, w->curve, &why) : status;
-        status = status == STEIN_OK ? fit_best(d, w, &n, &why) : status;
-        status = status == STEIN_OK ? conclude(d, w, n, before->rmse, f, &why) : status;
-    }
+    status =
+        status == STEIN_OK && n > 0 ? conclude(d, d->curves, n, before->rmse, f, &why) : status;
     if (status == STEIN_ENOMEM) {
         return lab__fail(err, status, "out of memory");
     }
@@ -440,23 +566,5 @@ const double *diag__law_residuals(const diag *d)
 
 void diag__law_free(diag *d)
 {
-    diag__curves *w = d->curves;
-    if (w == NULL) {
-        return;
-    }
-    for (int i = 0; w->curve != NULL && i < w->nsite; i++) {
-        free(w->curve[i].x);
-    }
-    free(w->curve);
-    fit__problem_free(&w->p);
-    lab_dataset_close(w->fit_data);
-    lab_dataset_close(w->held_data);
-    lab_close(w->model);
-    free(w->site);
-    free(w->name);
-    free(w->names);
-    free(w->x);
-    free(w->J);
-    free(w);
-    d->curves = NULL;
+    close_curves(d);
 }

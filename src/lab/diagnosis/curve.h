@@ -60,8 +60,11 @@ typedef struct diag__curves {
 
 /* ---- curve_site.c ---- */
 
-/** Sites that the strokes visit in the null fit. @return OK, ENOMEM */
-stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *err);
+/** Sites that the strokes visit.
+ *  @param p, x  where: the null fit, or one in the mechanism with tables
+ *  @return OK, ENOMEM */
+stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, diag__site **list,
+                         int *n, stein_err *err);
 /** "joint", "position", "torque", "rad", "N m". */
 const char *diag__site_word(stein_table_kind kind, const stein_model *m, int index);
 const char *diag__site_of(stein_table_kind kind);

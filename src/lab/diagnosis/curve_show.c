@@ -48,15 +48,7 @@ void diag__law_json(lab__json *j, const lab_diagnosis *d)
     }
     lab__json_open(j, "laws_tried", '[');
     for (int i = 0; i < d->nlaw; i++) {
-        const lab_law *l = &d->law[i];
-        lab__json_open(j, NULL, '{');
-        lab__json_text(j, "site", l->site);
-        lab__json_text(j, "place", l->place);
-        lab__json_text(j, "of", l->of);
-        lab__json_real(j, "gain", l->gain);
-        lab__json_real(j, "chi2_dof", l->chi2_dof);
-        lab__json_real(j, "held_out", l->held_out);
-        lab__json_close(j);
+        write_law(j, NULL, &d->law[i]);
     }
     lab__json_close(j);
 }

@@ -15,7 +15,7 @@
 
 #include "curve.h"
 
-enum { MOST_VISITS = 4096, FEWEST_VISITS = 40 };
+enum { MOST_VISITS = 4096, FEWEST_VISITS = 40, FEWEST_POINTS = 7 };
 static const double nearest = 0.25; /* of the even distance */
 
 const char *diag__site_word(stein_table_kind kind, const stein_model *m, int index)
@@ -59,7 +59,8 @@ typedef struct visits {
 } visits;
 
 typedef struct job {
-    const diag *d;
+    const fit__problem *p;
+    const double *x; /* all unknowns */
     const stein_model *m;
     int nstate;
     visits *seen; /* [nstroke*nstate]: joints' positions, speeds, surfaces' depths, rates */
@@ -115,7 +116,7 @@ static void touch(void *ctx, double t, const double *q, const double *qd, double
 static void one_stroke(void *ctx, fit__bench *b, int stroke)
 {
     job *j = ctx;
-    const fit__problem *p = &j->d->p;
+    const fit__problem *p = j->p;
     const fit__stroke *s = &p->stroke[stroke];
     watcher w = {j, b->sim, j->seen + (size_t)stroke * (size_t)j->nstate};
     double *y = malloc(sizeof *y * ((size_t)s->nch * (size_t)s->n + 1));
@@ -124,7 +125,7 @@ static void one_stroke(void *ctx, fit__bench *b, int stroke)
         b->watch_ctx = &w;
         b->force = touch;
         b->force_ctx = &w;
-        fit__simulate(p, b, stroke, j->d->x, y, NULL);
+        fit__simulate(p, b, stroke, j->x, y, NULL);
         b->watch = NULL;
         b->force = NULL;
     }
@@ -137,7 +138,7 @@ static void one_stroke(void *ctx, fit__bench *b, int stroke)
 static int gather(const job *j, int state, double *to)
 {
     int n = 0;
-    for (int s = 0; s < j->d->p.nstroke; s++) {
+    for (int s = 0; s < j->p->nstroke; s++) {
         const visits *v = &j->seen[(size_t)s * (size_t)j->nstate + (size_t)state];
         memcpy(to + n, v->v, sizeof *to * (size_t)v->n);
         n += v->n;
@@ -190,8 +191,9 @@ static void count(diag__site *s, const double *v, int n)
     }
 }
 
-/* @return 0, or -1 when the strokes tell too little of it */
-static int place_points(diag__site *s, const double *v, int n)
+/* @param most  points, by the samples that there are
+ * @return 0, or -1 when the strokes tell too little of it */
+static int place_points(diag__site *s, const double *v, int n, int most)
 {
     if (n < FEWEST_VISITS) {
         return -1;
@@ -200,7 +202,8 @@ static int place_points(diag__site *s, const double *v, int n)
     if (!(hi > lo)) {
         return -1;
     }
-    s->n = s->kind <= STEIN_TABLE_SPEED ? CURVE_POINTS : CURVE_CONTACT_POINTS;
+    int points = s->kind <= STEIN_TABLE_SPEED ? CURVE_POINTS : CURVE_CONTACT_POINTS;
+    s->n = most < points ? most : points;
     double least = nearest * (hi - lo) / (s->n - 1);
     s->at[0] = lo;
     s->at[s->n - 1] = hi;
@@ -265,7 +268,7 @@ static int is_driven(const diag *d, int joint)
 
 static stein_status look(job *j, stein_err *err)
 {
-    size_t n = (size_t)j->d->p.nstroke * (size_t)j->nstate;
+    size_t n = (size_t)j->p->nstroke * (size_t)j->nstate;
     j->seen = calloc(n + 1, sizeof *j->seen);
     if (j->seen == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
@@ -273,14 +276,16 @@ static stein_status look(job *j, stein_err *err)
     for (size_t i = 0; i < n; i++) {
         j->seen[i].stride = 1;
     }
-    return fit__parallel(&j->d->p, j->d->p.nstroke, one_stroke, j, err);
+    return fit__parallel(j->p, j->p->nstroke, one_stroke, j, err);
 }
 
-stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *err)
+stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, diag__site **list,
+                         int *n, stein_err *err)
 {
     const stein_model *m = lab_equations(d->model);
-    job j = {.d = d, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
+    job j = {.p = p, .x = x, .m = m, .nstate = 2 * (m->nq + m->ncontact + m->nnotch)};
     size_t most = (size_t)d->p.nstroke * MOST_VISITS;
+    int points = d->p.samples / (2 * j.nstate); // all curves stand in one problem
     double *v = malloc(sizeof *v * (most + 1));
     diag__site *site = calloc((size_t)j.nstate + 1, sizeof *site);
     stein_status status =
@@ -293,7 +298,8 @@ stein_status diag__sites(const diag *d, diag__site **list, int *n, stein_err *er
             continue;
         }
         site[*n] = new_site(m, (stein_table_kind)kind, index);
-        *n += place_points(&site[*n], v, gather(&j, state, v)) == 0;
+        *n += place_points(&site[*n], v, gather(&j, state, v),
+                           points > FEWEST_POINTS ? points : FEWEST_POINTS) == 0;
     }
     free(v);
     free(j.seen);

@@ -339,7 +339,8 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     progress(&d, 0.0, "audit");
-    stein_status status = split(&d, data, &fit, &held, err);
+    stein_status status = diag__check_without(&d, err);
+    status = status == STEIN_OK ? split(&d, data, &fit, &held, err) : status;
     status = status == STEIN_OK ? audit(&d, data, err) : status;
     status = status == STEIN_OK ? make_problem(&d, err) : status;
     status = status == STEIN_OK ? diag__check_step(&d, err) : status;

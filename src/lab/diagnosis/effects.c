@@ -31,8 +31,16 @@ static const lab_effect effects[] = {
      "late, sudden starts; only at low speed", "coulomb_friction", NULL, 0, 0},
     {"quadratic_drag", MISSING, LAB_AT_JOINT, "k", "drag", NULL, "torque -k |qd| qd",
      "loss that grows with the square of speed; loud strokes only", "viscous_friction", NULL, 0, 0},
+    {"viscous_asymmetry", MISSING, LAB_AT_JOINT, "s", "asymmetry", NULL,
+     "viscous friction times 1 + s tanh(qd/w): more one way than the other",
+     "a loss in proportion to speed that differs by direction", "quadratic_drag preload", NULL, 1,
+     0},
+    {"coulomb_asymmetry", MISSING, LAB_AT_JOINT, "s", "coulomb.asymmetry", NULL,
+     "Coulomb friction times 1 + s tanh(qd/w): more one way than the other",
+     "a constant loss that differs by direction, nothing at rest", "preload", NULL, 1, 0},
     {"preload", MISSING, LAB_AT_JOINT, "T", "preload", NULL, "torque T",
-     "constant pull in one direction, also at rest", "centre joint_stiffness", NULL, 1, 0},
+     "constant pull in one direction, also at rest", "centre joint_stiffness coulomb_asymmetry",
+     NULL, 1, 0},
     {"joint_stiffness", MISSING, LAB_AT_JOINT, "k", "spring.k", NULL, "torque -k q",
      "restoring, grows with the angle", "preload hardening_spring centre", NULL, 0, 0},
     {"hardening_spring", MISSING, LAB_AT_JOINT, "k3", "spring.k3", NULL,
@@ -83,6 +91,13 @@ static const lab_effect effects[] = {
     {"wire", MISSING, LAB_AT_BODY, "k", NULL, "stretch",
      "spring from a point to the frame, stretched by a share of its length at rest",
      "pull towards a point", "joint_stiffness preload", "structure", 0, 0},
+    {"one_sided_link", MISSING, LAB_AT_LINK, "slack", "slack", NULL,
+     "pull of the link times 1 - slack: at 1 it only pushes",
+     "what is driven flies on where the driver slows down", "let_off", NULL, 0, 0},
+    {"let_off", MISSING, LAB_AT_LINK, "lower", "let_off.z", "let_off.share",
+     "the link lets go of what it drives at a height of its first end, z_off - lower",
+     "what is driven goes its own way near the end of the driver's travel", "one_sided_link", NULL,
+     0, 0},
     {"unknown_load", "input", LAB_AT_LOAD, "error", "mass", NULL,
      "mass of the load times 1 + error", "drive too strong or too weak, all phases under load",
      "mass", NULL, 1, 0},
@@ -134,10 +149,30 @@ int lab_effect_is_compliance(const lab_effect *effect)
     return strcmp(effect->size, "compliance") == 0;
 }
 
+int lab_effect_is(const lab_effect *effect, const char *word)
+{
+    return strcmp(word, "all") == 0 || strcmp(word, effect->kind) == 0 ||
+           strcmp(word, effect->cls) == 0 || strcmp(word, lab_site_text(effect->site)) == 0;
+}
+
+const char *lab_effect_share(const lab_effect *effect)
+{
+    static const char *const share[][2] = {{"stiction_peak", "friction.A"},
+                                           {"viscous_asymmetry", "damping"},
+                                           {"coulomb_asymmetry", "coulomb.T"},
+                                           {"let_off", "let_off.z"}};
+    for (size_t i = 0; i < sizeof share / sizeof *share; i++) {
+        if (strcmp(effect->kind, share[i][0]) == 0) {
+            return share[i][1];
+        }
+    }
+    return NULL;
+}
+
 const char *lab_site_text(lab_site site)
 {
-    static const char *const text[] = {"joint", "body",     "contact", "contact or notch",
-                                       "load",  "input",    "channel", "marker",
-                                       "clock", "parameter"};
+    static const char *const text[] = {"joint",  "body",  "contact",  "contact or notch",
+                                       "link",   "load",  "input",    "channel",
+                                       "marker", "clock", "parameter"};
     return text[site];
 }

@@ -42,10 +42,11 @@ static const double certain = 0.5;      /* gain per sample that no stuck null fi
 static const double the_same = 2.0;     /* of the objective: the same fit */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
-/* an amount at which it can be simulated: parts have no 0 */
+/* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
+ */
 static double least_amount(const diag__suspect *s)
 {
-    return s->model != NULL ? s->step : 0.0;
+    return s->model != NULL || s->scanned ? s->step : 0.0;
 }
 
 /* numbers in the block of x, r, J and sd of a refit */

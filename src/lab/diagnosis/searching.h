@@ -3,7 +3,8 @@
  *
  *   diagnose.c    the whole: null fit, suspects, refits, held-out strokes, verdict
  *   step.c        is the file's own step good enough
- *   suspects.c    candidates of the mechanism and what each would change
+ *   listing.c     candidates of the mechanism as it stands
+ *   suspects.c    what each of them would change
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   early.c       the same where the strokes begin
@@ -33,6 +34,7 @@ typedef struct diag__suspect {
     const char *never;                 /* the data cannot show it, because ... */
     const char *unseen;                /* G says nothing, because ...; NULL: it does */
     double step;                       /* amount that G was made with, in limits */
+    int scanned;                       /* and that of many which the residual asks for most */
     double *G;     /* change of all weighted residuals per limit; NULL: nothing to see */
     double *small; /* the same of a part with a smaller amount; NULL: of no part */
     double small_step;
@@ -94,6 +96,13 @@ void diag__close(diag *d);
 
 /** A finding where the file's own step is too coarse for the strokes. @return OK, ENOMEM */
 stein_status diag__check_step(diag *d, stein_err *err);
+
+/* ---- listing.c ---- */
+
+/** Do the words of what is to be left out mean anything in the table? @return OK, ENAME */
+stein_status diag__check_without(const diag *d, stein_err *err);
+/** The candidates of a search, d->n of them, freed by the caller. @return as lab_candidates */
+stein_status diag__list(diag *d, lab_candidate **list, stein_err *err);
 
 /* ---- suspects.c ---- */
 

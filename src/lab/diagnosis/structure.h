@@ -90,6 +90,24 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
 
 /* ---- candidates.c, alias.c ---- */
 
+/** Strokes from which the scales of a mechanism are taken: run simulates some and shows each state.
+ */
+typedef struct lab__strokes {
+    stein_status (*run)(void *ctx, stein_status (*look)(void *watch, stein_sim *sim), void *watch,
+                        stein_err *err);
+    void *ctx;
+} lab__strokes;
+/** lab_candidates where parameters p act: what is a share of an effect that was found is one, too.
+ *  @param strokes  NULL: one run with the file's own numbers */
+stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *model,
+                                const double *p, const lab__strokes *strokes, stein_err *err);
+/** Does a parameter belong to a table? One of its points moved alone is no law. */
+int lab__is_in_table(const stein_model *m, const char *name);
+/** Limit and numbers of a candidate at a link. */
+void lab__size_link(lab_candidate *c, const stein_model *m, const double *p);
+/** Is an effect a share of something that is not there with parameters p? */
+int lab__is_share_of_nothing(const stein_model *m, const lab_effect *e, const char *place,
+                             const double *p);
 /** lab_candidate_bind of an effect that is a parameter. */
 stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
 /** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note

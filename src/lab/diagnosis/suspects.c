@@ -21,7 +21,8 @@ static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
 static const double smaller = 0.2;   /* amount of a part's second secant, in that of the first */
-enum { SIZINGS = 5 };
+static const double about = 1.6;     /* factor by which a scanned amount may be another one */
+enum { SIZINGS = 5, SCANNED = 32, SCAN_ROUNDS = 3 };
 
 fit__problem *diag__problem(diag *d, const diag__suspect *s)
 {
@@ -201,6 +202,60 @@ static stein_status secants(diag *d, const fit__problem *p, diag__suspect **list
     return status;
 }
 
+/* of the scanned amounts the one that the residual asks for most, all else refitted linearly; it
+ * has to ask for about that amount. @return -1: of none */
+static int ask(const diag *d, const double *const *column, stein_status *status, stein_err *err)
+{
+    double score[SCANNED], epc[SCANNED], info[SCANNED], corr[SCANNED * SCANNED], most = 0.0;
+    lab__mixed m = {.nf = 0};
+    int best = -1;
+    *status = diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, SCANNED, err);
+    if (*status == STEIN_OK) {
+        double *beta = malloc(sizeof *beta * (size_t)(m.nf + 1));
+        if (beta == NULL) {
+            *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        } else {
+            lab__mixed_scatter(&m, NULL, 0, SCAN_ROUNDS, beta, NULL);
+            lab__mixed_score(&m, score, epc, info, corr);
+        }
+        free(beta);
+    }
+    for (int k = 0; *status == STEIN_OK && k < SCANNED; k++) {
+        double wish = epc[k] * SCANNED / (k + 1);
+        if (score[k] > most && wish > 1.0 / about && wish < about) {
+            most = score[k];
+            best = k;
+        }
+    }
+    lab__mixed_free(&m);
+    return best;
+}
+
+/* What is there or not - a coupling that lets go - does nothing up to an amount and much beyond it,
+ * so neither a derivative nor a small change says how much of it there is. Its step is one of many
+ * amounts; where the residual asks for none of them it stays. */
+static stein_status scan_step(diag *d, const fit__problem *p, diag__suspect *s, stein_err *err)
+{
+    size_t rows = fit__offset(p, p->nstroke);
+    const double *column[SCANNED];
+    double *room = calloc(rows * SCANNED + 1, sizeof *room), kept = s->step;
+    stein_status status = room != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    for (int k = 0; status == STEIN_OK && k < SCANNED; k++) {
+        s->step = (k + 1.0) / SCANNED;
+        status = secants(d, p, &s, 1, err);
+        column[k] = room + (size_t)k * rows;
+        if (s->s.why == NULL) { // else a column of zeros
+            memcpy(room + (size_t)k * rows, s->G, sizeof *room * rows);
+        }
+        s->s.why = NULL;
+    }
+    int best = status == STEIN_OK ? ask(d, column, &status, err) : -1;
+    s->step = best >= 0 ? (best + 1.0) / SCANNED : kept;
+    s->scanned = best >= 0;
+    free(room);
+    return status;
+}
+
 static stein_status make_column(double **column, const fit__problem *p, stein_err *err)
 {
     if (*column == NULL) {
@@ -219,6 +274,12 @@ static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **l
         status = make_column(&list[i]->G, p, err);
     }
     status = status == STEIN_OK ? size_steps(d, p, list, n, err) : status;
+    for (int i = 0; i < n; i++) {
+        if (status == STEIN_OK && list[i]->s.candidate.effect->site == LAB_AT_LINK) {
+            list[i]->s.why = NULL; // one stroke may not show it
+            status = scan_step(d, p, list[i], err);
+        }
+    }
     for (int i = 0; i < n; i++) {
         if (list[i]->s.why == NULL) {
             list[left++] = list[i];
@@ -258,7 +319,7 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* ---- the list ---- */
+/* ---- what is asked ---- */
 
 static int measures(const diag *d, int channel)
 {
@@ -364,10 +425,12 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
     return STEIN_OK;
 }
 
+/* ---- the list ---- */
+
 stein_status diag__suspects(diag *d, stein_err *err)
 {
     lab_candidate *list = NULL;
-    stein_status status = lab_candidates(&list, &d->n, d->model, err);
+    stein_status status = diag__list(d, &list, err);
     if (status != STEIN_OK) {
         return status;
     }

@@ -18,7 +18,6 @@
 
 #include "fmu.h"
 
-
 const char fmu__compiler_options[] =
     "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno";
 
