@@ -204,7 +204,8 @@ static stein_status secants(diag *d, const fit__problem *p, diag__suspect **list
 
 /* of the scanned amounts the one that the residual asks for most, all else refitted linearly; it
  * has to ask for about that amount. @return -1: of none */
-static int ask(const diag *d, const double *const *column, stein_status *status, stein_err *err)
+static int best_amount(const diag *d, const double *const *column, stein_status *status,
+                       stein_err *err)
 {
     double score[SCANNED], epc[SCANNED], info[SCANNED], corr[SCANNED * SCANNED], most = 0.0;
     lab__mixed m = {.nf = 0};
@@ -216,6 +217,7 @@ static int ask(const diag *d, const double *const *column, stein_status *status,
             *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
         } else {
             lab__mixed_scatter(&m, NULL, 0, SCAN_ROUNDS, beta, NULL);
+            lab__mixed_weigh(&m); // of all columns
             lab__mixed_score(&m, score, epc, info, corr);
         }
         free(beta);
@@ -249,7 +251,7 @@ static stein_status scan_step(diag *d, const fit__problem *p, diag__suspect *s, 
         }
         s->s.why = NULL;
     }
-    int best = status == STEIN_OK ? ask(d, column, &status, err) : -1;
+    int best = status == STEIN_OK ? best_amount(d, column, &status, err) : -1;
     s->step = best >= 0 ? (best + 1.0) / SCANNED : kept;
     s->scanned = best >= 0;
     free(room);
