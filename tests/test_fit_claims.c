@@ -335,7 +335,7 @@ START_TEST(the_file_stays_but_for_its_numbers)
                                         "inertia: {yy: '2",
                                         " g mm^2'} # quoted\n",
                                         "    coulomb: {T: ",
-                                        ", w: 0.02 rad/s}\n",
+                                        ", w: 0.02 rad/s, asymmetry: 0}\n",
                                         "{angle: {sensor: {gain: ",
                                         "}, joint: rod, read: position}} # one\n",
                                         "# Fitted by stein fit"};

@@ -237,6 +237,7 @@ typedef struct diag__found {
     int n;
     lab_suspect cause[FIT__ACCEPTED];
     diag *from[FIT__ACCEPTED]; /* the search that found it */
+    int mean[FIT__ACCEPTED];   /* it acts like what differs from stroke to stroke by itself */
     diag *end;                 /* where all of them act */
     diag__suspect *leader;     /* one of them is on trial there; NULL: all are accepted */
     double chi2_dof, excess;

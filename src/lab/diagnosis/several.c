@@ -157,10 +157,19 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
     return lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
+/* Do held-out strokes miss a cause? What acts like what differs from stroke to stroke by itself is
+ * asked of the likelihood, in which differences have their price: each stroke's own ones predict it
+ * as well. All else is asked of the error itself. */
+static int is_missed(const diag__held *without, const diag__held *with, int mean)
+{
+    return mean ? with->deviance < without->deviance : with->rmse < without->rmse;
+}
+
 /* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
  * leaves more than the stated noise it may be one before it pays: what else is missing bends the
  * numbers until that is found, too. */
-static int accept(diag__found *f, diag *d, double before, stein_status *status, stein_err *err)
+static int accept(diag__found *f, diag *d, const diag__held *before, stein_status *status,
+                  stein_err *err)
 {
     diag__suspect *best = d->n > 0 ? &d->suspect[0] : NULL;
     diag__held after;
@@ -169,16 +178,18 @@ static int accept(diag__found *f, diag *d, double before, stein_status *status, 
     }
     *status = judge(d, best, &after, err);
     best->s.held_out = after.rmse;
-    int pays = d->held_data->n < 1 || after.deviance < before ||
+    int mean = diag__is_mean(d, best);
+    int pays = d->held_data->n < 1 || is_missed(before, &after, mean) ||
                (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
-    int seen =
-        diag__is_seen(d) || diag__is_mean(d, best) || before - after.deviance > diag__convincing;
+    double fell = (before->rmse * before->rmse - after.rmse * after.rmse) * after.p.samples;
+    int seen = diag__is_seen(d) || mean || fell > diag__convincing;
     if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;
     }
     diag__held_free(&f->held);
     f->held = after;
+    f->mean[f->n] = mean;
     f->cause[f->n] = best->s;
     f->from[f->n++] = d;
     f->end = d;
@@ -213,11 +224,12 @@ static stein_status leave_out(diag__found *f, const diag *first, int i, diag **w
     return status == STEIN_OK ? judge(*without, NULL, held, err) : status;
 }
 
-/* @param held  strokes held out, without it */
-static int is_needless(const diag__found *f, const diag *without, const diag__held *held)
+/* @param held  strokes held out, without cause i */
+static int is_needless(const diag__found *f, int i, const diag *without, const diag__held *held)
 {
     double loss = (without->null_objective - diag__objective(f)) / f->excess;
-    return !(loss > diag__least_gain) || f->held.deviance >= held->deviance;
+    int judged = isfinite(held->rmse) && isfinite(f->held.rmse);
+    return !(loss > diag__least_gain) || (judged && !is_missed(held, &f->held, f->mean[i]));
 }
 
 /* a cause that the others do without goes. @return whether one went */
@@ -234,12 +246,13 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
         if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
             diag__ratio(&held, &f->held, &f->cause[i]);
         }
-        int goes = tried == STEIN_OK && is_needless(f, without, &held);
+        int goes = tried == STEIN_OK && is_needless(f, i, without, &held);
         diag__held_free(&held);
         if (goes) {
             for (int k = i; k + 1 < f->n; k++) {
                 f->cause[k] = f->cause[k + 1];
                 f->from[k] = f->from[k + 1];
+                f->mean[k] = f->mean[k + 1];
             }
             f->n--;
             *status = end_at(f, without, err);
@@ -256,7 +269,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     stein_status status = STEIN_OK;
     diag *d = first;
     *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN, .deviance = NAN}};
-    while (accept(f, d, f->n > 0 ? f->held.deviance : before->deviance, &status, err)) {
+    while (accept(f, d, f->n > 0 ? &f->held : before, &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
             break;
@@ -278,7 +291,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     }
     while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
     }
-    if (f->n > 0 && isfinite(before->rmse) && !(f->held.deviance < before->deviance)) {
+    if (f->n > 0 && isfinite(before->rmse) && !is_missed(before, &f->held, f->mean[f->n - 1])) {
         f->n = 0; // all of them together do not pay
         f->end = first;
         f->leader = NULL;
