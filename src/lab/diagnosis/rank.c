@@ -168,13 +168,14 @@ double *diag__column(const fit__problem *p, const double *J, int k)
 
 /* What the linear model promises and the strokes do not keep: sum of squares at x less its minimum,
  * at the variances of the priors. Nothing where a fit has ended; much where an event of a stroke
- * turns its derivative within a step, and no step leads where the derivatives point. */
+ * turns its derivative within a step, and no step leads where the derivatives point. (Unknowns
+ * without a prior have one in the linear model only: that can but hide some of it.) */
 static double unkept(lab__mixed *m, const fit__problem *p, const double *x, const double *r,
                      const int *with, int nwith, double *beta)
 {
     double here = fit__chi2(p, r);
     for (int k = 0; k < p->nu; k++) {
-        here += p->unknown[k].idle ? 0.0 : x[k] * x[k];
+        here += p->unknown[k].prior && !p->unknown[k].idle ? x[k] * x[k] : 0.0;
     }
     return fmax(0.0, here - lab__mixed_least(m, with, nwith, beta));
 }
