@@ -171,7 +171,6 @@ void diag__close(diag *d)
 {
     diag__suspects_free(d);
     fit__problem_free(&d->p);
-    free(d->follows);
     free(d->x);
     free(d->J);
     free(d->r);

@@ -22,8 +22,6 @@
 
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
-static const double broken = 30.0;       /* promises of the derivatives, of the objective */
-static const double astray = 1.0;        /* of a frame [noise] */
 static const double promising = 0.05;    /* share of the best score */
 static const double beyond = 1.5;        /* amounts up to so many limits are thinkable */
 
@@ -86,11 +84,10 @@ static void negative(double *to, const double *from, size_t n)
     }
 }
 
-/* columns of a stroke: F, the suspects, d, Z
- * @param frames  of it that count */
+/* columns of a stroke: F, the suspects, d, Z */
 static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, const double *x,
                  const double *J, const double *r, const int *beta, const double *const *column,
-                 int frames, double *C)
+                 double *C)
 {
     const fit__stroke *t = &p->stroke[s];
     size_t n = (size_t)(t->nch * t->n), at = fit__offset(p, s);
@@ -114,16 +111,11 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     for (int k = 0; k < m->nc; k++) {
         negative(C + (size_t)(m->nf + k) * n, column[k] + at, n);
     }
-    for (size_t i = 0; i < n * (size_t)(m->ncol + m->nz); i++) {
-        C[i] = (int)(i % (size_t)t->n) < frames ? C[i] : 0.0;
-    }
     lab__mixed_stroke(m, s, (int)n, C);
 }
 
-/* diag__mixed_at, of the first frames[s] of each stroke only; NULL: of all */
-static stein_status mixed_of(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
-                             const double *r, const double *const *column, int nc,
-                             const int *frames, stein_err *err)
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err)
 {
     slots l;
     int *beta = malloc(sizeof *beta * (size_t)(p->np + 1));
@@ -142,17 +134,11 @@ static stein_status mixed_of(lab__mixed *m, const fit__problem *p, const double 
         status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-        fill(m, p, &l, s, x, J, r, beta, column, frames != NULL ? frames[s] : p->stroke[s].n, C);
+        fill(m, p, &l, s, x, J, r, beta, column, C);
     }
     free(C);
     free(beta);
     return status;
-}
-
-stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
-                            const double *r, const double *const *column, int nc, stein_err *err)
-{
-    return mixed_of(m, p, x, J, r, column, nc, NULL, err);
 }
 
 double *diag__column(const fit__problem *p, const double *J, int k)
@@ -252,66 +238,6 @@ static int linear_end(const fit__problem *p, lab__mixed *m, const int *with, int
     }
     free(list);
     return 1;
-}
-
-/* ---- frames that follow their derivatives ---- */
-
-/* frames of a stroke before the first one that is elsewhere than its derivatives say
- * @param r, to  residuals at x and beyond  @param end  where derivatives see them there */
-static int followers(const fit__stroke *t, const double *to, const double *end)
-{
-    for (int i = 0; i < t->n; i++) {
-        for (int c = 0; c < t->nch; c++) {
-            if (fabs(to[c * t->n + i] - end[c * t->n + i]) > astray) {
-                return i;
-            }
-        }
-    }
-    return t->n;
-}
-
-/* Where no step leads where the derivatives point, an event of a stroke is to blame: a bounce that
- * comes or goes within the step. What follows it in that stroke testifies for nobody. d->follows
- * when that is so, NULL otherwise. */
-static stein_status find_followers(diag *d, stein_err *err)
-{
-    const fit__problem *p = &d->p;
-    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
-    free(d->follows);
-    d->follows = NULL;
-    lab__mixed m = {.nf = 0};
-    double *x = malloc(sizeof *x * (2 * nu + 2 * rows + 1));
-    int *follows = malloc(sizeof *follows * (size_t)(p->nstroke + 1)), failed = 0;
-    stein_status status = x != NULL && follows != NULL
-                              ? diag__mixed_at(&m, p, d->x, d->J, d->r, NULL, 0, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    double *beta = x + nu, *r = beta + nu, *end = r + rows;
-    if (status == STEIN_OK && unkept(&m, p, d->x, d->r, NULL, 0, beta) > broken) {
-        status = linear_end(p, &m, NULL, 0, beta, x)
-                     ? fit__residuals(p, x, r, &failed, err)
-                     : lab__fail(err, STEIN_ENOMEM, "out of memory");
-        memcpy(end, d->r, sizeof *end * rows);
-        for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-            const fit__stroke *t = &p->stroke[s];
-            double *e = end + fit__offset(p, s);
-            for (int k = 0; k < p->np + t->own; k++) {
-                int u = k < p->np ? k : t->first + k - p->np;
-                const double *j = d->J + fit__column(p, s, k);
-                double dx = x[u] - d->x[u];
-                for (int i = 0; dx != 0.0 && i < t->nch * t->n; i++) {
-                    e[i] += j[i] * dx;
-                }
-            }
-            follows[s] = followers(t, r + fit__offset(p, s), e);
-        }
-        d->follows = failed == 0 ? follows : NULL;
-    }
-    if (d->follows == NULL) {
-        free(follows);
-    }
-    lab__mixed_free(&m);
-    free(x);
-    return status;
 }
 
 /* ---- scores ---- */
@@ -426,11 +352,8 @@ stein_status diag__rank(diag *d, stein_err *err)
     int n = column != NULL && index != NULL ? columns_of(d, column, index) : 0;
     lab__mixed m = {.nf = 0};
     stein_status status = column != NULL && index != NULL
-                              ? find_followers(d, err)
+                              ? diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, n, err)
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
-    if (status == STEIN_OK) {
-        status = mixed_of(&m, &d->p, d->x, d->J, d->r, column, n, d->follows, err);
-    }
     status = status == STEIN_OK ? scores(d, &m, index, column, n, err) : status;
     lab__mixed_free(&m);
     free(column);
@@ -438,8 +361,7 @@ stein_status diag__rank(diag *d, stein_err *err)
     d->null_objective = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
     qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_score);
     for (int i = 0; i < d->n; i++) {
-        d->suspect[i].promising = d->follows != NULL || // the scores do not say much then
-                                  d->suspect[i].s.score > promising * d->suspect[0].s.score;
+        d->suspect[i].promising = d->suspect[i].s.score > promising * d->suspect[0].s.score;
     }
     return status;
 }

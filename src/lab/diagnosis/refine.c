@@ -68,10 +68,8 @@ static stein_status make_room(diag *d, diag__suspect *s, stein_err *err)
     return s->x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-/* derivatives at hand: those of the base, and the suspect's own column
- * @param follows  frames of each stroke in which they are good for something; NULL: all */
-static void borrow(const fit__problem *p, const double *J, const double *G, const int *follows,
-                   double *to)
+/* derivatives at hand: those of the base, and the suspect's own column */
+static void borrow(const fit__problem *p, const double *J, const double *G, double *to)
 {
     memcpy(to, J, sizeof *to * fit__columns(p));
     for (int s = 0; s < p->nstroke; s++) {
@@ -80,12 +78,6 @@ static void borrow(const fit__problem *p, const double *J, const double *G, cons
         memcpy(to + fit__column(p, s, p->amount), G + fit__offset(p, s), sizeof *to * n);
         for (int k = 0; k < LAB_SIDES; k++) {
             memset(to + fit__column(p, s, p->side + k), 0, sizeof *to * n);
-        }
-        for (int k = 0; follows != NULL && k < p->np + t->own; k++) {
-            double *j = to + fit__column(p, s, k);
-            for (size_t i = 0; i < n; i++) {
-                j[i] = (int)(i % (size_t)t->n) < follows[s] ? j[i] : 0.0;
-            }
         }
     }
 }
@@ -233,7 +225,7 @@ static stein_status from_null(diag *d, stein_err *err)
         }
         memcpy(s->x, d->x, sizeof *s->x * (size_t)p->nu);
         s->x[p->amount] = least_amount(s);
-        borrow(p, d->J, s->G, d->follows, s->J);
+        borrow(p, d->J, s->G, s->J);
         status = attempt(d, s, RENEW_FIRST, err);
         if (status != STEIN_OK) {
             return status;
@@ -331,7 +323,7 @@ static stein_status numbers_in_place(diag *d, stein_err *err)
         if (status == STEIN_OK) {
             const fit__problem *p = diag__problem(d, next);
             memcpy(next->x, next->start, sizeof *next->x * (size_t)p->nu);
-            borrow(p, d->suspect[0].J, next->G, NULL, next->J);
+            borrow(p, d->suspect[0].J, next->G, next->J);
             status = attempt(d, next, 1, err);
         }
         next->swap = INFINITY;

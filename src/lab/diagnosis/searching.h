@@ -73,8 +73,7 @@ typedef struct diag {
     diag__suspect *suspect;
     int n;
     double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
-    int *follows; /* [nstroke] frames before an event that derivatives do not see; NULL: all */
-    int anew;     /* fits of suspects from the file's own numbers */
+    int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     lab_diagnosis *out;
 } diag;
