@@ -414,7 +414,7 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
             diag__swap_secants(s);
         }
         note_amount(s, beta[m.nf]);
-        s->swap = s->s.possible ? swap : (double)INFINITY;
+        s->swap = s->near = s->s.possible ? swap : (double)INFINITY;
         status = isfinite(s->swap) ? start_of(d, s, &m, k, beta, err) : status;
     }
     lab__mixed_free(&m);

@@ -29,6 +29,7 @@ enum {
     POLISHED = 4,
     MORE = 8,
     RIVALS = 4,
+    RELATIVES = 2,
     RENEW_LAST = 4,
     TRIES = 3,
     ANEW = 5 /* fits from the file's own numbers, of one search: they cost most of it */
@@ -531,6 +532,36 @@ static stein_status rivals_to_the_end(diag *d, stein_err *err)
     return status;
 }
 
+/* Is a number of a law in the lead, effects that are named after the same law have a fit along the
+ * strokes, too, those first that come nearest in its place: what changes a law changes events, and
+ * predictions in the leader's place end there. */
+static stein_status relatives_anew(diag *d, stein_err *err)
+{
+    const lab_candidate leader = d->suspect[0].s.candidate;
+    stein_status status = STEIN_OK;
+    for (int n = 0; status == STEIN_OK && n < RELATIVES; n++) {
+        diag__suspect *next = NULL;
+        for (int i = 1; i < d->n; i++) {
+            diag__suspect *s = &d->suspect[i];
+            lab_site site = s->s.candidate.effect->site;
+            int named = (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && !s->s.refitted &&
+                        s->model == NULL && s->s.possible && related(&s->s.candidate, &leader);
+            next = named && (next == NULL || s->near < next->near) ? s : next;
+        }
+        status = next != NULL ? make_room(d, next, err) : STEIN_OK;
+        if (next == NULL || status != STEIN_OK) {
+            break;
+        }
+        memcpy(next->x, d->x, sizeof *next->x * (size_t)diag__problem(d, next)->nu);
+        next->objective = INFINITY;
+        next->s.refitted = 1;
+        status = again(d, next, from_the_file, NAN, err);
+        status = status == STEIN_OK ? to_the_end(d, next, err) : status;
+    }
+    sort(d);
+    return status;
+}
+
 /* the leading ones to their end, also where that is far while none leaves only noise, and then more
  * of them */
 static stein_status polish(diag *d, stein_err *err)
@@ -583,6 +614,10 @@ stein_status diag__refit(diag *d, stein_err *err)
         if (status == STEIN_OK && changed && !d->suspect[0].ended) {
             status = attempt(d, &d->suspect[0], RENEW_LEADERS, err);
         }
+    }
+    if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted &&
+        d->suspect[0].s.candidate.effect->site == LAB_AT_PARAMETER) {
+        status = relatives_anew(d, err);
     }
     status = status == STEIN_OK ? polish(d, err) : status;
     return status == STEIN_OK ? doubt(d, err) : status;

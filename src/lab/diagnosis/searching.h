@@ -50,6 +50,7 @@ typedef struct diag__suspect {
     double
         early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
     double swap;   /* predicted objective in the leader's place */
+    double near;   /* the same, when a fit from there has been made, too */
     double *start; /* and unknowns */
 } diag__suspect;
 
