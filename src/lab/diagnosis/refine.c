@@ -40,7 +40,6 @@ static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
 static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
-static const double the_same = 2.0;     /* of the objective: the same fit */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
@@ -120,66 +119,6 @@ static stein_status attempt(diag *d, diag__suspect *s, int renewals, stein_err *
     return STEIN_OK;
 }
 
-static int by_objective(const void *a, const void *b)
-{
-    const diag__suspect *x = a, *y = b;
-    if (x->objective < y->objective || y->objective < x->objective) {
-        return x->objective < y->objective ? -1 : 1;
-    }
-    double sx = isfinite(x->s.score) ? x->s.score : -1e300;
-    double sy = isfinite(y->s.score) ? y->s.score : -1e300;
-    return sx > sy ? -1 : sx < sy;
-}
-
-static void judge_size(diag *d, diag__suspect *s)
-{
-    const fit__problem *p = diag__problem(d, s);
-    double amount = s->x[p->amount];
-    s->s.possible = s->s.candidate.effect->both_signs || amount > 0.0;
-    if (fabs(amount) > 2.0 || !s->s.possible) {
-        s->s.possible = 0;
-        s->s.why = "its amount is not physical";
-        s->objective = INFINITY;
-    }
-}
-
-/* two places of one element of the mechanism: "stop" and "stop.normal.c" */
-static int related(const lab_candidate *a, const lab_candidate *b)
-{
-    size_t n = strcspn(a->place, ".");
-    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
-}
-
-/* Where one number of a law is all of it that shows, it and the effect that is named after the law
- * are the same (the stiffness of a contact and its linear term), and noise decides which is first.
- * The name says more than the number. */
-static void prefer_a_name(diag *d)
-{
-    const lab_candidate *best = &d->suspect[0].s.candidate;
-    for (int i = 1; i < d->n && best->effect->site == LAB_AT_PARAMETER &&
-                    d->suspect[i].objective < d->suspect[0].objective + the_same;
-         i++) {
-        diag__suspect named = d->suspect[i];
-        if (named.s.candidate.effect->site != LAB_AT_PARAMETER &&
-            related(&named.s.candidate, best)) {
-            memmove(&d->suspect[1], &d->suspect[0], sizeof named * (size_t)i);
-            d->suspect[0] = named;
-            return;
-        }
-    }
-}
-
-static void sort(diag *d)
-{
-    for (int i = 0; i < d->n; i++) {
-        if (d->suspect[i].s.refitted && isfinite(d->suspect[i].objective)) {
-            judge_size(d, &d->suspect[i]);
-        }
-    }
-    qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_objective);
-    prefer_a_name(d);
-}
-
 /* ---- from the null fit ---- */
 
 /* is it still open how far the fit of a suspect leads? */
@@ -206,7 +145,7 @@ static stein_status lead_on(diag *d, stein_err *err)
         last = next->promised;
         status = is_open(next) ? attempt(d, next, RENEW_LEADERS, err) : status;
     }
-    sort(d);
+    diag__sort(d);
     return status;
 }
 
@@ -233,7 +172,7 @@ static stein_status from_null(diag *d, stein_err *err)
         }
         tried++;
     }
-    sort(d);
+    diag__sort(d);
     return lead_on(d, err);
 }
 
@@ -245,7 +184,7 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     fit__problem *p = &d->p;
     double amount = leader->x[p->amount];
     for (int i = 0; i < d->n; i++) {
-        d->suspect[i].promising |= related(&d->suspect[i].s.candidate, &leader->s.candidate);
+        d->suspect[i].promising |= diag__related(&d->suspect[i].s.candidate, &leader->s.candidate);
     }
     lab_candidate given = leader->s.candidate;
     fit__problem_try(p, &given); // its derivatives may be those of the null fit yet
@@ -347,7 +286,7 @@ static stein_status in_place(diag *d, int *changed, stein_err *err)
     const lab_effect *kind = d->suspect[0].s.candidate.effect;
     char place[LAB_PLACE];
     memcpy(place, d->suspect[0].s.candidate.place, sizeof place);
-    sort(d);
+    diag__sort(d);
     *changed = d->suspect[0].s.candidate.effect != kind ||
                strcmp(d->suspect[0].s.candidate.place, place) != 0;
     return status;
@@ -513,7 +452,7 @@ static stein_status early_ones(diag *d, stein_err *err)
         s->begun = 1;
         ends = isfinite(s->objective) && !is_off(d, s);
     }
-    sort(d);
+    diag__sort(d);
     return status;
 }
 
@@ -545,7 +484,8 @@ static stein_status relatives_anew(diag *d, stein_err *err)
             diag__suspect *s = &d->suspect[i];
             lab_site site = s->s.candidate.effect->site;
             int named = (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && !s->s.refitted &&
-                        s->model == NULL && s->s.possible && related(&s->s.candidate, &leader);
+                        s->model == NULL && s->s.possible &&
+                        diag__related(&s->s.candidate, &leader);
             next = named && (next == NULL || s->near < next->near) ? s : next;
         }
         status = next != NULL ? make_room(d, next, err) : STEIN_OK;
@@ -558,7 +498,7 @@ static stein_status relatives_anew(diag *d, stein_err *err)
         status = again(d, next, from_the_file, NAN, err);
         status = status == STEIN_OK ? to_the_end(d, next, err) : status;
     }
-    sort(d);
+    diag__sort(d);
     return status;
 }
 
@@ -583,11 +523,11 @@ static stein_status polish(diag *d, stein_err *err)
         }
         explained |= !is_off(d, s);
     }
-    sort(d);
+    diag__sort(d);
     if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted) {
         status = to_the_end(d, &d->suspect[0], err);
         status = status == STEIN_OK ? rivals_to_the_end(d, err) : status;
-        sort(d);
+        diag__sort(d);
     }
     return status;
 }

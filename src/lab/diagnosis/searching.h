@@ -9,6 +9,7 @@
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   early.c       the same where the strokes begin
  *   refine.c      the best suspects fitted in full
+ *   order.c       in the order of what they have reached
  *   strays.c      single strokes that a fit has lost
  *   parts.c       how much of a part could stand in a leader's place
  *   power.c       which of the others could have been seen
@@ -178,6 +179,14 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 
 /** Full fits of the best suspects; the best first. */
 stein_status diag__refit(diag *d, stein_err *err);
+
+/* ---- order.c ---- */
+
+/** Those that were fitted first, the best before all; an amount that is not physical has reached
+ *  nothing. */
+void diag__sort(diag *d);
+/** Are they two places of one element of the mechanism, as "stop" and "stop.normal.c"? */
+int diag__related(const lab_candidate *a, const lab_candidate *b);
 
 /* ---- parts.c ---- */
 
