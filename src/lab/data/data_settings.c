@@ -19,7 +19,8 @@
  * Searched are only values that a slip of the pen leads to. A free search would always find some
  * value that is better, and a wrong spring would be called a wrong setting. For the same reason the
  * second and the third need other strokes that fit: where the model is far from all of them, a
- * stroke that just escapes and one that just does not are far apart without anybody's fault.
+ * stroke that just escapes and one that just does not are far apart without anybody's fault. And a
+ * stroke that a little more or less friction brings back is no contradiction.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -31,10 +32,12 @@
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
+static const double largest_nudge = 3.0; /* of what differs by itself, in its prior sd */
 enum {
     SHIFTS = 41,       /* of the trigger, over +-3 of its prior sd */
     PATIENCE = 200000, /* evaluations of a stroke as it is; of many samples 100 each */
     A_SAMPLE = 100,
+    NUDGES = 6,
     TIMES = 8 /* so many times what a stroke took: one with other settings */
 };
 
@@ -201,6 +204,25 @@ static guess look_further(check *c, int stroke)
     return best;
 }
 
+/* Does a little more or less of what differs from stroke to stroke by itself - friction, drive -
+ * explain the stroke, too? Then it stands at an edge: it just escapes, or bounces once more, and
+ * with the file's numbers it just does not, which is nobody's fault. */
+static int stands_at_edge(check *c, int stroke)
+{
+    const fit__stroke *s = &c->p->stroke[stroke];
+    for (int k = s->first; k < s->first + s->own; k++) {
+        for (int i = 0; c->p->unknown[k].kind == FIT__SCATTER && i < NUDGES; i++) {
+            c->x[k] = (i % 2 == 0 ? 1.0 : -1.0) * largest_nudge * (i / 2 + 1) / (NUDGES / 2);
+            double off = misfit(c, stroke);
+            c->x[k] = 0.0;
+            if (off < c->misfit[stroke] / explained) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
 /* ---- telling ---- */
 
 static void tell(check *c, const lab_data *d, const lab_setting *set, const guess *g, double own)
@@ -255,6 +277,9 @@ static void judge(check *c, int stroke)
     int by_digits = g.decimal && g.misfit < own / (2.0 * explained) && g.misfit < as_good;
     int like_others = others_fit && own > worse * c->median && g.misfit < usual * c->median;
     if (better && (by_digits || like_others)) {
+        if (stands_at_edge(c, stroke)) {
+            return;
+        }
         tell(c, d, &d->set[g.set], &g, own);
     } else if (!isfinite(own) || (others_fit && own > far_off && own > much_worse * c->median)) {
         tell(c, d, &d->set[0], NULL, own);
