@@ -159,7 +159,7 @@ START_TEST(speeds_of_points_are_the_slopes_of_their_places)
     ck_assert_stein(lab_sim(model, NULL, &sim, err));
     const double q[] = {0.37, -0.53, 1.13}, qd[] = {2.3, -1.7, 3.1}, h = 1e-5;
     for (int i = 0; i < 12; i++) {
-        char name[8];
+        char name[16];
         double place[2], speed, there[3];
         snprintf(name, sizeof name, "p%d", i);
         for (int side = 0; side < 2; side++) {
