@@ -6,6 +6,7 @@
 #define MEASURED_SUPPORT_H
 
 #include "fit_support.h"
+#include "sanitized.h"
 #include "stein/diagnose.h"
 
 static inline int converted(void)
@@ -24,12 +25,10 @@ static inline int converted(void)
 /* a diagnosis takes minutes under the sanitizers; the fits below it are tested there */
 static inline int is_too_slow(void)
 {
-#ifdef __SANITIZE_ADDRESS__
-    printf("measured: no diagnoses under the sanitizers\n");
-    return 1;
-#else
-    return 0;
-#endif
+    if (SANITIZED) {
+        printf("measured: no diagnoses under the sanitizers\n");
+    }
+    return SANITIZED;
 }
 
 /* diagnose files in the folder of the test, the last `held` of them held out

@@ -17,19 +17,9 @@
 #include <sys/syscall.h>
 #endif
 
+#include "sanitized.h"
 #include "stein/handover.h"
 #include "support.h"
-
-#if defined __SANITIZE_ADDRESS__
-#define SANITIZED 1
-#elif defined __has_feature
-#if __has_feature(address_sanitizer)
-#define SANITIZED 1
-#endif
-#endif
-#ifndef SANITIZED
-#define SANITIZED 0
-#endif
 
 /* steps of the sandboxed run; one stroke, and what is done at its end */
 enum { STEPS = SANITIZED ? 100000 : 1000000, STROKE = 12000, RELEASE = 9000, RETUNE = 500 };

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../sanitized.h"
 #include "importer.h"
 
 static atomic_int passed, failed;
@@ -36,7 +37,7 @@ int same(double a, double b)
 }
 
 /* The FMU asks this program's malloc for memory; sanitizers have one of their own. */
-#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+#if SANITIZED
 long allocations(void)
 {
     return -1;
