@@ -116,8 +116,9 @@ static void forward_turn(dyn *y, int i, ex qd, ex qdd)
     vec spin = vec_scale(y->g, qd, s->axis), om_p = rotate(y->ps, p->om, there, here);
     int planar = same_group(y->t, here, there, b->axis) && only_along(p->om, b->axis);
     s->om = vec_add(y->g, om_p, spin);
-    s->omp = vec_add(y->g, rotate(y->ps, p->omp, there, here),
-                     vec_add(y->g, vec_cross(y->g, om_p, spin), vec_scale(y->g, qdd, s->axis)));
+    vec faster = vec_scale(y->g, qdd, s->axis), turned = vec_cross(y->g, om_p, spin);
+    vec more = vec_add(y->g, turned, faster);
+    s->omp = vec_add(y->g, rotate(y->ps, p->omp, there, here), more);
     vec_name(y->g, s->om, "OM", i, -1);
     vec_name(y->g, s->omp, "OMp", i, -1);
     set_bs(y, s, i);
@@ -146,7 +147,8 @@ static void forward_slide(dyn *y, int i, ex qd, ex qdd)
         s->bs[k / 3][k % 3] = p->bs[k / 3][k % 3];
     }
     s->slide = vec_scale(g, ex_var(g, EX_Q, i), s->axis);
-    s->rel = vec_add(g, vec_add(g, coriolis, coriolis), vec_scale(g, qdd, s->axis));
+    vec faster = vec_scale(g, qdd, s->axis);
+    s->rel = vec_add(g, vec_add(g, coriolis, coriolis), faster);
     s->acc = vec_add(g, vec_add(g, p->acc, apply_bs(y, p, s->slide)), s->rel);
     vec_name(g, s->acc, "AF", i, -1);
 }
@@ -205,8 +207,8 @@ static void pair_terms(dyn *y, int i, ex *dot, ex *cross)
     link_state *s = &y->s[i];
     vec first = rotate(y->ps, s->first, frame_of(y, i), s->arm_frame), arm = s->arm;
     int e = b->axis, f = (e + 1) % 3, h = (e + 2) % 3;
-    *dot = ex_add(y->g, ex_mul(y->g, arm.x[f], first.x[f]), ex_mul(y->g, arm.x[h], first.x[h]));
-    *cross = ex_sub(y->g, ex_mul(y->g, arm.x[f], first.x[h]), ex_mul(y->g, arm.x[h], first.x[f]));
+    *dot = ex_dot2(y->g, arm.x[f], first.x[f], arm.x[h], first.x[h]);
+    *cross = ex_det2(y->g, arm.x[f], first.x[h], arm.x[h], first.x[f]);
     ex_name(y->g, *dot, "PD%d", i + 1);
     ex_name(y->g, *cross, "PC%d", i + 1);
 }
@@ -219,8 +221,8 @@ static vec pair_moment(dyn *y, int i, const link_state *rate, int sign)
     int e = y->t->body[i].axis;
     pair_terms(y, i, &dot, &cross);
     ex square = ex_mul(g, cross, ex_mul(g, rate->om.x[e], rate->om.x[e]));
-    return vec_axis(
-        e, ex_add(g, ex_mul(g, rate->omp.x[e], dot), sign > 0 ? square : ex_neg(g, square)));
+    square = sign > 0 ? square : ex_neg(g, square);
+    return vec_axis(e, ex_add(g, ex_mul(g, rate->omp.x[e], dot), square));
 }
 
 static void own_load(dyn *y, int i)
@@ -270,8 +272,7 @@ static vec inertia_moment(dyn *y, int i)
     for (int m = 0; m < 3; m++) {
         int j = (m + 1) % 3, k = (m + 2) % 3;
         vec col_j = sym_column(c, j), col_k = sym_column(c, k);
-        n.x[m] =
-            ex_sub(g, ex_mul(g, second.x[j], s->bs[k][j]), ex_mul(g, second.x[k], s->bs[j][k]));
+        n.x[m] = ex_det2(g, second.x[j], s->bs[k][j], second.x[k], s->bs[j][k]);
         n.x[m] = ex_sub(g, n.x[m], ex_mul(g, col_j.x[m], s->bs[k][m]));
         n.x[m] = ex_add(g, n.x[m], ex_mul(g, col_k.x[m], s->bs[j][m]));
         n.x[m] = ex_add(g, n.x[m], ex_mul(g, col_j.x[k], ex_sub(g, s->bs[j][j], s->bs[k][k])));
@@ -298,7 +299,8 @@ static void own_inertia(dyn *y, int i)
         s->moment = vec_add(g, s->moment, vec_cross(g, s->first, s->acc));
     }
     if (y->ps->ch->gravity == 1) {
-        vec own = vec_cross(g, vec_const(g, b->first), rotate(y->ps, y->gravity, -1, i));
+        vec pull = rotate(y->ps, y->gravity, -1, i);
+        vec own = vec_cross(g, vec_const(g, b->first), pull);
         vec rest = vec_cross(g, s->extra, gravity_in(y, i));
         s->moment = vec_sub(g, s->moment, vec_add(g, rotate(y->ps, own, i, here), rest));
     }
@@ -333,7 +335,8 @@ static void pass_up_slide(dyn *y, int i)
     link_state *s = &y->s[i], *p = state_of(y, b->parent);
     ex mass = ex_const(g, b->mass);
     vec moved = vec_add(g, s->first, vec_scale(g, mass, s->slide));
-    vec turn = vec_add(g, vec_cross(g, s->slide, s->force), vec_cross(g, moved, s->rel));
+    vec own = vec_cross(g, moved, s->rel), carried = vec_cross(g, s->slide, s->force);
+    vec turn = vec_add(g, carried, own);
     p->moment = vec_add(g, p->moment, vec_add(g, s->moment, turn));
     p->force = vec_add(g, p->force, vec_add(g, s->force, vec_scale(g, mass, s->rel)));
 }
@@ -344,11 +347,13 @@ static ex joint_force(dyn *y, int i, vec own_force)
     const rbody *b = &y->t->body[i];
     link_state *s = &y->s[i];
     ex mass = ex_const(g, b->mass);
-    vec total = vec_add(g, vec_add(g, s->force, own_force), vec_scale(g, mass, s->acc));
+    vec inertial = vec_scale(g, mass, s->acc);
+    vec total = vec_add(g, vec_add(g, s->force, own_force), inertial);
     if (y->ps->ch->gravity == 1 || y->ps->ch->gravity == 2) {
         vec axis = vec_axis(b->axis, ex_num(g, b->sign));
         ex pull = vec_dot(g, axis, rotate(y->ps, y->gravity, -1, orient_of(y, b->parent)));
-        return ex_sub(g, vec_dot(g, s->axis, total), ex_mul(g, mass, pull));
+        ex weight = ex_mul(g, mass, pull);
+        return ex_sub(g, vec_dot(g, s->axis, total), weight);
     }
     return vec_dot(g, s->axis, total);
 }
@@ -475,8 +480,8 @@ static void mass_column(dyn *y, int j, ex *M)
         M[j * t->n + i] = M[i * t->n + j];
         if (b->turns) {
             vec lever = vec_cross(g, k->arm, rotate(y->ps, force, here, k->arm_frame));
-            moment = vec_add(g, rotate(y->ps, moment, here, there),
-                             rotate(y->ps, lever, k->arm_frame, there));
+            lever = rotate(y->ps, lever, k->arm_frame, there);
+            moment = vec_add(g, rotate(y->ps, moment, here, there), lever);
         } else {
             moment = vec_add(g, moment, vec_cross(g, k->slide, force));
         }

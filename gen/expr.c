@@ -333,6 +333,18 @@ ex ex_mul(ex_graph *g, ex a, ex b)
     return intern(g, EX_MUL, a, b, 0.0);
 }
 
+ex ex_dot2(ex_graph *g, ex a, ex b, ex c, ex d)
+{
+    ex second = ex_mul(g, c, d), first = ex_mul(g, a, b);
+    return ex_add(g, first, second);
+}
+
+ex ex_det2(ex_graph *g, ex a, ex b, ex c, ex d)
+{
+    ex second = ex_mul(g, c, d), first = ex_mul(g, a, b);
+    return ex_sub(g, first, second);
+}
+
 ex ex_div(ex_graph *g, ex a, ex b)
 {
     ex r;

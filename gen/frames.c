@@ -45,7 +45,7 @@ vec vec_cross(ex_graph *g, vec a, vec b)
     vec r;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        r.x[i] = ex_sub(g, ex_mul(g, a.x[j], b.x[k]), ex_mul(g, a.x[k], b.x[j]));
+        r.x[i] = ex_det2(g, a.x[j], b.x[k], a.x[k], b.x[j]);
     }
     return r;
 }
@@ -97,7 +97,7 @@ void sym_cross(ex_graph *g, vec u, vec v, sym half[2])
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        half[0].x[i] = ex_add(g, ex_mul(g, u.x[j], v.x[j]), ex_mul(g, u.x[k], v.x[k]));
+        half[0].x[i] = ex_dot2(g, u.x[j], v.x[j], u.x[k], v.x[k]);
         half[1].x[i] = half[0].x[i];
         half[0].x[place[j][k]] = ex_neg(g, ex_mul(g, u.x[j], v.x[k]));
         half[1].x[place[j][k]] = ex_neg(g, ex_mul(g, u.x[k], v.x[j]));
@@ -117,7 +117,7 @@ sym sym_point(ex_graph *g, ex mass, vec v)
     sym r;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        r.x[i] = ex_add(g, ex_mul(g, mv.x[j], v.x[j]), ex_mul(g, mv.x[k], v.x[k]));
+        r.x[i] = ex_dot2(g, mv.x[j], v.x[j], mv.x[k], v.x[k]);
         r.x[place[j][k]] = ex_neg(g, ex_mul(g, mv.x[j], v.x[k]));
     }
     return r;
@@ -205,8 +205,8 @@ static void chain_trig(walk *ps, const int *joint, int n, ex *s, ex *c)
         ex s1, c1, s2, c2;
         chain_trig(ps, joint, n - 1, &s1, &c1);
         chain_trig(ps, joint + n - 1, 1, &s2, &c2);
-        *s = ex_add(g, ex_mul(g, s1, c2), ex_mul(g, c1, s2));
-        *c = ex_sub(g, ex_mul(g, c1, c2), ex_mul(g, s1, s2));
+        *s = ex_dot2(g, s1, c2, c1, s2);
+        *c = ex_det2(g, c1, c2, s1, s2);
     } else {
         ex q = ex_var(g, EX_Q, joint[0]);
         ex angle = ps->t->body[joint[0]].sign > 0 ? q : ex_neg(g, q);
@@ -258,8 +258,8 @@ vec rotate(walk *ps, vec v, int from, int to)
     }
     vec r;
     r.x[a] = v.x[a];
-    r.x[b] = ex_sub(g, ex_mul(g, cosine, v.x[b]), ex_mul(g, sine, v.x[c]));
-    r.x[c] = ex_add(g, ex_mul(g, sine, v.x[b]), ex_mul(g, cosine, v.x[c]));
+    r.x[b] = ex_det2(g, cosine, v.x[b], sine, v.x[c]);
+    r.x[c] = ex_dot2(g, sine, v.x[b], cosine, v.x[c]);
     return r;
 }
 
@@ -284,13 +284,14 @@ sym rotate_sym(walk *ps, sym k, int from, int to)
     }
     ex bb = k.x[b], cc = k.x[c], bc = k.x[place[b][c]];
     ex ab = k.x[place[a][b]], ac = k.x[place[a][c]];
-    ex w = ex_add(g, ex_mul(g, sine, ex_sub(g, bb, cc)), ex_mul(g, cosine, ex_add(g, bc, bc)));
+    ex twice = ex_mul(g, cosine, ex_add(g, bc, bc));
+    ex w = ex_add(g, ex_mul(g, sine, ex_sub(g, bb, cc)), twice);
     ex sw = ex_mul(g, sine, w);
     sym r = k;
     r.x[b] = ex_sub(g, bb, sw);
     r.x[c] = ex_add(g, cc, sw);
     r.x[place[b][c]] = ex_sub(g, ex_mul(g, cosine, w), bc);
-    r.x[place[a][b]] = ex_sub(g, ex_mul(g, cosine, ab), ex_mul(g, sine, ac));
-    r.x[place[a][c]] = ex_add(g, ex_mul(g, sine, ab), ex_mul(g, cosine, ac));
+    r.x[place[a][b]] = ex_det2(g, cosine, ab, sine, ac);
+    r.x[place[a][c]] = ex_dot2(g, sine, ab, cosine, ac);
     return r;
 }

@@ -24,10 +24,10 @@ static vec bend(ex_graph *g, vec om, vec omp, vec r)
     vec out;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        ex diagonal = ex_add(g, ex_mul(g, om.x[j], om.x[j]), ex_mul(g, om.x[k], om.x[k]));
+        ex diagonal = ex_dot2(g, om.x[j], om.x[j], om.x[k], om.x[k]);
         ex ij = ex_sub(g, ex_mul(g, om.x[i], om.x[j]), omp.x[k]);
         ex ik = ex_add(g, ex_mul(g, om.x[i], om.x[k]), omp.x[j]);
-        ex sum = ex_add(g, ex_mul(g, ij, r.x[j]), ex_mul(g, ik, r.x[k]));
+        ex sum = ex_dot2(g, ij, r.x[j], ik, r.x[k]);
         out.x[i] = ex_sub(g, sum, ex_mul(g, diagonal, r.x[i]));
     }
     return out;
@@ -55,7 +55,8 @@ static void place_body(walk *w, place *all, int i)
         vec_name(g, s->om, "OM", i, -1);
         vec_name(g, s->omp, "OMp", i, -1);
     } else {
-        at.x[b->axis] = ex_add(g, at.x[b->axis], ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i)));
+        ex q = ex_var(g, EX_Q, i);
+        at.x[b->axis] = ex_add(g, at.x[b->axis], ex_mul(g, ex_num(g, b->sign), q));
         relative = vec_scale(g, qd, s->axis);
         coriolis = vec_cross(g, p->om, relative);
     }
@@ -65,8 +66,8 @@ static void place_body(walk *w, place *all, int i)
     vec_name(g, s->o, "PO", i, -1);
     s->v = vec_add(g, p->v, vec_add(g, vec_cross(g, p->om, s->arm), relative));
     vec_name(g, s->v, "VI", i, -1);
-    s->a = vec_add(g, p->a,
-                   vec_add(g, bend(g, p->om, p->omp, s->arm), vec_add(g, coriolis, coriolis)));
+    vec twice = vec_add(g, coriolis, coriolis);
+    s->a = vec_add(g, p->a, vec_add(g, bend(g, p->om, p->omp, s->arm), twice));
     vec_name(g, s->a, "AC", i, -1);
 }
 
@@ -190,7 +191,7 @@ static ex potential(walk *w)
                            b->turns || b->parent < 0 ? b->orient : t->body[b->parent].orient);
         vec first = vec_const(g, b->first);
         if (!b->turns) {
-            ex slid = ex_mul(g, ex_num(g, b->sign), ex_var(g, EX_Q, i));
+            ex q = ex_var(g, EX_Q, i), slid = ex_mul(g, ex_num(g, b->sign), q);
             first = vec_axis(b->axis, ex_mul(g, ex_const(g, b->mass), slid));
         }
         sum = ex_add(g, sum, vec_dot(g, first, there));

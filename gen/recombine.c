@@ -124,7 +124,8 @@ static ex surplus(ex_graph *g, rbody *b, int e, int f, int h)
     if (!b->flat) {
         return k[h];
     }
-    return ex_mul(g, ex_num(g, 0.5), ex_sub(g, ex_add(g, k[f], k[h]), k[e]));
+    ex sum = ex_sub(g, ex_add(g, k[f], k[h]), k[e]);
+    return ex_mul(g, ex_num(g, 0.5), sum);
 }
 
 /** Hand to the parent what the joint cannot feel. */
