@@ -37,6 +37,7 @@ static lab_suspect suspect(const lab_candidate *c, double amount)
     snprintf(n[0].name, sizeof n[0].name, "%s", c->effect->size);
     n[0].unit = c->unit, n[0].value = amount;
     n[0].lo = amount - 0.1 * fabs(amount), n[0].hi = amount + 0.1 * fabs(amount);
+    n[0].sd = 0.05 * fabs(amount);
     s.nnumber = 1;
     for (int k = 0; k < LAB_SIDES && c->side[k].name != NULL; k++) {
         const lab_side *side = &c->side[k];
@@ -271,7 +272,7 @@ START_TEST(several_causes_go_into_one_file)
         double neutral = i == 3 ? 1.0 : 0.0;
         ck_assert_int_ge(k, 0);
         ck_assert_close(x->params[k].value, neutral + s[i].amount, 1e-12, 0.0);
-        ck_assert_close(x->params[k].tolerance, 0.1 * s[i].amount / 1.959964, 0.01, 0.0);
+        ck_assert_close(x->params[k].tolerance, 0.05 * s[i].amount, 0.01, 0.0);
     }
     remove_folder();
     lab_close(extended);

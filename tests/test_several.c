@@ -58,11 +58,10 @@ static void ck_assert_cause(const lab_diagnosis *d, const char *kind, double tru
         const lab_suspect *s = &d->suspect[i];
         if (strcmp(s->candidate.effect->kind, kind) == 0) {
             const lab_cause_number *n = &s->number[0];
-            double sd = (n->hi - n->lo) / 3.92;
             printf("  %s %.4g (%.4g .. %.4g), true %.4g; error %.3f of what it is without\n", kind,
                    n->value, n->lo, n->hi, truth, s->own_ratio);
-            ck_assert(fabs(n->value - truth) < 4.0 * sd);
-            ck_assert(sd < 0.2 * fabs(truth));
+            ck_assert(fabs(n->value - truth) < 4.0 * n->sd);
+            ck_assert(n->sd < 0.2 * fabs(truth));
             ck_assert(several ? s->own_hi < 1.0 : isnan(s->own_ratio));
             return;
         }

@@ -433,7 +433,7 @@ static const struct {
     struct {
         const char *name;
         double value;
-    } fixed[5];
+    } fixed[7];
 } twins[] = {
     {"elastic_hinge",
      "hammer",
@@ -442,7 +442,9 @@ static const struct {
       {"hammer_outer.inertia_share", 0.08},
       {"hammer_outer.offset.x", 0.0266},
       {"hammer_outer.offset.z", 0.001},
-      {"hammer_outer.at.x", 0.045}}},
+      {"hammer_outer.place", 1.0},
+      {"hammer_outer.link.x", 0.045},
+      {"hammer_outer.link.z", 0.0}}},
     {"elastic_hinge",
      "key",
      {"key_outer.compliance", "key_outer.damping_ratio", NULL},
@@ -450,7 +452,9 @@ static const struct {
       {"key_outer.inertia_share", 0.11},
       {"key_outer.offset.x", -0.0568},
       {"key_outer.offset.z", 0.0},
-      {"key_outer.at.x", -0.04}}},
+      {"key_outer.place", 1.0},
+      {"key_outer.link.x", -0.04},
+      {"key_outer.link.z", 0.0}}},
     {"axis_translation",
      "key",
      {"key_axis.compliance", "key_axis.damping_ratio", NULL},
@@ -537,11 +541,8 @@ START_TEST(parts_move_as_the_independent_program_says)
     for (int k = 0; k < 3 && twins[_i].name[k] != NULL; k++) {
         set(extended, p, twins[_i].name[k], value[k]);
     }
-    for (int k = 0; k < 5 && twins[_i].fixed[k].name != NULL; k++) {
+    for (int k = 0; k < 7 && twins[_i].fixed[k].name != NULL; k++) {
         set(extended, p, twins[_i].fixed[k].name, twins[_i].fixed[k].value);
-    }
-    if (_i == 0) {
-        set(extended, p, "hammer_outer.at.z", 0.0);
     }
     set(extended, p, "pawl.stop_shift", -0.3e-3);
     stein_sim_def def = lab_def(extended);

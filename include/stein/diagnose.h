@@ -141,11 +141,12 @@ typedef enum {
  *  "not_converged". */
 const char *lab_verdict_text(lab_verdict verdict);
 
-/** One number of a cause [SI] with its 95 % interval. */
+/** One number of a cause [SI] with its 95 % interval: Student's where strokes scatter by
+ * themselves, because how much they do is known from no more than these strokes. */
 typedef struct lab_cause_number {
     char name[LAB_PLACE]; /* as lab_effect.size and .side name it: "T", "range" */
     const char *unit;
-    double value, lo, hi;
+    double value, sd, lo, hi;
 } lab_cause_number;
 
 /** Could it have been seen? */

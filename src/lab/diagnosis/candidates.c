@@ -8,9 +8,8 @@
  *      length = sqrt(M_jj / m)                  its radius of gyration
  *
  * M is the mass matrix at the initial state, w and Q the largest speed and travel of one run.
- * For the piano action these come within a factor of a few of what a maker would call thinkable,
- * and need no list of numbers for each mechanism. They scale the first secant and the weak prior of
- * an amount, nothing else.
+ * For the piano action these come within a factor of a few of what a maker would call thinkable.
+ * They scale the first secant and the weak prior of an amount, nothing else.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -444,6 +443,7 @@ static void size_part(const build *b, lab_candidate *c, const lab__site *site)
     if (strcmp(kind, "elastic_hinge") == 0) {
         c->limit = 0.02 * Q / E;
         set_range(side, 0.02, 0.05, 0.1);
+        set_range(other, 0.25, LAB__BEND, 0.7);
     } else if (strcmp(kind, "axis_translation") == 0) {
         c->limit = 0.02 * Q * l * l / E;
         set_range(side, 0.05, 0.1, 0.2);

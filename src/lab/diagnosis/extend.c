@@ -15,7 +15,6 @@
 #include "curve.h"
 
 enum { FULL_DIGITS = 15, SHOWN = 80 };
-static const double normal95 = 1.959964;
 
 typedef struct extension {
     const lab_diagnosis *d;
@@ -63,8 +62,7 @@ static lab_candidate as_found(const lab_suspect *s)
 
 static double deviation(const lab_cause_number *n)
 {
-    double sd = n != NULL ? (n->hi - n->lo) / (2.0 * normal95) : 0.0;
-    return isfinite(sd) && sd > 0.0 ? sd : 0.0;
+    return n != NULL && isfinite(n->sd) && n->sd > 0.0 ? n->sd : 0.0;
 }
 
 /* of a parameter that an amount moved from `before` to `after` */

@@ -5,6 +5,7 @@
  * they were fitted. Where nobody stated the noise all intervals are wider by
  * sqrt(chi2/dof * memory) (diag__excess).
  */
+#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,31 +14,46 @@
 
 static const double normal95 = 1.96;
 
-static void note_number(const char *name, const char *unit, double value, double lo, double hi,
-                        lab_suspect *to)
+/* Half a 95 % interval [sd]. Where strokes differ by themselves, how much they do is estimated from
+ * them: Student's t. */
+static double half_interval(const fit__problem *p)
+{
+    const fit__stroke *t = &p->stroke[0];
+    int differ = 0;
+    for (int k = 0; k < t->own; k++) {
+        differ |= p->unknown[t->first + k].kind == FIT__SCATTER;
+    }
+    return differ && p->nstroke > 1 ? gsl_cdf_tdist_Pinv(0.975, p->nstroke - 1) : normal95;
+}
+
+static lab_cause_number *next_number(lab_suspect *to, const char *name, const char *unit)
 {
     lab_cause_number *n = &to->number[to->nnumber++];
     snprintf(n->name, sizeof n->name, "%s", name);
     n->unit = unit;
-    n->value = value;
-    n->lo = lo;
-    n->hi = hi;
+    return n;
 }
 
 /* amount and the numbers beside it at x, with deviations sd; u: their unknowns */
-static void note_numbers(lab_suspect *s, const fit__unknown *u, const double *x, const double *sd,
-                         double wide)
+static void note_numbers(const fit__problem *p, lab_suspect *s, const fit__unknown *u,
+                         const double *x, const double *sd, double wide)
 {
     const lab_candidate *c = &s->candidate;
-    double half = normal95 * wide * sd[0] * c->limit;
+    double half = half_interval(p);
     s->nnumber = 0;
     s->amount = x[0] * c->limit;
-    note_number(c->effect->size, c->unit, s->amount, s->amount - half, s->amount + half, s);
+    lab_cause_number *n = next_number(s, c->effect->size, c->unit);
+    n->value = s->amount;
+    n->sd = wide * sd[0] * c->limit;
+    n->lo = n->value - half * n->sd;
+    n->hi = n->value + half * n->sd;
     for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
-        double own = normal95 * fmin(1.0, wide * sd[1 + k]), at = x[1 + k];
-        s->candidate.side[k].value = fit__value(&u[1 + k], at);
-        note_number(c->side[k].name, c->side[k].unit, s->candidate.side[k].value,
-                    fit__value(&u[1 + k], at - own), fit__value(&u[1 + k], at + own), s);
+        double own = fmin(1.0, wide * sd[1 + k]), at = x[1 + k];
+        n = next_number(s, c->side[k].name, c->side[k].unit);
+        n->value = s->candidate.side[k].value = fit__value(&u[1 + k], at);
+        n->sd = 0.5 * fabs(fit__value(&u[1 + k], at + own) - fit__value(&u[1 + k], at - own));
+        n->lo = fit__value(&u[1 + k], at - half * own);
+        n->hi = fit__value(&u[1 + k], at + half * own);
     }
 }
 
@@ -52,7 +68,7 @@ static void note_suspect(diag *d, diag__suspect *s)
         return;
     }
     fit__problem_try(p, &given);
-    note_numbers(&s->s, &p->unknown[p->amount], s->x + p->amount, s->sd + p->amount,
+    note_numbers(p, &s->s, &p->unknown[p->amount], s->x + p->amount, s->sd + p->amount,
                  sqrt(diag__excess(d, s)));
     fit__problem_try(p, NULL);
 }
@@ -62,7 +78,7 @@ static void note_cause(const diag *d, diag__found *f, int i)
     lab_suspect *s = &f->cause[i];
     double x[FIT__NUMBERS], sd[FIT__NUMBERS];
     const fit__unknown *u = diag__amount(f, i, x, sd);
-    note_numbers(s, u, x, sd, sqrt(f->excess));
+    note_numbers(&d->p, s, u, x, sd, sqrt(f->excess));
     diag__present(d, s, sqrt(f->excess) * sd[0] * s->candidate.limit, f->excess);
     s->likeness = 1.0;
     s->chi2_dof = f->chi2_dof;

@@ -100,14 +100,26 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     return status;
 }
 
-/* rivals may have ended with derivatives of elsewhere: the leader's are new (refine.c) */
+/* Derivatives that a width can be made of. A search has one-sided ones of coarse steps: where two
+ * unknowns change nearly the same - the mass of the load, and what the drive of every stroke
+ * differs by - the roughness of their columns looks like knowledge that tells them apart. */
 static stein_status renew(diag *d, diag__suspect *s, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
     stein_err why = {STEIN_OK, ""};
+    double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
+    if (step == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    memcpy(step, p->step, sizeof *step * (size_t)p->nu);
+    p->central = 1;
     fit__problem_try(p, &s->s.candidate);
+    fit__choose_steps(p, s->J);
     stein_status status = fit__sensitivities(p, s->x, s->r, s->J, &why);
     fit__problem_try(p, NULL);
+    memcpy(p->step, step, sizeof *step * (size_t)p->nu);
+    p->central = 0;
+    free(step);
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }
 
@@ -120,7 +132,7 @@ stein_status diag__widths(diag *d, stein_err *err)
         if (s->J == NULL) {
             continue;
         }
-        status = i > 0 && i <= RIVALS ? renew(d, s, err) : STEIN_OK;
+        status = i <= RIVALS ? renew(d, s, err) : STEIN_OK;
         fit__problem *p = diag__problem(d, s);
         fit__problem_try(p, &s->s.candidate);
         diag__likelihood(p, s->x, s->J, s->r, D, s->sd, NULL);

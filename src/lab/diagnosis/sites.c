@@ -9,8 +9,6 @@
 
 #include "structure.h"
 
-static const double bend_share = 0.42;
-
 /* ---- geometry, as drawn ---- */
 
 lab__vec lab__at(const mech_scalar at[3])
@@ -70,13 +68,15 @@ int lab__bend(lab__bent *b, const mechanism *m, int index)
         b->e = (lab__vec){c.x / out * (side > 0.0 ? 1.0 : -1.0),
                           c.z / out * (side > 0.0 ? 1.0 : -1.0)};
     }
-    double at = bend_share * along(to, b->e), length = sqrt(12.0 * inertia / mass);
+    double carries = along(to, b->e), at = LAB__BEND * carries,
+           length = sqrt(12.0 * inertia / mass);
     double beyond = along(c, b->e) + 0.5 * length - at, f = beyond / length;
     if (!(f > 0.05 && f < 0.95)) {
         return -1;
     }
     double shift = at + 0.5 * beyond - along(c, b->e);
     b->at = (lab__vec){at * b->e.x, at * b->e.z};
+    b->link = (lab__vec){carries * b->e.x, carries * b->e.z};
     b->offset = (lab__vec){shift * b->e.x, shift * b->e.z};
     b->mass = f;
     b->turn = f * f * f;

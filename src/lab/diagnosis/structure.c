@@ -30,7 +30,7 @@
 
 #include "structure.h"
 
-enum { WORDS = 128, LINES = 6 };
+enum { WORDS = 128, LINES = 9 };
 
 /* ---- the table ---- */
 
@@ -49,17 +49,20 @@ typedef struct structure {
 static const structure structures[] = {
     {"elastic_hinge",
      "_outer",
-     {"rad/(N m)", "1", NULL},
-     NULL,
-     {"compliance", "damping_ratio", NULL},
+     {"rad/(N m)", "1", "1"},
+     "place",
+     {"compliance", "damping_ratio", "place"},
      {{"parameters", "$P.offset.z: $w m"},
       {"parameters", "$P.offset.x: $u m"},
       {"parameters", "$P.inertia_share: $i"},
       {"parameters", "$P.mass_share: $m"},
       {"parameters", "$P.damping_ratio: $s"},
+      {"parameters", "$P.link.z: $z m"},
+      {"parameters", "$P.link.x: {value: $x m, about: \"as far as what $B carries\"}"},
+      {"parameters", "$P.place: {value: $o, about: \"where it bends, as a share of that\"}"},
       {"bodies",
        "$P: {about: \"what lies beyond the place where $B bends, as of a thin uniform bar\",\n"
-       "part_of: $B, joint: $j, at: [$x m, 0, $z m],\n"
+       "part_of: $B, joint: $j, at: [$P.place * $P.link.x, 0, $P.place * $P.link.z],\n"
        "mass: $P.mass_share * $B.mass, inertia: {yy: $P.inertia_share * $B.inertia.yy},\n"
        "centre: [$B.centre.x + $P.offset.x, 0, $B.centre.z + $P.offset.z],\n"
        "spring: {k: 1 / $P.compliance},\n"
@@ -279,8 +282,8 @@ static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mech
     }
     sprintf(joint, "R %sy", m->bodies[body].sign < 0 ? "-" : "");
     w->of['j'] = joint;
-    set_rounded(w, 'x', b.at.x);
-    set_rounded(w, 'z', b.at.z);
+    set_rounded(w, 'x', b.link.x);
+    set_rounded(w, 'z', b.link.z);
     set_rounded(w, 'u', b.offset.x);
     set_rounded(w, 'w', b.offset.z);
     set_rounded(w, 'm', b.mass);

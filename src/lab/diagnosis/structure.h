@@ -46,13 +46,16 @@ lab__vec lab__at(const mech_scalar at[3]);
 /** A place in a body's axes as drawn in the frame. */
 lab__vec lab__drawn(const mechanism *m, int body, lab__vec at);
 
+#define LAB__BEND 0.42 /* where a link is likely to bend, of the way to what it carries */
+
 /** Where a link bends, and its part beyond. */
 typedef struct lab__bent {
     lab__vec at, e;    /* in the body's axes; e points to what lies beyond */
+    lab__vec link;     /* along e, as far as what the body carries; at is a share of it */
     lab__vec offset;   /* of the part's centre from the whole's */
     double mass, turn; /* shares of mass and inertia */
 } lab__bent;
-/** @return 0, or -1 when the body has no such place */
+/** The share is LAB__BEND. @return 0, or -1 when the body has no such place */
 int lab__bend(lab__bent *b, const mechanism *m, int body);
 int lab__is_beyond(const lab__bent *b, lab__vec at);
 /** Axis along which a line's normal points, ' ' when it is oblique. */
