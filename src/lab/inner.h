@@ -64,7 +64,7 @@ unsigned long long lab__hash(unsigned long long hash, const void *bytes, size_t 
  *  grow and goes on with a hole. @param text  out: the text, from lab__text_close on
  *  @return NULL without memory */
 FILE *lab__text_open(char **text);
-/** End a text that was written with lab__text_open or open_memstream.
+/** End a text that was written with lab__text_open.
  *  @param text  freed and NULL on failure
  *  @return OK, ENOMEM */
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err);

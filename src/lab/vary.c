@@ -115,8 +115,7 @@ static void write_head(FILE *f, const sweep *s)
 static stein_status make_table(sweep *s, stein_err *err)
 {
     char *head = NULL;
-    size_t size;
-    FILE *f = open_memstream(&head, &size);
+    FILE *f = lab__text_open(&head);
     if (f == NULL) {
         return no_memory(err);
     }
@@ -198,8 +197,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
         return status; // no property of the point
     }
     char *row = NULL;
-    size_t size;
-    FILE *f = open_memstream(&row, &size);
+    FILE *f = lab__text_open(&row);
     if (f == NULL) {
         return no_memory(err);
     }
@@ -209,7 +207,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
         status = lab__journal_add(&s->journal, row, err);
     }
     if (status == STEIN_OK) { // this point's slot is nobody else's
-        status = lab__table_take(s->table, row, size, err);
+        status = lab__table_take(s->table, row, strlen(row), err);
     }
     free(row);
     return status;

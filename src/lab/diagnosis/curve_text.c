@@ -28,8 +28,7 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
                             const double *value, const double *sd, stein_err *err)
 {
     char *entry = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&entry, &size);
+    FILE *f = lab__text_open(&entry);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }

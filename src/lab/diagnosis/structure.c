@@ -186,8 +186,7 @@ static stein_status write_fragment(lab__surgery *s, const fragment *f, const wor
                                    stein_err *err)
 {
     char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
+    FILE *out = lab__text_open(&text);
     if (out == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -245,8 +244,7 @@ static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, c
                                 const char *part, char **text, stein_err *err)
 {
     int any = 0;
-    size_t size = 0;
-    FILE *f = open_memstream(text, &size);
+    FILE *f = lab__text_open(text);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }

@@ -334,8 +334,8 @@ stein_status lab__surgery_add(lab__surgery *s, const char *section, const char *
 stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size, stein_err *err)
 {
     char *out = NULL;
-    size_t n = 0, at = 0, end = byte_of(s, node_of(s, 1)->end_mark);
-    FILE *f = open_memstream(&out, &n);
+    size_t at = 0, end = byte_of(s, node_of(s, 1)->end_mark);
+    FILE *f = lab__text_open(&out);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -355,6 +355,6 @@ stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size,
         return STEIN_ENOMEM;
     }
     *text = out;
-    *size = n;
+    *size = strlen(out);
     return STEIN_OK;
 }

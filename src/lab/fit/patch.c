@@ -370,14 +370,9 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
 {
     patch p = {.text = text, .size = size, .wanted = number, .nwanted = n, .digits = digits};
     char *patched = NULL;
-    size_t npatched = 0;
-    FILE *f = open_memstream(&patched, &npatched);
     p.list = calloc((size_t)n + 1, sizeof *p.list);
-    if (f == NULL || p.list == NULL) {
-        if (f != NULL) {
-            fclose(f);
-        }
-        free(patched);
+    FILE *f = p.list != NULL ? lab__text_open(&patched) : NULL;
+    if (f == NULL) {
         free(p.list);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -391,14 +386,14 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
     }
     stein_status closed = lab__text_close(f, &patched, status == STEIN_OK ? err : NULL);
     status = status == STEIN_OK ? closed : status;
-    status = status == STEIN_OK ? check(patched, npatched, &p, m, m->file, err) : status;
+    status = status == STEIN_OK ? check(patched, strlen(patched), &p, m, m->file, err) : status;
     free(p.list);
     if (status != STEIN_OK) {
         free(patched);
         return status;
     }
     *out = patched;
-    *nout = npatched;
+    *nout = strlen(patched);
     return STEIN_OK;
 }
 

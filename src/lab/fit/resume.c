@@ -89,8 +89,7 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
 {
     lab__file file;
     char *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
+    FILE *f = lab__text_open(&text);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
@@ -98,7 +97,7 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
     stein_status status = lab__text_close(f, &text, err);
     status = status == STEIN_OK ? lab__file_open(&file, path, err) : status;
     if (status == STEIN_OK) {
-        fprintf(file.stream, "%send %016llx\n", text, lab__hash(STEIN_HASH, text, size));
+        fprintf(file.stream, "%send %016llx\n", text, lab__hash(STEIN_HASH, text, strlen(text)));
         status = lab__file_close(&file, 1, err);
     }
     free(text);

@@ -142,10 +142,12 @@ static void write_all(FILE *f, const mbs_project *p)
 
 stein_status mbs_text(const mbs_project *p, char **text, size_t *size, stein_err *err)
 {
-    FILE *f = open_memstream(text, size);
+    FILE *f = lab__text_open(text);
     if (f == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     write_all(f, p);
-    return lab__text_close(f, text, err);
+    stein_status status = lab__text_close(f, text, err);
+    *size = status == STEIN_OK ? strlen(*text) : 0;
+    return status;
 }

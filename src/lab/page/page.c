@@ -116,8 +116,7 @@ static stein_status hash_run(const lab_model *model, char hash[LAB_HASH], stein_
 
 static stein_status describe(char **json, const lab_model *model, const char *hash, stein_err *err)
 {
-    size_t size = 0;
-    FILE *stream = open_memstream(json, &size);
+    FILE *stream = lab__text_open(json);
     if (stream == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
