@@ -85,6 +85,22 @@ static void force_error(const lab_fit *fit, const char *file, double *raw, doubl
     error_of("models/emps.yaml", list, file, raw, slow);
 }
 
+/* what the file leaves of the force, below 50 Hz, of the record that was fitted and of another one
+ */
+static void ck_assert_left(const char *path, const char *what, const double most[2])
+{
+    static const char *const record[] = {"emps_train.csv", "emps_pulses.csv"};
+    for (int i = 0; i < 2; i++) {
+        double raw, slow;
+        char *file = lab__text("%s", in_folder(record[i]));
+        error_of(path, NULL, file, &raw, &slow);
+        printf("emps, %s: %s: %.2f %% of the force is left below 50 Hz\n", what, record[i],
+               100.0 * slow);
+        ck_assert(slow <= most[i]);
+        free(file);
+    }
+}
+
 START_TEST(a_machine_axis_gets_its_friction_and_its_offset)
 {
     static const char *const names[] = {"slide.mass",      "slide.damping", "slide.coulomb.T",
@@ -286,17 +302,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
     ck_assert(d->gain.hi < 0.2);
     char *path = lab__text("%s", in_folder("emps_3.yaml"));
     ck_assert_stein(lab_extend(path, "models/emps.yaml", d, err));
-    static const char *const whole[] = {"emps_train.csv", "emps_pulses.csv"};
     static const double left[] = {0.0408, 0.0598}; // published, of filtered signals
-    for (int i = 0; i < 2; i++) {
-        double raw, slow;
-        char record[200];
-        snprintf(record, sizeof record, "%s", in_folder(whole[i]));
-        error_of(path, NULL, record, &raw, &slow);
-        printf("emps, extended: %s: %.2f %% of the force is left below 50 Hz\n", whole[i],
-               100.0 * slow);
-        ck_assert(slow <= left[i]);
-    }
+    ck_assert_left(path, "extended", left);
     free(path);
     lab_diagnosis_destroy(d);
     drop(&f);
@@ -342,17 +349,8 @@ START_TEST(its_friction_differs_by_direction_and_leaves_no_offset)
     ck_assert_int_eq(seen, 1);
     char *path = lab__text("%s", in_folder("emps_worn.yaml"));
     ck_assert_stein(lab_extend(path, "models/emps.yaml", d, err));
-    static const char *const whole[] = {"emps_train.csv", "emps_pulses.csv"};
     static const double left[] = {0.0312, 0.0598}; // published, asymmetric; the other one symmetric
-    for (int i = 0; i < 2; i++) {
-        double raw, slow;
-        char record[200];
-        snprintf(record, sizeof record, "%s", in_folder(whole[i]));
-        error_of(path, NULL, record, &raw, &slow);
-        printf("emps, by direction: %s: %.2f %% of the force is left below 50 Hz\n", whole[i],
-               100.0 * slow);
-        ck_assert(slow <= left[i]);
-    }
+    ck_assert_left(path, "by direction", left);
     free(path);
     lab_diagnosis_destroy(d);
     drop(&f);

@@ -363,8 +363,8 @@ lab_diagnose_def lab_diagnose_def_default(void);
 /** Diagnose a mechanism file against strokes.
  *  @param file  the mechanism file of the model
  *  @return OK (whatever the verdict), EINVAL (too few strokes, def), ENAME (`without` names no
- *  effect), numerical failures at the
- *  file's own values, ENOMEM */
+ *  effect), numerical failures at the file's own
+ *  values, ENOMEM */
 stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
 void lab_diagnosis_destroy(lab_diagnosis *diagnosis);

@@ -50,8 +50,8 @@ double stein_joint_force(const double *law, double q, double qd);
  *      f = [ k (l - length) + b ldot ] (1 - slack where that pulls)
  *                                      (1 - off (1 + tanh((z - z_off)/range)) / 2)
  *
- *  With slack 1 it only pushes, as a strut on a cushion does; with off 1
- * it lets go when its first end has risen past z_off, as a jack at its button does.
+ *  With slack 1 it only pushes, as a strut on a cushion does; with off 1 it lets go when its first
+ * end has risen past z_off, as a jack at its button does.
  *  @param law     a STEIN_LINK block
  *  @param length  l [m]   @param rate  ldot [m/s]   @param z  of the first end [m]
  *  @return [N] */

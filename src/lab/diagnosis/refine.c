@@ -484,7 +484,7 @@ static stein_status relatives_anew(diag *d, stein_err *err)
             diag__suspect *s = &d->suspect[i];
             lab_site site = s->s.candidate.effect->site;
             int named = (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && !s->s.refitted &&
-                        s->model == NULL && s->s.possible &&
+                        s->model == NULL && s->s.possible && isfinite(s->near) &&
                         diag__related(&s->s.candidate, &leader);
             next = named && (next == NULL || s->near < next->near) ? s : next;
         }
