@@ -317,8 +317,10 @@ check: deps-check  ## build and run every test
 	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
 
 .PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
+# limits of tests are for what hangs: a machine with other work, or sanitizers, take their time
+PATIENCE := $(if $(filter san,$(VARIANT)),20,5)
 $(SUITE_JOBS): suite-%: $(B)/check
-	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$* $(B)/check
+	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$* CK_TIMEOUT_MULTIPLIER=$(PATIENCE) $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
 	$(Q)STEIN_BUILD=$(B) sh $<
 
