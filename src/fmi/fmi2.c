@@ -245,63 +245,33 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL) {
-        return s != NULL ? refuse(s, "fmi2GetFMUstate: no place for the state") : fmi2Error;
-    }
-    return status2(slave_keep(s, state));
+    return status2(slave_keep(slave_of(c), "fmi2GetFMUstate", state));
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL) {
-        return s != NULL ? refuse(s, "fmi2SetFMUstate: there is no state") : fmi2Error;
-    }
-    return status2(slave_take(s, state));
+    return status2(slave_take(slave_of(c), "fmi2SetFMUstate", state));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    if (c == NULL) {
-        return fmi2Error;
-    }
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi2OK;
+    return status2(slave_free(slave_of(c), state));
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || size == NULL) {
-        return s != NULL ? refuse(s, "fmi2SerializedFMUstateSize: there is no state") : fmi2Error;
-    }
-    *size = slave_size(s);
-    return fmi2OK;
+    return status2(slave_size(slave_of(c), "fmi2SerializedFMUstateSize", state, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || bytes == NULL) {
-        return s != NULL ? refuse(s, "fmi2SerializeFMUstate: there is no state or no room")
-                         : fmi2Error;
-    }
-    return status2(slave_pack(s, state, (unsigned char *)bytes, size));
+    return status2(slave_pack(slave_of(c), "fmi2SerializeFMUstate", state, bytes, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || bytes == NULL) {
-        return s != NULL ? refuse(s, "fmi2DeSerializeFMUstate: there are no bytes or no room")
-                         : fmi2Error;
-    }
-    return status2(slave_unpack(s, (const unsigned char *)bytes, size, state));
+    return status2(slave_unpack(slave_of(c), "fmi2DeSerializeFMUstate", bytes, size, state));
 }
 
 /* ---- derivatives ---- */

@@ -257,63 +257,33 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL) {
-        return s != NULL ? refuse(s, "fmi3GetFMUState: no place for the state") : fmi3Error;
-    }
-    return status3(slave_keep(s, state));
+    return status3(slave_keep(slave_of(c), "fmi3GetFMUState", state));
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL) {
-        return s != NULL ? refuse(s, "fmi3SetFMUState: there is no state") : fmi3Error;
-    }
-    return status3(slave_take(s, state));
+    return status3(slave_take(slave_of(c), "fmi3SetFMUState", state));
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    if (c == NULL) {
-        return fmi3Error;
-    }
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi3OK;
+    return status3(slave_free(slave_of(c), state));
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || size == NULL) {
-        return s != NULL ? refuse(s, "fmi3SerializedFMUStateSize: there is no state") : fmi3Error;
-    }
-    *size = slave_size(s);
-    return fmi3OK;
+    return status3(slave_size(slave_of(c), "fmi3SerializedFMUStateSize", state, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || bytes == NULL) {
-        return s != NULL ? refuse(s, "fmi3SerializeFMUState: there is no state or no room")
-                         : fmi3Error;
-    }
-    return status3(slave_pack(s, state, bytes, size));
+    return status3(slave_pack(slave_of(c), "fmi3SerializeFMUState", state, bytes, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *state)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || state == NULL || bytes == NULL) {
-        return s != NULL ? refuse(s, "fmi3DeserializeFMUState: there are no bytes or no room")
-                         : fmi3Error;
-    }
-    return status3(slave_unpack(s, bytes, size, state));
+    return status3(slave_unpack(slave_of(c), "fmi3DeserializeFMUState", bytes, size, state));
 }
 
 /* ---- derivatives ---- */

@@ -115,16 +115,22 @@ slave_status slave_settle(slave *s);
  *  it was before. */
 slave_status slave_step(slave *s, double at, double h);
 
-/* ---- slave_state.c: everything that decides how it goes on, as a block ---- */
+/* ---- slave_state.c: everything that decides how it goes on, as a block ----
+ *
+ * These six are the functions of the standards but for their names: an instance or an argument may
+ * be missing, which is refused in the name of `function`. */
 
-size_t slave_size(const slave *s);
 /** Keep the state. @param block  in: NULL or one of slave_keep; out: the state */
-slave_status slave_keep(slave *s, void **block);
+slave_status slave_keep(slave *s, const char *function, void **block);
 /** Back to a kept state. */
-slave_status slave_take(slave *s, const void *block);
+slave_status slave_take(slave *s, const char *function, const void *block);
+/** Give a kept state back; *block becomes NULL. */
+slave_status slave_free(const slave *s, void **block);
 /** A kept state as bytes, and back; bytes may come from anywhere. @param n  room, or bytes */
-slave_status slave_pack(slave *s, const void *block, unsigned char *bytes, size_t n);
-slave_status slave_unpack(slave *s, const unsigned char *bytes, size_t n, void **block);
+slave_status slave_size(slave *s, const char *function, const void *block, size_t *size);
+slave_status slave_pack(slave *s, const char *function, const void *block, void *bytes, size_t n);
+slave_status slave_unpack(slave *s, const char *function, const void *bytes, size_t n,
+                          void **block);
 
 /* ---- slave_slope.c ---- */
 

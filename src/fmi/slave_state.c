@@ -32,7 +32,7 @@ static size_t numbers_of(const slave *s)
     return (size_t)s->model.np + INPUT_NUMBERS * (size_t)s->model.ninput;
 }
 
-size_t slave_size(const slave *s)
+static size_t size_of(const slave *s)
 {
     return sizeof(block_head) + sizeof(double) * numbers_of(s) + s->sim->state_size;
 }
@@ -52,7 +52,7 @@ static void write_block(const slave *s, unsigned char *block)
     block_head head;
     memset(&head, 0, sizeof head);
     memcpy(head.format, format, sizeof format);
-    head.size = slave_size(s);
+    head.size = size_of(s);
     memcpy(head.token, slave_the_model.token, strlen(slave_the_model.token));
     head.phase = (int)s->phase;
     head.changed = s->changed;
@@ -73,18 +73,50 @@ static void write_block(const slave *s, unsigned char *block)
     }
     stein_save(s->sim, at);
     memcpy(block, &head, sizeof head);
-    head.sum = sum_of(block, slave_size(s));
+    head.sum = sum_of(block, size_of(s));
     memcpy(block, &head, sizeof head);
 }
 
-slave_status slave_keep(slave *s, void **block)
+/* there is no instance, or an argument is missing */
+static slave_status refuse_call(slave *s, const char *function, const char *why)
 {
-    void *to = *block != NULL ? *block : malloc(slave_size(s));
+    return s == NULL ? SLAVE_ERROR
+                     : slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL, "%s: %s", function, why));
+}
+
+/* the importer's block, or a new one; NULL without memory, which is told */
+static void *room_for(slave *s, void *block)
+{
+    void *to = block != NULL ? block : malloc(size_of(s));
     if (to == NULL) {
-        return slave_refuse(s, stein__fail(&s->err, STEIN_ENOMEM, "out of memory for a state"));
+        slave_refuse(s, stein__fail(&s->err, STEIN_ENOMEM, "out of memory for a state"));
+    }
+    return to;
+}
+
+slave_status slave_keep(slave *s, const char *function, void **block)
+{
+    if (s == NULL || block == NULL) {
+        return refuse_call(s, function, "no place for the state");
+    }
+    void *to = room_for(s, *block);
+    if (to == NULL) {
+        return SLAVE_ERROR;
     }
     write_block(s, to);
     *block = to;
+    return SLAVE_OK;
+}
+
+slave_status slave_free(const slave *s, void **block)
+{
+    if (s == NULL) {
+        return SLAVE_ERROR;
+    }
+    if (block != NULL) {
+        free(*block);
+        *block = NULL;
+    }
     return SLAVE_OK;
 }
 
@@ -117,7 +149,7 @@ static int is_one_phase(int phase)
 static const char *fault_of(const slave *s, const unsigned char *bytes, size_t n)
 {
     block_head head;
-    if (n != slave_size(s)) {
+    if (n != size_of(s)) {
         return "it has another size";
     }
     memcpy(&head, bytes, sizeof head);
@@ -142,21 +174,10 @@ static slave_status refuse_block(slave *s, const char *fault)
         s, stein__fail(&s->err, STEIN_EINVAL, "the state cannot be restored: %s", fault));
 }
 
-slave_status slave_take(slave *s, const void *block)
+/* what lies behind the head: parameters, inputs; the simulation has its part already */
+static void take_numbers(slave *s, const unsigned char *at)
 {
-    const unsigned char *at = block;
-    block_head head;
-    const char *fault = fault_of(s, at, slave_size(s));
-    if (fault != NULL) {
-        return refuse_block(s, fault);
-    }
     size_t np = (size_t)s->model.np;
-    memcpy(&head, at, sizeof head);
-    at += sizeof head;
-    stein_status status = stein_restore(s->sim, at + sizeof(double) * numbers_of(s), &s->err);
-    if (status != STEIN_OK) {
-        return slave_refuse(s, status);
-    }
     memcpy(s->p, at, sizeof *s->p * np);
     for (int i = 0; i < s->model.ninput; i++) {
         size_t first = np + INPUT_NUMBERS * (size_t)i;
@@ -169,6 +190,25 @@ slave_status slave_take(slave *s, const void *block)
         slave_bind(s, i);
     }
     (void)stein_set_all(s->sim, s->p, NULL); // finite, as they are
+}
+
+slave_status slave_take(slave *s, const char *function, const void *block)
+{
+    if (s == NULL || block == NULL) {
+        return refuse_call(s, function, "there is no state");
+    }
+    const unsigned char *numbers = (const unsigned char *)block + sizeof(block_head);
+    const char *fault = fault_of(s, block, size_of(s));
+    if (fault != NULL) {
+        return refuse_block(s, fault);
+    }
+    stein_status status = stein_restore(s->sim, numbers + sizeof(double) * numbers_of(s), &s->err);
+    if (status != STEIN_OK) {
+        return slave_refuse(s, status);
+    }
+    take_numbers(s, numbers);
+    block_head head;
+    memcpy(&head, block, sizeof head);
     s->phase = (slave_phase)head.phase;
     s->changed = head.changed;
     s->unsettled = head.unsettled;
@@ -180,26 +220,41 @@ slave_status slave_take(slave *s, const void *block)
     return SLAVE_OK;
 }
 
-slave_status slave_pack(slave *s, const void *block, unsigned char *bytes, size_t n)
+slave_status slave_size(slave *s, const char *function, const void *block, size_t *size)
 {
-    if (n < slave_size(s)) {
-        return slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL,
-                                           "a state has %d bytes, there is room for %d",
-                                           (int)slave_size(s), (int)n));
+    if (s == NULL || block == NULL || size == NULL) {
+        return refuse_call(s, function, "there is no state, or no place for its size");
     }
-    memcpy(bytes, block, slave_size(s));
+    *size = size_of(s);
     return SLAVE_OK;
 }
 
-slave_status slave_unpack(slave *s, const unsigned char *bytes, size_t n, void **block)
+slave_status slave_pack(slave *s, const char *function, const void *block, void *bytes, size_t n)
 {
+    if (s == NULL || block == NULL || bytes == NULL) {
+        return refuse_call(s, function, "there is no state or no room");
+    }
+    if (n < size_of(s)) {
+        return slave_refuse(s, stein__fail(&s->err, STEIN_EINVAL,
+                                           "a state has %d bytes, there is room for %d",
+                                           (int)size_of(s), (int)n));
+    }
+    memcpy(bytes, block, size_of(s));
+    return SLAVE_OK;
+}
+
+slave_status slave_unpack(slave *s, const char *function, const void *bytes, size_t n, void **block)
+{
+    if (s == NULL || block == NULL || bytes == NULL) {
+        return refuse_call(s, function, "there are no bytes or no room");
+    }
     const char *fault = fault_of(s, bytes, n);
     if (fault != NULL) {
         return refuse_block(s, fault);
     }
-    void *to = *block != NULL ? *block : malloc(n);
+    void *to = room_for(s, *block);
     if (to == NULL) {
-        return slave_refuse(s, stein__fail(&s->err, STEIN_ENOMEM, "out of memory for a state"));
+        return SLAVE_ERROR;
     }
     memcpy(to, bytes, n);
     *block = to;

@@ -143,6 +143,42 @@ static void check_calls(const fmu *f)
     unit_free(&u);
 }
 
+/* what belongs to a state is missing: instance, state, bytes, or the place for them */
+static void check_no_state(const fmu *f)
+{
+    unit u = {.f = f}, none = {.f = f};
+    void *state = NULL;
+    unsigned char bytes[8] = {0};
+    size_t size;
+    claim(unit_start(&u, f) == OK && unit_keep(&u, &state) == OK, "a state");
+    claim(unit_keep(&none, &state) == FAILED && unit_take(&none, state) == FAILED &&
+              unit_size(&none, state, &size) == FAILED &&
+              unit_pack(&none, state, bytes, sizeof bytes) == FAILED &&
+              unit_unpack(&none, bytes, sizeof bytes, &state) == FAILED &&
+              unit_drop(&none, &state) == FAILED && state != NULL,
+          "there are no states without an instance");
+    const char *get = f->version == 3 ? "fmi3GetFMUState: no place" : "fmi2GetFMUstate: no place";
+    said(&u, unit_keep(&u, NULL), get);
+    over(&u);
+    said(&u, unit_take(&u, NULL), "SetFMU");
+    over(&u);
+    said(&u, unit_size(&u, NULL, &size), "Size: there is no state");
+    over(&u);
+    said(&u, unit_size(&u, state, NULL), "no place for its size");
+    over(&u);
+    said(&u, unit_pack(&u, NULL, bytes, sizeof bytes), "SerializeFMU");
+    over(&u);
+    said(&u, unit_pack(&u, state, NULL, sizeof bytes), "no state or no room");
+    over(&u);
+    said(&u, unit_unpack(&u, NULL, sizeof bytes, &state), "erializeFMU");
+    over(&u);
+    said(&u, unit_unpack(&u, bytes, sizeof bytes, NULL), "no bytes or no room");
+    over(&u);
+    claim(unit_drop(&u, NULL) == OK && unit_drop(&u, &state) == OK && state == NULL,
+          "a state is given back");
+    unit_free(&u);
+}
+
 void check_refusals(const fmu *f)
 {
     unit u;
@@ -158,6 +194,7 @@ void check_refusals(const fmu *f)
     unit_free(&u); // nothing happens
     claim(unit_reset(&u) == FAILED && unit_terminate(&u) == FAILED, "no instance");
     check_calls(f);
+    check_no_state(f);
 
     double reached;
     claim(unit_new(&u, f, "quiet", f->d.token, 0) == OK, "an instance that does not log");
