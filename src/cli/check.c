@@ -40,31 +40,11 @@ static const char *input_kind(int kind)
     return kind == STEIN_INPUT_MOTION ? "motion" : kind == STEIN_INPUT_POINT ? "force" : "torque";
 }
 
-static const char *output_target(const mechanism *m, const mech_channel *c)
+/* what an output reads of; energies are those of the mechanism */
+static const char *target_or_all(const mechanism *m, const mech_channel *c)
 {
-    switch ((stein_read_kind)c->read) {
-    case STEIN_READ_POSITION:
-    case STEIN_READ_SPEED:
-    case STEIN_READ_ACCELERATION: return m->bodies[c->index].name;
-    case STEIN_READ_X:
-    case STEIN_READ_Y:
-    case STEIN_READ_Z:
-    case STEIN_READ_VX:
-    case STEIN_READ_VY:
-    case STEIN_READ_VZ: return m->points[c->index].name;
-    case STEIN_READ_GAP:
-    case STEIN_READ_FORCE:
-    case STEIN_READ_TANGENT: return m->contacts[c->index].name;
-    case STEIN_READ_NOTCH_FORCE:
-    case STEIN_READ_NOTCH_PHASE:
-    case STEIN_READ_NOTCH_OVERLAP: return m->notches[c->index].name;
-    case STEIN_READ_INPUT:
-    case STEIN_READ_INPUT_FORCE: return m->inputs[c->index].name;
-    case STEIN_READ_TIME:
-    case STEIN_READ_KINETIC:
-    case STEIN_READ_POTENTIAL: break;
-    }
-    return m->name;
+    const char *name = mech_target(m, c);
+    return *name != '\0' ? name : m->name;
 }
 
 static const char *output_kind(int read)
@@ -237,7 +217,7 @@ static void print_signals(const mechanism *m)
     for (int i = 0; i < m->nchannel; i++) {
         const mech_channel *c = &m->channels[i];
         printf("  %-20s %-8s %s of %s%s\n", c->name, c->unit, output_kind(c->read),
-               output_target(m, c), c->from_rest ? ", from rest" : "");
+               target_or_all(m, c), c->from_rest ? ", from rest" : "");
     }
 }
 
@@ -417,7 +397,7 @@ static void json_signals(lab__json *j, const mechanism *m)
     json_signal(j, "time", "s", "time", m->name);
     for (int i = 0; i < m->nchannel; i++) {
         const mech_channel *c = &m->channels[i];
-        json_signal(j, c->name, c->unit, output_kind(c->read), output_target(m, c));
+        json_signal(j, c->name, c->unit, output_kind(c->read), target_or_all(m, c));
     }
     lab__json_close(j);
 }

@@ -250,6 +250,9 @@ int mech_parse_unit(const char *text, mech_dim *dim, double *factor);
  */
 int mech_find_param(const mechanism *m, const char *name, const char **suggestion);
 
+/** What an output reads of: name of its joint, point, contact, notch or input; "" for energies. */
+const char *mech_target(const mechanism *m, const mech_channel *c);
+
 /** Value of a scalar for other parameter values p [nparam]. */
 double mech_value(const mechanism *m, mech_scalar s, const double *p);
 

@@ -34,6 +34,19 @@ static const char *name_of(const mechanism *m, int kind, int i)
     }
 }
 
+const char *mech_target(const mechanism *m, const mech_channel *c)
+{
+    int kind = NREADABLE - 1;
+
+    if (c->read >= STEIN_READ_KINETIC) {
+        return "";
+    }
+    while (c->read < readables[kind].first) {
+        kind--;
+    }
+    return name_of(m, kind, c->index);
+}
+
 /** Index of the thing a scalar names, -1 after noting a problem. */
 static int find_thing(mech__reader *rd, const mech__node *node, int kind)
 {

@@ -120,28 +120,6 @@ char *fmu__words_param(const fmu_list *list, int param)
 
 /* ---- outputs and inputs ---- */
 
-/* what a channel's index counts */
-static const char *thing_of(const stein_model *m, const stein_channel *c)
-{
-    switch (c->read) {
-    case STEIN_READ_POSITION:
-    case STEIN_READ_SPEED:
-    case STEIN_READ_ACCELERATION: return m->bodies[c->index].name;
-    case STEIN_READ_GAP:
-    case STEIN_READ_FORCE:
-    case STEIN_READ_TANGENT: return m->contacts[c->index].name;
-    case STEIN_READ_NOTCH_FORCE:
-    case STEIN_READ_NOTCH_PHASE:
-    case STEIN_READ_NOTCH_OVERLAP: return m->notches[c->index].name;
-    case STEIN_READ_INPUT:
-    case STEIN_READ_INPUT_FORCE: return m->inputs[c->index].name;
-    case STEIN_READ_TIME:
-    case STEIN_READ_KINETIC:
-    case STEIN_READ_POTENTIAL: return "";
-    default: return m->points[c->index].name;
-    }
-}
-
 char *fmu__words_channel(const fmu_list *list, int channel)
 {
     static const char *const words[] = {"time",
@@ -169,7 +147,9 @@ char *fmu__words_channel(const fmu_list *list, int channel)
     if (about != NULL) {
         return lab__text("%s", about);
     }
-    return lab__text("%s%s%s%s", words[c->read], thing_of(list->model, c),
+    // the file does not name "time", which is channel 0
+    const char *thing = channel > 0 ? mech_target(list->m, &list->m->channels[channel - 1]) : "";
+    return lab__text("%s%s%s%s", words[c->read], thing,
                      c->sign < 0 ? ", counted the other way" : "",
                      c->from_rest ? ", from its value at rest" : "");
 }
