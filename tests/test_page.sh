@@ -47,8 +47,9 @@ for model in models/stein1788.yaml models/block_on_slope.yaml models/robotran/pi
     [ -n "$node" ] || continue
     stroke=
     if [ "$name" = stein1788 ]; then
-        stroke=$dir/stroke.json
-        "$stein" strike "$model" --json >"$stroke"
+        stroke="$dir/stroke.json $dir/check.json"
+        "$stein" strike "$model" --json >"$dir/stroke.json"
+        "$stein" check "$model" --json >"$dir/check.json"
     fi
     # shellcheck disable=SC2086
     node tests/page/module_test.js "$dir/$name.html" src/page/shim.c $stroke >"$dir/log" 2>&1

@@ -34,7 +34,7 @@ const Page = (() => {
     };
     const look = () => {
       geometry.place(engine.q());
-      traces.learn(engine.channels());
+      traces.learn(engine.trace());
       model.bodies.forEach((b, i) => {
         if (b.load) return;
         const o = geometry.local(i, 0, 0);
@@ -169,7 +169,6 @@ const Page = (() => {
                   atRest: asleep || !seenMove };
     scene.draw(now);
     const values = engine.channels();
-    traces.learn(values);
     traces.draw(engine.trace(), model.until, values);
     strokes.draw();
     $("state").textContent = seenMove ? describeState() : hint();
@@ -283,7 +282,13 @@ const Page = (() => {
     let input = -1, y0 = 0;
     c.addEventListener("pointerdown", (e) => {
       const box = c.getBoundingClientRect();
-      input = scene.inputAt(e.clientX - box.left, e.clientY - box.top);
+      const [x, y] = [e.clientX - box.left, e.clientY - box.top];
+      const weight = scene.weightAt(engine.loadPresent());
+      if (weight && Math.abs(x - weight[0]) < weight[2] && Math.abs(y - weight[1]) < weight[3]) {
+        dropLoad();
+        return;
+      }
+      input = scene.inputAt(x, y);
       if (input < 0 && forceInputs().length > 0) input = forceInputs()[0].i;
       if (input < 0) return;
       y0 = e.clientY;
@@ -303,13 +308,13 @@ const Page = (() => {
     const busy = (e) => e.ctrlKey || e.metaKey || e.altKey || $("help").open;
     document.addEventListener("keydown", (e) => {
       if (busy(e)) return;
-      const onControl = e.target.closest("button, input, a, summary");
-      if (e.key === " " && first && !onControl) {
+      const name = e.key.toLowerCase(); // whatever Caps Lock says
+      if (name === " " && first && !e.target.closest("button")) { // a slider has no use for it
         if (!e.repeat) press(first.i, true);
         e.preventDefault();
-      } else if (e.key === "l" && hasLoad() && !e.repeat) dropLoad();
-      else if (e.key === "r" && !e.repeat) again();
-      else if (e.key === "?") openHelp();
+      } else if (name === "l" && hasLoad() && !e.repeat) dropLoad();
+      else if (name === "r" && !e.repeat) again();
+      else if (name === "?") openHelp();
     });
     document.addEventListener("keyup", (e) => {
       if (e.key === " " && first && held[first.i]) press(first.i, false);
@@ -431,7 +436,8 @@ const Page = (() => {
         $("help-abouts").append(dt, dd);
       }
     const keys = [forceInputs().length > 0 && "hold space to press",
-                  hasLoad() && "L puts the load on and takes it away", "R starts again"];
+                  hasLoad() && "L puts the load on and takes it away", "R starts again",
+                  "Tab goes from slider to slider, arrows turn them"];
     $("help-keys").textContent = "Keys: " + keys.filter((k) => k).join(", ") + ".";
     $("help-open").addEventListener("click", openHelp);
     $("help").addEventListener("click", (e) => { if (e.target === $("help")) $("help").close(); });
@@ -449,7 +455,10 @@ const Page = (() => {
 
   function fit() {
     const ratio = Math.min(window.devicePixelRatio || 1, 3);
-    scene.fit($("stage").parentElement.clientWidth, Math.max(260, 0.62 * innerHeight), ratio);
+    const stage = $("stage").parentElement, sticks = getComputedStyle(stage).position === "sticky";
+    scene.fit(stage.clientWidth, Math.max(260, 0.62 * innerHeight), ratio);
+    // what gets the focus is not scrolled behind it
+    document.documentElement.style.scrollPaddingTop = sticks ? `${stage.offsetHeight + 8}px` : "";
     traces.fit($("traces").parentElement.clientWidth, ratio);
     strokes.fit($("chart").parentElement.clientWidth, ratio);
     show();
@@ -473,7 +482,7 @@ const Page = (() => {
     traces = Traces.create($("traces"), model, $("legend"));
     const dx = model.dials.find((d) => d.name === "pawl.stop_shift");
     $("strokes").hidden = model.string < 0;
-    $("chart-section").hidden = !dx;
+    $("chart-section").hidden = !dx || model.string < 0;
     strokes = Strokes.create({ engine, table: $("table"), chart: $("chart"),
                                dial: dx ? dx.param : null, say: (t) => { $("announce").textContent = t; } });
     if (model.string < 0) strokes.begin = strokes.follow = strokes.forget = () => {};
@@ -502,5 +511,6 @@ const Page = (() => {
     fail(error);
   });
 
-  return { engine: () => engine, strokes: () => strokes, perFrame, geometry: () => geometry };
+  return { engine: () => engine, strokes: () => strokes, perFrame, geometry: () => geometry,
+           scene: () => scene };
 })();

@@ -244,13 +244,19 @@ const Scene = (() => {
 
     /* ---- the load, its forces ---- */
 
-    function load(v, present) {
+    /* a cube of brass: its mass, edge and foot; beside the action it hangs above its place */
+    function weight(present) {
       const c = model.contacts.find((k) => k.load);
-      if (!c) return;
-      const { a, b } = g.spot(c.spots[0]);
-      const body = model.bodies.find((k) => k.load), mass = g.num(body.mass);
-      const side = Math.cbrt(mass / 8500); // a cube of brass
-      const at = present ? [a.at[0], b.at[1]] : [a.at[0], a.at[1] + 0.085 * size];
+      if (!c) return null;
+      const { a, b } = g.spot(c.spots[0]), mass = g.num(model.bodies.find((k) => k.load).mass);
+      return { mass, side: Math.cbrt(mass / 8500),
+               at: present ? [a.at[0], b.at[1]] : [a.at[0], a.at[1] + 0.085 * size] };
+    }
+
+    function load(v, present) {
+      const w = weight(present);
+      if (!w) return;
+      const { mass, side, at } = w;
       const block = [[-0.5, 0], [0.5, 0], [0.42, 0.92], [0.12, 0.92], [0.16, 1.2], [-0.16, 1.2],
                      [-0.12, 0.92], [-0.42, 0.92]].map(
         (p) => [at[0] + p[0] * side, at[1] + p[1] * side]);
@@ -505,6 +511,13 @@ const Scene = (() => {
         size = Math.max(box[2] - box[0], box[3] - box[1]);
       },
       theme(tones) { colour = tones; },
+      /* middle of the load on the canvas, or of where it waits, half its width and height */
+      weightAt(present) {
+        const w = weight(present);
+        if (!w) return null;
+        const half = 0.5 * w.side * view.s, at = view.to([w.at[0], w.at[1] + 0.6 * w.side]);
+        return [...at, Math.max(half, 14), Math.max(1.2 * half, 14)];
+      },
       /* does a place on the canvas lie near the point of an input? its index, -1: none is near */
       inputAt(x, y) {
         let best = -1, near = 90;

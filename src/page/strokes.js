@@ -33,7 +33,6 @@ const Strokes = (() => {
       const row = document.createElement("tr");
       row.innerHTML = "<td></td>".repeat(6);
       table.prepend(row);
-      while (table.rows.length > 12) table.deleteRow(-1);
       s.row = row;
     }
 
@@ -102,9 +101,8 @@ const Strokes = (() => {
         ctx.fillText(String(10 * k), X(range.dx[0]) - 6, y + 4);
       }
       ctx.fillText("stop, dx [mm]", X(range.dx[1]), Y(0) + 30);
-      ctx.textAlign = "left";
-      ctx.fillStyle = colour.ink;
-      ctx.fillText("escapement below the string [mm]", X(range.dx[0]) + 6, Y(range.height[1]) + 12);
+      ctx.fillStyle = colour.ink; // above the right end of the line
+      ctx.fillText("escapement below the string [mm]", X(range.dx[1]), Y(range.height[1]) + 12);
     }
 
     function draw() {

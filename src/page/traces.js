@@ -29,8 +29,10 @@ const Traces = (() => {
 
   function create(canvas, model, legend) {
     const ctx = canvas.getContext("2d"), lanes = lanesOf(model);
-    let width = 0, height = 0, colour = {}, range = model.channels.map(() => [Infinity, -Infinity]);
+    let width = 0, height = 0, colour = {};
+    const range = model.channels.map(() => [Infinity, -Infinity]);
     const gutter = 46, low = 16;
+    let seen = 0; // rows of the trace
 
     lanes.forEach((lane) => lane.list.forEach((c, k) => {
       const item = document.createElement("li");
@@ -98,7 +100,21 @@ const Traces = (() => {
       ctx.stroke();
     }
 
+    /* what the lanes have to have room for: peaks between two frames too */
+    function learn(trace) {
+      for (let n = Math.max(seen <= trace.n ? seen : 0, trace.n - trace.rows); n < trace.n; n++) {
+        const row = (n % trace.rows) * trace.width;
+        range.forEach((r, i) => {
+          const v = trace.at[row + i];
+          if (v < r[0]) r[0] = v;
+          if (v > r[1]) r[1] = v;
+        });
+      }
+      seen = trace.n;
+    }
+
     function draw(trace, span, now) {
+      learn(trace);
       const ratio = canvas.width / width;
       ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
       ctx.clearRect(0, 0, width, height);
@@ -133,12 +149,7 @@ const Traces = (() => {
         canvas.style.height = height + "px";
       },
       theme(tones) { colour = tones; },
-      /* values that the lanes have to have room for */
-      learn(values) {
-        values.forEach((v, i) => {
-          range[i] = [Math.min(range[i][0], v), Math.max(range[i][1], v)];
-        });
-      },
+      learn,
     };
   }
 

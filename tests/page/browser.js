@@ -61,15 +61,20 @@ async function open(program) {
       await new Promise((resolve) => setTimeout(resolve, 30));
     }
   }
-  async function key(type, name, code) {
-    await call("Input.dispatchKeyEvent", { type, key: name, code, text: type === "keyDown" && name.length === 1 ? name : undefined });
+  /* virtual: the number of a key that the browser itself acts on, Tab 9, Escape 27 */
+  async function key(type, name, code, virtual, shift) {
+    await call("Input.dispatchKeyEvent", { type, key: name, code, windowsVirtualKeyCode: virtual, modifiers: shift ? 8 : 0,
+                                           text: type === "keyDown" && name.length === 1 ? name : undefined });
+  }
+  async function mouse(type, [x, y]) {
+    await call("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons: type === "mousePressed" ? 1 : 0, clickCount: 1 });
   }
   async function close() {
     send("Browser.close").catch(() => {});
     await gone;
     fs.rmSync(home, { recursive: true, force: true, maxRetries: 5 });
   }
-  return { call, evaluate, until, key, close, on: (l) => listeners.push(l) };
+  return { call, evaluate, until, key, mouse, close, on: (l) => listeners.push(l) };
 }
 
 module.exports = { open };

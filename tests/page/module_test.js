@@ -2,13 +2,13 @@
  * module_test.js - a page without a browser: the file, the module in it, its numbers against the
  * native ones, and that a turned dial pushes nothing. Prints failures and "PASSED FAILED".
  *
- *   node module_test.js PAGE SHIM.c [STROKE.json]      STROKE.json: stein strike --json of it */
+ *   node module_test.js PAGE SHIM.c [STROKE.json CHECK.json]    stein strike, check --json of it */
 "use strict";
 
 const fs = require("fs");
 const { read, paceOf, claim, count } = require("./page_file.js");
 
-const [file, shim, stroke] = process.argv.slice(2);
+const [file, shim, stroke, facts] = process.argv.slice(2);
 const page = read(file), { model } = page, name = model.name;
 
 function theFile() {
@@ -20,6 +20,14 @@ function theFile() {
   claim(`${name}: there is something to turn, each to both sides`, model.dials.length >= 3 &&
         model.dials.every((d) => d.from <= model.values[d.param] && model.values[d.param] <= d.to && d.from < d.to));
   claim(`${name}: no mark of a part is left`, !/^@\w+@$/m.test(page.html));
+}
+
+/* every number of the file's regulation has its dial, and nothing else has one */
+function theRegulation() {
+  const wanted = JSON.parse(fs.readFileSync(facts, "utf8")).regulation;
+  const row = (d) => [d.name, d.label, d.from, d.to].join();
+  claim("a dial for every number of the regulation", wanted.length >= 9 &&
+        wanted.map(row).join(";") === model.dials.map(row).join(";"), model.dials.map(row));
 }
 
 function theModule() {
@@ -93,8 +101,9 @@ function theTone(pulse) {
 }
 
 /* largest change of a joint's speed in one step, from a saved motion with something done to it */
-function shove(engine, begin, act, steps) {
+function shove(engine, begin, act, steps, load = true) {
   engine.reset();
+  engine.load(load);
   engine.advance(begin);
   act();
   let most = 0, before = engine.q().slice(), v = null;
@@ -132,6 +141,16 @@ function theDials(engine) {
   const worstJump = jump.reduce((a, b) => (b[2] > a[2] ? b : a));
   claim("no dial that is turned shoves like a blow", worst[2] < 0.2, worst);
   claim("one that jumps would, a hundredfold", worstJump[2] > 100, worstJump);
+  // all the way, with everything lying in its place
+  const calm = model.dials.flatMap((d) => [d.from, d.to].map((end) => {
+    const most = shove(engine, 100, () => engine.aim(d.param, end, paceOf(page.html, d)), 6200, false);
+    const there = engine.value(d.param) === end;
+    engine.aim(d.param, model.values[d.param], 0);
+    return [d.name, there, most / own];
+  }));
+  const worstCalm = calm.reduce((a, b) => (b[2] > a[2] ? b : a));
+  claim("at rest they are felt as hands", calm.every((c) => c[1]) && worstCalm[2] > 0 && worstCalm[2] < 0.05, worstCalm);
+  engine.load(true);
   const h = model.dials.find((d) => d.name === "string.height");
   engine.reset();
   engine.aim(h.param, h.from, paceOf(page.html, h));
@@ -191,6 +210,7 @@ async function run() {
   const drawn = theDrawing(engine);
   if (stroke) {
     claim("there are gaps and points to compare", drawn);
+    theRegulation();
     theStroke(engine);
     theDials(engine);
     theFinger(engine);
