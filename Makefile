@@ -334,6 +334,9 @@ bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
 	$(Q)for v in 3 2; do $(B)/stein export models/stein1788.yaml --fmi $$v -o $(B)/stein1788.fmu >/dev/null; done
+	$(Q)for a in $(B)/libstein.a $(B)/libsteinlab.a; do \
+	  size -t $$a | awk -v a=$${a##*/} -v n=$$(wc -c < $$a) \
+	    'END {printf "%s: %.0f KB, of which code and constants %.0f KB\n", a, n / 1000, $$1 / 1000}'; done
 
 bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost against those of libm
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
