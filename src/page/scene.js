@@ -484,7 +484,8 @@ const Scene = (() => {
     function fit(cssWidth, most, ratio) {
       const w = box[2] - box[0], h = box[3] - box[1], pad = action ? 0.05 : 0.08;
       width = cssWidth;
-      const roomy = width >= 640, extra = action && !roomy ? 0.42 * width : 0;
+      const roomy = width >= 540, small = Math.min(0.18 * width, 72);
+      const extra = action && !roomy ? 2.35 * small : 0; // the lens above the string
       height = Math.round(Math.min(most, Math.max(0.3 * width, width * (h / w) * (1 + pad) + 40)
                                    + extra));
       const s = Math.min(width / (w * (1 + 2 * pad)), (height - extra) / (h * (1 + 2 * pad)));
@@ -495,8 +496,8 @@ const Scene = (() => {
       canvas.style.height = height + "px";
       lens = null;
       if (action) {
-        const r = roomy ? Math.min(0.25 * height, 0.13 * width) : 0.18 * width;
-        lens = { r, s: r / (6.5 * mm), x: roomy ? view.x(box[2]) - 2.3 * r : width - r - 12,
+        const r = roomy ? Math.min(0.225 * height, 0.12 * width) : small;
+        lens = { r, s: r / (6.5 * mm), x: roomy ? view.x(box[2]) - 2.8 * r : width - r - 12,
                  y: roomy ? r + 10 : r + 8 };
       }
       if (model.string >= 0) travel[model.string] = travel[model.string].map(
