@@ -35,6 +35,21 @@ async function tap(b, key, code) {
 
 const setSpeed = (v) => `(() => { const s = document.getElementById("speed"); s.value = ${v}; s.dispatchEvent(new Event("input")); })()`;
 
+/* how many pixels of a canvas have a colour of the page's style */
+const pixels = (b, canvas, colour) => b.evaluate(`(() => { const i = document.createElement("i"); i.style.color = "var(--${colour})"; document.body.append(i);
+  const [r, g, b] = getComputedStyle(i).color.match(/\\d+/g).map(Number), c = document.getElementById("${canvas}"); i.remove();
+  const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; let n = 0;
+  for (let k = 0; k < d.length; k += 4) n += Math.abs(d[k] - r) + Math.abs(d[k + 1] - g) + Math.abs(d[k + 2] - b) < 8 && d[k + 3] > 200;
+  return n; })()`);
+
+async function whatIsShown(b) {
+  claim("distance, phase and forces are traced", await b.evaluate(
+    `["string distance", "notch phase", "string force", "notch force"].every((w) => document.getElementById("legend").textContent.includes(w))`),
+        await b.evaluate(`document.getElementById("legend").textContent`));
+  claim("the paper's line is in the chart, and no stroke", await pixels(b, "chart", "tone1") > 100 && await pixels(b, "chart", "tone0") === 0);
+  claim("nothing is traced yet", await pixels(b, "traces", "tone0") === 0);
+}
+
 async function aSlowStroke(b) {
   await b.evaluate("document.activeElement.blur()");
   // as slow as can be from the moment when the beak hangs on the corner: time for thirty keys
@@ -62,6 +77,10 @@ async function aSlowStroke(b) {
   claim("its row has the numbers", await b.evaluate(
     `${cell(1)}.replace("−", "-") === (1e3 * ${last}.dx).toFixed(2) && ${cell(2)} === (1e3 * ${last}.escapeHeight).toFixed(2) && ` +
     `${cell(3)} === ${last}.impactSpeed.toFixed(2) && ${cell(4)} === ${last}.peak.toFixed(2) && ${cell(5)} === Strokes.outcome(${last})`));
+  claim("the stroke is a point of the chart", await pixels(b, "chart", "tone0") > 20, await pixels(b, "chart", "tone0"));
+  const traced = await pixels(b, "traces", "tone0"), then = await b.evaluate(`${engine}.time()`);
+  await b.until(`${engine}.time() > ${then} + 0.03`);
+  claim("traces scroll", traced > 100 && await pixels(b, "traces", "tone0") > traced + 20, [traced, await pixels(b, "traces", "tone0")]);
   claim("it is told once, in words", await b.evaluate(
     `document.querySelectorAll("[aria-live]").length === 1 && /^Stroke 1: .* newtons\\.$/.test(document.getElementById("announce").textContent)`));
 }
@@ -176,6 +195,7 @@ async function manyStrokes(b) {
     if (dx > 0.1) claim("far to the right: forced", s.escapeTime > s.impactTime, JSON.stringify(s));
     await tap(b, "l", "KeyL");
   }
+  claim("each stroke has its row", await b.evaluate(`document.getElementById("table").rows.length === Page.strokes().list.length`));
   const cost = await b.evaluate("Page.perFrame");
   await b.key("keyDown", " ", "Space");
   const rate = await b.evaluate(`new Promise((done) => { let n = 0, t0 = 0;
@@ -296,6 +316,7 @@ async function run() {
     claim("it starts from disk", await b.evaluate(`document.documentElement.dataset.ready === "yes"`),
           await b.evaluate(`document.getElementById("failure").textContent`));
     await look(b, { name: "rest" });
+    await whatIsShown(b);
     await aSlowStroke(b);
     await everyDial(b);
     await aMouse(b);
