@@ -30,6 +30,7 @@ case $B in
     done
     # the formulas of a file may take a root
     only "equations are pure" "$pure|sqrt" "$B"/obj/models/*.o
+    only "so are both in lanes" "$pure|sqrt" "$B"/obj/lanes*/*.o
     # constant tables of addresses stand in .data.rel.ro; .data, .data.rel and .bss are what could change
     writable=$(size -A "$B"/obj/src/core/*.o "$B"/obj/models/*.o "$B"/obj/lanes*/*.o |
         awk '/^\.t?(data|bss)(\.rel(\.local)?)? / {n += $2} END {print n + 0}')
