@@ -150,11 +150,11 @@ async function aMouse(b) {
 
 /* contexts and tones are counted from the first line of the page on */
 const listen = `{ const own = window.AudioContext, make = own.prototype.createBufferSource;
-  window.heard = { contexts: 0, peaks: [] };
+  window.heard = { contexts: 0, peaks: [], spans: [] };
   window.AudioContext = class extends own { constructor(...a) { super(...a); heard.contexts++; heard.context = this; } };
   own.prototype.createBufferSource = function () {
     const s = make.call(this), start = s.start.bind(s);
-    s.start = () => { heard.peaks.push(s.buffer.getChannelData(0).reduce((m, y) => Math.max(m, Math.abs(y)), 0)); start(); };
+    s.start = (at) => { heard.peaks.push(s.buffer.getChannelData(0).reduce((m, y) => Math.max(m, Math.abs(y)), 0)); heard.spans.push([at, at + s.buffer.duration]); start(at); };
     return s;
   }; }`;
 async function theSound(b) {
@@ -167,7 +167,10 @@ async function theSound(b) {
   await b.until(`Page.strokes().list.length === ${n + 1} && ${last}.over`);
   await b.key("keyUp", " ", "Space");
   claim("a stroke sounds", await b.evaluate(`heard.contexts === 1 && heard.context.state === "running" && heard.peaks.length >= 1 && heard.peaks[0] > 0.02`),
-        await b.evaluate("JSON.stringify(heard)"));
+        await b.evaluate("JSON.stringify([heard.contexts, heard.peaks])"));
+  await b.until("heard.spans.length >= 16 && heard.spans.at(-1)[1] - heard.spans[0][0] > 1.5");
+  claim("without a gap", await b.evaluate("heard.spans.every((s, i) => i === 0 || i % Math.ceil(1.6 * heard.context.sampleRate / 4096) === 0 || Math.abs(s[0] - heard.spans[i - 1][1]) < 1e-6)"),
+        await b.evaluate("JSON.stringify(heard.spans)"));
   await click(b, await placeOf(b, "sound", 0.5, 0.5));
   const tones = await b.evaluate("heard.peaks.length");
   await b.until(`${engine}.armed() && ${engine}.stir() < 2e-3`);

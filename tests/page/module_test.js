@@ -91,12 +91,18 @@ function at(tone, f, rate) {
   return Math.hypot(re, im);
 }
 function theTone(pulse) {
-  const rate = 48000, tone = page.Sound.tone(pulse, model.dt, rate);
+  const rate = 48000, whole = (p) => [...page.Sound.pieces(p, model.dt, rate)].flatMap((x) => [...x]);
+  const tone = whole(pulse);
+  claim("for 1.6 s", tone.length === 1.6 * rate);
+  // where pieces meet, it goes on: a sample from the two before, mode by mode, is a recurrence
+  const step = (i) => Math.abs(tone[i + 1] - 2 * tone[i] + tone[i - 1]);
+  const inside = Math.max(...[...Array(4000).keys()].map((i) => step(i + 80)));
+  claim("without seams", step(4095) <= inside && step(4096) <= inside && step(8192) <= inside, [step(4095), step(4096), inside]);
   const loud = (from, to) => tone.slice(from, to).reduce((m, y) => Math.max(m, Math.abs(y)), 0);
   claim("it sounds, and not too loud", loud(0, 4800) > 0.02 && loud(0, 4800) < 1, loud(0, 4800));
   claim("and dies away", loud(tone.length - 4800) < 0.1 * loud(0, 4800));
   claim("at F6", at(tone, 1397, rate) > 20 * at(tone, 1250, rate));
-  const twice = page.Sound.tone(pulse.map((f) => 2 * f), model.dt, rate);
+  const twice = whole(pulse.map((f) => 2 * f));
   claim("twice the force is twice the tone", Math.abs(twice[999] - 2 * tone[999]) < 1e-5);
 }
 
