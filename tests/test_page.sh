@@ -87,7 +87,8 @@ case $B in
     if [ -z "$node" ] || ! command -v chromium >/dev/null 2>&1; then
         echo "test_page: no chromium, the page is not played (make deps-page)"
     else
-        node tests/page/browser_test.js "$(command -v chromium)" "$dir/stein1788.html" >"$dir/log" 2>&1
+        node tests/page/browser_test.js "$(command -v chromium)" "$dir/stein1788.html" \
+            "$dir/block_on_slope.html" "$dir/piston.html" >"$dir/log" 2>&1
         counted "$dir/log"
     fi
     ;;

@@ -3,7 +3,7 @@
  * regulated in the middle of a stroke, heard, read. Prints failures, what a frame costs, and
  * "PASSED FAILED".
  *
- *   node browser_test.js CHROMIUM PAGE [PICTURE-FOLDER] */
+ *   [PICTURES=FOLDER] node browser_test.js CHROMIUM PAGE [PAGE-OF-ANOTHER-MECHANISM...] */
 "use strict";
 
 const fs = require("fs");
@@ -11,8 +11,8 @@ const path = require("path");
 const { open } = require("./browser.js");
 const { claim, count } = require("./page_file.js");
 
-const [program, file, pictures] = process.argv.slice(2);
-const url = "file://" + path.resolve(file);
+const [program, file, ...others] = process.argv.slice(2), pictures = process.env.PICTURES;
+const address = (page) => "file://" + path.resolve(page);
 const engine = "Page.engine()", last = "Page.strokes().list.at(-1)";
 const cell = (i) => `document.querySelector("#table tr").cells[${i}].textContent`;
 
@@ -305,6 +305,27 @@ async function aFinger(b) {
   await b.until(`${last}.over`);
 }
 
+/* what is neither key nor hammer: it starts, moves or waits, turns its dials, and is told apart */
+async function another(b, page) {
+  const name = path.basename(page, ".html");
+  await b.call("Page.navigate", { url: address(page) });
+  await b.until(`document.documentElement?.dataset.ready !== undefined && Page.engine()?.model.name === "${name}"`);
+  claim(`${name}: starts`, await b.evaluate(`document.documentElement.dataset.ready === "yes" && document.getElementById("failure").hidden`));
+  claim(`${name}: is no piano`, await b.evaluate(`document.getElementById("strokes").hidden && document.getElementById("chart-section").hidden && document.getElementById("sound").hidden`));
+  await tap(b, "r", "KeyR");
+  const held = await b.evaluate(`${engine}.model.inputs.some((k) => k.kind !== "motion")`);
+  if (held) await b.key("keyDown", " ", "Space");
+  await b.until(`${engine}.time() > 0.02`);
+  await b.evaluate(`document.getElementById("dial0").focus()`);
+  const was = await b.evaluate(`${engine}.value(${engine}.model.dials[0].param)`);
+  await tap(b, "ArrowRight", "ArrowRight");
+  await b.until(`${engine}.value(${engine}.model.dials[0].param) > ${was}`);
+  if (held) await b.key("keyUp", " ", "Space");
+  await tap(b, "?", "Slash");
+  claim(`${name}: the bits are the library's`, await b.evaluate(`/same numbers to the last bit/.test(document.getElementById("help-check").textContent)`));
+  await look(b, { name });
+}
+
 async function run() {
   const b = await open(program), asked = [], broken = [];
   b.on((method, p) => {
@@ -314,7 +335,7 @@ async function run() {
   try {
     await look(b, { name: "blank" });
     await b.call("Page.addScriptToEvaluateOnNewDocument", { source: listen });
-    await b.call("Page.navigate", { url });
+    await b.call("Page.navigate", { url: address(file) });
     await b.until(`document.documentElement?.dataset.ready !== undefined`);
     claim("it starts from disk", await b.evaluate(`document.documentElement.dataset.ready === "yes"`),
           await b.evaluate(`document.getElementById("failure").textContent`));
@@ -329,6 +350,7 @@ async function run() {
     await theHelp(b);
     await everyoneCanReadIt(b);
     await aFinger(b);
+    for (const page of others) await another(b, page);
     claim("it asked for nothing but itself",
           asked.every((u) => u.startsWith("file:") || u.startsWith("data:")), asked);
     claim("no script failed", broken.length === 0, broken);
