@@ -26,7 +26,7 @@ const Format = (() => {
       const [factor, name] = Math.abs(x) < 1e-3 ? [1e6, "µs"] : Math.abs(x) < 1 ? [1e3, "ms"] : [1, "s"];
       return `${String(+(factor * x).toPrecision(n)).replace("-", "−")} ${name}`;
     }
-    const [factor, name] = unit(si);
+    const [factor, name] = si === "kg" && Math.abs(x) >= 1 ? [1, "kg"] : unit(si);
     return digits(factor * x, n) + (name === "°" || name === "" ? name : " " + name);
   }
 

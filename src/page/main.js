@@ -480,6 +480,7 @@ const Page = (() => {
     geometry = Geometry.create(model);
     scene = Scene.create($("stage"), geometry);
     traces = Traces.create($("traces"), model, $("legend"));
+    $("traces").parentElement.hidden = traces.empty;
     const dx = model.dials.find((d) => d.name === "pawl.stop_shift");
     $("strokes").hidden = model.string < 0;
     $("chart-section").hidden = !dx || model.string < 0;

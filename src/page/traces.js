@@ -46,7 +46,11 @@ const Traces = (() => {
       if (lane.phase) return [-0.4, 4.4];
       let [a, b] = [Infinity, -Infinity];
       for (const c of lane.list) { a = Math.min(a, range[c.i][0]); b = Math.max(b, range[c.i][1]); }
-      if (!(a < b)) [a, b] = [a - 1e-9 || -1, b + 1e-9 || 1];
+      if (!(a < b)) { // it has never changed
+        const middle = Number.isFinite(a) ? a : 0;
+        const half = Math.max(0.1 * Math.abs(middle), 1 / Format.unit(lane.list[0].unit)[0]);
+        [a, b] = [middle - half, middle + half];
+      }
       return [a - 0.06 * (b - a), b + 0.06 * (b - a)];
     }
 
@@ -142,6 +146,7 @@ const Traces = (() => {
 
     return {
       draw,
+      empty: lanes.length === 0,
       fit(cssWidth, ratio) {
         [width, height] = [cssWidth, 40 + (cssWidth > 480 ? 138 : 108) * lanes.length];
         canvas.width = Math.round(width * ratio);

@@ -312,6 +312,7 @@ async function another(b, page) {
   await b.until(`document.documentElement?.dataset.ready !== undefined && Page.engine()?.model.name === "${name}"`);
   claim(`${name}: starts`, await b.evaluate(`document.documentElement.dataset.ready === "yes" && document.getElementById("failure").hidden`));
   claim(`${name}: is no piano`, await b.evaluate(`document.getElementById("strokes").hidden && document.getElementById("chart-section").hidden && document.getElementById("sound").hidden`));
+  claim(`${name}: traces what there is`, await b.evaluate(`(document.getElementById("traces").offsetParent === null) === (${engine}.model.channels.length === 1)`));
   await tap(b, "r", "KeyR");
   const held = await b.evaluate(`${engine}.model.inputs.some((k) => k.kind !== "motion")`);
   if (held) await b.key("keyDown", " ", "Space");
