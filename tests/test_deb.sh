@@ -24,8 +24,7 @@ fi
 DEB_BUILD_OPTIONS="nocheck noautodbgsym" DPKG_DEB_COMPRESSOR_LEVEL=0 \
     ${MAKE:-make} -s deb BUILT=1 DEB="$dir/deb" >"$dir/out" 2>"$dir/err"
 ok "make deb, and lintian finds neither errors nor warnings ($(tail -n 2 "$dir/out" "$dir/err" | tr '\n' ' '))" $?
-test ! -s "$dir/err" && ! grep -q '^[EW]: ' "$dir/out"
-ok "and says nothing" $?
+if grep -q '^[EW]: ' "$dir/out"; then fail "and lists none"; else pass; fi
 if grep -q ' -c src/' "$dir/deb/build.log"; then fail "what is built is built again"; else pass; fi
 
 # ---- what is in them
