@@ -132,6 +132,10 @@ $(B)/obj/%.o: %.c | $(B)/.gitignore
 	$(compile)
 $(B)/obj/models/%.o: $(B)/models/%.c
 	$(compile)
+# numbers with their derivative are complex ones, whose products need no care for infinities
+PLAIN_COMPLEX := $(shell $(CC) -fcx-limited-range -fno-signed-zeros -E -x c /dev/null >/dev/null 2>&1 && \
+                   echo -fcx-limited-range -fno-signed-zeros)
+$(call obj,src/core/tangent.c): ALL_CFLAGS += $(PLAIN_COMPLEX)
 $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(call obj,src/core/batch.c): \
   ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
 define wide
@@ -193,7 +197,8 @@ $(B)/identity_models.c: models/stein1788.yaml models/pendulum.yaml | $(B)/.gitig
 # of, the sources that are compiled into pages and FMUs (a simulation of its own, without lanes).
 # embed LIST FILES: the array LIST of all FILES
 PAGE_FILES := $(wildcard src/page/*.html src/page/*.css src/page/*.js)
-PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane% src/core/batch% src/core/processor.c,\
+PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane% src/core/batch% src/core/processor.c \
+                src/core/derivative.c src/core/direction.h src/core/slopes.% src/core/tangent.c,\
                 $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
 FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)

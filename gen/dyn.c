@@ -233,8 +233,8 @@ static void own_load(dyn *y, int i)
     int here = frame_of(y, i);
     vec frc, trq;
     for (int k = 0; k < 3; k++) {
-        frc.x[k] = ex_var(g, EX_FRC, 3 * i + k);
-        trq.x[k] = ex_var(g, EX_TRQ, 3 * i + k);
+        frc.x[k] = y->ps->unloaded ? 0 : ex_var(g, EX_FRC, 3 * i + k);
+        trq.x[k] = y->ps->unloaded ? 0 : ex_var(g, EX_TRQ, 3 * i + k);
     }
     vec turn = vec_add(g, trq, vec_cross(g, vec_const(g, b->centre), frc));
     s->force = vec_add(g, s->force, rotate(y->ps, vec_sub(g, s->local, frc), b->orient, here));

@@ -157,11 +157,13 @@ static void claim(printer *p, ex e, const char *wanted)
 
 static void leaf_symbol(printer *p, ex e)
 {
-    static const char *const var[EX_NVAR] = {"p", "q", "qd", "qdd", "frc", "trq"};
+    static const char *const var[EX_NVAR] = {"p",   "q",  "qd", "qdd", "frc",
+                                             "trq", "dp", "dq", "dqd", "dd"};
     const ex_node *nd = &p->g->node[e];
     char name[SYMBOL];
     if (nd->op == EX_VAR) {
-        snprintf(p->symbol[e], SYMBOL, "%s[%d]", var[nd->a], nd->b);
+        snprintf(p->symbol[e], SYMBOL, "%s[%d]", var[nd->a],
+                 nd->a == EX_DD ? layout_find(p->l, nd->b) : nd->b);
     } else if (nd->op == EX_CONST) {
         const ex_node *k = &p->t->setup->node[nd->a];
         int at = layout_find(p->l, nd->a);
@@ -328,6 +330,59 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     free(out);
 }
 
+/** What is not derived by dp is 0, and most of d is. */
+static void print_along(printer *p, const ex *out)
+{
+    int used = 0, moves = 0, turned = 0;
+    for (int i = 1; i < p->g->n; i++) {
+        const ex_node *nd = &p->g->node[i];
+        used |= p->uses[i] && nd->op == EX_VAR && nd->a == EX_P;
+        moves |= p->uses[i] && nd->op == EX_VAR && nd->a == EX_DP;
+        turned |= p->uses[i] && nd->op >= EX_SIN && nd->op <= EX_TAN;
+    }
+    text_add(p->x, "%s%s%s", used ? "" : "    (void)p;\n", moves ? "" : "    (void)dp;\n",
+             turned ? "" : "    (void)f;\n");
+    for (int i = 1; i < p->g->n; i++) {
+        char left[80];
+        if (p->line[i]) {
+            snprintf(left, sizeof left, "const double %s", p->symbol[i]);
+            print_line(p, left, i, "");
+        }
+    }
+    text_add(p->x, "    for (int i = 0; i < %d; i++) {\n        dd[i] = 0.0;\n    }\n", p->l->n);
+    for (int i = 0; i < p->l->n; i++) {
+        char left[24];
+        snprintf(left, sizeof left, "dd[%d]", i);
+        if (out[i] != 0) {
+            print_line(p, left, out[i], "");
+        }
+    }
+}
+
+void emit_setup_along(text *x, const tree *t, const layout *l)
+{
+    ex *out = calloc((size_t)l->n + 1, 2 * sizeof *out), *slope = out + l->n + 1;
+    if (!out) {
+        x->failed = 1;
+        return;
+    }
+    for (int i = 0; i < l->n; i++) {
+        out[i] = l->slot[i].node;
+    }
+    derive_along(t->setup, out, l->n, slope);
+    printer p = {.x = x, .t = t, .l = l, .g = t->setup};
+    x->failed |= t->setup->failed;
+    if (!x->failed && printer_init(&p, slope, l->n) == 0) {
+        text_quiet(x, "/* derived constants along a direction of parameters */\n");
+        text_add(x, "static void setup_along(const double *p, const double *dp, double *dd,\n"
+                    "                        const stein_functions *f)\n{\n");
+        print_along(&p, slope);
+        text_add(x, "}\n\n");
+    }
+    printer_free(&p);
+    free(out);
+}
+
 /* ---- functions ------------------------------------------------------------------------------ */
 
 static void heading(const printer *p, int pass, int body)
@@ -338,6 +393,9 @@ static void heading(const printer *p, int pass, int body)
                                                  "backward dynamics",
                                                  "composite bodies",
                                                  "point",
+                                                 "by the position",
+                                                 "by the speed",
+                                                 "along the direction",
                                                  "outputs"};
     const char *name = body < 0             ? ""
                        : pass == PASS_POINT ? text_safe(p->t->m->points[body].name)
@@ -414,7 +472,7 @@ static void print_body(const printer *p, char *done)
 
 static void print_unused(const printer *p, const emission *e)
 {
-    int seen[8] = {0};
+    int seen[EX_NVAR + 2] = {0};
     for (int i = 1; i < p->g->n; i++) {
         const ex_node *nd = &p->g->node[i];
         if (p->uses[i] && nd->op == EX_VAR) {

@@ -38,7 +38,21 @@ typedef enum {
     EX_SQRT
 } ex_op;
 
-typedef enum { EX_P, EX_Q, EX_QD, EX_QDD, EX_FRC, EX_TRQ, EX_NVAR } ex_var_kind;
+/** EX_DP, EX_DQ, EX_DQD and EX_DD are those of a direction that a function is derived along; the
+ *  index of an EX_DD is the setup node of its constant. */
+typedef enum {
+    EX_P,
+    EX_Q,
+    EX_QD,
+    EX_QDD,
+    EX_FRC,
+    EX_TRQ,
+    EX_DP,
+    EX_DQ,
+    EX_DQD,
+    EX_DD,
+    EX_NVAR
+} ex_var_kind;
 
 enum { EX_NAME = 24 };
 

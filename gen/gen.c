@@ -10,7 +10,10 @@
 
 #include "gen_internal.h"
 
-enum { MAX_BODY = 120 }; /* signed char choices, stack of angle sums; far above any action */
+enum {
+    MAX_BODY = 120,   /* signed char choices, stack of angle sums; far above any action */
+    MAX_SLOPES = 6000 /* joints times operations of the inverse dynamics */
+};
 
 static stein_status fail(stein_err *err, stein_status code, const char *format, ...)
 {
@@ -182,6 +185,19 @@ static stein_status check(const mechanism *m, stein_err *err)
 
 /* ---- the passes ------------------------------------------------------------------------------ */
 
+/** Derivatives, in the frames that are best for what they are of. Those by every q and qd grow with
+ *  the number of joints times the size of the function: a large tree takes the ones along. */
+static int make_slopes(funcs *f, const tree *t)
+{
+    int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;
+    if (n * size <= MAX_SLOPES &&
+        func_like(&f->slopes, t, &f->inverse, slope_inverse, 2 * n * n)) {
+        return -1;
+    }
+    return func_like(&f->along, t, &f->inverse, along_inverse, n) ||
+           func_like(&f->pose_along, t, &f->pose, along_pose, 7 * t->ncarrier);
+}
+
 static int make_functions(funcs *f, const tree *t)
 {
     int n = t->n, np = t->m->npoint;
@@ -189,7 +205,7 @@ static int make_functions(funcs *f, const tree *t)
            func_search(&f->inverse, t, dyn_inverse, n) ||
            func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
-           func_search(&f->energy, t, kin_energy, 2);
+           func_search(&f->energy, t, kin_energy, 2) || make_slopes(f, t);
 }
 
 static void make_layout(layout *l, const tree *t, const funcs *f)
@@ -199,6 +215,11 @@ static void make_layout(layout *l, const tree *t, const funcs *f)
     layout_add_func(l, t, &f->pose);
     layout_add_func(l, t, &f->point);
     layout_add_func(l, t, &f->energy);
+    if (f->slopes.nout) {
+        layout_add_func(l, t, &f->slopes);
+    }
+    layout_add_func(l, t, &f->along);
+    layout_add_func(l, t, &f->pose_along);
 }
 
 static stein_status write_text(gen_result *out, const tree *t, const layout *l, funcs *f)
@@ -211,6 +232,7 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
     text_quiet(&body, "/* derived constants from parameters */\n");
     emit_setup(&body, t, l, &f->setup);
     emit_functions(&body, t, l, f);
+    emit_setup_along(&body, t, l);
     emit_tables(&body, t, l);
     emit_model(&body, t, l, f, hash);
     emit_header(&head, t, l, f);
@@ -228,7 +250,9 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .inverse = f->inverse.ops,
                         .pose = f->pose.ops,
                         .point = f->point.ops,
-                        .energy = f->energy.ops};
+                        .energy = f->energy.ops,
+                        .slopes = f->slopes.ops,
+                        .along = f->along.ops};
     memcpy(out->equations, hash, sizeof hash);
     return STEIN_OK;
 }
@@ -256,6 +280,9 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
     func_free(&f.pose);
     func_free(&f.point);
     func_free(&f.energy);
+    func_free(&f.slopes);
+    func_free(&f.along);
+    func_free(&f.pose_along);
     layout_free(&l);
     tree_free(&t);
     ex_graph_free(&setup);

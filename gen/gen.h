@@ -15,7 +15,7 @@ typedef struct gen_result {
     size_t size;        /* its length in bytes */
     char equations[17]; /* hash that identifies the equations: independent of parameter values,
                            tolerances, comments and file name; equal to stein_model.equations */
-    stein_ops setup, mass_bias, inverse, pose, point, energy;
+    stein_ops setup, mass_bias, inverse, pose, point, energy, slopes, along;
 } gen_result;
 
 /** Generate the equations of a mechanism. Deterministic: equal input, equal bytes.

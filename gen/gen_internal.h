@@ -20,7 +20,20 @@ typedef void builder(walk *w, ex *out);
 int func_build(func *f, const tree *t, const choice *ch, builder *build, int nout, int *frame);
 /** The cheapest form of a function. @return 0, or -1 when out of memory */
 int func_search(func *f, const tree *t, builder *build, int nout);
+/** A function with the choices that are best for another one. */
+int func_like(func *f, const tree *t, const func *other, builder *build, int nout);
 void func_free(func *f);
+
+/* ---- derive.c: derivatives ------------------------------------------------------------------ */
+
+/** By every q, then by every qd: slopes [2][nout][nq] of the nodes out [nout] of a function graph. */
+void derive_by_state(ex_graph *g, const ex *out, int nout, int nq, ex *slopes);
+/** Along a direction {dq, dqd, dd}, in the setup graph along dp: slopes [nout]. */
+void derive_along(ex_graph *g, const ex *out, int nout, ex *slopes);
+/** Q = M qdd + c without external forces: by q [n][n], by qd [n][n]; along a direction [n]. */
+builder slope_inverse, along_inverse;
+/** The poses along a direction, 7 numbers each. */
+builder along_pose;
 
 /* ---- setup.c: the derived constants d ------------------------------------------------------- */
 
@@ -81,11 +94,13 @@ typedef void target_name(const tree *t, int i, char out[64]);
 typedef struct emission {
     const char *name, *arguments, *note; /* function name, its parameter list, comment above */
     const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
-    const char *unused[8]; /* argument names in the order of ex_var_kind, then d, sc */
+    const char *unused[EX_NVAR + 2]; /* argument names by ex_var_kind, then d, sc */
     target_name *target;
 } emission;
 
 void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);
+/** Its derivative along dp. */
+void emit_setup_along(text *x, const tree *t, const layout *l);
 void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e);
 
 /* solve.c: M x = b as a function of its own, for trees that are not too large */
@@ -94,6 +109,8 @@ void emit_solve(text *x, const tree *t);
 
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
+    func slopes; /* of a large tree there is none: nout is 0 */
+    func along, pose_along;
     stein_ops setup;
 } funcs;
 

@@ -7,6 +7,7 @@
  * coordinate descent from a few starting points, within a budget of nodes. The result depends on
  * the structure of the mechanism alone, never on time, so that the text is the same on every run.
  */
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,7 +47,9 @@ void func_free(func *f)
 {
     ex_graph_free(&f->g);
     free(f->out);
+    free(f->chosen);
     f->out = NULL;
+    f->chosen = NULL;
 }
 
 static long cost(trial *r)
@@ -119,6 +122,18 @@ static void start_from(trial *r, int point)
     r->ch.split = 0;
 }
 
+static int keep_choice(func *f, size_t n, const choice *ch)
+{
+    f->chosen = malloc((3 * n + 2) * sizeof *f->chosen);
+    if (!f->chosen) {
+        return -1;
+    }
+    memcpy(f->chosen, ch->frame, 3 * n * sizeof *f->chosen);
+    f->chosen[3 * n] = ch->gravity;
+    f->chosen[3 * n + 1] = ch->split;
+    return 0;
+}
+
 int func_search(func *f, const tree *t, builder *build, int nout)
 {
     size_t n = (size_t)t->n;
@@ -146,6 +161,23 @@ int func_search(func *f, const tree *t, builder *build, int nout)
         r.ch = kept;
         status = func_build(f, t, &r.ch, build, nout, r.frame);
     }
+    if (status == 0) {
+        status = keep_choice(f, n, &r.ch);
+    }
     free(store);
+    return status;
+}
+
+int func_like(func *f, const tree *t, const func *other, builder *build, int nout)
+{
+    int *kept = other->chosen, n = t->n;
+    choice ch = {.frame = kept,
+                 .near = kept + n,
+                 .pair = kept + 2 * (ptrdiff_t)n,
+                 .gravity = kept[3 * n],
+                 .split = kept[3 * n + 1]};
+    int *frame = calloc((size_t)n + 1, sizeof *frame);
+    int status = frame ? func_build(f, t, &ch, build, nout, frame) : -1;
+    free(frame);
     return status;
 }

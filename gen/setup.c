@@ -286,8 +286,10 @@ void layout_add_func(layout *l, const tree *t, const func *f)
     }
     ex_reach(&f->g, f->out, f->nout, uses);
     for (int i = 0; i < f->g.n; i++) {
-        ex k = f->g.node[i].a;
-        if (uses[i] && f->g.node[i].op == EX_CONST && t->setup->node[k].op != EX_NUM &&
+        const ex_node *nd = &f->g.node[i];
+        int moves = nd->op == EX_VAR && nd->a == EX_DD;
+        ex k = moves ? nd->b : nd->a;
+        if (uses[i] && (moves || nd->op == EX_CONST) && t->setup->node[k].op != EX_NUM &&
             layout_find(l, k) < 0) {
             put(l, k, "%s", "");
         }

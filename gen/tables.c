@@ -96,6 +96,8 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
     ops_line(x, "pose", &f->pose.ops);
     ops_line(x, "point", &f->point.ops);
     ops_line(x, "energy", &f->energy.ops);
+    ops_line(x, "slopes", &f->slopes.ops);
+    ops_line(x, "along", &f->along.ops);
     ops_line(x, "setup", &f->setup);
     legend_joints(x, t);
     legend_parameters(x, t);
@@ -111,7 +113,8 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
         " *   product of arm and first moment; HB, IB composite first moment and inertia; m, mb, "
         "K\n"
         " *   recombined mass, first moment, inertia; l centre of mass; dpt hinge; p parameter;\n"
-        " *   k other constant; t shared term. A symbol may stand for the negative of its "
+        " *   k other constant; t shared term; X_q1, X_qd1 derivative of X by q[0], qd[0], dX along\n"
+        " *   a direction. A symbol may stand for the negative of its "
         "quantity:\n"
         " *   signs are moved to where they cost nothing. */\n");
 }
@@ -148,6 +151,25 @@ static void target_point(const tree *t, int i, char out[64])
     }
 }
 
+static void target_slopes(const tree *t, int i, char out[64])
+{
+    int n = t->n * t->n;
+    snprintf(out, 64, i < n ? "by_q[%d]" : "by_qd[%d]", i % n);
+}
+
+static void target_along(const tree *t, int i, char out[64])
+{
+    (void)t;
+    snprintf(out, 64, "dQ[%d]", i);
+}
+
+static void target_pose_along(const tree *t, int i, char out[64])
+{
+    char pose[64];
+    target_pose(t, i, pose);
+    snprintf(out, 64, "d%.60s", pose);
+}
+
 static void target_energy(const tree *t, int i, char out[64])
 {
     (void)t;
@@ -164,7 +186,12 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
                      "                      const stein_real *trq, stein_real *M, stein_real *c",
         .note = "M(q) and c(q, qd, frc, trq)",
         .type = "stein_real",
-        .unused = {NULL, "q", "qd", NULL, "frc", "trq", "d", "sc"},
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
         .target = target_mass_bias};
     static const emission pose = {
         .name = "pose",
@@ -172,7 +199,7 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
                      "                 const stein_real *d, stein_pose *pose",
         .note = "planar poses of the bodies that have a frame",
         .type = "stein_real",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_pose};
     emit_func(x, t, l, &f->mass_bias, &mass_bias);
     emit_solve(x, t);
@@ -187,6 +214,62 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         t->m->name, emit_solves(t) ? "solve" : "NULL", t->ncarrier ? "pose" : "NULL");
 }
 
+/** Derivatives: exact, by forward mode (derive.c). */
+static void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
+{
+    static const emission slopes = {
+        .name = "inverse_slopes",
+        .arguments = "const double *q, const double *qd, const double *qdd,\n"
+                     "                           const double *sc, const double *d, double *by_q,\n"
+                     "                           double *by_qd",
+        .note = "derivatives of Q = M qdd + c by q and by qd",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_QDD] = "qdd",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_slopes};
+    static const emission along = {
+        .name = "inverse_along",
+        .arguments = "const double *q, const double *qd, const double *qdd,\n"
+                     "                          const double *sc, const double *d, const double *dq,\n"
+                     "                          const double *dqd, const double *dd, double *dQ",
+        .note = "Q = M qdd + c along a direction",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_QDD] = "qdd",
+                   [EX_DQ] = "dq",
+                   [EX_DQD] = "dqd",
+                   [EX_DD] = "dd",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_along};
+    static const emission pose = {
+        .name = "pose_along",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                       const double *dq, const double *dqd, const double *dd,\n"
+                     "                       stein_pose *dpose",
+        .note = "the poses along a direction",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_DQ] = "dq",
+                   [EX_DQD] = "dqd",
+                   [EX_DD] = "dd",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_pose_along};
+    if (f->slopes.nout) {
+        emit_func(x, t, l, &f->slopes, &slopes);
+    }
+    emit_func(x, t, l, &f->along, &along);
+    if (t->ncarrier) {
+        emit_func(x, t, l, &f->pose_along, &pose);
+    }
+}
+
 void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
 {
     static const emission inverse = {
@@ -196,7 +279,13 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
             "                    const double *d, const double *frc, const double *trq, double *Q",
         .note = "Q = M qdd + c",
         .type = "double",
-        .unused = {NULL, "q", "qd", "qdd", "frc", "trq", "d", "sc"},
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_QDD] = "qdd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
         .target = target_inverse};
     static const emission point = {
         .name = "point",
@@ -204,7 +293,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
                      "                  double *x, double *v, double *J, double *jdqd",
         .note = "named points in the fixed frame",
         .type = "double",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_point};
     static const emission energy = {
         .name = "energy",
@@ -212,7 +301,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
                      "                   double *e",
         .note = "kinetic energy, potential energy of gravity",
         .type = "double",
-        .unused = {NULL, "q", "qd", NULL, NULL, NULL, "d", "sc"},
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_energy};
     emit_rates(x, t, l, f);
     emit_func(x, t, l, &f->inverse, &inverse);
@@ -220,6 +309,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         emit_func(x, t, l, &f->point, &point);
     }
     emit_func(x, t, l, &f->energy, &energy);
+    emit_slopes(x, t, l, f);
 }
 
 /* ---- tables --------------------------------------------------------------------------------- */
@@ -459,7 +549,7 @@ static void pointer_field(text *x, const char *field, int present)
     text_add(x, "    .%s = %s,\n", field, present ? field : "NULL");
 }
 
-static void model_tables(text *x, const tree *t)
+static void model_tables(text *x, const tree *t, const funcs *f)
 {
     const mechanism *m = t->m;
     pointer_field(x, "params", m->nparam);
@@ -479,6 +569,10 @@ static void model_tables(text *x, const tree *t)
     pointer_field(x, "pose", t->ncarrier);
     pointer_field(x, "point", m->npoint);
     pointer_field(x, "energy", 1);
+    pointer_field(x, "setup_along", 1);
+    pointer_field(x, "inverse_slopes", f->slopes.nout);
+    pointer_field(x, "inverse_along", 1);
+    pointer_field(x, "pose_along", t->ncarrier);
 }
 
 void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char hash[17])
@@ -509,7 +603,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "pose", &f->pose.ops);
     ops_field(x, "point", &f->point.ops);
     ops_field(x, "energy", &f->energy.ops);
-    model_tables(x, t);
+    ops_field(x, "slopes", &f->slopes.ops);
+    ops_field(x, "along", &f->along.ops);
+    model_tables(x, t, f);
     text_add(x, "    .lanes = STEIN_LANES_OF(%s),\n", m->name);
     snprintf(hash, 17, "%016llx", (unsigned long long)x->hash);
     text_number(dt, m->dt);

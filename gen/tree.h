@@ -55,6 +55,9 @@ enum {
     PASS_BACKWARD,
     PASS_MASS,
     PASS_POINT,
+    PASS_BY_Q, /* derivatives by the position and the speed of a joint */
+    PASS_BY_QD,
+    PASS_ALONG, /* along a direction */
     PASS_OUTPUT,
     PASS_COUNT
 };
@@ -65,6 +68,7 @@ typedef struct func {
     ex *out;
     int nout;
     stein_ops ops;
+    int *chosen; /* [3n+2] choices that it was built with: frame, near, pair, gravity, split */
 } func;
 
 /** Choices that leave the result as it is and change the amount of work (search.c). */
@@ -82,7 +86,8 @@ typedef struct walk {
     const tree *t;
     ex_graph *g;
     const choice *ch;
-    int *frame; /* [n] working frame of a body: orientation index, -1 fixed */
+    int *frame;   /* [n] working frame of a body: orientation index, -1 fixed */
+    int unloaded; /* 1: no external forces and moments */
 } walk;
 
 /* recombine.c */

@@ -38,13 +38,15 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 5
+#define STEIN_MODEL_ABI 6
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
 #endif
 #if STEIN_LANES == 1
 typedef double stein_real;
+#elif STEIN_LANES == 0 /* a number and its derivative, see src/core/tangent.c */
+typedef double _Complex stein_real;
 #else
 typedef double stein_real __attribute__((vector_size(8 * STEIN_LANES)));
 /** A condition in each lane: all its bits set, or none. Comparisons are cast to it. */
@@ -52,7 +54,7 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #endif
 
 /** The same number in all lanes. */
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
 #define STEIN_ALL(x) (x)
 #else
 #define STEIN_ALL(x) ((x) - (stein_real){0})
@@ -288,7 +290,7 @@ typedef struct stein_ops {
 typedef struct stein_functions {
     double (*sin)(double), (*cos)(double), (*tan)(double);
 } stein_functions;
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
 typedef struct stein_lanes stein_lanes;
 /* what a generated solve() says and does where a pivot vanishes */
 typedef int stein_solved;
@@ -380,7 +382,8 @@ typedef struct stein_model {
     int settle;                /* 1 = start from static equilibrium near q0 */
     int integrator;            /* 0 RK4, 1 Dormand-Prince 5 */
     double dt, until;          /* default step and duration [s] */
-    stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy;
+    stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy, ops_slopes,
+        ops_along;
     const struct stein_lanes
         *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
 
@@ -404,6 +407,24 @@ typedef struct stein_model {
                   double *v, double *J, double *jdqd);
     /** e[0] kinetic, e[1] potential energy of gravity [J] (zero where all origins are at z = 0). */
     void (*energy)(const double *q, const double *qd, const double *sc, const double *d, double *e);
+
+    /* Derivatives, exact to rounding. A direction is dq, dqd [nq] and dd [nd]; what is 0 costs as
+     * much as what is not. External forces and moments are none. Equations of other origin may
+     * leave all four NULL: derivative.h then says so. */
+
+    /** dd [nd] along dp [np]: d d/dp dp. */
+    void (*setup_along)(const double *p, const double *dp, double *dd, const stein_functions *f);
+    /** Q = M qdd + c by q and by qd, [nq*nq] each, row i of Q_i, with qdd kept. With qdd = e_j less
+     *  the same with qdd = 0 that is the derivative of column j of M. NULL for a large tree. */
+    void (*inverse_slopes)(const double *q, const double *qd, const double *qdd, const double *sc,
+                           const double *d, double *by_q, double *by_qd);
+    /** dQ [nq] along a direction, with qdd kept. */
+    void (*inverse_along)(const double *q, const double *qd, const double *qdd, const double *sc,
+                          const double *d, const double *dq, const double *dqd, const double *dd,
+                          double *dQ);
+    /** The poses along a direction, [nframe]. NULL when nframe = 0. */
+    void (*pose_along)(const double *q, const double *qd, const double *sc, const double *d,
+                       const double *dq, const double *dqd, const double *dd, stein_pose *dpose);
 } stein_model;
 
 #ifdef __cplusplus

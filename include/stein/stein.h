@@ -50,6 +50,7 @@
 #define STEIN_H
 
 #include "stein/batch.h"
+#include "stein/derivative.h"
 #include "stein/handover.h"
 #include "stein/identity.h"
 #include "stein/law.h"

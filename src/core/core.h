@@ -12,7 +12,8 @@
  *   channel.c   output channels
  *   table.c     laws given by points                     law.c, linalg.c, status.c
  *   identity.c  one hash of all that computes            elementary.c  far and rare functions
- *   handover.c  parameters from another thread
+ *   handover.c  parameters from another thread           tangent.c  derivatives of forces
+ *   derivative.c  derivatives of qdd                     slopes.c   the same for what touches
  * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp, log
  *
  * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
@@ -111,7 +112,7 @@ struct stein_sim {
 
     double *p;               /* [np] */
     real *d;                 /* [nd] */
-    double *slope;           /* of the points of all tables, behind each other */
+    real *slope;             /* of the points of all tables, behind each other */
     unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
     int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
@@ -140,7 +141,7 @@ struct stein_sim {
     real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     real *sc;                     /* [2*nq] sines and cosines of xq */
     double *sc_asked;             /* [2*nq] the same of what somebody asks about */
-    double *ustate;               /* [3*ninput] signals at the last evaluation */
+    real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
     int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of four */
     real *y0, *y1;                /* [width] trial step: where it began, its end */
@@ -193,6 +194,10 @@ void stein__take_parameters(stein_sim *sim);
  * branches of the tree, overwritten; inverse [nq], of the pivots, is workspace. Returns -1, or the
  * index of a joint whose pivot vanishes. */
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
+/* the same in two parts, for several right-hand sides: M becomes its factors, inverse [nq] that of
+ * the pivots; then b becomes x */
+int stein__factor(int n, const int *parent, double *M, double *inverse);
+void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *b);
 
 /* state.c: the block without a state, but as that of this model */
 void stein__state_clear(stein_sim *sim);
@@ -240,6 +245,7 @@ static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
     w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
 }
 
+#if STEIN_LANES > 0
 /* sc at q */
 static inline void turn_joints(const stein_model *model, const real *q, real *sc)
 {
@@ -249,6 +255,7 @@ static inline void turn_joints(const stein_model *model, const real *q, real *sc
         }
     }
 }
+#endif
 
 static inline void copy(real *restrict to, const real *restrict from, int n)
 {
@@ -268,21 +275,30 @@ INNER void stein__forces(stein_sim *sim);
 INNER void stein__wrenches_to_joints(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__joints_prepare(stein_sim *sim);
+#if STEIN_LANES > 0
 /* qdd under them. @return what the generated solve() returns */
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd);
+#endif
 /* a named point at the last poses; of a body without one, where model->point() was last asked */
 INNER void stein__point(const stein_sim *sim, int point, real x[3], real v[3]);
 /* a force on a named point, into the wrench of its body; the fixed frame takes everything */
 INNER void stein__pull(stein_sim *sim, int point, const real f[3]);
 
 /* dynamics.c */
+#if STEIN_LANES > 0
 INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,
                                    stein_err *err);
+#endif
+#if STEIN_LANES <= 1
+/* forces.c: forces of what drives the mechanism from outside */
+INNER void stein__inputs(stein_sim *sim);
+#endif
 #if STEIN_LANES == 1
-/* forces of what drives the mechanism from outside */
-void stein__inputs(stein_sim *sim);
 /* does a joint follow what is given? Then its acceleration is in *value */
 int stein__driver(const stein_sim *sim, int joint, double *value);
+/* by which input, if not STEIN__FREE or STEIN__HELD */
+enum { STEIN__FREE = -1, STEIN__HELD = -2 };
+int stein__driver_of(const stein_sim *sim, int joint);
 /* M x = b with sim->M, which may be overwritten; b becomes x. @return -1, or a joint whose pivot
  * vanishes */
 int stein__solved(stein_sim *sim, double *b);
@@ -299,7 +315,9 @@ void stein__place_driven(stein_sim *sim);
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
  * the guards there; where it began stays in q0, qd0, qdd0 */
+#if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
+#endif
 
 #if STEIN_LANES == 1
 /* where the next step of fixed length ends [s] */
@@ -376,10 +394,10 @@ void stein__note_rest(stein_sim *sim);
 /* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
  * `index` (a notch: ncontact + its index) with what its tables say */
 int stein__table_points(const stein_model *model);
-void stein__tables_prepare(stein_sim *sim);
-#if STEIN_LANES == 1
-void stein__tables_joints(stein_sim *sim);
-double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot);
+#if STEIN_LANES <= 1
+INNER void stein__tables_prepare(stein_sim *sim);
+INNER void stein__tables_joints(stein_sim *sim);
+INNER real stein__tables_normal(const stein_sim *sim, int index, real force, real x, real xdot);
 #endif
 
 /* settle.c */

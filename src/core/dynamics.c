@@ -40,21 +40,6 @@ void stein__place_driven(stein_sim *sim)
     memcpy(sim->qd, sim->xqd, sizeof *sim->qd * (size_t)sim->model->nq);
 }
 
-void stein__inputs(stein_sim *sim)
-{
-    for (int i = 0; i < sim->model->ninput; i++) {
-        const stein_input *input = &sim->model->inputs[i];
-        double u = sim->ustate[3 * i];
-        if (input->kind == STEIN_INPUT_JOINT) {
-            sim->Q[input->index] += u;
-        } else if (input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
-            const double *direction = sim->d + input->direction;
-            double f[3] = {u * direction[0], u * direction[1], u * direction[2]};
-            stein__pull(sim, input->index, f);
-        }
-    }
-}
-
 void stein__wire(stein_sim *sim)
 {
     const stein_model *model = sim->model;
@@ -74,11 +59,11 @@ void stein__wire(stein_sim *sim)
     }
 }
 
-/* the motion input that drives a joint with a signal or a hold; -1 for a free joint, -2 for held */
-static int driver(const stein_sim *sim, int joint)
+/* the motion input that drives a joint with a signal or a hold */
+int stein__driver_of(const stein_sim *sim, int joint)
 {
     if (sim->held[joint]) {
-        return -2;
+        return STEIN__HELD;
     }
     for (int i = 0; i < sim->model->ninput; i++) {
         const stein_input *input = &sim->model->inputs[i];
@@ -87,23 +72,23 @@ static int driver(const stein_sim *sim, int joint)
                 return i;
             }
             if (input->hold) {
-                return -2;
+                return STEIN__HELD;
             }
         }
     }
-    return -1;
+    return STEIN__FREE;
 }
 
 int stein__is_driven(const stein_sim *sim, int joint)
 {
-    return driver(sim, joint) != -1;
+    return stein__driver_of(sim, joint) != STEIN__FREE;
 }
 
 int stein__driver(const stein_sim *sim, int joint, double *value)
 {
-    int by = driver(sim, joint);
+    int by = stein__driver_of(sim, joint);
     *value = by >= 0 ? sim->ustate[3 * by + 2] : 0.0;
-    return by != -1;
+    return by != STEIN__FREE;
 }
 
 int stein__solved(stein_sim *sim, double *b)

@@ -223,6 +223,11 @@ double stein__exp_of(double x)
     return stein__exp(x);
 }
 
+double stein__tanh_of(double x)
+{
+    return stein__tanh(x);
+}
+
 double stein__log_of(double x)
 {
     return stein__log(x);

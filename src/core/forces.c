@@ -122,12 +122,29 @@ static void joint_forces(stein_sim *sim)
         real mu = stein__mu(law + STEIN_JOINT_FRICTION, slip[k], grip[k]);
         sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
     }
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
     if (sim->ntable_on > 0) {
         stein__tables_joints(sim);
     }
 #endif
 }
+
+#if STEIN_LANES <= 1
+INNER void stein__inputs(stein_sim *sim)
+{
+    for (int i = 0; i < sim->model->ninput; i++) {
+        const stein_input *input = &sim->model->inputs[i];
+        real u = sim->ustate[3 * i];
+        if (input->kind == STEIN_INPUT_JOINT) {
+            sim->Q[input->index] += u;
+        } else if (input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
+            const real *direction = sim->d + input->direction;
+            real f[3] = {u * direction[0], u * direction[1], u * direction[2]};
+            stein__pull(sim, input->index, f);
+        }
+    }
+}
+#endif
 
 INNER void stein__forces(stein_sim *sim)
 {
@@ -135,7 +152,9 @@ INNER void stein__forces(stein_sim *sim)
     memset(sim->Q, 0, sizeof *sim->Q * (size_t)model->nq);
     if (model->nframe > 0) {
         memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
+#if STEIN_LANES > 0 // else they are in place
         EQUATIONS(sim)->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
+#endif
     }
     sim->ntouch = 0;
     stein__spot_forces(sim);
@@ -147,7 +166,7 @@ INNER void stein__forces(stein_sim *sim)
     }
 #endif
     link_forces(sim);
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
     if (sim->signals) {
         stein__inputs(sim);
     }
@@ -155,6 +174,8 @@ INNER void stein__forces(stein_sim *sim)
     joint_forces(sim);
     stein__wrenches_to_joints(sim);
 }
+
+#if STEIN_LANES > 0
 
 /* take joint j out of the unknowns of M x = b, where it is on: x_j = value */
 static inline void prescribe(int n, real *M, real *b, int j, mask on, real value)
@@ -201,3 +222,5 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
     return EQUATIONS(sim)->solve(sim->M, qdd);
 #endif
 }
+
+#endif

@@ -10,6 +10,7 @@ double stein__cos(double x);
 double stein__tan(double x);
 double stein__exp_of(double x);
 double stein__log_of(double x);
+double stein__tanh_of(double x);
 /** x^y for x > 0. */
 double stein__power(double x, double y);
 

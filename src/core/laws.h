@@ -5,9 +5,28 @@
 #ifndef STEIN_LAWS_H
 #define STEIN_LAWS_H
 
+#include "functions.h"
+#include "real.h"
+#if STEIN_LANES > 0
 #include "elementary.h"
+#endif
 #include "stein/law.h"
 #include "stein/model.h"
+
+#if STEIN_LANES == 0
+static inline real stein__tanh(real u)
+{
+    double t = stein__tanh_of(__real__ u);
+    return with_rate(t, (1.0 - t * t) * __imag__ u);
+}
+
+/* x^y for x > 0 */
+static inline real stein__raised(real x, real y)
+{
+    double a = __real__ x, b = __real__ y, power = stein__power(a, b);
+    return with_rate(power, power * (__imag__ y * stein__log_of(a) + b * __imag__ x / a));
+}
+#endif
 
 static const double stein__felt_unit = 1e-4;  /* m, where the exponent is neutral */
 static const double stein__turn_speed = 0.01; /* m/s, loading turns into unloading within it */

@@ -64,7 +64,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     carve_state(s, a, m);
     s->p = doubles(a, m->np);
     s->d = reals(a, m->nd);
-    s->slope = doubles(a, stein__table_points(m));
+    s->slope = reals(a, stein__table_points(m));
     s->table_on = carve(a, (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
@@ -87,7 +87,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->inverse = reals(a, nq);
     s->sc = reals(a, 2 * nq);
     s->sc_asked = doubles(a, 2 * nq);
-    s->ustate = doubles(a, 3 * m->ninput);
+    s->ustate = reals(a, 3 * m->ninput);
     s->px = reals(a, 3 * m->npoint);
     s->pv = reals(a, 3 * m->npoint);
     s->pJ = reals(a, 3 * m->npoint * nq);

@@ -40,3 +40,41 @@ int stein__solve(int n, const int *parent, double *M, double *b, double *inverse
     }
     return -1;
 }
+
+int stein__factor(int n, const int *parent, double *M, double *inverse)
+{
+    for (int k = n - 1; k >= 0; k--) {
+        double *row = M + k * n, d = row[k];
+        if (!(d > 0.0)) {
+            return k;
+        }
+        inverse[k] = 1.0 / d;
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
+            double l = row[i] * inverse[k], *above = M + i * n, diagonal = above[i];
+            for (int j = i; j >= 0; j = parent[j]) {
+                above[j] -= l * row[j];
+            }
+            if (!(above[i] > 1e-13 * diagonal)) {
+                return i;
+            }
+            row[i] = l;
+        }
+    }
+    return -1;
+}
+
+void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *b)
+{
+    for (int k = n - 1; k >= 0; k--) {
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
+            b[i] -= M[k * n + i] * b[k];
+        }
+    }
+    for (int k = 0; k < n; k++) {
+        double x = b[k] * inverse[k];
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
+            x -= M[k * n + i] * b[i];
+        }
+        b[k] = x;
+    }
+}

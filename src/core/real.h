@@ -13,6 +13,9 @@
  *      }
  *
  * Each lane does what a simulation alone does, operation by operation, so it has the same bits.
+ *
+ * With STEIN_LANES 0 a real is a number with its derivative, and conditions ask about the number
+ * (tangent.h).
  */
 #ifndef STEIN_REAL_H
 #define STEIN_REAL_H
@@ -29,14 +32,10 @@
 
 typedef stein_real real;
 
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
 
 typedef int mask;
-typedef uint64_t word;      /* the bits of a real */
 typedef unsigned char flag; /* a condition in memory */
-
-#define INLINE
-#define INNER /* a function of several files; in lanes they are one translation unit */
 
 static inline mask both(mask a, mask b)
 {
@@ -73,6 +72,21 @@ static inline mask mask_of(flag f)
     return f;
 }
 
+/* x where it is wanted, else 0; with one lane nobody comes here who does not want it */
+static inline real only(mask wanted, real x)
+{
+    (void)wanted;
+    return x;
+}
+
+#endif
+#if STEIN_LANES == 1
+
+typedef uint64_t word; /* the bits of a real */
+
+#define INLINE
+#define INNER /* a function of several files; in lanes they are one translation unit */
+
 static inline real magnitude(real x)
 {
     return fabs(x);
@@ -95,20 +109,13 @@ static inline real alone(double (*f)(double), mask asked, real x)
     return f(x);
 }
 
-/* x where it is wanted, else 0; with one lane nobody comes here who does not want it */
-static inline real only(mask wanted, real x)
-{
-    (void)wanted;
-    return x;
-}
-
 /* bit k of w, as a condition */
 static inline mask has_bit(word w, int k)
 {
     return (int)(w >> k & 1);
 }
 
-#else
+#elif STEIN_LANES > 1
 
 typedef stein_mask mask;
 typedef unsigned long long word __attribute__((vector_size(8 * STEIN_LANES)));
@@ -223,10 +230,14 @@ static inline mask has_bit(word w, int k)
 #endif
 
 /* comparisons; a side may be a plain number, hence no functions */
+#if STEIN_LANES == 0
+#include "tangent.h"
+#else
 #define less(a, b)    ((mask)((a) < (b)))
 #define more(a, b)    ((mask)((a) > (b)))
 #define at_most(a, b) ((mask)((a) <= (b)))
 #define differ(a, b)  ((mask)((a) != (b)))
+#endif
 
 /* the same number in all lanes */
 static inline real same(double x)
@@ -239,6 +250,7 @@ static inline real smaller(real a, real b)
     return sel(less(a, b), a, b);
 }
 
+#if STEIN_LANES > 0
 static inline word bits_of(real x)
 {
     word bits;
@@ -252,5 +264,6 @@ static inline real of_bits(word bits)
     memcpy(&x, &bits, sizeof x);
     return x;
 }
+#endif
 
 #endif

@@ -11,54 +11,67 @@
  * Beyond the ends the curve is level: a force that went on growing there with the speed, as a fit
  * may well try, would drive a mechanism to infinity.
  *
+ * Written in the words of real.h for derivatives (tangent.c); there are no tables in lanes.
+ *
  * Slopes are worked out once per parameter set. A table that is 0 everywhere is not looked at.
  */
 #include "core.h"
 
-static double secant(const double *at, const double *value, int i)
+static inline real secant(const real *at, const real *value, int i)
 {
-    double h = at[i + 1] - at[i];
-    return h > 0.0 ? (value[i + 1] - value[i]) / h : 0.0;
+    real h = at[i + 1] - at[i];
+    return more(h, 0.0) ? (value[i + 1] - value[i]) / h : same(0.0);
 }
 
-void stein_table_slopes(int n, const double *at, const double *value, double *slope)
+static inline void slopes_of(int n, const real *at, const real *value, real *slope)
 {
     slope[0] = secant(at, value, 0);
     slope[n - 1] = secant(at, value, n - 2);
     for (int i = 1; i < n - 1; i++) {
-        double before = at[i] - at[i - 1], after = at[i + 1] - at[i];
-        slope[i] = before > 0.0 && after > 0.0
+        real before = at[i] - at[i - 1], after = at[i + 1] - at[i];
+        slope[i] = more(before, 0.0) && more(after, 0.0)
                        ? (after * secant(at, value, i - 1) + before * secant(at, value, i)) /
                              (before + after)
-                       : 0.0;
+                       : same(0.0);
     }
 }
 
-double stein_table_value(int n, const double *at, const double *value, const double *slope,
-                         double x)
+static inline real curve_at(int n, const real *at, const real *value, const real *slope, real x)
 {
     int lo = 0, hi = n - 1;
-    if (!(x > at[0])) {
+    if (!more(x, at[0])) {
         return value[0];
     }
-    if (!(x < at[hi])) {
+    if (!less(x, at[hi])) {
         return value[hi];
     }
     while (hi - lo > 1) {
         int middle = (lo + hi) / 2;
-        if (x < at[middle]) {
+        if (less(x, at[middle])) {
             hi = middle;
         } else {
             lo = middle;
         }
     }
-    double h = at[hi] - at[lo];
-    if (!(h > 0.0)) {
+    real h = at[hi] - at[lo];
+    if (!more(h, 0.0)) {
         return value[lo];
     }
-    double u = (x - at[lo]) / h, v = 1.0 - u;
+    real u = (x - at[lo]) / h, v = 1.0 - u;
     return (1.0 + 2.0 * u) * v * v * value[lo] + u * u * (1.0 + 2.0 * v) * value[hi] +
            h * u * v * (v * slope[lo] - u * slope[hi]);
+}
+
+#if STEIN_LANES == 1
+void stein_table_slopes(int n, const double *at, const double *value, double *slope)
+{
+    slopes_of(n, at, value, slope);
+}
+
+double stein_table_value(int n, const double *at, const double *value, const double *slope,
+                         double x)
+{
+    return curve_at(n, at, value, slope, x);
 }
 
 int stein__table_points(const stein_model *model)
@@ -69,56 +82,57 @@ int stein__table_points(const stein_model *model)
     }
     return n;
 }
+#endif
 
-void stein__tables_prepare(stein_sim *sim)
+INNER void stein__tables_prepare(stein_sim *sim)
 {
-    double *slope = sim->slope;
+    real *slope = sim->slope;
     sim->ntable_on = 0;
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
-        const double *at = sim->d + t->d, *value = at + t->n;
+        const real *at = sim->d + t->d, *value = at + t->n;
         sim->table_on[i] = 0;
         for (int k = 0; k < t->n; k++) {
-            sim->table_on[i] |= value[k] != 0.0;
+            sim->table_on[i] |= differ(value[k], 0.0);
         }
         sim->ntable_on += sim->table_on[i];
-        stein_table_slopes(t->n, at, value, slope);
+        slopes_of(t->n, at, value, slope);
         slope += t->n;
     }
 }
 
 /* the value of table t, whose slopes are at `slope` */
-static double read_table(const stein_sim *sim, const stein_table *t, const double *slope, double x)
+static inline real read_table(const stein_sim *sim, const stein_table *t, const real *slope, real x)
 {
-    const double *at = sim->d + t->d;
-    return stein_table_value(t->n, at, at + t->n, slope, x);
+    const real *at = sim->d + t->d;
+    return curve_at(t->n, at, at + t->n, slope, x);
 }
 
-void stein__tables_joints(stein_sim *sim)
+INNER void stein__tables_joints(stein_sim *sim)
 {
-    const double *slope = sim->slope;
+    const real *slope = sim->slope;
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
         if (sim->table_on[i] && t->kind <= STEIN_TABLE_SPEED) {
-            double x = t->kind == STEIN_TABLE_POSITION ? sim->xq[t->index] : sim->xqd[t->index];
+            real x = t->kind == STEIN_TABLE_POSITION ? sim->xq[t->index] : sim->xqd[t->index];
             sim->Q[t->index] += read_table(sim, t, slope, x);
         }
         slope += t->n;
     }
 }
 
-double stein__tables_normal(const stein_sim *sim, int index, double force, double x, double xdot)
+INNER real stein__tables_normal(const stein_sim *sim, int index, real force, real x, real xdot)
 {
-    const double *slope = sim->slope;
-    double factor = 1.0, sum = force;
-    int any = 0;
-    if (!(x > 0.0)) {
+    const real *slope = sim->slope;
+    real factor = same(1.0), sum = force;
+    int found = 0;
+    if (!more(x, 0.0)) {
         return force;
     }
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
         if (sim->table_on[i] && t->kind >= STEIN_TABLE_DEPTH && t->index == index) {
-            any = 1;
+            found = 1;
             if (t->kind == STEIN_TABLE_DEPTH) {
                 sum += read_table(sim, t, slope, x);
             } else {
@@ -128,5 +142,5 @@ double stein__tables_normal(const stein_sim *sim, int index, double force, doubl
         slope += t->n;
     }
     sum *= factor;
-    return !any ? force : sum > 0.0 && factor > 0.0 ? sum : 0.0;
+    return !found ? force : more(sum, 0.0) && more(factor, 0.0) ? sum : same(0.0);
 }

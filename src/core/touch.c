@@ -58,10 +58,12 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
         v = (vec2){v.x - v1.x, v.z - v1.z};
     }
     real rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
-#if STEIN_LANES == 1
+#if STEIN_LANES <= 1
     if (sim->ntable_on > 0) {
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
+#endif
+#if STEIN_LANES == 1
     if (depth > f->depth) { // for who asks between steps: nobody asks a lane
         f->depth = depth;
         f->rate = rate;

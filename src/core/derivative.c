@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: MIT
+ * derivative.c - derivatives of qdd (derivative.h).
+ *
+ * Along a direction {dq, dqd, dd}, with R = M qdd + c at the qdd of the place,
+ *
+ *      M dqdd = dQ - dR        free joints, M without the rows and columns of the others
+ *      dqdd_j = its signal's   joints that follow one; 0 where held
+ *
+ * M is factored once for a place. Everything is read from the last evaluation of the simulation:
+ * nothing is worked out twice.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "slopes.h"
+
+typedef struct arena {
+    unsigned char *base; /* NULL: only measure */
+    size_t used;
+} arena;
+
+static void *carve(arena *a, size_t size)
+{
+    void *at = a->base == NULL ? NULL : a->base + a->used;
+    a->used += (size + 15u) / 16u * 16u;
+    return at;
+}
+
+static double *doubles(arena *a, int n)
+{
+    return carve(a, sizeof(double) * (size_t)n);
+}
+
+static size_t layout(stein_derivative *s, const stein_model *m)
+{
+    stein_derivative measured;
+    arena a = {(unsigned char *)s, 0};
+    int n = m->nq;
+    s = s != NULL ? s : &measured;
+    carve(&a, sizeof *s);
+    s->parent = carve(&a, sizeof *s->parent * (size_t)n);
+    s->driver = carve(&a, sizeof *s->driver * (size_t)n);
+    double **const vector[] = {&s->qdd, &s->inverse, &s->dq,   &s->dqd,
+                               &s->dQ,  &s->dR,      &s->dqdd, &s->c};
+    double **const matrix[] = {&s->factor, &s->M, &s->Qq, &s->Qqd, &s->Rq, &s->Rqd};
+    for (size_t i = 0; i < sizeof vector / sizeof *vector; i++) {
+        *vector[i] = doubles(&a, n);
+    }
+    for (size_t i = 0; i < sizeof matrix / sizeof *matrix; i++) {
+        *matrix[i] = doubles(&a, n * n);
+    }
+    s->dp = doubles(&a, m->np);
+    s->dd = doubles(&a, m->nd);
+    s->du = doubles(&a, 3 * m->ninput);
+    s->dpose = carve(&a, sizeof *s->dpose * (size_t)m->nframe);
+    s->tangent = carve(&a, stein__tangent_size(m));
+    return a.used;
+}
+
+static int has_derivatives(const stein_model *model)
+{
+    return model->setup_along != NULL && model->inverse_along != NULL &&
+           (model->nframe == 0 || model->pose_along != NULL);
+}
+
+stein_status stein_derivative_create(stein_derivative **out, const stein_model *model,
+                                     const stein_sim_def *def, stein_err *err)
+{
+    stein_sim_def defaults = stein_sim_def_default(model);
+    def = def != NULL ? def : &defaults;
+    stein_status status = stein__check_def(model, def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    if (!has_derivatives(model)) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "the equations of \"%s\" came without derivatives: generate them again",
+                           model->name);
+    }
+    size_t size = layout(NULL, model);
+    stein_derivative *s = def->alloc(def->ctx, size);
+    if (s == NULL) {
+        return stein__fail(err, STEIN_ENOMEM, "out of memory for derivatives of \"%s\"",
+                           model->name);
+    }
+    memset(s, 0, size);
+    (void)layout(s, model);
+    s->model = model;
+    s->def = *def;
+    s->tangent = stein__tangent_make(s->tangent, model);
+    for (int j = 0; j < model->nq; j++) {
+        s->parent[j] = model->bodies[j].parent;
+    }
+    *out = s;
+    return STEIN_OK;
+}
+
+void stein_derivative_destroy(stein_derivative *s)
+{
+    if (s != NULL) {
+        s->def.release(s->def.ctx, s);
+    }
+}
+
+/* ---- the place ---- */
+
+static stein_status check(const stein_derivative *s, const stein_sim *sim, stein_err *err)
+{
+    if (sim->model != s->model) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "derivatives of \"%s\" were asked for in a simulation of other "
+                           "equations (\"%s\")",
+                           s->model->name, sim->model->name);
+    }
+    if (sim->on_force != NULL) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "\"%s\": a force hook has no derivative: unbind it (stein_on_force)",
+                           s->model->name);
+    }
+    if (sim->jacobians) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "\"%s\": no derivative of the force of a link or an input at a point off "
+                           "the plane: expected bodies that move in the x-z plane",
+                           s->model->name);
+    }
+    return STEIN_OK;
+}
+
+/* M of the free joints in its factors, which a large tree's solution left in its place */
+static void factor(stein_derivative *s)
+{
+    int n = s->model->nq;
+    memcpy(s->factor, s->sim->M, sizeof *s->factor * (size_t)(n * n));
+    if (s->model->solve != NULL) {
+        (void)stein__factor(n, s->parent, s->factor, s->inverse);
+    } else {
+        memcpy(s->inverse, s->sim->inverse, sizeof *s->inverse * (size_t)n);
+    }
+}
+
+stein_status stein_derivative_at(stein_derivative *s, stein_sim *sim, double t, const double *q,
+                                 const double *qd, double *qdd, stein_err *err)
+{
+    s->sim = NULL;
+    stein_status status = check(s, sim, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    sim->fresh = STALE;
+    sim->inside = 1; // nobody asks about guards
+    status = stein__evaluate(sim, t, q, qd, s->qdd, err);
+    sim->inside = 0;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    s->sim = sim;
+    s->placed = s->driven = 0;
+    for (int j = 0; j < s->model->nq; j++) {
+        s->driver[j] = sim->motions || sim->model->load.body == j ? stein__driver_of(sim, j)
+                                                                  : STEIN__FREE;
+        s->driven |= s->driver[j] != STEIN__FREE;
+    }
+    factor(s);
+    if (qdd != NULL) {
+        copy(qdd, s->qdd, s->model->nq);
+    }
+    return STEIN_OK;
+}
+
+/* ---- along a direction ---- */
+
+static void place_tangent(stein_derivative *s)
+{
+    const stein_sim *sim = s->sim;
+    stein__at at = {.d = sim->d,
+                    .q = sim->xq,
+                    .qd = sim->xqd,
+                    .pose = (const double *)(const void *)sim->pose,
+                    .u = sim->ustate,
+                    .signal = sim->signal,
+                    .mode = sim->mode,
+                    .load_present = sim->head->load_present,
+                    .signals = sim->signals};
+    if (!s->placed) {
+        stein__tangent_place(s->tangent, &at);
+        s->placed = 1;
+    }
+}
+
+/* signals along a direction of their gains; how the joints that follow them move, and how their
+ * accelerations: in dqdd, 0 for the others */
+static void follow(stein_derivative *s, const double *dd)
+{
+    const stein_model *model = s->model;
+    memset(s->du, 0, sizeof *s->du * (size_t)(3 * model->ninput));
+    memset(s->dqdd, 0, sizeof *s->dqdd * (size_t)model->nq);
+    for (int i = 0; i < model->ninput; i++) {
+        int at = model->inputs[i].signal + STEIN_SIGNAL_GAIN;
+        double gain = s->sim->d[at], dgain = dd != NULL ? dd[at] : 0.0;
+        for (int k = 0; s->sim->signal[i] != NULL && dgain != 0.0 && k < 3; k++) {
+            s->du[3 * i + k] = dgain * s->sim->ustate[3 * i + k] / gain;
+        }
+    }
+    for (int j = 0; s->driven && j < model->nq; j++) {
+        if (s->driver[j] >= 0) {
+            s->dq[j] = s->du[3 * s->driver[j]];
+            s->dqd[j] = s->du[3 * s->driver[j] + 1];
+            s->dqdd[j] = s->du[3 * s->driver[j] + 2];
+        }
+    }
+}
+
+/* b becomes the free joints' dqdd; those of the others are in dqdd */
+static void solve(stein_derivative *s, double *b)
+{
+    stein_sim *sim = s->sim;
+    int n = s->model->nq, moved = 0;
+    for (int j = 0; s->driven && j < n; j++) {
+        moved |= s->driver[j] != STEIN__FREE && s->dqdd[j] != 0.0;
+    }
+    if (moved) { // the columns of M that have been taken out of it
+        s->model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, s->M, s->c);
+        for (int j = 0; j < n; j++) {
+            for (int i = 0; s->driver[j] != STEIN__FREE && i < n; i++) {
+                b[i] -= s->M[i * n + j] * s->dqdd[j];
+            }
+        }
+    }
+    for (int j = 0; s->driven && j < n; j++) {
+        b[j] = s->driver[j] != STEIN__FREE ? s->dqdd[j] : b[j];
+    }
+    stein__substitute(n, s->parent, s->factor, s->inverse, b);
+}
+
+/* dQ along {dq, dqd} of s and dd (NULL: none), signals followed */
+static void forces_along(stein_derivative *s, const double *dd)
+{
+    const stein_model *model = s->model;
+    const stein_sim *sim = s->sim;
+    place_tangent(s);
+    if (model->nframe > 0) {
+        model->pose_along(sim->xq, sim->xqd, sim->sc, sim->d, s->dq, s->dqd,
+                          dd != NULL ? dd : s->dd, s->dpose);
+    }
+    stein__direction way = {.dd = dd,
+                            .dq = s->dq,
+                            .dqd = s->dqd,
+                            .dpose = (const double *)(const void *)s->dpose,
+                            .du = s->du};
+    stein__tangent_forces(s->tangent, &way, s->dQ);
+}
+
+/* derived constants along dp, or NULL where it is NULL, which leaves those of s at 0 */
+static const double *constants_along(stein_derivative *s, const double *dp)
+{
+    static const stein_functions functions = {stein__sin, stein__cos, stein__tan};
+    if (dp == NULL) {
+        memset(s->dd, 0, sizeof *s->dd * (size_t)s->model->nd);
+        return NULL;
+    }
+    s->model->setup_along(s->sim->p, dp, s->dd, &functions);
+    return s->dd;
+}
+
+static void vector_to(double *to, const double *from, int n)
+{
+    for (int j = 0; j < n; j++) {
+        to[j] = from != NULL ? from[j] : 0.0;
+    }
+}
+
+void stein_derivative_along(stein_derivative *s, const double *dq, const double *dqd,
+                            const double *dp, double *dqdd)
+{
+    const stein_model *model = s->model;
+    const stein_sim *sim = s->sim;
+    int n = model->nq;
+    const double *dd = constants_along(s, dp);
+    vector_to(s->dq, dq, n);
+    vector_to(s->dqd, dqd, n);
+    follow(s, dd);
+    forces_along(s, dd);
+    model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, s->dd, s->dR);
+    for (int j = 0; j < n; j++) {
+        dqdd[j] = s->dQ[j] - s->dR[j];
+    }
+    solve(s, dqdd);
+}
+
+void stein_derivative_by_parameter(stein_derivative *s, int param, double *by_p)
+{
+    memset(by_p, 0, sizeof *by_p * (size_t)s->model->nq);
+    if (param >= 0 && param < s->model->np) {
+        memset(s->dp, 0, sizeof *s->dp * (size_t)s->model->np);
+        s->dp[param] = 1.0;
+        stein_derivative_along(s, NULL, NULL, s->dp, by_p);
+    }
+}
+
+/* ---- by every q and qd ---- */
+
+/* does the joint stay where its signal has it? */
+static int follows(const stein_derivative *s, int j)
+{
+    return s->driven && s->driver[j] >= 0;
+}
+
+/* unit direction k of {q, qd} */
+static void unit_direction(stein_derivative *s, int k)
+{
+    int n = s->model->nq;
+    memset(s->dq, 0, sizeof *s->dq * (size_t)n);
+    memset(s->dqd, 0, sizeof *s->dqd * (size_t)n);
+    *(k < n ? &s->dq[k] : &s->dqd[k - n]) = follows(s, k % n) ? 0.0 : 1.0;
+}
+
+static void column_to(double *matrix, int n, int j, const double *column)
+{
+    for (int i = 0; i < n; i++) {
+        matrix[i * n + j] = column[i];
+    }
+}
+
+void stein_derivative_forces(stein_derivative *s, double *by_q, double *by_qd)
+{
+    int n = s->model->nq;
+    (void)constants_along(s, NULL);
+    follow(s, NULL);
+    for (int k = 0; k < 2 * n; k++) {
+        unit_direction(s, k);
+        forces_along(s, NULL);
+        column_to(k < n ? by_q : by_qd, n, k % n, s->dQ);
+    }
+}
+
+/* M qdd + c by q and qd, to Rq and Rqd */
+static void equations_by_state(stein_derivative *s)
+{
+    const stein_model *model = s->model;
+    const stein_sim *sim = s->sim;
+    int n = model->nq;
+    if (model->inverse_slopes != NULL) {
+        model->inverse_slopes(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->Rq, s->Rqd);
+        return;
+    }
+    (void)constants_along(s, NULL);
+    for (int k = 0; k < 2 * n; k++) {
+        unit_direction(s, k);
+        model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, s->dd,
+                             s->dR);
+        column_to(k < n ? s->Rq : s->Rqd, n, k % n, s->dR);
+    }
+}
+
+/* M X = Q - R, column by column */
+static void solve_columns(stein_derivative *s, const double *Q, const double *R, double *X)
+{
+    int n = s->model->nq;
+    for (int j = 0; j < n; j++) {
+        double *b = s->dQ;
+        for (int i = 0; i < n; i++) {
+            b[i] = follows(s, j) ? 0.0 : Q[i * n + j] - R[i * n + j];
+        }
+        solve(s, b);
+        column_to(X, n, j, b);
+    }
+}
+
+void stein_derivative_by_state(stein_derivative *s, double *by_q, double *by_qd)
+{
+    equations_by_state(s);
+    stein_derivative_forces(s, s->Qq, s->Qqd);
+    solve_columns(s, s->Qq, s->Rq, by_q);
+    solve_columns(s, s->Qqd, s->Rqd, by_qd);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ * direction.h - the door between a simulation and the derivatives of its forces: plain numbers only,
+ * so that files whose reals are numbers with a derivative (tangent.h) can meet the others here. Not
+ * installed.
+ */
+#ifndef STEIN_DIRECTION_H
+#define STEIN_DIRECTION_H
+
+#include <stddef.h>
+
+#include "stein/sim.h"
+
+enum { STEIN__POSE = 7 }; /* numbers of a stein_pose, in its order */
+
+/** What forces are evaluated at, and their direction; those marked + may be NULL for 0. */
+typedef struct stein__at {
+    const double *d, *q, *qd;
+    const double *pose; /* [7*nframe] */
+    const double *u;    /* [3*ninput] signals with their gains */
+    stein_signal_fn *const *signal;
+    const unsigned char *mode;
+    int load_present, signals;
+} stein__at;
+typedef struct stein__direction {
+    const double *dd, *dq, *dqd, *dpose, *du; /* + */
+} stein__direction;
+
+/** Bytes of a block for stein__tangent_make(). */
+size_t stein__tangent_size(const stein_model *model);
+void *stein__tangent_make(void *block, const stein_model *model);
+/** Where the following directions begin. Directions by parameters end here. */
+void stein__tangent_place(void *tangent, const stein__at *at);
+/** Generalised forces of everything but hooks along a direction, [nq]. */
+void stein__tangent_forces(void *tangent, const stein__direction *way, double *dQ);
+/** All guards along a direction of positions and parameters, [nspot + 4 nnotch]. */
+void stein__tangent_guards(void *tangent, const stein__direction *way, double *dguard);
+
+#endif

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ * slopes.h - what the files that derive qdd share. Not installed.
+ */
+#ifndef STEIN_SLOPES_H
+#define STEIN_SLOPES_H
+
+#include "core.h"
+#include "direction.h"
+#include "stein/derivative.h"
+
+struct stein_derivative {
+    const stein_model *model;
+    stein_sim_def def;
+    stein_sim *sim; /* whose last evaluation is derived; NULL: none */
+    int placed;     /* 1: the tangent is at that place */
+    int *parent, *driver;
+    int driven;                         /* 1: there is a joint that is not free */
+    double *qdd;                        /* [nq] */
+    double *factor, *inverse;           /* M of the free joints: [nq*nq], [nq] */
+    double *dp, *dd;                    /* [np], [nd] a direction of parameters and of d */
+    double *dq, *dqd, *dQ, *dR, *dqdd;  /* [nq] */
+    double *du;                         /* [3*ninput] */
+    stein_pose *dpose;                  /* [nframe] */
+    double *M;                          /* [nq*nq] */
+    double *c;                          /* [nq] */
+    double *Qq, *Qqd, *Rq, *Rqd; /* [nq*nq] */
+    void *tangent;
+};
+
+#endif

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT
+ * tangent.c - derivatives of all forces along a direction: contacts, notches, links, joints, tables
+ * and inputs, compiled once more with numbers that carry their derivative (tangent.h).
+ *
+ * A direction is a change of q, qd, of the derived constants d and, with them, of the poses of the
+ * bodies, which generated code works out. Guard memory is as it is, so everything is smooth.
+ */
+#define STEIN_LANES 0
+
+#include "direction.h"
+
+#include "core.h"
+
+#include "contact.c"
+#include "forces.c"
+#include "layout.c"
+#include "notch.c"
+#include "table.c"
+#include "touch.c"
+
+size_t stein__tangent_size(const stein_model *model)
+{
+    return stein__layout(NULL, model);
+}
+
+void *stein__tangent_make(void *block, const stein_model *model)
+{
+    stein_sim *sim = block;
+    memset(sim, 0, stein__layout(NULL, model));
+    sim->model = model;
+    (void)stein__layout(sim, model);
+    sim->pose[-1] = (stein_pose){.c = same(1.0)};
+    stein__gather(sim);
+    return sim;
+}
+
+static void prepare(stein_sim *sim)
+{
+    stein__tables_prepare(sim);
+    stein__pairs_prepare(sim);
+    stein__joints_prepare(sim);
+}
+
+/* values to [n], without a derivative */
+static void put(real *to, const double *from, int n)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = same(from[i]);
+    }
+}
+
+/* their derivatives, or none */
+static void slope(real *to, const double *from, int n)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = with_slope(__real__ to[i], from != NULL ? from[i] : 0.0);
+    }
+}
+
+static real *numbers_of(stein_pose *pose)
+{
+    return (real *)(void *)pose;
+}
+
+static void slope_poses(stein_sim *sim, const double *dpose)
+{
+    for (int i = 0; i < sim->model->nframe; i++) {
+        slope(numbers_of(&sim->pose[i]), dpose != NULL ? dpose + STEIN__POSE * i : NULL,
+              STEIN__POSE);
+    }
+}
+
+void stein__tangent_place(void *tangent, const stein__at *at)
+{
+    stein_sim *sim = tangent;
+    const stein_model *model = sim->model;
+    put(sim->d, at->d, model->nd);
+    put(sim->xq, at->q, model->nq);
+    put(sim->xqd, at->qd, model->nq);
+    put(sim->ustate, at->u, 3 * model->ninput);
+    for (int i = 0; i < model->nframe; i++) {
+        put(numbers_of(&sim->pose[i]), at->pose + STEIN__POSE * i, STEIN__POSE);
+    }
+    for (int i = 0; i < model->ninput; i++) {
+        sim->signal[i] = at->signal[i];
+    }
+    memcpy(sim->mode, at->mode, (size_t)sim->nguard);
+    sim->head->load_present = at->load_present;
+    sim->signals = at->signals;
+    prepare(sim);
+}
+
+/* the numbers of a direction in place; d stays without where it does */
+static void turn_to(stein_sim *sim, const stein__direction *way)
+{
+    const stein_model *model = sim->model;
+    slope(sim->xq, way->dq, model->nq);
+    slope(sim->xqd, way->dqd, model->nq);
+    slope(sim->ustate, way->du, 3 * model->ninput);
+    slope_poses(sim, way->dpose);
+    if (way->dd != NULL) {
+        slope(sim->d, way->dd, model->nd);
+        prepare(sim);
+    }
+}
+
+static void turn_back(stein_sim *sim, const stein__direction *way)
+{
+    if (way->dd != NULL) {
+        slope(sim->d, NULL, sim->model->nd);
+        prepare(sim);
+    }
+}
+
+static void slopes_to(const real *from, int n, double *to)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = slope_of(from[i]);
+    }
+}
+
+void stein__tangent_forces(void *tangent, const stein__direction *way, double *dQ)
+{
+    stein_sim *sim = tangent;
+    turn_to(sim, way);
+    sim->inside = 1; // nobody asks about guards
+    stein__forces(sim);
+    slopes_to(sim->Q, sim->model->nq, dQ);
+    turn_back(sim, way);
+}
+
+void stein__tangent_guards(void *tangent, const stein__direction *way, double *dguard)
+{
+    stein_sim *sim = tangent;
+    turn_to(sim, way);
+    for (int i = 0; i < sim->model->nspot; i++) {
+        (void)apart(sim, i, &sim->guard[i]);
+    }
+    for (int i = 0; i < sim->model->nnotch; i++) {
+        real overlap;
+        stein__notch_guards(sim, i, sim->guard + sim->model->nspot + NOTCH_GUARDS * i, &overlap);
+    }
+    slopes_to(sim->guard, sim->nguard, dguard);
+    turn_back(sim, way);
+}
