@@ -14,6 +14,7 @@
     X(realtime)      \
     X(import)        \
     X(formats)       \
+    X(derivative)    \
     X(integrator)    \
     X(batch)         \
     X(contact)       \
