@@ -71,6 +71,7 @@ typedef struct touch {
     const pair *pair;
     vec2 at, n; /* n: unit normal on the first body */
     real normal;
+    real depth, rate;
     spot_force *sum; /* where its forces are added */
 } touch;
 

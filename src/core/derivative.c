@@ -41,7 +41,8 @@ static size_t layout(stein_derivative *s, const stein_model *m)
     s->parent = carve(&a, sizeof *s->parent * (size_t)n);
     s->driver = carve(&a, sizeof *s->driver * (size_t)n);
     double **const vector[] = {&s->qdd, &s->inverse, &s->dq,   &s->dqd,
-                               &s->dQ,  &s->dR,      &s->dqdd, &s->c};
+                               &s->dQ,  &s->dR,      &s->dqdd, &s->c,
+                               &s->side, &s->along_n, &s->along_t};
     double **const matrix[] = {&s->factor, &s->M, &s->Qq, &s->Qqd, &s->Rq, &s->Rqd};
     for (size_t i = 0; i < sizeof vector / sizeof *vector; i++) {
         *vector[i] = doubles(&a, n);
@@ -49,6 +50,9 @@ static size_t layout(stein_derivative *s, const stein_model *m)
     for (size_t i = 0; i < sizeof matrix / sizeof *matrix; i++) {
         *matrix[i] = doubles(&a, n * n);
     }
+    s->way = carve(&a, sizeof *s->way * (size_t)n);
+    s->S = carve(&a, sizeof *s->S * (size_t)n);
+    s->V = carve(&a, sizeof *s->V * (size_t)n);
     s->dp = doubles(&a, m->np);
     s->dd = doubles(&a, m->nd);
     s->du = doubles(&a, 3 * m->ninput);
@@ -321,7 +325,8 @@ static void column_to(double *matrix, int n, int j, const double *column)
     }
 }
 
-void stein_derivative_forces(stein_derivative *s, double *by_q, double *by_qd)
+/* along every q and qd */
+static void sweep_forces(stein_derivative *s, double *by_q, double *by_qd)
 {
     int n = s->model->nq;
     (void)constants_along(s, NULL);
@@ -330,6 +335,19 @@ void stein_derivative_forces(stein_derivative *s, double *by_q, double *by_qd)
         unit_direction(s, k);
         forces_along(s, NULL);
         column_to(k < n ? by_q : by_qd, n, k % n, s->dQ);
+    }
+}
+
+void stein_derivative_forces(stein_derivative *s, double *by_q, double *by_qd)
+{
+    int n = s->model->nq;
+    if (!stein__touch_slopes(s, by_q, by_qd)) {
+        sweep_forces(s, by_q, by_qd);
+    }
+    for (int j = 0; s->driven && j < n; j++) {
+        for (int i = 0; follows(s, j) && i < n; i++) {
+            by_q[i * n + j] = by_qd[i * n + j] = 0.0;
+        }
     }
 }
 

@@ -25,6 +25,13 @@ typedef struct stein__direction {
     const double *dd, *dq, *dqd, *dpose, *du; /* + */
 } stein__direction;
 
+/** Slopes of laws, each as the law is written (laws.h). A normal force by depth and its rate; mu by
+ * u at u, whose tanh is known; a joint's force by q and qd, with the slope of its friction by qd. */
+void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot);
+double stein__mu_slope(const double *law, double u, double tanh_u);
+void stein__joint_slopes(const double *law, double q, double qd, double friction, double *by_q,
+                         double *by_qd);
+
 /** Bytes of a block for stein__tangent_make(). */
 size_t stein__tangent_size(const stein_model *model);
 void *stein__tangent_make(void *block, const stein_model *model);

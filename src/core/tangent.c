@@ -143,3 +143,35 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
     slopes_to(sim->guard, sim->nguard, dguard);
     turn_back(sim, way);
 }
+
+/* ---- laws ---- */
+
+/* a block of a law in registers, so that the compiler sees which derivatives are 0 */
+#define BLOCK(name, law, size)           \
+    real name[size];                     \
+    for (int i = 0; i < (size); i++) {   \
+        name[i] = same((law)[i]);        \
+    }
+
+void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot)
+{
+    BLOCK(block, law, STEIN_NORMAL_SIZE)
+    *by_x = slope_of(stein__normal(block, with_slope(x, 1.0), same(xdot)));
+    *by_xdot = slope_of(stein__normal(block, same(x), with_slope(xdot, 1.0)));
+}
+
+double stein__mu_slope(const double *law, double u, double tanh_u)
+{
+    BLOCK(block, law, STEIN_FRICTION_SIZE)
+    return slope_of(
+        stein__mu(block, with_slope(u, 1.0), with_slope(tanh_u, 1.0 - tanh_u * tanh_u)));
+}
+
+void stein__joint_slopes(const double *law, double q, double qd, double friction, double *by_q,
+                         double *by_qd)
+{
+    BLOCK(block, law, STEIN_JOINT_SIZE)
+    *by_q = slope_of(stein__joint(block, with_slope(q, 1.0), same(qd), same(0.0)));
+    *by_qd = slope_of(
+        stein__joint(block, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
+}

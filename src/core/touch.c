@@ -74,6 +74,8 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
     t->at = at;
     t->n = n;
     t->normal = only(on, normal);
+    t->depth = depth;
+    t->rate = rate;
     t->sum = f;
     sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
 }
