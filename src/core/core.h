@@ -196,9 +196,10 @@ void stein__take_parameters(stein_sim *sim);
  * index of a joint whose pivot vanishes. */
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse);
 /* the same in two parts, for several right-hand sides: M becomes its factors, inverse [nq] that of
- * the pivots; then b becomes x */
+ * the pivots; then B [nq*m] becomes X, m columns of its own each */
 int stein__factor(int n, const int *parent, double *M, double *inverse);
-void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *b);
+void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *B,
+                       int m);
 
 /* state.c: the block without a state, but as that of this model */
 void stein__state_clear(stein_sim *sim);

@@ -41,8 +41,7 @@ static size_t layout(stein_derivative *s, const stein_model *m)
     s->parent = carve(&a, sizeof *s->parent * (size_t)n);
     s->driver = carve(&a, sizeof *s->driver * (size_t)n);
     double **const vector[] = {&s->qdd, &s->inverse, &s->dq,   &s->dqd,
-                               &s->dQ,  &s->dR,      &s->dqdd, &s->c,
-                               &s->side, &s->along_n, &s->along_t};
+                               &s->dQ,  &s->dR,      &s->dqdd, &s->c};
     double **const matrix[] = {&s->factor, &s->M, &s->Qq, &s->Qqd, &s->Rq, &s->Rqd};
     for (size_t i = 0; i < sizeof vector / sizeof *vector; i++) {
         *vector[i] = doubles(&a, n);
@@ -233,7 +232,7 @@ static void solve(stein_derivative *s, double *b)
     for (int j = 0; s->driven && j < n; j++) {
         b[j] = s->driver[j] != STEIN__FREE ? s->dqdd[j] : b[j];
     }
-    stein__substitute(n, s->parent, s->factor, s->inverse, b);
+    stein__substitute(n, s->parent, s->factor, s->inverse, b, 1);
 }
 
 /* dQ along {dq, dqd} of s and dd (NULL: none), signals followed */
@@ -370,18 +369,20 @@ static void equations_by_state(stein_derivative *s)
     }
 }
 
-/* M X = Q - R, column by column */
+/* M X = Q - R. Joints that are not free do not accelerate, and those that follow do not move */
 static void solve_columns(stein_derivative *s, const double *Q, const double *R, double *X)
 {
     int n = s->model->nq;
-    for (int j = 0; j < n; j++) {
-        double *b = s->dQ;
-        for (int i = 0; i < n; i++) {
-            b[i] = follows(s, j) ? 0.0 : Q[i * n + j] - R[i * n + j];
-        }
-        solve(s, b);
-        column_to(X, n, j, b);
+    for (int i = 0; i < n * n; i++) {
+        X[i] = Q[i] - R[i];
     }
+    for (int j = 0; s->driven && j < n; j++) {
+        for (int i = 0; i < n; i++) {
+            X[i * n + j] = follows(s, j) ? 0.0 : X[i * n + j];
+            X[j * n + i] = s->driver[j] != STEIN__FREE ? 0.0 : X[j * n + i];
+        }
+    }
+    stein__substitute(n, s->parent, s->factor, s->inverse, X, n);
 }
 
 void stein_derivative_by_state(stein_derivative *s, double *by_q, double *by_qd)

@@ -63,18 +63,30 @@ int stein__factor(int n, const int *parent, double *M, double *inverse)
     return -1;
 }
 
-void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *b)
+/* row a of B less f times row b, m numbers */
+static inline void less_row(double *B, int m, int a, double f, int b)
+{
+    double *to = B + a * m;
+    const double *from = B + b * m;
+    for (int i = 0; i < m; i++) {
+        to[i] -= f * from[i];
+    }
+}
+
+void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *B,
+                       int m)
 {
     for (int k = n - 1; k >= 0; k--) {
         for (int i = parent[k]; i >= 0; i = parent[i]) {
-            b[i] -= M[k * n + i] * b[k];
+            less_row(B, m, i, M[k * n + i], k);
         }
     }
     for (int k = 0; k < n; k++) {
-        double x = b[k] * inverse[k];
-        for (int i = parent[k]; i >= 0; i = parent[i]) {
-            x -= M[k * n + i] * b[i];
+        for (int i = 0; i < m; i++) {
+            B[k * m + i] *= inverse[k];
         }
-        b[k] = x;
+        for (int i = parent[k]; i >= 0; i = parent[i]) {
+            less_row(B, m, k, M[k * n + i], i);
+        }
     }
 }

@@ -1,62 +1,29 @@
 /* SPDX-License-Identifier: MIT
  * slopes.c - derivatives by every q and qd of the forces of what touches and rubs, all at once.
  *
- * In the plane a joint is a twist S = (w, u, v): a point P of what it carries moves by
- * (u - w P_z, v + w P_x) for each unit of its coordinate. A contact with unit normal n and tangent t
- * at P is a wrench W = f_n (P x n, n) + f_t (P x t, t), and acts on the joints between its two bodies
- * only: Q_k = s_k S_k . W, s = +1 on the way to the first body, -1 to the second. So
+ * In the plane a joint is a twist: what it carries turns by w and moves, at the place of a contact,
+ * by a along the contact's normal n and by b along its tangent t (n turned by -90 degrees), for each
+ * unit of its coordinate. A contact with forces f_n and f_t acts on the joints between its two bodies
+ * only, s = +1 on the way to the first body, -1 to the second:
  *
- *      dQ_k/dq_j = s_k ( S_k . dW/dq_j + [S_j, S_k] . W )     [S_j, S_k] where j carries joint k
- *      dW/dq_j   = df_n N + df_t T + f_n dN + f_t dT          N, T the wrenches of unit forces
- *      depth     dx/dq_j = - s_j S_j . N                      both rates by S_j, V, [S_j, V - V_j]
+ *      Q_k = s_k (f_n a_k + f_t b_k)      depth: dx/dq_k = - s_k a_k      dv_t/dqd_k = s_k b_k
  *
- * Joints below both bodies move all of it rigidly, and nothing changes. What the laws add are four
+ * When q_j changes, the place moves by (p_n, p_t), n turns by th, and joint k, if j carries it, is
+ * moved with it, [S_j, S_k]. Then in those axes
+ *
+ *      dQ_k/dq_j = s_k ( w_k (f_n p_t - f_t p_n) + a_k (df_n + f_t th) + b_k (df_t - f_n th)
+ *                        + f_n [S_j, S_k]_n + f_t [S_j, S_k]_t )
+ *      [S_j, S_k]_n = w_j b_k - w_k b_j      [S_j, S_k]_t = w_k a_j - w_j a_k
+ *
+ * Joints below both bodies move all of it rigidly, and nothing changes. What the laws add are three
  * numbers for a contact, their own slopes (tangent.c).
  *
- * A sweep along every q and qd would give the same, and the tests compare the two; it takes 2 nq
- * evaluations of all forces, this one less than two.
+ * A sweep along every q and qd gives the same, and the tests compare the two; it takes 2 nq
+ * evaluations of all forces with their derivatives.
  */
 #include "slopes.h"
 
 typedef stein__twist twist;
-
-static inline vec2 moved(twist s, vec2 at)
-{
-    return (vec2){s.u - s.w * at.z, s.v + s.w * at.x};
-}
-
-/* [a, b]: how b changes when it is moved with a */
-static inline twist bracket(twist a, twist b)
-{
-    return (twist){0.0, b.w * a.v - a.w * b.v, a.w * b.u - b.w * a.u};
-}
-
-static inline twist minus(twist a, twist b)
-{
-    return (twist){a.w - b.w, a.u - b.u, a.v - b.v};
-}
-
-static inline double power(wrench f, twist s)
-{
-    return f.m * s.w + f.x * s.u + f.z * s.v;
-}
-
-/* a unit force along n at a place, about the origin of the fixed frame */
-static inline wrench unit(vec2 at, vec2 n)
-{
-    return (wrench){n.x, n.z, at.x * n.z - at.z * n.x};
-}
-
-/* how it changes with the place and the direction */
-static inline wrench unit_moved(vec2 at, vec2 n, vec2 dat, vec2 dn)
-{
-    return (wrench){dn.x, dn.z, dat.x * n.z - dat.z * n.x + at.x * dn.z - at.z * dn.x};
-}
-
-static inline wrench sum_of(double a, wrench x, double b, wrench y)
-{
-    return (wrench){a * x.x + b * y.x, a * x.z + b * y.z, a * x.m + b * y.m};
-}
 
 /* ---- the joints ---- */
 
@@ -76,22 +43,9 @@ static void find_twists(stein_derivative *s)
     }
 }
 
-static int body_of(const stein_derivative *s, int frame)
+static inline int body_of(const stein_derivative *s, int frame)
 {
     return frame < 0 ? -1 : s->model->frames[frame].body;
-}
-
-/* joints between the two bodies of a pair, and on which side: from the leaves on */
-static int find_way(stein_derivative *s, const pair *p)
-{
-    int a = body_of(s, p->frame[0]), b = body_of(s, p->frame[1]), n = 0;
-    while (a != b) {
-        int first = a > b;
-        s->way[n] = first ? a : b;
-        s->side[n++] = first ? 1.0 : -1.0;
-        *(first ? &a : &b) = s->parent[first ? a : b];
-    }
-    return n;
 }
 
 /* ---- one contact ---- */
@@ -101,78 +55,102 @@ typedef enum { OF_FIRST, OF_SECOND, BETWEEN } carrier;
 
 /* one touch with the slopes of its laws */
 typedef struct contact {
-    vec2 at, n, t, centre; /* centre: of the circle, or the point on the line */
-    double radius, distance;
+    vec2 at, n;
+    double at_n, at_t;       /* moments of unit forces along n and t about the frame's origin */
+    double radius, distance; /* of the first circle; between the centres */
     carrier carrier;
-    twist V; /* of the first body less that of the second */
-    wrench N, T, W;
+    stein__local V; /* of the first body less that of the second */
     double fn, ft, mu;
     double by_depth, by_rate; /* of fn */
     double by_speed;          /* of mu, by v_t */
 } contact;
 
-/* how place and normal move with a joint */
-static inline void move(const contact *c, twist S, double side, vec2 *dat, vec2 *dn)
+/* a twist at the place, in the axes of the contact */
+static inline stein__local local(const contact *c, twist s)
 {
-    int first = side > 0.0;
-    vec2 dcentre = {0.0, 0.0};
-    *dn = dcentre;
-    if (c->carrier == BETWEEN) {
-        vec2 other = {c->centre.x - c->distance * c->n.x, c->centre.z - c->distance * c->n.z};
-        vec2 by = moved(S, first ? c->centre : other);
-        double turned =
-            c->distance > 0.0 ? side * (c->t.x * by.x + c->t.z * by.z) / c->distance : 0.0;
-        *dn = (vec2){turned * c->t.x, turned * c->t.z};
-        dcentre = first ? by : dcentre;
-    } else if (first == (c->carrier == OF_FIRST)) {
-        *dn = (vec2){-S.w * c->n.z, S.w * c->n.x};
-    } else {
-        dcentre = moved(S, c->centre);
+    return (stein__local){s.w, s.u * c->n.x + s.v * c->n.z + s.w * c->at_n,
+                          s.u * c->n.z - s.v * c->n.x + s.w * c->at_t};
+}
+
+/* a body less another one, of which -1 is fixed */
+static inline stein__local relative(const stein_derivative *s, const contact *c, int a, int b)
+{
+    const twist fixed = {0.0, 0.0, 0.0};
+    twist x = a < 0 ? fixed : s->V[a], y = b < 0 ? fixed : s->V[b];
+    return local(c, (twist){x.w - y.w, x.u - y.u, x.v - y.v});
+}
+
+/* joints between the two bodies of a pair, from the leaves on */
+static int find_way(stein_derivative *s, const contact *c, int a, int b)
+{
+    int n = 0;
+    for (; a != b; n++) {
+        int first = a > b, joint = first ? a : b;
+        s->way[n] = (stein__step){.joint = joint, .first = first, .at = local(c, s->S[joint])};
+        a = first ? s->parent[a] : a;
+        b = first ? b : s->parent[b];
     }
-    *dat = (vec2){dcentre.x - c->radius * dn->x, dcentre.z - c->radius * dn->z};
+    return n;
 }
 
-/* how the whole wrench moves with joint j of the way */
-static inline wrench wrench_by_q(const stein_derivative *s, const contact *c, const pair *p, int j)
+/* how place and normal move with a joint */
+static inline void move(const contact *c, const stein__step *j, double *pn, double *pt, double *th)
 {
-    int joint = s->way[j];
-    double side = s->side[j];
-    twist S = s->S[joint];
-    twist V = minus(s->V[body_of(s, p->frame[side < 0.0])], s->V[joint]), dV = bracket(S, V);
-    vec2 dat, dn;
-    move(c, S, side, &dat, &dn);
-    wrench dN = unit_moved(c->at, c->n, dat, dn);
-    wrench dT = unit_moved(c->at, c->t, dat, (vec2){dn.z, -dn.x});
-    double drate = -(power(dN, c->V) + side * power(c->N, dV));
-    double dspeed = power(dT, c->V) + side * power(c->T, dV);
-    double dfn = c->by_rate * drate - c->by_depth * s->along_n[j];
-    double dft = c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * dspeed) : 0.0;
-    wrench forces = sum_of(dfn, c->N, dft, c->T), places = sum_of(c->fn, dN, c->ft, dT);
-    return sum_of(1.0, forces, 1.0, places);
+    double w = j->at.w, r = c->radius;
+    *pn = *pt = *th = 0.0;
+    if (c->carrier == BETWEEN) {
+        double across = j->first ? r * w - j->at.b : (c->distance - r) * w + j->at.b;
+        *th = c->distance > 0.0 ? across / c->distance : 0.0;
+        *pn = j->first ? j->at.a : 0.0;
+        *pt = (j->first ? -across : 0.0) + r * *th;
+    } else if (j->first == (c->carrier == OF_FIRST)) {
+        *th = w;
+        *pt = r * w;
+    } else {
+        *pn = j->at.a;
+        *pt = j->at.b - r * w;
+    }
 }
 
-static void add_contact(stein_derivative *s, const contact *c, const pair *p, double *Qq,
+/* how the forces change with q_j: along n and t of before, and the moment at the place of before */
+static inline void change_by_q(const stein_derivative *s, const contact *c, const stein__step *j,
+                               int body, double change[3])
+{
+    double pn, pt, th, side = j->first ? 1.0 : -1.0;
+    move(c, j, &pn, &pt, &th);
+    double vn = pt * c->V.w - th * c->V.b, vt = th * c->V.a - pn * c->V.w;
+    if (body != j->joint) { // what lies between them turns
+        stein__local U = relative(s, c, body, j->joint);
+        vn += side * (j->at.w * U.b - U.w * j->at.b);
+        vt += side * (U.w * j->at.a - j->at.w * U.a);
+    }
+    double dfn = -(c->by_rate * vn + c->by_depth * side * j->at.a);
+    double dft = c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * vt) : 0.0;
+    change[0] = dfn + c->ft * th;
+    change[1] = dft - c->fn * th;
+    change[2] = c->fn * pt - c->ft * pn;
+}
+
+static void add_contact(stein_derivative *s, const contact *c, int a, int b, double *Qq,
                         double *Qqd)
 {
-    int nq = s->model->nq, n = find_way(s, p);
-    for (int k = 0; k < n; k++) {
-        s->along_n[k] = s->side[k] * power(c->N, s->S[s->way[k]]);
-        s->along_t[k] = s->side[k] * power(c->T, s->S[s->way[k]]);
-    }
-    for (int j = 0; j < n; j++) {
-        int joint = s->way[j];
-        wrench dW = wrench_by_q(s, c, p, j);
-        double dfn = -c->by_rate * s->along_n[j];
-        double dft =
-            c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * s->along_t[j]) : 0.0;
-        for (int k = 0; k < n; k++) {
-            int row = s->way[k];
-            double change = power(dW, s->S[row]);
-            if (joint < row && s->side[j] == s->side[k]) { // it carries that joint
-                change += power(c->W, bracket(s->S[joint], s->S[row]));
+    int nq = s->model->nq, n = find_way(s, c, a, b);
+    for (int i = 0; i < n; i++) {
+        const stein__step *j = &s->way[i];
+        double side = j->first ? 1.0 : -1.0, by_q[3];
+        change_by_q(s, c, j, j->first ? a : b, by_q);
+        double dfn = -c->by_rate * side * j->at.a;
+        double dft = c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * side * j->at.b) : 0.0;
+        for (int l = 0; l < n; l++) {
+            const stein__step *k = &s->way[l];
+            double q = k->at.a * by_q[0] + k->at.b * by_q[1] + k->at.w * by_q[2];
+            double qd = k->at.a * dfn + k->at.b * dft;
+            if (l < i && j->first == k->first) { // j carries joint k
+                q += c->fn * (j->at.w * k->at.b - k->at.w * j->at.b) +
+                     c->ft * (k->at.w * j->at.a - j->at.w * k->at.a);
             }
-            Qq[row * nq + joint] += s->side[k] * change;
-            Qqd[row * nq + joint] += dfn * s->along_n[k] + dft * s->along_t[k];
+            Qq[k->joint * nq + j->joint] += k->first ? q : -q;
+            Qqd[k->joint * nq + j->joint] += k->first ? qd : -qd;
         }
     }
 }
@@ -184,25 +162,23 @@ static void add_touch(stein_derivative *s, int i, carrier by, double radius, dou
     const stein_sim *sim = s->sim;
     const touch *k = &sim->touch[i];
     const pair *p = k->pair;
-    const twist fixed = {0.0, 0.0, 0.0};
+    int a = body_of(s, p->frame[0]), b = body_of(s, p->frame[1]);
     contact c = {.at = k->at,
                  .n = k->n,
-                 .t = {k->n.z, -k->n.x},
+                 .at_n = k->at.x * k->n.z - k->at.z * k->n.x,
+                 .at_t = -k->at.x * k->n.x - k->at.z * k->n.z,
                  .radius = radius,
                  .distance = distance,
                  .carrier = by,
                  .fn = k->normal};
-    int a = body_of(s, p->frame[0]), b = body_of(s, p->frame[1]);
-    c.centre = (vec2){c.at.x + radius * c.n.x, c.at.z + radius * c.n.z};
-    c.V = minus(a < 0 ? fixed : s->V[a], b < 0 ? fixed : s->V[b]);
-    c.N = unit(c.at, c.n);
-    c.T = unit(c.at, c.t);
+    c.V = relative(s, &c, a, b);
     stein__normal_slopes(p->normal, k->depth, k->rate, &c.by_depth, &c.by_rate);
-    c.mu = stein__mu(p->friction, sim->slip[i], sim->grip[i]);
-    c.by_speed = p->inverse_vt * stein__mu_slope(p->friction, sim->slip[i], sim->grip[i]);
+    if (p->inverse_vt != 0.0) {
+        c.mu = stein__mu(p->friction, sim->slip[i], sim->grip[i]);
+        c.by_speed = p->inverse_vt * stein__mu_slope(p->friction, sim->slip[i], sim->grip[i]);
+    }
     c.ft = c.fn > 0.0 ? -c.fn * c.mu : 0.0;
-    c.W = sum_of(c.fn, c.N, c.ft, c.T);
-    add_contact(s, &c, p, Qq, Qqd);
+    add_contact(s, &c, a, b, Qq, Qqd);
 }
 
 /* ---- all of them ---- */

@@ -13,6 +13,17 @@ typedef struct stein__twist {
     double w, u, v; /* [rad/s], [m/s] a unit of the coordinate, or in all */
 } stein__twist;
 
+/** The same at the place of a contact, along its normal and tangent. */
+typedef struct stein__local {
+    double w, a, b;
+} stein__local;
+
+/** A joint between the two bodies of a contact, and on whose side. */
+typedef struct stein__step {
+    int joint, first;
+    stein__local at;
+} stein__step;
+
 struct stein_derivative {
     const stein_model *model;
     stein_sim_def def;
@@ -29,10 +40,8 @@ struct stein_derivative {
     double *M;                          /* [nq*nq] */
     double *c;                          /* [nq] */
     double *Qq, *Qqd, *Rq, *Rqd; /* [nq*nq] */
-    stein__twist *S, *V;       /* [nq] */
-    int *way;                  /* [nq] joints between the bodies of a pair */
-    double *side;              /* [nq] */
-    double *along_n, *along_t; /* [nq] s_j S_j . N and . T */
+    stein__twist *S, *V; /* [nq] of the joints, of the bodies */
+    stein__step *way;    /* [nq] */
     void *tangent;
 };
 
