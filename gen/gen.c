@@ -190,8 +190,7 @@ static stein_status check(const mechanism *m, stein_err *err)
 static int make_slopes(funcs *f, const tree *t)
 {
     int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;
-    if (n * size <= MAX_SLOPES &&
-        func_like(&f->slopes, t, &f->inverse, slope_inverse, 2 * n * n)) {
+    if (n * size <= MAX_SLOPES && func_like(&f->slopes, t, &f->inverse, slope_inverse, 2 * n * n)) {
         return -1;
     }
     return func_like(&f->along, t, &f->inverse, along_inverse, n) ||

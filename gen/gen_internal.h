@@ -26,7 +26,8 @@ void func_free(func *f);
 
 /* ---- derive.c: derivatives ------------------------------------------------------------------ */
 
-/** By every q, then by every qd: slopes [2][nout][nq] of the nodes out [nout] of a function graph. */
+/** By every q, then by every qd: slopes [2][nout][nq] of the nodes out [nout] of a function graph.
+ */
 void derive_by_state(ex_graph *g, const ex *out, int nout, int nq, ex *slopes);
 /** Along a direction {dq, dqd, dd}, in the setup graph along dp: slopes [nout]. */
 void derive_along(ex_graph *g, const ex *out, int nout, ex *slopes);
@@ -94,7 +95,7 @@ typedef void target_name(const tree *t, int i, char out[64]);
 typedef struct emission {
     const char *name, *arguments, *note; /* function name, its parameter list, comment above */
     const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
-    const char *unused[EX_NVAR + 2]; /* argument names by ex_var_kind, then d, sc */
+    const char *unused[EX_NVAR + 2];     /* argument names by ex_var_kind, then d, sc */
     target_name *target;
 } emission;
 

@@ -113,7 +113,8 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
         " *   product of arm and first moment; HB, IB composite first moment and inertia; m, mb, "
         "K\n"
         " *   recombined mass, first moment, inertia; l centre of mass; dpt hinge; p parameter;\n"
-        " *   k other constant; t shared term; X_q1, X_qd1 derivative of X by q[0], qd[0], dX along\n"
+        " *   k other constant; t shared term; X_q1, X_qd1 derivative of X by q[0], qd[0], dX "
+        "along\n"
         " *   a direction. A symbol may stand for the negative of its "
         "quantity:\n"
         " *   signs are moved to where they cost nothing. */\n");
@@ -224,17 +225,15 @@ static void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
                      "                           double *by_qd",
         .note = "derivatives of Q = M qdd + c by q and by qd",
         .type = "double",
-        .unused = {[EX_Q] = "q",
-                   [EX_QD] = "qd",
-                   [EX_QDD] = "qdd",
-                   [EX_NVAR] = "d",
-                   [EX_NVAR + 1] = "sc"},
+        .unused =
+            {[EX_Q] = "q", [EX_QD] = "qd", [EX_QDD] = "qdd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_slopes};
     static const emission along = {
         .name = "inverse_along",
-        .arguments = "const double *q, const double *qd, const double *qdd,\n"
-                     "                          const double *sc, const double *d, const double *dq,\n"
-                     "                          const double *dqd, const double *dd, double *dQ",
+        .arguments =
+            "const double *q, const double *qd, const double *qdd,\n"
+            "                          const double *sc, const double *d, const double *dq,\n"
+            "                          const double *dqd, const double *dd, double *dQ",
         .note = "Q = M qdd + c along a direction",
         .type = "double",
         .unused = {[EX_Q] = "q",
@@ -248,9 +247,10 @@ static void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
         .target = target_along};
     static const emission pose = {
         .name = "pose_along",
-        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
-                     "                       const double *dq, const double *dqd, const double *dd,\n"
-                     "                       stein_pose *dpose",
+        .arguments =
+            "const double *q, const double *qd, const double *sc, const double *d,\n"
+            "                       const double *dq, const double *dqd, const double *dd,\n"
+            "                       stein_pose *dpose",
         .note = "the poses along a direction",
         .type = "double",
         .unused = {[EX_Q] = "q",

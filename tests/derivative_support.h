@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * derivative_support.h - differences that know how good they are, and the 1788 action with all of its
- * contacts closed.
+ * derivative_support.h - differences that know how good they are, and the 1788 action with all of
+ * its contacts closed.
  */
 #ifndef DERIVATIVE_SUPPORT_H
 #define DERIVATIVE_SUPPORT_H
@@ -9,7 +9,7 @@
 
 #include "support.h"
 
-enum { ROWS = 12, MOST = 16 };
+enum { ROWS = 6, MOST = 16 };
 
 /** y [n] at x. */
 typedef void function_of(void *ctx, double x, double *y);
@@ -31,8 +31,8 @@ static inline void differences(function_of *f, void *ctx, double x, double h, in
             double factor = 4.0;
             for (int k = 1; k <= i; k++, factor *= 4.0) {
                 row[k][j] = row[k - 1][j] + (row[k - 1][j] - last[k - 1][j]) / (factor - 1.0);
-                double error = fmax(fabs(row[k][j] - row[k - 1][j]),
-                                    fabs(row[k][j] - last[k - 1][j]));
+                double error =
+                    fmax(fabs(row[k][j] - row[k - 1][j]), fabs(row[k][j] - last[k - 1][j]));
                 if (error < least[j]) {
                     least[j] = error;
                     slope[j] = row[k][j];

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_derivative.c - derivatives: generated ones against complex steps through the graph they are
- * of, those of qdd with all contacts against differences.
+ * test_derivative.c - generated derivatives against complex steps through the graph they are of.
+ * Those of qdd with contacts are in test_derivative_places.c.
  */
 #include <complex.h>
 #include <string.h>
 
-#include "derivative_support.h"
 #include "gen_internal.h"
 #include "generator_reference.h"
+#include "support.h"
 
 enum { TREES = 60 };
+
+void derivative_places_cases(Suite *suite);
 
 static double *numbers(size_t n)
 {
@@ -139,8 +141,8 @@ static void outputs(const place *k, const func *f, int slope, double *y)
     for (int i = 0; i < k->setup.n; i++) {
         dd[i] = k->dd[i];
     }
-    const double complex *const var[EX_NVAR] = {[EX_Q] = k->q,  [EX_QD] = k->qd, [EX_QDD] = qdd,
-                                                [EX_DQ] = dq,   [EX_DQD] = dqd,  [EX_DD] = dd};
+    const double complex *const var[EX_NVAR] = {
+        [EX_Q] = k->q, [EX_QD] = k->qd, [EX_QDD] = qdd, [EX_DQ] = dq, [EX_DQD] = dqd, [EX_DD] = dd};
     evaluate(&f->g, var, k->constants, v);
     for (int i = 0; i < f->nout; i++) {
         y[i] = slope ? cimag(v[f->out[i]]) / tiny : creal(v[f->out[i]]);
@@ -297,122 +299,6 @@ START_TEST(graphs_agree_with_complex_steps_on_the_mechanisms)
 }
 END_TEST
 
-/* ---- qdd with contacts, by differences ------------------------------------------------------- */
-
-/* qdd as a function of one number of the place */
-typedef struct probe {
-    stein_sim *sim;
-    double t, q[MOST], qd[MOST], p[512];
-    double *moved;
-} probe;
-
-static void qdd_of(void *ctx, double x, double *qdd)
-{
-    probe *k = ctx;
-    double kept = *k->moved;
-    *k->moved = x;
-    ck_assert_stein(stein_set_all(k->sim, k->p, err));
-    ck_assert_stein(stein_acceleration(k->sim, k->t, k->q, k->qd, qdd, err));
-    *k->moved = kept;
-}
-
-static probe *probe_new(stein_sim *sim)
-{
-    const stein_model *model = stein_sim_model(sim);
-    probe *k = calloc(1, sizeof *k);
-    ck_assert(k != NULL && model->nq <= MOST && model->np <= 512);
-    k->sim = sim;
-    k->t = stein_time(sim);
-    memcpy(k->q, stein_q(sim), sizeof *k->q * (size_t)model->nq);
-    memcpy(k->qd, stein_qd(sim), sizeof *k->qd * (size_t)model->nq);
-    for (int i = 0; i < model->np; i++) {
-        ck_assert_stein(stein_get(sim, model->params[i].name, &k->p[i], err));
-    }
-    return k;
-}
-
-/* a step that leaves touches touching and stays far below what bends a law */
-static double step_of(const stein_param *param, double value)
-{
-    return strcmp(param->unit, "m") == 0 ? 2e-6 : value != 0.0 ? 0.03 * fabs(value) : 1e-3;
-}
-
-/* differences are good to `rtol` of themselves and of what moves qdd as much as one step does */
-static void assert_slope(probe *k, const char *what, double *moved, double h, const double *slope,
-                         double rtol)
-{
-    int n = stein_sim_model(k->sim)->nq;
-    double expected[MOST], qdd[MOST], size = 0.0, change = 0.0;
-    k->moved = moved;
-    differences(qdd_of, k, *moved, h, n, expected);
-    qdd_of(k, *moved, qdd);
-    for (int i = 0; i < n; i++) {
-        size = fmax(size, fabs(qdd[i]));
-        change = fmax(change, fabs(expected[i]));
-    }
-    for (int i = 0; i < n; i++) {
-        double off = fabs(slope[i] - expected[i]), bound = rtol * change + 1e-12 * size / h;
-        ck_assert_msg(off <= bound, "qdd[%d] by %s: %.15g, by differences %.15g (bound %.3g)", i,
-                      what, slope[i], expected[i], bound);
-        worst = change > 0.0 ? fmax(worst, off / bound) : worst;
-    }
-}
-
-static void column(const double *matrix, int n, int j, double *out)
-{
-    for (int i = 0; i < n; i++) {
-        out[i] = matrix[i * n + j];
-    }
-}
-
-/* by every q, qd and parameter at the state of a simulation */
-static void check_place(stein_sim *sim, double rtol)
-{
-    const stein_model *model = stein_sim_model(sim);
-    int n = model->nq;
-    stein_derivative *s = NULL;
-    probe *k = probe_new(sim);
-    double qdd[MOST], same[MOST], by_q[MOST * MOST], by_qd[MOST * MOST], one[MOST];
-    ck_assert_stein(stein_derivative_create(&s, model, NULL, err));
-    ck_assert_stein(stein_acceleration(sim, k->t, k->q, k->qd, qdd, err));
-    ck_assert_stein(stein_derivative_at(s, sim, k->t, k->q, k->qd, same, err));
-    ck_assert_mem_eq(qdd, same, sizeof *qdd * (size_t)n);
-    stein_derivative_by_state(s, by_q, by_qd);
-    for (int j = 0; j < n; j++) {
-        char what[64];
-        column(by_q, n, j, one);
-        snprintf(what, sizeof what, "q of %s", model->bodies[j].name);
-        assert_slope(k, what, &k->q[j], 2e-6, one, rtol);
-        column(by_qd, n, j, one);
-        snprintf(what, sizeof what, "qd of %s", model->bodies[j].name);
-        assert_slope(k, what, &k->qd[j], 1e-4, one, rtol);
-    }
-    for (int i = 0; i < model->np; i++) {
-        ck_assert_stein(stein_set_all(sim, k->p, err));
-        ck_assert_stein(stein_derivative_at(s, sim, k->t, k->q, k->qd, NULL, err));
-        stein_derivative_by_parameter(s, i, one);
-        assert_slope(k, model->params[i].name, &k->p[i], step_of(&model->params[i], k->p[i]), one,
-                     rtol);
-    }
-    ck_assert_stein(stein_set_all(sim, k->p, err));
-    stein_derivative_destroy(s);
-    free(k);
-}
-
-START_TEST(action_with_all_contacts_closed)
-{
-    stein_sim *sim = all_closed();
-    for (int i = 0; i < stein_model_stein1788.ncontact; i++) {
-        ck_assert_msg(stein_touches(sim, i), "%s", stein_model_stein1788.contacts[i].name);
-    }
-    ck_assert_int_eq(stein_notch_phase(sim, 0), 2);
-    worst = 0.0;
-    check_place(sim, 1e-8);
-    printf("qdd with all contacts closed: %.2g of the bound\n", worst);
-    stein_sim_destroy(sim);
-}
-END_TEST
-
 Suite *derivative_suite(void)
 {
     Suite *suite = suite_create("derivative");
@@ -421,9 +307,6 @@ Suite *derivative_suite(void)
     tcase_add_test(graphs, graphs_agree_with_complex_steps_on_the_mechanisms);
     tcase_set_timeout(graphs, 60);
     suite_add_tcase(suite, graphs);
-    TCase *places = tcase_create("qdd");
-    tcase_add_test(places, action_with_all_contacts_closed);
-    tcase_set_timeout(places, 60);
-    suite_add_tcase(suite, places);
+    derivative_places_cases(suite);
     return suite;
 }

@@ -121,10 +121,11 @@ static stein_status check(const stein_derivative *s, const stein_sim *sim, stein
                            s->model->name);
     }
     if (sim->jacobians) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "\"%s\": no derivative of the force of a link or an input at a point off "
-                           "the plane: expected bodies that move in the x-z plane",
-                           s->model->name);
+        return stein__fail(
+            err, STEIN_EINVAL,
+            "\"%s\": no derivative of the force of a link or an input at a point off "
+            "the plane: expected bodies that move in the x-z plane",
+            s->model->name);
     }
     return STEIN_OK;
 }
@@ -159,8 +160,8 @@ stein_status stein_derivative_at(stein_derivative *s, stein_sim *sim, double t, 
     s->sim = sim;
     s->placed = s->driven = 0;
     for (int j = 0; j < s->model->nq; j++) {
-        s->driver[j] = sim->motions || sim->model->load.body == j ? stein__driver_of(sim, j)
-                                                                  : STEIN__FREE;
+        s->driver[j] =
+            sim->motions || sim->model->load.body == j ? stein__driver_of(sim, j) : STEIN__FREE;
         s->driven |= s->driver[j] != STEIN__FREE;
     }
     factor(s);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * direction.h - the door between a simulation and the derivatives of its forces: plain numbers only,
- * so that files whose reals are numbers with a derivative (tangent.h) can meet the others here. Not
- * installed.
+ * direction.h - the door between a simulation and the derivatives of its forces: plain numbers
+ * only, so that files whose reals are numbers with a derivative (tangent.h) can meet the others
+ * here. Not installed.
  */
 #ifndef STEIN_DIRECTION_H
 #define STEIN_DIRECTION_H
@@ -26,7 +26,8 @@ typedef struct stein__direction {
 } stein__direction;
 
 /** Slopes of laws, each as the law is written (laws.h). A normal force by depth and its rate; mu by
- * u at u, whose tanh is known; a joint's force by q and qd, with the slope of its friction by qd. */
+ * u at u, whose tanh is known; a joint's force by q and qd, with the slope of its friction by qd.
+ */
 void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot);
 double stein__mu_slope(const double *law, double u, double tanh_u);
 void stein__joint_slopes(const double *law, double q, double qd, double friction, double *by_q,

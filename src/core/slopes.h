@@ -8,7 +8,8 @@
 #include "direction.h"
 #include "stein/derivative.h"
 
-/** Of a joint, or the motion of a body: (u, v) where it would carry the origin of the fixed frame. */
+/** Of a joint, or the motion of a body: (u, v) where it would carry the origin of the fixed frame.
+ */
 typedef struct stein__twist {
     double w, u, v; /* [rad/s], [m/s] a unit of the coordinate, or in all */
 } stein__twist;
@@ -30,18 +31,18 @@ struct stein_derivative {
     stein_sim *sim; /* whose last evaluation is derived; NULL: none */
     int placed;     /* 1: the tangent is at that place */
     int *parent, *driver;
-    int driven;                         /* 1: there is a joint that is not free */
-    double *qdd;                        /* [nq] */
-    double *factor, *inverse;           /* M of the free joints: [nq*nq], [nq] */
-    double *dp, *dd;                    /* [np], [nd] a direction of parameters and of d */
-    double *dq, *dqd, *dQ, *dR, *dqdd;  /* [nq] */
-    double *du;                         /* [3*ninput] */
-    stein_pose *dpose;                  /* [nframe] */
-    double *M;                          /* [nq*nq] */
-    double *c;                          /* [nq] */
-    double *Qq, *Qqd, *Rq, *Rqd; /* [nq*nq] */
-    stein__twist *S, *V; /* [nq] of the joints, of the bodies */
-    stein__step *way;    /* [nq] */
+    int driven;                        /* 1: there is a joint that is not free */
+    double *qdd;                       /* [nq] */
+    double *factor, *inverse;          /* M of the free joints: [nq*nq], [nq] */
+    double *dp, *dd;                   /* [np], [nd] a direction of parameters and of d */
+    double *dq, *dqd, *dQ, *dR, *dqdd; /* [nq] */
+    double *du;                        /* [3*ninput] */
+    stein_pose *dpose;                 /* [nframe] */
+    double *M;                         /* [nq*nq] */
+    double *c;                         /* [nq] */
+    double *Qq, *Qqd, *Rq, *Rqd;       /* [nq*nq] */
+    stein__twist *S, *V;               /* [nq] of the joints, of the bodies */
+    stein__step *way;                  /* [nq] */
     void *tangent;
 };
 

@@ -147,10 +147,10 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
 /* ---- laws ---- */
 
 /* a block of a law in registers, so that the compiler sees which derivatives are 0 */
-#define BLOCK(name, law, size)           \
-    real name[size];                     \
-    for (int i = 0; i < (size); i++) {   \
-        name[i] = same((law)[i]);        \
+#define BLOCK(name, law, size)         \
+    real name[size];                   \
+    for (int i = 0; i < (size); i++) { \
+        name[i] = same((law)[i]);      \
     }
 
 void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot)
@@ -172,6 +172,5 @@ void stein__joint_slopes(const double *law, double q, double qd, double friction
 {
     BLOCK(block, law, STEIN_JOINT_SIZE)
     *by_q = slope_of(stein__joint(block, with_slope(q, 1.0), same(qd), same(0.0)));
-    *by_qd = slope_of(
-        stein__joint(block, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
+    *by_qd = slope_of(stein__joint(block, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
 }

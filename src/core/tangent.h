@@ -6,8 +6,9 @@
  * vanishes beside the rest (Squire & Trapp 1998): with h = 2^-400 that is so in the last bit. So
  * contacts, laws and the notch are differentiated as they are written, without a second text.
  *
- * Conditions ask about the number, as the side on which a motion is does not depend on a derivative.
- * Only "differs from its neutral value" is also true of a law that is just being switched on.
+ * Conditions ask about the number, as the side on which a motion is does not depend on a
+ * derivative. Only "differs from its neutral value" is also true of a law that is just being
+ * switched on.
  */
 #ifndef STEIN_TANGENT_H
 #define STEIN_TANGENT_H

@@ -11,6 +11,8 @@
  *   pose           0 add     0 mul    0 neg    0 div    0 sin/cos = 0
  *   point          0 add     7 mul    0 neg    0 div    2 sin/cos = 9
  *   energy         0 add     3 mul    0 neg    0 div    1 sin/cos = 4
+ *   slopes         0 add     1 mul    0 neg    0 div    1 sin/cos = 2
+ *   along          2 add     4 mul    0 neg    0 div    2 sin/cos = 8
  *   setup          2 add     9 mul    0 neg    2 div    0 sin/cos = 13
  *
  * joints (symbols count bodies from 1)
@@ -45,7 +47,8 @@
  *   FM_j, CM_j the same for unit acceleration of joint j; DP hinge arm; PD, PC dot and cross
  *   product of arm and first moment; HB, IB composite first moment and inertia; m, mb, K
  *   recombined mass, first moment, inertia; l centre of mass; dpt hinge; p parameter;
- *   k other constant; t shared term. A symbol may stand for the negative of its quantity:
+ *   k other constant; t shared term; X_q1, X_qd1 derivative of X by q[0], qd[0], dX along
+ *   a direction. A symbol may stand for the negative of its quantity:
  *   signs are moved to where they cost nothing. */
 #include <math.h>
 #include <stddef.h>
@@ -235,6 +238,127 @@ static void energy(const double *q, const double *qd, const double *sc, const do
     e[1] = -k58*C1;
 }
 
+/* derivatives of Q = M qdd + c by q and by qd */
+static void inverse_slopes(const double *q, const double *qd, const double *qdd,
+                           const double *sc, const double *d, double *by_q,
+                           double *by_qd)
+{
+    (void)q;
+    (void)qd;
+    (void)qdd;
+    const double k58 = d[58]; /* gravity.z*mb31 */
+
+    /* trigonometric terms */
+    const double C1 = sc[1];
+
+    /* by the position: rod */
+    const double CF21_q1 = k58*C1;
+
+    /* outputs */
+    by_q[0] = CF21_q1;
+    by_qd[0] = 0.0;
+}
+
+/* Q = M qdd + c along a direction */
+static void inverse_along(const double *q, const double *qd, const double *qdd,
+                          const double *sc, const double *d, const double *dq,
+                          const double *dqd, const double *dd, double *dQ)
+{
+    (void)q;
+    (void)qd;
+    (void)dqd;
+    const double k58 = d[58]; /* gravity.z*mb31 */
+
+    /* trigonometric terms */
+    const double S1 = sc[0];
+    const double C1 = sc[1];
+
+    /* along the direction */
+    const double dS1 = C1*dq[0];
+    const double dCF21 = qdd[0]*dd[56] + (k58*dS1 + S1*dd[58]);
+
+    /* outputs */
+    dQ[0] = dCF21;
+}
+
+/* derived constants along a direction of parameters */
+static void setup_along(const double *p, const double *dp, double *dd,
+                        const stein_functions *f)
+{
+    (void)f;
+    const double t1 = p[2]*p[2];
+    const double t2 = sqrt(t1);
+    const double t3 = 39.47841760435743*p[3];
+    const double t4 = p[3]*t3;
+    const double t5 = 9.81*t2/t4;
+    const double mb31 = p[1]*p[2];
+    const double t6 = p[2]*dp[2];
+    const double t7 = t6 + t6;
+    const double dmb31 = p[1]*dp[2] + p[2]*dp[1];
+    const double dK331 = p[2]*dmb31 + mb31*dp[2];
+    const double dK221 = p[1]*((9.81*(t7/(t2 + t2)) - t5*(p[3]*(39.47841760435743*dp[3]) +
+        t3*dp[3]))/t4 - t7) + (t5 - t1)*dp[1] + dK331;
+    for (int i = 0; i < 61; i++) {
+        dd[i] = 0.0;
+    }
+    dd[0] = dp[20];
+    dd[1] = dp[21];
+    dd[2] = dp[55];
+    dd[3] = dp[4];
+    dd[4] = dp[5];
+    dd[5] = dp[6];
+    dd[6] = dp[7];
+    dd[7] = dp[8];
+    dd[8] = dp[9];
+    dd[9] = dp[10];
+    dd[10] = dp[11];
+    dd[11] = dp[12];
+    dd[12] = dp[13];
+    dd[13] = dp[14];
+    dd[14] = dp[15];
+    dd[15] = dp[16];
+    dd[16] = dp[17];
+    dd[17] = dp[18];
+    dd[18] = dp[19];
+    dd[19] = dp[23];
+    dd[20] = dp[24];
+    dd[26] = dp[25];
+    dd[27] = dp[26];
+    dd[28] = dp[27];
+    dd[29] = dp[28];
+    dd[30] = dp[29];
+    dd[31] = dp[30];
+    dd[32] = dp[31];
+    dd[33] = dp[32];
+    dd[34] = dp[33];
+    dd[35] = dp[34];
+    dd[36] = dp[35];
+    dd[37] = dp[36];
+    dd[38] = dp[37];
+    dd[39] = dp[38];
+    dd[40] = dp[39];
+    dd[41] = dp[40];
+    dd[42] = dp[41];
+    dd[43] = dp[42];
+    dd[44] = dp[43];
+    dd[45] = dp[44];
+    dd[46] = dp[45];
+    dd[47] = dp[46];
+    dd[48] = dp[47];
+    dd[49] = dp[48];
+    dd[50] = dp[49];
+    dd[51] = dp[50];
+    dd[52] = dp[51];
+    dd[53] = dp[52];
+    dd[54] = dp[53];
+    dd[55] = dp[54];
+    dd[56] = dK221;
+    dd[57] = dp[2];
+    dd[58] = p[0]*dmb31 + mb31*dp[0];
+    dd[59] = dp[22];
+    dd[60] = 0.5*dK221;
+}
+
 static const stein_param params[] = {
     {"gravity.z", "m/s^2", -9.81, 0.0, 1},
     {"rod.mass", "kg", 0.213, 0.001, 1},
@@ -330,6 +454,8 @@ const stein_model stein_model_pendulum = {
     .ops_pose = {0, 0, 0, 0, 0},
     .ops_point = {0, 7, 0, 0, 2},
     .ops_energy = {0, 3, 0, 0, 1},
+    .ops_slopes = {0, 1, 0, 0, 1},
+    .ops_along = {2, 4, 0, 0, 2},
     .params = params,
     .bodies = bodies,
     .points = points,
@@ -347,8 +473,12 @@ const stein_model stein_model_pendulum = {
     .pose = NULL,
     .point = point,
     .energy = energy,
+    .setup_along = setup_along,
+    .inverse_slopes = inverse_slopes,
+    .inverse_along = inverse_along,
+    .pose_along = NULL,
     .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "f97fbe394febd5f4",
+    .equations = "9dc8659884f06bf8",
 };
 #endif
