@@ -67,10 +67,12 @@ int main(int argc, char **argv)
     bench_filter(o.filter);
     closed_add();
     runtime_add();
+    derivative_add();
     bench_measure();
     bench_print_cases(csv);
     closed_rows();
     runtime_rows();
+    derivative_rows();
     if (has_part(&o, "instrument")) {
         instrument_rows();
     }

@@ -6,6 +6,7 @@
  *   closed.c      equations by hand against generated ones
  *   equations.c   the same in lanes
  *   runtime.c     qdd, steps, strokes, batches
+ *   derivative.c  qdd by q, qd and parameters
  *   instrument.c  61 actions at audio rate
  *   precision.c   error of a stroke against time
  *   peers.c       the steppers of others (GSL, CVODE)
@@ -81,6 +82,8 @@ void closed_add(void);
 void closed_rows(void);
 void runtime_add(void);
 void runtime_rows(void);
+void derivative_add(void);
+void derivative_rows(void);
 void instrument_rows(void);
 /** @param picture  where the work-precision plot goes, CSV beside it; NULL: none */
 void precision_rows(const char *picture, FILE *csv);
