@@ -15,6 +15,7 @@
     X(import)        \
     X(formats)       \
     X(derivative)    \
+    X(sensitivity)   \
     X(integrator)    \
     X(batch)         \
     X(contact)       \

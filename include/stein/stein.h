@@ -57,6 +57,7 @@
 #include "stein/load.h"
 #include "stein/model.h"
 #include "stein/models.h"
+#include "stein/sensitivity.h"
 #include "stein/sim.h"
 #include "stein/status.h"
 #include "stein/version.h"

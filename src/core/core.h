@@ -14,6 +14,7 @@
  *   identity.c  one hash of all that computes            elementary.c  far and rare functions
  *   handover.c  parameters from another thread           tangent.c  derivatives of forces
  *   derivative.c  derivatives of qdd                     slopes.c   the same for what touches
+ *   sensitivity.c  derivatives of a motion
  * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp, log
  *
  * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
@@ -167,6 +168,11 @@ struct stein_sim {
     void *event_ctx;
     stein_force_fn *on_force;
     void *force_ctx;
+    double span; /* of the last trial step [s] */
+    void *rider; /* what goes along with the motion (sensitivity.c), told of every step taken and of
+                  * every switch, before and after; NULL: nothing */
+    void (*on_accept)(void *rider, stein_sim *sim, double h);
+    void (*on_switch)(void *rider, stein_sim *sim, int flipped);
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
     mask bad;                 /* lanes with an evaluation that failed since this was cleared */
@@ -320,6 +326,9 @@ void stein__place_driven(stein_sim *sim);
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 #endif
+/* how many stages a method has; the weights of the derivatives in its stage i, then in its end */
+int stein__stages(stein_integrator integrator);
+const double *stein__weights(stein_integrator integrator, int i);
 
 #if STEIN_LANES == 1
 /* where the next step of fixed length ends [s] */

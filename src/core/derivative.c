@@ -14,49 +14,32 @@
 
 #include "slopes.h"
 
-typedef struct arena {
-    unsigned char *base; /* NULL: only measure */
-    size_t used;
-} arena;
-
-static void *carve(arena *a, size_t size)
-{
-    void *at = a->base == NULL ? NULL : a->base + a->used;
-    a->used += (size + 15u) / 16u * 16u;
-    return at;
-}
-
-static double *doubles(arena *a, int n)
-{
-    return carve(a, sizeof(double) * (size_t)n);
-}
-
 static size_t layout(stein_derivative *s, const stein_model *m)
 {
     stein_derivative measured;
-    arena a = {(unsigned char *)s, 0};
+    stein__arena a = {(unsigned char *)s, 0};
     int n = m->nq;
     s = s != NULL ? s : &measured;
-    carve(&a, sizeof *s);
-    s->parent = carve(&a, sizeof *s->parent * (size_t)n);
-    s->driver = carve(&a, sizeof *s->driver * (size_t)n);
+    stein__carve(&a, sizeof *s);
+    s->parent = stein__carve(&a, sizeof *s->parent * (size_t)n);
+    s->driver = stein__carve(&a, sizeof *s->driver * (size_t)n);
     double **const vector[] = {&s->qdd, &s->inverse, &s->dq,   &s->dqd,
                                &s->dQ,  &s->dR,      &s->dqdd, &s->c};
     double **const matrix[] = {&s->factor, &s->M, &s->Qq, &s->Qqd, &s->Rq, &s->Rqd};
     for (size_t i = 0; i < sizeof vector / sizeof *vector; i++) {
-        *vector[i] = doubles(&a, n);
+        *vector[i] = stein__carve_doubles(&a, n);
     }
     for (size_t i = 0; i < sizeof matrix / sizeof *matrix; i++) {
-        *matrix[i] = doubles(&a, n * n);
+        *matrix[i] = stein__carve_doubles(&a, n * n);
     }
-    s->way = carve(&a, sizeof *s->way * (size_t)n);
-    s->S = carve(&a, sizeof *s->S * (size_t)n);
-    s->V = carve(&a, sizeof *s->V * (size_t)n);
-    s->dp = doubles(&a, m->np);
-    s->dd = doubles(&a, m->nd);
-    s->du = doubles(&a, 3 * m->ninput);
-    s->dpose = carve(&a, sizeof *s->dpose * (size_t)m->nframe);
-    s->tangent = carve(&a, stein__tangent_size(m));
+    s->way = stein__carve(&a, sizeof *s->way * (size_t)n);
+    s->S = stein__carve(&a, sizeof *s->S * (size_t)n);
+    s->V = stein__carve(&a, sizeof *s->V * (size_t)n);
+    s->dp = stein__carve_doubles(&a, m->np);
+    s->dd = stein__carve_doubles(&a, m->nd);
+    s->du = stein__carve_doubles(&a, 3 * m->ninput);
+    s->dpose = stein__carve(&a, sizeof *s->dpose * (size_t)m->nframe);
+    s->tangent = stein__carve(&a, stein__tangent_size(m));
     return a.used;
 }
 
@@ -236,8 +219,8 @@ static void solve(stein_derivative *s, double *b)
     stein__substitute(n, s->parent, s->factor, s->inverse, b, 1);
 }
 
-/* dQ along {dq, dqd} of s and dd (NULL: none), signals followed */
-static void forces_along(stein_derivative *s, const double *dd)
+/* {dq, dqd} of s and dd (NULL: none), signals followed, with the poses along it */
+static stein__direction direction_of(stein_derivative *s, const double *dd)
 {
     const stein_model *model = s->model;
     const stein_sim *sim = s->sim;
@@ -246,11 +229,17 @@ static void forces_along(stein_derivative *s, const double *dd)
         model->pose_along(sim->xq, sim->xqd, sim->sc, sim->d, s->dq, s->dqd,
                           dd != NULL ? dd : s->dd, s->dpose);
     }
-    stein__direction way = {.dd = dd,
-                            .dq = s->dq,
-                            .dqd = s->dqd,
-                            .dpose = (const double *)(const void *)s->dpose,
-                            .du = s->du};
+    return (stein__direction){.dd = dd,
+                              .dq = s->dq,
+                              .dqd = s->dqd,
+                              .dpose = (const double *)(const void *)s->dpose,
+                              .du = s->du};
+}
+
+/* dQ along it */
+static void forces_along(stein_derivative *s, const double *dd)
+{
+    stein__direction way = direction_of(s, dd);
     stein__tangent_forces(s->tangent, &way, s->dQ);
 }
 
@@ -299,6 +288,17 @@ void stein_derivative_by_parameter(stein_derivative *s, int param, double *by_p)
         s->dp[param] = 1.0;
         stein_derivative_along(s, NULL, NULL, s->dp, by_p);
     }
+}
+
+void stein__guards_along(stein_derivative *s, const double *dq, const double *dp, double *dguard)
+{
+    const stein_model *model = s->model;
+    const double *dd = constants_along(s, dp);
+    vector_to(s->dq, dq, model->nq);
+    vector_to(s->dqd, NULL, model->nq);
+    follow(s, dd);
+    stein__direction way = direction_of(s, dd);
+    stein__tangent_guards(s->tangent, &way, dguard);
 }
 
 /* ---- by every q and qd ---- */

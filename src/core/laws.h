@@ -26,6 +26,17 @@ static inline real stein__raised(real x, real y)
     double a = __real__ x, b = __real__ y, power = stein__power(a, b);
     return with_rate(power, power * (__imag__ y * stein__log_of(a) + b * __imag__ x / a));
 }
+
+/* The depth of a contact that is on, where it begins or ends by rounding only: a step to that place
+ * is derived on the side of the contact, where the force has a slope. */
+static inline real stein__within(const real *law, real x)
+{
+    double range = __real__ law[STEIN_NORMAL_RANGE], past = -range - __real__ x;
+    if (past >= 0.0 && past < 1e-9) {
+        return with_rate(range > 0.0 ? -range * (1.0 - 1e-12) : 0x1p-600, __imag__ x);
+    }
+    return x;
+}
 #endif
 
 static const double stein__felt_unit = 1e-4;  /* m, where the exponent is neutral */

@@ -125,7 +125,7 @@ static inline void change_by_q(const stein_derivative *s, const contact *c, cons
         vt += side * (U.w * j->at.a - j->at.w * U.a);
     }
     double dfn = -(c->by_rate * vn + c->by_depth * side * j->at.a);
-    double dft = c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * vt) : 0.0;
+    double dft = c->fn >= 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * vt) : 0.0;
     change[0] = dfn + c->ft * th;
     change[1] = dft - c->fn * th;
     change[2] = c->fn * pt - c->ft * pn;
@@ -140,7 +140,7 @@ static void add_contact(stein_derivative *s, const contact *c, int a, int b, dou
         double side = j->first ? 1.0 : -1.0, by_q[3];
         change_by_q(s, c, j, j->first ? a : b, by_q);
         double dfn = -c->by_rate * side * j->at.a;
-        double dft = c->fn > 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * side * j->at.b) : 0.0;
+        double dft = c->fn >= 0.0 ? -(dfn * c->mu + c->fn * c->by_speed * side * j->at.b) : 0.0;
         for (int l = 0; l < n; l++) {
             const stein__step *k = &s->way[l];
             double q = k->at.a * by_q[0] + k->at.b * by_q[1] + k->at.w * by_q[2];

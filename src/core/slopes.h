@@ -8,6 +8,24 @@
 #include "direction.h"
 #include "stein/derivative.h"
 
+/** A block that is cut in parts, or only measured. */
+typedef struct stein__arena {
+    unsigned char *base; /* NULL: measured */
+    size_t used;
+} stein__arena;
+
+static inline void *stein__carve(stein__arena *a, size_t size)
+{
+    void *at = a->base == NULL ? NULL : a->base + a->used;
+    a->used += (size + 15u) / 16u * 16u;
+    return at;
+}
+
+static inline double *stein__carve_doubles(stein__arena *a, int n)
+{
+    return stein__carve(a, sizeof(double) * (size_t)n);
+}
+
 /** Of a joint, or the motion of a body: (u, v) where it would carry the origin of the fixed frame.
  */
 typedef struct stein__twist {
@@ -45,6 +63,9 @@ struct stein_derivative {
     stein__step *way;                  /* [nq] */
     void *tangent;
 };
+
+/* derivative.c: all guards along a direction of positions and parameters (NULL: none), at the place */
+void stein__guards_along(stein_derivative *s, const double *dq, const double *dp, double *dguard);
 
 /* slopes.c: by every q and qd, when the forces are all of contacts, notches and joints; else 0 */
 int stein__touch_slopes(stein_derivative *s, double *Qq, double *Qqd);

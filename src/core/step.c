@@ -205,17 +205,24 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
     sim->head->t = t1;
     sim->fresh = FRESH;
+    if (sim->rider != NULL) {
+        sim->on_accept(sim->rider, sim, sim->span);
+    }
 }
 
 stein_status stein__try(stein_sim *sim, double h, stein_err *err)
 {
     stein_status status = stein__trial(sim, sim->head->t, h, err);
+    sim->span = h;
     return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
 
 void stein__flip_crossed(stein_sim *sim)
 {
     const stein_model *model = sim->model;
+    if (sim->rider != NULL) {
+        sim->on_switch(sim->rider, sim, 0);
+    }
     for (int i = 0; i < model->nspot; i++) {
         if (sim->crossed[i]) {
             flip_spot(sim, i);
@@ -226,6 +233,9 @@ void stein__flip_crossed(stein_sim *sim)
         if (crossed[0] || crossed[1] || crossed[2] || crossed[3]) {
             flip_notch(sim, i, crossed);
         }
+    }
+    if (sim->rider != NULL) {
+        sim->on_switch(sim->rider, sim, 1);
     }
 }
 

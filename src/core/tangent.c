@@ -156,6 +156,7 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
 void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot)
 {
     BLOCK(block, law, STEIN_NORMAL_SIZE)
+    x = __real__ stein__within(block, same(x));
     *by_x = slope_of(stein__normal(block, with_slope(x, 1.0), same(xdot)));
     *by_xdot = slope_of(stein__normal(block, same(x), with_slope(xdot, 1.0)));
 }

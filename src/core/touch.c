@@ -57,6 +57,9 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
         vec2 v1 = velocity(&sim->pose[p->frame[1]], at);
         v = (vec2){v.x - v1.x, v.z - v1.z};
     }
+#if STEIN_LANES == 0
+    depth = stein__within(p->normal, depth);
+#endif
     real rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
 #if STEIN_LANES <= 1
     if (sim->ntable_on > 0) {

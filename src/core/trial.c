@@ -41,6 +41,19 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
+#if STEIN_LANES == 1
+int stein__stages(stein_integrator integrator)
+{
+    return integrator == STEIN_DP5 ? dp5.stages : rk4.stages;
+}
+
+const double *stein__weights(stein_integrator integrator, int i)
+{
+    const tableau *rk = integrator == STEIN_DP5 ? &dp5 : &rk4;
+    return i < rk->stages ? rk->a[i] : rk->b;
+}
+#endif
+
 /* y = y0 + h sum of w_i k_i over the first n stages, four sums at a time */
 static void combine(const stein_sim *sim, const double *w, int n, real h, const real *y0, real *y)
 {

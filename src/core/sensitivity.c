@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT
+ * sensitivity.c - directions that ride with a simulation (sensitivity.h).
+ *
+ * A step is carried on after it was taken: the stages' derivatives k_i are still there, so the
+ * stages are too,
+ *
+ *      y_i = y_0 + h sum of a_ij k_j      dy_i = dy_0 + h sum of a_ij dk_j
+ *      dk_i = {dqd_i, A_q dq_i + A_qd dqd_i + A_p dp}
+ *
+ * with the derivatives A of qdd at y_i. That is the derivative of the step as it is computed.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "slopes.h"
+#include "stein/sensitivity.h"
+
+enum { STAGES = 6 };
+
+/** One direction. */
+typedef struct direction {
+    double *dy;     /* [2*nq] {dq, dqd} */
+    double *dp;     /* [np] */
+    double *stage;  /* [2*nq] dy_i */
+    double *dk;     /* [STAGES][2*nq] */
+    double instant; /* of the last switch */
+    int turns;      /* 1: a parameter is in it */
+} direction;
+
+struct stein_sensitivity {
+    const stein_model *model;
+    stein_sim_def def;
+    stein_sim *sim;
+    stein_derivative *slopes;
+    stein_err err;
+    int n;
+    direction *way;       /* [n] */
+    double *y;            /* [2*nq] */
+    double *by_q, *by_qd; /* [nq*nq] */
+    double *by_p;         /* [nq] */
+    double *before;       /* [nq] qdd before a switch */
+    double *dguard, *rate; /* [nguard] along a direction, along the motion */
+};
+
+static size_t layout(stein_sensitivity *s, const stein_model *m, int n)
+{
+    stein_sensitivity measured;
+    stein__arena a = {(unsigned char *)s, 0};
+    int nq = m->nq, nguard = m->nspot + NOTCH_GUARDS * m->nnotch;
+    s = s != NULL ? s : &measured;
+    stein__carve(&a, sizeof *s);
+    s->y = stein__carve_doubles(&a, 2 * nq);
+    s->by_q = stein__carve_doubles(&a, nq * nq);
+    s->by_qd = stein__carve_doubles(&a, nq * nq);
+    s->by_p = stein__carve_doubles(&a, nq);
+    s->before = stein__carve_doubles(&a, nq);
+    s->dguard = stein__carve_doubles(&a, nguard);
+    s->rate = stein__carve_doubles(&a, nguard);
+    direction *way = s->way = stein__carve(&a, sizeof *way * (size_t)n);
+    for (int k = 0; k < n; k++) {
+        direction w = {.dy = stein__carve_doubles(&a, 2 * nq),
+                       .dp = stein__carve_doubles(&a, m->np),
+                       .stage = stein__carve_doubles(&a, 2 * nq),
+                       .dk = stein__carve_doubles(&a, STAGES * 2 * nq)};
+        if (a.base != NULL) {
+            way[k] = w;
+        }
+    }
+    return a.used;
+}
+
+stein_status stein_sensitivity_create(stein_sensitivity **out, const stein_model *model,
+                                      const stein_sim_def *def, int n, stein_err *err)
+{
+    stein_sim_def defaults = stein_sim_def_default(model);
+    stein_derivative *slopes = NULL;
+    def = def != NULL ? def : &defaults;
+    if (n < 1) {
+        return stein__fail(err, STEIN_EINVAL, "%d directions: expected at least one", n);
+    }
+    stein_status status = stein_derivative_create(&slopes, model, def, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    size_t size = layout(NULL, model, n);
+    stein_sensitivity *s = def->alloc(def->ctx, size);
+    if (s == NULL) {
+        stein_derivative_destroy(slopes);
+        return stein__fail(err, STEIN_ENOMEM, "out of memory for sensitivities of \"%s\"",
+                           model->name);
+    }
+    memset(s, 0, size);
+    (void)layout(s, model, n);
+    s->model = model;
+    s->def = *def;
+    s->slopes = slopes;
+    s->n = n;
+    *out = s;
+    return STEIN_OK;
+}
+
+/* ---- a step ---- */
+
+static int is_well(const stein_sensitivity *s)
+{
+    return s->err.code == STEIN_OK;
+}
+
+/* the first trouble stays */
+static void trouble(stein_sensitivity *s, const stein_err *err)
+{
+    s->err = is_well(s) ? *err : s->err;
+}
+
+/* derivatives at a state of the simulation, whose memory is that of the step */
+static int derive_at(stein_sensitivity *s, double t, const double *y, double *qdd)
+{
+    stein_err err = {STEIN_OK, ""};
+    if (s->sim->signals) {
+        stein__fail(&err, STEIN_EINVAL,
+                    "\"%s\": no sensitivity of a motion with a signal at an input",
+                    s->model->name);
+    } else if (stein_derivative_at(s->slopes, s->sim, t, y, y + s->model->nq, qdd, &err) ==
+               STEIN_OK) {
+        return 1;
+    }
+    trouble(s, &err);
+    return 0;
+}
+
+/* y = y0 + h sum of w_j k_j, n terms that lie `apart` from each other */
+static void combine(int size, double *y, const double *y0, double h, const double *w, int n,
+                    const double *k, int apart)
+{
+    for (int i = 0; i < size; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < n; j++) {
+            sum += w[j] * k[j * apart + i];
+        }
+        y[i] = y0[i] + h * sum;
+    }
+}
+
+/* dk = {dqd, dqdd} of a direction whose state is dy */
+static void rate_of(const stein_sensitivity *s, const direction *way, const double *dy, double *dk)
+{
+    int n = s->model->nq;
+    if (way->turns) {
+        stein_derivative_along(s->slopes, NULL, NULL, way->dp, dk + n);
+    } else {
+        memset(dk + n, 0, sizeof *dk * (size_t)n);
+    }
+    for (int i = 0; i < n; i++) {
+        dk[i] = dy[n + i];
+        for (int j = 0; j < n; j++) {
+            dk[n + i] += s->by_q[i * n + j] * dy[j] + s->by_qd[i * n + j] * dy[n + j];
+        }
+    }
+}
+
+/* after a step of h has been accepted */
+static void carry(void *ctx, stein_sim *sim, double h)
+{
+    stein_sensitivity *s = ctx;
+    int size = 2 * s->model->nq, stages = stein__stages(sim->def.integrator);
+    for (int i = 0; is_well(s) && i < stages; i++) {
+        const double *a = stein__weights(sim->def.integrator, i);
+        combine(size, s->y, sim->y0, h, a, i, sim->k, sim->width);
+        if (!derive_at(s, sim->head->t, s->y, NULL)) {
+            return;
+        }
+        stein_derivative_by_state(s->slopes, s->by_q, s->by_qd);
+        for (int k = 0; k < s->n; k++) {
+            direction *way = &s->way[k];
+            combine(size, way->stage, way->dy, h, a, i, way->dk, size);
+            rate_of(s, way, way->stage, way->dk + i * size);
+        }
+    }
+    const double *b = stein__weights(sim->def.integrator, stages);
+    for (int k = 0; is_well(s) && k < s->n; k++) {
+        direction *way = &s->way[k];
+        combine(size, way->dy, way->dy, h, b, stages, way->dk, size);
+    }
+    // what is read of the simulation is of its state again
+    (void)stein__evaluate(sim, sim->head->t, sim->q, sim->qd, s->by_p, NULL);
+    sim->fresh = FRESH;
+}
+
+/* ---- a switch ---- */
+
+/* the guard that switches here, the one that is passed fastest; -1: none */
+static int switching(const stein_sensitivity *s)
+{
+    int found = -1;
+    for (int i = 0; i < s->sim->nguard; i++) {
+        if (s->sim->crossed[i] && (found < 0 || fabs(s->rate[i]) > fabs(s->rate[found]))) {
+            found = i;
+        }
+    }
+    return found;
+}
+
+/* how the instant moves with all directions, while the guards are as they were */
+static void find_instants(stein_sensitivity *s)
+{
+    int nq = s->model->nq;
+    memcpy(s->y, s->sim->q, sizeof *s->y * (size_t)nq);
+    memcpy(s->y + nq, s->sim->qd, sizeof *s->y * (size_t)nq);
+    if (!derive_at(s, s->sim->head->t, s->y, s->before)) {
+        return;
+    }
+    stein__guards_along(s->slopes, s->y + nq, NULL, s->rate);
+    int i = switching(s);
+    for (int k = 0; i >= 0 && k < s->n; k++) {
+        direction *way = &s->way[k];
+        stein__guards_along(s->slopes, way->dy, way->turns ? way->dp : NULL, s->dguard);
+        way->instant = s->dguard[i] != 0.0 ? -s->dguard[i] / s->rate[i] : 0.0;
+        if (!isfinite(way->instant)) {
+            stein_err err;
+            stein__fail(&err, STEIN_ENONFINITE,
+                        "\"%s\": no sensitivity beyond t = %g s, where a contact or a notch "
+                        "switches without being passed",
+                        s->model->name, s->sim->head->t);
+            trouble(s, &err);
+        }
+    }
+}
+
+static void pass(void *ctx, stein_sim *sim, int flipped)
+{
+    stein_sensitivity *s = ctx;
+    int nq = s->model->nq;
+    if (!is_well(s)) {
+        return;
+    }
+    if (!flipped) {
+        find_instants(s);
+    } else if (derive_at(s, sim->head->t, s->y, s->by_p)) {
+        for (int k = 0; k < s->n; k++) {
+            for (int j = 0; j < nq; j++) {
+                s->way[k].dy[nq + j] += (s->before[j] - s->by_p[j]) * s->way[k].instant;
+            }
+        }
+    }
+}
+
+/* ---- outside ---- */
+
+stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stein_err *err)
+{
+    if (s->sim != NULL && s->sim->rider == s) {
+        s->sim->rider = NULL;
+    }
+    s->sim = sim;
+    s->err = (stein_err){STEIN_OK, ""};
+    for (int k = 0; k < s->n; k++) {
+        stein_sensitivity_set(s, k, NULL, NULL, NULL);
+    }
+    if (sim == NULL) {
+        return STEIN_OK;
+    }
+    memcpy(s->y, sim->q, sizeof *s->y * (size_t)sim->model->nq);
+    memcpy(s->y + sim->model->nq, sim->qd, sizeof *s->y * (size_t)sim->model->nq);
+    if (!derive_at(s, sim->head->t, s->y, NULL)) {
+        s->sim = NULL;
+        if (err != NULL) {
+            *err = s->err;
+        }
+        return s->err.code;
+    }
+    sim->rider = s;
+    sim->on_accept = carry;
+    sim->on_switch = pass;
+    return STEIN_OK;
+}
+
+void stein_sensitivity_destroy(stein_sensitivity *s)
+{
+    if (s != NULL) {
+        (void)stein_sensitivity_attach(s, NULL, NULL);
+        stein_derivative_destroy(s->slopes);
+        s->def.release(s->def.ctx, s);
+    }
+}
+
+static void take(double *to, const double *from, int n)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = from != NULL ? from[i] : 0.0;
+    }
+}
+
+void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const double *dqd,
+                           const double *dp)
+{
+    if (k >= 0 && k < s->n) {
+        direction *way = &s->way[k];
+        take(way->dy, dq, s->model->nq);
+        take(way->dy + s->model->nq, dqd, s->model->nq);
+        take(way->dp, dp, s->model->np);
+        way->turns = dp != NULL;
+        way->instant = 0.0;
+    }
+}
+
+const double *stein_sensitivity_q(const stein_sensitivity *s, int k)
+{
+    return k >= 0 && k < s->n ? s->way[k].dy : NULL;
+}
+
+const double *stein_sensitivity_qd(const stein_sensitivity *s, int k)
+{
+    return k >= 0 && k < s->n ? s->way[k].dy + s->model->nq : NULL;
+}
+
+double stein_sensitivity_switch(const stein_sensitivity *s, int k)
+{
+    return k >= 0 && k < s->n ? s->way[k].instant : 0.0;
+}
+
+stein_status stein_sensitivity_check(const stein_sensitivity *s, stein_err *err)
+{
+    if (!is_well(s) && err != NULL) {
+        *err = s->err;
+    }
+    return s->err.code;
+}
