@@ -203,8 +203,8 @@ void derivative_add(void)
     if (of_equation_slopes != NULL) {
         of_equation_slopes->ops = &model->ops_slopes;
     }
-    of_qdd = bench_add("derivative", model->name, "qdd, all contacts closed", run_acceleration,
-                       NULL);
+    of_qdd =
+        bench_add("derivative", model->name, "qdd, all contacts closed", run_acceleration, NULL);
     of_slopes = bench_add("derivative", model->name, "qdd by q and qd, all contacts closed",
                           run_slopes, NULL);
     bench_add("derivative", model->name, "qdd by one parameter, all contacts closed",

@@ -88,7 +88,8 @@ void text_literal(text *x, const char *s);
 /** s if it consists of [A-Za-z0-9_.] only, else "?": the only way of names into comments. */
 const char *text_safe(const char *s);
 
-/* ---- emit.c, tables.c ----------------------------------------------------------------------- */
+/* ---- emit.c, emissions.c, tables.c
+ * ----------------------------------------------------------------------- */
 
 /** Names the C target of output i of a function. */
 typedef void target_name(const tree *t, int i, char out[64]);

@@ -256,6 +256,78 @@ static void check_solved(const stein_model *model, unsigned long long *seed)
     free(back);
 }
 
+/* Q as a function of the way s along a direction */
+static void inverse_along(const stein_model *model, const ref_state *s, const double *const way[3],
+                          double at, double *Q)
+{
+    int n = model->nq;
+    double *x = numbers_new(4 * (size_t)n), *p = numbers_new((size_t)model->np);
+    double *d = numbers_new((size_t)model->nd), *zero = numbers_new(3 * (size_t)n);
+    for (int i = 0; i < n; i++) {
+        x[i] = s->q[i] + at * way[0][i];
+        x[n + i] = s->qd[i] + at * way[1][i];
+    }
+    for (int i = 0; i < model->np; i++) {
+        p[i] = model->params[i].value + at * way[2][i];
+    }
+    stein_setup(model, p, d);
+    stein_turn(model, x, x + 2 * n);
+    model->inverse(x, x + n, s->qdd, x + 2 * n, d, zero, zero, Q);
+    free(x);
+    free(p);
+    free(d);
+    free(zero);
+}
+
+/* along a random direction against differences, all at once against along each */
+static void check_derived(const stein_model *model, const ref_state *s, unsigned long long *seed)
+{
+    static const stein_functions functions = {sin, cos, tan};
+    static const double weight[3] = {1.5, -0.6, 0.1}, h = 4e-3; // error h^6
+    size_t n = (size_t)model->nq;
+    double *way[3] = {numbers_new(n), numbers_new(n), numbers_new((size_t)model->np)};
+    double *p = numbers_new((size_t)model->np), *d = numbers_new((size_t)model->nd);
+    double *dd = numbers_new((size_t)model->nd), *sc = numbers_new(2 * n), *dQ = numbers_new(n);
+    double *expected = numbers_new(n), *high = numbers_new(n), *low = numbers_new(n);
+    double *by = numbers_new(2 * n * n);
+    for (size_t i = 0; i < n; i++) {
+        way[0][i] = noise(seed);
+        way[1][i] = noise(seed);
+    }
+    for (int i = 0; i < model->np; i++) {
+        p[i] = model->params[i].value;
+        way[2][i] = 0.3 * noise(seed);
+    }
+    for (int k = 1; k <= 3; k++) {
+        inverse_along(model, s, (const double *const *)way, k * h, high);
+        inverse_along(model, s, (const double *const *)way, -k * h, low);
+        for (size_t i = 0; i < n; i++) {
+            expected[i] += weight[k - 1] * (high[i] - low[i]) / (2 * k * h);
+        }
+    }
+    stein_setup(model, p, d);
+    stein_turn(model, s->q, sc);
+    model->setup_along(p, way[2], dd, &functions);
+    model->inverse_along(s->q, s->qd, s->qdd, sc, d, way[0], way[1], dd, dQ);
+    assert_same("Q along", dQ, expected, (int)n, 1e-9);
+    memset(dd, 0, sizeof *dd * (size_t)model->nd);
+    model->inverse_along(s->q, s->qd, s->qdd, sc, d, way[0], way[1], dd, dQ);
+    if (model->inverse_slopes != NULL) {
+        model->inverse_slopes(s->q, s->qd, s->qdd, sc, d, by, by + n * n);
+        for (size_t i = 0; i < n; i++) {
+            high[i] = 0.0;
+            for (size_t j = 0; j < n; j++) {
+                high[i] += by[i * n + j] * way[0][j] + by[n * n + i * n + j] * way[1][j];
+            }
+        }
+        assert_same("Q by q and qd", high, dQ, (int)n, 1e-12);
+    }
+    double *const all[] = {way[0], way[1], way[2], p, d, dd, sc, dQ, expected, high, low, by};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        free(all[i]);
+    }
+}
+
 static void check_compiled(const stein_model *model, const mechanism *m, unsigned long long *seed)
 {
     int n = m->nbody, np = m->npoint;
@@ -303,6 +375,9 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
     for (int i = 0; i < n; i++) {
         ck_assert_double_eq(d[model->initial + 2 * i], m->bodies[i].q0.value);
     }
+    double seen = worst;
+    check_derived(model, &s, seed);
+    worst = seen;
     ref_out_free(&r);
     ref_out_free(&y);
     ref_state_free(&s);

@@ -105,7 +105,8 @@ static void check_stroke(stroke *k, const char *what, double at, double h, int n
     }
 }
 
-static stroke stroke_of(const stein_model *model, stein_integrator integrator, double dt, double end)
+static stroke stroke_of(const stein_model *model, stein_integrator integrator, double dt,
+                        double end)
 {
     stroke k = {.model = model, .integrator = integrator, .dt = dt, .end = end, .param = -1};
     stein_sim *sim = make_sim(model, integrator, dt);
@@ -171,7 +172,7 @@ END_TEST
 
 START_TEST(the_action_strikes)
 {
-    static const char *const by[] = {"pawl.stop_shift", "hammer.mass", "notch.friction.A",
+    static const char *const by[] = {"pawl.stop_shift", "hammer.mass",   "notch.friction.A",
                                      "string.normal.c", "pawl.spring.k", "hammer.centre.x"};
     const stein_model *model = &stein_model_stein1788;
     static const double end[] = {0.02, 0.035, 0.06};

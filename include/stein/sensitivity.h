@@ -2,9 +2,9 @@
  * sensitivity.h - how a motion changes with its initial state and its parameters, worked out while
  * it goes on.
  *
- * Directions ride with a simulation: each is a change dq, dqd of the state and dp of the parameters,
- * and every step that the simulation takes carries it on by the derivatives of the same step
- * (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
+ * Directions ride with a simulation: each is a change dq, dqd of the state and dp of the
+ * parameters, and every step that the simulation takes carries it on by the derivatives of the same
+ * step (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
  *
  *      dt = - dg / gdot            g the guard that is 0 there
  *      dqd jumps by (qdd before - qdd after) dt
@@ -15,8 +15,8 @@
  *      stein_run(sim, 0.05, &err);
  *      stein_sensitivity_q(s, 0)                        dq/dp at 0.05 s
  *
- * They are the derivatives of the motion to the accuracy of the steps: of a step without a switch to
- * rounding. A motion that touches only just has none.
+ * They are the derivatives of the motion to the accuracy of the steps: of a step without a switch
+ * to rounding. A motion that touches only just has none.
  *
  * A stein_sensitivity owns one block of memory; nothing allocates after it was created.
  */
@@ -39,12 +39,12 @@ stein_status stein_sensitivity_create(stein_sensitivity **s, const stein_model *
 /** Release everything; the simulation that it rides with goes on alone. NULL is fine. */
 void stein_sensitivity_destroy(stein_sensitivity *s);
 
-/** Ride with a simulation from now on, all directions 0; with sim = NULL, with none. One rides with a
- * simulation at a time, and not in a batch.
+/** Ride with a simulation from now on, all directions 0; with sim = NULL, with none. One rides with
+ * a simulation at a time, and not in a batch.
  *  @return OK; EINVAL (another model, an input with a signal, what stein_derivative_at refuses) */
 stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stein_err *err);
-/** Direction k from now on: dq, dqd [nq] of the present state, dp [np] of the parameters; each may be
- *  NULL for 0. An index out of range does nothing. */
+/** Direction k from now on: dq, dqd [nq] of the present state, dp [np] of the parameters; each may
+ * be NULL for 0. An index out of range does nothing. */
 void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const double *dqd,
                            const double *dp);
 

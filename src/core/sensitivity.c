@@ -34,11 +34,11 @@ struct stein_sensitivity {
     stein_derivative *slopes;
     stein_err err;
     int n;
-    direction *way;       /* [n] */
-    double *y;            /* [2*nq] */
-    double *by_q, *by_qd; /* [nq*nq] */
-    double *by_p;         /* [nq] */
-    double *before;       /* [nq] qdd before a switch */
+    direction *way;        /* [n] */
+    double *y;             /* [2*nq] */
+    double *by_q, *by_qd;  /* [nq*nq] */
+    double *by_p;          /* [nq] */
+    double *before;        /* [nq] qdd before a switch */
     double *dguard, *rate; /* [nguard] along a direction, along the motion */
 };
 
@@ -118,8 +118,7 @@ static int derive_at(stein_sensitivity *s, double t, const double *y, double *qd
     stein_err err = {STEIN_OK, ""};
     if (s->sim->signals) {
         stein__fail(&err, STEIN_EINVAL,
-                    "\"%s\": no sensitivity of a motion with a signal at an input",
-                    s->model->name);
+                    "\"%s\": no sensitivity of a motion with a signal at an input", s->model->name);
     } else if (stein_derivative_at(s->slopes, s->sim, t, y, y + s->model->nq, qdd, &err) ==
                STEIN_OK) {
         return 1;

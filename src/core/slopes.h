@@ -64,7 +64,8 @@ struct stein_derivative {
     void *tangent;
 };
 
-/* derivative.c: all guards along a direction of positions and parameters (NULL: none), at the place */
+/* derivative.c: all guards along a direction of positions and parameters (NULL: none), at the place
+ */
 void stein__guards_along(stein_derivative *s, const double *dq, const double *dp, double *dguard);
 
 /* slopes.c: by every q and qd, when the forces are all of contacts, notches and joints; else 0 */

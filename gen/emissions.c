@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT
+ * emissions.c - the functions of the emitted file in order: their parameters, notes and targets.
+ */
+#include <stdio.h>
+
+#include "gen_internal.h"
+
+static void target_mass_bias(const tree *t, int i, char out[64])
+{
+    int n = t->n;
+    snprintf(out, 64, i < n * n ? "M[%d]" : "c[%d]", i < n * n ? i : i - n * n);
+}
+
+static void target_inverse(const tree *t, int i, char out[64])
+{
+    (void)t;
+    snprintf(out, 64, "Q[%d]", i);
+}
+
+static void target_pose(const tree *t, int i, char out[64])
+{
+    static const char *const field[7] = {"x", "z", "c", "s", "vx", "vz", "w"};
+    (void)t;
+    snprintf(out, 64, "pose[%d].%s", i / 7, field[i % 7]);
+}
+
+static void target_point(const tree *t, int i, char out[64])
+{
+    int n = 3 * t->m->npoint, nj = n * t->n;
+    if (i < 2 * n) {
+        snprintf(out, 64, i < n ? "x[%d]" : "v[%d]", i % n);
+    } else {
+        snprintf(out, 64, i < 2 * n + nj ? "J[%d]" : "jdqd[%d]",
+                 i < 2 * n + nj ? i - 2 * n : i - 2 * n - nj);
+    }
+}
+
+static void target_slopes(const tree *t, int i, char out[64])
+{
+    int n = t->n * t->n;
+    snprintf(out, 64, i < n ? "by_q[%d]" : "by_qd[%d]", i % n);
+}
+
+static void target_along(const tree *t, int i, char out[64])
+{
+    (void)t;
+    snprintf(out, 64, "dQ[%d]", i);
+}
+
+static void target_pose_along(const tree *t, int i, char out[64])
+{
+    char pose[64];
+    target_pose(t, i, pose);
+    snprintf(out, 64, "d%.60s", pose);
+}
+
+static void target_energy(const tree *t, int i, char out[64])
+{
+    (void)t;
+    snprintf(out, 64, "e[%d]", i);
+}
+
+/** What a derivative needs: it also exists in lanes. */
+static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
+{
+    static const emission mass_bias = {
+        .name = "mass_bias",
+        .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
+                     "                      const stein_real *d, const stein_real *frc,\n"
+                     "                      const stein_real *trq, stein_real *M, stein_real *c",
+        .note = "M(q) and c(q, qd, frc, trq)",
+        .type = "stein_real",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_mass_bias};
+    static const emission pose = {
+        .name = "pose",
+        .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
+                     "                 const stein_real *d, stein_pose *pose",
+        .note = "planar poses of the bodies that have a frame",
+        .type = "stein_real",
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_pose};
+    emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    emit_solve(x, t);
+    if (t->ncarrier) {
+        emit_func(x, t, l, &f->pose, &pose);
+    }
+    text_add(x,
+             "#if STEIN_LANES > 1\nextern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s);\n",
+             t->m->name);
+    text_add(
+        x, "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {mass_bias, %s, %s};\n#else\n\n",
+        t->m->name, emit_solves(t) ? "solve" : "NULL", t->ncarrier ? "pose" : "NULL");
+}
+
+/** Derivatives: exact, by forward mode (derive.c). */
+static void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
+{
+    static const emission slopes = {
+        .name = "inverse_slopes",
+        .arguments = "const double *q, const double *qd, const double *qdd,\n"
+                     "                           const double *sc, const double *d, double *by_q,\n"
+                     "                           double *by_qd",
+        .note = "derivatives of Q = M qdd + c by q and by qd",
+        .type = "double",
+        .unused =
+            {[EX_Q] = "q", [EX_QD] = "qd", [EX_QDD] = "qdd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_slopes};
+    static const emission along = {
+        .name = "inverse_along",
+        .arguments =
+            "const double *q, const double *qd, const double *qdd,\n"
+            "                          const double *sc, const double *d, const double *dq,\n"
+            "                          const double *dqd, const double *dd, double *dQ",
+        .note = "Q = M qdd + c along a direction",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_QDD] = "qdd",
+                   [EX_DQ] = "dq",
+                   [EX_DQD] = "dqd",
+                   [EX_DD] = "dd",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_along};
+    static const emission pose = {
+        .name = "pose_along",
+        .arguments =
+            "const double *q, const double *qd, const double *sc, const double *d,\n"
+            "                       const double *dq, const double *dqd, const double *dd,\n"
+            "                       stein_pose *dpose",
+        .note = "the poses along a direction",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_DQ] = "dq",
+                   [EX_DQD] = "dqd",
+                   [EX_DD] = "dd",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_pose_along};
+    if (f->slopes.nout) {
+        emit_func(x, t, l, &f->slopes, &slopes);
+    }
+    emit_func(x, t, l, &f->along, &along);
+    if (t->ncarrier) {
+        emit_func(x, t, l, &f->pose_along, &pose);
+    }
+}
+
+void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
+{
+    static const emission inverse = {
+        .name = "inverse",
+        .arguments =
+            "const double *q, const double *qd, const double *qdd, const double *sc,\n"
+            "                    const double *d, const double *frc, const double *trq, double *Q",
+        .note = "Q = M qdd + c",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_QDD] = "qdd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_inverse};
+    static const emission point = {
+        .name = "point",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                  double *x, double *v, double *J, double *jdqd",
+        .note = "named points in the fixed frame",
+        .type = "double",
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_point};
+    static const emission energy = {
+        .name = "energy",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                   double *e",
+        .note = "kinetic energy, potential energy of gravity",
+        .type = "double",
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_energy};
+    emit_rates(x, t, l, f);
+    emit_func(x, t, l, &f->inverse, &inverse);
+    if (t->m->npoint) {
+        emit_func(x, t, l, &f->point, &point);
+    }
+    emit_func(x, t, l, &f->energy, &energy);
+    emit_slopes(x, t, l, f);
+}
