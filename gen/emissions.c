@@ -98,8 +98,7 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         t->m->name, emit_solves(t) ? "solve" : "NULL", t->ncarrier ? "pose" : "NULL");
 }
 
-/** Derivatives: exact, by forward mode (derive.c). */
-static void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
+void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
 {
     static const emission slopes = {
         .name = "inverse_slopes",
@@ -192,5 +191,4 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         emit_func(x, t, l, &f->point, &point);
     }
     emit_func(x, t, l, &f->energy, &energy);
-    emit_slopes(x, t, l, f);
 }

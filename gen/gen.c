@@ -12,7 +12,7 @@
 
 enum {
     MAX_BODY = 120,   /* signed char choices, stack of angle sums; far above any action */
-    MAX_SLOPES = 6000 /* joints times operations of the inverse dynamics */
+    MAX_SLOPES = 4000 /* joints times operations of the inverse dynamics */
 };
 
 static stein_status fail(stein_err *err, stein_status code, const char *format, ...)
@@ -231,7 +231,10 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
     text_quiet(&body, "/* derived constants from parameters */\n");
     emit_setup(&body, t, l, &f->setup);
     emit_functions(&body, t, l, f);
+    text_add(&body, "#ifndef STEIN_PLAIN\n\n");
+    emit_slopes(&body, t, l, f);
     emit_setup_along(&body, t, l);
+    text_add(&body, "#endif\n\n");
     emit_tables(&body, t, l);
     emit_model(&body, t, l, f, hash);
     emit_header(&head, t, l, f);

@@ -117,6 +117,8 @@ typedef struct funcs {
 } funcs;
 
 void emit_functions(text *x, const tree *t, const layout *l, const funcs *f);
+/** Derivatives: exact, by forward mode (derive.c). */
+void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f);
 void emit_header(text *x, const tree *t, const layout *l, const funcs *f);
 void emit_tables(text *x, const tree *t, const layout *l);
 void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char hash[17]);

@@ -20,6 +20,7 @@
 #define emit_model       gen__emit_model
 #define emit_setup       gen__emit_setup
 #define emit_setup_along gen__emit_setup_along
+#define emit_slopes      gen__emit_slopes
 #define emit_tables      gen__emit_tables
 #define ex_add           gen__ex_add
 #define ex_const         gen__ex_const

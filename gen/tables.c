@@ -357,6 +357,16 @@ static void pointer_field(text *x, const char *field, int present)
     text_add(x, "    .%s = %s,\n", field, present ? field : "NULL");
 }
 
+/* derivatives, which may be left out when the text is compiled */
+static void derived_field(text *x, const char *field, int present)
+{
+    if (present) {
+        text_add(x, "    .%s = STEIN_DERIVED(%s),\n", field, field);
+    } else {
+        pointer_field(x, field, 0);
+    }
+}
+
 static void model_tables(text *x, const tree *t, const funcs *f)
 {
     const mechanism *m = t->m;
@@ -377,10 +387,10 @@ static void model_tables(text *x, const tree *t, const funcs *f)
     pointer_field(x, "pose", t->ncarrier);
     pointer_field(x, "point", m->npoint);
     pointer_field(x, "energy", 1);
-    pointer_field(x, "setup_along", 1);
-    pointer_field(x, "inverse_slopes", f->slopes.nout);
-    pointer_field(x, "inverse_along", 1);
-    pointer_field(x, "pose_along", t->ncarrier);
+    derived_field(x, "setup_along", 1);
+    derived_field(x, "inverse_slopes", f->slopes.nout);
+    derived_field(x, "inverse_along", 1);
+    derived_field(x, "pose_along", t->ncarrier);
 }
 
 void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char hash[17])

@@ -316,6 +316,13 @@ typedef struct stein_lanes {
 } stein_lanes;
 #endif
 
+/* with STEIN_PLAIN a file is compiled without its derivatives, which are half of its text */
+#ifdef STEIN_PLAIN
+#define STEIN_DERIVED(function) NULL
+#else
+#define STEIN_DERIVED(function) function
+#endif
+
 /* the lanes of a model that are compiled beside it: STEIN_WIDEST 8 (with 2 and 4), 2 or, for none,
  * 0; or a single number of them, STEIN_ONLY */
 #ifndef STEIN_WIDEST
@@ -409,8 +416,8 @@ typedef struct stein_model {
     void (*energy)(const double *q, const double *qd, const double *sc, const double *d, double *e);
 
     /* Derivatives, exact to rounding. A direction is dq, dqd [nq] and dd [nd]; what is 0 costs as
-     * much as what is not. External forces and moments are none. Equations of other origin may
-     * leave all four NULL: derivative.h then says so. */
+     * much as what is not. External forces and moments are none. Equations of other origin, or
+     * compiled with STEIN_PLAIN, leave all four NULL: derivative.h then says so. */
 
     /** dd [nd] along dp [np]: d d/dp dp. */
     void (*setup_along)(const double *p, const double *dp, double *dd, const stein_functions *f);

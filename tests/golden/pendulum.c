@@ -238,6 +238,8 @@ static void energy(const double *q, const double *qd, const double *sc, const do
     e[1] = -k58*C1;
 }
 
+#ifndef STEIN_PLAIN
+
 /* derivatives of Q = M qdd + c by q and by qd */
 static void inverse_slopes(const double *q, const double *qd, const double *qdd,
                            const double *sc, const double *d, double *by_q,
@@ -359,6 +361,8 @@ static void setup_along(const double *p, const double *dp, double *dd,
     dd[60] = 0.5*dK221;
 }
 
+#endif
+
 static const stein_param params[] = {
     {"gravity.z", "m/s^2", -9.81, 0.0, 1},
     {"rod.mass", "kg", 0.213, 0.001, 1},
@@ -473,12 +477,12 @@ const stein_model stein_model_pendulum = {
     .pose = NULL,
     .point = point,
     .energy = energy,
-    .setup_along = setup_along,
-    .inverse_slopes = inverse_slopes,
-    .inverse_along = inverse_along,
+    .setup_along = STEIN_DERIVED(setup_along),
+    .inverse_slopes = STEIN_DERIVED(inverse_slopes),
+    .inverse_along = STEIN_DERIVED(inverse_along),
     .pose_along = NULL,
     .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "9dc8659884f06bf8",
+    .equations = "e07e5dba25aee844",
 };
 #endif

@@ -97,7 +97,11 @@ static stein_status put_equations(fmu_sources *to, const mechanism *m, stein_err
     gen_result generated;
     stein_status status = gen_equations(&generated, m, err);
     if (status == STEIN_OK) {
-        status = put_source(to, "equations.c", lab__text("%s", generated.source), err);
+        status =
+            put_source(to, "equations.c",
+                       lab__text("#define STEIN_PLAIN /* without derivatives of its own */\n%s",
+                                 generated.source),
+                       err);
         gen_free(&generated);
     }
     return status;

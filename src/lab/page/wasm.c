@@ -119,8 +119,10 @@ static stein_status run_clang(const job *j, stein_err *err)
     int code = 0;
     lab__words words = {0};
     lab__words_of(&words, cc);
-    lab__words_of(&words, "--target=wasm32-wasi -std=c11 -O2 -flto -mbulk-memory -ffp-contract=off "
-                          "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
+    lab__words_of(
+        &words,
+        "--target=wasm32-wasi -std=c11 -O2 -DSTEIN_PLAIN -flto -mbulk-memory -ffp-contract=off "
+        "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
     lab__word(&words, lab__text("--sysroot=%s", j->sysroot));
     lab__word(&words, lab__text("-I%s/include", j->folder));
     lab__word(&words, lab__text("-I%s/src/core", j->folder));
