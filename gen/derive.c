@@ -64,12 +64,12 @@ static ex of_node(ex_graph *g, ex e, const ex *slope, const known *by)
     case EX_CONST: return of_constant(g, nd.a, by);
     case EX_ADD: return ex_add(g, da, db);
     case EX_SUB: return ex_sub(g, da, db);
-    case EX_MUL: return ex_add(g, ex_mul(g, da, b), ex_mul(g, a, db));
+    case EX_MUL: return ex_dot2(g, da, b, a, db);
     case EX_DIV: return of_quotient(g, e, b, da, db);
     case EX_NEG: return ex_neg(g, da);
     case EX_SIN: return ex_mul(g, ex_fun(g, EX_COS, a), da);
     case EX_COS: return ex_neg(g, ex_mul(g, ex_fun(g, EX_SIN, a), da));
-    case EX_TAN: return ex_mul(g, ex_add(g, ex_num(g, 1.0), ex_mul(g, e, e)), da);
+    case EX_TAN: return ex_add(g, da, ex_mul(g, ex_mul(g, e, e), da));
     case EX_SQRT: return ex_div(g, da, ex_add(g, e, e));
     }
     return 0;
