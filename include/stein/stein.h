@@ -41,6 +41,7 @@
  *   law.h force laws  load.h equations compiled later              models.h the built-in models
  *   batch.h many simulations side by side   version.h      identity.h are the bits the same?
  *   handover.h parameters from another thread, and what a real-time host may rely on
+ *   derivative.h exact derivatives of qdd   sensitivity.h derivatives of a whole motion
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
  * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and
  * which of them measured strokes show; plan.h the next experiment; import.h mechanisms of other
