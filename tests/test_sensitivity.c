@@ -11,7 +11,8 @@ typedef struct stroke {
     const stein_model *model;
     stein_integrator integrator;
     double dt, end, q[MOST], qd[MOST], instant;
-    int param; /* -1: *moved is a number of q or qd */
+    int param;   /* -1: *moved is a number of q or qd */
+    int settles; /* 1: from the equilibrium of the parameters */
     double *moved;
     stein_event_kind kind;
 } stroke;
@@ -46,7 +47,8 @@ static void end_of(void *ctx, double x, double *y)
     stein_sim *sim = begin(k);
     if (k->param >= 0) {
         ck_assert_stein(stein_set(sim, k->model->params[k->param].name, x, err));
-        ck_assert_stein(stein_set_state(sim, 0.0, k->q, k->qd, err));
+        ck_assert_stein(k->settles ? stein_reset(sim, err)
+                                   : stein_set_state(sim, 0.0, k->q, k->qd, err));
     }
     ck_assert_stein(stein_run(sim, k->end, err));
     memcpy(y, stein_q(sim), sizeof *y * (size_t)n);
@@ -73,7 +75,12 @@ static void sensitivity_of(stroke *k, double *y)
         way[k->moved >= k->qd && k->moved < k->qd + n ? n + (k->moved - k->qd) : k->moved - k->q] =
             1.0;
     }
-    stein_sensitivity_set(s, 1, way, way + n, k->param >= 0 ? p : NULL);
+    if (k->settles) {
+        ck_assert_stein(stein_reset(sim, err));
+        ck_assert_stein(stein_sensitivity_start(s, 1, p, err));
+    } else {
+        stein_sensitivity_set(s, 1, way, way + n, k->param >= 0 ? p : NULL);
+    }
     ck_assert_stein(stein_run(sim, k->end, err));
     ck_assert_stein(stein_sensitivity_check(s, err));
     memcpy(y, stein_sensitivity_q(s, 1), sizeof *y * (size_t)n);
@@ -173,12 +180,16 @@ END_TEST
 START_TEST(the_action_strikes)
 {
     static const char *const by[] = {"pawl.stop_shift", "hammer.mass",   "notch.friction.A",
-                                     "string.normal.c", "pawl.spring.k", "hammer.centre.x"};
+                                     "loops.normal.c",  "pawl.spring.k", "hammer.centre.x",
+                                     "rest.line.z",     "key.front.z"};
     const stein_model *model = &stein_model_stein1788;
     static const double end[] = {0.02, 0.035, 0.06};
     stroke k = stroke_of(model, STEIN_RK4, 0.0, end[_i]);
     k.kind = STEIN_EVENT_ESCAPEMENT;
-    for (size_t i = 0; i < sizeof by / sizeof *by; i++) {
+    k.settles = _i > 0;
+    // without settling the load, which lies flush, would be lifted off or pressed on by the last
+    // one
+    for (size_t i = 0; i < sizeof by / sizeof *by - (k.settles ? 0 : 1); i++) {
         double value = value_of(model, k.param = stein_find_param(model, by[i]));
         check_stroke(&k, by[i], value, value != 0.0 ? 1e-4 * fabs(value) : 1e-7, 8, 1e-5);
     }
@@ -285,6 +296,7 @@ START_TEST(what_cannot_be_followed_is_said)
     ck_assert_int_eq(stein_sensitivity_create(&s, model, NULL, 0, &e), STEIN_EINVAL);
     ck_assert_int_eq(stein_sensitivity_create(&s, model, &def, 1, &e), STEIN_ENOMEM);
     ck_assert_stein(stein_sensitivity_create(&s, model, NULL, 1, err));
+    ck_assert_int_eq(stein_sensitivity_start(s, 0, &def.dt, &e), STEIN_EINVAL);
     ck_assert_int_eq(stein_sensitivity_attach(s, other, &e), STEIN_EINVAL);
     ck_assert_ptr_nonnull(strstr(e.msg, "other equations"));
     ck_assert_stein(stein_sensitivity_attach(s, sim, err));

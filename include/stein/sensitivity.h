@@ -48,6 +48,12 @@ stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stei
 void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const double *dqd,
                            const double *dp);
 
+/** The same along dp [np] for the state in which stein_reset has left the simulation: how the
+ * static equilibrium, the initial values and the load that lies flush change with the parameters.
+ *  @return OK; EINVAL (dp is NULL, k out of range, no simulation), ESINGULAR (an equilibrium that
+ * is indifferent), what stein_derivative_at returns */
+stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *dp, stein_err *err);
+
 /** Direction k now, [nq]; NULL for an index out of range. */
 const double *stein_sensitivity_q(const stein_sensitivity *s, int k);
 const double *stein_sensitivity_qd(const stein_sensitivity *s, int k);

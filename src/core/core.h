@@ -207,6 +207,10 @@ int stein__factor(int n, const int *parent, double *M, double *inverse);
 void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *B,
                        int m);
 
+/* A x = b by elimination with row pivoting, A [n*n] and b [n] overwritten, b becomes x; -1 when
+ * singular */
+int stein__solve_general(int n, double *A, double *b);
+
 /* state.c: the block without a state, but as that of this model */
 void stein__state_clear(stein_sim *sim);
 

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT
- * linalg.c - the one linear system of the core, M qdd = Q - c, for trees too large for a generated
- * solution (gen/solve.c).
+ * linalg.c - the linear system of every step, M qdd = Q - c, for trees too large for a generated
+ * solution (gen/solve.c), and the one of an equilibrium.
  *
  * M = L^T D L without pivoting, from the leaves of the tree to its root (Featherstone 2008, section
  * 6.5): M is symmetric positive definite for every mechanism with inertia on its free joints, and
  * row k of L has entries at the ancestors of joint k only, as M has, so nothing else is touched. A
  * pivot that loses all its digits is reported, not divided by.
  */
+#include <math.h>
+
 #include "core.h"
 
 int stein__solve(int n, const int *parent, double *M, double *b, double *inverse)
@@ -89,4 +91,39 @@ void stein__substitute(int n, const int *parent, const double *M, const double *
             less_row(B, m, k, M[k * n + i], i);
         }
     }
+}
+
+int stein__solve_general(int n, double *A, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++) {
+            pivot = fabs(A[i * n + k]) > fabs(A[pivot * n + k]) ? i : pivot;
+        }
+        if (!(fabs(A[pivot * n + k]) > 0.0)) {
+            return -1;
+        }
+        for (int j = 0; j < n; j++) {
+            double swap = A[k * n + j];
+            A[k * n + j] = A[pivot * n + j];
+            A[pivot * n + j] = swap;
+        }
+        double swap = b[k];
+        b[k] = b[pivot];
+        b[pivot] = swap;
+        for (int i = k + 1; i < n; i++) {
+            double f = A[i * n + k] / A[k * n + k];
+            for (int j = k; j < n; j++) {
+                A[i * n + j] -= f * A[k * n + j];
+            }
+            b[i] -= f * b[k];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) {
+            b[i] -= A[i * n + j] * b[j];
+        }
+        b[i] /= A[i * n + i];
+    }
+    return 0;
 }

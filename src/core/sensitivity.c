@@ -302,6 +302,96 @@ void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const 
     }
 }
 
+/* ---- the start ---- */
+
+/* the load away, or back with the modes that its contact had */
+static void lift(stein_sim *sim, int away, mask *present, flag *modes)
+{
+    const stein_load *load = &sim->model->load;
+    if (load->body >= 0) {
+        const stein_contact *contact = &sim->model->contacts[load->contact];
+        flag *mode = sim->mode + contact->first_spot;
+        *present = away ? sim->head->load_present : *present;
+        sim->head->load_present = away ? 0 : *present;
+        sim->held[load->body] = (flag)(away || !*present);
+        for (int i = 0; i < contact->nspot && i < 2; i++) {
+            modes[i] = away ? mode[i] : modes[i];
+            mode[i] = away ? 0 : modes[i];
+        }
+    }
+}
+
+/* dq of an equilibrium: A_q dq = - A_p dp in the joints that are free, the others as in dq */
+static int move_equilibrium(stein_sensitivity *s, const double *dp, double *dq)
+{
+    int n = s->model->nq;
+    stein_derivative_by_state(s->slopes, s->by_q, s->by_qd);
+    stein_derivative_along(s->slopes, NULL, NULL, dp, s->by_p);
+    for (int i = 0; i < n; i++) {
+        if (stein__is_driven(s->sim, i)) {
+            for (int j = 0; j < n; j++) {
+                s->by_q[i * n + j] = i == j ? 1.0 : 0.0;
+            }
+        } else {
+            dq[i] = -s->by_p[i];
+        }
+    }
+    return stein__solve_general(n, s->by_q, dq);
+}
+
+/* dq of the load that stays flush: its depth is 0 */
+static void move_load(stein_sensitivity *s, const double *dp, double *dq)
+{
+    const stein_model *model = s->model;
+    int joint = model->load.body, spot = model->contacts[model->load.contact].first_spot;
+    int range = model->contacts[model->load.contact].normal + STEIN_NORMAL_RANGE;
+    double *unit = s->before;
+    memset(unit, 0, sizeof *unit * (size_t)model->nq);
+    unit[joint] = 1.0;
+    dq[joint] = 0.0;
+    stein__guards_along(s->slopes, unit, NULL, s->rate);
+    stein__guards_along(s->slopes, dq, dp, s->dguard);
+    dq[joint] = -(s->dguard[spot] - s->slopes->dd[range]) / s->rate[spot];
+}
+
+stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *dp, stein_err *err)
+{
+    if (s->sim == NULL || dp == NULL || k < 0 || k >= s->n) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "no start along direction %d: expected one of %d, a direction of "
+                           "parameters and a simulation that is ridden with",
+                           k, s->n);
+    }
+    const stein_model *model = s->model;
+    stein_sim *sim = s->sim;
+    int n = model->nq, singular = 0;
+    mask present = 0;
+    flag modes[2] = {0, 0};
+    stein_sensitivity_set(s, k, NULL, NULL, dp);
+    double *dq = s->way[k].dy, *dqd = dq + n;
+    memcpy(s->y, sim->q, sizeof *s->y * (size_t)n);
+    memset(s->y + n, 0, sizeof *s->y * (size_t)n);
+    lift(sim, 1, &present, modes);
+    if (derive_at(s, sim->head->t, s->y, NULL)) {
+        stein__guards_along(s->slopes, dq, dp, s->dguard); // leaves dd
+        for (int j = 0; j < n; j++) {
+            dq[j] = s->slopes->dd[model->initial + 2 * j];
+            dqd[j] = s->slopes->dd[model->initial + 2 * j + 1];
+        }
+        singular = model->settle && move_equilibrium(s, dp, dq) != 0;
+        if (model->load.body >= 0) {
+            move_load(s, dp, dq);
+        }
+    }
+    lift(sim, 0, &present, modes);
+    sim->fresh = STALE;
+    if (singular) {
+        return stein__fail(err, STEIN_ESINGULAR, "\"%s\": the equilibrium is indifferent",
+                           model->name);
+    }
+    return stein_sensitivity_check(s, err);
+}
+
 const double *stein_sensitivity_q(const stein_sensitivity *s, int k)
 {
     return k >= 0 && k < s->n ? s->way[k].dy : NULL;

@@ -76,42 +76,6 @@ static stein_status residual(stein_sim *sim, double *F, double *norm2, stein_err
     return status;
 }
 
-/* A x = b by elimination with row pivoting, A [n*n] and b [n] overwritten; -1 when singular */
-static int solve_general(int n, double *A, double *b)
-{
-    for (int k = 0; k < n; k++) {
-        int pivot = k;
-        for (int i = k + 1; i < n; i++) {
-            pivot = fabs(A[i * n + k]) > fabs(A[pivot * n + k]) ? i : pivot;
-        }
-        if (!(fabs(A[pivot * n + k]) > 0.0)) {
-            return -1;
-        }
-        for (int j = 0; j < n; j++) {
-            double swap = A[k * n + j];
-            A[k * n + j] = A[pivot * n + j];
-            A[pivot * n + j] = swap;
-        }
-        double swap = b[k];
-        b[k] = b[pivot];
-        b[pivot] = swap;
-        for (int i = k + 1; i < n; i++) {
-            double f = A[i * n + k] / A[k * n + k];
-            for (int j = k; j < n; j++) {
-                A[i * n + j] -= f * A[k * n + j];
-            }
-            b[i] -= f * b[k];
-        }
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int j = i + 1; j < n; j++) {
-            b[i] -= A[i * n + j] * b[j];
-        }
-        b[i] /= A[i * n + i];
-    }
-    return 0;
-}
-
 /* column k of 1/tau - dF/dq, by central differences; a joint that is driven changes nothing */
 static stein_status column(stein_sim *sim, int k, double tau, double *A, stein_err *err)
 {
@@ -148,7 +112,7 @@ static stein_status correction(stein_sim *sim, const double *F, double tau, doub
     for (int i = 0; i < nq; i++) {
         delta[i] = stein__is_driven(sim, i) ? 0.0 : F[i];
     }
-    if (solve_general(nq, A, delta) != 0) {
+    if (stein__solve_general(nq, A, delta) != 0) {
         memset(delta, 0, sizeof *delta * (size_t)nq);
     }
     return STEIN_OK;
