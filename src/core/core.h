@@ -168,7 +168,8 @@ struct stein_sim {
     void *event_ctx;
     stein_force_fn *on_force;
     void *force_ctx;
-    double span; /* of the last trial step [s] */
+    double span;    /* of the last trial step [s] */
+    unsigned taken; /* how often parameters have been */
     void *rider; /* what goes along with the motion (sensitivity.c), told of every step taken and of
                   * every switch, before and after; NULL: nothing */
     void (*on_accept)(void *rider, stein_sim *sim, double h);

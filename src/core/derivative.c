@@ -14,6 +14,13 @@
 
 #include "slopes.h"
 
+stein__constants stein__carve_constants(stein__arena *a, const stein_model *model)
+{
+    double *dd = stein__carve_doubles(a, model->nd);
+    int *moved = stein__carve(a, sizeof *moved * (size_t)model->nd);
+    return (stein__constants){dd, moved, 0};
+}
+
 static size_t layout(stein_derivative *s, const stein_model *m)
 {
     stein_derivative measured;
@@ -36,7 +43,8 @@ static size_t layout(stein_derivative *s, const stein_model *m)
     s->S = stein__carve(&a, sizeof *s->S * (size_t)n);
     s->V = stein__carve(&a, sizeof *s->V * (size_t)n);
     s->dp = stein__carve_doubles(&a, m->np);
-    s->dd = stein__carve_doubles(&a, m->nd);
+    s->none = stein__carve_constants(&a, m);
+    s->own = stein__carve_constants(&a, m);
     s->du = stein__carve_doubles(&a, 3 * m->ninput);
     s->dpose = stein__carve(&a, sizeof *s->dpose * (size_t)m->nframe);
     s->tangent = stein__carve(&a, stein__tangent_size(m));
@@ -169,8 +177,10 @@ static void place_tangent(stein_derivative *s)
                     .load_present = sim->head->load_present,
                     .signals = sim->signals};
     if (!s->placed) {
-        stein__tangent_place(s->tangent, &at);
+        stein__tangent_place(s->tangent, &at, s->known != sim || s->taken != sim->taken);
         s->placed = 1;
+        s->known = sim;
+        s->taken = sim->taken;
     }
 }
 
@@ -183,7 +193,7 @@ static void follow(stein_derivative *s, const double *dd)
     memset(s->dqdd, 0, sizeof *s->dqdd * (size_t)model->nq);
     for (int i = 0; i < model->ninput; i++) {
         int at = model->inputs[i].signal + STEIN_SIGNAL_GAIN;
-        double gain = s->sim->d[at], dgain = dd != NULL ? dd[at] : 0.0;
+        double gain = s->sim->d[at], dgain = dd[at];
         for (int k = 0; s->sim->signal[i] != NULL && dgain != 0.0 && k < 3; k++) {
             s->du[3 * i + k] = dgain * s->sim->ustate[3 * i + k] / gain;
         }
@@ -219,40 +229,41 @@ static void solve(stein_derivative *s, double *b)
     stein__substitute(n, s->parent, s->factor, s->inverse, b, 1);
 }
 
-/* {dq, dqd} of s and dd (NULL: none), signals followed, with the poses along it */
-static stein__direction direction_of(stein_derivative *s, const double *dd)
+/* {dq, dqd} of s and dd, signals followed, with the poses along it */
+static stein__direction direction_of(stein_derivative *s, const stein__constants *dd)
 {
     const stein_model *model = s->model;
     const stein_sim *sim = s->sim;
     place_tangent(s);
     if (model->nframe > 0) {
-        model->pose_along(sim->xq, sim->xqd, sim->sc, sim->d, s->dq, s->dqd,
-                          dd != NULL ? dd : s->dd, s->dpose);
+        model->pose_along(sim->xq, sim->xqd, sim->sc, sim->d, s->dq, s->dqd, dd->dd, s->dpose);
     }
-    return (stein__direction){.dd = dd,
-                              .dq = s->dq,
+    return (stein__direction){.dq = s->dq,
                               .dqd = s->dqd,
                               .dpose = (const double *)(const void *)s->dpose,
-                              .du = s->du};
+                              .du = s->du,
+                              .dd = dd->dd,
+                              .moved = dd->moved,
+                              .nmoved = dd->n};
 }
 
 /* dQ along it */
-static void forces_along(stein_derivative *s, const double *dd)
+static void forces_along(stein_derivative *s, const stein__constants *dd)
 {
     stein__direction way = direction_of(s, dd);
     stein__tangent_forces(s->tangent, &way, s->dQ);
 }
 
-/* derived constants along dp, or NULL where it is NULL, which leaves those of s at 0 */
-static const double *constants_along(stein_derivative *s, const double *dp)
+void stein__constants_along(stein_derivative *s, const double *dp, stein__constants *to)
 {
     static const stein_functions functions = {stein__sin, stein__cos, stein__tan};
-    if (dp == NULL) {
-        memset(s->dd, 0, sizeof *s->dd * (size_t)s->model->nd);
-        return NULL;
+    s->model->setup_along(s->sim->p, dp, to->dd, &functions);
+    to->n = 0;
+    for (int i = 0; i < s->model->nd; i++) {
+        if (to->dd[i] != 0.0) {
+            to->moved[to->n++] = i;
+        }
     }
-    s->model->setup_along(s->sim->p, dp, s->dd, &functions);
-    return s->dd;
 }
 
 static void vector_to(double *to, const double *from, int n)
@@ -262,22 +273,30 @@ static void vector_to(double *to, const double *from, int n)
     }
 }
 
-void stein_derivative_along(stein_derivative *s, const double *dq, const double *dqd,
-                            const double *dp, double *dqdd)
+void stein__along(stein_derivative *s, const double *dq, const double *dqd,
+                  const stein__constants *dd, double *dqdd)
 {
     const stein_model *model = s->model;
     const stein_sim *sim = s->sim;
     int n = model->nq;
-    const double *dd = constants_along(s, dp);
     vector_to(s->dq, dq, n);
     vector_to(s->dqd, dqd, n);
-    follow(s, dd);
+    follow(s, dd->dd);
     forces_along(s, dd);
-    model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, s->dd, s->dR);
+    model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, dd->dd, s->dR);
     for (int j = 0; j < n; j++) {
         dqdd[j] = s->dQ[j] - s->dR[j];
     }
     solve(s, dqdd);
+}
+
+void stein_derivative_along(stein_derivative *s, const double *dq, const double *dqd,
+                            const double *dp, double *dqdd)
+{
+    if (dp != NULL) {
+        stein__constants_along(s, dp, &s->own);
+    }
+    stein__along(s, dq, dqd, dp != NULL ? &s->own : &s->none, dqdd);
 }
 
 void stein_derivative_by_parameter(stein_derivative *s, int param, double *by_p)
@@ -290,13 +309,13 @@ void stein_derivative_by_parameter(stein_derivative *s, int param, double *by_p)
     }
 }
 
-void stein__guards_along(stein_derivative *s, const double *dq, const double *dp, double *dguard)
+void stein__guards_along(stein_derivative *s, const double *dq, const stein__constants *dd,
+                         double *dguard)
 {
     const stein_model *model = s->model;
-    const double *dd = constants_along(s, dp);
     vector_to(s->dq, dq, model->nq);
     vector_to(s->dqd, NULL, model->nq);
-    follow(s, dd);
+    follow(s, dd->dd);
     stein__direction way = direction_of(s, dd);
     stein__tangent_guards(s->tangent, &way, dguard);
 }
@@ -329,11 +348,10 @@ static void column_to(double *matrix, int n, int j, const double *column)
 static void sweep_forces(stein_derivative *s, double *by_q, double *by_qd)
 {
     int n = s->model->nq;
-    (void)constants_along(s, NULL);
-    follow(s, NULL);
+    follow(s, s->none.dd);
     for (int k = 0; k < 2 * n; k++) {
         unit_direction(s, k);
-        forces_along(s, NULL);
+        forces_along(s, &s->none);
         column_to(k < n ? by_q : by_qd, n, k % n, s->dQ);
     }
 }
@@ -361,11 +379,10 @@ static void equations_by_state(stein_derivative *s)
         model->inverse_slopes(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->Rq, s->Rqd);
         return;
     }
-    (void)constants_along(s, NULL);
     for (int k = 0; k < 2 * n; k++) {
         unit_direction(s, k);
-        model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, s->dd,
-                             s->dR);
+        model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd,
+                             s->none.dd, s->dR);
         column_to(k < n ? s->Rq : s->Rqd, n, k % n, s->dR);
     }
 }

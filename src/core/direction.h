@@ -22,7 +22,10 @@ typedef struct stein__at {
     int load_present, signals;
 } stein__at;
 typedef struct stein__direction {
-    const double *dd, *dq, *dqd, *dpose, *du; /* + */
+    const double *dq, *dqd, *dpose, *du; /* + */
+    const double *dd;
+    const int *moved; /* [nmoved] where dd is not 0 */
+    int nmoved;
 } stein__direction;
 
 /** Slopes of laws, each as the law is written (laws.h). A normal force by depth and its rate; mu by
@@ -36,8 +39,8 @@ void stein__joint_slopes(const double *law, double q, double qd, double friction
 /** Bytes of a block for stein__tangent_make(). */
 size_t stein__tangent_size(const stein_model *model);
 void *stein__tangent_make(void *block, const stein_model *model);
-/** Where the following directions begin. Directions by parameters end here. */
-void stein__tangent_place(void *tangent, const stein__at *at);
+/** Where the following directions begin; with_d: its parameters are others than last time. */
+void stein__tangent_place(void *tangent, const stein__at *at, int with_d);
 /** Generalised forces of everything but hooks along a direction, [nq]. */
 void stein__tangent_forces(void *tangent, const stein__direction *way, double *dQ);
 /** All guards along a direction of positions and parameters, [nspot + 4 nnotch]. */

@@ -21,10 +21,10 @@ enum { STAGES = 6 };
 typedef struct direction {
     double *dy;     /* [2*nq] {dq, dqd} */
     double *dp;     /* [np] */
+    stein__constants dd;
     double *stage;  /* [2*nq] dy_i */
     double *dk;     /* [STAGES][2*nq] */
     double instant; /* of the last switch */
-    int turns;      /* 1: a parameter is in it */
 } direction;
 
 struct stein_sensitivity {
@@ -34,6 +34,7 @@ struct stein_sensitivity {
     stein_derivative *slopes;
     stein_err err;
     int n;
+    unsigned taken; /* as of when the directions' constants are */
     direction *way;        /* [n] */
     double *y;             /* [2*nq] */
     double *by_q, *by_qd;  /* [nq*nq] */
@@ -60,6 +61,7 @@ static size_t layout(stein_sensitivity *s, const stein_model *m, int n)
     for (int k = 0; k < n; k++) {
         direction w = {.dy = stein__carve_doubles(&a, 2 * nq),
                        .dp = stein__carve_doubles(&a, m->np),
+                       .dd = stein__carve_constants(&a, m),
                        .stage = stein__carve_doubles(&a, 2 * nq),
                        .dk = stein__carve_doubles(&a, STAGES * 2 * nq)};
         if (a.base != NULL) {
@@ -143,18 +145,36 @@ static void combine(int size, double *y, const double *y0, double h, const doubl
 /* dk = {dqd, dqdd} of a direction whose state is dy */
 static void rate_of(const stein_sensitivity *s, const direction *way, const double *dy, double *dk)
 {
-    int n = s->model->nq;
-    if (way->turns) {
-        stein_derivative_along(s->slopes, NULL, NULL, way->dp, dk + n);
-    } else {
-        memset(dk + n, 0, sizeof *dk * (size_t)n);
+    int n = s->model->nq, all = way->dd.n == 0;
+    memset(dk + n, 0, sizeof *dk * (size_t)n);
+    if (!all) { // in one go with the state
+        stein__along(s->slopes, dy, dy + n, &way->dd, dk + n);
     }
     for (int i = 0; i < n; i++) {
         dk[i] = dy[n + i];
-        for (int j = 0; j < n; j++) {
+        for (int j = 0; all && j < n; j++) {
             dk[n + i] += s->by_q[i * n + j] * dy[j] + s->by_qd[i * n + j] * dy[n + j];
         }
     }
+}
+
+/* is there a direction without parameters? */
+static int has_state(const stein_sensitivity *s)
+{
+    int found = 0;
+    for (int k = 0; k < s->n; k++) {
+        found |= s->way[k].dd.n == 0;
+    }
+    return found;
+}
+
+/* parameters have changed on the way: what they make of directions has, too */
+static void renew(stein_sensitivity *s)
+{
+    for (int k = 0; s->taken != s->sim->taken && k < s->n; k++) {
+        stein__constants_along(s->slopes, s->way[k].dp, &s->way[k].dd);
+    }
+    s->taken = s->sim->taken;
 }
 
 /* after a step of h has been accepted */
@@ -168,7 +188,10 @@ static void carry(void *ctx, stein_sim *sim, double h)
         if (!derive_at(s, sim->head->t, s->y, NULL)) {
             return;
         }
-        stein_derivative_by_state(s->slopes, s->by_q, s->by_qd);
+        renew(s);
+        if (has_state(s)) {
+            stein_derivative_by_state(s->slopes, s->by_q, s->by_qd);
+        }
         for (int k = 0; k < s->n; k++) {
             direction *way = &s->way[k];
             combine(size, way->stage, way->dy, h, a, i, way->dk, size);
@@ -208,11 +231,12 @@ static void find_instants(stein_sensitivity *s)
     if (!derive_at(s, s->sim->head->t, s->y, s->before)) {
         return;
     }
-    stein__guards_along(s->slopes, s->y + nq, NULL, s->rate);
+    renew(s);
+    stein__guards_along(s->slopes, s->y + nq, &s->slopes->none, s->rate);
     int i = switching(s);
     for (int k = 0; i >= 0 && k < s->n; k++) {
         direction *way = &s->way[k];
-        stein__guards_along(s->slopes, way->dy, way->turns ? way->dp : NULL, s->dguard);
+        stein__guards_along(s->slopes, way->dy, &way->dd, s->dguard);
         way->instant = s->dguard[i] != 0.0 ? -s->dguard[i] / s->rate[i] : 0.0;
         if (!isfinite(way->instant)) {
             stein_err err;
@@ -297,7 +321,9 @@ void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const 
         take(way->dy, dq, s->model->nq);
         take(way->dy + s->model->nq, dqd, s->model->nq);
         take(way->dp, dp, s->model->np);
-        way->turns = dp != NULL;
+        way->dd.n = 0;
+        memset(way->dd.dd, 0, sizeof *way->dd.dd * (size_t)s->model->nd);
+        s->taken = s->sim != NULL ? s->sim->taken - 1 : 0; // to be worked out
         way->instant = 0.0;
     }
 }
@@ -322,11 +348,11 @@ static void lift(stein_sim *sim, int away, mask *present, flag *modes)
 }
 
 /* dq of an equilibrium: A_q dq = - A_p dp in the joints that are free, the others as in dq */
-static int move_equilibrium(stein_sensitivity *s, const double *dp, double *dq)
+static int move_equilibrium(stein_sensitivity *s, const stein__constants *dd, double *dq)
 {
     int n = s->model->nq;
     stein_derivative_by_state(s->slopes, s->by_q, s->by_qd);
-    stein_derivative_along(s->slopes, NULL, NULL, dp, s->by_p);
+    stein__along(s->slopes, NULL, NULL, dd, s->by_p);
     for (int i = 0; i < n; i++) {
         if (stein__is_driven(s->sim, i)) {
             for (int j = 0; j < n; j++) {
@@ -340,7 +366,7 @@ static int move_equilibrium(stein_sensitivity *s, const double *dp, double *dq)
 }
 
 /* dq of the load that stays flush: its depth is 0 */
-static void move_load(stein_sensitivity *s, const double *dp, double *dq)
+static void move_load(stein_sensitivity *s, const stein__constants *dd, double *dq)
 {
     const stein_model *model = s->model;
     int joint = model->load.body, spot = model->contacts[model->load.contact].first_spot;
@@ -349,9 +375,9 @@ static void move_load(stein_sensitivity *s, const double *dp, double *dq)
     memset(unit, 0, sizeof *unit * (size_t)model->nq);
     unit[joint] = 1.0;
     dq[joint] = 0.0;
-    stein__guards_along(s->slopes, unit, NULL, s->rate);
-    stein__guards_along(s->slopes, dq, dp, s->dguard);
-    dq[joint] = -(s->dguard[spot] - s->slopes->dd[range]) / s->rate[spot];
+    stein__guards_along(s->slopes, unit, &s->slopes->none, s->rate);
+    stein__guards_along(s->slopes, dq, dd, s->dguard);
+    dq[joint] = -(s->dguard[spot] - dd->dd[range]) / s->rate[spot];
 }
 
 stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *dp, stein_err *err)
@@ -373,14 +399,15 @@ stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *
     memset(s->y + n, 0, sizeof *s->y * (size_t)n);
     lift(sim, 1, &present, modes);
     if (derive_at(s, sim->head->t, s->y, NULL)) {
-        stein__guards_along(s->slopes, dq, dp, s->dguard); // leaves dd
+        renew(s);
+        const stein__constants *dd = &s->way[k].dd;
         for (int j = 0; j < n; j++) {
-            dq[j] = s->slopes->dd[model->initial + 2 * j];
-            dqd[j] = s->slopes->dd[model->initial + 2 * j + 1];
+            dq[j] = dd->dd[model->initial + 2 * j];
+            dqd[j] = dd->dd[model->initial + 2 * j + 1];
         }
-        singular = model->settle && move_equilibrium(s, dp, dq) != 0;
+        singular = model->settle && move_equilibrium(s, dd, dq) != 0;
         if (model->load.body >= 0) {
-            move_load(s, dp, dq);
+            move_load(s, dd, dq);
         }
     }
     lift(sim, 0, &present, modes);

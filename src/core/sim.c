@@ -64,6 +64,7 @@ void stein__take_parameters(stein_sim *sim)
     stein__pairs_prepare(sim);
     stein__joints_prepare(sim);
     sim->fresh = STALE;
+    sim->taken++;
 }
 
 stein_status stein_sim_create(stein_sim **out, const stein_model *model, const stein_sim_def *def,

@@ -26,6 +26,13 @@ static inline double *stein__carve_doubles(stein__arena *a, int n)
     return stein__carve(a, sizeof(double) * (size_t)n);
 }
 
+/** Derived constants along a direction of parameters. */
+typedef struct stein__constants {
+    double *dd; /* [nd] */
+    int *moved; /* [n] where it is not 0 */
+    int n;
+} stein__constants;
+
 /** Of a joint, or the motion of a body: (u, v) where it would carry the origin of the fixed frame.
  */
 typedef struct stein__twist {
@@ -48,11 +55,14 @@ struct stein_derivative {
     stein_sim_def def;
     stein_sim *sim; /* whose last evaluation is derived; NULL: none */
     int placed;     /* 1: the tangent is at that place */
+    const stein_sim *known; /* whose parameters the tangent has, and as of when */
+    unsigned taken;
     int *parent, *driver;
     int driven;                        /* 1: there is a joint that is not free */
     double *qdd;                       /* [nq] */
     double *factor, *inverse;          /* M of the free joints: [nq*nq], [nq] */
-    double *dp, *dd;                   /* [np], [nd] a direction of parameters and of d */
+    double *dp;                        /* [np] a direction of parameters */
+    stein__constants none, own;        /* of no direction, of that one */
     double *dq, *dqd, *dQ, *dR, *dqdd; /* [nq] */
     double *du;                        /* [3*ninput] */
     stein_pose *dpose;                 /* [nframe] */
@@ -64,9 +74,14 @@ struct stein_derivative {
     void *tangent;
 };
 
-/* derivative.c: all guards along a direction of positions and parameters (NULL: none), at the place
- */
-void stein__guards_along(stein_derivative *s, const double *dq, const double *dp, double *dguard);
+/* derivative.c: derived constants along dp at the parameters of the place; room for them */
+void stein__constants_along(stein_derivative *s, const double *dp, stein__constants *to);
+stein__constants stein__carve_constants(stein__arena *a, const stein_model *model);
+/* derivative.c: as stein_derivative_along; all guards along a direction of positions and parameters */
+void stein__along(stein_derivative *s, const double *dq, const double *dqd,
+                  const stein__constants *dd, double *dqdd);
+void stein__guards_along(stein_derivative *s, const double *dq, const stein__constants *dd,
+                         double *dguard);
 
 /* slopes.c: by every q and qd, when the forces are all of contacts, notches and joints; else 0 */
 int stein__touch_slopes(stein_derivative *s, double *Qq, double *Qqd);

@@ -70,11 +70,14 @@ static void slope_poses(stein_sim *sim, const double *dpose)
     }
 }
 
-void stein__tangent_place(void *tangent, const stein__at *at)
+void stein__tangent_place(void *tangent, const stein__at *at, int with_d)
 {
     stein_sim *sim = tangent;
     const stein_model *model = sim->model;
-    put(sim->d, at->d, model->nd);
+    if (with_d) {
+        put(sim->d, at->d, model->nd);
+        sim->fresh = STALE;
+    }
     put(sim->xq, at->q, model->nq);
     put(sim->xqd, at->qd, model->nq);
     put(sim->ustate, at->u, 3 * model->ninput);
@@ -87,7 +90,6 @@ void stein__tangent_place(void *tangent, const stein__at *at)
     memcpy(sim->mode, at->mode, (size_t)sim->nguard);
     sim->head->load_present = at->load_present;
     sim->signals = at->signals;
-    prepare(sim);
 }
 
 /* the numbers of a direction in place; d stays without where it does */
@@ -98,17 +100,20 @@ static void turn_to(stein_sim *sim, const stein__direction *way)
     slope(sim->xqd, way->dqd, model->nq);
     slope(sim->ustate, way->du, 3 * model->ninput);
     slope_poses(sim, way->dpose);
-    if (way->dd != NULL) {
-        slope(sim->d, way->dd, model->nd);
+    for (int i = 0; i < way->nmoved; i++) {
+        slope(&sim->d[way->moved[i]], &way->dd[way->moved[i]], 1);
+    }
+    if (way->nmoved > 0 || sim->fresh == STALE) {
         prepare(sim);
+        sim->fresh = FRESH; // what is prepared belongs to d
     }
 }
 
 static void turn_back(stein_sim *sim, const stein__direction *way)
 {
-    if (way->dd != NULL) {
-        slope(sim->d, NULL, sim->model->nd);
-        prepare(sim);
+    for (int i = 0; i < way->nmoved; i++) {
+        slope(&sim->d[way->moved[i]], NULL, 1);
+        sim->fresh = STALE;
     }
 }
 
