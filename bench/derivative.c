@@ -189,6 +189,70 @@ static double run_equations(void *ctx, long n)
     return sum;
 }
 
+/* a stroke from rest, alone and with directions of parameters that ride with it */
+enum { RIDERS = 6 };
+static const char *const ridden[RIDERS] = {"pawl.stop_shift", "hammer.mass",   "notch.friction.A",
+                                           "loops.normal.c",  "pawl.spring.k", "hammer.centre.x"};
+static const double stroke_end = 0.06; /* [s], past the string */
+static stein_sim *striking;
+static stein_sensitivity *riders;
+
+static double run_stroke(void *ctx, long n)
+{
+    (void)ctx;
+    for (long i = 0; i < n; i++) {
+        stein_reset(striking, NULL);
+        stein_run(striking, stroke_end, NULL);
+    }
+    return stein_q(striking)[0];
+}
+
+static double run_ridden(void *ctx, long n)
+{
+    double p[512] = {0.0}, last = 0.0;
+    stein_err err;
+    (void)ctx;
+    for (long i = 0; i < n; i++) {
+        stein_reset(striking, NULL);
+        bench_need(stein_sensitivity_attach(riders, striking, &err), &err, "sensitivities");
+        for (int k = 0; k < RIDERS; k++) {
+            int param = stein_find_param(&stein_model_stein1788, ridden[k]);
+            p[param] = 1.0;
+            bench_need(stein_sensitivity_start(riders, k, p, &err), &err, "sensitivities");
+            p[param] = 0.0;
+        }
+        stein_run(striking, stroke_end, NULL);
+        bench_need(stein_sensitivity_check(riders, &err), &err, "sensitivities");
+        last = stein_sensitivity_q(riders, 1)[1];
+        (void)stein_sensitivity_attach(riders, NULL, NULL);
+    }
+    return last;
+}
+
+/* the hammer's angle at the end by its mass, against central differences of strokes */
+static void check_ridden(void)
+{
+    const char *name = ridden[1];
+    stein_err err;
+    bench_need(stein_sim_create(&striking, &stein_model_stein1788, NULL, &err), &err, "stroke");
+    bench_need(stein_sensitivity_create(&riders, &stein_model_stein1788, NULL, RIDERS, &err), &err,
+               "sensitivities");
+    double mass = 0.0, y[2];
+    bench_need(stein_get(striking, name, &mass, &err), &err, name);
+    for (int i = 0; i < 2; i++) {
+        bench_need(stein_set(striking, name, mass * (i == 0 ? 1.0 - 2e-6 : 1.0 + 2e-6), &err), &err,
+                   name);
+        run_stroke(NULL, 1);
+        y[i] = stein_q(striking)[1];
+    }
+    bench_need(stein_set(striking, name, mass, &err), &err, name);
+    stein_reset(striking, NULL);
+    double expected = (y[1] - y[0]) / (4e-6 * mass), is = run_ridden(NULL, 1);
+    bench_check("sensitivity of a stroke to the hammer's mass, of its size",
+                fabs(is / expected - 1.0), 1e-4);
+}
+
+static bench_case *of_stroke, *of_ridden;
 static bench_case *of_equations, *of_qdd, *of_slopes, *of_equation_slopes;
 
 void derivative_add(void)
@@ -209,6 +273,11 @@ void derivative_add(void)
                           run_slopes, NULL);
     bench_add("derivative", model->name, "qdd by one parameter, all contacts closed",
               run_parameters, NULL);
+    check_ridden();
+    of_stroke =
+        bench_add("derivative", model->name, "stroke of 0.06 s from rest", run_stroke, NULL);
+    of_ridden = bench_add("derivative", model->name, "the same with sensitivities to 6 parameters",
+                          run_ridden, NULL);
 }
 
 void derivative_rows(void)
@@ -219,6 +288,8 @@ void derivative_rows(void)
                 of_equations, 1.0, 4.0, 0);
     bench_ratio("qdd and its derivatives by q, qd, all contacts closed : qdd", of_slopes, of_qdd,
                 1.0, 0.0, 0);
+    bench_ratio("a stroke with sensitivities to 6 parameters : the 13 of central differences",
+                of_ridden, of_stroke, 1.0 / 13.0, 0.0, 0);
     bench_ratio("derivatives of M qdd + c by q, qd, generated : M+c alone", of_equation_slopes,
                 of_equations, 1.0, 0.0, 0);
 }

@@ -381,8 +381,8 @@ static void equations_by_state(stein_derivative *s)
     }
     for (int k = 0; k < 2 * n; k++) {
         unit_direction(s, k);
-        model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd,
-                             s->none.dd, s->dR);
+        model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, s->none.dd,
+                             s->dR);
         column_to(k < n ? s->Rq : s->Rqd, n, k % n, s->dR);
     }
 }

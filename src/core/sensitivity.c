@@ -19,8 +19,8 @@ enum { STAGES = 6 };
 
 /** One direction. */
 typedef struct direction {
-    double *dy;     /* [2*nq] {dq, dqd} */
-    double *dp;     /* [np] */
+    double *dy; /* [2*nq] {dq, dqd} */
+    double *dp; /* [np] */
     stein__constants dd;
     double *stage;  /* [2*nq] dy_i */
     double *dk;     /* [STAGES][2*nq] */
@@ -34,7 +34,7 @@ struct stein_sensitivity {
     stein_derivative *slopes;
     stein_err err;
     int n;
-    unsigned taken; /* as of when the directions' constants are */
+    unsigned taken;        /* as of when the directions' constants are */
     direction *way;        /* [n] */
     double *y;             /* [2*nq] */
     double *by_q, *by_qd;  /* [nq*nq] */

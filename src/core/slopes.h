@@ -53,8 +53,8 @@ typedef struct stein__step {
 struct stein_derivative {
     const stein_model *model;
     stein_sim_def def;
-    stein_sim *sim; /* whose last evaluation is derived; NULL: none */
-    int placed;     /* 1: the tangent is at that place */
+    stein_sim *sim;         /* whose last evaluation is derived; NULL: none */
+    int placed;             /* 1: the tangent is at that place */
     const stein_sim *known; /* whose parameters the tangent has, and as of when */
     unsigned taken;
     int *parent, *driver;
@@ -77,7 +77,8 @@ struct stein_derivative {
 /* derivative.c: derived constants along dp at the parameters of the place; room for them */
 void stein__constants_along(stein_derivative *s, const double *dp, stein__constants *to);
 stein__constants stein__carve_constants(stein__arena *a, const stein_model *model);
-/* derivative.c: as stein_derivative_along; all guards along a direction of positions and parameters */
+/* derivative.c: as stein_derivative_along; all guards along a direction of positions and parameters
+ */
 void stein__along(stein_derivative *s, const double *dq, const double *dqd,
                   const stein__constants *dd, double *dqdd);
 void stein__guards_along(stein_derivative *s, const double *dq, const stein__constants *dd,
