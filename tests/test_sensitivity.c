@@ -241,6 +241,44 @@ START_TEST(they_ride_with_steps_of_controlled_error)
 }
 END_TEST
 
+/* a number that is turned while it moves: from then on directions are those of the new one, for
+ * which a motion that begins there with the same direction is the witness */
+START_TEST(parameters_may_change_on_the_way)
+{
+    const stein_model *model = &stein_model_double_pendulum;
+    const int param = stein_find_param(model, "rod.length");
+    double p[512] = {0.0}, value = 0.0, way[4], is[4], q[2] = {0.9, -0.4}, qd[2] = {0.3, 1.1};
+    stein_sim *sim = make_sim(model, STEIN_RK4, 1e-3), *fresh = make_sim(model, STEIN_RK4, 1e-3);
+    stein_sensitivity *s = NULL;
+    p[param] = 1.0;
+    ck_assert_stein(stein_sensitivity_create(&s, model, NULL, 1, err));
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+    ck_assert_stein(stein_sensitivity_attach(s, sim, err));
+    stein_sensitivity_set(s, 0, NULL, NULL, p);
+    ck_assert_stein(stein_run(sim, 0.1, err));
+    memcpy(way, stein_sensitivity_q(s, 0), 2 * sizeof *way);
+    memcpy(way + 2, stein_sensitivity_qd(s, 0), 2 * sizeof *way);
+    ck_assert_stein(stein_get(sim, model->params[param].name, &value, err));
+    ck_assert_stein(stein_set(sim, model->params[param].name, 1.7 * value, err));
+    ck_assert_stein(stein_set(fresh, model->params[param].name, 1.7 * value, err));
+    ck_assert_stein(stein_set_state(fresh, 0.1, stein_q(sim), stein_qd(sim), err));
+    ck_assert_stein(stein_run(sim, 0.2, err));
+    memcpy(is, stein_sensitivity_q(s, 0), 2 * sizeof *is);
+    memcpy(is + 2, stein_sensitivity_qd(s, 0), 2 * sizeof *is);
+    ck_assert_stein(stein_sensitivity_attach(s, fresh, err));
+    stein_sensitivity_set(s, 0, way, way + 2, p);
+    ck_assert_stein(stein_run(fresh, 0.2, err));
+    for (int j = 0; j < 2; j++) {
+        ck_assert_close(stein_sensitivity_q(s, 0)[j], is[j], 1e-12, 1e-14);
+        ck_assert_close(stein_sensitivity_qd(s, 0)[j], is[2 + j], 1e-12, 1e-14);
+    }
+    ck_assert(fabs(is[0]) + fabs(is[1]) > 0.0);
+    stein_sensitivity_destroy(s);
+    stein_sim_destroy(sim);
+    stein_sim_destroy(fresh);
+}
+END_TEST
+
 /* the motion itself is what it is alone, to the bit, and so is what is read of it */
 START_TEST(a_simulation_does_not_notice)
 {
@@ -329,6 +367,7 @@ Suite *sensitivity_suite(void)
     tcase_add_test(motions, a_ball_bounces);
     tcase_add_loop_test(motions, the_action_strikes, 0, 3);
     tcase_add_test(motions, they_ride_with_steps_of_controlled_error);
+    tcase_add_test(motions, parameters_may_change_on_the_way);
     tcase_add_test(motions, a_simulation_does_not_notice);
     tcase_add_test(motions, what_cannot_be_followed_is_said);
     tcase_set_timeout(motions, 60);

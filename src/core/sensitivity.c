@@ -64,7 +64,7 @@ static size_t layout(stein_sensitivity *s, const stein_model *m, int n)
                        .dd = stein__carve_constants(&a, m),
                        .stage = stein__carve_doubles(&a, 2 * nq),
                        .dk = stein__carve_doubles(&a, STAGES * 2 * nq)};
-        if (a.base != NULL) {
+        if (way != NULL) {
             way[k] = w;
         }
     }
