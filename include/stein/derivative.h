@@ -13,7 +13,8 @@
  *
  * On which side contacts, notch and load are is memory, not geometry: it stays as it is in the
  * simulation. Where a law has a kink - tanh has none - the derivative is that of the side the state
- * is on. Joints that follow a signal or are held do not move with q or qd.
+ * is on. Joints that follow a signal or are held do not move with q or qd. Of a signal no more is
+ * known than its value: the delay of an input has no derivative, 0 is given.
  *
  * A stein_derivative owns one block of memory; nothing allocates after it was created. One of them
  * belongs to one thread at a time. All quantities are SI.
