@@ -154,6 +154,17 @@ $(B)/obj/model_header.o: $(B)/model_header.c
 $(B)/obj/identity_models.o: $(B)/identity_models.c
 	$(compile)
 
+# the elementary functions of so many lanes, for their tests
+TEST_LANE_OBJ := $(foreach w,$(WIDTHS),$(B)/obj/tests/lanes$w/functions_wide.o)
+define wide_test
+$(B)/obj/tests/lanes$(1)/%.o: ALL_CPPFLAGS += -DSTEIN_LANES=$(1) -DSTEIN_WIDEST=$(lastword $(WIDTHS)) -Itests
+$(B)/obj/tests/lanes$(1)/%.o: ALL_CFLAGS += $(WIDE_$(1))
+$(B)/obj/tests/lanes$(1)/%.o: tests/lanes/%.c | $(B)/.gitignore
+	$$(compile)
+endef
+$(foreach w,$(WIDTHS),$(eval $(call wide_test,$w)))
+$(B)/obj/tests/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS)) -Itests
+
 # the equations of the mechanism files
 define generate
 $(B)/models/$(basename $(notdir $(1))).c: $(1) $(B)/steingen
@@ -230,7 +241,7 @@ $(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c s
 $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm
-$(B)/check: $(call obj,$(TEST_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
+$(B)/check: $(call obj,$(TEST_SRC)) $(TEST_LANE_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(LAB_LIBS) -lm -pthread
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
@@ -388,7 +399,7 @@ clean:  ## remove everything that was built
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.c tests/locale/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.c tests/locale/*.c tests/lanes/*.[ch] tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -7,12 +7,12 @@
  *
  *   sincos  x = n pi/2 + r, pi/2 in three parts of 33 bits (Cody & Waite 1980), |r| <= pi/4
  *   exp     x = n ln 2 + r,  e^r = (R + r) / (R - r) with R even in r: |r| <= ln 2 / 2
- *   tanh    (e^2u - 1) / (e^2u + 1) with the same R, which needs one division and keeps all digits
- *           of small u
+ *   tanh    1 - 2 / (e^2u + 1), of small u u - u^3 / T with T even in u: what is taken away is less
+ *           than half, so its few errors count little
  *   log     x = 2^n (1 + f),  log(1 + f) = f - f^2/2 + s (f^2/2 + L(s^2)),  s = f / (2 + f)
  *
- * The minimax coefficients are those of FDLIBM (Sun Microsystems 1993). Errors, as the tests have
- * them: 1 ulp, tanh 3 ulp.
+ * The minimax coefficients are those of FDLIBM (Sun Microsystems 1993), those of tanh our own.
+ * Errors, as the tests have them: below 1 ulp.
  */
 #ifndef STEIN_ELEMENTARY_H
 #define STEIN_ELEMENTARY_H
@@ -135,15 +135,59 @@ static inline real stein__exp(real x)
     return any(far) ? sel(far, alone(stein__exp_end, far, x), y) : y;
 }
 
+/* e^x + 1 = high + low for 1 <= x <= 40: e^r by even and odd powers, and no division */
+static inline void stein__exp_plus_1(real x, real *high, real *low)
+{
+    real shifted = x * 1.44269504088896338700e+00 + STEIN__ROUND, n = shifted - STEIN__ROUND;
+    real first = x - n * 6.93147180369123816490e-01, second = n * 1.90821492927058770002e-10;
+    real r = first - second, z = r * r, w = z * z;
+    real even = z * (5.00000000000001296930e-01 + z * 4.16666666665137944079e-02) +
+                z * w *
+                    (1.38888889474031092467e-03 + z * 2.48014895649047227928e-05 +
+                     w * 2.76314096520554204053e-07);
+    real odd = z * (1.66666666666666839155e-01 + z * 8.33333333331668412833e-03) +
+               z * w *
+                   (1.98412698971995530990e-04 + z * 2.75572340985501577435e-06 +
+                    w * 2.51122886567063901322e-08);
+    real power = of_bits((bits_of(shifted) + 1023) << 52);
+    real curved = (even + r * odd) - second; // e^r = 1 + first + curved
+    real grown = first + curved, whole = power + 1.0;
+    *high = whole + power * grown;
+    *low = ((whole - *high) + power * grown) + power * ((first - grown) + curved);
+}
+
+/* y^3 / (y - tanh y) at z = y^2, y < 0.55 */
+static inline real stein__tanh_near(real z)
+{
+    real w = z * z;
+    return 3.0 + (z * (1.19999999999997397637e+00 - z * 5.71428571310153392282e-03) +
+                  z * w *
+                      ((2.53968233968104146157e-04 - z * 1.22035035975169132386e-05) +
+                       w * (5.98041397324742544457e-07 - z * 2.79526780122397440355e-08)));
+}
+
 /** Hyperbolic tangent of u. */
 static inline real stein__tanh(real u)
 {
-    real x = 2.0 * magnitude(u);
-    stein__exponent p = stein__exp_parts(sel(more(x, 40.0), same(40.0), x));
-    real minus = p.power - 1.0, plus = p.power + 1.0;
-    real above = 2.0 * minus + (minus * p.even + plus * p.r);
-    real below = 2.0 * plus + (plus * p.even + minus * p.r);
-    return with_sign_of(above / below, u);
+    real y = magnitude(u), from = same(1.0), top = same(2.0), bottom, low;
+    mask near = less(y, 0.55), full = more(y, 20.0);
+    if (every(near)) {
+        return with_sign_of(y - y * (y * y) / stein__tanh_near(y * y), u);
+    }
+    if (every(full)) {
+        return with_sign_of(from, u);
+    }
+    stein__exp_plus_1(sel(full, same(40.0), 2.0 * y), &bottom, &low);
+    if (any(near)) {
+        from = sel(near, y, from);
+        top = sel(near, y * (y * y), top);
+        bottom = sel(near, stein__tanh_near(y * y), bottom);
+        low = sel(near, same(0.0), low);
+    }
+    real part = top / bottom, t = from - part;
+    // what the subtraction lost, and what the quotient did not know of its divisor
+    t += ((from - t) - part) + 0.5 * part * part * low;
+    return with_sign_of(t, u);
 }
 
 /* ln (2^shift x) of a normal x; shift is whole */
