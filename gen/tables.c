@@ -134,6 +134,8 @@ static void close_table(text *x)
 
 static void table_params(text *x, const mechanism *m)
 {
+    static const char *const range[] = {"STEIN_ANY", "STEIN_NOT_NEGATIVE", "STEIN_POSITIVE",
+                                        "STEIN_WEDGE"};
     if (!m->nparam) {
         return;
     }
@@ -146,7 +148,8 @@ static void table_params(text *x, const mechanism *m)
         text_literal(x, m->params[i].name);
         text_add(x, ", ");
         text_literal(x, m->params[i].unit);
-        text_quiet(x, ", %s, %s, %d", value, tolerance, m->params[i].stated);
+        text_quiet(x, ", %s, %s, %d, %s", value, tolerance, m->params[i].stated,
+                   range[m->params[i].range]);
         text_add(x, "},\n");
     }
     close_table(x);

@@ -48,7 +48,8 @@
     X(report)        \
     X(seen)          \
     X(plan)          \
-    X(wrong)
+    X(wrong)         \
+    X(ranges)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

@@ -38,7 +38,7 @@ void stein_handover_destroy(stein_handover *handover);
 /* ---- the side that publishes ---- */
 
 /** A parameter's wanted value [SI], in the own copy of this side. Parameters that were never set
- *  stay as they are in the simulation. @return OK, ENAME, EINVAL (not finite) */
+ *  stay as they are in the simulation. @return OK, ENAME, EINVAL (out of its range) */
 stein_status stein_handover_set(stein_handover *handover, const char *name, double value,
                                 stein_err *err);
 /** How fast a parameter moves there: at most `rate` a second of simulated time [SI/s]. A surface

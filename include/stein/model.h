@@ -60,6 +60,14 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #define STEIN_ALL(x) ((x) - (stein_real){0})
 #endif
 
+/** What a parameter can be by its nature; each range lies within the one before it. */
+typedef enum {
+    STEIN_ANY,          /* any finite number */
+    STEIN_NOT_NEGATIVE, /* 0 or more: masses, dampings, friction */
+    STEIN_POSITIVE,     /* more than 0: speeds and lengths that are divided by */
+    STEIN_WEDGE         /* an angle between 0 and pi, without its ends */
+} stein_range;
+
 /** One parameter p[i]. */
 typedef struct stein_param {
     const char *name; /* dotted path in the file, "hammer.mass" */
@@ -67,6 +75,7 @@ typedef struct stein_param {
     double value;     /* default [unit] */
     double tolerance; /* standard deviation stated in the file (+-) [unit], 0 when none */
     int stated;       /* 1: the file gives it; 0: left at its neutral value */
+    stein_range range;
 } stein_param;
 
 /** One body and the joint that carries it (one coordinate each; index = coordinate index). */

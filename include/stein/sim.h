@@ -35,8 +35,8 @@ stein_sim_def stein_sim_def_default(const stein_model *model);
 
 /** Create a simulation with the model's default parameters, in its initial state (stein_reset).
  *  @param def  NULL for the defaults
- *  @return STEIN_OK; EINVAL (a field of def out of range), ESTALE (the equations were compiled for
- *          another version of libstein), ENOMEM, or what stein_reset returns */
+ *  @return STEIN_OK; EINVAL (a field of def or a parameter out of range), ESTALE (the equations
+ * were compiled for another version of libstein), ENOMEM, or what stein_reset returns */
 stein_status stein_sim_create(stein_sim **sim, const stein_model *model, const stein_sim_def *def,
                               stein_err *err);
 /** Release everything. NULL is fine. */
@@ -55,10 +55,15 @@ int stein_find_body(const stein_model *model, const char *name);
 /* ---- parameters ---- */
 
 /** Set a parameter [SI]. Acts from the next step on; the state stays (call stein_reset to start
- * from the equilibrium of the new parameters). @return OK, ENAME, EINVAL (not finite) */
+ * from the equilibrium of the new parameters). @return OK, ENAME, EINVAL (out of the range that
+ *  model->params states: a negative mass, no number); then nothing has changed */
 stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err);
-/** Set all parameters at once, p [np] in the order of model->params. @return OK, EINVAL */
+/** Set all parameters at once, p [np] in the order of model->params; all or none.
+ *  @return OK, EINVAL */
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
+/** The same for who searches: values outside of their ranges are taken, as long as they are finite.
+ *  What is simulated with them need be no physics. @return OK, EINVAL */
+stein_status stein_try_all(stein_sim *sim, const double *p, stein_err *err);
 /** Value of a parameter [SI]. @return OK, ENAME */
 stein_status stein_get(const stein_sim *sim, const char *name, double *value, stein_err *err);
 

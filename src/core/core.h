@@ -195,6 +195,8 @@ stein_status stein__fail(stein_err *err, stein_status code, const char *format, 
 
 /* sim.c: is it a definition, and the model one for this library? @return OK, EINVAL, ESTALE */
 stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err);
+/** Can the parameter be that? @return OK, EINVAL (says what it can be) */
+stein_status stein__check_param(const stein_param *param, double value, stein_err *err);
 /* sim.c: d of the parameters in p, and which laws can act with them */
 void stein__take_parameters(stein_sim *sim);
 

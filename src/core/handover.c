@@ -91,12 +91,11 @@ stein_status stein_handover_set(stein_handover *h, const char *name, double valu
     if (i < 0) {
         return STEIN_ENAME;
     }
-    if (!isfinite(value)) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "parameter \"%s\" cannot be %g: expected a finite number", name, value);
+    stein_status status = stein__check_param(&h->model->params[i], value, err);
+    if (status == STEIN_OK) {
+        h->own[i] = value;
     }
-    h->own[i] = value;
-    return STEIN_OK;
+    return status;
 }
 
 stein_status stein_handover_pace(stein_handover *h, const char *name, double rate, stein_err *err)

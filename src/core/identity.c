@@ -158,15 +158,15 @@ static void hash_run(hasher *h, stein_sim *sim)
     hash_state(h, sim);
 }
 
-/* every number a little off, and none of them neutral */
+/* every number a little off, none of them neutral, in or out of its range */
 static void disturb(hasher *h, stein_sim *sim)
 {
     const stein_model *m = sim->model;
     for (int i = 0; i < m->np; i++) {
         double value = sim->p[i], change = draw(h);
-        stein_set(sim, m->params[i].name,
-                  value != 0.0 ? value * (1.0 + 1e-3 * change) : 1e-5 * change, NULL);
+        sim->p[i] = value != 0.0 ? value * (1.0 + 1e-3 * change) : 1e-5 * change;
     }
+    stein__take_parameters(sim);
 }
 
 static stein_status hash_model(hasher *h, const stein_model *model, stein_err *err)

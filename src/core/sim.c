@@ -76,6 +76,12 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     if (status != STEIN_OK) {
         return status;
     }
+    for (int i = 0; i < model->np; i++) {
+        status = stein__check_param(&model->params[i], model->params[i].value, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
     size_t size = stein__layout(NULL, model);
     stein_sim *sim = def->alloc(def->ctx, size);
     if (sim == NULL) {
@@ -139,6 +145,30 @@ FIND(stein_find_body, bodies, nq)
 
 /* ---- parameters ---- */
 
+static int in_range(stein_range range, double x)
+{
+    switch (range) {
+    case STEIN_NOT_NEGATIVE: return x >= 0.0;
+    case STEIN_POSITIVE: return x > 0.0;
+    case STEIN_WEDGE: return x > 0.0 && x < 3.14159265358979323846;
+    default: return 1;
+    }
+}
+
+stein_status stein__check_param(const stein_param *param, double value, stein_err *err)
+{
+    static const char *const expected[] = {"a finite number", "a finite number, at least 0",
+                                           "a finite number, more than 0",
+                                           "more than 0 and less than 3.14159 (180 deg)"};
+    if (isfinite(value) && in_range(param->range, value)) {
+        return STEIN_OK;
+    }
+    int pure = strcmp(param->unit, "1") == 0;
+    return stein__fail(err, STEIN_EINVAL, "parameter \"%s\" cannot be %g%s%s: expected %s",
+                       param->name, value, pure ? "" : " ", pure ? "" : param->unit,
+                       expected[param->range]);
+}
+
 stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err *err)
 {
     int i = stein_find_param(sim->model, name);
@@ -148,9 +178,9 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
                            "the equations is none: regenerate them)",
                            name, sim->model->name);
     }
-    if (!isfinite(value)) {
-        return stein__fail(err, STEIN_EINVAL,
-                           "parameter \"%s\" cannot be %g: expected a finite number", name, value);
+    stein_status status = stein__check_param(&sim->model->params[i], value, err);
+    if (status != STEIN_OK) {
+        return status;
     }
     sim->p[i] = value;
     stein__take_parameters(sim);
@@ -160,10 +190,22 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err)
 {
     for (int i = 0; i < sim->model->np; i++) {
-        if (!isfinite(p[i])) {
-            return stein__fail(err, STEIN_EINVAL,
-                               "parameter \"%s\" cannot be %g: expected a finite number",
-                               sim->model->params[i].name, p[i]);
+        stein_status status = stein__check_param(&sim->model->params[i], p[i], err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    return stein_try_all(sim, p, err);
+}
+
+stein_status stein_try_all(stein_sim *sim, const double *p, stein_err *err)
+{
+    for (int i = 0; i < sim->model->np; i++) {
+        stein_param param = sim->model->params[i];
+        param.range = STEIN_ANY;
+        stein_status status = stein__check_param(&param, p[i], err);
+        if (status != STEIN_OK) {
+            return status;
         }
     }
     memcpy(sim->p, p, sizeof *p * (size_t)sim->model->np);

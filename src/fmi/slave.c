@@ -118,7 +118,7 @@ static void to_start(slave *s)
 {
     const stein_model *m = &s->model;
     memcpy(s->p, slave_the_model.values, sizeof *s->p * (size_t)m->np);
-    (void)stein_set_all(s->sim, s->p, NULL);
+    (void)stein_try_all(s->sim, s->p, NULL);
     for (int i = 0; i < m->ninput; i++) {
         const stein_input *input = &m->inputs[i];
         int motion = input->kind == STEIN_INPUT_MOTION;
@@ -326,7 +326,7 @@ static slave_status find_start(slave *s)
     for (int i = 0; i < s->model.ninput; i++) {
         slave_bind(s, i);
     }
-    stein_status status = stein_set_all(s->sim, s->p, &s->err);
+    stein_status status = stein_try_all(s->sim, s->p, &s->err);
     status = status == STEIN_OK ? stein_reset(s->sim, &s->err) : status;
     s->changed = s->unsettled = 0;
     if (status == STEIN_OK && !s->load) {
@@ -353,7 +353,7 @@ slave_status slave_settle(slave *s)
     stein_status status = STEIN_OK;
     if (s->phase == SLAVE_STEPPING && s->changed) {
         s->changed = 0;
-        status = stein_set_all(s->sim, s->p, &s->err);
+        status = stein_try_all(s->sim, s->p, &s->err);
     }
     if (s->phase == SLAVE_STEPPING && status == STEIN_OK && s->load != stein_load_present(s->sim)) {
         status = move_load(s);
@@ -449,6 +449,10 @@ slave_status slave_set(slave *s, unsigned reference, double value)
         s->dt = value;
         s->unsettled = 1;
     } else {
+        stein_status status = stein__check_param(&s->model.params[v.index], value, &s->err);
+        if (status != STEIN_OK) {
+            return slave_refuse(s, status);
+        }
         s->p[v.index] = value;
         s->changed = s->unsettled = 1;
     }

@@ -189,7 +189,7 @@ static void take_numbers(slave *s, const unsigned char *at)
         in->follow = number_at(at, first + 4) != 0.0;
         slave_bind(s, i);
     }
-    (void)stein_set_all(s->sim, s->p, NULL); // finite, as they are
+    (void)stein_try_all(s->sim, s->p, NULL); // finite, as they are
 }
 
 slave_status slave_take(slave *s, const char *function, const void *block)

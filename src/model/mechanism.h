@@ -38,7 +38,8 @@ typedef struct mech_param {
     mech_dim dim;
     double value, tolerance; /* [SI]; tolerance 0 when none was given */
     int declared, line, column;
-    int stated; /* the file or an override gives it; 0: left out, at its neutral value */
+    int stated;        /* the file or an override gives it; 0: left out, at its neutral value */
+    stein_range range; /* the narrowest of what it stands for by itself */
 } mech_param;
 
 typedef enum {

@@ -219,6 +219,21 @@ void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char 
     }
 }
 
+static stein_range range_of(const mech__slot *s)
+{
+    return s->flags & MECH__WEDGE          ? STEIN_WEDGE
+           : s->flags & MECH__POSITIVE     ? STEIN_POSITIVE
+           : s->flags & MECH__NOT_NEGATIVE ? STEIN_NOT_NEGATIVE
+                                           : STEIN_ANY;
+}
+
+/** A number that is a parameter and nothing else: the parameter has to be what the number can be.
+ */
+static void narrow(mech_param *p, stein_range range)
+{
+    p->range = range > p->range ? range : p->range;
+}
+
 static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value, double tolerance)
 {
     mech_param *p = &rd->m->params[rd->m->nparam];
@@ -235,6 +250,7 @@ static mech_scalar add_param(mech__reader *rd, const mech__slot *s, double value
     p->tolerance = tolerance;
     p->declared = (s->flags & MECH__DECLARED) != 0;
     p->stated = s->node != NULL || s->set != NULL || (s->flags & MECH__VANISHES) != 0;
+    p->range = range_of(s);
     p->line = s->node ? s->node->line : 0;
     p->column = s->node ? s->node->column : 0;
     rd->values[rd->m->nparam++] = value;
@@ -319,6 +335,7 @@ static int take_value(mech__reader *rd, mech__slot *s, const mech__expr *e, int 
 
         if (alone) {
             s->value = (mech_scalar){MECH_PARAM, e->steps[0].param, value};
+            narrow(&rd->m->params[e->steps[0].param], range_of(s));
         } else if (e->nsteps == 1 && (s->flags & MECH__VANISHES) && value == 0.0) {
             s->value = (mech_scalar){MECH_ZERO, 0, 0.0};
         } else {

@@ -21,6 +21,21 @@ static const variable *first(const fmu *f, const char *causality, const char *va
     return NULL;
 }
 
+/* a damping or a friction that can be turned */
+static const variable *not_negative(const fmu *f)
+{
+    for (int i = 0; i < f->d.n; i++) {
+        const variable *v = &f->d.v[i];
+        size_t n = strlen(v->name);
+        if (strcmp(v->variability, "tunable") == 0 &&
+            ((n > 8 && strcmp(v->name + n - 8, ".damping") == 0) ||
+             (n > 11 && strcmp(v->name + n - 11, ".friction.A") == 0))) {
+            return v;
+        }
+    }
+    return NULL;
+}
+
 void check_starts(const fmu *f)
 {
     unit u;
@@ -84,7 +99,8 @@ static void check_calls(const fmu *f)
     double x, reached;
     int flag;
     const variable *output = first(f, "output", ""), *fixed = first(f, "parameter", "fixed");
-    const variable *local = first(f, "local", ""), *tunable = first(f, "parameter", "tunable");
+    const variable *local = first(f, "local", ""), *tunable = first(f, "parameter", "tunable"),
+                   *ranged = not_negative(f);
     claim(unit_new(&u, f, "one", f->d.token, 1) == OK, "an instance");
 
     said(&u, unit_step(&u, 0.0, 1e-3, &reached), "DoStep is not allowed now");
@@ -110,6 +126,10 @@ static void check_calls(const fmu *f)
     over(&u);
     said(&u, unit_set(&u, tunable->reference, (double)NAN), "expected a finite number");
     over(&u);
+    if (ranged != NULL) {
+        said(&u, unit_set(&u, ranged->reference, -1e-9), "at least 0");
+        over(&u);
+    }
     said(&u, unit_get_flag(&u, output->reference, &flag), "is no Boolean");
     over(&u);
     said(&u, unit_step(&u, 1e-3, -1e-3, &reached), "expected a positive length");

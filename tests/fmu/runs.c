@@ -295,7 +295,9 @@ void check_parameters(const fmu *f)
     for (int i = 0; i < f->d.n; i++) {
         const variable *v = &f->d.v[i];
         if (strcmp(v->variability, "tunable") == 0) {
-            double value = v->start == 0.0 ? -2e-4 : 0.97 * v->start;
+            int at = stein_find_param(f->model, v->name);
+            double little = at >= 0 && f->model->params[at].range != STEIN_ANY ? 2e-4 : -2e-4;
+            double value = v->start == 0.0 ? little : 0.97 * v->start;
             claim(unit_set(&u, v->reference, value) == OK &&
                       stein_set(sim, v->name, value, NULL) == STEIN_OK,
                   "%s while it runs: %s", v->name, u.said);

@@ -283,7 +283,7 @@ stein_status lab_data_rest(const lab_data *data, const lab_model *model, double 
     memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
     lab_data_apply(data, p);
     stein_status status = lab_sim(model, NULL, &sim, err);
-    status = status == STEIN_OK ? stein_set_all(sim, p, err) : status;
+    status = status == STEIN_OK ? stein_try_all(sim, p, err) : status;
     status = status == STEIN_OK ? stein_reset(sim, err) : status;
     for (int i = 0; status == STEIN_OK && i < data->ncolumn; i++) {
         const lab_column *c = &data->column[i];

@@ -212,7 +212,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
         apply(p, p->effect, p->amount, x, b->p);
     }
     scatter(p, b, s, x);
-    stein_status status = stein_set_all(sim, b->p, err);
+    stein_status status = stein_try_all(sim, b->p, err);
     status = status == STEIN_OK ? stein_reset(sim, err) : status;
     if (status != STEIN_OK) {
         return status;

@@ -150,7 +150,7 @@ static stein_status run_base(look *l, stein_sim *sim, const double *p, stein_err
     double until = b->d->conditions.until;
     stein_status status = STEIN_OK;
     for (int pass = 0; status == STEIN_OK && pass < 2; pass++) {
-        status = stein_set_all(sim, p, err);
+        status = stein_try_all(sim, p, err);
         status = status == STEIN_OK ? stein_reset(sim, err) : status;
         if (status == STEIN_OK && pass == 0) {
             take(l, sim, 1);

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_ranges.c - what a parameter can be: the file's reader, the generated tables and every way to
+ * set a number know the same ranges, and a refusal changes nothing.
+ */
+#include <string.h>
+
+#include "lab_support.h"
+#include "stein/handover.h"
+
+static stein_range range_of(const stein_model *m, const char *name)
+{
+    int i = stein_find_param(m, name);
+    ck_assert_msg(i >= 0, "%s", name);
+    return m->params[i].range;
+}
+
+START_TEST(equations_say_what_their_parameters_can_be)
+{
+    const stein_model *m = &stein_model_stein1788;
+    ck_assert_int_eq(range_of(m, "hammer.mass"), STEIN_NOT_NEGATIVE);
+    ck_assert_int_eq(range_of(m, "string.friction.A"), STEIN_NOT_NEGATIVE);
+    ck_assert_int_eq(range_of(m, "key.damping"), STEIN_NOT_NEGATIVE);
+    ck_assert_int_eq(range_of(m, "string.friction.vt"), STEIN_POSITIVE);
+    ck_assert_int_eq(range_of(m, "pawl.notch_angle"), STEIN_WEDGE);
+    ck_assert_int_eq(range_of(m, "pawl.stop_shift"), STEIN_ANY);
+    ck_assert_int_eq(range_of(m, "pawl.spring.theta0"), STEIN_ANY);
+}
+END_TEST
+
+/* a value outside of a range, and one in it that is not the file's */
+static double outside(stein_range range)
+{
+    return range == STEIN_POSITIVE ? 0.0 : range == STEIN_WEDGE ? 3.15 : -1e-9;
+}
+
+static double inside(stein_range range, double value)
+{
+    return range == STEIN_WEDGE ? 1.234 : fabs(value) + 0.37;
+}
+
+static void refused(stein_status status, const stein_err *why, const stein_param *p)
+{
+    static const char *const expected[] = {"finite number", "at least 0", "more than 0",
+                                           "less than 3.14159"};
+    ck_assert_int_eq(status, STEIN_EINVAL);
+    ck_assert_msg(strstr(why->msg, p->name) != NULL && strstr(why->msg, expected[p->range]) != NULL,
+                  "%s", why->msg);
+    ck_assert_msg(strcmp(p->unit, "1") == 0 || strstr(why->msg, p->unit) != NULL, "%s", why->msg);
+}
+
+/* set one number by name; then all of them, with that one wrong */
+static void refuses(stein_sim *sim, const stein_param *p, int i, double wrong, double *all)
+{
+    const stein_model *m = stein_sim_model(sim);
+    stein_err why = {STEIN_OK, ""};
+    double before, after;
+    ck_assert_stein(stein_get(sim, p->name, &before, err));
+    refused(stein_set(sim, p->name, wrong, &why), &why, p);
+    for (int k = 0; k < m->np; k++) {
+        all[k] = inside(m->params[k].range, m->params[k].value);
+    }
+    all[i] = wrong;
+    refused(stein_set_all(sim, all, &why), &why, p);
+    for (int k = 0; k < m->np; k++) {
+        ck_assert_stein(stein_get(sim, m->params[k].name, &after, err));
+        ck_assert_msg(k != i ? after == m->params[k].value : after == before, "%s",
+                      m->params[k].name);
+    }
+}
+
+START_TEST(what_is_out_of_range_is_refused_by_name_and_nothing_changes)
+{
+    static const double no_number[] = {NAN, HUGE_VAL, -HUGE_VAL};
+    int ranged = 0;
+    for (int k = 0; stein_models[k] != NULL; k++) {
+        const stein_model *m = stein_models[k];
+        stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+        double *all = malloc(sizeof *all * (size_t)(m->np + 1));
+        ck_assert_ptr_nonnull(all);
+        for (int i = 0; i < m->np; i++) {
+            const stein_param *p = &m->params[i];
+            for (int n = 0; n < 3; n++) {
+                refuses(sim, p, i, no_number[n], all);
+            }
+            if (p->range != STEIN_ANY) {
+                refuses(sim, p, i, outside(p->range), all);
+                ranged++;
+            }
+        }
+        for (int i = 0; i < m->np; i++) {
+            all[i] = inside(m->params[i].range, m->params[i].value);
+        }
+        ck_assert_stein(stein_set_all(sim, all, err));
+        free(all);
+        stein_sim_destroy(sim);
+    }
+    ck_assert_int_gt(ranged, 100);
+}
+END_TEST
+
+START_TEST(the_least_that_is_allowed_is_taken)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    ck_assert_stein(stein_set(sim, "string.friction.A", 0.0, err));
+    ck_assert_stein(stein_set(sim, "string.friction.vt", 5e-324, err));
+    ck_assert_stein(stein_set(sim, "pawl.notch_angle", 3.1415926535897927, err));
+    ck_assert_stein(stein_set(sim, "hammer.mass", -0.0, err));
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(who_searches_may_try_what_is_no_physics_but_is_a_number)
+{
+    const stein_model *m = &stein_model_stein1788;
+    stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+    double *p = malloc(sizeof *p * (size_t)m->np), back;
+    stein_err why;
+    ck_assert_ptr_nonnull(p);
+    for (int i = 0; i < m->np; i++) {
+        p[i] = m->params[i].value;
+    }
+    int at = stein_find_param(m, "string.friction.A");
+    p[at] = -0.013;
+    ck_assert_stein(stein_try_all(sim, p, err));
+    ck_assert_stein(stein_get(sim, "string.friction.A", &back, err));
+    ck_assert(back == -0.013);
+    p[at] = NAN;
+    ck_assert_int_eq(stein_try_all(sim, p, &why), STEIN_EINVAL);
+    ck_assert_ptr_nonnull(strstr(why.msg, "string.friction.A"));
+    ck_assert_stein(stein_get(sim, "string.friction.A", &back, err));
+    ck_assert(back == -0.013);
+    free(p);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(what_is_handed_over_is_judged_where_it_is_published)
+{
+    const stein_model *m = &stein_model_stein1788;
+    stein_sim *sim = make_sim(m, STEIN_RK4, 0.0);
+    stein_handover *h = NULL;
+    stein_err why;
+    double before, after;
+    ck_assert_stein(stein_get(sim, "load.mass", &before, err));
+    ck_assert_stein(stein_handover_create(&h, m, NULL, err));
+    refused(stein_handover_set(h, "load.mass", -0.1, &why), &why,
+            &m->params[stein_find_param(m, "load.mass")]);
+    refused(stein_handover_set(h, "string.friction.vt", 0.0, &why), &why,
+            &m->params[stein_find_param(m, "string.friction.vt")]);
+    stein_handover_publish(h);
+    ck_assert_int_eq(stein_handover_take(h, sim), 0);
+    ck_assert_stein(stein_get(sim, "load.mass", &after, err));
+    ck_assert(after == before);
+    stein_handover_destroy(h);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+START_TEST(a_model_with_a_value_out_of_range_makes_no_simulation)
+{
+    const stein_model *of = &stein_model_pendulum;
+    stein_param *params = malloc(sizeof *params * (size_t)of->np);
+    stein_model m = *of;
+    stein_sim *sim = NULL;
+    stein_err why;
+    ck_assert_ptr_nonnull(params);
+    memcpy(params, of->params, sizeof *params * (size_t)of->np);
+    m.params = params;
+    int at = stein_find_param(of, "rod.mass");
+    params[at].value = -0.2;
+    refused(stein_sim_create(&sim, &m, NULL, &why), &why, &params[at]);
+    ck_assert_ptr_null(sim);
+    free(params);
+}
+END_TEST
+
+/* a declared number that stands for a mass and for a speed has to be both; one in a formula is free
+ */
+START_TEST(a_declared_parameter_has_the_range_of_what_it_stands_for)
+{
+    static const char text[] = "mechanism: m\n"
+                               "parameters:\n"
+                               "  x.mass: 1 kg\n"
+                               "  x.speed: 1 cm/s\n"
+                               "  x.length: 3 cm\n"
+                               "bodies:\n"
+                               "  b:\n"
+                               "    joint: T z\n"
+                               "    mass: x.mass\n"
+                               "    centre: [0, 0, x.length + 2 mm]\n"
+                               "    friction: {A: 1 N, vt: x.speed}\n"
+                               "    damping: 2 * x.mass / (1 s)\n"
+                               "outputs: {z: {joint: b, read: position}}\n";
+    mechanism *m = NULL;
+    ck_assert_stein(mech_read_text(&m, "m.yaml", text, sizeof text - 1, NULL, 0, NULL, NULL, err));
+    static const stein_range expected[] = {STEIN_NOT_NEGATIVE, STEIN_POSITIVE, STEIN_ANY};
+    static const char *const name[] = {"x.mass", "x.speed", "x.length"};
+    for (int i = 0; i < 3; i++) {
+        int at = mech_find_param(m, name[i], NULL);
+        ck_assert_int_ge(at, 0);
+        ck_assert_int_eq(m->params[at].range, expected[i]);
+    }
+    mech_free(m);
+}
+END_TEST
+
+Suite *ranges_suite(void)
+{
+    Suite *suite = suite_create("ranges");
+    TCase *tc = tcase_create("ranges");
+    tcase_set_timeout(tc, 60);
+    tcase_add_test(tc, equations_say_what_their_parameters_can_be);
+    tcase_add_test(tc, what_is_out_of_range_is_refused_by_name_and_nothing_changes);
+    tcase_add_test(tc, the_least_that_is_allowed_is_taken);
+    tcase_add_test(tc, who_searches_may_try_what_is_no_physics_but_is_a_number);
+    tcase_add_test(tc, what_is_handed_over_is_judged_where_it_is_published);
+    tcase_add_test(tc, a_model_with_a_value_out_of_range_makes_no_simulation);
+    tcase_add_test(tc, a_declared_parameter_has_the_range_of_what_it_stands_for);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
