@@ -42,7 +42,7 @@ TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh lintian fakeroot
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
-DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind locales qemu-user gcc-aarch64-linux-gnu \
+DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
                gcc-riscv64-linux-gnu gcc-i686-linux-gnu
 ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)

@@ -55,7 +55,7 @@ fill = sed -e 's|@VERSION@|$(VERSION)|g; s|@SOVERSION@|$(SOVERSION)|g; s|@RPATH@
   > $(DESTDIR)$(2)/$(1)
 put = $(Q)install -d $(DESTDIR)$(3) && install -m $(1) $(2) $(DESTDIR)$(3)
 
-.PHONY: uninstall shared manual deb
+.PHONY: uninstall shared manual deb abi abi-accept reproducible
 shared: $(SHARED)  ## the two shared libraries
 manual: $(B)/man/done $(B)/stein.bash  ## manual pages and the completion of bash
 
@@ -85,6 +85,14 @@ uninstall:  ## remove what install with the same PREFIX and DESTDIR wrote
 	 find . ! -type d | sed 's/^\.//' | while read -r f; do rm -f "$(DESTDIR)$$f"; done && \
 	 find . -depth -type d -path '*/stein*' | sed 's/^\.//' | while read -r d; do \
 	   if [ -d "$(DESTDIR)$$d" ]; then rmdir --ignore-fail-on-non-empty "$(DESTDIR)$$d"; fi; done
+
+# ---- compatibility ------------------------------------------------------------------------------------
+abi: $(B)/libstein.so  ## fail when programs linked with the libstein.so that was accepted cannot run with this one
+	$(Q)STEIN_BUILD=$(B) sh tests/abi.sh
+abi-accept: $(B)/libstein.so  ## accept the functions and layouts of now
+	$(Q)STEIN_BUILD=$(B) sh tests/abi.sh accept
+reproducible:  ## fail when two folders give different bytes of a library or program
+	$(Q)sh tests/reproducible.sh
 
 # ---- Debian packages ----------------------------------------------------------------------------------
 # BUILT=1 takes what is built already, whose flags are not Debian's: how the tests look at packages

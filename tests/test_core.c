@@ -68,6 +68,16 @@ START_TEST(creation_refuses_what_it_cannot_use_and_says_which_field)
 }
 END_TEST
 
+START_TEST(headers_and_library_say_the_same_version)
+{
+    char parts[32];
+    snprintf(parts, sizeof parts, "%d.%d.%d", STEIN_VERSION_MAJOR, STEIN_VERSION_MINOR,
+             STEIN_VERSION_PATCH);
+    ck_assert_str_eq(STEIN_VERSION, parts);
+    ck_assert_str_eq(stein_version(), STEIN_VERSION);
+}
+END_TEST
+
 START_TEST(parameters_are_set_and_read_by_name)
 {
     stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
@@ -441,6 +451,7 @@ Suite *core_suite(void)
     tcase_add_test(tc, a_simulation_is_one_allocation_and_stepping_none);
     tcase_add_test(tc, the_bits_are_those_that_were_accepted);
     tcase_add_test(tc, creation_refuses_what_it_cannot_use_and_says_which_field);
+    tcase_add_test(tc, headers_and_library_say_the_same_version);
     tcase_add_test(tc, parameters_are_set_and_read_by_name);
     tcase_add_test(tc, names_are_found_or_minus_one);
     tcase_add_test(tc, every_channel_of_every_model_reads_a_number);
