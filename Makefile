@@ -367,6 +367,7 @@ SOAK ?= 170
 soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
 	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=wrong $(B)/check
+	$(Q)STEIN_BUILD=$(B) SOAK=$(SOAK) CK_RUN_SUITE=energy $(B)/check
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_sweep.sh
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_kills.sh
 	$(Q)$(B)/faults all

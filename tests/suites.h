@@ -49,7 +49,8 @@
     X(seen)          \
     X(plan)          \
     X(wrong)         \
-    X(ranges)
+    X(ranges)        \
+    X(energy)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

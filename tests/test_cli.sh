@@ -77,6 +77,20 @@ quiet "and standard output stays empty"
 claim 1 "an override of nothing" "$stein" check models/stein1788.yaml --set pawl.stop_shfit=1mm --json
 says "names the nearest" 'pawl.stop_shift'
 quiet "and prints no JSON"
+mkdir "$dir/kept" && echo kept >"$dir/kept/motion.csv"
+claim 3 "a contact too stiff for the step" "$stein" simulate models/bouncing_ball.yaml --dt 10ms --until 1s \
+    -o "$dir/kept/motion.csv" --plot "$dir/kept/motion.svg"
+says "is named, with time and the step it needs" 't = 0\.2257.* s: contact "floor" is too stiff for steps of 0\.01 s, it needs 0\.000[0-9]* s'
+test "$(ls -A "$dir/kept")" = motion.csv && test "$(cat "$dir/kept/motion.csv")" = kept
+ok "and the file of before is there, alone and unharmed" $?
+claim 3 "a step far too large" "$stein" strike models/stein1788.yaml --dt 1ms -o "$dir/kept/motion.csv"
+says "with a place and a hint" 't = 0\.0[0-9]* s: contact "load" is too stiff for steps of .* it needs [0-9.e-]* s or less'
+test "$(cat "$dir/kept/motion.csv")" = kept
+ok "and no other file either" $?
+claim 1 "a body without inertia" "$stein" simulate models/falling_ball.yaml --set ball.mass=0
+says "is told before anything moves" 'falling_ball.yaml:[0-9]*:[0-9]*: the joint ball has no inertia'
+claim 1 "friction that turns at no speed" "$stein" simulate models/bouncing_ball.yaml --set floor.friction.vt=0
+says "is told with its range" 'floor.friction.vt.*must be greater than zero'
 cat >"$dir/bad.yaml" <<'YAML'
 mechanism: bad
 bodies:
