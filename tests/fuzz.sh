@@ -25,6 +25,7 @@ for target in ${*:-$(ls tests/fuzz/corpus)}; do
         grep -m 3 -E '^SUMMARY|does not hold|Test unit written' "$B/$target.log"
     fi
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$B/$target.log")
-    echo "fuzz $target: $what, ${runs:-0} inputs in $seconds s"
+    awk -v n="${runs:-0}" -v s="$seconds" -v what="fuzz $target: $what" 'BEGIN {
+        printf "%s, %d inputs in %d s, 1e8 take %.1f h at this rate\n", what, n, s, (n > 0 ? 1e8 * s / n / 3600 : 0)}'
 done
 exit $failed

@@ -137,10 +137,11 @@ static char lower(char c)
     return (char)(c >= 'A' && c <= 'Z' ? c + 32 : c);
 }
 
-/** Optimal string alignment distance without regard to case, cut to `WORD` characters. */
-static int distance(const char *a, const char *b)
+/** Optimal string alignment distance without regard to case, cut to `WORD` characters.
+ *  @return it, or any larger number than `most` when it exceeds that */
+static int distance(const char *a, const char *b, int most)
 {
-    int row[3][WORD + 1];
+    int row[3][WORD + 1], least_before = 0;
     int na = (int)strlen(a), nb = (int)strlen(b);
 
     if (na > WORD || nb > WORD) {
@@ -154,6 +155,8 @@ static int distance(const char *a, const char *b)
         int *now = row[i % 3];
         const int *last = row[(i + 2) % 3], *before = row[(i + 1) % 3];
 
+        int least = i;
+
         now[0] = i;
         for (int k = 1; k <= nb; k++) {
             int same = lower(a[i - 1]) == lower(b[k - 1]);
@@ -166,7 +169,12 @@ static int distance(const char *a, const char *b)
                 best = before[k - 2] + 1;
             }
             now[k] = best;
+            least = best < least ? best : least;
         }
+        if (least > most && least_before > most) { // a swap reaches two rows back
+            return WORD + 1;
+        }
+        least_before = least;
     }
     return row[na % 3][nb];
 }
@@ -179,7 +187,7 @@ void mech__offer(mech__nearest *n, const char *candidate)
     if (abs(length - (int)strlen(candidate)) > allowed) {
         return;
     }
-    int d = distance(n->word, candidate);
+    int d = distance(n->word, candidate, allowed);
 
     if (d <= allowed && (!n->best || d < n->distance)) {
         n->best = candidate;

@@ -70,7 +70,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (cli_parse(&args, command, argc, argv) == CLI_OK) {
         (void)cli_time(&args, "until", &seconds);
         (void)cli_count(&args, "jobs", 64, &number);
-        set_all(&args);
+        if (args.nset > 0) { // else it is the same file again and again
+            set_all(&args);
+        }
         vary_all(&args);
     }
     return 0;

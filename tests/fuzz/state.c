@@ -17,9 +17,11 @@ static uint64_t sum_of(const unsigned char *block, size_t size)
     return sum;
 }
 
-static void go_on(stein_sim *sim)
+/* a step from nowhere takes a thousand times what everything else takes */
+static void go_on(stein_sim *sim, int seldom)
 {
-    for (int i = 0; i < 1 && stein_step(sim, NULL) == STEIN_OK; i++) {
+    if (seldom) {
+        (void)stein_step(sim, NULL);
     }
     for (int i = 0; i < sim->model->nchannel; i++) {
         (void)stein_read(sim, i);
@@ -56,7 +58,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint64_t sum = sum_of(block, whole);
     memcpy(block + offsetof(state_head, sum), &sum, sizeof sum);
     if (stein_restore_from(sim, block, whole, NULL) == STEIN_OK) {
-        go_on(sim);
+        go_on(sim, sum % 64 == 0);
     }
     must(stein_restore(sim, saved, NULL) == STEIN_OK, "what was saved heals everything");
     return 0;
