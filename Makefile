@@ -17,6 +17,8 @@ WARN := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes -Wmis
 OPT_release := -O2 -g
 OPT_debug   := -O0 -g3
 OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all
+OPT_memory  := -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -fno-omit-frame-pointer -fno-sanitize-recover=all
+OPT_thread  := -O1 -g -fsanitize=thread -fno-omit-frame-pointer
 OPT_fuzz    := -O2 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 OPT  := $(OPT_$(VARIANT))
 # The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
@@ -81,7 +83,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run tested check bench bench-libm fuzz soak hidden hidden-readme identity golden install clean mutate \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage
 .SUFFIXES:
 .DELETE_ON_ERROR:
@@ -241,7 +243,11 @@ $(B)/steingen: $(call obj,gen/main.c $(GEN_SRC) $(MODEL_SRC) src/core/status.c s
 $(B)/stein: $(call obj,$(CLI_SRC)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm
-$(B)/check: $(call obj,$(TEST_SRC)) $(TEST_LANE_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
+ifeq ($(VARIANT),memory)
+TEST_MEMORY_OBJ := $(call obj,tests/memory/libcheck.c)
+$(B)/check: LDFLAGS += -Wl,--wrap=emalloc,--wrap=erealloc
+endif
+$(B)/check: $(call obj,$(TEST_SRC)) $(TEST_LANE_OBJ) $(TEST_MEMORY_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(CHECK_LIBS) $(LAB_LIBS) -lm -pthread
 # the independent source of measurements: the reader of mechanism files, and nothing else of ours
@@ -368,6 +374,15 @@ fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers:
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=fuzz CC=clang $(FUZZ:%=build-fuzz/fuzz-%)
 	$(Q)sh tests/fuzz.sh $(SECONDS)
 
+# memory that was never written, threads that meet, blocks that are lost
+sanitize:  ## suites under clang's memory sanitizer, the thread sanitizer and valgrind
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=memory CC=clang build-memory/check
+	$(Q)sh tests/sanitize.sh memory
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=thread build-thread/check
+	$(Q)sh tests/sanitize.sh thread
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) build/check
+	$(Q)sh tests/sanitize.sh valgrind
+
 SOAK ?= 170
 soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) all $(B)/check $(B)/faults
@@ -377,6 +392,7 @@ soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults
 	$(Q)STEIN_BUILD=$(B) KILLS=1000 sh tests/test_kills.sh
 	$(Q)$(B)/faults all
 	$(Q)$(MAKE) --no-print-directory identity
+	$(Q)$(MAKE) --no-print-directory sanitize
 	$(Q)$(MAKE) --no-print-directory fuzz SECONDS=$(SECONDS)
 
 N ?= 180
@@ -401,11 +417,11 @@ golden: $(B)/steingen $(B)/stein $(B)/check  ## accept the generated texts and t
 include packaging/install.mk
 
 clean:  ## remove everything that was built
-	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate
+	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate build-memory build-thread
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.c tests/locale/*.c tests/lanes/*.[ch] tests/mutate/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.c tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * sanitized.h - SANITIZED is 1 where this is built with the address or thread sanitizer, by gcc or
- * by clang.
+ * sanitized.h - SANITIZED is 1 where this is built with the address, thread or memory sanitizer, by
+ * gcc or by clang.
  */
 #ifndef SANITIZED_H
 #define SANITIZED_H
@@ -8,7 +8,8 @@
 #if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
 #define SANITIZED 1
 #elif defined __has_feature
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || \
+    __has_feature(memory_sanitizer)
 #define SANITIZED 1
 #endif
 #endif

@@ -14,6 +14,7 @@
 #include <yaml.h>
 
 #include "reader.h"
+#include "written.h"
 
 typedef struct block {
     struct block *next;
@@ -159,6 +160,8 @@ static int add_scalar(builder *b, const yaml_event_t *e)
 {
     const char *text = (const char *)e->data.scalar.value;
     size_t length = e->data.scalar.length;
+
+    WRITTEN_TEXT(text, length + 1);
     mech__node *n = new_node(b, MECH__SCALAR, &e->start_mark);
     char *copy = mech__alloc(b->rd, length + 1);
 
@@ -279,7 +282,11 @@ void mech__tree(mech__reader *rd, const char *text, size_t size)
     while (go == 0) {
         yaml_event_t event;
 
-        if (!yaml_parser_parse(&parser, &event)) {
+        int good = yaml_parser_parse(&parser, &event);
+
+        WRITTEN(parser);
+        WRITTEN(event);
+        if (!good) {
             parser_problem(&b, &parser, text, size);
             go = -1;
         } else {
