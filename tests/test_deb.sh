@@ -13,6 +13,11 @@ case ${B##*/} in
     exit
     ;;
 esac
+if ! ${CC:-cc} --version 2>/dev/null | grep -q 'Free Software Foundation'; then
+    echo "test_deb: packages are made of what gcc built, not ${CC:-cc}: Debian's dwz reads no other"
+    finish
+    exit
+fi
 missing=
 for p in dpkg-buildpackage dh lintian fakeroot; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
 if [ -n "$missing" ]; then

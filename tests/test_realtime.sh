@@ -25,6 +25,8 @@ case $B in
         case $object in
         */sim.o) only "sim.o also allocates by default, and compares names" "$pure|malloc|free|strcmp" "$object" ;;
         */handover.o) only "handover.o is pure" "$pure" "$object" ;;
+        # products of complex numbers, which clang leaves to the compiler's own library
+        */tangent.o) only "tangent.o is pure" "$pure|__stack_chk_fail|__(mul|div)dc3" "$object" ;;
         *) only "$(basename "$object") is pure" "$pure|__stack_chk_fail" "$object" ;;
         esac
     done
@@ -50,9 +52,12 @@ if ${CC:-cc} $tsan "$dir/t.c" -o "$dir/t" -pthread 2>/dev/null && "$dir/t" 2>/de
     ok "the core is built with the thread sanitizer ($(head -n 1 "$dir/log"))" $?
     TSAN_OPTIONS=halt_on_error=1 "$dir/handover" >"$dir/out" 2>"$dir/log"
     ok "parameters of another thread race with nothing: $(cat "$dir/out"; grep -m 1 WARNING "$dir/log")" $?
-    TSAN_OPTIONS=halt_on_error=1 "$dir/handover" racy >"$dir/out" 2>"$dir/log"
-    test $? -ne 0 && grep -q 'data race' "$dir/log"
-    ok "a race would have been found" $?
+    found=1 # the sanitizer forgets: where one thread runs long before the other it may see nothing
+    for attempt in 1 2 3 4 5; do
+        TSAN_OPTIONS=halt_on_error=1 "$dir/handover" racy >"$dir/out" 2>"$dir/log" && continue
+        grep -q 'data race' "$dir/log" && found=0 && break
+    done
+    ok "a race would have been found ($attempt attempts)" $found
 else
     echo "test_realtime: no thread sanitizer here, races are not looked for"
 fi
