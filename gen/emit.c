@@ -361,11 +361,12 @@ static void print_along(printer *p, const ex *out)
 
 void emit_setup_along(text *x, const tree *t, const layout *l)
 {
-    ex *out = calloc((size_t)l->n + 1, 2 * sizeof *out), *slope = out + l->n + 1;
+    ex *out = calloc((size_t)l->n + 1, 2 * sizeof *out);
     if (!out) {
         x->failed = 1;
         return;
     }
+    ex *slope = out + l->n + 1;
     for (int i = 0; i < l->n; i++) {
         out[i] = l->slot[i].node;
     }

@@ -23,7 +23,7 @@ stein__constants stein__carve_constants(stein__arena *a, const stein_model *mode
 
 static size_t layout(stein_derivative *s, const stein_model *m)
 {
-    stein_derivative measured;
+    stein_derivative measured = {.parent = NULL};
     stein__arena a = {(unsigned char *)s, 0};
     int n = m->nq;
     s = s != NULL ? s : &measured;

@@ -45,7 +45,7 @@ struct stein_sensitivity {
 
 static size_t layout(stein_sensitivity *s, const stein_model *m, int n)
 {
-    stein_sensitivity measured;
+    stein_sensitivity measured = {.way = NULL};
     stein__arena a = {(unsigned char *)s, 0};
     int nq = m->nq, nguard = m->nspot + NOTCH_GUARDS * m->nnotch;
     s = s != NULL ? s : &measured;
