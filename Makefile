@@ -334,6 +334,9 @@ run: deps  ## build, strike once, compare with the paper, diagnose strokes, writ
 # every suite of tests/suites.h and every tests/test_*.sh is a job of its own
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
+# the longest ones first, so that no processor waits for one of them in the end
+LONGEST     := suite-measured script-hidden suite-generator suite-curve script-cli
+ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
 JOBS ?= $(shell nproc)
 
 # what the tests run
@@ -343,7 +346,7 @@ tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/repl
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
-	  $(if $(TESTS),suite-$(TESTS),$(SCRIPT_JOBS) $(SUITE_JOBS))
+	  $(if $(TESTS),suite-$(TESTS),$(ALL_JOBS))
 
 .PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
 # limits of tests are for what hangs: a machine with other work, or sanitizers, take their time
