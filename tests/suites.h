@@ -18,6 +18,7 @@
     X(sensitivity)   \
     X(integrator)    \
     X(batch)         \
+    X(driven)        \
     X(contact)       \
     X(stroke)        \
     X(facts)         \

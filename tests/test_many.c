@@ -248,6 +248,41 @@ START_TEST(strokes_with_a_recorded_input_are_what_they_were)
 }
 END_TEST
 
+/* an action whose key goes down and stays there */
+static const char *led(const char *name, double time)
+{
+    const char *path = in_folder(name);
+    FILE *to = fopen(path, "w");
+    ck_assert_ptr_nonnull(to);
+    fprintf(to, "# noise string_distance: 1e-5\ntime [s],key_motion [rad],string_distance [m]\n");
+    for (int i = 0; i < 160; i++) {
+        double t = 0.5e-3 * i, u = fmin(t / time, 1.0);
+        fprintf(to, "%.17g,%.17g,%.17g\n", t, 0.05 * u * u * u * (10.0 - 15.0 * u + 6.0 * u * u),
+                0.039 * (1.0 - u));
+    }
+    fclose(to);
+    return path;
+}
+
+START_TEST(so_are_those_with_a_recorded_motion)
+{
+    static const char *const names[] = {"hammer.mass", "pawl.spring.k", "key_motion.delay", NULL};
+    const char *data[] = {led("a.csv", 0.041), led("b.csv", 0.063), NULL};
+    fit__problem p;
+    fitted f;
+    open_fit(&f, "models/stein1788.yaml", NULL, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
+    double *x = calloc((size_t)p.nu + 1, sizeof *x);
+    x[2] = 0.7;
+    compare(&p, x, 0, STEIN_OK);
+    compare_alone(&p, x);
+    free(x);
+    fit__problem_free(&p);
+    drop(&f);
+}
+END_TEST
+
 START_TEST(lanes_that_the_processor_lacks_are_refused)
 {
     static const char *const names[] = {"rod.mass", NULL};
@@ -276,6 +311,7 @@ Suite *many_suite(void)
     tcase_add_checked_fixture(fit, make_folder, remove_folder);
     tcase_add_loop_test(fit, strokes_of_a_fit_are_the_same_alone_and_side_by_side, 0, 2);
     tcase_add_test(fit, strokes_with_a_recorded_input_are_what_they_were);
+    tcase_add_test(fit, so_are_those_with_a_recorded_motion);
     tcase_add_test(fit, lanes_that_the_processor_lacks_are_refused);
     tcase_set_timeout(fit, 60);
     suite_add_tcase(s, turns);

@@ -154,8 +154,11 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
                                stein__pacer *p, stein_err *err)
 {
     stein_status status = check_pace(sim, t_end, pace, err);
-    if (status == STEIN_OK && (sim->fresh == STALE || sim->motions)) {
-        status = stein__refresh(sim, err); // a motion's acceleration may jump where a run ends
+    if (sim->motions) {
+        sim->fresh = STALE; // their accelerations may jump where a run ends
+    }
+    if (status == STEIN_OK && sim->fresh == STALE) {
+        status = stein__refresh(sim, err);
     }
     *p = (stein__pacer){.t_end = t_end, .growth = most};
     if (status == STEIN_OK) {

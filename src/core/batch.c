@@ -122,8 +122,7 @@ void stein_batch_destroy(stein_batch *batch)
 static int can_ride(const stein_batch *b, const stein_sim *sim)
 {
     int load = b->model->load.body;
-    return b->width != NULL && sim->on_force == NULL && !sim->jacobians && !sim->motions &&
-           !sim->signals && sim->ntable_on == 0 &&
+    return b->width != NULL && sim->on_force == NULL && !sim->jacobians && sim->ntable_on == 0 &&
            (load < 0 || sim->held[load] == !sim->head->load_present);
 }
 
@@ -143,8 +142,14 @@ void stein__batch_fetch(stein_batch *b, int i)
 
 static void put_in_lane(stein_batch *b, int g, int lane, const stein_sim *sim, int with_d)
 {
-    const stein__rider rider = {sim->d,   sim->q,    sim->qd,
-                                sim->qdd, sim->mode, sim->head->load_present};
+    const stein__rider rider = {.d = sim->d,
+                                .q = sim->q,
+                                .qd = sim->qd,
+                                .qdd = sim->qdd,
+                                .mode = sim->mode,
+                                .load_present = sim->head->load_present,
+                                .signal = sim->signal,
+                                .signal_ctx = sim->signal_ctx};
     b->width->put(b->wide[g], lane, &rider, with_d);
 }
 

@@ -54,11 +54,12 @@ static void step_group(stein_batch *b, int g, const aim *to, unsigned wanted, st
     int first = g * b->lanes;
     unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
     if (count(riders) > 1) {
-        double h[MAX_LANES] = {0.0};
+        double t[MAX_LANES] = {0.0}, h[MAX_LANES] = {0.0};
         for (int k = 0; k < b->lanes; k++) {
-            h[k] = riders >> k & 1 ? to[k].target - b->place[first + k].sim->head->t : 0.0;
+            t[k] = riders >> k & 1 ? b->place[first + k].sim->head->t : 0.0;
+            h[k] = riders >> k & 1 ? to[k].target - t[k] : 0.0;
         }
-        done = b->width->step(b->wide[g], h, riders);
+        done = b->width->step(b->wide[g], t, h, riders);
     }
     for (int k = 0; k < b->lanes; k++) {
         if (done >> k & 1) {
@@ -185,11 +186,12 @@ static void try_group(stein_batch *b, int g, unsigned wanted)
     int first = g * b->lanes;
     unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
     if (count(riders) > 1) {
-        double h[MAX_LANES] = {0.0};
+        double t[MAX_LANES] = {0.0}, h[MAX_LANES] = {0.0};
         for (int k = 0; k < b->lanes; k++) {
+            t[k] = riders >> k & 1 ? b->place[first + k].sim->head->t : 0.0;
             h[k] = riders >> k & 1 ? b->pacer[first + k].h : 0.0;
         }
-        done = b->width->trial(b->wide[g], h) & riders;
+        done = b->width->trial(b->wide[g], t, h, riders);
     }
     for (int k = 0; k < b->lanes; k++) {
         if (wanted >> k & 1) {

@@ -162,7 +162,7 @@ struct stein_sim {
 
     real eq, eqd; /* embedded error estimate; negative: none */
 
-    stein_signal_fn **signal; /* [ninput] */
+    stein_signal_fn **signal; /* [ninput][lanes] */
     void **signal_ctx;
     stein_event_fn *on_event;
     void *event_ctx;
@@ -176,6 +176,8 @@ struct stein_sim {
     void (*on_switch)(void *rider, stein_sim *sim, int flipped);
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
+    mask *bound;              /* [ninput] lanes with a signal there */
+    mask asked;               /* those whose signals are asked in this trial */
     mask bad;                 /* lanes with an evaluation that failed since this was cleared */
     real eq_taken, eqd_taken; /* of the last step that each lane took */
 #endif
@@ -299,21 +301,32 @@ INNER void stein__point(const stein_sim *sim, int point, real x[3], real v[3]);
 /* a force on a named point, into the wrench of its body; the fixed frame takes everything */
 INNER void stein__pull(stein_sim *sim, int point, const real f[3]);
 
+/* inputs.c: the forces of what drives the mechanism from outside */
+INNER void stein__inputs(stein_sim *sim);
+#if STEIN_LANES > 0
+/* signals at t into ustate, prescribed coordinates into xq and xqd */
+INNER void stein__drive(stein_sim *sim, real t);
+/* signals have changed: what has to be asked about in an evaluation */
+INNER void stein__wire(stein_sim *sim);
+/* joints that follow what is given out of the unknowns of M x = b */
+INNER void stein__prescribe(stein_sim *sim, real *M, real *b);
+#endif
+#if STEIN_LANES == 1
+/* the input that a joint follows, if it is not STEIN__FREE or STEIN__HELD */
+enum { STEIN__FREE = -1, STEIN__HELD = -2 };
+int stein__driver_of(const stein_sim *sim, int joint);
+int stein__is_driven(const stein_sim *sim, int joint);
+/* stein__drive from a state {q, qd}; the simulation's own joints onto their signals, now */
+void stein__drive_from(stein_sim *sim, double t, const double *q, const double *qd);
+void stein__place_driven(stein_sim *sim);
+#endif
+
 /* dynamics.c */
 #if STEIN_LANES > 0
 INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,
                                    stein_err *err);
 #endif
-#if STEIN_LANES <= 1
-/* forces.c: forces of what drives the mechanism from outside */
-INNER void stein__inputs(stein_sim *sim);
-#endif
 #if STEIN_LANES == 1
-/* does a joint follow what is given? Then its acceleration is in *value */
-int stein__driver(const stein_sim *sim, int joint, double *value);
-/* by which input, if not STEIN__FREE or STEIN__HELD */
-enum { STEIN__FREE = -1, STEIN__HELD = -2 };
-int stein__driver_of(const stein_sim *sim, int joint);
 /* M x = b with sim->M, which may be overwritten; b becomes x. @return -1, or a joint whose pivot
  * vanishes */
 int stein__solved(stein_sim *sim, double *b);
@@ -323,10 +336,6 @@ double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
-/* signals have changed: what has to be asked about in an evaluation */
-void stein__wire(stein_sim *sim);
-int stein__is_driven(const stein_sim *sim, int joint);
-void stein__place_driven(stein_sim *sim);
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
  * the guards there; where it began stays in q0, qd0, qdd0 */

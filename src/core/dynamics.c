@@ -1,95 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * dynamics.c - from (t, q, qd) to qdd: what drives a mechanism from outside, and the order in which
- * an evaluation goes. (The forces of the mechanism itself are in forces.c.)
+ * dynamics.c - from (t, q, qd) to qdd: the order in which an evaluation goes. (What drives a
+ * mechanism from outside is in inputs.c, the forces of the mechanism itself are in forces.c.)
  */
 #include <math.h>
 #include <string.h>
 
 #include "core.h"
-
-/* put prescribed coordinates in place; signals stay in sim->ustate */
-static void drive(stein_sim *sim, double t, const double *q, const double *qd)
-{
-    const stein_model *model = sim->model;
-    if (q != sim->xq) {
-        copy(sim->xq, q, model->nq);
-        copy(sim->xqd, qd, model->nq);
-    }
-    for (int i = 0; i < model->ninput; i++) {
-        if (sim->signal[i] != NULL) {
-            const double *law = sim->d + model->inputs[i].signal;
-            double *u = sim->ustate + 3 * i, gain = law[STEIN_SIGNAL_GAIN];
-            u[0] = u[1] = u[2] = 0.0;
-            sim->signal[i](sim->signal_ctx[i], t - law[STEIN_SIGNAL_DELAY], u);
-            u[0] *= gain;
-            u[1] *= gain;
-            u[2] *= gain;
-            if (model->inputs[i].kind == STEIN_INPUT_MOTION) {
-                sim->xq[model->inputs[i].index] = u[0];
-                sim->xqd[model->inputs[i].index] = u[1];
-            }
-        }
-    }
-}
-
-/* the state's prescribed joints onto their signals, now */
-void stein__place_driven(stein_sim *sim)
-{
-    drive(sim, sim->head->t, sim->q, sim->qd);
-    memcpy(sim->q, sim->xq, sizeof *sim->q * (size_t)sim->model->nq);
-    memcpy(sim->qd, sim->xqd, sizeof *sim->qd * (size_t)sim->model->nq);
-}
-
-void stein__wire(stein_sim *sim)
-{
-    const stein_model *model = sim->model;
-    sim->jacobians = sim->motions = sim->signals = 0;
-    for (int i = 0; i < model->ninput; i++) {
-        const stein_input *input = &model->inputs[i];
-        int on = sim->signal[i] != NULL;
-        sim->signals |= on;
-        sim->jacobians |=
-            input->kind == STEIN_INPUT_POINT && on && model->points[input->index].at < 0;
-        sim->motions |= input->kind == STEIN_INPUT_MOTION && (on || input->hold);
-    }
-    for (int i = 0; i < model->nlink; i++) {
-        const stein_link *link = &model->links[i];
-        sim->jacobians |=
-            model->points[link->point[0]].at < 0 || model->points[link->point[1]].at < 0;
-    }
-}
-
-/* the motion input that drives a joint with a signal or a hold */
-int stein__driver_of(const stein_sim *sim, int joint)
-{
-    if (sim->held[joint]) {
-        return STEIN__HELD;
-    }
-    for (int i = 0; i < sim->model->ninput; i++) {
-        const stein_input *input = &sim->model->inputs[i];
-        if (input->kind == STEIN_INPUT_MOTION && input->index == joint) {
-            if (sim->signal[i] != NULL) {
-                return i;
-            }
-            if (input->hold) {
-                return STEIN__HELD;
-            }
-        }
-    }
-    return STEIN__FREE;
-}
-
-int stein__is_driven(const stein_sim *sim, int joint)
-{
-    return stein__driver_of(sim, joint) != STEIN__FREE;
-}
-
-int stein__driver(const stein_sim *sim, int joint, double *value)
-{
-    int by = stein__driver_of(sim, joint);
-    *value = by >= 0 ? sim->ustate[3 * by + 2] : 0.0;
-    return by != STEIN__FREE;
-}
 
 int stein__solved(stein_sim *sim, double *b)
 {
@@ -103,7 +19,7 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
 {
     const stein_model *model = sim->model;
     int nq = model->nq;
-    drive(sim, t, q, qd);
+    stein__drive_from(sim, t, q, qd);
     turn_joints(model, sim->xq, sim->sc);
     stein__forces(sim);
     if (sim->on_force != NULL) {
@@ -156,7 +72,7 @@ double stein__guard(stein_sim *sim, const double *q, int i)
 
 void stein__place(stein_sim *sim)
 {
-    drive(sim, sim->head->t, sim->q, sim->qd);
+    stein__drive_from(sim, sim->head->t, sim->q, sim->qd);
     stein_turn(sim->model, sim->xq, sim->sc);
     if (sim->model->nframe > 0) {
         sim->model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);

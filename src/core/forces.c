@@ -6,9 +6,7 @@
  * All forces act in Q. Those of contacts and notches and those at points of planar bodies (links,
  * inputs at a point) are summed to a wrench a body and go down the tree from joint to joint in
  * fixed axes: through frc and trq of c they would be turned into the axes of their body and back.
- * Forces at points that leave the plane go through the generated Jacobians. Joints with a
- * prescribed motion, or held, leave the unknowns: their row becomes qdd_i = given, their column
- * moves to the right-hand side.
+ * Forces at points that leave the plane go through the generated Jacobians.
  */
 #include "core.h"
 
@@ -129,23 +127,6 @@ static void joint_forces(stein_sim *sim)
 #endif
 }
 
-#if STEIN_LANES <= 1
-INNER void stein__inputs(stein_sim *sim)
-{
-    for (int i = 0; i < sim->model->ninput; i++) {
-        const stein_input *input = &sim->model->inputs[i];
-        real u = sim->ustate[3 * i];
-        if (input->kind == STEIN_INPUT_JOINT) {
-            sim->Q[input->index] += u;
-        } else if (input->kind == STEIN_INPUT_POINT && sim->signal[i] != NULL) {
-            const real *direction = sim->d + input->direction;
-            real f[3] = {u * direction[0], u * direction[1], u * direction[2]};
-            stein__pull(sim, input->index, f);
-        }
-    }
-}
-#endif
-
 INNER void stein__forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
@@ -166,46 +147,14 @@ INNER void stein__forces(stein_sim *sim)
     }
 #endif
     link_forces(sim);
-#if STEIN_LANES <= 1
     if (sim->signals) {
         stein__inputs(sim);
     }
-#endif
     joint_forces(sim);
     stein__wrenches_to_joints(sim);
 }
 
 #if STEIN_LANES > 0
-
-/* take joint j out of the unknowns of M x = b, where it is on: x_j = value */
-static inline void prescribe(int n, real *M, real *b, int j, mask on, real value)
-{
-    for (int i = 0; i < n; i++) {
-        b[i] = sel(on, b[i] - M[i * n + j] * value, b[i]);
-        M[i * n + j] = M[j * n + i] = sel(on, same(0.0), M[i * n + j]);
-    }
-    M[j * n + j] = sel(on, same(1.0), M[j * n + j]);
-    b[j] = sel(on, value, b[j]);
-}
-
-/* Joints that follow what is given. Mostly there are none; only the load is ever held. */
-static inline void prescribe_driven(stein_sim *sim, real *b)
-{
-    int nq = sim->model->nq, load = sim->model->load.body;
-    int held = load >= 0 && any(mask_of(sim->held[load]));
-#if STEIN_LANES == 1
-    for (int j = 0; (held || sim->motions) && j < nq; j++) {
-        double value;
-        if (stein__driver(sim, j, &value)) {
-            prescribe(nq, sim->M, b, j, 1, value);
-        }
-    }
-#else
-    if (held) {
-        prescribe(nq, sim->M, b, load, sim->held[load], same(0.0));
-    }
-#endif
-}
 
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
 {
@@ -215,7 +164,7 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }
-    prescribe_driven(sim, qdd);
+    stein__prescribe(sim, sim->M, qdd);
 #if STEIN_LANES == 1
     return stein__solved(sim, qdd);
 #else

@@ -12,8 +12,10 @@
 /** What a lane needs of a simulation. */
 typedef struct stein__rider {
     const double *d, *q, *qd, *qdd;
-    const unsigned char *mode; /* [nguard] */
-    int load_present;          /* 0: its body is held, its contact gone */
+    const unsigned char *mode;      /* [nguard] */
+    int load_present;               /* 0: its body is held, its contact gone */
+    stein_signal_fn *const *signal; /* [ninput] NULL: none there; and what they are called with */
+    void *const *signal_ctx;
 } stein__rider;
 
 /** Code for one number of lanes. `wide` is what make() returned. */
@@ -22,16 +24,18 @@ typedef struct stein__width {
     /** Bytes of a block for make(). */
     size_t (*size)(const stein_model *model);
     void *(*make)(void *block, const stein_model *model, stein_integrator integrator);
-    /** A simulation into a lane; with_d: its parameters too, and ready() before the next trial. */
+    /** A simulation into a lane; with_d: its parameters and signals too, and ready() before the
+     *  next trial. */
     void (*put)(void *wide, int lane, const stein__rider *from, int with_d);
     void (*ready)(void *wide);
-    /** One trial step of h [lanes] in all lanes. Those that are wanted (one bit each) and meet no
-     *  event and no trouble have it for their state now. @return these */
-    unsigned (*step)(void *wide, const double *h, unsigned wanted);
+    /** One trial step of h [lanes] from t [lanes] in all lanes. Those that are wanted (one bit
+     * each) and meet no event and no trouble have it for their state now. Signals of others are not
+     *  asked. @return these */
+    unsigned (*step)(void *wide, const double *t, const double *h, unsigned wanted);
     /** State of a lane: q, qd, qdd [nq], and the error estimates of its last step. */
     void (*take)(const void *wide, int lane, double *q, double *qd, double *qdd, double error[2]);
-    /** The trial step without taking it. @return lanes that ended with numbers, one bit each */
-    unsigned (*trial)(void *wide, const double *h);
+    /** The trial step without taking it. @return those wanted that ended with numbers */
+    unsigned (*trial)(void *wide, const double *t, const double *h, unsigned wanted);
     /** What it came to in a lane: q, qd, qdd at its end [nq], guards, error estimates. */
     void (*outcome)(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
                     double *guard, double error[2]);

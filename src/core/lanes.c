@@ -4,7 +4,7 @@
  * The files of the core that a derivative needs, compiled once more with vectors for numbers. What
  * is done in lanes is a trial step: all stages, the derivative and the guards at its end. A lane
  * that meets an event, or a number that is none, does not take the step; batch.c steps it alone,
- * where events are located. So lanes know neither time nor events.
+ * where events are located. .
  */
 #include "lane.h"
 
@@ -14,6 +14,7 @@
 
 #include "contact.c"
 #include "forces.c"
+#include "inputs.c"
 #include "layout.c"
 #include "notch.c"
 #include "touch.c"
@@ -22,7 +23,10 @@
 INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const real *qd, real *qdd,
                                    stein_err *err)
 {
-    (void)t, (void)q, (void)qd, (void)err; // the state is in xq and xqd, and nothing drives it
+    (void)q, (void)qd, (void)err; // the state is in xq and xqd
+    if (sim->signals) {
+        stein__drive(sim, t);
+    }
     turn_joints(sim->model, sim->xq, sim->sc);
     stein__forces(sim);
     sim->bad |= stein__accelerate(sim, qdd);
@@ -55,6 +59,16 @@ static void put_numbers(real *to, int lane, const double *from, int n)
     }
 }
 
+static void put_signals(stein_sim *sim, int lane, const stein__rider *from)
+{
+    for (int i = 0; i < sim->model->ninput; i++) {
+        sim->signal[STEIN_LANES * i + lane] = from->signal[i];
+        sim->signal_ctx[STEIN_LANES * i + lane] = from->signal_ctx[i];
+        sim->bound[i][lane] = -(long long)(from->signal[i] != NULL);
+        put_numbers(sim->ustate + 3 * i, lane, (const double[3]){0.0}, 3);
+    }
+}
+
 static void put(void *wide, int lane, const stein__rider *from, int with_d)
 {
     stein_sim *sim = wide;
@@ -71,6 +85,7 @@ static void put(void *wide, int lane, const stein__rider *from, int with_d)
     }
     if (with_d) {
         put_numbers(sim->d, lane, from->d, model->nd);
+        put_signals(sim, lane, from);
     }
 }
 
@@ -79,6 +94,7 @@ static void ready(void *wide)
     stein_sim *sim = wide;
     stein__pairs_prepare(sim);
     stein__joints_prepare(sim);
+    stein__wire(sim);
 }
 
 /* lanes whose trial step ended with numbers */
@@ -93,19 +109,31 @@ static mask finite(const stein_sim *sim)
     return good;
 }
 
-/* a trial step of h in all lanes, from where they are; @return those that ended with numbers */
-static mask try_step(stein_sim *sim, const double *h)
+static mask mask_from(unsigned bits)
 {
-    real length;
-    memcpy(&length, h, sizeof length);
-    sim->bad = (mask){0};
-    (void)stein__trial(sim, same(0.0), length, NULL);
-    return finite(sim);
+    mask m = {0};
+    for (int k = 0; k < STEIN_LANES; k++) {
+        m[k] = -(long long)(bits >> k & 1);
+    }
+    return m;
 }
 
-static unsigned trial(void *wide, const double *h)
+/* a trial step of h in all lanes, from where they are; @return those wanted that ended with numbers
+ */
+static mask try_step(stein_sim *sim, const double *t, const double *h, unsigned wanted)
 {
-    return lanes_of(try_step(wide, h));
+    real begin, length;
+    memcpy(&begin, t, sizeof begin);
+    memcpy(&length, h, sizeof length);
+    sim->bad = (mask){0};
+    sim->asked = mask_from(wanted);
+    (void)stein__trial(sim, begin, length, NULL);
+    return both(finite(sim), sim->asked);
+}
+
+static unsigned trial(void *wide, const double *t, const double *h, unsigned wanted)
+{
+    return lanes_of(try_step(wide, t, h, wanted));
 }
 
 static void outcome(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
@@ -124,14 +152,10 @@ static void outcome(const void *wide, int lane, double *q1, double *qd1, double 
     error[1] = sim->eqd[lane];
 }
 
-static unsigned step(void *wide, const double *h, unsigned wanted)
+static unsigned step(void *wide, const double *t, const double *h, unsigned wanted)
 {
     stein_sim *sim = wide;
-    mask good = try_step(sim, h), asked;
-    for (int k = 0; k < STEIN_LANES; k++) {
-        asked[k] = -(long long)(wanted >> k & 1);
-    }
-    good &= asked;
+    mask good = try_step(sim, t, h, wanted);
     for (int i = 0; i < sim->nguard; i++) { // none of whose guards switched
         good &= ~(more(sim->guard[i], 0.0) ^ sim->mode[i]);
     }

@@ -110,8 +110,12 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nguard);
     s->crossed = carve(a, (size_t)s->nguard);
-    s->signal = carve(a, sizeof *s->signal * (size_t)m->ninput);
-    s->signal_ctx = carve(a, sizeof *s->signal_ctx * (size_t)m->ninput);
+    size_t signals = (size_t)m->ninput * (sizeof(real) / sizeof(double));
+    s->signal = carve(a, sizeof *s->signal * signals);
+    s->signal_ctx = carve(a, sizeof *s->signal_ctx * signals);
+#if STEIN_LANES > 1
+    s->bound = carve(a, sizeof *s->bound * (size_t)m->ninput);
+#endif
 }
 
 INNER size_t stein__layout(stein_sim *sim, const stein_model *model)

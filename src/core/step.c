@@ -242,7 +242,7 @@ void stein__flip_crossed(stein_sim *sim)
 /* one sub-step towards `target`: all the way, or to the first event and its switch */
 static stein_status substep(stein_sim *sim, double target, stein_err *err)
 {
-    stein_status status = stein__refresh(sim, err);
+    stein_status status = sim->fresh == STALE ? stein__refresh(sim, err) : STEIN_OK;
     if (status != STEIN_OK) {
         return status;
     }

@@ -13,6 +13,7 @@
 
 #include "contact.c"
 #include "forces.c"
+#include "inputs.c"
 #include "layout.c"
 #include "notch.c"
 #include "table.c"

@@ -187,8 +187,10 @@ stein_status fit__simulate(const fit__problem *p, fit__bench *b, int stroke, con
  *  x is needed afterwards. */
 stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const double *x,
                         double *y, stein_err *err);
-/** 1: one run of its simulation to t_end at this pace is all of it; 0: its steps end on the way. */
-int fit__is_straight(const fit__bench *b, double *t_end, stein_pace **pace);
+/** 1: the steps can be made in a batch, run by run; 0: by fit__alone only. */
+int fit__can_ride(const fit__bench *b);
+/** The next run of its simulation, to t_end at this pace. @return 0: there is none */
+int fit__next_run(fit__bench *b, double *t_end, stein_pace **pace);
 /** All steps. @return as fit__simulate */
 stein_status fit__alone(fit__bench *b);
 /** The rest of y. @param status  of the steps  @return as fit__simulate */

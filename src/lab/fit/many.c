@@ -8,8 +8,8 @@
  *
  * While a seat is free the thread takes the next job that nobody has; else all seats go on until
  * one of them is over. So a lane waits for nobody, and what a job is the same to the last bit
- * whoever sits beside it. Strokes whose steps end at samples - those with a recorded input, or down
- * the ladder - have the thread for themselves.
+ * whoever sits beside it. A stroke with a recorded input is a run from each of its samples to the
+ * next. Strokes with a force of the bench's, or down the ladder, have the thread for themselves.
  */
 #include <stdlib.h>
 
@@ -127,19 +127,32 @@ static stein_status get_up(const asking *a, row *r, int i, int failed, stein_err
     return s->bench.no_memory ? no_memory(err) : STEIN_OK;
 }
 
-/* all seats go on until one job is over */
+/* the next run of a job begins, or the job is over */
+static stein_status next_run(const asking *a, row *r, int i, stein_status status, stein_err *err)
+{
+    seat *s = &r->seat[i];
+    stein_pace *pace;
+    double t_end;
+    if (status == STEIN_OK && fit__next_run(&s->bench, &t_end, &pace)) {
+        status = stein_batch_begin(r->batch, i, t_end, pace, NULL);
+        if (status == STEIN_OK) {
+            return STEIN_OK;
+        }
+    }
+    return get_up(a, r, i, fit__finish(&s->bench, status) != STEIN_OK, err);
+}
+
+/* all seats go on until one run is over */
 static stein_status go_on(const asking *a, row *r, stein_err *err)
 {
     stein_status status;
     int i = stein_batch_go(r->batch, &status, NULL);
-    return get_up(a, r, i, fit__finish(&r->seat[i].bench, status) != STEIN_OK, err);
+    return next_run(a, r, i, status, err);
 }
 
 static stein_status sit_down(const asking *a, row *r, int i, int job, stein_err *err)
 {
     seat *s = &r->seat[i];
-    stein_pace *pace;
-    double t_end;
     if (!s->made) {
         s->made = 1;
         stein_status made = fit__bench_make(&s->bench, a->p, err);
@@ -149,15 +162,13 @@ static stein_status sit_down(const asking *a, row *r, int i, int job, stein_err 
     }
     s->job = job;
     stein_status status = a->ask(a->ctx, &s->bench, job);
-    if (status == STEIN_OK && fit__is_straight(&s->bench, &t_end, &pace)) {
+    if (status == STEIN_OK && fit__can_ride(&s->bench)) {
+        s->taken = 1;
+        r->taken++;
         status = stein_batch_put(r->batch, i, s->bench.sim, NULL);
-        status = status == STEIN_OK ? stein_batch_begin(r->batch, i, t_end, pace, NULL) : status;
-        if (status == STEIN_OK) {
-            s->taken = 1;
-            r->taken++;
-            return STEIN_OK;
-        }
-    } else if (status == STEIN_OK) {
+        return next_run(a, r, i, status, err);
+    }
+    if (status == STEIN_OK) {
         status = fit__finish(&s->bench, fit__alone(&s->bench));
     }
     s->bench.no_memory |= status == STEIN_ENOMEM;
@@ -167,12 +178,18 @@ static stein_status sit_down(const asking *a, row *r, int i, int job, stein_err 
 static stein_status next_job(void *ctx, void *bench, int job, stein_err *err)
 {
     row *r = bench;
-    stein_status status = r->taken == r->n ? go_on(ctx, r, err) : STEIN_OK;
+    stein_status status = STEIN_OK;
     int i = 0;
+    while (status == STEIN_OK && r->taken == r->n) {
+        status = go_on(ctx, r, err);
+    }
+    if (status != STEIN_OK) {
+        return status;
+    }
     while (r->seat[i].taken) {
         i++;
     }
-    return status == STEIN_OK ? sit_down(ctx, r, i, job, err) : status;
+    return sit_down(ctx, r, i, job, err);
 }
 
 static stein_status last_jobs(void *ctx, void *bench, stein_err *err)

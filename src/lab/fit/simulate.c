@@ -57,6 +57,7 @@ struct fit__reader {
     double *y;
     stein_pace pace;
     double t_end;
+    int bend, over; /* frames that have been asked for a bend; 1: the run to t_end has begun */
     stein_status status;
     stein_err *err;
 };
@@ -300,15 +301,6 @@ static double last_time(const fit__reader *r)
     return fmin(T, r->horizon);
 }
 
-/* up to t_end, read on the way */
-static stein_status read_to(fit__bench *b, double t_end)
-{
-    fit__reader *r = b->reader;
-    r->pace.next = next_time(r);
-    stein_status status = stein_run_adaptive(b->sim, t_end, &r->pace, r->err);
-    return status == STEIN_OK ? r->status : status;
-}
-
 /* A recorded input bends at its samples, a force of the bench's at the frames: there the steps end.
  */
 static int is_bent(const fit__bench *b)
@@ -316,18 +308,39 @@ static int is_bent(const fit__bench *b)
     return b->reader->s->nsignal > 0 || b->force != NULL;
 }
 
-static stein_status run(fit__bench *b)
+/* where the next run ends. @return 0: there is none */
+static int next_end(const fit__bench *b, double *t_end)
 {
-    const fit__reader *r = b->reader;
-    const fit__stroke *s = r->s;
-    stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && is_bent(b) && i < s->n; i++) {
-        double T = s->data->time[i] + r->shift;
-        if (T > stein_time(b->sim) && T < r->t_end) {
-            status = read_to(b, T);
+    fit__reader *r = b->reader;
+    while (is_bent(b) && r->bend < r->s->n) {
+        *t_end = r->s->data->time[r->bend++] + r->shift;
+        if (*t_end > stein_time(b->sim) && *t_end < r->t_end) {
+            return 1;
         }
     }
-    return status == STEIN_OK ? read_to(b, r->t_end) : status;
+    int over = r->over;
+    *t_end = r->t_end;
+    r->over = 1;
+    return !over;
+}
+
+int fit__next_run(fit__bench *b, double *t_end, stein_pace **pace)
+{
+    fit__reader *r = b->reader;
+    *pace = &r->pace;
+    r->pace.next = next_time(r);
+    return r->status == STEIN_OK && next_end(b, t_end);
+}
+
+static stein_status run(fit__bench *b)
+{
+    stein_status status = STEIN_OK;
+    stein_pace *pace;
+    double t_end;
+    while (status == STEIN_OK && fit__next_run(b, &t_end, &pace)) {
+        status = stein_run_adaptive(b->sim, t_end, pace, b->reader->err);
+    }
+    return status;
 }
 
 /* down the ladder: from sample i to the next one, at T */
@@ -399,6 +412,7 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     r->pace.ctx = b;
     r->pace.next = next_time(r);
     r->t_end = last_time(r);
+    r->bend = r->over = 0;
 }
 
 stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const double *x,
@@ -425,11 +439,9 @@ stein_status fit__begin(const fit__problem *p, fit__bench *b, int stroke, const 
     return status;
 }
 
-int fit__is_straight(const fit__bench *b, double *t_end, stein_pace **pace)
+int fit__can_ride(const fit__bench *b)
 {
-    *t_end = b->reader->t_end;
-    *pace = &b->reader->pace;
-    return !(b->reader->gain > 0.0) && !is_bent(b);
+    return !(b->reader->gain > 0.0) && b->force == NULL;
 }
 
 stein_status fit__alone(fit__bench *b)

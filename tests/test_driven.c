@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_driven.c - simulations that signals drive, in lanes and alone: to the last bit.
+ */
+#include "twins.h"
+
+/* a finger, or a motion of the key, of its own */
+typedef struct hand {
+    double rate; /* [rad/s] */
+    int gone;    /* nobody may ask it any more */
+} hand;
+
+static hand hands[PLACES];
+
+static void swing(void *ctx, double t, double u[3])
+{
+    const hand *h = ctx;
+    ck_assert_int_eq(h->gone, 0);
+    u[0] = 0.01 * sin(h->rate * t);
+    u[1] = 0.01 * h->rate * cos(h->rate * t);
+    u[2] = -0.01 * h->rate * h->rate * sin(h->rate * t);
+}
+
+static void push(void *ctx, double t, double u[3])
+{
+    const hand *h = ctx;
+    ck_assert_int_eq(h->gone, 0);
+    u[0] = 0.4 + 0.4 * sin(h->rate * t);
+}
+
+/* some are pushed, some are led, some both, all by a hand of their own, late and with a gain */
+static void hand_to(stein_sim *sim, int i)
+{
+    hands[i] = (hand){.rate = 61.0 + 7.3 * i};
+    regulate(sim, i);
+    set(sim, "finger.gain", 1.0 + 0.03 * i);
+    set(sim, "finger.delay", 1e-3 * i);
+    set(sim, "key_motion.gain", 0.9 + 0.02 * i);
+    if (i % 4 == 1 || i % 4 == 3) {
+        ck_assert_stein(stein_drive(sim, "finger", push, &hands[i], err));
+    }
+    if (i % 4 >= 2) {
+        ck_assert_stein(stein_drive(sim, "key_motion", swing, &hands[i], err));
+    }
+}
+
+START_TEST(signals_drive_lanes_as_they_drive_one_alone)
+{
+    int width = widths[_i % 4];
+    twins t;
+    if (!has_width(&stein_model_stein1788, width)) {
+        return;
+    }
+    make_twins(&t, &stein_model_stein1788, _i < 4 ? STEIN_RK4 : STEIN_DP5, width, hand_to);
+    run_twins(&t, 0.012, 0.1e-3);
+    // who leaves is not asked again, and hands may be let go and taken
+    for (int i = 0; i < PLACES; i++) {
+        stein_sim *rider = stein_batch_sim(t.batch, i);
+        stein_signal_fn *fn = i % 2 ? NULL : push;
+        ck_assert_stein(stein_drive(t.alone[i], "finger", fn, &hands[i], err));
+        ck_assert_stein(stein_drive(rider, "finger", fn, &hands[i], err));
+    }
+    run_twins(&t, 0.009, 0.1e-3);
+    ck_assert_stein(stein_batch_put(t.batch, 4, NULL, err));
+    hands[4].gone = 1;
+    ck_assert_stein(stein_batch_step(t.batch, NULL, err));
+    for (int i = 0; i < PLACES; i++) {
+        if (i != 4) {
+            ck_assert_stein(stein_step(t.alone[i], err));
+        }
+    }
+    hands[4].gone = 0;
+    ck_assert_stein(stein_step(t.alone[4], err));
+    ck_assert_stein(stein_batch_put(t.batch, 4, t.rider[4], err));
+    ck_assert_stein(stein_step(stein_batch_sim(t.batch, 4), err));
+    compare_twins(&t);
+    drop_twins(&t);
+}
+END_TEST
+
+/* the same with steps of controlled error, a run of many short ones: its ends are where a record
+ * bends */
+START_TEST(so_they_do_from_sample_to_sample)
+{
+    enum { SAMPLES = 60 };
+    stein_pace alone[PLACES], rider[PLACES];
+    double t_end[PLACES];
+    twins t;
+    if (!has_width(&stein_model_stein1788, widths[_i])) {
+        return;
+    }
+    make_twins(&t, &stein_model_stein1788, STEIN_DP5, widths[_i], hand_to);
+    for (int i = 0; i < PLACES; i++) {
+        alone[i] = rider[i] =
+            (stein_pace){.tolerance = 1e-9, .longest = 1e-3, .h = 1e-5, .next = INFINITY};
+    }
+    for (int k = 1; k <= SAMPLES; k++) {
+        for (int i = 0; i < PLACES; i++) {
+            t_end[i] = (0.25e-3 + 1e-6 * i) * k;
+            ck_assert_stein(stein_run_adaptive(t.alone[i], t_end[i], &alone[i], err));
+        }
+        ck_assert_stein(stein_batch_run_adaptive(t.batch, t_end, rider, NULL, err));
+    }
+    compare_twins(&t);
+    drop_twins(&t);
+}
+END_TEST
+
+Suite *driven_suite(void)
+{
+    Suite *s = suite_create("driven");
+    TCase *tc = tcase_create("driven");
+    tcase_set_timeout(tc, 120.0);
+    tcase_add_loop_test(tc, signals_drive_lanes_as_they_drive_one_alone, 0, 8);
+    tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
+    suite_add_tcase(s, tc);
+    return s;
+}
