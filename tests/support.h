@@ -32,6 +32,20 @@
                       err->msg);                                                            \
     } while (0)
 
+/** max |a - b| <= rtol max |b|, over n numbers. @return how far they are off, relative to max |b|
+ */
+static inline double assert_near(const char *what, const double *a, const double *b, int n,
+                                 double rtol)
+{
+    double off = 0.0, size = 0.0;
+    for (int i = 0; i < n; i++) {
+        off = fmax(off, fabs(a[i] - b[i]));
+        size = fmax(size, fabs(b[i]));
+    }
+    ck_assert_msg(off <= rtol * size + 1e-300, "%s: off by %.3g of %.3g", what, off, size);
+    return size > 0.0 ? off / size : 0.0;
+}
+
 /** A simulation with the model's defaults, or the test fails. */
 static inline stein_sim *make_sim(const stein_model *model, stein_integrator integrator, double dt)
 {

@@ -77,20 +77,20 @@ needs libstein-dev "libsteinlab0 (= $version)"
 needs stein 'libyaml'
 
 # ---- put together, as they would be in /
-mkdir "$dir/root" && for p in libstein0 libsteinlab0 libstein-dev stein; do cp -a "$dir/$p/." "$dir/root"; done
-LD_LIBRARY_PATH=$dir/root/$lib
+mkdir "$dir/unpacked" && for p in libstein0 libsteinlab0 libstein-dev stein; do cp -a "$dir/$p/." "$dir/unpacked"; done
+LD_LIBRARY_PATH=$dir/unpacked/$lib
 export LD_LIBRARY_PATH
 said=$("$stein" strike models/stein1788.yaml --json)
-test -n "$said" && test "$("$dir/root/usr/bin/stein" strike "$dir/root/usr/share/stein/models/stein1788.yaml" --json |
-    sed "s|$dir/root/usr/share/stein/||")" = "$said"
+test -n "$said" && test "$("$dir/unpacked/usr/bin/stein" strike "$dir/unpacked/usr/share/stein/models/stein1788.yaml" --json |
+    sed "s|$dir/unpacked/usr/share/stein/||")" = "$said"
 ok "the packed program strikes as the built one" $?
-examples=$dir/root/usr/share/doc/libstein-dev/examples
+examples=$dir/unpacked/usr/share/doc/libstein-dev/examples
 # shellcheck disable=SC2046
-PKG_CONFIG_PATH=$dir/root/$lib/pkgconfig PKG_CONFIG_SYSTEM_INCLUDE_PATH=/none \
+PKG_CONFIG_PATH=$dir/unpacked/$lib/pkgconfig PKG_CONFIG_SYSTEM_INCLUDE_PATH=/none \
     ${MAKE:-make} -s -C "$examples/strike" >"$dir/out" 2>"$dir/err"
 ok "an example is made with what is packed" $?
 "$examples/strike/strike" >"$dir/out" 2>"$dir/err"
 ok "and runs ($(cat "$dir/out"))" $?
-if ldd "$examples/strike/strike" | grep -q "=> $dir/root/$lib/libstein.so.0"; then pass; else fail "with the packed library"; fi
+if ldd "$examples/strike/strike" | grep -q "=> $dir/unpacked/$lib/libstein.so.0"; then pass; else fail "with the packed library"; fi
 
 finish

@@ -22,16 +22,9 @@ static double *numbers(size_t n)
 
 static double worst;
 
-/* |a - b| <= rtol max |b| */
 static void assert_same(const char *what, const double *a, const double *b, int n, double rtol)
 {
-    double off = 0.0, size = 0.0;
-    for (int i = 0; i < n; i++) {
-        off = fmax(off, fabs(a[i] - b[i]));
-        size = fmax(size, fabs(b[i]));
-    }
-    ck_assert_msg(off <= rtol * size + 1e-300, "%s: off by %.3g of %.3g", what, off, size);
-    worst = size > 0.0 ? fmax(worst, off / size) : worst;
+    worst = fmax(worst, assert_near(what, a, b, n, rtol));
 }
 
 /* ---- graphs, by complex steps ---------------------------------------------------------------- */

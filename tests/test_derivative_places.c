@@ -348,6 +348,14 @@ START_TEST(what_cannot_be_derived_is_refused)
     stein_on_force(sim, hook, NULL);
     ck_assert_refused(stein_derivative_at(s, sim, 0.0, &q, &qd, NULL, err), STEIN_EINVAL, "hook");
     stein_on_force(sim, NULL, NULL);
+    for (int k = 0; k < 4; k++) { // nothing to tell without a place
+        out[0] = out[1] = 0.0;
+        k == 0   ? stein_derivative_by_state(s, &out[0], &out[1])
+        : k == 1 ? stein_derivative_forces(s, &out[0], &out[1])
+        : k == 2 ? stein_derivative_by_parameter(s, 0, out)
+                 : stein_derivative_along(s, &q, &qd, NULL, out);
+        ck_assert(isnan(out[0]) && (k > 1 || isnan(out[1])));
+    }
     ck_assert_stein(stein_derivative_at(s, sim, 0.0, &q, &qd, NULL, err));
     stein_derivative_by_parameter(s, bare.np, out);
     ck_assert(out[0] == 0.0);

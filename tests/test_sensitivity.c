@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "derivative_support.h"
+#include "stein/batch.h"
 
 /* a motion as a function of one number: its state at the end, and when it switched last */
 typedef struct stroke {
@@ -359,6 +360,68 @@ START_TEST(what_cannot_be_followed_is_said)
 }
 END_TEST
 
+/* who rides is told when the simulation ends or is taken over, and what has more joints is refused
+ * before it is looked at */
+START_TEST(who_has_to_get_off_says_so)
+{
+    stein_sim *sim = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
+    stein_sensitivity *first = NULL, *second = NULL, *small = NULL;
+    stein_err e = {STEIN_OK, ""};
+    ck_assert_stein(stein_sensitivity_create(&first, &stein_model_stein1788, NULL, 1, err));
+    ck_assert_stein(stein_sensitivity_create(&second, &stein_model_stein1788, NULL, 1, err));
+    ck_assert_stein(stein_sensitivity_create(&small, &stein_model_pendulum, NULL, 1, err));
+    ck_assert_stein(stein_sensitivity_attach(first, sim, err));
+    ck_assert_int_eq(stein_sensitivity_attach(small, sim, &e), STEIN_EINVAL);
+    ck_assert_stein(stein_sensitivity_check(first, err)); // rides on
+    ck_assert_stein(stein_sensitivity_attach(second, sim, err));
+    ck_assert_int_eq(stein_sensitivity_check(first, &e), STEIN_EINVAL);
+    ck_assert_ptr_nonnull(strstr(e.msg, "another one"));
+    ck_assert_stein(stein_step(sim, err));
+    ck_assert_stein(stein_sensitivity_check(second, err));
+    stein_sensitivity_destroy(first); // nothing to do with the simulation any more
+    ck_assert_stein(stein_step(sim, err));
+    stein_sim_destroy(sim);
+    ck_assert_int_eq(stein_sensitivity_check(second, &e), STEIN_EINVAL);
+    ck_assert_int_eq(stein_sensitivity_start(second, 0, &(double){0.0}, &e), STEIN_EINVAL);
+    stein_sensitivity_destroy(second);
+    stein_sensitivity_destroy(small);
+}
+END_TEST
+
+/* in a batch it is carried on as without: its simulation goes alone */
+START_TEST(a_simulation_in_a_batch_is_ridden_with)
+{
+    const stein_model *model = &stein_model_stein1788;
+    double p[512] = {0.0}, dq[2][3];
+    p[stein_find_param(model, "hammer.mass")] = 1.0;
+    for (int in_batch = 0; in_batch < 2; in_batch++) {
+        stein_sim *sim[4];
+        stein_batch *batch = NULL;
+        stein_sensitivity *s = NULL;
+        ck_assert_stein(stein_batch_create(&batch, model, NULL, 4, 0, err));
+        for (int i = 0; i < 4; i++) {
+            sim[i] = make_sim(model, STEIN_RK4, 0.0);
+            ck_assert_stein(stein_batch_put(batch, i, sim[i], err));
+        }
+        ck_assert_stein(stein_sensitivity_create(&s, model, NULL, 1, err));
+        ck_assert_stein(stein_sensitivity_attach(s, sim[2], err));
+        stein_sensitivity_set(s, 0, NULL, NULL, p);
+        const double t_end[4] = {0.01, 0.01, 0.01, 0.01};
+        ck_assert_stein(in_batch ? stein_batch_run(batch, t_end, NULL, err)
+                                 : stein_run(sim[2], 0.01, err));
+        ck_assert_stein(stein_sensitivity_check(s, err));
+        memcpy(dq[in_batch], stein_sensitivity_q(s, 0), sizeof dq[0]);
+        ck_assert(dq[in_batch][1] != 0.0);
+        stein_batch_destroy(batch);
+        for (int i = 0; i < 4; i++) {
+            stein_sim_destroy(sim[i]);
+        }
+        stein_sensitivity_destroy(s);
+    }
+    ck_assert(memcmp(dq[0], dq[1], sizeof dq[0]) == 0);
+}
+END_TEST
+
 Suite *sensitivity_suite(void)
 {
     Suite *suite = suite_create("sensitivity");
@@ -370,6 +433,8 @@ Suite *sensitivity_suite(void)
     tcase_add_test(motions, parameters_may_change_on_the_way);
     tcase_add_test(motions, a_simulation_does_not_notice);
     tcase_add_test(motions, what_cannot_be_followed_is_said);
+    tcase_add_test(motions, who_has_to_get_off_says_so);
+    tcase_add_test(motions, a_simulation_in_a_batch_is_ridden_with);
     tcase_set_timeout(motions, 60);
     suite_add_tcase(suite, motions);
     return suite;

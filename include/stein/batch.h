@@ -8,8 +8,9 @@
  *      put(batch, i, sim)  ->  step ... step  ->  sim(batch, i), read, put(batch, i, next)
  *
  * Lanes do whole trial steps. Alone, as stein_step does it, goes a step that meets an event, and a
- * simulation with a force hook, a bound signal, a prescribed joint, a table, or a link to a body
- * that leaves the plane. So do all of a model whose equations were not compiled for lanes.
+ * simulation with a force hook, a sensitivity, a table, or a force at a body that leaves the
+ * plane. So do all of a model whose equations were not compiled for lanes. Signals are asked by the
+ * thread that steps the batch, each for times that belong to its simulation.
  */
 #ifndef STEIN_BATCH_H
 #define STEIN_BATCH_H

@@ -40,12 +40,15 @@ void stein_derivative_destroy(stein_derivative *s);
 
 /** Where the following derivatives are: at t [s], q, qd [nq], with the parameters, signals and
  *  memory of a simulation of the same model. They are read from its last evaluation: ask for them
- *  before anything else is asked of the simulation. Its state stays.
+ *  before anything else is asked of the simulation, or it is destroyed. Its state stays.
  *  @param qdd  [nq] out: the acceleration there, to the bit that of stein_acceleration; or NULL
  *  @return OK; EINVAL (another model; a force hook, or a force at a point off the plane, of which
  *  there is no derivative), ESINGULAR */
 stein_status stein_derivative_at(stein_derivative *s, stein_sim *sim, double t, const double *q,
                                  const double *qd, double *qdd, stein_err *err);
+
+/* Without such a place - before the first, or after one that was refused - the following are nan.
+ */
 
 /** qdd by every q and qd: by_q, by_qd [nq*nq], row i of qdd_i. */
 void stein_derivative_by_state(stein_derivative *s, double *by_q, double *by_qd);

@@ -40,7 +40,8 @@ stein_status stein_sensitivity_create(stein_sensitivity **s, const stein_model *
 void stein_sensitivity_destroy(stein_sensitivity *s);
 
 /** Ride with a simulation from now on, all directions 0; with sim = NULL, with none. One rides with
- * a simulation at a time, and not in a batch.
+ * a simulation at a time: who did before gets off, as when it is destroyed, and says so when it is
+ * checked. In a batch a simulation with one goes alone.
  *  @return OK; EINVAL (another model, an input with a signal, what stein_derivative_at refuses) */
 stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stein_err *err);
 /** Direction k from now on: dq, dqd [nq] of the present state, dp [np] of the parameters; each may
@@ -60,7 +61,8 @@ const double *stein_sensitivity_qd(const stein_sensitivity *s, int k);
 /** How the instant of the last switch changes along direction k [s a unit of it]; 0 before one. */
 double stein_sensitivity_switch(const stein_sensitivity *s, int k);
 /** Are the directions what they should be? @return OK; or what has gone wrong since they rode with
- * the simulation: EINVAL (a signal or hook was bound), ENONFINITE (a guard was only touched),
+ * the simulation: EINVAL (a signal or hook was bound, it was destroyed or given to another one),
+ * ENONFINITE (a guard was only touched),
  * ESINGULAR */
 stein_status stein_sensitivity_check(const stein_sensitivity *s, stein_err *err);
 

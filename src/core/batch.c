@@ -82,13 +82,12 @@ static size_t layout(stein_batch *b, unsigned char *base)
 stein_status stein_batch_create(stein_batch **out, const stein_model *model,
                                 const stein_sim_def *def, int n, int width, stein_err *err)
 {
-    stein_sim_def defaults = stein_sim_def_default(model);
-    def = def != NULL ? def : &defaults;
-    stein_status status = stein__check_def(model, def, err);
+    stein_sim_def own;
+    stein_status status = stein__take_def(&own, model, def, err);
     if (status != STEIN_OK) {
         return status;
     }
-    stein_batch plan = {.model = model, .def = *def, .n = n};
+    stein_batch plan = {.model = model, .def = own, .n = n};
     plan.width = width_of(model, width == 0 ? MAX_LANES : width);
     plan.lanes = plan.width != NULL ? plan.width->lanes : 1;
     plan.ngroup = (n + plan.lanes - 1) / plan.lanes;
@@ -99,7 +98,7 @@ stein_status stein_batch_create(stein_batch **out, const stein_model *model,
                            n, width, stein_batch_width(model));
     }
     size_t size = layout(&plan, NULL);
-    stein_batch *batch = def->alloc(def->ctx, size);
+    stein_batch *batch = own.alloc(own.ctx, size);
     if (batch == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a batch of \"%s\"", model->name);
     }
@@ -122,8 +121,8 @@ void stein_batch_destroy(stein_batch *batch)
 static int can_ride(const stein_batch *b, const stein_sim *sim)
 {
     int load = b->model->load.body;
-    return b->width != NULL && sim->on_force == NULL && !sim->jacobians && sim->ntable_on == 0 &&
-           (load < 0 || sim->held[load] == !sim->head->load_present);
+    return b->width != NULL && sim->on_force == NULL && sim->rider == NULL && !sim->jacobians &&
+           sim->ntable_on == 0 && (load < 0 || sim->held[load] == !sim->head->load_present);
 }
 
 void stein__batch_fetch(stein_batch *b, int i)

@@ -170,10 +170,11 @@ struct stein_sim {
     void *force_ctx;
     double span;    /* of the last trial step [s] */
     unsigned taken; /* how often parameters have been */
-    void *rider; /* what goes along with the motion (sensitivity.c), told of every step taken and of
-                  * every switch, before and after; NULL: nothing */
+    void *rider;    /* what goes along with the motion (sensitivity.c), told of every step taken, of
+                     * every switch, before and after, and when it is to get off; NULL: nothing */
     void (*on_accept)(void *rider, stein_sim *sim, double h);
     void (*on_switch)(void *rider, stein_sim *sim, int flipped);
+    void (*on_end)(void *rider);
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
     mask *bound;              /* [ninput] lanes with a signal there */
@@ -195,8 +196,10 @@ INNER size_t stein__layout(stein_sim *sim, const stein_model *model);
 /* status.c: fill err (nullable) from a tiny printf: %s string, %d int, %g double. Returns code. */
 stein_status stein__fail(stein_err *err, stein_status code, const char *format, ...);
 
-/* sim.c: is it a definition, and the model one for this library? @return OK, EINVAL, ESTALE */
-stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err);
+/* sim.c: the definition to create something by, def or the defaults (NULL). Is it one, and the
+ * model one for this library? @return OK, EINVAL, ESTALE */
+stein_status stein__take_def(stein_sim_def *to, const stein_model *model, const stein_sim_def *def,
+                             stein_err *err);
 /** Can the parameter be that? @return OK, EINVAL (says what it can be) */
 stein_status stein__check_param(const stein_param *param, double value, stein_err *err);
 /* sim.c: d of the parameters in p, and which laws can act with them */

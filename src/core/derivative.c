@@ -60,9 +60,8 @@ static int has_derivatives(const stein_model *model)
 stein_status stein_derivative_create(stein_derivative **out, const stein_model *model,
                                      const stein_sim_def *def, stein_err *err)
 {
-    stein_sim_def defaults = stein_sim_def_default(model);
-    def = def != NULL ? def : &defaults;
-    stein_status status = stein__check_def(model, def, err);
+    stein_sim_def own;
+    stein_status status = stein__take_def(&own, model, def, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -72,7 +71,7 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
                            model->name);
     }
     size_t size = layout(NULL, model);
-    stein_derivative *s = def->alloc(def->ctx, size);
+    stein_derivative *s = own.alloc(own.ctx, size);
     if (s == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for derivatives of \"%s\"",
                            model->name);
@@ -80,7 +79,7 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
     memset(s, 0, size);
     (void)layout(s, model);
     s->model = model;
-    s->def = *def;
+    s->def = own;
     s->tangent = stein__tangent_make(s->tangent, model);
     for (int j = 0; j < model->nq; j++) {
         s->parent[j] = model->bodies[j].parent;
@@ -266,21 +265,14 @@ void stein__constants_along(stein_derivative *s, const double *dp, stein__consta
     }
 }
 
-static void vector_to(double *to, const double *from, int n)
-{
-    for (int j = 0; j < n; j++) {
-        to[j] = from != NULL ? from[j] : 0.0;
-    }
-}
-
 void stein__along(stein_derivative *s, const double *dq, const double *dqd,
                   const stein__constants *dd, double *dqdd)
 {
     const stein_model *model = s->model;
     const stein_sim *sim = s->sim;
     int n = model->nq;
-    vector_to(s->dq, dq, n);
-    vector_to(s->dqd, dqd, n);
+    stein__vector_to(s->dq, dq, n);
+    stein__vector_to(s->dqd, dqd, n);
     follow(s, dd->dd);
     forces_along(s, dd);
     model->inverse_along(sim->xq, sim->xqd, s->qdd, sim->sc, sim->d, s->dq, s->dqd, dd->dd, s->dR);
@@ -290,9 +282,21 @@ void stein__along(stein_derivative *s, const double *dq, const double *dqd,
     solve(s, dqdd);
 }
 
+/* is there a place whose derivatives can be told? Else there are no numbers */
+static int has_place(const stein_derivative *s, double *to, int n)
+{
+    for (int i = 0; s->sim == NULL && i < n; i++) {
+        to[i] = NAN;
+    }
+    return s->sim != NULL;
+}
+
 void stein_derivative_along(stein_derivative *s, const double *dq, const double *dqd,
                             const double *dp, double *dqdd)
 {
+    if (!has_place(s, dqdd, s->model->nq)) {
+        return;
+    }
     if (dp != NULL) {
         stein__constants_along(s, dp, &s->own);
     }
@@ -313,8 +317,8 @@ void stein__guards_along(stein_derivative *s, const double *dq, const stein__con
                          double *dguard)
 {
     const stein_model *model = s->model;
-    vector_to(s->dq, dq, model->nq);
-    vector_to(s->dqd, NULL, model->nq);
+    stein__vector_to(s->dq, dq, model->nq);
+    stein__vector_to(s->dqd, NULL, model->nq);
     follow(s, dd->dd);
     stein__direction way = direction_of(s, dd);
     stein__tangent_guards(s->tangent, &way, dguard);
@@ -356,9 +360,19 @@ static void sweep_forces(stein_derivative *s, double *by_q, double *by_qd)
     }
 }
 
+/* the same of two matrices */
+static int has_place_for(const stein_derivative *s, double *by_q, double *by_qd)
+{
+    int n = s->model->nq;
+    return has_place(s, by_q, n * n) & has_place(s, by_qd, n * n);
+}
+
 void stein_derivative_forces(stein_derivative *s, double *by_q, double *by_qd)
 {
     int n = s->model->nq;
+    if (!has_place_for(s, by_q, by_qd)) {
+        return;
+    }
     if (!stein__touch_slopes(s, by_q, by_qd)) {
         sweep_forces(s, by_q, by_qd);
     }
@@ -405,6 +419,9 @@ static void solve_columns(stein_derivative *s, const double *Q, const double *R,
 
 void stein_derivative_by_state(stein_derivative *s, double *by_q, double *by_qd)
 {
+    if (!has_place_for(s, by_q, by_qd)) {
+        return;
+    }
     equations_by_state(s);
     stein_derivative_forces(s, s->Qq, s->Qqd);
     solve_columns(s, s->Qq, s->Rq, by_q);

@@ -37,21 +37,20 @@ struct stein_handover {
 stein_status stein_handover_create(stein_handover **out, const stein_model *model,
                                    const stein_sim_def *def, stein_err *err)
 {
-    stein_sim_def defaults = stein_sim_def_default(model);
-    def = def != NULL ? def : &defaults;
-    stein_status status = stein__check_def(model, def, err);
+    stein_sim_def own;
+    stein_status status = stein__take_def(&own, model, def, err);
     if (status != STEIN_OK) {
         return status;
     }
     size_t n = 2 * (size_t)model->np, head = (sizeof(stein_handover) + 15u) / 16u * 16u;
-    unsigned char *block = def->alloc(def->ctx, head + (SLOTS + 1) * n * sizeof(double));
+    unsigned char *block = own.alloc(own.ctx, head + (SLOTS + 1) * n * sizeof(double));
     if (block == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a hand-over of \"%s\"",
                            model->name);
     }
     stein_handover *h = (stein_handover *)(void *)block;
     double *numbers = (double *)(void *)(block + head);
-    *h = (stein_handover){.model = model, .release = def->release, .ctx = def->ctx, .t = NAN};
+    *h = (stein_handover){.model = model, .release = own.release, .ctx = own.ctx, .t = NAN};
     h->own = numbers;
     for (size_t i = 0; i < n; i++) {
         h->own[i] = i < n / 2 ? (double)NAN : (double)INFINITY;

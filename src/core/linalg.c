@@ -11,38 +11,6 @@
 
 #include "core.h"
 
-int stein__solve(int n, const int *parent, double *M, double *b, double *inverse)
-{
-    double *row = M + n * n;
-    for (int k = n - 1; k >= 0; k--) {
-        row -= n;
-        double d = row[k];
-        if (!(d > 0.0)) {
-            return k;
-        }
-        inverse[k] = 1.0 / d;
-        for (int i = parent[k]; i >= 0; i = parent[i]) {
-            double l = row[i] * inverse[k], *above = M + i * n, diagonal = above[i];
-            for (int j = i; j >= 0; j = parent[j]) {
-                above[j] -= l * row[j];
-            }
-            if (!(above[i] > 1e-13 * diagonal)) {
-                return i;
-            }
-            row[i] = l;
-            b[i] -= l * b[k];
-        }
-    }
-    for (int k = 0; k < n; k++, row += n) {
-        double x = b[k] * inverse[k];
-        for (int i = parent[k]; i >= 0; i = parent[i]) {
-            x -= row[i] * b[i];
-        }
-        b[k] = x;
-    }
-    return -1;
-}
-
 int stein__factor(int n, const int *parent, double *M, double *inverse)
 {
     for (int k = n - 1; k >= 0; k--) {
@@ -91,6 +59,15 @@ void stein__substitute(int n, const int *parent, const double *M, const double *
             less_row(B, m, k, M[k * n + i], i);
         }
     }
+}
+
+int stein__solve(int n, const int *parent, double *M, double *b, double *inverse)
+{
+    int bad = stein__factor(n, parent, M, inverse);
+    if (bad < 0) {
+        stein__substitute(n, parent, M, inverse, b, 1);
+    }
+    return bad;
 }
 
 int stein__solve_general(int n, double *A, double *b)

@@ -74,18 +74,18 @@ static size_t layout(stein_sensitivity *s, const stein_model *m, int n)
 stein_status stein_sensitivity_create(stein_sensitivity **out, const stein_model *model,
                                       const stein_sim_def *def, int n, stein_err *err)
 {
-    stein_sim_def defaults = stein_sim_def_default(model);
+    stein_sim_def own;
     stein_derivative *slopes = NULL;
-    def = def != NULL ? def : &defaults;
     if (n < 1) {
         return stein__fail(err, STEIN_EINVAL, "%d directions: expected at least one", n);
     }
-    stein_status status = stein_derivative_create(&slopes, model, def, err);
+    stein_status status = stein__take_def(&own, model, def, err);
+    status = status == STEIN_OK ? stein_derivative_create(&slopes, model, &own, err) : status;
     if (status != STEIN_OK) {
         return status;
     }
     size_t size = layout(NULL, model, n);
-    stein_sensitivity *s = def->alloc(def->ctx, size);
+    stein_sensitivity *s = own.alloc(own.ctx, size);
     if (s == NULL) {
         stein_derivative_destroy(slopes);
         return stein__fail(err, STEIN_ENOMEM, "out of memory for sensitivities of \"%s\"",
@@ -94,7 +94,7 @@ stein_status stein_sensitivity_create(stein_sensitivity **out, const stein_model
     memset(s, 0, size);
     (void)layout(s, model, n);
     s->model = model;
-    s->def = *def;
+    s->def = own;
     s->slopes = slopes;
     s->n = n;
     *out = s;
@@ -115,14 +115,13 @@ static void trouble(stein_sensitivity *s, const stein_err *err)
 }
 
 /* derivatives at a state of the simulation, whose memory is that of the step */
-static int derive_at(stein_sensitivity *s, double t, const double *y, double *qdd)
+static int derive_at(stein_sensitivity *s, double t, const double *q, const double *qd, double *qdd)
 {
     stein_err err = {STEIN_OK, ""};
     if (s->sim->signals) {
         stein__fail(&err, STEIN_EINVAL,
                     "\"%s\": no sensitivity of a motion with a signal at an input", s->model->name);
-    } else if (stein_derivative_at(s->slopes, s->sim, t, y, y + s->model->nq, qdd, &err) ==
-               STEIN_OK) {
+    } else if (stein_derivative_at(s->slopes, s->sim, t, q, qd, qdd, &err) == STEIN_OK) {
         return 1;
     }
     trouble(s, &err);
@@ -185,7 +184,7 @@ static void carry(void *ctx, stein_sim *sim, double h)
     for (int i = 0; is_well(s) && i < stages; i++) {
         const double *a = stein__weights(sim->def.integrator, i);
         combine(size, s->y, sim->y0, h, a, i, sim->k, sim->width);
-        if (!derive_at(s, sim->head->t, s->y, NULL)) {
+        if (!derive_at(s, sim->head->t, s->y, s->y + s->model->nq, NULL)) {
             return;
         }
         renew(s);
@@ -228,7 +227,7 @@ static void find_instants(stein_sensitivity *s)
     int nq = s->model->nq;
     memcpy(s->y, s->sim->q, sizeof *s->y * (size_t)nq);
     memcpy(s->y + nq, s->sim->qd, sizeof *s->y * (size_t)nq);
-    if (!derive_at(s, s->sim->head->t, s->y, s->before)) {
+    if (!derive_at(s, s->sim->head->t, s->y, s->y + nq, s->before)) {
         return;
     }
     renew(s);
@@ -258,7 +257,7 @@ static void pass(void *ctx, stein_sim *sim, int flipped)
     }
     if (!flipped) {
         find_instants(s);
-    } else if (derive_at(s, sim->head->t, s->y, s->by_p)) {
+    } else if (derive_at(s, sim->head->t, s->y, s->y + nq, s->by_p)) {
         for (int k = 0; k < s->n; k++) {
             for (int j = 0; j < nq; j++) {
                 s->way[k].dy[nq + j] += (s->before[j] - s->by_p[j]) * s->way[k].instant;
@@ -269,12 +268,23 @@ static void pass(void *ctx, stein_sim *sim, int flipped)
 
 /* ---- outside ---- */
 
+/* the simulation ends, or another one rides with it */
+static void get_off(void *ctx)
+{
+    stein_sensitivity *s = ctx;
+    s->sim->rider = NULL;
+    s->sim = NULL;
+    stein__fail(&s->err, STEIN_EINVAL,
+                "\"%s\": no sensitivity beyond where its simulation was destroyed, or given to "
+                "another one",
+                s->model->name);
+}
+
 stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stein_err *err)
 {
-    if (s->sim != NULL && s->sim->rider == s) {
-        s->sim->rider = NULL;
+    if (s->sim != NULL) {
+        get_off(s);
     }
-    s->sim = sim;
     s->err = (stein_err){STEIN_OK, ""};
     for (int k = 0; k < s->n; k++) {
         stein_sensitivity_set(s, k, NULL, NULL, NULL);
@@ -282,18 +292,21 @@ stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stei
     if (sim == NULL) {
         return STEIN_OK;
     }
-    memcpy(s->y, sim->q, sizeof *s->y * (size_t)sim->model->nq);
-    memcpy(s->y + sim->model->nq, sim->qd, sizeof *s->y * (size_t)sim->model->nq);
-    if (!derive_at(s, sim->head->t, s->y, NULL)) {
+    s->sim = sim;
+    if (!derive_at(s, sim->head->t, sim->q, sim->qd, NULL)) {
         s->sim = NULL;
         if (err != NULL) {
             *err = s->err;
         }
         return s->err.code;
     }
+    if (sim->rider != NULL) {
+        sim->on_end(sim->rider);
+    }
     sim->rider = s;
     sim->on_accept = carry;
     sim->on_switch = pass;
+    sim->on_end = get_off;
     return STEIN_OK;
 }
 
@@ -306,21 +319,14 @@ void stein_sensitivity_destroy(stein_sensitivity *s)
     }
 }
 
-static void take(double *to, const double *from, int n)
-{
-    for (int i = 0; i < n; i++) {
-        to[i] = from != NULL ? from[i] : 0.0;
-    }
-}
-
 void stein_sensitivity_set(stein_sensitivity *s, int k, const double *dq, const double *dqd,
                            const double *dp)
 {
     if (k >= 0 && k < s->n) {
         direction *way = &s->way[k];
-        take(way->dy, dq, s->model->nq);
-        take(way->dy + s->model->nq, dqd, s->model->nq);
-        take(way->dp, dp, s->model->np);
+        stein__vector_to(way->dy, dq, s->model->nq);
+        stein__vector_to(way->dy + s->model->nq, dqd, s->model->nq);
+        stein__vector_to(way->dp, dp, s->model->np);
         way->dd.n = 0;
         memset(way->dd.dd, 0, sizeof *way->dd.dd * (size_t)s->model->nd);
         s->taken = s->sim != NULL ? s->sim->taken - 1 : 0; // to be worked out
@@ -398,7 +404,7 @@ stein_status stein_sensitivity_start(stein_sensitivity *s, int k, const double *
     memcpy(s->y, sim->q, sizeof *s->y * (size_t)n);
     memset(s->y + n, 0, sizeof *s->y * (size_t)n);
     lift(sim, 1, &present, modes);
-    if (derive_at(s, sim->head->t, s->y, NULL)) {
+    if (derive_at(s, sim->head->t, s->y, s->y + s->model->nq, NULL)) {
         renew(s);
         const stein__constants *dd = &s->way[k].dd;
         for (int j = 0; j < n; j++) {

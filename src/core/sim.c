@@ -29,7 +29,7 @@ stein_sim_def stein_sim_def_default(const stein_model *model)
                            .ctx = NULL};
 }
 
-stein_status stein__check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
+static stein_status check_def(const stein_model *model, const stein_sim_def *def, stein_err *err)
 {
     if (model->abi != STEIN_MODEL_ABI) {
         return stein__fail(err, STEIN_ESTALE,
@@ -56,6 +56,13 @@ stein_status stein__check_def(const stein_model *model, const stein_sim_def *def
     return STEIN_OK;
 }
 
+stein_status stein__take_def(stein_sim_def *to, const stein_model *model, const stein_sim_def *def,
+                             stein_err *err)
+{
+    *to = def != NULL ? *def : stein_sim_def_default(model);
+    return check_def(model, to, err);
+}
+
 void stein__take_parameters(stein_sim *sim)
 {
     const stein_model *model = sim->model;
@@ -70,9 +77,8 @@ void stein__take_parameters(stein_sim *sim)
 stein_status stein_sim_create(stein_sim **out, const stein_model *model, const stein_sim_def *def,
                               stein_err *err)
 {
-    stein_sim_def defaults = stein_sim_def_default(model);
-    def = def != NULL ? def : &defaults;
-    stein_status status = stein__check_def(model, def, err);
+    stein_sim_def own;
+    stein_status status = stein__take_def(&own, model, def, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -83,14 +89,14 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         }
     }
     size_t size = stein__layout(NULL, model);
-    stein_sim *sim = def->alloc(def->ctx, size);
+    stein_sim *sim = own.alloc(own.ctx, size);
     if (sim == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a simulation of \"%s\"",
                            model->name);
     }
     memset(sim, 0, size);
     sim->model = model;
-    sim->def = *def;
+    sim->def = own;
     (void)stein__layout(sim, model);
     for (int i = 0; i < model->np; i++) {
         sim->p[i] = model->params[i].value;
@@ -114,6 +120,9 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
 void stein_sim_destroy(stein_sim *sim)
 {
     if (sim != NULL) {
+        if (sim->rider != NULL) {
+            sim->on_end(sim->rider);
+        }
         sim->def.release(sim->def.ctx, sim);
     }
 }

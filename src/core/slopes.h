@@ -26,6 +26,14 @@ static inline double *stein__carve_doubles(stein__arena *a, int n)
     return stein__carve(a, sizeof(double) * (size_t)n);
 }
 
+/* from, or 0 where there is none, [n] */
+static inline void stein__vector_to(double *to, const double *from, int n)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = from != NULL ? from[i] : 0.0;
+    }
+}
+
 /** Derived constants along a direction of parameters. */
 typedef struct stein__constants {
     double *dd; /* [nd] */

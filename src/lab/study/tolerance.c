@@ -130,6 +130,7 @@ static void draw_one(void *ctx, stein_sim *sim, int i)
     const stein_model *m = lab_equations(w->s->model);
     unsigned long long state = w->s->seed + 0x632be59bd9b4e019ull * (unsigned long long)(i + 1);
     double z[MAX_SOURCES];
+    int possible = 1; // a draw beyond what a number can be has no height
     uniform(&state);
     for (int k = 0; k < w->sources && k < MAX_SOURCES; k++) {
         z[k] = normal(&state);
@@ -138,10 +139,10 @@ static void draw_one(void *ctx, stein_sim *sim, int i)
         if (w->of[k].sigma > 0.0 && w->of[k].source < MAX_SOURCES) {
             double value =
                 lab_parameters(w->s->model)[k] + w->scale * w->of[k].sigma * z[w->of[k].source];
-            stein_set(sim, m->params[k].name, value, NULL);
+            possible &= stein_set(sim, m->params[k].name, value, NULL) == STEIN_OK;
         }
     }
-    w->height[i] = study_height(w->s, sim);
+    w->height[i] = possible ? study_height(w->s, sim) : NAN;
 }
 
 static stein_status monte_carlo(const study *s, const scatter *of, int sources, double scale,
