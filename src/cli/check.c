@@ -73,20 +73,21 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 6 };
-static const char *const counted_key[COUNTED] = {"M_c",   "inverse_dynamics", "setup",
-                                                 "poses", "points",           "energy"};
+enum { COUNTED = 7 };
+static const char *const counted_key[COUNTED] = {
+    "M_c", "inverse_dynamics", "setup", "poses", "points", "energy", "derivatives"};
 static const char *const counted_note[COUNTED] = {"every evaluation",
                                                   "every evaluation",
                                                   "once a parameter set",
                                                   "bodies with contacts",
                                                   "all named points, with Jacobians",
-                                                  "kinetic and potential"};
+                                                  "kinetic and potential",
+                                                  "of M qdd + c by all q and qd"};
 
 static stein_ops counted(const gen_result *g, int i)
 {
-    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup,
-                                    g->pose,      g->point,   g->energy};
+    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup, g->pose,
+                                    g->point,     g->energy,  g->slopes};
     return ops[i];
 }
 
