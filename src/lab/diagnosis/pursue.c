@@ -96,7 +96,7 @@ static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, s
     }
     stein_err why = {STEIN_OK, ""};
     int found = 0;
-    stein_status tried = diag__recall_strays(d, p, &t, &found, &why);
+    stein_status tried = diag__recall_strays(d, p, &t, 0, &found, &why);
     if (tried == STEIN_OK && found > 0) {
         tried = fit__descend(p, &t, 0, enough, RENEWALS, &why);
         d->out->fits++;

@@ -326,7 +326,7 @@ static stein_status without_strays(diag *d, diag__suspect *s, double first, int 
     fit__problem *p = diag__problem(d, s);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     fit__problem_try(p, &s->s.candidate);
-    stein_status status = diag__recall_strays(d, p, &e, found, err);
+    stein_status status = diag__recall_strays(d, p, &e, 1, found, err);
     fit__problem_try(p, NULL);
     return status;
 }
@@ -376,10 +376,12 @@ static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* more than noise is left to a suspect that gains enough to be worth a search */
-static int is_off(const diag *d, const diag__suspect *s)
+/* more than noise is left to a suspect that gains enough to be worth a search, or strokes of it
+ * have numbers that nobody believes */
+static int is_off(diag *d, const diag__suspect *s)
 {
-    return isfinite(s->objective) && s->s.gain > worth_anew && diag__is_off(d, s->s.chi2_dof);
+    return isfinite(s->objective) && s->s.gain > worth_anew &&
+           (diag__is_off(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
 }
 
 /* without the strays of where it is, and once more when that has brought something */

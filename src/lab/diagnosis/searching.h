@@ -207,13 +207,17 @@ stein_status diag__look_early(diag *d, stein_err *err);
 double diag__middle(const fit__problem *p, const double *r, double *room);
 /** Is a stroke further from its data than the one in the middle, and not by chance? */
 int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle);
+/** Are there some strokes, a third at most, with numbers of their own that nobody believes? */
+int diag__has_bent(const fit__problem *p, const double *x);
 /** Single strokes that a fit has lost: the others fitted without them, and their own numbers anew.
  *  x is a start for a fit of all then; J and r are not those of x.
  *  @param p      with the effect that is on trial in it
  *  @param e      where its fit has ended
+ *  @param bent_too  also those with numbers that nobody believes
  *  @param found  how many; 0: x, J and r are as they were
  *  @return OK, ENOMEM, a numerical failure (x, J, r are lost) */
-stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *found, stein_err *err);
+stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
+                                 stein_err *err);
 
 /* ---- heldout.c ---- */
 

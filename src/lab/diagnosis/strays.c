@@ -4,7 +4,8 @@
  * A stroke has numbers of its own: when it began, how much friction it had that day. With wrong
  * ones it may escape a moment too late and bounce in another way ever after; its misfit then pulls
  * at what all strokes share, and no small step leads it back, while the others are fitted to their
- * noise. One stroke of twelve left at three noises is no physics. So it is left out for a while:
+ * noise. One stroke of twelve left at three noises is no physics, nor is one whose trigger came ten
+ * standard deviations too late. So it is left out for a while:
  *
  *      others fitted without it --> its own numbers anew, along its course --> all together
  */
@@ -19,6 +20,7 @@ enum { STROKES_MOST = 3, RENEWALS = 2 }; /* strays are a third of the strokes at
 static const double settled = 1.3;       /* chi2 per sample of the stroke in the middle */
 static const double by_chance = 4.0;     /* sd of a stroke's chi2 */
 static const double far_lost = 3.0;      /* of a stray, in that of the middle, when not settled */
+static const double bent = 6.0;          /* an own number, in its prior sd */
 static const double enough = 0.3;        /* of the objective */
 
 static double misfit(const fit__problem *p, const double *r, int s)
@@ -47,12 +49,32 @@ int diag__is_stray(const fit__problem *p, const double *r, int stroke, double mi
     return middle < settled ? own - middle > by_chance * sqrt(2.0 / n) : own > far_lost * middle;
 }
 
-/* marks strays. @return their number; 0 where too many are */
-static int find(const fit__problem *p, const double *r, double middle, unsigned char *stray)
+static int is_bent(const fit__problem *p, const double *x, int stroke)
+{
+    const fit__stroke *t = &p->stroke[stroke];
+    double most = 0.0;
+    for (int k = t->first; k < t->first + t->own; k++) {
+        most = p->unknown[k].prior && !p->unknown[k].idle ? fmax(most, fabs(x[k])) : most;
+    }
+    return most > bent;
+}
+
+int diag__has_bent(const fit__problem *p, const double *x)
 {
     int found = 0;
     for (int s = 0; s < p->nstroke; s++) {
-        stray[s] = diag__is_stray(p, r, s, middle) != 0;
+        found += is_bent(p, x, s);
+    }
+    return found > 0 && found <= p->nstroke / STROKES_MOST;
+}
+
+/* marks strays. @return their number; 0 where too many are */
+static int find(const fit__problem *p, const fit__end *e, double middle, int bent_too,
+                unsigned char *stray)
+{
+    int found = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        stray[s] = diag__is_stray(p, e->r, s, middle) || (bent_too && is_bent(p, e->x, s));
         found += stray[s];
     }
     return found <= p->nstroke / STROKES_MOST ? found : 0;
@@ -84,7 +106,8 @@ static stein_status recall(diag *d, fit__problem *p, fit__end *e, double middle,
     return status;
 }
 
-stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *found, stein_err *err)
+stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
+                                 stein_err *err)
 {
     size_t n = (size_t)p->nstroke;
     unsigned char *stray = calloc(n + 1, 1);
@@ -94,7 +117,7 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int *fou
                               ? STEIN_OK
                               : lab__fail(err, STEIN_ENOMEM, "out of memory");
     double middle = status == STEIN_OK ? diag__middle(p, e->r, room) : 0.0;
-    *found = status == STEIN_OK ? find(p, e->r, middle, stray) : 0;
+    *found = status == STEIN_OK ? find(p, e, middle, bent_too, stray) : 0;
     for (size_t i = 0; *found > 0 && i < n; i++) {
         none[i] = room + n; // weights 0, of any stroke
     }
