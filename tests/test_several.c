@@ -249,7 +249,7 @@ START_TEST(a_swing_that_a_fit_has_lost_is_called_back)
     double settled = objective(&d.p, d.x, d.r);
     fit__end e = {.x = d.x, .J = d.J, .r = d.r};
     int found = -1;
-    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, &found, err));
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, 1, &found, err));
     ck_assert_int_eq(found, 0); // nobody is lost
 
     const fit__stroke *t = &d.p.stroke[LOST];
@@ -262,10 +262,27 @@ START_TEST(a_swing_that_a_fit_has_lost_is_called_back)
     *own += 5.0;
     double lost = objective(&d.p, d.x, d.r);
     ck_assert_double_gt(lost, settled + 500.0);
-    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, &found, err));
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, 0, &found, err));
     ck_assert_int_eq(found, 1);
     ck_assert_double_lt(fabs(*own - kept), 1.0);
     ck_assert_double_lt(objective(&d.p, d.x, d.r), settled + 10.0);
+
+    // no misfit, as nothing was seen of it, but a number that nobody believes
+    double *none = calloc((size_t)(t->nch * t->n), sizeof *none);
+    d.p.stroke[LOST].weight = none;
+    settled = objective(&d.p, d.x, d.r);
+    ck_assert_int_eq(diag__has_bent(&d.p, d.x), 0);
+    *own = 8.0;
+    (void)objective(&d.p, d.x, d.r);
+    ck_assert_int_eq(diag__has_bent(&d.p, d.x), 1);
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, 0, &found, err));
+    ck_assert_int_eq(found, 0);
+    ck_assert_stein(diag__recall_strays(&d, &d.p, &e, 1, &found, err));
+    ck_assert_int_eq(found, 1);
+    ck_assert_int_eq(diag__has_bent(&d.p, d.x), 0);
+    ck_assert_double_lt(objective(&d.p, d.x, d.r), settled + 10.0);
+    d.p.stroke[LOST].weight = NULL;
+    free(none);
     diag__close(&d);
     drop(&f);
 }
