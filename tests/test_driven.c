@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_driven.c - simulations that signals drive, in lanes and alone: to the last bit.
+ * test_driven.c - simulations with signals and tables, in lanes and alone: to the last bit.
  */
+#include "lab_support.h"
+#include "mechanism_cases.h"
 #include "twins.h"
 
 /* a finger, or a motion of the key, of its own */
@@ -105,6 +107,61 @@ START_TEST(so_they_do_from_sample_to_sample)
 }
 END_TEST
 
+/* ---- laws given by points, and a joint that is held while nobody drives it ---- */
+
+static const char *const pointed[] = {"coil.torque.1", "coil.torque.3", "brake.torque.3",
+                                      "felt.force.2",  "felt.force.3",  "tired.factor.1",
+                                      "worn.factor.2"};
+
+static void bend(stein_sim *sim, int i)
+{
+    static const double size[] = {2e-3, -1e-3, -3e-4, 0.11, 0.5, 0.2, -0.1};
+    double q[3] = {0.0}, qd[3] = {0.1 * i, -0.7, 0.3};
+    hands[i] = (hand){.rate = 61.0 + 7.3 * i};
+    for (int k = 0; k < 7; k++) {
+        if (i > 0 && (k + i) % 3 != 0) { // where all are 0 there is no table
+            set(sim, pointed[k], size[k] * (1.0 + 0.02 * i));
+        }
+    }
+    if (i % 3 == 1) {
+        ck_assert_stein(stein_drive(sim, "drive", swing, &hands[i], err));
+    }
+    if (i % 5 > 2) {
+        ck_assert_stein(stein_drive(sim, "finger", push, &hands[i], err));
+    }
+    q[0] = -0.02 * i; // hammers are on their way up
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+}
+
+START_TEST(so_do_tables_and_what_is_held)
+{
+    char *text =
+        changed("inputs:\n", "tables:\n"
+                             "  coil: {joint: hammer, of: position, at: [-1, 0.1, 1 rad],"
+                             " torque: [0, 0, 0 N m]}\n"
+                             "  brake: {joint: pawl, of: speed, at: [-5, 0, 5 rad/s],"
+                             " torque: [0, 0, 0 N m]}\n"
+                             "  felt: {contact: string, of: depth, at: [0, 1e-4, 1e-3 m],"
+                             " force: [0, 0, 0 N]}\n"
+                             "  tired: {contact: stop, of: rate, at: [-1, 1 m/s], factor: [0, 0]}\n"
+                             "  worn: {notch: notch, of: rate, at: [-1, 1 m/s], factor: [0, 0]}\n"
+                             "inputs:\n");
+    lab_model *model = open_text(text, NULL, 0);
+    const stein_model *m = lab_equations(model);
+    for (int w = 0; w < 4; w++) {
+        twins t;
+        if (has_width(m, widths[w])) {
+            make_twins(&t, m, w % 2 ? STEIN_RK4 : STEIN_DP5, widths[w], bend);
+            run_twins(&t, 0.031, 0.3e-3);
+            run_twins(&t, 0.007, 0.1e-3);
+            drop_twins(&t);
+        }
+    }
+    lab_close(model);
+    free(text);
+}
+END_TEST
+
 Suite *driven_suite(void)
 {
     Suite *s = suite_create("driven");
@@ -112,6 +169,8 @@ Suite *driven_suite(void)
     tcase_set_timeout(tc, 120.0);
     tcase_add_loop_test(tc, signals_drive_lanes_as_they_drive_one_alone, 0, 8);
     tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_add_test(tc, so_do_tables_and_what_is_held);
     suite_add_tcase(s, tc);
     return s;
 }

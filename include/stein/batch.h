@@ -8,7 +8,7 @@
  *      put(batch, i, sim)  ->  step ... step  ->  sim(batch, i), read, put(batch, i, next)
  *
  * Lanes do whole trial steps. Alone, as stein_step does it, goes a step that meets an event, and a
- * simulation with a force hook, a sensitivity, a table, or a force at a body that leaves the
+ * simulation with a force hook, a sensitivity, or a force at a body that leaves the
  * plane. So do all of a model whose equations were not compiled for lanes. Signals are asked by the
  * thread that steps the batch, each for times that belong to its simulation.
  */

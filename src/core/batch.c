@@ -122,7 +122,7 @@ static int can_ride(const stein_batch *b, const stein_sim *sim)
 {
     int load = b->model->load.body;
     return b->width != NULL && sim->on_force == NULL && sim->rider == NULL && !sim->jacobians &&
-           sim->ntable_on == 0 && (load < 0 || sim->held[load] == !sim->head->load_present);
+           (load < 0 || sim->held[load] == !sim->head->load_present);
 }
 
 void stein__batch_fetch(stein_batch *b, int i)

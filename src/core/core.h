@@ -112,10 +112,10 @@ struct stein_sim {
     flag *held;             /* [nq] joint locked where it is (the lifted load) */
     int nguard;
 
-    double *p;               /* [np] */
-    real *d;                 /* [nd] */
-    real *slope;             /* of the points of all tables, behind each other */
-    unsigned char *table_on; /* [ntable] 1: not 0 everywhere */
+    double *p;      /* [np] */
+    real *d;        /* [nd] */
+    real *slope;    /* of the points of all tables, behind each other */
+    flag *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
     int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
     int *acting; /* [nacting] joints whose law is not 0 */
@@ -424,11 +424,9 @@ void stein__note_rest(stein_sim *sim);
 /* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
  * `index` (a notch: ncontact + its index) with what its tables say */
 int stein__table_points(const stein_model *model);
-#if STEIN_LANES <= 1
 INNER void stein__tables_prepare(stein_sim *sim);
 INNER void stein__tables_joints(stein_sim *sim);
 INNER real stein__tables_normal(const stein_sim *sim, int index, real force, real x, real xdot);
-#endif
 
 /* settle.c */
 stein_status stein__settle(stein_sim *sim, stein_err *err);

@@ -120,11 +120,9 @@ static void joint_forces(stein_sim *sim)
         real mu = stein__mu(law + STEIN_JOINT_FRICTION, slip[k], grip[k]);
         sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
     }
-#if STEIN_LANES <= 1
     if (sim->ntable_on > 0) {
         stein__tables_joints(sim);
     }
-#endif
 }
 
 INNER void stein__forces(stein_sim *sim)

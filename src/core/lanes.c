@@ -17,6 +17,7 @@
 #include "inputs.c"
 #include "layout.c"
 #include "notch.c"
+#include "table.c"
 #include "touch.c"
 #include "trial.c"
 
@@ -92,6 +93,7 @@ static void put(void *wide, int lane, const stein__rider *from, int with_d)
 static void ready(void *wide)
 {
     stein_sim *sim = wide;
+    stein__tables_prepare(sim);
     stein__pairs_prepare(sim);
     stein__joints_prepare(sim);
     stein__wire(sim);

@@ -65,7 +65,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->p = doubles(a, m->np);
     s->d = reals(a, m->nd);
     s->slope = reals(a, stein__table_points(m));
-    s->table_on = carve(a, (size_t)m->ntable);
+    s->table_on = carve(a, sizeof *s->table_on * (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->inverse_vt = reals(a, nq);

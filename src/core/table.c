@@ -11,16 +11,21 @@
  * Beyond the ends the curve is level: a force that went on growing there with the speed, as a fit
  * may well try, would drive a mechanism to infinity.
  *
- * Written in the words of real.h for derivatives (tangent.c); there are no tables in lanes.
- *
  * Slopes are worked out once per parameter set. A table that is 0 everywhere is not looked at.
  */
 #include "core.h"
 
+/* the number, or condition, of lane k */
+#if STEIN_LANES > 1
+#define LANE(k, x) ((x)[k])
+#else
+#define LANE(k, x) (x)
+#endif
+
 static inline real secant(const real *at, const real *value, int i)
 {
     real h = at[i + 1] - at[i];
-    return more(h, 0.0) ? (value[i + 1] - value[i]) / h : same(0.0);
+    return sel(more(h, 0.0), (value[i + 1] - value[i]) / h, same(0.0));
 }
 
 static inline void slopes_of(int n, const real *at, const real *value, real *slope)
@@ -29,37 +34,47 @@ static inline void slopes_of(int n, const real *at, const real *value, real *slo
     slope[n - 1] = secant(at, value, n - 2);
     for (int i = 1; i < n - 1; i++) {
         real before = at[i] - at[i - 1], after = at[i + 1] - at[i];
-        slope[i] = more(before, 0.0) && more(after, 0.0)
-                       ? (after * secant(at, value, i - 1) + before * secant(at, value, i)) /
-                             (before + after)
-                       : same(0.0);
+        real s =
+            (after * secant(at, value, i - 1) + before * secant(at, value, i)) / (before + after);
+        slope[i] = sel(both(more(before, 0.0), more(after, 0.0)), s, same(0.0));
     }
+}
+
+/* two points of a table beside each other */
+typedef struct span {
+    real x0, x1, y0, y1, s0, s1;
+} span;
+
+/* the points around x, or the two at the end behind which it is */
+static inline span span_of(int n, const real *at, const real *value, const real *slope, real x)
+{
+    span s = {.x0 = at[0]};
+    for (int k = 0; k < (STEIN_LANES > 1 ? STEIN_LANES : 1); k++) {
+        int lo = 0, hi = n - 1;
+        while (hi - lo > 1) {
+            int middle = (lo + hi) / 2;
+            int *end = LANE(k, less(x, at[middle])) ? &hi : &lo;
+            *end = middle;
+        }
+        LANE(k, s.x0) = LANE(k, at[lo]);
+        LANE(k, s.x1) = LANE(k, at[hi]);
+        LANE(k, s.y0) = LANE(k, value[lo]);
+        LANE(k, s.y1) = LANE(k, value[hi]);
+        LANE(k, s.s0) = LANE(k, slope[lo]);
+        LANE(k, s.s1) = LANE(k, slope[hi]);
+    }
+    return s;
 }
 
 static inline real curve_at(int n, const real *at, const real *value, const real *slope, real x)
 {
-    int lo = 0, hi = n - 1;
-    if (!more(x, at[0])) {
-        return value[0];
-    }
-    if (!less(x, at[hi])) {
-        return value[hi];
-    }
-    while (hi - lo > 1) {
-        int middle = (lo + hi) / 2;
-        if (less(x, at[middle])) {
-            hi = middle;
-        } else {
-            lo = middle;
-        }
-    }
-    real h = at[hi] - at[lo];
-    if (!more(h, 0.0)) {
-        return value[lo];
-    }
-    real u = (x - at[lo]) / h, v = 1.0 - u;
-    return (1.0 + 2.0 * u) * v * v * value[lo] + u * u * (1.0 + 2.0 * v) * value[hi] +
-           h * u * v * (v * slope[lo] - u * slope[hi]);
+    span s = span_of(n, at, value, slope, x);
+    real h = s.x1 - s.x0, u = (x - s.x0) / h, v = 1.0 - u;
+    real y = (1.0 + 2.0 * u) * v * v * s.y0 + u * u * (1.0 + 2.0 * v) * s.y1 +
+             h * u * v * (v * s.s0 - u * s.s1);
+    y = sel(more(h, 0.0), y, s.y0);
+    y = sel(less(x, at[n - 1]), y, value[n - 1]);
+    return sel(more(x, at[0]), y, value[0]);
 }
 
 #if STEIN_LANES == 1
@@ -91,11 +106,12 @@ INNER void stein__tables_prepare(stein_sim *sim)
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
         const real *at = sim->d + t->d, *value = at + t->n;
-        sim->table_on[i] = 0;
+        mask on = {0};
         for (int k = 0; k < t->n; k++) {
-            sim->table_on[i] |= differ(value[k], 0.0);
+            on = either(on, differ(value[k], 0.0));
         }
-        sim->ntable_on += sim->table_on[i];
+        sim->table_on[i] = (flag)on;
+        sim->ntable_on += any(on);
         slopes_of(t->n, at, value, slope);
         slope += t->n;
     }
@@ -113,9 +129,11 @@ INNER void stein__tables_joints(stein_sim *sim)
     const real *slope = sim->slope;
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
-        if (sim->table_on[i] && t->kind <= STEIN_TABLE_SPEED) {
+        mask on = mask_of(sim->table_on[i]);
+        if (any(on) && t->kind <= STEIN_TABLE_SPEED) {
             real x = t->kind == STEIN_TABLE_POSITION ? sim->xq[t->index] : sim->xqd[t->index];
-            sim->Q[t->index] += read_table(sim, t, slope, x);
+            real *Q = &sim->Q[t->index];
+            *Q = sel(on, *Q + read_table(sim, t, slope, x), *Q);
         }
         slope += t->n;
     }
@@ -125,22 +143,23 @@ INNER real stein__tables_normal(const stein_sim *sim, int index, real force, rea
 {
     const real *slope = sim->slope;
     real factor = same(1.0), sum = force;
-    int found = 0;
-    if (!more(x, 0.0)) {
+    mask inside = more(x, 0.0), found = {0};
+    if (!any(inside)) {
         return force;
     }
     for (int i = 0; i < sim->model->ntable; i++) {
         const stein_table *t = &sim->model->tables[i];
-        if (sim->table_on[i] && t->kind >= STEIN_TABLE_DEPTH && t->index == index) {
-            found = 1;
-            if (t->kind == STEIN_TABLE_DEPTH) {
-                sum += read_table(sim, t, slope, x);
-            } else {
-                factor += read_table(sim, t, slope, xdot);
-            }
+        mask on = mask_of(sim->table_on[i]);
+        if (any(on) && t->kind == STEIN_TABLE_DEPTH && t->index == index) {
+            found = either(found, on);
+            sum = sel(on, sum + read_table(sim, t, slope, x), sum);
+        } else if (any(on) && t->kind > STEIN_TABLE_DEPTH && t->index == index) {
+            found = either(found, on);
+            factor = sel(on, factor + read_table(sim, t, slope, xdot), factor);
         }
         slope += t->n;
     }
     sum *= factor;
-    return !found ? force : more(sum, 0.0) && more(factor, 0.0) ? sum : same(0.0);
+    sum = sel(both(more(sum, 0.0), more(factor, 0.0)), sum, same(0.0));
+    return sel(both(inside, found), sum, force);
 }

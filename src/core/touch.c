@@ -61,11 +61,9 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
     depth = stein__within(p->normal, depth);
 #endif
     real rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
-#if STEIN_LANES <= 1
     if (sim->ntable_on > 0) {
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
-#endif
 #if STEIN_LANES == 1
     if (depth > f->depth) { // for who asks between steps: nobody asks a lane
         f->depth = depth;
