@@ -141,7 +141,7 @@ START_TEST(so_do_tables_and_what_is_held)
                              " torque: [0, 0, 0 N m]}\n"
                              "  brake: {joint: pawl, of: speed, at: [-5, 0, 5 rad/s],"
                              " torque: [0, 0, 0 N m]}\n"
-                             "  felt: {contact: string, of: depth, at: [0, 1e-4, 1e-3 m],"
+                             "  felt: {contact: stop, of: depth, at: [0, 1e-4, 1e-3 m],"
                              " force: [0, 0, 0 N]}\n"
                              "  tired: {contact: stop, of: rate, at: [-1, 1 m/s], factor: [0, 0]}\n"
                              "  worn: {notch: notch, of: rate, at: [-1, 1 m/s], factor: [0, 0]}\n"
