@@ -116,7 +116,9 @@ static const char *const pointed[] = {"coil.torque.1", "coil.torque.3", "brake.t
 static void bend(stein_sim *sim, int i)
 {
     static const double size[] = {2e-3, -1e-3, -3e-4, 0.11, 0.5, 0.2, -0.1};
-    double q[3] = {0.0}, qd[3] = {0.1 * i, -0.7, 0.3};
+    const stein_model *model = stein_sim_model(sim);
+    double q[8], qd[8];
+    ck_assert_int_le(model->nq, 8);
     hands[i] = (hand){.rate = 61.0 + 7.3 * i};
     for (int k = 0; k < 7; k++) {
         if (i > 0 && (k + i) % 3 != 0) { // where all are 0 there is no table
@@ -129,7 +131,11 @@ static void bend(stein_sim *sim, int i)
     if (i % 5 > 2) {
         ck_assert_stein(stein_drive(sim, "finger", push, &hands[i], err));
     }
-    q[0] = -0.02 * i; // hammers are on their way up
+    for (int j = 0; j < model->nq; j++) { // all on their way, hammers further and further up
+        int hammer = strcmp(model->bodies[j].name, "hammer") == 0;
+        q[j] = stein_q(sim)[j] + (hammer ? 0.02 * i : 0.0);
+        qd[j] = hammer ? 0.7 : strcmp(model->bodies[j].name, "pawl") == 0 ? -0.9 : 0.0;
+    }
     ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
 }
 
