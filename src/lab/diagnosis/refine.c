@@ -429,6 +429,20 @@ static int leaves_noise(const diag *d)
     return !diag__is_off(d, leads ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r));
 }
 
+/* The leader alone to its end, without its strays: where that leaves but noise, nobody needs a fit
+ * along the strokes, which costs ten of these. */
+static stein_status lead_to_the_end(diag *d, stein_err *err)
+{
+    diag__suspect *leader = &d->suspect[0];
+    if (!leader->s.refitted || !isfinite(leader->objective) || leader->s.gain < worth_anew) {
+        return STEIN_OK;
+    }
+    stein_status status = to_the_end(d, leader, err);
+    status = status == STEIN_OK ? recall(d, leader, err) : status;
+    diag__sort(d);
+    return status;
+}
+
 /* those that lead where the strokes begin, from the file's own numbers, until one leaves but noise
  */
 static stein_status early_ones(diag *d, stein_err *err)
@@ -547,6 +561,9 @@ stein_status diag__refit(diag *d, stein_err *err)
 {
     stein_status status = from_null(d, err);
     status = status == STEIN_OK ? doubt(d, err) : status;
+    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
+        status = lead_to_the_end(d, err);
+    }
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
         status = early_ones(d, err);
     }
