@@ -3,18 +3,17 @@
  *
  *   sim.c       create, parameters                       settle.c   static equilibrium, reset
  *   state.c     the state as a block                     blame.c    why a motion ended
- * * layout.c    memory
- *   dynamics.c  (t, q, qd) -> qdd, what drives it        step.c     fixed steps, located events
- * * forces.c    all other forces, qdd                    adapt.c    steps of controlled error
- * * contact.c   spots: where and how deep              * trial.c    RK4, DP5
- * * touch.c     forces of all that touches and rubs      batch*.c   many simulations in lanes
- * * notch.c     the notch and its memory                 processor.c  how many lanes there are
- *   channel.c   output channels
- *   table.c     laws given by points                     law.c, linalg.c, status.c
- *   identity.c  one hash of all that computes            elementary.c  far and rare functions
- *   handover.c  parameters from another thread           tangent.c  derivatives of forces
- *   derivative.c  derivatives of qdd                     slopes.c   the same for what touches
- *   sensitivity.c  derivatives of a motion
+ * * layout.c    memory                                   step.c     fixed steps, located events
+ *   dynamics.c  (t, q, qd) -> qdd                        adapt.c    steps of controlled error
+ * * inputs.c    what drives it from outside            * trial.c    RK4, DP5
+ * * forces.c    all other forces, qdd                    batch*.c   many simulations in lanes
+ * * contact.c   spots: where and how deep                processor.c  how many lanes there are
+ * * touch.c     forces of all that touches and rubs      tangent.c  derivatives of forces
+ * * notch.c     the notch and its memory                 slopes.c   the same for what touches
+ * * table.c     laws given by points                     derivative.c  derivatives of qdd
+ *   channel.c   output channels                          sensitivity.c  derivatives of a motion
+ *   identity.c  one hash of all that computes            law.c, linalg.c, status.c
+ *   handover.c  parameters from another thread           elementary.c  far and rare functions
  * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp, log
  *
  * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
