@@ -3,6 +3,8 @@
  *
  *   kind, place, class      what is hidden; class as in the verdicts of a diagnosis
  *   also                    kind, place and class of a second one, else null
+ *   law_curve               of a law in no table: where it acts, over what, its values over the
+ *                           range that the strokes to fit have visited
  *   parameters              name: {value, unit}, the first is the size; `sets` tells the value that
  * a parameter of the file takes, when the effect is a wrong one level                   name,
  * target and reached size (RMS after refitting / noise of a sample), dense: the same by another
@@ -43,6 +45,30 @@ static void effect_part(FILE *f, const answer *a)
                 e->side[i], *unit == '\0' ? "rad" : unit);
     }
     fprintf(f, "\n  },\n");
+}
+
+/* a law over what the strokes to fit have visited; "law_curve": null where there is none */
+static void curve_part(FILE *f, const answer *a)
+{
+    const effect *e = &a->w->hidden;
+    if (e->kind == NULL || !effect_is_outside(e)) {
+        fprintf(f, "  \"law_curve\": null,\n");
+        return;
+    }
+    known_law law;
+    outside_law(e, &a->seen, &law);
+    fprintf(f,
+            "  \"law_curve\": {\"site\": \"%s\", \"place\": \"%s\", \"of\": \"%s\", "
+            "\"at_unit\": \"%s\", \"unit\": \"%s\",\n    \"at\": [",
+            law.site, e->place, law.of, law.at_unit, law.unit);
+    for (int i = 0; i < law.n; i++) {
+        fprintf(f, "%s%.9g", i > 0 ? ", " : "", law.at[i]);
+    }
+    fprintf(f, "],\n    \"value\": [");
+    for (int i = 0; i < law.n; i++) {
+        fprintf(f, "%s%.9g", i > 0 ? ", " : "", law.value[i]);
+    }
+    fprintf(f, "]},\n");
 }
 
 static void also_part(FILE *f, const effect *e)
@@ -120,6 +146,7 @@ int answer_write(const char *path, const answer *a)
     }
     fprintf(f, "{\n  \"seed\": %lu,\n", a->seed);
     effect_part(f, a);
+    curve_part(f, a);
     also_part(f, a->w->hidden.also);
     level_part(f, a);
     fprintf(f, "  \"wrong_start\": %s,\n", a->d->wrong_start ? "true" : "false");

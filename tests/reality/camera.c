@@ -14,10 +14,14 @@
 
 static const double lost = 0.005, not_found = 0.005, force_noise = 2e-3;
 
-static void head(FILE *f, const design *d, const setting *s)
+static void head(FILE *f, const world *w, const design *d, const setting *s)
 {
     fprintf(f, "# set pawl.stop_shift: %.4g mm\n# set load.mass: %.4g g\n", 1e3 * s->dx,
             1e3 * s->load);
+    for (int i = 0; i < s->nset; i++) {
+        const mech_param *p = &w->m->params[s->set[i].param];
+        fprintf(f, "# set %s: %.10g %s\n", p->name, s->set[i].value, p->unit);
+    }
     for (int j = 0; j < d->camera.seen; j++) {
         double noise = camera_noise(&d->camera, j);
         if (j < 2) {
@@ -36,7 +40,8 @@ static void head(FILE *f, const design *d, const setting *s)
 /* the input as recorded: what was meant, on the recorder's clock */
 static double recorded(const setting *s, const film *shot, double t, double noise)
 {
-    action a = {.drive_size = s->touch_size, .drive_time = s->touch_time};
+    action a = {
+        .drive_size = s->touch_size, .drive_time = s->touch_time, .drive_back = s->touch_back};
     double u[3];
     hidden_touch(t - s->trigger, &a, u);
     return s->touch == 2 ? shot->key_rest + u[0] : u[0] + force_noise * noise;
@@ -76,10 +81,27 @@ static void row(FILE *f, const design *d, const setting *s, const film *shot, in
     fprintf(f, "\n");
 }
 
-int camera_write(const char *path, const world *w, const design *d, const setting *s, gsl_rng *rng)
+/* @param seen  what the stroke visits is added to it */
+static int shoot(film *shot, const world *w, const design *d, const setting *s, visits *seen)
+{
+    stroke k;
+    shot->y = shot->yd = NULL;
+    if (film_play(&k, w, &w->hidden, w->p, s, &d->camera) != 0) {
+        return -1;
+    }
+    int status = film_shoot(shot, &k, &w->hidden, s, &d->camera);
+    if (seen != NULL) {
+        visits_add(seen, &k.seen);
+    }
+    stroke_free(&k);
+    return status;
+}
+
+int camera_write(const char *path, const world *w, const design *d, const setting *s, gsl_rng *rng,
+                 visits *seen)
 {
     film shot;
-    if (film_take(&shot, w, &w->hidden, w->p, s, &d->camera) != 0) {
+    if (shoot(&shot, w, d, s, seen) != 0) {
         fprintf(stderr, "reality: a stroke of %s cannot be computed\n", path);
         return -1;
     }
@@ -89,7 +111,7 @@ int camera_write(const char *path, const world *w, const design *d, const settin
         film_free(&shot);
         return -1;
     }
-    head(f, d, s);
+    head(f, w, d, s);
     for (int i = 0; i < shot.n; i++) {
         row(f, d, s, &shot, i, rng);
     }

@@ -23,7 +23,47 @@ const effect_kind *effect_find(const char *name)
             return k;
         }
     }
+    for (const effect_kind *k = outside_kinds; k->name != NULL; k++) {
+        if (strcmp(k->name, name) == 0) {
+            return k;
+        }
+    }
     return NULL;
+}
+
+/* kinds that are alike in one way or another: losses, springs and weights, felts, instruments */
+int effect_has_twins(const effect_kind *kind)
+{
+    static const char *const like[] = {"viscous_friction",
+                                       "quadratic_drag",
+                                       "coulomb_friction",
+                                       "stiction_peak",
+                                       "preload",
+                                       "joint_stiffness",
+                                       "hardening_spring",
+                                       "backlash",
+                                       "mass",
+                                       "centre",
+                                       "inertia",
+                                       "contact_stiffness",
+                                       "contact_exponent",
+                                       "contact_damping",
+                                       "contact_gap",
+                                       "contact_hysteresis",
+                                       "sensor_nonlinearity",
+                                       "camera_tilt",
+                                       "sensor_gain",
+                                       "sensor_delay",
+                                       "time_base",
+                                       "wire",
+                                       "string_damper",
+                                       "unknown_load"};
+    for (size_t i = 0; i < sizeof like / sizeof *like; i++) {
+        if (strcmp(kind->name, like[i]) == 0) {
+            return 1;
+        }
+    }
+    return 0;
 }
 
 static int is(const effect *e, const char *name)
@@ -111,6 +151,9 @@ int effect_draw(effect *e, const effect_kind *kind, const char *place, const mec
     if (is(e, "axis_translation")) {
         e->side[1] = e->side[1] < 0.7 ? 1.0 : 10.0; // a pin in a round hole, or open above
     }
+    if (effect_is_outside(e)) {
+        outside_sides(e);
+    }
     e->amount = kind->both_signs && gsl_rng_uniform(rng) < 0.5 ? -1.0 : 1.0;
     return 0;
 }
@@ -129,7 +172,8 @@ double effect_size(const effect *e)
 {
     int body = find(joint_names, JOINTS, e->place);
     double own = body > 0 ? e->kind->limit[body] : 0.0;
-    return e->amount * (own > 0.0 ? own : e->kind->limit[0]);
+    double unit = effect_is_outside(e) ? outside_unit(e) : 1.0;
+    return e->amount * (own > 0.0 ? own : e->kind->limit[0]) * unit;
 }
 
 /* ---- parameters ---- */
@@ -291,6 +335,10 @@ void effect_on_action(const effect *e, action *a)
         return;
     }
     double size = effect_size(e);
+    if (effect_is_outside(e)) {
+        outside_on_action(e, a, size);
+        return;
+    }
     int joint = find(joint_names, JOINTS, e->place);
     int contact = find(contact_names, CONTACTS, e->place);
     if (joint >= 0) {

@@ -32,6 +32,7 @@ double hidden_torque(const hinge *h, double q, double w, double heat)
     }
     double x = q - h->theta0;
     torque -= h->hardening * x * x * x;
+    torque += outside_torque(h, q);
     if (h->slack_k > 0.0 && fabs(q) > h->slack) {
         torque -= h->slack_k * (fabs(q) - h->slack) * (q > 0.0 ? 1.0 : -1.0);
     }
@@ -72,6 +73,12 @@ static void memories(instant *now, const unsigned char *mode)
     if (a->felt[DIP].layer > 0.0) {
         double x = mode[G_TOUCH + DIP] ? now->depth[DIP] - a->felt[DIP].gap : 0.0;
         now->memory_rate[FLOW] = (x - now->memory[FLOW]) / a->felt[DIP].layer_time;
+    }
+    for (int i = 0; i < NOTCH; i++) {
+        if (a->felt[i].ease > 0.0) {
+            now->memory_rate[FLOW] =
+                outside_memory_rate(&a->felt[i], mode[G_TOUCH + i], now->memory[FLOW]);
+        }
     }
     if (key->creep > 0.0) {
         now->memory_rate[HEAT] =
@@ -114,12 +121,16 @@ void hidden_forces(instant *now, const unsigned char *mode)
 /* The player's touch: rises like 10 s^3 - 15 s^4 + 6 s^5 and stays. Value and two derivatives. */
 void hidden_touch(double t, const action *a, double u[3])
 {
-    double T = a->drive_time, s = t / T, size = a->drive_size;
+    double T = a->drive_time, s = t / T, size = a->drive_size, way = 1.0;
+    if (a->drive_back && s > 1.0) {
+        s = fmax(2.0 - s, 0.0);
+        way = -1.0;
+    }
     u[0] = s < 1.0 ? 0.0 : size;
     u[1] = u[2] = 0.0;
     if (s > 0.0 && s < 1.0) {
         u[0] = size * s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-        u[1] = size / T * 30.0 * s * s * (1.0 - s) * (1.0 - s);
+        u[1] = way * size / T * 30.0 * s * s * (1.0 - s) * (1.0 - s);
         u[2] = size / (T * T) * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s);
     }
 }

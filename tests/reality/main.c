@@ -3,13 +3,20 @@
  *
  *   reality --model FILE --seed N [--level L0|L1|L2|L3 | --null] -o DIR
  *           [--kind KIND [--place PLACE] [--amount A]] [--rate HZ] [--pixel UM] [--any-camera]
- *           [--hammer] [--clean | --rough] [--verify] [--unknown] [--answer PATH]
+ *           [--hammer] [--clean | --rough] [--verify] [--unknown | --outside | --twins]
+ *           [--answer PATH]
  *       one set: DIR/fit_01.csv .. fit_12.csv, held_01.csv .. held_06.csv and the sealed answer,
  *       DIR/answer.json or PATH. Without --kind the effect is drawn too; with --amount its size is
  *       A times the kind's limit, without a search. --clean: true numbers are the file's and no
  *       scatter; --rough: wrong numbers and scatter; without either every set with an effect is
  *       rough and every other null set is. --any-camera draws 1 to 10 kHz and 5 to 50 um. --unknown
- *       draws among the laws that are in no table of effects.
+ *       draws among the laws that are in no table of effects, --outside among those of outside.c,
+ *       --twins among the kinds that others are easily taken for,
+ *       all strokes made in the same way.
+ *   reality ... --next N [--set NAME=VALUE]... [--drive INPUT,SHAPE,SIZE,TIME] -o DIR
+ *       N strokes more of the set that the same seed and options have made, set and driven as
+ *       asked for (SI; SHAPE rise or there_and_back; --rate, --hammer as said):
+ *       DIR/next_01.csv ... Exit 3 where this laboratory cannot do it.
  *   reality --model FILE --stroke [--dx MM] [--load G] [--kind KIND --place PLACE --amount A] -o
  * CSV one exact stroke every 50 us: no camera, no scatter; for comparisons reality --list kinds,
  * places, laws reality --model FILE --survey -o TXT for every kind and place the size that makes
@@ -28,7 +35,9 @@ typedef struct options {
     const char *model, *level, *kind, *place, *out, *answer;
     unsigned long seed;
     double rate, pixel, dx, load, amount;
-    int null, unknown, list, stroke, clean, rough, verify, hammer, any_camera, survey, also;
+    int null, unknown, list, stroke, clean, rough, verify, hammer, any_camera, survey, also,
+        outside, twins;
+    asked next;
 } options;
 
 enum { OK, FAILED, USAGE };
@@ -42,13 +51,19 @@ static int usage(const char *why, const char *what)
     return USAGE;
 }
 
-static int list(void)
+static void list_kinds(const effect_kind *k)
 {
-    for (const effect_kind *k = effect_kinds; k->name != NULL; k++) {
+    for (; k->name != NULL; k++) {
         printf("%-20s %-15s %s [%s]: %s\n    places: %s%s\n", k->name, k->verdict, k->size,
                *k->unit == '\0' ? "of the parameter" : k->unit, k->law, k->places,
                k->drawn ? "" : "\n    only when asked for by name");
     }
+}
+
+static int list(void)
+{
+    list_kinds(effect_kinds);
+    list_kinds(outside_kinds);
     return OK;
 }
 
@@ -63,7 +78,8 @@ static int flag(options *o, const char *name)
         {"--null", &o->null},     {"--unknown", &o->unknown}, {"--list", &o->list},
         {"--stroke", &o->stroke}, {"--clean", &o->clean},     {"--rough", &o->rough},
         {"--verify", &o->verify}, {"--hammer", &o->hammer},   {"--any-camera", &o->any_camera},
-        {"--survey", &o->survey}, {"--also", &o->also}};
+        {"--survey", &o->survey}, {"--also", &o->also},       {"--outside", &o->outside},
+        {"--twins", &o->twins}};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         if (strcmp(name, flags[i].name) == 0) {
             *flags[i].to = 1;
@@ -77,8 +93,9 @@ static int text(options *o, const char *name, const char *value)
 {
     const struct {
         const char *name, **to;
-    } texts[] = {{"--model", &o->model}, {"--level", &o->level}, {"--kind", &o->kind},
-                 {"--place", &o->place}, {"-o", &o->out},        {"--answer", &o->answer}};
+    } texts[] = {{"--model", &o->model},     {"--level", &o->level}, {"--kind", &o->kind},
+                 {"--place", &o->place},     {"-o", &o->out},        {"--answer", &o->answer},
+                 {"--drive", &o->next.drive}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (strcmp(name, texts[i].name) == 0) {
             *texts[i].to = value;
@@ -99,6 +116,15 @@ static int number(options *o, const char *name, const char *value)
                    {"--load", &o->load},
                    {"--amount", &o->amount}};
     char *end;
+    if (strcmp(name, "--set") == 0 && o->next.nset < OVERRIDES + 2) {
+        o->next.set[o->next.nset++] = value;
+        return 1;
+    }
+    if (strcmp(name, "--next") == 0) {
+        long n = strtol(value, &end, 10);
+        o->next.repeats = (int)n;
+        return *end == '\0' && n >= 1 && n <= 99;
+    }
     if (strcmp(name, "--seed") == 0) {
         o->seed = strtoul(value, &end, 10);
         return *value != '\0' && *end == '\0';
@@ -199,16 +225,18 @@ static double target_of(const char *level)
     return -1.0;
 }
 
-static const effect_kind *any_kind(int unknown, gsl_rng *rng)
+static const effect_kind *any_kind(const options *o, gsl_rng *rng)
 {
+    const effect_kind *table = o->outside ? outside_kinds : effect_kinds;
     unsigned long n = 0;
-    while (effect_kinds[n].name != NULL) {
+    while (table[n].name != NULL) {
         n++;
     }
     for (;;) {
-        const effect_kind *k = &effect_kinds[gsl_rng_uniform_int(rng, n)];
+        const effect_kind *k = &table[gsl_rng_uniform_int(rng, n)];
         int is_unknown = strcmp(k->verdict, "unknown_effect") == 0;
-        if (unknown ? is_unknown : k->drawn) {
+        if (o->outside || o->unknown ? is_unknown
+                                     : k->drawn && (!o->twins || effect_has_twins(k))) {
             return k;
         }
     }
@@ -218,8 +246,7 @@ static const effect_kind *any_kind(int unknown, gsl_rng *rng)
 static void draw(const options *o, effect *e, const mechanism *m, int touch, gsl_rng *rng)
 {
     for (;;) {
-        const effect_kind *kind =
-            o->kind != NULL ? effect_find(o->kind) : any_kind(o->unknown, rng);
+        const effect_kind *kind = o->kind != NULL ? effect_find(o->kind) : any_kind(o, rng);
         effect_draw(e, kind, o->place, m, rng);
         int needs = effect_touch(e), load = strcmp(kind->name, "unknown_load") == 0;
         if (touch < 0 || (needs > 0 ? needs == touch : !load || touch == 0)) {
@@ -335,14 +362,14 @@ static gsl_rng *stream(unsigned long seed, unsigned long k)
 static int write_set(const options *o, const world *w, const design *d, answer *a, gsl_rng *rng)
 {
     char path[4096];
-    if (mkdir(o->out, 0777) != 0 && errno != EEXIST) {
-        perror(o->out);
-        return FAILED;
+    for (int i = 0; i < JOINTS; i++) {
+        a->seen.low[i] = 1e9;
+        a->seen.high[i] = -1e9;
     }
     for (int i = 0; i < STROKES; i++) {
         snprintf(path, sizeof path, "%s/%s_%02d.csv", o->out, i < FIT ? "fit" : "held",
                  i < FIT ? i + 1 : i - FIT + 1);
-        if (camera_write(path, w, d, &d->stroke[i], rng) != 0) {
+        if (camera_write(path, w, d, &d->stroke[i], rng, i < FIT ? &a->seen : NULL) != 0) {
             return FAILED;
         }
     }
@@ -353,8 +380,8 @@ static int write_set(const options *o, const world *w, const design *d, answer *
 static void choose_camera(const options *o, design *d, gsl_rng *rng)
 {
     d->camera = standard_camera;
-    d->camera.seen = o->hammer ? 3 : 2;
-    d->camera.rate = o->rate;
+    d->camera.seen = o->hammer && o->next.repeats == 0 ? 3 : 2; // of the set
+    d->camera.rate = o->next.repeats > 0 ? standard_camera.rate : o->rate;
     d->camera.pixel = 1e-6 * o->pixel;
     double rate = 1000.0 * pow(10.0, gsl_rng_uniform(rng));
     double pixel = 5e-6 * pow(10.0, gsl_rng_uniform(rng));
@@ -362,6 +389,18 @@ static void choose_camera(const options *o, design *d, gsl_rng *rng)
         d->camera.rate = 100.0 * floor(rate / 100.0 + 0.5);
         d->camera.pixel = 1e-6 * floor(1e6 * pixel + 0.5);
     }
+}
+
+/* more strokes in the same world: the effect was drawn as for the set */
+static int write_next(const options *o, const world *w, design *d)
+{
+    gsl_rng *scene = stream(o->seed, 4), *noise = stream(o->seed, 5);
+    d->camera.rate = o->rate;
+    d->camera.seen = o->hammer ? 3 : 2;
+    int status = next_write(o->out, &o->next, w, d, scene, noise);
+    gsl_rng_free(scene);
+    gsl_rng_free(noise);
+    return status == 0 || status == 3 ? status : FAILED;
 }
 
 static int one_set(const options *o, world *w)
@@ -381,13 +420,22 @@ static int one_set(const options *o, world *w)
     d.contact_scatter = 0.03 + 0.07 * gsl_rng_uniform(scene);
     choose_camera(o, &d, scene);
     design_strokes(&d, choose_touch(o, w->m, hidden));
+    if (o->twins) {
+        design_alike(&d, (int)gsl_rng_uniform_int(hidden, 9));
+    }
     design_scatter(&d, scene);
     design_truth(&d, w, scene);
     int status = o->null ? OK : hide(o, w, &a, hidden);
     if (status == OK && o->verify && !o->null) {
         status = verify(w, &a);
     }
-    if (status == OK) {
+    if (status == OK && mkdir(o->out, 0777) != 0 && errno != EEXIST) {
+        perror(o->out);
+        status = FAILED;
+    }
+    if (status == OK && o->next.repeats > 0) {
+        status = write_next(o, w, &d);
+    } else if (status == OK) {
         status = write_set(o, w, &d, &a, noise);
     }
     gsl_rng_free(scene);

@@ -40,6 +40,9 @@ static int make_action(action *a, const world *w, const effect *e, const double 
     memcpy(own, p, sizeof *own * (size_t)w->m->nparam);
     own[dx] = s->dx;
     own[load] = s->load;
+    for (int i = 0; i < s->nset; i++) {
+        own[s->set[i].param] = s->set[i].value;
+    }
     for (const effect *one = e; one != NULL; one = one->also) {
         effect_on_parameters(one, w->m, own);
     }
@@ -54,6 +57,7 @@ static int make_action(action *a, const world *w, const effect *e, const double 
     a->drive = s->touch;
     a->drive_size = s->touch_size;
     a->drive_time = s->touch > 0 ? s->touch_time : 1.0;
+    a->drive_back = s->touch_back;
     if (s->touch > 0) {
         a->drive_gain *= 1.0 + s->drive;
     } else {

@@ -9,6 +9,7 @@
  *   touch.c    contacts and the notch                       kinds.c    hidden effects: the table
  *   motion.c   equations of motion                          effect.c   put into the action
  *   hidden.c   formulas of the hidden effects               refit.c    their size, after refitting
+ *   outside.c  laws that are in no table of effects         next.c     a stroke somebody asked for
  *   observe.c  what noiseless instruments would show        design.c   strokes, truth, scatter
  *   camera.c   frames, pixels, noise, CSV                   scale.c    the amount for a size
  *   main.c     command line                                 answer.c   the sealed answer
@@ -46,6 +47,7 @@ typedef struct hinge {
     double k, theta0; /* spring of the file */
     double viscous, coulomb, coulomb_w0, drag, preload, stiffness, hardening, slack_k, slack;
     double creep, creep_w0, creep_turn, creep_time; /* friction that heats up and fades */
+    double bump, bump_at, bump_width;               /* torque around one angle */
 } hinge;
 
 /** Felt, leather: f = scale (a x^3 + b x^2 + c x) (x/0.1 mm)^p (1 + D xdot)(1 + h tanh(xdot/v_h)).
@@ -55,6 +57,8 @@ typedef struct felt {
     rub friction;
     double scale, power, hysteresis, pull, range, gap;
     double layer, layer_time; /* second layer that flows: stiffness [N/m], time [s] */
+    double hump, hump_at;     /* a harder place: force [N], depth [m] */
+    double ease, ease_time;   /* share of the force that relaxes, time [s] */
 } felt;
 
 /** A rigid piece: centre from the origin of its segment's axes. */
@@ -95,6 +99,7 @@ typedef struct action {
     int drive; /* 0 nothing, 1 finger force, 2 key motion */
     double drive_size,
         drive_time; /* top force [N] or angle [rad] of the touch, its rise time [s] */
+    int drive_back; /* 1: and back in the same time */
     double drive_gain, drive_delay;
 } action;
 
@@ -102,7 +107,7 @@ typedef struct action {
 
 /* coordinates; the last four exist only when something hidden needs them */
 enum { D_KEY, D_HAMMER, D_PAWL, D_LOAD, D_REAR, D_HEAD, D_PIN, D_STRING, DOFS };
-enum { FLOW, HEAT, MEMORIES };
+enum { FLOW, HEAT, MEMORIES }; /* FLOW: of the one contact that has a memory */
 enum { MAX_STATE = 2 * DOFS + MEMORIES };
 /* guards: a sign that is constant within a step. G_OVER: the beak's end under the roof (s > 0),
  * G_ABOVE: above its plane (h > 0). MODE_BESIDE is the notch's memory, no guard. */
@@ -121,6 +126,11 @@ enum {
 /** What ideal instruments read, and its rate. */
 enum { C_STRING, C_DIP, C_HAMMER, C_HEAD_X, C_FRONT_X, CHANNELS };
 
+/** What was visited: positions of the joints as the file counts them, depths of the contacts. */
+typedef struct visits {
+    double low[JOINTS], high[JOINTS], deepest[CONTACTS];
+} visits;
+
 typedef struct stroke {
     double step;            /* interval of the grid [s] */
     int n;                  /* grid points from t = 0 */
@@ -129,6 +139,7 @@ typedef struct stroke {
     double impact, rebound; /* begin and end of the first string contact [s], 0: none */
     double key_rest;        /* angle of the key (as the file counts it) at rest */
     double escape;          /* beak beside the corner for the first time [s], 0: never */
+    visits seen;
     long evaluations;
 } stroke;
 
@@ -161,7 +172,7 @@ struct instant {
     int rear, head; /* segments that carry the Kapsel and the head: split or not */
     double b[DOFS]; /* generalised forces */
     double guard[GUARDS];
-    double depth[SPOTS];
+    double depth[SPOTS], pressed[SPOTS]; /* pressed: depth where surfaces touch, else 0 */
     double memory_rate[MEMORIES];
 };
 
@@ -272,7 +283,8 @@ typedef struct world {
     effect hidden, second; /* hidden.also is the second, or NULL */
 } world;
 
-extern const effect_kind effect_kinds[];
+extern const effect_kind effect_kinds[], outside_kinds[];
+/** In either table. */
 const effect_kind *effect_find(const char *name);
 /** The n-th place of a kind. @return 0 when there are fewer */
 int effect_nth_place(const effect_kind *kind, int n, char place[MECH_PATH]);
@@ -288,18 +300,50 @@ int effect_own_parameter(const effect *e, const mechanism *m);
 void effect_on_parameters(const effect *e, const mechanism *m, double *p);
 void effect_on_action(const effect *e, action *a);
 void effect_on_sensors(const effect *e, sensor s[SEEN], double *clock);
+/** Is it a kind that another one is easily taken for. */
+int effect_has_twins(const effect_kind *kind);
 /** Does it leave the action alone, errors of an instrument only. */
 int effect_is_instrument(const effect *e);
 int effect_touch(const effect *e); /* kind of stroke it needs: 0 load, 1 finger, 2 key motion */
+
+/* ---- outside.c ---- */
+
+enum { LAW_POINTS = 121 };
+/** A law over the visited range of its variable, n 0: it is no function of a state. */
+typedef struct known_law {
+    const char *site, *of, *at_unit, *unit; /* of: "position", "depth", "history" */
+    int n;
+    double at[LAW_POINTS], value[LAW_POINTS];
+} known_law;
+int effect_is_outside(const effect *e);
+void outside_sides(effect *e);
+double outside_unit(const effect *e);
+void outside_on_action(const effect *e, action *a, double size);
+double outside_torque(const hinge *h, double q);
+double outside_push(const felt *f, double N, double x, double memory);
+double outside_memory_rate(const felt *f, int touching, double memory);
+double outside_memory_at_rest(const action *a);
+void visits_add(visits *v, const visits *more);
+void outside_law(const effect *e, const visits *v, known_law *law);
 
 /* ---- a set of strokes ---- */
 
 enum { FIT = 12, HELD = 6, STROKES = FIT + HELD };
 
+/** One more number of the file that a stroke sets. */
+typedef struct override {
+    int param;
+    double value;
+} override;
+enum { OVERRIDES = 8 };
+
 typedef struct setting {
     double dx, load; /* as told */
-    int touch;       /* 0 load only, 1 finger force, 2 key motion */
+    int nset;
+    override set[OVERRIDES];
+    int touch; /* 0 load only, 1 finger force, 2 key motion */
     double touch_size, touch_time;
+    int touch_back; /* 1: there and back */
     /* scatter, not told: relative changes, time of the trigger, marker offsets */
     double joint_friction, contact_friction, drive, trigger, offset[SEEN];
 } setting;
@@ -321,6 +365,8 @@ typedef struct design {
 extern const camera standard_camera;
 double camera_noise(const camera *c, int channel);
 void design_strokes(design *d, int touch);
+/** All strokes as the n-th one was told, before scatter. */
+void design_alike(design *d, int like);
 void design_scatter(design *d, gsl_rng *rng);
 void design_truth(const design *d, world *w, gsl_rng *rng);
 
@@ -354,7 +400,21 @@ int refit_size_dense(refit *r, const effect *e, double *size);
 int refit_scale(refit *r, effect *e, double target, double *reached);
 
 /* camera.c */
-int camera_write(const char *path, const world *w, const design *d, const setting *s, gsl_rng *rng);
+/** @param seen  what the stroke visits is added to it; may be NULL */
+int camera_write(const char *path, const world *w, const design *d, const setting *s, gsl_rng *rng,
+                 visits *seen);
+
+/* next.c */
+/** A stroke that somebody asks for, by the words of the command line. */
+typedef struct asked {
+    const char *set[OVERRIDES + 2]; /* NAME=VALUE in SI */
+    int nset;
+    const char *drive; /* INPUT,SHAPE,SIZE,TIME; NULL: none */
+    int repeats;
+} asked;
+/** DIR/next_01.csv ... @return 0, -1 after a message, 3: cannot be filmed, after a message */
+int next_write(const char *folder, const asked *q, const world *w, design *d, gsl_rng *scene,
+               gsl_rng *noise);
 
 /* answer.c */
 enum { MAX_REDRAWN = 60 };
@@ -363,6 +423,7 @@ typedef struct answer {
     const design *d;
     const char *level;
     double target, reached, dense; /* dense < 0: not checked */
+    visits seen;
     int met;
     unsigned long seed;
     int nredrawn;

@@ -118,6 +118,7 @@ static int settle(motion *mo, double *y)
     double acc[DOFS], next[DOFS], step[DOFS], trial[MAX_STATE], tau = 1e-6;
     int n = mo->n;
     memset(y, 0, sizeof(double[MAX_STATE]));
+    y[2 * mo->n + FLOW] = outside_memory_at_rest(mo->a);
     mo->loaded = 0;
     if (balance(mo, y, acc) != 0) {
         return -1;
@@ -382,6 +383,19 @@ static void change_modes(engine *e, stroke *s)
     }
 }
 
+static void visit(const engine *e, visits *v)
+{
+    const double *q = e->now.q;
+    const segment *seg = e->now.seg;
+    visits here = {.low = {-q[D_KEY], seg[S_HAMMER].phi - seg[e->now.rear].phi, q[D_PAWL]}};
+    memcpy(here.high, here.low, sizeof here.high);
+    for (int i = 0; i < SPOTS; i++) {
+        int contact = i < NOTCH ? i : NOTCH;
+        here.deepest[contact] = fmax(here.deepest[contact], e->now.pressed[i]);
+    }
+    visits_add(v, &here);
+}
+
 /* readings at the points of the grid up to t1, and on to there */
 static void accept(engine *e, double h, double t1, stroke *s)
 {
@@ -397,6 +411,7 @@ static void accept(engine *e, double h, double t1, stroke *s)
     e->t = t1;
     memcpy(e->y, e->y1, sizeof e->y);
     memcpy(e->dydt, e->dydt1, sizeof e->dydt);
+    visit(e, &s->seen);
 }
 
 /* is a guard on the wrong side in the middle of a step */
@@ -485,6 +500,11 @@ int stroke_run(stroke *s, const action *a, double until, double step, double tol
     int status = s->y != NULL && s->yd != NULL ? open_engine(&e, a, tolerance) : -1;
     if (status == 0) {
         motion_read(&e.mo, &e.now, s->y[0], s->yd[0]);
+        for (int i = 0; i < JOINTS; i++) {
+            s->seen.low[i] = 1e9;
+            s->seen.high[i] = -1e9;
+        }
+        visit(&e, &s->seen);
         e.next = 1;
     }
     for (int n = 0; status == 0 && e.next < s->n; n++) {

@@ -99,6 +99,7 @@ static void meet(instant *now, const unsigned char *mode, int spot, const meetin
     const felt *f = &now->a->felt[spot < NOTCH ? spot : NOTCH];
     double x = m->depth - f->gap;
     now->depth[spot] = m->depth;
+    now->pressed[spot] = 0.0;
     now->guard[G_TOUCH + spot] = x;
     now->guard[G_NEAR + spot] = f->pull > 0.0 ? x + f->range : -1.0;
     now->guard[G_PUSH + spot] = 1.0;
@@ -113,7 +114,8 @@ static void meet(instant *now, const unsigned char *mode, int spot, const meetin
         if (!(f->layer > 0.0)) {
             now->guard[G_PUSH + spot] = 1.0 + f->D * xdot;
         }
-        N = felt_law(f, x, xdot, flow);
+        N = outside_push(f, felt_law(f, x, xdot, flow), x, now->memory[FLOW]);
+        now->pressed[spot] = fmax(x, 0.0);
         slide = N > 0.0 ? -N * rub_law(&f->friction, vec_dot(v, t)) : 0.0;
     } else {
         double u = -x / f->range;
