@@ -406,7 +406,7 @@ DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
 SEED   ?= 1
 HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED)
-hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2 SEED=1
+hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1
 	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/hidden
 	$(Q)$(call HIDDEN,run) --jobs $(JOBS)
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md

@@ -21,6 +21,11 @@ void draw_paths(const setup *s, const char *level, int draw, char set[PATH], cha
     snprintf(scored, PATH, "%.500s/%s.score", s->results, name);
 }
 
+char draw_kind(const char *level)
+{
+    return level[0];
+}
+
 /* "L1x2": two effects, each of that size */
 static int is_double(const char *level)
 {
@@ -30,34 +35,54 @@ static int is_double(const char *level)
 /* Sets of different levels are different sets: each level has seeds of its own. */
 static unsigned long seed_of(const setup *s, const char *level, int draw)
 {
-    unsigned long k = strcmp(level, "null") == 0 ? 0 : (unsigned long)(level[1] - '0');
-    k += is_double(level) ? 4 : 0;
+    char kind = draw_kind(level);
+    unsigned long k = kind == 'n'   ? 0
+                      : kind == 'X' ? 4
+                      : kind == 'T' ? 8
+                                    : (unsigned long)(level[1] - '0') + (is_double(level) ? 4 : 0);
     return s->seed * SEEDS_A_RUN + k * SEEDS_A_LEVEL + (unsigned long)draw;
 }
 
-/* the answer is written last, so a set with an answer is complete */
-static int make(const setup *s, const char *level, int draw, const char *set, const char *answer)
+int draw_command(const setup *s, int level, int draw, char *argv[], char program[PATH],
+                 char seed[NAME])
 {
-    char program[PATH], seed[NAME], part[PATH + 8], log[PATH + 8], size[3] = "";
-    snprintf(program, sizeof program, "%s/reality", s->build);
-    snprintf(seed, sizeof seed, "%lu", seed_of(s, level, draw));
+    static char *const sizes[] = {"L1", "L2", "L3"};
+    const char *name = s->level[level];
+    char kind = draw_kind(name);
+    int n = 0;
+    snprintf(program, PATH, "%s/reality", s->build);
+    snprintf(seed, NAME, "%lu", seed_of(s, name, draw));
+    argv[n++] = program;
+    argv[n++] = "--model";
+    argv[n++] = (char *)s->model;
+    argv[n++] = "--seed";
+    argv[n++] = seed;
+    if (kind == 'n') {
+        argv[n++] = "--null";
+    } else {
+        argv[n++] = "--level";
+        argv[n++] = sizes[kind == 'T' ? 2 : name[1] - '1'];
+    }
+    if (kind == 'X' || kind == 'T' || is_double(name)) {
+        argv[n++] = kind == 'X' ? "--outside" : kind == 'T' ? "--twins" : "--also";
+    }
+    argv[n] = NULL;
+    return n;
+}
+
+/* the answer is written last, so a set with an answer is complete */
+static int make(const setup *s, int level, int draw, const char *set, const char *answer)
+{
+    enum { WORDS = 16 };
+    char program[PATH], seed[NAME], part[PATH + 8], log[PATH + 8], *argv[WORDS];
     snprintf(part, sizeof part, "%s.part", answer);
     snprintf(log, sizeof log, "%s.log", answer);
-    int null = strcmp(level, "null") == 0;
-    snprintf(size, sizeof size, "%.2s", level);
-    char *argv[] = {program,
-                    "--model",
-                    (char *)s->model,
-                    "--seed",
-                    seed,
-                    "-o",
-                    (char *)set,
-                    "--answer",
-                    part,
-                    null ? "--null" : "--level",
-                    null ? NULL : size,
-                    is_double(level) ? "--also" : NULL,
-                    NULL};
+    int n = draw_command(s, level, draw, argv, program, seed);
+    argv[n++] = "-o";
+    argv[n++] = (char *)set;
+    argv[n++] = "--answer";
+    argv[n++] = part;
+    argv[n] = NULL;
     if (access(answer, R_OK) == 0) {
         return 0;
     }
@@ -70,32 +95,56 @@ static int make(const setup *s, const char *level, int draw, const char *set, co
     return 0;
 }
 
-static void diagnose(const setup *s, const char *set, const char *out, score *r)
+int draw_diagnose(const setup *s, const char *set, const char *next, int more, const char *out,
+                  double *cpu)
 {
-    char file[FIT + HELD][PATH + 20], program[PATH + 8], log[PATH + 8];
-    char *argv[FIT + HELD + 10];
-    int n = 0;
+    enum { MORE = 99 };
+    char file[FIT + HELD + MORE][PATH + 20], program[PATH + 8], log[PATH + 8];
+    char *argv[FIT + HELD + MORE + 10];
+    int n = 0, k = 0;
     snprintf(program, sizeof program, "%s/stein", s->results);
     snprintf(log, sizeof log, "%s.log", out);
     argv[n++] = program;
     argv[n++] = "diagnose";
     argv[n++] = (char *)s->model;
-    for (int i = 0; i < FIT + HELD; i++) {
-        snprintf(file[i], sizeof file[i], "%s/%s_%02d.csv", set, i < FIT ? "fit" : "held",
-                 i < FIT ? i + 1 : i - FIT + 1);
-        if (i == FIT) {
-            argv[n++] = "--holdout";
-        }
-        argv[n++] = file[i];
+    for (int i = 0; i < FIT; i++) {
+        snprintf(file[k], sizeof file[k], "%s/fit_%02d.csv", set, i + 1);
+        argv[n++] = file[k++];
+    }
+    for (int i = 0; i < more && i < MORE; i++) {
+        snprintf(file[k], sizeof file[k], "%s/next_%02d.csv", next, i + 1);
+        argv[n++] = file[k++];
+    }
+    argv[n++] = "--holdout";
+    for (int i = 0; i < HELD; i++) {
+        snprintf(file[k], sizeof file[k], "%s/held_%02d.csv", set, i + 1);
+        argv[n++] = file[k++];
     }
     argv[n++] = "-j";
     argv[n++] = "1";
     argv[n++] = "-o";
     argv[n++] = (char *)out;
     argv[n] = NULL;
-    double start = process_clock();
-    r->exit_code = process_run(argv, log, SECONDS, &r->cpu);
-    r->wall = process_clock() - start;
+    return process_run(argv, log, SECONDS, cpu);
+}
+
+static void report(const score *r)
+{
+    printf("%s %3d  %s at %s: %s, %s at %s, rank %d, %.1f s", r->level, r->draw, r->kind, r->place,
+           r->verdict, r->first_kind, r->first_place, r->rank, r->cpu);
+    if (r->outside) {
+        printf("; law at %s over %s", r->law_place, r->law_of);
+    }
+    if (r->compared) {
+        printf(", off by %.1f %%, %.0f %% covered", 100.0 * r->law_error, 100.0 * r->law_cover);
+    }
+    if (*r->film != '\0' && *r->film != '-') {
+        printf("; of %d, %s x %d: %s, then %s at %s%s", r->causes + r->rivals, r->experiment,
+               r->repeats, r->film, r->after_kind, r->after_place,
+               r->separated ? ", separated" : "");
+    }
+    printf("\n");
+    fflush(stdout);
 }
 
 int draw_run(const setup *s, int level, int draw)
@@ -108,20 +157,23 @@ int draw_run(const setup *s, int level, int draw)
     }
     snprintf(r.level, sizeof r.level, "%s", s->level[level]);
     snprintf(r.build, sizeof r.build, "%s", s->hash);
-    if (make(s, s->level[level], draw, set, answer) != 0) {
+    if (make(s, level, draw, set, answer) != 0) {
         return -1;
     }
     if (s->only_sets) {
         return 0;
     }
-    diagnose(s, set, out, &r);
+    double start = process_clock();
+    r.exit_code = draw_diagnose(s, set, "", 0, out, &r.cpu);
+    r.wall = process_clock() - start;
     if (judge(s, answer, out, &r) != 0) {
         return -1;
     }
+    if (draw_kind(r.level) == 'T') {
+        twin_run(s, level, draw, set, answer, out, &r);
+    }
     if (s->verbose) {
-        printf("%s %3d  %s at %s: %s, %s at %s, rank %d, %.1f s\n", r.level, draw, r.kind, r.place,
-               r.verdict, r.first_kind, r.first_place, r.rank, r.cpu);
-        fflush(stdout);
+        report(&r);
     }
     return score_write(scored, &r);
 }

@@ -6,14 +6,20 @@
  *      DIR/sealed/L1-0007.json                         what is hidden; opened afterwards
  *      DIR/BUILD/L1-0007/                              what the diagnosis wrote
  *      DIR/BUILD/L1-0007.score                         one result, "name value" lines
+ *      DIR/BUILD/T1-0007-plan/, -next/, -after/        the experiment it asks for, made
  *      DIR/BUILD/stein                                 the program that is judged: a copy
  *
  * BUILD is a hash of the program's bytes: an interrupted run goes on where it was, another program
  * begins anew on the same sets. Nothing here is linked with the library: the scorer knows what
  * other programs know, files.
  *
+ * Levels: null; L1, L2, L3 one effect of the table, 2, 0.5, 0.15 of one sample's noise; L1x2 two at
+ * once; X1 a law outside of the table, as large as L1; T1 twins: an effect of L3's size in strokes
+ * that are all made in the same way.
+ *
  *   main.c     command line, draws in parallel     judge.c   verdict against answer
- *   draw.c     one draw: make, diagnose            table.c   the table, the list of confusions
+ *   draw.c     one draw: make, diagnose            law.c     a recovered law against the hidden one
+ *   twin.c     the experiment for rivals, made     table.c   the table, the list of confusions
  *   process.c  other programs                      tree.c    reader of JSON
  *   score.c    results as files
  */
@@ -76,6 +82,15 @@ typedef struct score {
     double found, lo, hi, truth, error;
     double before, after, floor; /* held-out error */
     double cpu, wall;
+    /* of a law outside of the table */
+    int outside, law_here, law_right; /* right place; and variable */
+    int compared;                     /* the curve was */
+    char law_place[NAME], law_of[NAME];
+    double law_error, law_cover; /* rms over the truth's; share of the points inside the band */
+    /* of twins: the experiment, "filmed" or why not, what was first afterwards */
+    char experiment[NAME], film[NAME], after_kind[NAME], after_place[NAME];
+    int repeats, separated;
+    double cpu_after;
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);
@@ -94,6 +109,15 @@ typedef struct setup {
 } setup;
 /** @return 0: judged, or was before; -1: could not be made, after a message */
 int draw_run(const setup *s, int level, int draw);
+/** What the name of a level says: 'n' nothing hidden, 'L' an effect of the table, 'X', 'T'. */
+char draw_kind(const char *level);
+/** Command line that makes a draw's set, without its end. @return words */
+int draw_command(const setup *s, int level, int draw, char *argv[], char program[PATH],
+                 char seed[NAME]);
+/** Diagnose a set, with further strokes of the folder `next` (n of them, next_01.csv ...).
+ *  @return exit code */
+int draw_diagnose(const setup *s, const char *set, const char *next, int n, const char *out,
+                  double *cpu);
 void draw_paths(const setup *s, const char *level, int draw, char set[PATH], char answer[PATH],
                 char out[PATH], char scored[PATH]);
 
@@ -101,6 +125,27 @@ void draw_paths(const setup *s, const char *level, int draw, char set[PATH], cha
 
 /** Compare what was found with the answer. @return 0, -1 after a message */
 int judge(const setup *s, const char *answer, const char *out, score *result);
+/** `stein effects MODEL --json`, or NULL. @param out  a path to write beside */
+tree *judge_effects(const setup *s, const char *out);
+typedef struct names {
+    const char *kind, *place;
+} names;
+names names_of(const tree *t);
+/** The same, or identical descriptions. @param candidates  of judge_effects, may be NULL */
+int names_alike(const tree *candidates, names a, names b);
+
+/* ---- law.c ---- */
+
+void judge_law(const tree *found, const tree *answer, score *r);
+
+/* ---- twin.c ---- */
+
+/** Plan, film and diagnose again, when the verdict has rivals. @return 0 */
+int twin_run(const setup *s, int level, int draw, const char *set, const char *answer,
+             const char *out, score *r);
+/** The truth is first afterwards and nobody else of the first set is left. */
+int twin_separated(const tree *before, const tree *after, const tree *answer,
+                   const tree *candidates);
 
 /* ---- table.c ---- */
 

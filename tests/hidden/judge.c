@@ -19,11 +19,7 @@
 
 #include "hidden.h"
 
-typedef struct names {
-    const char *kind, *place;
-} names;
-
-static names of(const tree *t)
+names names_of(const tree *t)
 {
     return (names){tree_text(t, "kind"), tree_text(t, "place")};
 }
@@ -57,11 +53,11 @@ static int has_word(const char *words, const char *word)
 /* is it this candidate, or one of the numbers of the file that say the same? */
 static int belongs(const tree *candidate, names n)
 {
-    return same(of(candidate), n) || (strcmp(n.kind, "wrong_parameter") == 0 &&
-                                      has_word(tree_text(candidate, "also_called"), n.place));
+    return same(names_of(candidate), n) || (strcmp(n.kind, "wrong_parameter") == 0 &&
+                                            has_word(tree_text(candidate, "also_called"), n.place));
 }
 
-static int alike(const tree *candidates, names a, names b)
+int names_alike(const tree *candidates, names a, names b)
 {
     for (const tree *c = candidates != NULL ? candidates->child : NULL; c != NULL; c = c->next) {
         if (belongs(c, a) && belongs(c, b)) {
@@ -77,8 +73,8 @@ static int rank_in(const tree *list, names truth, const tree *candidates, int *r
     int at = 0;
     for (const tree *c = list != NULL ? list->child : NULL; c != NULL; c = c->next) {
         ++*rank;
-        if (at == 0 &&
-            (candidates != NULL ? alike(candidates, of(c), truth) : same(of(c), truth))) {
+        if (at == 0 && (candidates != NULL ? names_alike(candidates, names_of(c), truth)
+                                           : same(names_of(c), truth))) {
             at = *rank;
         }
     }
@@ -102,7 +98,7 @@ static int is_all(const tree *causes, names truth, const tree *also)
         return 0;
     }
     rank = 0;
-    return !two || rank_in(causes, of(also), NULL, &rank) > 0;
+    return !two || rank_in(causes, names_of(also), NULL, &rank) > 0;
 }
 
 /* @param truth  the one of two that was found first, if it is */
@@ -196,29 +192,38 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     r->right_class = strcmp(r->verdict, r->cls) == 0;
     const tree *causes = tree_get(found, "causes"), *also = tree_get(answer, "also");
     const tree *first = causes != NULL ? causes->child : NULL;
-    int second = also != NULL && also->type == '{' && first != NULL && same(of(first), of(also));
-    judge_names(r, found, second ? of(also) : of(answer), candidates);
+    int second =
+        also != NULL && also->type == '{' && first != NULL && same(names_of(first), names_of(also));
+    judge_names(r, found, second ? names_of(also) : names_of(answer), candidates);
     r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
-    r->all = is_all(causes, of(answer), also);
+    r->all = is_all(causes, names_of(answer), also);
     r->class_alike = r->right_class || r->first_alike;
     judge_number(s, out, found, answer, r);
     r->before = tree_number(gain, "rmse_before");
     r->after = tree_number(gain, "rmse_after");
     r->floor = tree_number(found, "noise_floor");
+    judge_law(found, answer, r);
+}
+
+tree *judge_effects(const setup *s, const char *out)
+{
+    char program[PATH + 8], log[PATH + 20];
+    snprintf(program, sizeof program, "%s/stein", s->results);
+    snprintf(log, sizeof log, "%s.effects", out);
+    char *argv[] = {program, "effects", (char *)s->model, "--json", NULL};
+    tree *effects = said(argv, log);
+    remove(log);
+    return effects;
 }
 
 int judge(const setup *s, const char *answer, const char *out, score *result)
 {
-    char path[PATH + 20], program[PATH + 8], log[PATH + 20];
+    char path[PATH + 20];
     snprintf(path, sizeof path, "%s/diagnosis.json", out);
-    snprintf(program, sizeof program, "%s/stein", s->results);
-    snprintf(log, sizeof log, "%s.effects", out);
-    char *argv[] = {program, "effects", (char *)s->model, "--json", NULL};
     // no verdict was given: 0 and 3 (not converged) have one
     int gave = result->exit_code == 0 || result->exit_code == 3;
     tree *found = gave ? tree_read(path) : NULL, *sealed = tree_read(answer);
-    tree *effects = said(argv, log);
-    remove(log);
+    tree *effects = judge_effects(s, out);
     if (sealed != NULL) {
         judge_answer(s, out, found, sealed, tree_get(effects, "candidates"), result);
     } else {

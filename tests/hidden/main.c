@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - command line of the blind tests.
  *
- *   hidden run [--draws 200] [--levels null,L1,L2,L3] [--jobs 2] [--seed 1] [--quiet]
+ *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--seed 1] [--quiet]
  *       make, diagnose and judge what is not judged yet, then print the table
  *   hidden sets ...                     only make the sets
  *   hidden table ...                    the table of what is judged
@@ -41,6 +41,7 @@ static int read_levels(setup *s, const char *list)
         size_t n = strcspn(list, ", ");
         int two = n == 4 && strncmp(list + 2, "x2", 2) == 0; // effects at once
         int known = (n == 4 && strncmp(list, "null", 4) == 0) ||
+                    (n == 2 && (strncmp(list, "X1", 2) == 0 || strncmp(list, "T1", 2) == 0)) ||
                     ((n == 2 || two) && list[0] == 'L' && list[1] >= '1' && list[1] <= '3');
         if (!known || s->nlevel == (int)(sizeof s->level / sizeof *s->level)) {
             return -1;

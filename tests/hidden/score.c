@@ -30,7 +30,12 @@ static const field fields[] = {
     FIELD(numbered, 'i'),   FIELD(covered, 'i'),     FIELD(found, 'd'),
     FIELD(lo, 'd'),         FIELD(hi, 'd'),          FIELD(truth, 'd'),
     FIELD(error, 'd'),      FIELD(before, 'd'),      FIELD(after, 'd'),
-    FIELD(floor, 'd'),      FIELD(cpu, 'd'),         FIELD(wall, 'd')};
+    FIELD(floor, 'd'),      FIELD(cpu, 'd'),         FIELD(wall, 'd'),
+    FIELD(outside, 'i'),    FIELD(law_here, 'i'),    FIELD(law_right, 'i'),
+    FIELD(compared, 'i'),   FIELD(law_place, 's'),   FIELD(law_of, 's'),
+    FIELD(law_error, 'd'),  FIELD(law_cover, 'd'),   FIELD(experiment, 's'),
+    FIELD(film, 's'),       FIELD(after_kind, 's'),  FIELD(after_place, 's'),
+    FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
 void score_print(FILE *f, const score *s)

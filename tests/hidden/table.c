@@ -19,11 +19,6 @@ typedef struct results {
     int n[LEVELS], missing, unmet;
 } results;
 
-static int is_null(const setup *s, int level)
-{
-    return strcmp(s->level[level], "null") == 0;
-}
-
 static results gather(const setup *s)
 {
     results r = {.s = s};
@@ -99,6 +94,17 @@ typedef enum {
     ALARM,
     ALARM_CLEAN,
     ALARM_ROUGH,
+    UNKNOWN,
+    OUTSIDE,
+    OUTSIDE_HERE,
+    OUTSIDE_RIGHT,
+    LAW_ERROR,
+    LAW_COVER,
+    TWINS,
+    TWINS_SET,
+    SEPARATED,
+    TOO_MANY,
+    NOT_FILMED,
     COVERED,
     ERROR,
     HELD_OUT,
@@ -109,28 +115,49 @@ typedef enum {
 
 static const struct {
     figure what;
-    int null; /* of the sets in which nothing is hidden: 1 only, 0 only the others, 2 all */
+    const char *levels; /* of which, by the first letters of their names */
     const char *text, *bar;
 } rows[] = {
-    {FIRST, 0, "right cause and place first", "90 / 70 %"},
-    {FIRST_ALIKE, 0, "- identical descriptions as one", ""},
-    {ALL, 0, "all that is hidden and nothing else", ""},
-    {SET, 0, "right cause in the reported set", "95 / 88 %"},
-    {SET_ALIKE, 0, "- identical descriptions as one", ""},
-    {SET_SIZE, 0, "mean size of the reported set", "2.5"},
-    {CLASS, 0, "right class", "95 / 88 %"},
-    {CLASS_ALIKE, 0, "- identical descriptions as one", ""},
-    {ALARM, 1, "nothing hidden, called anything but explained", "5 %"},
-    {ALARM_ROUGH, 1, "- with scatter and wrong start values", ""},
-    {ALARM_CLEAN, 1, "- without", ""},
-    {COVERED, 0, "found number inside its 95 % interval", "88 .. 99 %"},
-    {ERROR, 0, "error of the found number, median", "10 % at L2"},
-    {HELD_OUT, 0, "held-out error over the noise's, median", "1.10"},
-    {NOT_CONVERGED, 2, "not converged, reported as such", ""},
-    {FAILED, 2, "no verdict at all", "0"},
-    {SECONDS, 2, "processor time of a diagnosis, median", "240 s"},
+    {FIRST, "LT", "right cause and place first", "90 / 70 %, L3 35 %"},
+    {FIRST_ALIKE, "LT", "- identical descriptions as one", ""},
+    {ALL, "LT", "all that is hidden and nothing else", "70 % at L1x2"},
+    {SET, "LT", "right cause in the reported set", "95 / 88 %"},
+    {SET_ALIKE, "LT", "- identical descriptions as one", ""},
+    {SET_SIZE, "LT", "mean size of the reported set", "2.5"},
+    {CLASS, "LT", "right class", "95 / 88 %"},
+    {CLASS_ALIKE, "LT", "- identical descriptions as one", ""},
+    {UNKNOWN, "LT", "known effects called unknown_effect", "5 %"},
+    {OUTSIDE, "X", "laws in no table called unknown_effect", ""},
+    {OUTSIDE_HERE, "X", "- at the right joint or contact", ""},
+    {OUTSIDE_RIGHT, "X", "- and over the right variable", "80 %"},
+    {LAW_ERROR, "X", "error of the recovered law, median", "15 %"},
+    {LAW_COVER, "X", "its band covers the truth, mean", "85 .. 98 %"},
+    {TWINS, "T", "reported as a set of several", ""},
+    {TWINS_SET, "T", "- the truth is in it", "85 %"},
+    {SEPARATED, "T", "- the proposed experiment, filmed, separates them", "85 %"},
+    {TOO_MANY, "T", "- it asks for more strokes than were made", ""},
+    {NOT_FILMED, "T", "- it cannot be filmed there", ""},
+    {ALARM, "n", "nothing hidden, called anything but explained", "5 %"},
+    {ALARM_ROUGH, "n", "- with scatter and wrong start values", ""},
+    {ALARM_CLEAN, "n", "- without", ""},
+    {COVERED, "LT", "found number inside its 95 % interval", "88 .. 99 %"},
+    {ERROR, "LT", "error of the found number, median", "10 % at L2"},
+    {HELD_OUT, "LXT", "held-out error over the noise's, median", "1.10"},
+    {NOT_CONVERGED, "nLXT", "not converged, reported as such", ""},
+    {FAILED, "nLXT", "no verdict at all", "0"},
+    {SECONDS, "nLXT", "processor time of a diagnosis, median", "240 s"},
 };
 enum { ROWS = sizeof rows / sizeof *rows };
+
+static int has_twins(const score *d)
+{
+    return d->causes > 0 && d->rivals > 0;
+}
+
+static int asks_too_much(const score *d)
+{
+    return strcmp(d->film, "too_many_strokes") == 0;
+}
 
 static int counts(figure what, const score *d)
 {
@@ -146,6 +173,15 @@ static int counts(figure what, const score *d)
     case ALARM:
     case ALARM_CLEAN:
     case ALARM_ROUGH: return alarm;
+    case UNKNOWN:
+    case OUTSIDE: return strcmp(d->verdict, "unknown_effect") == 0;
+    case OUTSIDE_HERE: return d->law_here;
+    case OUTSIDE_RIGHT: return d->law_right;
+    case TWINS: return has_twins(d);
+    case TWINS_SET: return d->set_alike;
+    case SEPARATED: return d->separated;
+    case TOO_MANY: return strcmp(d->film, "too_many_strokes") == 0;
+    case NOT_FILMED: return !asks_too_much(d) && strcmp(d->film, "filmed") != 0;
     case COVERED: return d->covered;
     case NOT_CONVERGED: return strcmp(d->verdict, "not_converged") == 0;
     case FAILED: return strcmp(d->verdict, "failed") == 0;
@@ -158,6 +194,13 @@ static int concerns(figure what, const score *d)
     switch (what) {
     case COVERED:
     case ERROR: return d->numbered;
+    case LAW_ERROR:
+    case LAW_COVER: return d->compared;
+    case TWINS_SET:
+    case TOO_MANY:
+    case NOT_FILMED: return has_twins(d);
+    case SEPARATED: // who was not in the set cannot be left over
+        return has_twins(d) && d->set_alike && (asks_too_much(d) || strcmp(d->film, "filmed") == 0);
     case ALARM_CLEAN: return !d->rough;
     case ALARM_ROUGH: return d->rough;
     case SET_SIZE: return d->causes > 0;
@@ -174,18 +217,21 @@ static void cell(char text[TEXT], const score *list, int n, figure what)
         const score *d = &list[i];
         if (concerns(what, d)) {
             k += counts(what, d);
-            sum += d->causes + d->rivals;
-            v[m++] = what == ERROR      ? 100.0 * d->error
-                     : what == HELD_OUT ? d->after / d->floor
-                                        : d->cpu;
+            sum += what == LAW_COVER ? 100.0 * d->law_cover : d->causes + d->rivals;
+            v[m++] = what == ERROR       ? 100.0 * d->error
+                     : what == LAW_ERROR ? 100.0 * d->law_error
+                     : what == HELD_OUT  ? d->after / d->floor
+                                         : d->cpu;
         }
     }
-    if (what == ERROR) {
+    if (what == ERROR || what == LAW_ERROR) {
         median(text, v, m, "%.1f", " %");
     } else if (what == HELD_OUT) {
         median(text, v, m, "%.3f", "");
     } else if (what == SECONDS) {
         median(text, v, m, "%.0f", " s");
+    } else if (what == LAW_COVER) {
+        snprintf(text, TEXT, m > 0 ? "%.1f %% of %d" : "-", sum / m, m);
     } else if (what == SET_SIZE) {
         snprintf(text, TEXT, m > 0 ? "%.2f of %d" : "-", sum / m, m);
     } else {
@@ -195,6 +241,11 @@ static void cell(char text[TEXT], const score *list, int n, figure what)
 }
 
 /* ---- the table ---- */
+
+static int belongs(int row, const char *level)
+{
+    return strchr(rows[row].levels, draw_kind(level)) != NULL;
+}
 
 static void print_rows(FILE *f, const results *r)
 {
@@ -208,10 +259,17 @@ static void print_rows(FILE *f, const results *r)
     }
     fprintf(f, "\n");
     for (int i = 0; i < ROWS; i++) {
+        int asked = 0;
+        for (int k = 0; k < r->s->nlevel; k++) {
+            asked |= belongs(i, r->s->level[k]);
+        }
+        if (!asked) {
+            continue;
+        }
         fprintf(f, "| %s | %s |", rows[i].text, rows[i].bar);
         for (int k = 0; k < r->s->nlevel; k++) {
             char text[TEXT] = "";
-            if (rows[i].null == 2 || rows[i].null == is_null(r->s, k)) {
+            if (belongs(i, r->s->level[k])) {
                 cell(text, r->of[k], r->n[k], rows[i].what);
             }
             fprintf(f, " %s |", text);
@@ -275,6 +333,16 @@ static void print_draw(FILE *f, const score *d)
     if (d->numbered) {
         fprintf(f, "  %.4g (%.4g .. %.4g) true %.4g%s", d->found, d->lo, d->hi, d->truth,
                 d->covered ? "" : " OUTSIDE");
+    }
+    if (d->outside) {
+        fprintf(f, "  law at %s over %s%s", d->law_place, d->law_of, d->law_right ? " =" : "");
+    }
+    if (d->compared) {
+        fprintf(f, ", off by %.1f %%, %.0f %% covered", 100.0 * d->law_error, 100.0 * d->law_cover);
+    }
+    if (has_twins(d) && *d->film != '\0' && *d->film != '-') {
+        fprintf(f, "  %s x %d: %s, then %s@%s%s", d->experiment, d->repeats, d->film, d->after_kind,
+                d->after_place, d->separated ? " SEPARATED" : "");
     }
     fprintf(f, "  held out %.3f -> %.3f  %.0f s\n", d->before, d->after, d->cpu);
 }
