@@ -37,6 +37,7 @@
     X(extend)        \
     X(mixed)         \
     X(reality)       \
+    X(outside)       \
     X(fit)           \
     X(fit_claims)    \
     X(many)          \
