@@ -89,6 +89,136 @@ sed -i 's/"place": "string"/"place": "dip"/' "$dir/out/diagnosis.json"
 score "$dir/height.json" "$dir/out"
 scored "as the gap of something else is not" "first_alike 0"
 
+# ---- a law in no table: place, variable, curve and band
+# bump OF PLACE: what a diagnosis says of it; its curve is 10 % too high, its band too narrow at one end
+bump() {
+    cat >"$dir/out/diagnosis.json" <<JSON
+{"verdict": "unknown_effect", "reason": "A torque does, as a curve.", "causes": [], "indistinguishable": [],
+ "law": {"site": "joint", "place": "$2", "of": "$1", "at": [0, 1, 2, 3, 4], "value": [0, 1.1, 2.2, 3.3, 4.4],
+  "lo": [-1, 0, 1, 2, 4.2], "hi": [1, 2, 3, 4, 5]},
+ "laws_tried": [{"place": "$2", "of": "$1"}]}
+JSON
+}
+cat >"$dir/bump.json" <<'JSON'
+{"kind": "torque_bump", "place": "hammer", "class": "unknown_effect", "parameters": {"T": {"value": 1}},
+ "law_curve": {"site": "joint", "place": "hammer", "of": "position", "at": [0, 1, 2, 3, 4], "value": [0, 1, 2, 3, 4]},
+ "level": {"name": "L1", "target": 2, "reached": 2.01, "met": true}, "wrong_start": true}
+JSON
+bump position hammer
+score "$dir/bump.json" "$dir/out"
+scored "a law in no table is called unknown" "right_class 1"
+scored "at the right joint" "law_here 1"
+scored "over the right variable" "law_right 1"
+scored "10 % off" "law_error 0.1"
+scored "covered in four points of five" "law_cover 0.8"
+bump speed hammer
+score "$dir/bump.json" "$dir/out"
+scored "another variable is wrong" "law_right 0"
+scored "though the joint is right" "law_here 1"
+scored "and its curve is not compared" "compared 0"
+bump position key
+score "$dir/bump.json" "$dir/out"
+scored "another joint is wrong" "law_here 0"
+bump position hammer
+sed -i 's/"unknown_effect"/"missing_effect"/' "$dir/out/diagnosis.json"
+score "$dir/bump.json" "$dir/out"
+scored "a law beside a verdict that names a cause does not count" "law_right 0"
+sed 's/"of": "position"/"of": "history"/; s/"at": \[.*$/"at": [], "value": []},/' "$dir/bump.json" >"$dir/memory.json"
+bump speed hammer
+score "$dir/memory.json" "$dir/out"
+scored "a curve over speed is no memory" "law_right 0"
+sed -i 's/A torque does.*curve\./No state function of those tried explains it either./; s/"law": {/"other": {/' "$dir/out/diagnosis.json"
+score "$dir/memory.json" "$dir/out"
+scored "unless it is said that no state function explains it" "law_right 1"
+scored "then there is no curve to compare" "compared 0"
+score "$dir/bump.json" "$dir/out"
+scored "which is wrong of a law that is one" "law_right 0"
+
+# ---- twins: planned, filmed in the world of the set, diagnosed again; with a program that says what
+# it is told to say in the place of stein
+mkdir "$dir/bench" "$dir/says"
+ln -s "$(cd "$B" && pwd)/reality" "$dir/bench/reality"
+cat >"$dir/bench/stein" <<END
+#!/bin/sh
+for last; do :; done
+case \$1 in
+effects) echo '{"candidates": []}' ;;
+diagnose)
+    mkdir -p "\$last"
+    echo "\$*" >>"$dir/says/asked"
+    case \$* in
+    *next_*) cp "$dir/says/after.json" "\$last/diagnosis.json" ;;
+    *) cp "$dir/says/before.json" "\$last/diagnosis.json" ;;
+    esac
+    ;;
+plan) mkdir -p "\$last" && cp "$dir/says/plan.json" "\$last/plan.json" ;;
+esac
+END
+chmod +x "$dir/bench/stein"
+twins() { "$B/hidden" "$@" --build "$dir/bench" -o "$dir/twins" --levels T1 --draws 1 --seed 3 --jobs 1 --quiet; }
+twins sets >"$dir/out.txt" 2>"$dir/err"
+ok "a set of twins is made" $?
+sealed=$(echo "$dir"/twins/sealed/*.json)
+truth=$(sed -n 's/^  "kind": "\([a-z_]*\)",.*/\1/p' "$sealed") place=$(sed -n 's/^  "place": "\(.*\)",.*/\1/p' "$sealed")
+# planned SET DRIVE CHANNEL REPEATS: the best experiment
+planned() {
+    echo "{\"experiments\": [{\"experiment\": \"as asked\", \"repeats\": $4, \"set\": {$1}, \"drive\": $2," \
+        "\"channel\": $3, \"frames_for_one\": 1}]}" >"$dir/says/plan.json"
+}
+cause() { echo "{\"kind\": \"$1\", \"place\": \"$2\"}"; }
+# made: the draw anew
+made() {
+    rm -rf "$dir"/twins/*/*.score "$dir/says/asked"
+    twins run >"$dir/table" 2>"$dir/err"
+    ok "a draw of twins is judged" $?
+    cat "$dir"/twins/*/*.score >"$dir/score"
+}
+echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause wire key)], \"indistinguishable\": [$(cause "$truth" "$place")]}" >"$dir/says/before.json"
+echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": []}" >"$dir/says/after.json"
+planned '"load.mass": 0.05, "pawl.stop_shift": -2e-4' null null 2
+made
+scored "the truth is in the set" "set 1"
+scored "the experiment is filmed" "film filmed"
+scored "and separates them" "separated 1"
+grep -q '^| - the proposed experiment, filmed, separates them | 85 % | 100.0 %' "$dir/table"
+ok "the table has it" $?
+if grep -q '^| laws in no table' "$dir/table"; then fail "rows of levels that were not run are there"; else pass; fi
+tail -n 1 "$dir/says/asked" | tr ' ' '\n' >"$dir/words"
+if [ "$(sed '/--holdout/q' "$dir/words" | grep -c 'fit_.*csv$')" = 12 ] &&
+    [ "$(sed '/--holdout/q' "$dir/words" | grep -c 'next_.*csv$')" = 2 ] && [ "$(grep -c 'held_.*csv$' "$dir/words")" = 6 ]; then
+    pass
+else fail "old strokes and new ones are diagnosed"; fi
+if grep -q -e sealed -e answer "$dir/says/asked"; then fail "the diagnosis sees the answer"; else pass; fi
+next=$(ls "$dir"/twins/*/*-next/next_02.csv)
+grep -q '^# set load.mass: 50 g' "$next" && grep -q '^# set pawl.stop_shift: -0.2 mm' "$next"
+ok "the strokes are those that were asked for" $?
+rm "$dir/says/asked"
+twins run >"$dir/table" 2>"$dir/err"
+gone "a draw that is judged is not made again" "$dir/says/asked"
+
+echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": [$(cause wire key)]}" >"$dir/says/after.json"
+planned '' '{"input": "key_motion", "shape": "there_and_back", "from": 0.001, "to": 0.021, "time": 0.03}' '"hammer_angle"' 1
+made
+scored "a rival that is left is not separated" "separated 0"
+head -n 12 "$dir"/twins/*/*-next/next_01.csv | grep -q '^time \[s\],string_distance \[m\],key_dip \[m\],hammer_angle \[rad\],key_motion \[rad\]'
+ok "a motion and one channel more are filmed" $?
+planned '' null '"string_force"' 1
+made
+scored "what has no instrument there is told" "film no_instrument_for_string_force"
+grep -q '^| - it cannot be filmed there |  | 100.0 %' "$dir/table"
+ok "and counted apart" $?
+planned '' null null null
+made
+scored "more strokes than anybody makes are none" "film too_many_strokes"
+planned '"key.colour": 3' null null 1
+made
+scored "what that action has not is refused" "film not_here"
+echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": []}" >"$dir/says/before.json"
+made
+scored "one cause alone asks for no experiment" "film -"
+grep -q '^| reported as a set of several |  | 0.0 %' "$dir/table"
+ok "and is no set" $?
+
 # ---- found by the whole program, from the files alone: a pendulum, filmed with noise
 # swing NAME SEED [--set ...]: eight strokes
 swing() {
