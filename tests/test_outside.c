@@ -200,18 +200,18 @@ END_TEST
 
 typedef double base_fn(double x, double range, int k);
 
-/* over a joint's position: preload, springs and their cubes, backlash with any gap */
+/* over a joint's position: preload, spring, hardening spring */
 static double of_joint(double q, double range, int k)
 {
-    double u = q / range, gap = 0.15 * (k - 2);
-    return k == 0 ? 1.0 : k == 1 ? u : k == 2 ? u * u * u : u > gap ? u - gap : 0.0;
+    double u = q / range;
+    return k == 0 ? 1.0 : k == 1 ? u : u * u * u;
 }
 
-/* over the depth: the polynomial's terms, the exponent's change, a gap, and the same once more */
+/* over the depth: the polynomial's terms, the exponent's change */
 static double of_felt(double x, double range, int k)
 {
     double u = fmax(x / range, 1e-9);
-    return k < 3 ? pow(u, k + 1) : k < 6 ? pow(u, k - 2) * log(u) : k == 6 ? 1.0 : pow(u, 1.7);
+    return k < 3 ? pow(u, k + 1) : u * log(u);
 }
 
 /* share of the law (rms) that no sum of n functions explains */
@@ -238,10 +238,10 @@ static double left_over(const double *at, const double *value, int m, base_fn *b
     return sqrt(chi2 / all);
 }
 
-/* @return what no pair of the table's laws explains, of the law in the answer */
+/* @return share of the law in the answer that no sum of the table's laws explains */
 static double outsideness(const char *kind, const char *place, int seed, base_fn *base, int n)
 {
-    double at[MOST], value[MOST], least = 1.0;
+    double at[MOST], value[MOST];
     ck_assert_int_eq(run("--seed %d --clean --kind %s --place %s --amount 0.02 -o %s", seed, kind,
                          place, in_folder("set")),
                      0);
@@ -251,8 +251,7 @@ static double outsideness(const char *kind, const char *place, int seed, base_fn
     ck_assert_int_gt(m, 100);
     ck_assert_ptr_nonnull(strstr(answer, "\"class\": \"unknown_effect\""));
     free(answer);
-    least = left_over(at, value, m, base, n);
-    return least;
+    return left_over(at, value, m, base, n);
 }
 
 START_TEST(no_sum_of_known_laws_is_one_of_these)
