@@ -310,6 +310,54 @@ typedef struct lab_law {
     int pays;     /* held-out strokes are predicted better */
 } lab_law;
 
+/** What forces say about a verdict that was found from positions. */
+typedef enum {
+    LAB_MOTION_NOT_DONE,    /* it is impossible: lab_motion.why */
+    LAB_MOTION_SUPPORTS,    /* the same model is nearer to the forces, too */
+    LAB_MOTION_CONTRADICTS, /* the other one is, or most of what departs stays */
+    LAB_MOTION_CANNOT_TELL  /* noise of the measured motion hides it */
+} lab_motion_says;
+/** "not_done", "supports", "contradicts", "cannot_tell". */
+const char *lab_motion_text(lab_motion_says says);
+
+/** Errors under the measured motion: of the force that it needs, or of a channel that is free.
+ *  Means over blocks of a few milliseconds. `noise` is what the same check shows of strokes made by
+ *  the model itself with the noise of the data: noise of the position, how far it was smoothed. */
+typedef struct lab_motion_row {
+    const char *channel;      /* NULL: the force */
+    const char *unit, *phase; /* phase NULL: all */
+    int samples;
+    double present;                          /* RMS of the force that was there; NAN of channels */
+    double before, after, noise;             /* RMS [unit]; after NAN without extension */
+    double mean_before, mean_after, mean_sd; /* signed mean, and its sd by noise [unit] */
+} lab_motion_row;
+
+/** One group of such errors, in units of their own uncertainty. */
+typedef struct lab_motion_part {
+    lab_motion_says says;
+    double before, after;     /* RMS of error/sd; 1: noise alone */
+    double z_before, z_after; /* excess over noise, as a normal deviate */
+    /* how much of what the extension changes is there: 0 as without it, 1 as with it, and its sd */
+    double share, share_sd;
+} lab_motion_part;
+
+/** The motion-driven check: a joint moves as it was measured, the rest is simulated, and the force
+ *  that this needs is compared with the one that was there. It changes no verdict. */
+typedef struct lab_motion {
+    lab_motion_says says;
+    char why[200];                            /* a phrase */
+    const char *input, *joint, *force, *unit; /* of the motion, its joint, the output with its force
+                                               */
+    const char *channel; /* that shows the motion; NULL: the strokes prescribe it themselves */
+    int strokes, held_out, draws;
+    lab_motion_part of_force, of_channels, all;
+    int nrow;
+    lab_motion_row *row; /* the force, all and by phase; then channels */
+    int n;               /* one stroke over time */
+    const char *file;
+    double *t, *present, *before, *after, *sd; /* [n] force there, needed; sd of one frame */
+} lab_motion;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
@@ -340,6 +388,7 @@ typedef struct lab_diagnosis {
     lab_latent *latent;
     lab_law *law; /* with an unknown effect: the best first; law[0].pays: it is in the extension */
     int nlaw;
+    lab_motion motion; /* the same asked of forces */
     int fits, strokes_simulated;
     double seconds;
     lab_model *extended_model; /* NULL: nothing to extend by */

@@ -323,6 +323,29 @@ static void print_presence(const lab_diagnosis *d)
     }
 }
 
+/* the force that the measured motion needs */
+static void print_motion(const lab_motion *m)
+{
+    char before[CLI_TEXT], after[CLI_TEXT], noise[CLI_TEXT];
+    if (m->says == LAB_MOTION_NOT_DONE) {
+        printf("motion-driven check: not done, %s\n", m->why);
+        return;
+    }
+    const lab_motion_row *all = &m->row[0];
+    printf("motion-driven check: %s: %s\n", lab_motion_text(m->says), m->why);
+    printf("  the measured motion of %s needs a force that is off by %s", m->joint,
+           cli_quantity(before, all->before, all->unit));
+    if (isfinite(all->after)) {
+        printf(" -> %s", cli_quantity(after, all->after, all->unit));
+    }
+    printf("; noise makes %s", cli_quantity(noise, all->noise, all->unit));
+    if (isfinite(m->all.share)) {
+        printf("; it has %.2g +- %.2g of what was found", m->of_force.share, m->of_force.share_sd);
+        printf(", free channels %.2g +- %.2g", m->of_channels.share, m->of_channels.share_sd);
+    }
+    printf("\n");
+}
+
 static void print_story(const job *j)
 {
     const lab_diagnosis *d = j->diagnosis;
@@ -342,6 +365,7 @@ static void print_story(const job *j)
     print_law(d);
     print_gain(d);
     print_presence(d);
+    print_motion(&d->motion);
     printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
            d->seconds);
 }

@@ -12,12 +12,14 @@
  *   verdict     (verdict.c), numbers (note.c)
  *   law         of an unknown effect, as a curve (curve.c)
  *   show        where the model departs, and the force it lacks (departure.c, latent.c)
+ *   check       the same verdict from a prescribed motion and its force (motion_check.c)
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#include "motion.h"
 #include "searching.h"
 
 enum { FEWEST = 2, HOLD_EVERY = 3, SCATTER_FROM = 4, TRACES = 4, TRACES_HELD = 2 };
@@ -260,6 +262,8 @@ static stein_status show(diag *d, const diag__held *before, const diag__found *f
     }
     status =
         status == STEIN_OK ? diag__show(d->out, p, d->x, d->r, d->J, phase, time, err) : status;
+    progress(d, 0.94, "the force that the measured motion needs");
+    status = status == STEIN_OK ? diag__motion(d, before, f, phase, phase + frames, err) : status;
     free(phase);
     free(time);
     return status;

@@ -3,7 +3,7 @@
  */
 #include <stdlib.h>
 
-#include "searching.h"
+#include "motion.h"
 
 const char *lab_verdict_text(lab_verdict verdict)
 {
@@ -70,6 +70,7 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
         free(d->law[i].seen);
     }
     free(d->law);
+    diag__motion_free(&d->motion);
     free(d->suspect);
     free(d->gains);
     free(d->value);

@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "curve.h"
+#include "motion.h"
 #include "planning.h"
 #include "searching.h"
 
@@ -299,6 +300,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "phase", d->phase);
     write_causes(&j, d);
     diag__law_json(&j, d);
+    diag__motion_json(&j, &d->motion);
     write_gain(&j, d);
     write_audit(&j, d);
     write_conditions(&j, &d->conditions);

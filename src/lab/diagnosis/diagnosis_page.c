@@ -420,6 +420,7 @@ static void write_page(FILE *f, const lab_diagnosis *d)
     page__strokes(f, d);
     page__map(f, d);
     page__forces(f, d);
+    page__motion(f, d);
     page__suspects(f, d);
     page__seen(f, d);
     page__gains(f, d);

@@ -79,7 +79,8 @@ void page__seen(FILE *f, const lab_diagnosis *d);
 void page__map(FILE *f, const lab_diagnosis *d);
 void page__suspects(FILE *f, const lab_diagnosis *d);
 void page__gains(FILE *f, const lab_diagnosis *d);
-void page__law(FILE *f, const lab_diagnosis *d); /* curve_show.c */
+void page__law(FILE *f, const lab_diagnosis *d);    /* curve_show.c */
+void page__motion(FILE *f, const lab_diagnosis *d); /* motion_show.c */
 void page__audit(FILE *f, const lab_diagnosis *d);
 void page__parameters(FILE *f, const lab_diagnosis *d);
 

@@ -16,6 +16,7 @@
  *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
+ *   motion.h      the verdict once more, from a prescribed motion and its force
  *   verdict.c     from numbers to one of seven words
  *   note.c        the numbers that a diagnosis tells
  *   curve.c       the law of an effect that is in no table

@@ -191,29 +191,53 @@ static stein_status interpolate(fit__signal *s, stein_err *err)
     return STEIN_OK;
 }
 
-stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
-                              const lab_column *column, double noise, stein_err *err)
+static stein_status make_room(fit__signal *s, size_t n, stein_err *err)
 {
-    size_t n = (size_t)column->samples;
-    *s = (fit__signal){.input = input, .motion = motion};
     s->t = calloc(n + 1, sizeof *s->t);
     s->g = calloc(n + 1, sizeof *s->g);
     s->c = calloc(n + 1, sizeof *s->c);
-    if (s->t == NULL || s->g == NULL || s->c == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return s->t != NULL && s->g != NULL && s->c != NULL
+               ? STEIN_OK
+               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+}
+
+/* what runs through the knots */
+static stein_status run_through(fit__signal *s, double noise, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    if (s->motion && s->n > 4) { // fewer show no derivatives
+        status = noise > 0.0 ? smooth(s, noise, err) : STEIN_OK;
+        status = status == STEIN_OK ? interpolate(s, err) : status;
     }
-    for (int i = 0; i < data->nrow; i++) {
+    return status;
+}
+
+stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
+                              const lab_column *column, double noise, stein_err *err)
+{
+    *s = (fit__signal){.input = input, .motion = motion};
+    stein_status status = make_room(s, (size_t)column->samples, err);
+    for (int i = 0; status == STEIN_OK && i < data->nrow; i++) {
         if (column->present[i]) {
             s->t[s->n] = data->time[i];
             s->g[s->n++] = column->value[i];
         }
     }
-    stein_status status = STEIN_OK;
-    if (motion && s->n > 4) { // fewer show no derivatives
-        status = noise > 0.0 ? smooth(s, noise, err) : STEIN_OK;
-        status = status == STEIN_OK ? interpolate(s, err) : status;
+    return status == STEIN_OK ? run_through(s, noise, err) : status;
+}
+
+stein_status fit__signal_through(fit__signal *s, int input, const double *t, const double *u, int n,
+                                 double noise, stein_err *err)
+{
+    *s = (fit__signal){.input = input, .motion = 1};
+    stein_status status = make_room(s, (size_t)n, err);
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        if (isfinite(u[i])) {
+            s->t[s->n] = t[i];
+            s->g[s->n++] = u[i];
+        }
     }
-    return status;
+    return status == STEIN_OK ? run_through(s, noise, err) : status;
 }
 
 void fit__signal_free(fit__signal *s)

@@ -1,0 +1,349 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * motion_check.c - the verdict once more, from a prescribed motion and the force that it needs.
+ *
+ * Strokes driven by a load are compared in position, and a mechanism filters that: a model that is
+ * wrong in its forces may well look right (Masoudi & Birkett 2015; Thorin 2014). So the driven
+ * joint is told how it was measured to move, the rest is simulated, and the force that this needs
+ * is compared with the one that was there, in the model as it is and in the extended one. The
+ * accelerations are those of a smoothed position: how much its noise makes of forces is what the
+ * same check shows of strokes with known answers (motion_judge.c), and it may be too much to tell
+ * anything.
+ *
+ * It reports and changes nothing. Its cost is one simulation of a stroke for each model, and three
+ * for each draw of noise.
+ */
+#include <gsl/gsl_randist.h>
+#include <gsl/gsl_rng.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve.h"
+#include "motion.h"
+
+enum { DRAWS = 6, SEED = 1788 };
+
+const char *lab_motion_text(lab_motion_says says)
+{
+    static const char *const text[] = {"not_done", "supports", "contradicts", "cannot_tell"};
+    return text[says];
+}
+
+void diag__motion_free(lab_motion *m)
+{
+    free(m->row);
+    free(m->t);
+    *m = (lab_motion){.row = NULL};
+}
+
+/* ---- the runs ---- */
+
+typedef struct check {
+    diag__side side[2];
+    int nside;
+    diag__way way[2];
+    fit__problem with[2];
+    double *noise; /* [nstroke] of the motion */
+    diag__runs runs;
+    double *memory;
+    int model;           /* whose runs these are */
+    int *run, jobs_each; /* runs of that model */
+} check;
+
+static int model_of(int run)
+{
+    return run < MOTION_DRAWS ? run : (run - MOTION_DRAWS) % MOTION_KINDS == MOTION_11;
+}
+
+/* who makes the stroke of a run; -1: it is measured */
+static int maker_of(int run)
+{
+    return run < MOTION_DRAWS ? -1 : (run - MOTION_DRAWS) % MOTION_KINDS != MOTION_00;
+}
+
+/* a stroke as a model makes it: predictions of all channels and noise. Missing samples stay so. */
+static void make_channels(const diag__side *by, int stroke, gsl_rng *rng, double *y)
+{
+    const fit__stroke *t = &by->p->stroke[stroke];
+    const double *r = by->r + fit__offset(by->p, stroke);
+    for (int i = 0; i < t->nch * t->n; i++) {
+        double noise = t->noise[i / t->n];
+        y[i] = t->y[i] - r[i] * noise + gsl_ran_gaussian(rng, noise);
+    }
+}
+
+static const fit__signal *recorded(const fit__stroke *t, int input)
+{
+    int k = 0;
+    while (t->signal[k].input != input) {
+        k++;
+    }
+    return &t->signal[k];
+}
+
+/* what a run is told. @param room  [nch*n + knots]  @return 0: as it was measured and smoothed */
+static void tell(const check *c, int run, int stroke, double *room, diag__told *told)
+{
+    int maker = maker_of(run), draw = (run - MOTION_DRAWS) / MOTION_KINDS;
+    const fit__problem *p = c->side[0].p;
+    const fit__stroke *t = &p->stroke[stroke];
+    const diag__way *way = &c->way[0];
+    gsl_rng *rng = maker >= 0 ? gsl_rng_alloc(gsl_rng_mt19937) : NULL;
+    *told = (diag__told){.y = t->y, .noise = c->noise[stroke]};
+    if (rng != NULL) {
+        gsl_rng_set(rng, (unsigned long)(SEED + stroke + draw * p->nstroke));
+        make_channels(&c->side[maker], stroke, rng, room);
+        told->y = room;
+    }
+    if (way->channel >= 0) {
+        told->motion = told->y + (size_t)way->slot * (size_t)t->n;
+    } else if (rng != NULL) {
+        const fit__signal *s = recorded(t, way->input);
+        double *u = room + (size_t)t->nch * (size_t)t->n;
+        for (int i = 0; i < s->n; i++) {
+            u[i] = s->g[i] + gsl_ran_gaussian(rng, told->noise);
+        }
+        told->motion = u;
+    }
+    gsl_rng_free(rng);
+}
+
+static void one_run(void *ctx, fit__bench *b, int job)
+{
+    const check *c = ctx;
+    int nstroke = c->side[0].p->nstroke, run = c->run[job / nstroke], stroke = job % nstroke;
+    const fit__stroke *t = &c->side[0].p->stroke[stroke];
+    double *room = malloc(sizeof *room * ((size_t)(t->nch + 1) * (size_t)(t->n + 1)));
+    diag__told told;
+    if (room == NULL) {
+        b->no_memory = 1;
+        return;
+    }
+    tell(c, run, stroke, room, &told);
+    diag__motion_run(&c->side[c->model], &c->with[c->model], &c->way[c->model], b, stroke, &told,
+                     &c->runs.course[run * nstroke + stroke]);
+    free(room);
+}
+
+/* room for all courses, frames unknown */
+static stein_status make_courses(check *c, stein_err *err)
+{
+    const fit__problem *p = c->side[0].p;
+    int nrun = MOTION_DRAWS + MOTION_KINDS * c->runs.draws;
+    size_t doubles = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        doubles += (size_t)nrun * (size_t)(p->stroke[s].nch + 2) * (size_t)p->stroke[s].n +
+                   (size_t)p->stroke[s].n;
+    }
+    c->runs.course = calloc((size_t)(nrun * p->nstroke) + 1, sizeof *c->runs.course);
+    c->memory = malloc(sizeof *c->memory * (doubles + 1));
+    c->run = calloc((size_t)nrun + 1, sizeof *c->run);
+    if (c->runs.course == NULL || c->memory == NULL || c->run == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    double *at = c->memory;
+    for (size_t i = 0; i < doubles; i++) {
+        at[i] = NAN;
+    }
+    for (int run = 0; run < nrun; run++) {
+        for (int s = 0; s < p->nstroke; s++) {
+            diag__course *to = &c->runs.course[run * p->nstroke + s];
+            size_t n = (size_t)p->stroke[s].n;
+            to->time = at;
+            to->error = at + n;
+            to->y = at + 2 * n;
+            at += (size_t)(p->stroke[s].nch + 2) * n;
+            if (run == MOTION_BEFORE) {
+                to->present = at;
+                at += n;
+            }
+        }
+    }
+    return STEIN_OK;
+}
+
+/* all runs of one model */
+static stein_status run_model(check *c, int model, stein_err *err)
+{
+    int n = 0, nrun = MOTION_DRAWS + MOTION_KINDS * c->runs.draws;
+    stein_status status = diag__motion_open(c->side[model].p, &c->with[model], err);
+    for (int run = 0; run < nrun; run++) {
+        if (model_of(run) == model && maker_of(run) < c->nside) {
+            c->run[n++] = run;
+        }
+    }
+    c->model = model;
+    return status == STEIN_OK
+               ? fit__parallel(&c->with[model], n * c->side[0].p->nstroke, one_run, c, err)
+               : status;
+}
+
+/* noise of the measured motion, by file or audit */
+static stein_status find_noise(check *c, stein_err *err)
+{
+    const fit__problem *p = c->side[0].p;
+    const diag__way *way = &c->way[0];
+    c->noise = calloc((size_t)p->nstroke + 1, sizeof *c->noise);
+    if (c->noise == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    for (int s = 0; s < p->nstroke; s++) {
+        const lab_data *data = p->stroke[s].data;
+        lab_audit *a = NULL;
+        if (way->channel >= 0) {
+            c->noise[s] = p->stroke[s].noise[way->slot];
+            continue;
+        }
+        stein_status status = lab_audit_create(&a, data, err);
+        for (int i = 0; status == STEIN_OK && i < data->ncolumn; i++) {
+            if (data->column[i].role == LAB_INPUT && data->column[i].index == way->input) {
+                c->noise[s] = isfinite(a->channel[i].noise) ? a->channel[i].noise : 0.0;
+            }
+        }
+        lab_audit_destroy(a);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    return STEIN_OK;
+}
+
+static void free_check(check *c)
+{
+    for (int i = 0; i < 2; i++) {
+        if (c->with[i].stroke != NULL) {
+            free(c->with[i].stroke[0].signal);
+            free(c->with[i].stroke);
+        }
+    }
+    free(c->noise);
+    free(c->runs.course);
+    free(c->memory);
+    free(c->run);
+}
+
+/* ---- what it says ---- */
+
+static void name_it(const check *c, lab_motion *out)
+{
+    const stein_model *m = lab_equations(c->side[0].p->model);
+    const diag__way *way = &c->way[0];
+    out->input = m->inputs[way->input].name;
+    out->joint = m->bodies[way->joint].name;
+    out->force = m->channels[way->force].name;
+    out->unit = m->channels[way->force].unit;
+    out->channel = way->channel >= 0 ? m->channels[way->channel].name : NULL;
+    out->draws = c->runs.draws;
+}
+
+static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
+{
+    const lab_motion_part *f = &out->of_force;
+    const char *why = NULL;
+    if (out->strokes < 1 || !isfinite(f->before)) {
+        out->says = LAB_MOTION_NOT_DONE;
+        why = "under the measured motion no stroke can be simulated to its end";
+    } else if (c->nside == 2) {
+        // the force decides; the free channels only where it can not
+        out->says = f->says != LAB_MOTION_CANNOT_TELL ? f->says : out->all.says;
+        why = out->says == LAB_MOTION_SUPPORTS
+                  ? (f->says == out->says
+                         ? "the force is nearer to the one that was there with what was found"
+                         : "the free channels are nearer with what was found; the force is too "
+                           "uncertain to tell")
+              : out->says == LAB_MOTION_CANNOT_TELL
+                  ? "noise of the measured motion hides what was found"
+              : f->share < 0.5 ? "the forces are nearer to the model without what was found"
+                               : "most of what departs in the forces stays with what was found";
+    } else if (verdict == LAB_VERDICT_EXPLAINED) {
+        out->says = f->says;
+        why = out->says == LAB_MOTION_SUPPORTS ? "the force does not depart beyond its noise"
+              : out->says == LAB_MOTION_CONTRADICTS
+                  ? "the force departs by more than its noise"
+                  : "noise of the measured motion is too large beside the force";
+    } else { // something is there, nobody knows what
+        out->says = f->z_before > 0.0 && f->says == LAB_MOTION_CONTRADICTS ? LAB_MOTION_SUPPORTS
+                                                                           : LAB_MOTION_CANNOT_TELL;
+        why = out->says == LAB_MOTION_SUPPORTS ? "the force departs by more than its noise, too"
+                                               : "the force does not depart beyond its noise";
+    }
+    snprintf(out->why, sizeof out->why, "%s", why);
+}
+
+stein_status diag__motion_check(const diag__side *before, const diag__side *after,
+                                const char *const *phase, lab_verdict verdict, int nfit,
+                                lab_motion *out, stein_err *err)
+{
+    check c = {.side = {*before}, .nside = after != NULL ? 2 : 1};
+    *out = (lab_motion){.says = LAB_MOTION_NOT_DONE};
+    if (verdict == LAB_VERDICT_NOT_CONVERGED) {
+        snprintf(out->why, sizeof out->why, "no fit has converged, there is nothing to check");
+        return STEIN_OK;
+    }
+    if (!diag__motion_way(before, &c.way[0], out->why, sizeof out->why)) {
+        return STEIN_OK;
+    }
+    if (after != NULL) {
+        c.side[1] = *after;
+        if (!diag__motion_same(&c.way[0], before->p, after->p, &c.way[1])) {
+            snprintf(out->why, sizeof out->why, "the extended mechanism shows that motion no more");
+            return STEIN_OK;
+        }
+    }
+    c.runs = (diag__runs){.p = before->p,
+                          .way = &c.way[0],
+                          .phase = phase,
+                          .draws = DRAWS,
+                          .extended = after != NULL,
+                          .wide = nfit > 0 ? 1.0 + (double)before->p->nstroke / nfit : 1.0};
+    stein_status status = find_noise(&c, err);
+    status = status == STEIN_OK ? make_courses(&c, err) : status;
+    for (int i = 0; status == STEIN_OK && i < c.nside; i++) {
+        status = run_model(&c, i, err);
+    }
+    status = status == STEIN_OK ? diag__motion_judge(&c.runs, out, err) : status;
+    if (status == STEIN_OK) {
+        name_it(&c, out);
+        conclude(&c, verdict, out);
+    }
+    free_check(&c);
+    return status;
+}
+
+/* ---- in a diagnosis ---- */
+
+/* the end of all searches for the strokes that were fitted to. @return 1, 0: there is no cause */
+static int fitted_end(diag *d, const diag__found *f, diag__side *to)
+{
+    if (f->n > 0 && f->leader != NULL) {
+        fit__problem *p = diag__problem(f->end, f->leader);
+        fit__problem_try(p, &f->leader->s.candidate);
+        *to = (diag__side){p, f->leader->x, f->leader->r};
+    } else if (f->n > 0) {
+        *to = (diag__side){&f->end->p, f->end->x, f->end->r};
+    } else if (diag__law_residuals(d) != NULL) {
+        const diag__curve *best = &d->curves->curve[0];
+        *to = (diag__side){&d->curves->p, best->x, best->r};
+    }
+    return f->n > 0 || diag__law_residuals(d) != NULL;
+}
+
+stein_status diag__motion(diag *d, const diag__held *before, const diag__found *f,
+                          const char *const *phase, const char *const *held_phase, stein_err *err)
+{
+    diag__side from = {&d->p, d->x, d->r}, to = from;
+    int held = before->x != NULL && isfinite(before->rmse), nfit = held ? d->p.nstroke : 0;
+    int extended = fitted_end(d, f, &to);
+    if (held) {
+        from = (diag__side){&before->p, before->x, before->r};
+        extended = extended && f->held.x != NULL;
+        to = extended ? (diag__side){&f->held.p, f->held.x, f->held.r} : to;
+    } else if (!extended) {
+        fit__problem_try(&d->p, NULL);
+    }
+    stein_status status =
+        diag__motion_check(&from, extended ? &to : NULL, held ? held_phase : phase, d->out->verdict,
+                           nfit, &d->out->motion, err);
+    d->out->motion.held_out = held;
+    return status;
+}
