@@ -111,7 +111,7 @@ static void show(const models *m)
         printf("    %-16s %-12s %5d there %.3g before %.3g after %.3g noise %.3g; mean %.2g %.2g "
                "+- %.2g\n",
                r->channel != NULL ? r->channel : "force", r->phase != NULL ? r->phase : "all",
-               r->samples, r->present, r->before, r->after, r->noise, r->mean_before,
-               r->mean_after, r->mean_sd);
+               r->samples, r->present, r->before, r->after, r->noise, r->mean_before, r->mean_after,
+               r->mean_sd);
     }
 }

@@ -35,9 +35,9 @@ typedef struct diag__course {
 
 /** What the joint is told, and what is compared. */
 typedef struct diag__told {
-    const double *motion; /* [n] of the channel, or of the knots of the recorded input [unit] */
-    const double *y;      /* [nch*n] */
-    double noise;         /* of the motion */
+    const double *motion;  /* [n] of the channel, or of the knots of the recorded input [unit] */
+    const double *y;       /* [nch*n] */
+    double noise, decades; /* of the motion, and how it is smoothed (fit__signal_through) */
 } diag__told;
 
 /* ---- motion_run.c ---- */

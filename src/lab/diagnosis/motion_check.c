@@ -21,7 +21,7 @@
 #include "curve.h"
 #include "motion.h"
 
-enum { DRAWS = 6, SEED = 1788 };
+enum { DRAWS = 6, SEED = 1788, TRIALS = 3, BLOCKS = 24, MOST_DECADES = 12 };
 
 const char *lab_motion_text(lab_motion_says says)
 {
@@ -43,7 +43,7 @@ typedef struct check {
     int nside;
     diag__way way[2];
     fit__problem with[2];
-    double *noise; /* [nstroke] of the motion */
+    double *noise, *decades; /* [nstroke] of the motion, and how it is smoothed */
     diag__runs runs;
     double *memory;
     int model;           /* whose runs these are */
@@ -89,7 +89,7 @@ static void tell(const check *c, int run, int stroke, double *room, diag__told *
     const fit__stroke *t = &p->stroke[stroke];
     const diag__way *way = &c->way[0];
     gsl_rng *rng = maker >= 0 ? gsl_rng_alloc(gsl_rng_mt19937) : NULL;
-    *told = (diag__told){.y = t->y, .noise = c->noise[stroke]};
+    *told = (diag__told){.y = t->y, .noise = c->noise[stroke], .decades = c->decades[stroke]};
     if (rng != NULL) {
         gsl_rng_set(rng, (unsigned long)(SEED + stroke + draw * p->nstroke));
         make_channels(&c->side[maker], stroke, rng, room);
@@ -178,20 +178,81 @@ static stein_status run_model(check *c, int model, stein_err *err)
                : status;
 }
 
+/* mean squares of the error of the acceleration in blocks behind t = 0, when a motion u that is
+ * known is smoothed with noise on it: the sum of their logarithms, as a force is known from all of
+ * them */
+static double smoothing_error(const fit__stroke *t, const double *u, const fit__signal *clean,
+                              double noise, double decades, double *room)
+{
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    double sum[BLOCKS] = {0.0}, score = 0.0;
+    for (int k = 0; rng != NULL && k < TRIALS; k++) {
+        fit__signal s;
+        gsl_rng_set(rng, (unsigned long)(SEED + k));
+        for (int i = 0; i < t->n; i++) {
+            room[i] = u[i] + gsl_ran_gaussian(rng, noise);
+        }
+        if (fit__signal_through(&s, 0, t->data->time, room, t->n, noise, decades, NULL) ==
+            STEIN_OK) {
+            for (int i = 0; i < s.n; i++) {
+                double e = s.c[i] - clean->c[i];
+                sum[i * BLOCKS / s.n] += s.t[i] > t->origin ? e * e : 0.0;
+            }
+        }
+        fit__signal_free(&s);
+    }
+    for (int b = 0; b < BLOCKS; b++) {
+        score += sum[b] > 0.0 ? log(sum[b]) : 0.0;
+    }
+    gsl_rng_free(rng);
+    return rng != NULL ? score : (double)INFINITY;
+}
+
+/* How far the motion of a stroke is smoothed: for all of its runs the same, and best for the motion
+ * that the model predicts. What the noise of a record allows depends on that noise too much: a
+ * sample of it a little smaller than stated, and nothing is smoothed. */
+static double choose_smoothing(const check *c, int stroke)
+{
+    const fit__stroke *t = &c->side[0].p->stroke[stroke];
+    const double *r = c->side[0].r + fit__offset(c->side[0].p, stroke);
+    size_t from = (size_t)c->way[0].slot * (size_t)t->n;
+    double *u = malloc(sizeof *u * 2 * (size_t)(t->n + 1)), best = NAN, least = INFINITY;
+    fit__signal clean = {.t = NULL};
+    for (int i = 0; u != NULL && i < t->n; i++) {
+        u[i] = t->y[from + (size_t)i] - r[from + (size_t)i] * c->noise[stroke];
+    }
+    if (u != NULL &&
+        fit__signal_through(&clean, 0, t->data->time, u, t->n, 0.0, NAN, NULL) == STEIN_OK) {
+        for (double d = 0.0; d <= MOST_DECADES; d += 0.5) {
+            double e = smoothing_error(t, u, &clean, c->noise[stroke], d, u + t->n);
+            best = e < least ? d : best;
+            least = fmin(least, e);
+        }
+    }
+    fit__signal_free(&clean);
+    free(u);
+    return best;
+}
+
 /* noise of the measured motion, by file or audit */
 static stein_status find_noise(check *c, stein_err *err)
 {
     const fit__problem *p = c->side[0].p;
     const diag__way *way = &c->way[0];
-    c->noise = calloc((size_t)p->nstroke + 1, sizeof *c->noise);
+    c->noise = calloc(2 * (size_t)p->nstroke + 1, sizeof *c->noise);
     if (c->noise == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
+    c->decades = c->noise + p->nstroke;
     for (int s = 0; s < p->nstroke; s++) {
         const lab_data *data = p->stroke[s].data;
         lab_audit *a = NULL;
+        c->decades[s] = NAN;
         if (way->channel >= 0) {
             c->noise[s] = p->stroke[s].noise[way->slot];
+            c->decades[s] = choose_smoothing(c, s);
+            if (getenv("DECP"))
+                printf("decades %g\n", c->decades[s]);
             continue;
         }
         stein_status status = lab_audit_create(&a, data, err);
@@ -236,6 +297,30 @@ static void name_it(const check *c, lab_motion *out)
     out->draws = c->runs.draws;
 }
 
+/* Any part that contradicts does; else the force decides, and all together where it cannot. */
+static const char *conclude_extended(lab_motion *out)
+{
+    const lab_motion_part *f = &out->of_force, *c = &out->of_channels, *all = &out->all;
+    const lab_motion_part *by = f->says == LAB_MOTION_CONTRADICTS     ? f
+                                : all->says == LAB_MOTION_CONTRADICTS ? all
+                                : c->says == LAB_MOTION_CONTRADICTS   ? c
+                                : f->says == LAB_MOTION_SUPPORTS      ? f
+                                                                      : all;
+    out->says = by->says;
+    if (by->says == LAB_MOTION_SUPPORTS) {
+        return by == f ? "with what was found the force is nearer to the one that was there"
+                       : "with what was found force and free channels are nearer to the data";
+    }
+    if (by->says == LAB_MOTION_CANNOT_TELL) {
+        return "noise of the measured motion hides what was found";
+    }
+    return by->share < 0.5   ? (by == f ? "the force is nearer to the model without what was found"
+                                        : "free channels are nearer to the model without what was "
+                                          "found")
+           : by->share > 1.5 ? "what was found is not what departs: it is off by a factor"
+                             : "most of what departs stays with what was found";
+}
+
 static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
 {
     const lab_motion_part *f = &out->of_force;
@@ -244,17 +329,7 @@ static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
         out->says = LAB_MOTION_NOT_DONE;
         why = "under the measured motion no stroke can be simulated to its end";
     } else if (c->nside == 2) {
-        // the force decides; the free channels only where it can not
-        out->says = f->says != LAB_MOTION_CANNOT_TELL ? f->says : out->all.says;
-        why = out->says == LAB_MOTION_SUPPORTS
-                  ? (f->says == out->says
-                         ? "the force is nearer to the one that was there with what was found"
-                         : "the free channels are nearer with what was found; the force is too "
-                           "uncertain to tell")
-              : out->says == LAB_MOTION_CANNOT_TELL
-                  ? "noise of the measured motion hides what was found"
-              : f->share < 0.5 ? "the forces are nearer to the model without what was found"
-                               : "most of what departs in the forces stays with what was found";
+        why = conclude_extended(out);
     } else if (verdict == LAB_VERDICT_EXPLAINED) {
         out->says = f->says;
         why = out->says == LAB_MOTION_SUPPORTS ? "the force does not depart beyond its noise"
@@ -262,10 +337,10 @@ static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
                   ? "the force departs by more than its noise"
                   : "noise of the measured motion is too large beside the force";
     } else { // something is there, nobody knows what
-        out->says = f->z_before > 0.0 && f->says == LAB_MOTION_CONTRADICTS ? LAB_MOTION_SUPPORTS
-                                                                           : LAB_MOTION_CANNOT_TELL;
-        why = out->says == LAB_MOTION_SUPPORTS ? "the force departs by more than its noise, too"
-                                               : "the force does not depart beyond its noise";
+        int departs = f->says == LAB_MOTION_CONTRADICTS || out->all.says == LAB_MOTION_CONTRADICTS;
+        out->says = departs ? LAB_MOTION_SUPPORTS : LAB_MOTION_CANNOT_TELL;
+        why = departs ? "under the measured motion, too, more departs than noise makes"
+                      : "under the measured motion nothing departs by more than noise makes";
     }
     snprintf(out->why, sizeof out->why, "%s", why);
 }

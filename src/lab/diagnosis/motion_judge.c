@@ -6,11 +6,12 @@
  * itself makes, with the noise of the data on them, go the same way through smoother, mechanism
  * and blocks,
  *
- *      sd_b^2 = mean of e_b^2 over such draws
+ *      bias_b = mean of e_b,   sd_b^2 = variance of e_b (1 + 1/draws) + (bias_b/10)^2
  *
- * so it holds what smoothing takes away where the motion bends, too. With e0 of the model before,
- * e1 of the extended one and d = e0 - e1, what the extension changes, the share of that which is
- * there is
+ * over such draws. The bias is what smoothing takes away where the motion bends. It is taken off
+ * what is measured, as far as it is known: it is a little different when a stroke lands earlier.
+ * With e0 of the model before, e1 of the extended one and d = e0 - e1, what the extension changes,
+ * the share of that which is there is
  *
  *      A(e) = sum d_b e_b / sd_b^2 / sum d_b^2 / sd_b^2
  *      share = (A(e0) - a0) / (a1 - a0)
@@ -26,6 +27,7 @@
 
 enum { PER_STROKE = 24, FEWEST_FRAMES = 4, BORROWED = 4 };
 enum { OF_FORCE = 1, OF_CHANNELS = 2 };
+static const double bias_known = 0.1;  /* sd of a bias, as a share of it */
 static const double surely = 2.33;     /* sd: 1 % to one side */
 static const double too_much = 4.0;    /* excess over noise, as a normal deviate */
 static const double most = 0.5;        /* share of an excess */
@@ -41,6 +43,7 @@ int diag__motion_run_of(int draw, int kind)
 typedef struct block {
     int stroke, phase, from, n;
     double *value, *var; /* NAN: no sample */
+    double *bias[2];     /* of each model in strokes of its own */
 } block;
 
 typedef struct work {
@@ -134,17 +137,42 @@ static double value(const work *w, const block *b, int run, int item)
     return b->value[run * w->items + item];
 }
 
-/* mean square of the draws in which a model runs strokes of its own */
-static double own_square(const work *w, const block *b, int item, int *count)
+/* the kind of draws in which a model runs strokes of its own */
+static int own_kind(int model)
+{
+    return model == 0 ? MOTION_00 : MOTION_11;
+}
+
+static int models(const work *w)
+{
+    return w->r->extended ? 2 : 1;
+}
+
+static double mean_of_draws(const work *w, const block *b, int item, int model)
+{
+    double sum = 0.0;
+    for (int k = 0; k < w->r->draws; k++) {
+        sum += value(w, b, diag__motion_run_of(k, own_kind(model)), item);
+    }
+    return sum / w->r->draws;
+}
+
+/* sum of squares about their means of the draws in which a model runs strokes of its own
+ * @param count  degrees of freedom, out  @param bias  mean square of the means, out */
+static double own_square(const work *w, const block *b, int item, int *count, double *bias)
 {
     double sum = 0.0;
     *count = 0;
-    for (int k = 0; k < w->r->draws; k++) {
-        for (int kind = MOTION_00; kind <= (w->r->extended ? MOTION_11 : MOTION_00); kind++) {
-            double e = value(w, b, diag__motion_run_of(k, kind), item);
-            sum += isfinite(e) ? e * e : 0.0;
-            *count += isfinite(e) != 0;
+    *bias = 0.0;
+    for (int model = 0; model < models(w); model++) {
+        double mean = mean_of_draws(w, b, item, model);
+        for (int k = 0; isfinite(mean) && k < w->r->draws; k++) {
+            double e = value(w, b, diag__motion_run_of(k, own_kind(model)), item) - mean;
+            sum += e * e;
         }
+        *count += isfinite(mean) ? w->r->draws - 1 : 0;
+        *bias += isfinite(mean) ? mean * mean / models(w) : 0.0;
+        b->bias[model][item] = mean;
     }
     return sum;
 }
@@ -152,19 +180,36 @@ static double own_square(const work *w, const block *b, int item, int *count)
 /* each from its own draws and a few of the mean of its phase */
 static void weigh(work *w)
 {
+    double wide = 1.0 + 1.0 / w->r->draws, bias;
     for (int item = 0; item < w->items; item++) {
         double sum[DIAG_PHASES] = {0.0};
         int n[DIAG_PHASES] = {0}, count;
         for (int i = 0; i < w->nblock; i++) {
-            sum[w->block[i].phase] += own_square(w, &w->block[i], item, &count);
+            sum[w->block[i].phase] += own_square(w, &w->block[i], item, &count, &bias);
             n[w->block[i].phase] += count;
         }
         for (int i = 0; i < w->nblock; i++) {
             block *b = &w->block[i];
-            double own = own_square(w, b, item, &count), all = sum[b->phase];
+            double own = own_square(w, b, item, &count, &bias), all = sum[b->phase];
             b->var[item] = count > 0 && all > 0.0
-                               ? (own + BORROWED * all / n[b->phase]) / (count + BORROWED)
+                               ? wide * (own + BORROWED * all / n[b->phase]) / (count + BORROWED) +
+                                     bias_known * bias_known * bias
                                : (double)NAN;
+        }
+    }
+}
+
+/* what a model shows of strokes of its own goes off what it shows of others: of a draw the mean of
+ * the other ones */
+static void take_off(const work *w, block *b, int item)
+{
+    for (int run = 0; run < w->nrun; run++) {
+        int kind = run < MOTION_DRAWS ? -1 : (run - MOTION_DRAWS) % MOTION_KINDS;
+        int model = kind == MOTION_11 || run == MOTION_AFTER;
+        double *e = &b->value[run * w->items + item], mean = b->bias[model][item];
+        double n = w->r->draws;
+        if (is_made(w->r, run)) {
+            *e -= kind == own_kind(model) ? (n * mean - *e) / (n - 1.0) : mean;
         }
     }
 }
@@ -182,7 +227,7 @@ static stein_status make_blocks(work *w, stein_err *err)
             }
         }
         if (pass == 0) {
-            size_t each = (size_t)(w->items * (w->nrun + 1)), n = (size_t)w->nblock;
+            size_t each = (size_t)(w->items * (w->nrun + 3)), n = (size_t)w->nblock;
             w->block = calloc(n + 1, sizeof *w->block);
             w->memory = malloc(sizeof *w->memory * (each * n + 1));
             if (w->block == NULL || w->memory == NULL) {
@@ -195,11 +240,16 @@ static stein_status make_blocks(work *w, stein_err *err)
     }
     for (int i = 0; i < w->nblock; i++) {
         block *b = &w->block[i];
-        b->value = w->memory + (size_t)i * (size_t)(w->items * (w->nrun + 1));
+        b->value = w->memory + (size_t)i * (size_t)(w->items * (w->nrun + 3));
         b->var = b->value + w->items * w->nrun;
+        b->bias[0] = b->var + w->items;
+        b->bias[1] = b->bias[0] + w->items;
         average(w, b);
     }
     weigh(w);
+    for (int i = 0; i < w->nblock * w->items; i++) {
+        take_off(w, &w->block[i / w->items], i % w->items);
+    }
     return STEIN_OK;
 }
 
@@ -249,7 +299,8 @@ static double along(const work *w, int run, int group, int stroke)
     for (int i = 0; i < w->nblock; i++) {
         const block *b = &w->block[i];
         for (int k = 0; k < w->items; k++) {
-            double d = value(w, b, MOTION_BEFORE, k) - value(w, b, MOTION_AFTER, k);
+            double d = value(w, b, MOTION_BEFORE, k) + b->bias[0][k] -
+                       value(w, b, MOTION_AFTER, k) - b->bias[1][k];
             double term = d * value(w, b, run, k) / b->var[k];
             sum += belongs(k, group) && isfinite(term) && (stroke < 0 || b->stroke == stroke) ? term
                                                                                               : 0.0;
@@ -285,7 +336,8 @@ static void share_of(const work *w, int group, lab_motion_part *to)
     to->share_sd = sqrt(var) / fabs(a1 - a0);
 }
 
-/* nearer to the extended model, and most of what departed is gone */
+/* Surely nearer to the extended model, and it is no other multiple of what that changes, and most
+ * of what departed is gone? */
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
@@ -410,15 +462,26 @@ static stein_status make_rows(const work *w, lab_motion *out, stein_err *err)
 
 /* ---- one stroke over time ---- */
 
+/* mean of a frame's errors over the draws in which a model runs strokes of its own */
+static double frame_bias(const work *w, int stroke, int i, int model)
+{
+    double sum = 0.0;
+    for (int k = 0; k < w->r->draws; k++) {
+        sum += course(w->r, diag__motion_run_of(k, own_kind(model)), stroke)->error[i];
+    }
+    return sum / w->r->draws;
+}
+
 /* noise of a frame: as the draws have it, over some frames beside it */
 static double frame_sd(const work *w, int stroke, int i, int n)
 {
     double sum = 0.0, count = 0.0;
-    for (int k = 0; k < w->r->draws; k++) {
-        const double *e = course(w->r, diag__motion_run_of(k, MOTION_00), stroke)->error;
-        for (int o = i > 2 ? i - 2 : 0; o <= i + 2 && o < n; o++) {
-            sum += isfinite(e[o]) ? e[o] * e[o] : 0.0;
-            count += isfinite(e[o]) != 0;
+    for (int o = i > 2 ? i - 2 : 0; o <= i + 2 && o < n; o++) {
+        double mean = frame_bias(w, stroke, o, 0);
+        for (int k = 0; k < w->r->draws; k++) {
+            double e = course(w->r, diag__motion_run_of(k, MOTION_00), stroke)->error[o] - mean;
+            sum += isfinite(e) ? e * e : 0.0;
+            count += isfinite(e) ? 1.0 - 1.0 / w->r->draws : 0.0;
         }
     }
     return count > 0.0 ? sqrt(sum / count) : (double)NAN;
@@ -439,15 +502,16 @@ static stein_status show_stroke(const work *w, lab_motion *out, stein_err *err)
     out->sd = out->after + n;
     out->file = r->p->stroke[shown].data->file;
     for (int i = 0; i < n; i++) {
-        if (!(b->time[i] > 0.0) || b->present == NULL || !isfinite(b->present[i])) {
-            continue;
+        double there = b->present != NULL ? b->present[i] : (double)NAN;
+        if (b->time[i] > 0.0 && isfinite(there) && isfinite(b->error[i])) {
+            int k = out->n++;
+            out->t[k] = r->p->stroke[shown].data->time[i];
+            out->present[k] = there;
+            out->before[k] = there + b->error[i] - frame_bias(w, shown, i, 0);
+            out->after[k] =
+                r->extended ? there + a->error[i] - frame_bias(w, shown, i, 1) : out->before[k];
+            out->sd[k] = frame_sd(w, shown, i, n);
         }
-        int k = out->n++;
-        out->t[k] = r->p->stroke[shown].data->time[i];
-        out->present[k] = b->present[i];
-        out->before[k] = b->present[i] + b->error[i];
-        out->after[k] = r->extended ? b->present[i] + a->error[i] : out->before[k];
-        out->sd[k] = frame_sd(w, shown, i, n);
     }
     return STEIN_OK;
 }

@@ -297,8 +297,8 @@ static int signal_from_channel(const diag__side *side, const diag__way *way, fit
                    ? gsl_spline_eval(v.spline, told->motion[i] - b->shown[way->slot], v.accel)
                    : (double)NAN;
     }
-    good = good &&
-           fit__signal_through(to, way->input, time, q, n, told->noise / v.slope, NULL) == STEIN_OK;
+    good = good && fit__signal_through(to, way->input, time, q, n, told->noise / v.slope,
+                                       told->decades, NULL) == STEIN_OK;
     inverse_free(&v);
     free(time);
     return good;
@@ -433,7 +433,7 @@ void diag__motion_run(const diag__side *side, const fit__problem *with, const di
         }
         good = told->motion == NULL ||
                fit__signal_through(&made, way->input, signal[at].t, told->motion, signal[at].n,
-                                   told->noise, NULL) == STEIN_OK;
+                                   told->noise, told->decades, NULL) == STEIN_OK;
     }
     if (good) {
         signal[at] = made.t != NULL ? made : signal[at];

@@ -40,9 +40,11 @@ typedef struct fit__signal {
 /** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate */
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
                               const lab_column *column, double noise, stein_err *err);
-/** The same of a motion u over times t, n of each; u NAN: no sample. */
+/** The same of a motion u over times t, n of each; u NAN: no sample.
+ *  @param decades  how much it is smoothed, log10 of a in intervals^5 (signal.c); NAN: as the noise
+ *                  allows */
 stein_status fit__signal_through(fit__signal *s, int input, const double *t, const double *u, int n,
-                                 double noise, stein_err *err);
+                                 double noise, double decades, stein_err *err);
 void fit__signal_free(fit__signal *s);
 /** Value and derivatives at t. @param at  where it was found last, kept by the caller; 0 at first
  */

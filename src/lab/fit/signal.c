@@ -111,11 +111,18 @@ static double misfit(const bands *b, double a)
     return sum;
 }
 
+/* a in intervals^5, the unit in which it means the same whatever the rate is */
+static double unit_of(const bands *b)
+{
+    int n = b->m + 3;
+    return stein__power((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
+}
+
 /* the largest a that stays within the noise */
 static double choose(bands *b, double noise)
 {
     int n = b->m + 3;
-    double wanted = noise * noise * n, unit = stein__power((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
+    double wanted = noise * noise * n, unit = unit_of(b);
     double low = -14.0, high = 14.0; // decades of a
     for (int i = 0; i < 50; i++) {
         double mid = 0.5 * (low + high), a = unit * stein__power(10.0, mid);
@@ -129,7 +136,8 @@ static double choose(bands *b, double noise)
     return unit * stein__power(10.0, low);
 }
 
-static stein_status smooth(fit__signal *s, double noise, stein_err *err)
+/* @param decades  of a; NAN: as the noise allows */
+static stein_status smooth(fit__signal *s, double noise, double decades, stein_err *err)
 {
     size_t n = (size_t)s->n;
     row *rows = calloc(3 * n, sizeof *rows);
@@ -143,7 +151,7 @@ static stein_status smooth(fit__signal *s, double noise, stein_err *err)
     b.z = room;
     b.y = room + n;
     fill(&b, s->g);
-    double a = choose(&b, noise);
+    double a = isnan(decades) ? choose(&b, noise) : unit_of(&b) * stein__power(10.0, decades);
     solve(&b, a);
     for (int i = 0; i < s->n; i++) {
         s->g[i] -= taken(&b, a, i);
@@ -202,11 +210,11 @@ static stein_status make_room(fit__signal *s, size_t n, stein_err *err)
 }
 
 /* what runs through the knots */
-static stein_status run_through(fit__signal *s, double noise, stein_err *err)
+static stein_status run_through(fit__signal *s, double noise, double decades, stein_err *err)
 {
     stein_status status = STEIN_OK;
     if (s->motion && s->n > 4) { // fewer show no derivatives
-        status = noise > 0.0 ? smooth(s, noise, err) : STEIN_OK;
+        status = noise > 0.0 ? smooth(s, noise, decades, err) : STEIN_OK;
         status = status == STEIN_OK ? interpolate(s, err) : status;
     }
     return status;
@@ -223,11 +231,11 @@ stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_d
             s->g[s->n++] = column->value[i];
         }
     }
-    return status == STEIN_OK ? run_through(s, noise, err) : status;
+    return status == STEIN_OK ? run_through(s, noise, NAN, err) : status;
 }
 
 stein_status fit__signal_through(fit__signal *s, int input, const double *t, const double *u, int n,
-                                 double noise, stein_err *err)
+                                 double noise, double decades, stein_err *err)
 {
     *s = (fit__signal){.input = input, .motion = 1};
     stein_status status = make_room(s, (size_t)n, err);
@@ -237,7 +245,7 @@ stein_status fit__signal_through(fit__signal *s, int input, const double *t, con
             s->g[s->n++] = u[i];
         }
     }
-    return status == STEIN_OK ? run_through(s, noise, err) : status;
+    return status == STEIN_OK ? run_through(s, noise, decades, err) : status;
 }
 
 void fit__signal_free(fit__signal *s)
