@@ -44,6 +44,7 @@
     X(measured)      \
     X(measured_laws) \
     X(several)       \
+    X(motion_check)  \
     X(curve)         \
     X(coupling)      \
     X(show)          \

@@ -314,7 +314,7 @@ typedef struct lab_law {
 typedef enum {
     LAB_MOTION_NOT_DONE,    /* it is impossible: lab_motion.why */
     LAB_MOTION_SUPPORTS,    /* the same model is nearer to the forces, too */
-    LAB_MOTION_CONTRADICTS, /* the other one is, or most of what departs stays */
+    LAB_MOTION_CONTRADICTS, /* the other one is, or a good part of what departs stays */
     LAB_MOTION_CANNOT_TELL  /* noise of the measured motion hides it */
 } lab_motion_says;
 /** "not_done", "supports", "contradicts", "cannot_tell". */

@@ -99,6 +99,7 @@ static void tell(const check *c, int run, int stroke, double *room, diag__told *
         told->motion = told->y + (size_t)way->slot * (size_t)t->n;
     } else if (rng != NULL) {
         const fit__signal *s = recorded(t, way->input);
+        told->decades = s->decades;
         double *u = room + (size_t)t->nch * (size_t)t->n;
         for (int i = 0; i < s->n; i++) {
             u[i] = s->g[i] + gsl_ran_gaussian(rng, told->noise);
@@ -318,7 +319,7 @@ static const char *conclude_extended(lab_motion *out)
                                         : "free channels are nearer to the model without what was "
                                           "found")
            : by->share > 1.5 ? "what was found is not what departs: it is off by a factor"
-                             : "most of what departs stays with what was found";
+                             : "a good part of what departs stays with what was found";
 }
 
 static void conclude(const check *c, lab_verdict verdict, lab_motion *out)

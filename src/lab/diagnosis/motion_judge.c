@@ -25,12 +25,12 @@
 
 #include "motion.h"
 
-enum { PER_STROKE = 24, FEWEST_FRAMES = 4, BORROWED = 4 };
+enum { PER_STROKE = 24, FEWEST_FRAMES = 4, MOST_FRAMES = 100, BORROWED = 4 };
 enum { OF_FORCE = 1, OF_CHANNELS = 2 };
 static const double bias_known = 0.1;  /* sd of a bias, as a share of it */
 static const double surely = 2.33;     /* sd: 1 % to one side */
 static const double too_much = 4.0;    /* excess over noise, as a normal deviate */
-static const double most = 0.5;        /* share of an excess */
+static const double good_part = 0.15;  /* of an excess of squares */
 static const double fine_enough = 0.1; /* of the force that is there */
 
 int diag__motion_run_of(int draw, int kind)
@@ -91,6 +91,7 @@ static void cut(work *w, int stroke)
 {
     int n = w->r->p->stroke[stroke].n, end;
     int length = n / PER_STROKE > FEWEST_FRAMES ? n / PER_STROKE : FEWEST_FRAMES;
+    length = length < MOST_FRAMES ? length : MOST_FRAMES;
     for (int from = 0; from < n; from = end) {
         int phase = phase_at(w, stroke, from);
         for (end = from + 1; end < n && phase_at(w, stroke, end) == phase;) {
@@ -199,6 +200,13 @@ static void weigh(work *w)
     }
 }
 
+/* A motion that was recorded is known as smoothed only, with its noise in it; what smoothing takes
+ * away from that it took from the noise already. */
+static int is_clean(const work *w)
+{
+    return w->r->way->channel >= 0;
+}
+
 /* what a model shows of strokes of its own goes off what it shows of others: of a draw the mean of
  * the other ones */
 static void take_off(const work *w, block *b, int item)
@@ -208,7 +216,7 @@ static void take_off(const work *w, block *b, int item)
         int model = kind == MOTION_11 || run == MOTION_AFTER;
         double *e = &b->value[run * w->items + item], mean = b->bias[model][item];
         double n = w->r->draws;
-        if (is_made(w->r, run)) {
+        if (is_made(w->r, run) && (kind >= 0 || is_clean(w))) {
             *e -= kind == own_kind(model) ? (n * mean - *e) / (n - 1.0) : mean;
         }
     }
@@ -299,8 +307,8 @@ static double along(const work *w, int run, int group, int stroke)
     for (int i = 0; i < w->nblock; i++) {
         const block *b = &w->block[i];
         for (int k = 0; k < w->items; k++) {
-            double d = value(w, b, MOTION_BEFORE, k) + b->bias[0][k] -
-                       value(w, b, MOTION_AFTER, k) - b->bias[1][k];
+            double d = value(w, b, MOTION_BEFORE, k) - value(w, b, MOTION_AFTER, k) +
+                       (is_clean(w) ? b->bias[0][k] - b->bias[1][k] : 0.0);
             double term = d * value(w, b, run, k) / b->var[k];
             sum += belongs(k, group) && isfinite(term) && (stroke < 0 || b->stroke == stroke) ? term
                                                                                               : 0.0;
@@ -336,12 +344,12 @@ static void share_of(const work *w, int group, lab_motion_part *to)
     to->share_sd = sqrt(var) / fabs(a1 - a0);
 }
 
-/* Surely nearer to the extended model, and it is no other multiple of what that changes, and most
- * of what departed is gone? */
+/* Surely nearer to the extended model, and not by another multiple of what that changes, and what
+ * departed gone but for noise or a small part? */
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
-    int stays = p->z_after > too_much && left > most * was;
+    int stays = p->z_after > too_much && left > good_part * was;
     if (!isfinite(p->share) || !isfinite(p->share_sd)) {
         return LAB_MOTION_CANNOT_TELL;
     }
@@ -507,9 +515,10 @@ static stein_status show_stroke(const work *w, lab_motion *out, stein_err *err)
             int k = out->n++;
             out->t[k] = r->p->stroke[shown].data->time[i];
             out->present[k] = there;
-            out->before[k] = there + b->error[i] - frame_bias(w, shown, i, 0);
-            out->after[k] =
-                r->extended ? there + a->error[i] - frame_bias(w, shown, i, 1) : out->before[k];
+            out->before[k] = there + b->error[i] - (is_clean(w) ? frame_bias(w, shown, i, 0) : 0.0);
+            out->after[k] = !r->extended ? out->before[k]
+                                         : there + a->error[i] -
+                                               (is_clean(w) ? frame_bias(w, shown, i, 1) : 0.0);
             out->sd[k] = frame_sd(w, shown, i, n);
         }
     }

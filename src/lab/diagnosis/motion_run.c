@@ -26,9 +26,11 @@
 #include "motion.h"
 
 enum { TABLE = 33, WIDENINGS = 5 };
-static const double nudge = 1e-4;  /* of a coordinate [rad or m] */
-static const double shift = 1e-2;  /* the other state at which dependences are asked */
-static const double silent = 1e-7; /* share of a dependence that is none */
+static const double nudge = 1e-4;    /* of a coordinate [rad or m] */
+static const double shift = 1e-2;    /* the other state at which dependences are asked */
+static const double ends = 10.0;     /* lengths over which a motion was smoothed: e^-5 is left */
+static const double most_ends = 0.1; /* of a record */
+static const double silent = 1e-7;   /* share of a dependence that is none */
 
 /* ---- is there a way? ---- */
 
@@ -353,10 +355,20 @@ static int undress(const fit__problem *p, const diag__way *way, fit__bench *b, c
            stein_drive(b->probe, m->inputs[way->input].name, signal_at, c, NULL) == STEIN_OK;
 }
 
+/* How far from its ends a smoothed motion bends less than the true one. Strokes that a model makes
+ * of the smoothed motion do not show that. */
+static double end_of(const fit__signal *s)
+{
+    double all = s->t[s->n - 1] - s->t[0], interval = all / fmax(1.0, s->n - 1.0);
+    return fmin(ends * interval * pow(10.0, s->decades / 6.0), most_ends * all);
+}
+
 /* measured less simulated, of the channels that are free; the force, where it is one of them */
 static void compare(const fit__stroke *t, const diag__way *way, const diag__told *told,
-                    const double *y, diag__course *c)
+                    const fit__signal *signal, const double *y, diag__course *c)
 {
+    double end = way->channel < 0 ? end_of(signal) : 0.0;
+    double from = signal->t[0] + end, to = signal->t[signal->n - 1] - end;
     for (int k = 0; k < t->nch; k++) {
         for (int i = 0; i < t->n; i++) {
             int at = k * t->n + i;
@@ -364,8 +376,8 @@ static void compare(const fit__stroke *t, const diag__way *way, const diag__told
         }
     }
     for (int i = 0; way->channel < 0 && i < t->n; i++) {
-        int at = way->slot * t->n + i;
-        c->error[i] = y[at] - told->y[at];
+        int at = way->slot * t->n + i, inside = t->data->time[i] > from && t->data->time[i] < to;
+        c->error[i] = inside ? y[at] - told->y[at] : (double)NAN;
         if (c->present != NULL) {
             c->present[i] = told->y[at];
         }
@@ -390,7 +402,7 @@ static void run(const diag__side *side, const fit__problem *own, const diag__way
     b->watch = look;
     b->watch_ctx = &e;
     if (y != NULL && fit__simulate(own, b, stroke, side->x, y, NULL) == STEIN_OK) {
-        compare(t, way, told, y, c);
+        compare(t, way, told, signal, y, c);
         c->ended = 1;
     }
     b->watch = NULL;

@@ -106,7 +106,7 @@ static void include(const double *y, int n, double *lo, double *hi)
 }
 
 /* the force that was there and the ones that are needed */
-static void draw_forces(FILE *f, const lab_motion *m, double sx, const char *time)
+static void draw_forces(FILE *f, const lab_motion *m, double sx)
 {
     double lo = 0.0, hi = 0.0;
     char label[2 * LAB_PLACE];
@@ -125,7 +125,6 @@ static void draw_forces(FILE *f, const lab_motion *m, double sx, const char *tim
     if (is_extended(m)) {
         page__curve(&p, "after", m->t, m->after, m->n, sx, u.factor);
     }
-    (void)time;
 }
 
 /* needed less there, over the band of noise; room [4n] */
@@ -174,7 +173,7 @@ static void draw(FILE *f, const lab_motion *m)
     fputs(is_extended(m) ? "<span class=\"key blue\"></span>by the extended one" : "", f);
     fputs("<span class=\"key area\"></span>noise, twice</p>\n<figure>", f);
     page__svg_open(f, WIDTH, 362, "the force that the measured motion needs, and the one there");
-    draw_forces(f, m, sx, time);
+    draw_forces(f, m, sx);
     draw_errors(f, m, sx, time, room);
     page__svg_close(f);
     fputs("<figcaption>", f);
@@ -201,7 +200,7 @@ static void words(FILE *f, const lab_motion *m)
                                        "cannot tell"};
     fputs("<p>The strokes above were compared in position, which filters forces. Here ", f);
     page__words(f, m->joint);
-    fputs(m->channel != NULL ? " moves as " : " moves as ", f);
+    fputs(" moves as ", f);
     page__words(f, m->channel != NULL ? m->channel : m->input);
     fprintf(f,
             " shows it, smoothed as far as its noise allows, in %d stroke%s%s; the rest is "
@@ -242,6 +241,9 @@ static void row(FILE *f, const lab_motion_row *r)
 void page__motion(FILE *f, const lab_diagnosis *d)
 {
     const lab_motion *m = &d->motion;
+    if (m->why[0] == '\0') {
+        return;
+    }
     fputs("<section id=\"motion\"><h2>The force that the measured motion needs</h2>\n", f);
     if (m->says == LAB_MOTION_NOT_DONE) {
         fputs("<p>Not checked: ", f);

@@ -36,6 +36,7 @@
 typedef struct fit__signal {
     int input, motion, n;
     double *t, *g, *c; /* [n] knots, values, second derivatives (motion) */
+    double decades;    /* how much it was smoothed: log10 of a in intervals^5 (signal.c) */
 } fit__signal;
 /** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate */
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,

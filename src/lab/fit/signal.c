@@ -118,12 +118,12 @@ static double unit_of(const bands *b)
     return stein__power((b->t[n - 1] - b->t[0]) / (n - 1), 5.0);
 }
 
-/* the largest a that stays within the noise */
+/* the largest a that stays within the noise, in decades of its unit */
 static double choose(bands *b, double noise)
 {
     int n = b->m + 3;
     double wanted = noise * noise * n, unit = unit_of(b);
-    double low = -14.0, high = 14.0; // decades of a
+    double low = -14.0, high = 14.0;
     for (int i = 0; i < 50; i++) {
         double mid = 0.5 * (low + high), a = unit * stein__power(10.0, mid);
         solve(b, a);
@@ -133,7 +133,7 @@ static double choose(bands *b, double noise)
             low = mid;
         }
     }
-    return unit * stein__power(10.0, low);
+    return low;
 }
 
 /* @param decades  of a; NAN: as the noise allows */
@@ -151,7 +151,8 @@ static stein_status smooth(fit__signal *s, double noise, double decades, stein_e
     b.z = room;
     b.y = room + n;
     fill(&b, s->g);
-    double a = isnan(decades) ? choose(&b, noise) : unit_of(&b) * stein__power(10.0, decades);
+    s->decades = isnan(decades) ? choose(&b, noise) : decades;
+    double a = unit_of(&b) * stein__power(10.0, s->decades);
     solve(&b, a);
     for (int i = 0; i < s->n; i++) {
         s->g[i] -= taken(&b, a, i);
