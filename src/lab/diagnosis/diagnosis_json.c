@@ -2,8 +2,8 @@
  * diagnosis_json.c - diagnosis.json: what was found, for programs.
  *
  * The keys that a reader may rely on: verdict, causes, indistinguishable, next_experiment, gain,
- * noise_floor, audit. What cannot be known is null. RMSE and noise floor count in units of the
- * noise of one sample, everything else is SI.
+ * noise_floor, audit, motion_check. What cannot be known is null. RMSE and noise floor count in
+ * units of the noise of one sample, everything else is SI.
  */
 #include <math.h>
 

@@ -21,7 +21,7 @@
 #include "curve.h"
 #include "motion.h"
 
-enum { DRAWS = 6, SEED = 1788, TRIALS = 3, BLOCKS = 24, MOST_DECADES = 12 };
+enum { DRAWS = 8, SEED = 1788, TRIALS = 3, BLOCKS = 24, MOST_DECADES = 12 };
 
 const char *lab_motion_text(lab_motion_says says)
 {

@@ -353,10 +353,10 @@ static lab_motion_says compare(const lab_motion_part *p)
     if (!isfinite(p->share) || !isfinite(p->share_sd)) {
         return LAB_MOTION_CANNOT_TELL;
     }
-    return p->share < 0.5 - surely * p->share_sd   ? LAB_MOTION_CONTRADICTS
-           : stays                                 ? LAB_MOTION_CONTRADICTS
-           : p->share > 0.5 + surely * p->share_sd ? LAB_MOTION_SUPPORTS
-                                                   : LAB_MOTION_CANNOT_TELL;
+    double off = fabs(p->share - 1.0), far = surely * p->share_sd;
+    return stays || off > 0.5 + far            ? LAB_MOTION_CONTRADICTS
+           : off < 0.5 && p->share > 0.5 + far ? LAB_MOTION_SUPPORTS
+                                               : LAB_MOTION_CANNOT_TELL;
 }
 
 static void judge_part(const work *w, int group, lab_motion_part *to)

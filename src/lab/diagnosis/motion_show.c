@@ -186,11 +186,8 @@ static void draw(FILE *f, const lab_motion *m)
 static void share(FILE *f, const char *of, const lab_motion_part *p)
 {
     if (isfinite(p->share) && isfinite(p->share_sd)) {
-        fprintf(f, " The %s ", of);
-        page__number(f, p->share, 2);
-        fputs(" \xc2\xb1 ", f);
-        page__number(f, p->share_sd, 1);
-        fputs(" of what the extension changes.", f);
+        fprintf(f, " The %s %s%.2f \xc2\xb1 %.2f of what the extension changes.", of,
+                p->share < 0.0 ? "\xe2\x88\x92" : "", fabs(p->share), p->share_sd);
     }
 }
 
@@ -203,7 +200,7 @@ static void words(FILE *f, const lab_motion *m)
     fputs(" moves as ", f);
     page__words(f, m->channel != NULL ? m->channel : m->input);
     fprintf(f,
-            " shows it, smoothed as far as its noise allows, in %d stroke%s%s; the rest is "
+            " shows it, smoothed, in %d stroke%s%s; the rest is "
             "simulated, and the force that this needs is compared with the one that was there. "
             "This <b>%s</b>: ",
             m->strokes, m->strokes == 1 ? "" : "s", m->held_out ? " that were held out" : "",
@@ -215,27 +212,32 @@ static void words(FILE *f, const lab_motion *m)
     fputs("</p>\n", f);
 }
 
+static void cell(FILE *f, double value, const char *unit, int digits)
+{
+    fputs("<td>", f);
+    if (isfinite(value)) {
+        page__quantity(f, value, unit, digits);
+    } else {
+        fputs("\xe2\x80\x93", f);
+    }
+    fputs("</td>", f);
+}
+
 static void row(FILE *f, const lab_motion_row *r)
 {
     fputs("<tr><th scope=\"row\">", f);
     page__words(f, r->channel != NULL ? r->channel : "force");
     fputs("</th><td>", f);
     page__text(f, r->phase != NULL ? r->phase : "all");
-    fputs("</td><td>", f);
-    page__quantity(f, r->present, r->unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, r->before, r->unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, r->after, r->unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, r->noise, r->unit, 3);
-    fputs("</td><td>", f);
-    page__quantity(f, r->mean_before, r->unit, 2);
-    fputs("</td><td>", f);
-    page__quantity(f, r->mean_after, r->unit, 2);
-    fputs("</td><td>", f);
-    page__quantity(f, r->mean_sd, r->unit, 2);
-    fputs("</td></tr>\n", f);
+    fputs("</td>", f);
+    cell(f, r->present, r->unit, 3);
+    cell(f, r->before, r->unit, 3);
+    cell(f, r->after, r->unit, 3);
+    cell(f, r->noise, r->unit, 3);
+    cell(f, r->mean_before, r->unit, 2);
+    cell(f, r->mean_after, r->unit, 2);
+    cell(f, r->mean_sd, r->unit, 2);
+    fputs("</tr>\n", f);
 }
 
 void page__motion(FILE *f, const lab_diagnosis *d)
@@ -255,12 +257,15 @@ void page__motion(FILE *f, const lab_diagnosis *d)
     draw(f, m);
     fputs("<div class=\"scroll\"><table><tr><th></th><th>phase</th><th>there</th><th>off by, "
           "before</th><th>after</th><th>noise makes</th><th>mean before</th><th>after</th>"
-          "<th>sd</th></tr>\n",
+          "<th>\xc2\xb1</th></tr>\n",
           f);
     for (int i = 0; i < m->nrow; i++) {
         row(f, &m->row[i]);
     }
-    fputs("</table></div>\n<p class=\"quiet\">RMS of means over a few milliseconds; noise is that "
-          "of positions, through smoother and mechanism.</p>\n</section>\n",
-          f);
+    fputs(
+        "</table></div>\n<p class=\"quiet\">There, off by: RMS; off by is of means over a few "
+        "milliseconds, less what smoothing takes away. Mean: with its sign. What noise makes, and "
+        "\xc2\xb1 of the mean: from strokes that the models make themselves, with the noise of "
+        "these.</p>\n</section>\n",
+        f);
 }
