@@ -60,6 +60,39 @@ static lab_diagnosis *made_up(void)
     return d;
 }
 
+/* a motion-driven check that is made up */
+static void check_motion(lab_motion *m)
+{
+    enum { N = 30 };
+    *m = (lab_motion){.says = LAB_MOTION_SUPPORTS,
+                      .why = "a <why>",
+                      .input = "drive",
+                      .joint = "lever",
+                      .force = "effort",
+                      .unit = "N m",
+                      .channel = "height",
+                      .strokes = 6,
+                      .held_out = 1,
+                      .draws = 8,
+                      .of_force = {LAB_MOTION_SUPPORTS, 2.0, 1.1, 9.0, 0.5, 0.97, 0.08},
+                      .of_channels = {LAB_MOTION_CANNOT_TELL, NAN, NAN, NAN, NAN, NAN, NAN},
+                      .nrow = 2,
+                      .n = N,
+                      .file = "strokes/a<b>.csv"};
+    m->row = calloc(2, sizeof *m->row);
+    m->row[0] = (lab_motion_row){NULL, "N m", NULL, 90, 0.4, 0.06, 0.03, 0.03, 9e-3, 1e-4, 1e-3};
+    m->row[1] = (lab_motion_row){"height", "m", "fall", 90, NAN, 2e-5, NAN, 1e-5, 1e-6, NAN, 1e-6};
+    m->t = calloc(5 * N, sizeof *m->t);
+    double **list[] = {&m->present, &m->before, &m->after, &m->sd};
+    for (int i = 0; i < 4; i++) {
+        *list[i] = m->t + (i + 1) * N;
+        for (int k = 0; k < N; k++) {
+            m->t[k] = 1e-3 * k;
+            (*list[i])[k] = i == 3 ? 0.02 : 0.1 + 0.05 * sin(0.2 * k + i);
+        }
+    }
+}
+
 /* the curves of a made-up diagnosis */
 static void draw(lab_diagnosis *d)
 {
@@ -83,6 +116,7 @@ static void draw(lab_diagnosis *d)
             (*list[i])[k] = i == 0 || i == 4 ? 1e-3 * k : 1e-5 * sin(0.3 * k + (double)i);
         }
     }
+    check_motion(&d->motion);
     t->y[7] = NAN;
     t->phase = calloc(N, sizeof *t->phase);
     for (int k = 0; k < N; k++) {
@@ -175,6 +209,11 @@ START_TEST(the_json_has_what_was_promised_and_reads_back)
                                        "\"noise_floor\": 1",
                                        "\"audit\": [",
                                        "\\u0001",
+                                       "\"motion_check\": {",
+                                       "\"says\": \"supports\"",
+                                       "\"why\": \"a <why>\"",
+                                       "\"share\": 0.97",
+                                       "\"mean_after\": 0.0001",
                                        "\"departures\": [",
                                        "\"suspects\": [",
                                        "\"missing_forces\": ["};
@@ -256,12 +295,15 @@ static void ck_assert_nested(const char *text)
 
 START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
 {
-    static const char *const never[] = {"http", "src=", "<script", "<effect", "<tags", "<shows>",
-                                        "<b>",  "url(", "@import", "nan",     "inf\""};
+    static const char *const never[] = {"http",  "src=", "<script", "<effect", "<tags", "<shows>",
+                                        "<why>", "<b>",  "url(",    "@import", "nan",   "inf\""};
     static const char *const present[] = {
         "The model lacks something: odd &lt;effect&gt; of the place0",
         "A &quot;reason&quot; with &lt;tags&gt; &amp; signs",
         "place1",
+        "The force that the measured motion needs",
+        "This <em>supports the verdict</em>: a &lt;why&gt;.",
+        "0.97 \xc2\xb1 0.08",
         "&lt;script ",
         "a&lt;b&gt;.csv",
         "prefers-color-scheme",

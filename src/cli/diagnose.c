@@ -339,9 +339,11 @@ static void print_motion(const lab_motion *m)
         printf(" -> %s", cli_quantity(after, all->after, all->unit));
     }
     printf("; noise makes %s", cli_quantity(noise, all->noise, all->unit));
-    if (isfinite(m->all.share)) {
-        printf("; it has %.2g +- %.2g of what was found", m->of_force.share, m->of_force.share_sd);
-        printf(", free channels %.2g +- %.2g", m->of_channels.share, m->of_channels.share_sd);
+    if (isfinite(m->of_force.share)) {
+        printf("; it has %.2f +- %.2f of what was found", m->of_force.share, m->of_force.share_sd);
+    }
+    if (isfinite(m->of_channels.share)) {
+        printf(", free channels %.2f +- %.2f", m->of_channels.share, m->of_channels.share_sd);
     }
     printf("\n");
 }

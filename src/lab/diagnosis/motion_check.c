@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "curve.h"
+#include "functions.h"
 #include "motion.h"
 
 enum { DRAWS = 8, SEED = 1788, TRIALS = 3, BLOCKS = 24, MOST_DECADES = 12 };
@@ -203,7 +204,7 @@ static double smoothing_error(const fit__stroke *t, const double *u, const fit__
         fit__signal_free(&s);
     }
     for (int b = 0; b < BLOCKS; b++) {
-        score += sum[b] > 0.0 ? log(sum[b]) : 0.0;
+        score += sum[b] > 0.0 ? stein__log_of(sum[b]) : 0.0;
     }
     gsl_rng_free(rng);
     return rng != NULL ? score : (double)INFINITY;

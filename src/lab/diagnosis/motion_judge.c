@@ -225,13 +225,11 @@ static void take_off(const work *w, block *b, int item)
 static stein_status make_blocks(work *w, stein_err *err)
 {
     const diag__runs *r = w->r;
-    int whole = 0;
     for (int pass = 0; pass < 2; pass++) {
         w->nblock = 0;
         for (int s = 0; s < r->p->nstroke; s++) {
             if (is_whole(w, s)) {
                 cut(w, s);
-                whole += pass;
             }
         }
         if (pass == 0) {

@@ -23,6 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "motion.h"
 
 enum { TABLE = 33, WIDENINGS = 5 };
@@ -360,7 +361,7 @@ static int undress(const fit__problem *p, const diag__way *way, fit__bench *b, c
 static double end_of(const fit__signal *s)
 {
     double all = s->t[s->n - 1] - s->t[0], interval = all / fmax(1.0, s->n - 1.0);
-    return fmin(ends * interval * pow(10.0, s->decades / 6.0), most_ends * all);
+    return fmin(ends * interval * stein__power(10.0, s->decades / 6.0), most_ends * all);
 }
 
 /* measured less simulated, of the channels that are free; the force, where it is one of them */

@@ -202,7 +202,7 @@ static void words(FILE *f, const lab_motion *m)
     fprintf(f,
             " shows it, smoothed, in %d stroke%s%s; the rest is "
             "simulated, and the force that this needs is compared with the one that was there. "
-            "This <b>%s</b>: ",
+            "This <em>%s</em>: ",
             m->strokes, m->strokes == 1 ? "" : "s", m->held_out ? " that were held out" : "",
             says[m->says]);
     page__text(f, m->why);
