@@ -38,6 +38,8 @@ typedef struct diag__told {
     const double *motion;  /* [n] of the channel, or of the knots of the recorded input [unit] */
     const double *y;       /* [nch*n] */
     double noise, decades; /* of the motion, and how it is smoothed (fit__signal_through) */
+    const double *force_noise; /* [signals of the stroke] of recorded forces; NULL: as recorded */
+    unsigned long seed;        /* of that noise */
 } diag__told;
 
 /* ---- motion_run.c ---- */

@@ -45,6 +45,7 @@ typedef struct check {
     diag__way way[2];
     fit__problem with[2];
     double *noise, *decades; /* [nstroke] of the motion, and how it is smoothed */
+    double *input_noise;     /* of all signals of all strokes */
     diag__runs runs;
     double *memory;
     int model;           /* whose runs these are */
@@ -82,6 +83,16 @@ static const fit__signal *recorded(const fit__stroke *t, int input)
     return &t->signal[k];
 }
 
+/* where the signals of a stroke begin among those of all */
+static size_t first_signal(const fit__problem *p, int stroke)
+{
+    size_t n = 0;
+    for (int s = 0; s < stroke; s++) {
+        n += (size_t)p->stroke[s].nsignal;
+    }
+    return n;
+}
+
 /* what a run is told. @param room  [nch*n + knots]  @return 0: as it was measured and smoothed */
 static void tell(const check *c, int run, int stroke, double *room, diag__told *told)
 {
@@ -94,13 +105,14 @@ static void tell(const check *c, int run, int stroke, double *room, diag__told *
     if (rng != NULL) {
         gsl_rng_set(rng, (unsigned long)(SEED + stroke + draw * p->nstroke));
         make_channels(&c->side[maker], stroke, rng, room);
+        told->force_noise = c->input_noise + first_signal(p, stroke);
+        told->seed = gsl_rng_get(rng);
         told->y = room;
     }
     if (way->channel >= 0) {
         told->motion = told->y + (size_t)way->slot * (size_t)t->n;
     } else if (rng != NULL) {
         const fit__signal *s = recorded(t, way->input);
-        told->decades = s->decades;
         double *u = room + (size_t)t->nch * (size_t)t->n;
         for (int i = 0; i < s->n; i++) {
             u[i] = s->g[i] + gsl_ran_gaussian(rng, told->noise);
@@ -236,39 +248,50 @@ static double choose_smoothing(const check *c, int stroke)
     return best;
 }
 
-/* noise of the measured motion, by file or audit */
+/* noise of the measured inputs of a stroke, by file or audit */
+static stein_status find_input_noise(check *c, int stroke, stein_err *err)
+{
+    const fit__problem *p = c->side[0].p;
+    const fit__stroke *t = &p->stroke[stroke];
+    lab_audit *a = NULL;
+    stein_status status = t->nsignal > 0 ? lab_audit_create(&a, t->data, err) : STEIN_OK;
+    for (int i = 0; a != NULL && i < t->data->ncolumn; i++) {
+        for (int k = 0; k < t->nsignal; k++) {
+            const lab_column *column = &t->data->column[i];
+            double noise = a->channel[i].noise;
+            if (column->role == LAB_INPUT && column->index == t->signal[k].input) {
+                c->input_noise[first_signal(p, stroke) + (size_t)k] = isfinite(noise) ? noise : 0.0;
+            }
+        }
+    }
+    lab_audit_destroy(a);
+    return status;
+}
+
+/* noise of the motions and of the forces */
 static stein_status find_noise(check *c, stein_err *err)
 {
     const fit__problem *p = c->side[0].p;
     const diag__way *way = &c->way[0];
     c->noise = calloc(2 * (size_t)p->nstroke + 1, sizeof *c->noise);
-    if (c->noise == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    c->decades = c->noise + p->nstroke;
-    for (int s = 0; s < p->nstroke; s++) {
-        const lab_data *data = p->stroke[s].data;
-        lab_audit *a = NULL;
-        c->decades[s] = NAN;
+    c->input_noise = calloc(first_signal(p, p->nstroke) + 1, sizeof *c->input_noise);
+    stein_status status = c->noise != NULL && c->input_noise != NULL
+                              ? STEIN_OK
+                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    c->decades = c->noise + (c->noise != NULL ? p->nstroke : 0);
+    for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        status = find_input_noise(c, s, err);
         if (way->channel >= 0) {
-            c->noise[s] = p->stroke[s].noise[way->slot];
+            c->noise[s] = t->noise[way->slot];
             c->decades[s] = choose_smoothing(c, s);
-            if (getenv("DECP"))
-                printf("decades %g\n", c->decades[s]);
-            continue;
-        }
-        stein_status status = lab_audit_create(&a, data, err);
-        for (int i = 0; status == STEIN_OK && i < data->ncolumn; i++) {
-            if (data->column[i].role == LAB_INPUT && data->column[i].index == way->input) {
-                c->noise[s] = isfinite(a->channel[i].noise) ? a->channel[i].noise : 0.0;
-            }
-        }
-        lab_audit_destroy(a);
-        if (status != STEIN_OK) {
-            return status;
+        } else {
+            const fit__signal *motion = recorded(t, way->input);
+            c->noise[s] = c->input_noise[first_signal(p, s) + (size_t)(motion - t->signal)];
+            c->decades[s] = motion->decades;
         }
     }
-    return STEIN_OK;
+    return status;
 }
 
 static void free_check(check *c)
@@ -280,6 +303,7 @@ static void free_check(check *c)
         }
     }
     free(c->noise);
+    free(c->input_noise);
     free(c->runs.course);
     free(c->memory);
     free(c->run);

@@ -342,8 +342,9 @@ static void share_of(const work *w, int group, lab_motion_part *to)
     to->share_sd = sqrt(var) / fabs(a1 - a0);
 }
 
-/* Surely nearer to the extended model, and not by another multiple of what that changes, and what
- * departed gone but for noise or a small part? */
+/* Is the extended model far more likely than the one before, and is it not another multiple of what
+ * it changes that is there, and what departed gone but for noise or a small part? Normal errors:
+ * the logarithm of the odds is (share - 1/2)/sd^2. */
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
@@ -351,10 +352,11 @@ static lab_motion_says compare(const lab_motion_part *p)
     if (!isfinite(p->share) || !isfinite(p->share_sd)) {
         return LAB_MOTION_CANNOT_TELL;
     }
-    double off = fabs(p->share - 1.0), far = surely * p->share_sd;
-    return stays || off > 0.5 + far            ? LAB_MOTION_CONTRADICTS
-           : off < 0.5 && p->share > 0.5 + far ? LAB_MOTION_SUPPORTS
-                                               : LAB_MOTION_CANNOT_TELL;
+    double odds = 2.0 * (p->share - 0.5) / (p->share_sd * p->share_sd);
+    int multiple = p->share > 1.5 + surely * p->share_sd;
+    return stays || multiple || odds < -diag__convincing           ? LAB_MOTION_CONTRADICTS
+           : odds > diag__convincing && fabs(p->share - 1.0) < 0.5 ? LAB_MOTION_SUPPORTS
+                                                                   : LAB_MOTION_CANNOT_TELL;
 }
 
 static void judge_part(const work *w, int group, lab_motion_part *to)

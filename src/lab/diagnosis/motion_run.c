@@ -18,6 +18,8 @@
  * measured.
  */
 #include <gsl/gsl_errno.h>
+#include <gsl/gsl_randist.h>
+#include <gsl/gsl_rng.h>
 #include <gsl/gsl_spline.h>
 #include <math.h>
 #include <stdlib.h>
@@ -415,6 +417,28 @@ static void run(const diag__side *side, const fit__problem *own, const diag__way
     free(y);
 }
 
+/* recorded forces with noise on them, in signals of one's own; values is their memory */
+static int shake(fit__signal *signal, int n, const diag__told *told, double **values)
+{
+    size_t all = 0;
+    for (int k = 0; k < n; k++) {
+        all += (size_t)signal[k].n;
+    }
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    double *at = *values = malloc(sizeof *at * (all + 1));
+    for (int k = 0; rng != NULL && at != NULL && k < n; k++) {
+        gsl_rng_set(rng, told->seed + (unsigned long)k);
+        for (int i = 0; !signal[k].motion && i < signal[k].n; i++) {
+            at[i] = signal[k].g[i] + gsl_ran_gaussian(rng, told->force_noise[k]);
+        }
+        signal[k].g = signal[k].motion ? signal[k].g : at;
+        at += signal[k].n;
+    }
+    int good = rng != NULL && at != NULL;
+    gsl_rng_free(rng);
+    return good;
+}
+
 void diag__motion_run(const diag__side *side, const fit__problem *with, const diag__way *way,
                       fit__bench *b, int stroke, const diag__told *told, diag__course *c)
 {
@@ -431,6 +455,7 @@ void diag__motion_run(const diag__side *side, const fit__problem *with, const di
         return;
     }
     fit__signal *signal = (fit__signal *)(own.stroke + n), made = {.t = NULL};
+    double *forces = NULL;
     memcpy(own.stroke, with->stroke, sizeof *own.stroke * n);
     memcpy(signal, t->signal, sizeof *signal * signals);
     fit__stroke *mine = &own.stroke[stroke];
@@ -448,11 +473,15 @@ void diag__motion_run(const diag__side *side, const fit__problem *with, const di
                fit__signal_through(&made, way->input, signal[at].t, told->motion, signal[at].n,
                                    told->noise, told->decades, NULL) == STEIN_OK;
     }
+    if (good && told->force_noise != NULL) {
+        good = shake(signal, side->p->stroke[stroke].nsignal, told, &forces);
+    }
     if (good) {
         signal[at] = made.t != NULL ? made : signal[at];
         run(side, &own, way, b, stroke, &signal[at], told, c);
     }
     fit__signal_free(&made);
+    free(forces);
     free(own.stroke);
     free(y);
 }
