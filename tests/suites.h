@@ -53,7 +53,8 @@
     X(plan)          \
     X(wrong)         \
     X(ranges)        \
-    X(energy)
+    X(energy)        \
+    X(seldom)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

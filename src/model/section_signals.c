@@ -232,10 +232,6 @@ static void read_channel(mech__reader *rd, mech_channel *c, const mech__node *en
                          "every model has the output \"time\", expected another "
                          "name");
     }
-    if (!mech__keys(rd, entry, "an output",
-                    "joint point contact notch input energy read sign zero sensor")) {
-        return;
-    }
     int side = sign ? mech__choice(rd, sign, "sign", "1 -1 +1") : 0;
 
     c->sign = side == 1 ? -1 : 1;
