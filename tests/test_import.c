@@ -170,6 +170,9 @@ START_TEST(projects_that_are_not_in_order_are_refused_by_place)
         const char *from, *to, *told;
     } bad[] = {
         {"<type>R3</type>", "<type>R4</type>", "changed.mbs:12:41: a joint of type \"R4\""},
+        {"<type>R3</type>", "<type>R0</type>", "changed.mbs:12:41: a joint of type \"R0\""},
+        {"<type>R3</type>", "<type>X3</type>", "changed.mbs:12:41: a joint of type \"X3\""},
+        {"<type>R3</type>", "<type>R3x</type>", "changed.mbs:12:41: a joint of type \"R3x\""},
         {"<type>R3</type>", "", "<joint> without a <type>"},
         {"<mass>2.7</mass>", "<mass>2,7</mass>", "changed.mbs:16:7: <mass> is \"2,7\""},
         {"<mass>2.7</mass>", "<mass>nan</mass>", "<mass> is \"nan\""},

@@ -82,4 +82,17 @@ if [ "$(grep -vc '^#' "$dir/one.csv")" = 3 ]; then pass; else fail "two rows bel
 grep -v '^#' "$dir/one.csv" >"$dir/a"
 grep -v '^#' "$dir/all.csv" | cmp -s - "$dir/a"
 ok "the same rows" $?
+claim 0 "a sweep as JSON" "$stein" sweep $pendulum --vary rod.mass=200,220g --until 2ms --json
+for part in '"model": *"pendulum"' '"points": *2' '"present": *2' '"failed": *0' '"name": *"rod.mass"' \
+    '"unit": *"kg"' '0\.22' '"point": *1' '"status": *"ok"'; do
+    shows "JSON of a sweep has $part" "$part"
+done
+claim 0 "what can be wrong with a mechanism" "$stein" effects $action
+shows "it counts the candidates" '^stein1788: [0-9][0-9]* candidates'
+shows "with their places and limits" '^ *felt_\|^[a-z_]* .* up to '
+claim 0 "the same as JSON" "$stein" effects $action --json
+shows "JSON names the model" '"model": *"stein1788"'
+shows "and parameters" '"parameters": *\['
+claim 1 "effects of a file that is not there" "$stein" effects "$dir/none.yaml"
+says "it is named" 'none.yaml'
 finish
