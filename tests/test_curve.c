@@ -163,33 +163,30 @@ static void open_hidden(case_t *c, int which, int seed)
     open_case(c, which < 2 ? pendulum : write_file("felt.yaml", felt), hidden[which].law, seed);
 }
 
-START_TEST(a_law_in_no_table_is_found_with_place_state_and_shape)
+/* place, state and shape of law `which` */
+static void check_law(const case_t *c, int which)
 {
-    case_t c;
-    open_hidden(&c, _i, 0);
-    ck_assert_int_eq(c.d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
-    ck_assert_int_eq(c.d->ncause, 0);
-    ck_assert_int_ge(c.d->nlaw, 1);
-    const lab_law *l = &c.d->law[0];
+    ck_assert_int_eq(c->d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_int_eq(c->d->ncause, 0);
+    ck_assert_int_ge(c->d->nlaw, 1);
+    const lab_law *l = &c->d->law[0];
     double square = 0.0, most = 0.0;
     int inside = 0;
-    ck_assert_str_eq(l->place, hidden[_i].place);
-    ck_assert_str_eq(l->of, hidden[_i].of);
+    ck_assert_str_eq(l->place, hidden[which].place);
+    ck_assert_str_eq(l->of, hidden[which].of);
     ck_assert_int_eq(l->pays, 1);
     ck_assert_double_lt(l->held_out, 1.1); // down to the noise, on strokes it has not seen
-    ck_assert_double_gt(c.d->gain.rmse_before, 3.0);
-    ck_assert_close(c.d->gain.rmse_after, l->held_out, 1e-9, 0.0);
+    ck_assert_double_gt(c->d->gain.rmse_before, 3.0);
+    ck_assert_close(c->d->gain.rmse_after, l->held_out, 1e-9, 0.0);
     for (int k = 0; k < l->n; k++) {
-        double is = truth(l, hidden[_i].law, l->at[k]);
+        double is = truth(l, hidden[which].law, l->at[k]);
         square += (l->value[k] - is) * (l->value[k] - is) / l->n;
         most = fmax(most, fabs(is));
         inside += l->lo[k] <= is && is <= l->hi[k];
     }
     ck_assert_double_lt(sqrt(square), 0.15 * most);
     ck_assert_int_ge(inside, l->n * 17 / 20);
-    close_case(&c);
 }
-END_TEST
 
 START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
 {
@@ -213,18 +210,17 @@ START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
 }
 END_TEST
 
-START_TEST(the_extended_file_moves_like_the_strokes)
+/* the extended file moves like the strokes */
+static void check_extended(const case_t *c, int which)
 {
-    case_t c;
-    open_hidden(&c, _i, 0);
     const char *path = in_folder("extended.yaml"), *set[1];
     lab_model *model = NULL;
     stein_sim *sim[2];
     double off = 0.0;
     char start[60];
-    law_fn *law = hidden[_i].law;
-    ck_assert_stein(lab_extend(path, c.file, c.d, err));
-    int swings = _i < 2;
+    law_fn *law = hidden[which].law;
+    ck_assert_stein(lab_extend(path, c->file, c->d, err));
+    int swings = which < 2;
     snprintf(start, sizeof start, "%s.initial.position=%s", swings ? "rod" : "hammer",
              swings ? "0.53 rad" : "17.3 mm");
     set[0] = start;
@@ -232,7 +228,7 @@ START_TEST(the_extended_file_moves_like_the_strokes)
     options.set = set;
     options.nset = 1;
     for (int i = 0; i < 2; i++) {
-        ck_assert_stein(lab_open(&model, i == 0 ? c.file : path, &options, err));
+        ck_assert_stein(lab_open(&model, i == 0 ? c->file : path, &options, err));
         ck_assert_int_eq(lab_equations(model)->ntable, i);
         ck_assert_stein(lab_sim(model, NULL, &sim[i], err));
         stein_on_force(sim[i], i == 0 ? act : NULL, &law);
@@ -248,6 +244,14 @@ START_TEST(the_extended_file_moves_like_the_strokes)
         lab_close(model);
     }
     ck_assert_double_lt(off, swings ? 2e-3 : 2e-5); // twice the noise of one sample
+}
+
+START_TEST(a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_moves)
+{
+    case_t c;
+    open_hidden(&c, _i, 0);
+    check_law(&c, _i);
+    check_extended(&c, _i);
     close_case(&c);
 }
 END_TEST
@@ -290,8 +294,8 @@ Suite *curve_suite(void)
     tcase_set_timeout(tc, 900); // minutes under the sanitizers
     tcase_add_unchecked_fixture(tc, cache_in_build, NULL);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_add_loop_test(tc, a_law_in_no_table_is_found_with_place_state_and_shape, 0, LAWS);
-    tcase_add_loop_test(tc, the_extended_file_moves_like_the_strokes, 0, LAWS);
+    tcase_add_loop_test(
+        tc, a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_moves, 0, LAWS);
     tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_they_say);
     tcase_add_test(tc, what_no_state_knows_is_not_called_a_law);
     tcase_add_test(tc, a_law_is_in_all_that_is_written);
