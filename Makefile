@@ -335,9 +335,10 @@ run: deps  ## build, strike once, compare with the paper, diagnose strokes, writ
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 # the longest ones first, so that no processor waits for one of them in the end
-LONGEST     := suite-measured script-hidden suite-generator suite-curve script-cli
+LONGEST     := suite-measured script-hidden suite-generator suite-curve script-identity script-cli script-deb
 ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
-JOBS ?= $(shell nproc)
+# one more than processors: browsers, killed programs and compilers are waited for
+JOBS ?= $(shell echo $$(($$(nproc) + 1)))
 
 # what the tests run
 tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
