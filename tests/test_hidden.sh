@@ -289,6 +289,8 @@ case $B in
 *)
     "$B/stein" diagnose models/stein1788.yaml models/strokes/*.csv -o "$dir/strokes" >"$dir/said" 2>&1
     ok "the strokes of the action are diagnosed" $?
+    grep -q 'motion-driven check: [a-z]' "$dir/said" && ! grep -q 'motion-driven check: contradicts' "$dir/said"
+    ok "forces do not contradict what is true" $?
     score "$dir/strokes.json" "$dir/strokes"
     scored "an effect is missing" "verdict missing_effect"
     scored "air drag on the hammer" "first 1"

@@ -27,10 +27,11 @@
 
 enum { PER_STROKE = 24, FEWEST_FRAMES = 4, MOST_FRAMES = 100, BORROWED = 4 };
 enum { OF_FORCE = 1, OF_CHANNELS = 2 };
-static const double bias_known = 0.1;  /* sd of a bias, as a share of it */
-static const double surely = 2.33;     /* sd: 1 % to one side */
-static const double too_much = 4.0;    /* excess over noise, as a normal deviate */
-static const double good_part = 0.15;  /* of an excess of squares */
+static const double bias_known = 0.1; /* sd of a bias, as a share of it */
+static const double surely = 2.33;    /* sd: 1 % to one side */
+static const double too_much = 4.0;   /* excess over noise, as a normal deviate */
+static const double good_part = 0.15; /* of an excess of squares */
+static const double in_sight = 0.5; /* sd of a share: above it the check does not see the effect */
 static const double fine_enough = 0.1; /* of the force that is there */
 
 int diag__motion_run_of(int draw, int kind)
@@ -343,12 +344,13 @@ static void share_of(const work *w, int group, lab_motion_part *to)
 }
 
 /* Is the extended model far more likely than the one before, and is it not another multiple of what
- * it changes that is there, and what departed gone but for noise or a small part? Normal errors:
- * the logarithm of the odds is (share - 1/2)/sd^2. */
+ * it changes that is there, and what departed gone but for noise or a small part? Where the
+ * effect is too small to be seen, what is left says nothing of it. Normal errors: the logarithm of
+ * the odds is (share - 1/2)/sd^2. */
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
-    int stays = p->z_after > too_much && left > good_part * was;
+    int stays = p->z_after > too_much && left > good_part * was && p->share_sd < in_sight;
     if (!isfinite(p->share) || !isfinite(p->share_sd)) {
         return LAB_MOTION_CANNOT_TELL;
     }
