@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "inner.h"
+#include "stein/diagnose.h"
 #include "support.h"
 
 static char folder[] = "/tmp/stein-lab-XXXXXX";
@@ -130,6 +131,22 @@ static inline lab_model *open_text(const char *text, const char *const *set, int
     options.nset = nset;
     ck_assert_stein(lab_open(&model, write_file("model.yaml", text), &options, err));
     return model;
+}
+
+/** The candidate of that kind and place, or the test fails. */
+static inline lab_candidate candidate(const lab_model *model, const char *kind, const char *place)
+{
+    lab_candidate *list = NULL, found = {.effect = NULL};
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (int i = 0; i < n; i++) {
+        if (strcmp(list[i].effect->kind, kind) == 0 && strcmp(list[i].place, place) == 0) {
+            found = list[i];
+        }
+    }
+    free(list);
+    ck_assert_msg(found.effect != NULL, "there is no %s at %s", kind, place);
+    return found;
 }
 
 #endif

@@ -28,21 +28,6 @@ typedef struct models {
     lab_motion out;
 } models;
 
-static lab_candidate candidate(const lab_model *model, const char *kind, const char *place)
-{
-    lab_candidate *list = NULL, found = {.effect = NULL};
-    int n = 0;
-    ck_assert_stein(lab_candidates(&list, &n, model, err));
-    for (int i = 0; i < n; i++) {
-        if (strcmp(list[i].effect->kind, kind) == 0 && strcmp(list[i].place, place) == 0) {
-            found = list[i];
-        }
-    }
-    free(list);
-    ck_assert_msg(found.effect != NULL, "there is no %s at %s", kind, place);
-    return found;
-}
-
 static void fit_model(models *m, int i, const lab_candidate *effect)
 {
     fit__problem *p = &m->p[i];

@@ -29,21 +29,6 @@ static lab_model *open_file(const char *path)
     return model;
 }
 
-static lab_candidate candidate(const lab_model *model, const char *kind, const char *place)
-{
-    lab_candidate *list = NULL, found = {.effect = NULL};
-    int n = 0;
-    ck_assert_stein(lab_candidates(&list, &n, model, err));
-    for (int i = 0; i < n; i++) {
-        if (strcmp(list[i].effect->kind, kind) == 0 && strcmp(list[i].place, place) == 0) {
-            found = list[i];
-        }
-    }
-    free(list);
-    ck_assert_msg(found.effect != NULL, "there is no %s at %s", kind, place);
-    return found;
-}
-
 /* ---- where they sit ---- */
 
 START_TEST(parts_sit_where_the_mechanism_has_room_for_them)

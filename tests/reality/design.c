@@ -70,6 +70,17 @@ double camera_noise(const camera *c, int channel)
     return c->pixel * sqrt(0.25 + 1.0 / 12.0) / (channel == 2 ? c->arm : 1.0);
 }
 
+void design_differ(const design *d, setting *s, gsl_rng *rng)
+{
+    double joints = gsl_ran_gaussian(rng, d->joint_scatter);
+    double contacts = gsl_ran_gaussian(rng, d->contact_scatter);
+    double drive = gsl_ran_gaussian(rng, d->drive_scatter);
+    s->joint_friction = d->scatter ? fmax(joints, -0.5) : 0.0;
+    s->contact_friction = d->scatter ? fmax(contacts, -0.5) : 0.0;
+    s->drive = d->scatter ? drive : 0.0;
+    s->trigger = (gsl_rng_uniform(rng) - 0.5) / d->camera.rate + gsl_ran_gaussian(rng, d->jitter);
+}
+
 void design_scatter(design *d, gsl_rng *rng)
 {
     double marker[SEEN];
@@ -78,14 +89,7 @@ void design_scatter(design *d, gsl_rng *rng)
     }
     for (int i = 0; i < STROKES; i++) {
         setting *s = &d->stroke[i];
-        double joints = gsl_ran_gaussian(rng, d->joint_scatter);
-        double contacts = gsl_ran_gaussian(rng, d->contact_scatter);
-        double drive = gsl_ran_gaussian(rng, d->drive_scatter);
-        s->joint_friction = d->scatter ? fmax(joints, -0.5) : 0.0;
-        s->contact_friction = d->scatter ? fmax(contacts, -0.5) : 0.0;
-        s->drive = d->scatter ? drive : 0.0;
-        s->trigger =
-            (gsl_rng_uniform(rng) - 0.5) / d->camera.rate + gsl_ran_gaussian(rng, d->jitter);
+        design_differ(d, s, rng);
         for (int j = 0; j < SEEN; j++) {
             double again = gsl_ran_gaussian(rng, 0.05 * d->marker);
             s->offset[j] = marker[j] + again / (j == 2 ? d->camera.arm : 1.0);

@@ -65,16 +65,10 @@ static int take_drive(const char *text, setting *s)
     return s->touch_back || strcmp(shape, "rise") == 0 ? 0 : refuse("no such shape: ", shape);
 }
 
-/* what differs from stroke to stroke, as in design.c */
+/* what differs from stroke to stroke; markers that were set anew */
 static void scatter(const design *d, setting *s, gsl_rng *rng)
 {
-    double joints = gsl_ran_gaussian(rng, d->joint_scatter);
-    double contacts = gsl_ran_gaussian(rng, d->contact_scatter);
-    double drive = gsl_ran_gaussian(rng, d->drive_scatter);
-    s->joint_friction = d->scatter ? fmax(joints, -0.5) : 0.0;
-    s->contact_friction = d->scatter ? fmax(contacts, -0.5) : 0.0;
-    s->drive = d->scatter ? drive : 0.0;
-    s->trigger = (gsl_rng_uniform(rng) - 0.5) / d->camera.rate + gsl_ran_gaussian(rng, d->jitter);
+    design_differ(d, s, rng);
     for (int j = 0; j < SEEN; j++) {
         s->offset[j] = gsl_ran_gaussian(rng, d->marker) / (j == 2 ? d->camera.arm : 1.0);
     }

@@ -367,6 +367,8 @@ double camera_noise(const camera *c, int channel);
 void design_strokes(design *d, int touch);
 /** All strokes as the n-th one was told, before scatter. */
 void design_alike(design *d, int like);
+/** How one stroke differs by itself, markers aside; then how all do. */
+void design_differ(const design *d, setting *s, gsl_rng *rng);
 void design_scatter(design *d, gsl_rng *rng);
 void design_truth(const design *d, world *w, gsl_rng *rng);
 
