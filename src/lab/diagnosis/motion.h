@@ -57,6 +57,9 @@ stein_status diag__motion_open(const fit__problem *p, fit__problem *with, stein_
 void diag__motion_run(const diag__side *side, const fit__problem *with, const diag__way *way,
                       fit__bench *b, int stroke, const diag__told *told, diag__course *c);
 
+/** lo .. hi wide enough for y [n] as well, gaps aside. */
+void diag__motion_include(const double *y, int n, double *lo, double *hi);
+
 /* ---- motion_judge.c ---- */
 
 /** All runs of all strokes: run r of stroke s is course[r*nstroke + s]. */

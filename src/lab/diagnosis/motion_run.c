@@ -229,10 +229,8 @@ static void inverse_free(inverse *v)
     gsl_interp_accel_free(v->accel);
 }
 
-static void range_of(const double *y, int n, double *lo, double *hi)
+void diag__motion_include(const double *y, int n, double *lo, double *hi)
 {
-    *lo = INFINITY;
-    *hi = -INFINITY;
     for (int i = 0; i < n; i++) {
         *lo = isfinite(y[i]) ? fmin(*lo, y[i]) : *lo;
         *hi = isfinite(y[i]) ? fmax(*hi, y[i]) : *hi;
@@ -291,10 +289,11 @@ static int signal_from_channel(const diag__side *side, const diag__way *way, fit
 {
     const fit__stroke *t = &side->p->stroke[stroke];
     int n = t->n, delay = t->delay[way->slot];
-    double lo, hi, *time = malloc(sizeof *time * 2 * (size_t)(n + 1)), *q = time + n;
+    double lo = INFINITY, hi = -INFINITY, *time = malloc(sizeof *time * 2 * (size_t)(n + 1)),
+           *q = time + n;
     double error = side->p->clock >= 0 ? b->p[side->p->clock] : 0.0;
     inverse v = {.spline = NULL};
-    range_of(told->motion, n, &lo, &hi);
+    diag__motion_include(told->motion, n, &lo, &hi);
     int good = time != NULL && invert(b->sim, way, b->shown[way->slot], lo, hi, &v);
     for (int i = 0; good && i < n; i++) {
         time[i] = (1.0 + error) * t->data->time[i] - (delay >= 0 ? b->p[delay] : 0.0);

@@ -97,23 +97,15 @@ static page__plot plot_at(FILE *f, const lab_motion *m, double top, double heigh
     return p;
 }
 
-static void include(const double *y, int n, double *lo, double *hi)
-{
-    for (int i = 0; i < n; i++) {
-        *lo = isfinite(y[i]) ? fmin(*lo, y[i]) : *lo;
-        *hi = isfinite(y[i]) ? fmax(*hi, y[i]) : *hi;
-    }
-}
-
 /* the force that was there and the ones that are needed */
 static void draw_forces(FILE *f, const lab_motion *m, double sx)
 {
     double lo = 0.0, hi = 0.0;
     char label[2 * LAB_PLACE];
     page__plot p = plot_at(f, m, 26.0, 150.0, sx);
-    include(m->present, m->n, &lo, &hi);
-    include(m->before, m->n, &lo, &hi);
-    include(m->after, m->n, &lo, &hi);
+    diag__motion_include(m->present, m->n, &lo, &hi);
+    diag__motion_include(m->before, m->n, &lo, &hi);
+    diag__motion_include(m->after, m->n, &lo, &hi);
     page__unit u = page__unit_for(m->unit, fmax(fabs(lo), fabs(hi)));
     p.y0 = u.factor * lo;
     p.y1 = u.factor * hi;
@@ -142,7 +134,7 @@ static void draw_errors(FILE *f, const lab_motion *m, double sx, const char *tim
         high[i] = 2.0 * m->sd[i];
     }
     for (int k = 0; k < 4; k++) {
-        include(room + k * n, n, &lo, &hi);
+        diag__motion_include(room + k * n, n, &lo, &hi);
     }
     page__unit u = page__unit_for(m->unit, fmax(fabs(lo), fabs(hi)));
     p.y0 = u.factor * lo;
