@@ -196,6 +196,25 @@ rm "$dir/says/asked"
 twins run >"$dir/table" 2>"$dir/err"
 gone "a draw that is judged is not made again" "$dir/says/asked"
 
+# ---- results that are kept: a run goes on elsewhere
+kept() { twins "$@" --record "$dir/kept.csv"; }
+kept table >"$dir/out.txt" 2>"$dir/err"
+ok "results are kept" $?
+rm -rf "$dir/twins/"*/*.score
+kept run >"$dir/again" 2>"$dir/err"
+gone "a draw of the record is not made again" "$dir/says/asked"
+sed '/\.txt$/d' "$dir/table" >"$dir/want" && sed '/\.txt$/d' "$dir/again" | cmp -s - "$dir/want"
+ok "and counts as it did" $?
+cp "$dir/kept.csv" "$dir/before.csv"
+sed '2s/,3[0-9]*,/,999990001,/;2s/,1,1,1,/,7,1,1,/' "$dir/kept.csv" | sed 1d >>"$dir/kept.csv"
+kept table >"$dir/out.txt" 2>"$dir/err" && grep -q '^T1' "$dir/kept.csv" && [ "$(wc -l <"$dir/kept.csv")" = 3 ]
+ok "rows of other seeds stay" $?
+head -n 1 "$dir/before.csv" >"$dir/kept.csv" && echo 'T1,half a row' >>"$dir/kept.csv"
+kept table >"$dir/out.txt" 2>"$dir/err"
+[ $? = 1 ] && grep -q 'kept.csv:2: the row has not what the first line says' "$dir/err"
+ok "a row that is cut is told with its line" $?
+rm "$dir/kept.csv"
+
 echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": [$(cause wire key)]}" >"$dir/says/after.json"
 planned '' '{"input": "key_motion", "shape": "there_and_back", "from": 0.001, "to": 0.021, "time": 0.03}' '"hammer_angle"' 1
 made

@@ -21,7 +21,7 @@
  *   draw.c     one draw: make, diagnose            law.c     a recovered law against the hidden one
  *   twin.c     the experiment for rivals, made     table.c   the table, the list of confusions
  *   process.c  other programs                      tree.c    reader of JSON
- *   score.c    results as files
+ *   score.c    results as files                    record.c  results that are kept, as one table
  */
 #ifndef HIDDEN_H
 #define HIDDEN_H
@@ -95,11 +95,17 @@ typedef struct score {
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);
 int score_read(const char *path, score *s);
+/** The names of the columns, and one row a result. */
+void score_head(FILE *f);
+void score_row(FILE *f, const score *s);
+/** @return 0, -1: the row has not what its head says */
+int score_of_row(const char *head, const char *row, score *s);
 
 /* ---- draw.c ---- */
 
 typedef struct setup {
     const char *build, *model, *folder;
+    const char *record; /* file of results that are kept, NULL: none */
     char results[PATH]; /* DIR/BUILD */
     char hash[NAME];
     unsigned long seed;
@@ -120,6 +126,14 @@ int draw_diagnose(const setup *s, const char *set, const char *next, int n, cons
                   double *cpu);
 void draw_paths(const setup *s, const char *level, int draw, char set[PATH], char answer[PATH],
                 char out[PATH], char scored[PATH]);
+
+/* ---- record.c ---- */
+
+/** Results of the file count as judged here. @return 0, also when there is no file yet; -1 after a
+ *  message */
+int record_read(const setup *s);
+/** The file with what has been judged in it. @return 0, -1 after a message */
+int record_write(const setup *s);
 
 /* ---- judge.c ---- */
 

@@ -4,10 +4,12 @@
  *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--seed 1] [--quiet]
  *       make, diagnose and judge what is not judged yet, then print the table
  *   hidden sets ...                     only make the sets
- *   hidden table ...                    the table of what is judged
+ *   hidden table ...                    the table of what is judged, also by a run that goes on
  *   hidden readme FILE ...              the table into a document, between its two marker lines
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
- * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets).
+ * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
+ * --record FILE.csv: results that are kept. Draws that are in it are not made again; run and table
+ * add theirs.
  *
  * Seeds: the table of the README is drawn with a seed that nothing was tuned on.
  */
@@ -27,7 +29,7 @@ static int usage(const char *why, const char *what)
     fprintf(stderr,
             "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--draws N] "
             "[--levels null,L1,L2,L3] [--jobs N] [--seed N] [--build DIR] [--model FILE] "
-            "[-o DIR]\n",
+            "[-o DIR] [--record FILE]\n",
             why, what);
     return USAGE;
 }
@@ -72,7 +74,10 @@ static int option(setup *s, const char *name, const char *value)
     }
     const struct {
         const char *name, **to;
-    } texts[] = {{"--build", &s->build}, {"--model", &s->model}, {"-o", &s->folder}};
+    } texts[] = {{"--build", &s->build},
+                 {"--model", &s->model},
+                 {"-o", &s->folder},
+                 {"--record", &s->record}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (strcmp(name, texts[i].name) == 0) {
             *texts[i].to = value;
@@ -233,6 +238,9 @@ int main(int argc, char **argv)
     if (is_judge) {
         return judge_one(&s, word[1], word[2]);
     }
+    if (record_read(&s) != 0) {
+        return FAILED;
+    }
     if (is_readme) {
         return table_into(word[1], &s) == 0 ? OK : FAILED;
     }
@@ -241,6 +249,7 @@ int main(int argc, char **argv)
     if (failed > 0) {
         fprintf(stderr, "hidden: %d draws failed\n", failed);
     }
-    int status = is_sets ? OK : show(&s);
+    int kept = is_sets ? 0 : record_write(&s);
+    int status = is_sets ? OK : kept != 0 ? FAILED : show(&s);
     return failed > 0 ? FAILED : status;
 }

@@ -38,22 +38,28 @@ static const field fields[] = {
     FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
+static void print_value(FILE *f, const score *s, int i)
+{
+    const char *at = (const char *)s + fields[i].at;
+    if (fields[i].type == 's') {
+        fprintf(f, "%s", *at != '\0' ? at : "-");
+    } else if (fields[i].type == 'i') {
+        int value;
+        memcpy(&value, at, sizeof value);
+        fprintf(f, "%d", value);
+    } else {
+        double value;
+        memcpy(&value, at, sizeof value);
+        fprintf(f, "%.10g", value);
+    }
+}
+
 void score_print(FILE *f, const score *s)
 {
     for (int i = 0; i < FIELDS; i++) {
-        const char *at = (const char *)s + fields[i].at;
         fprintf(f, "%s ", fields[i].name);
-        if (fields[i].type == 's') {
-            fprintf(f, "%s\n", *at != '\0' ? at : "-");
-        } else if (fields[i].type == 'i') {
-            int value;
-            memcpy(&value, at, sizeof value);
-            fprintf(f, "%d\n", value);
-        } else {
-            double value;
-            memcpy(&value, at, sizeof value);
-            fprintf(f, "%.10g\n", value);
-        }
+        print_value(f, s, i);
+        fputc('\n', f);
     }
 }
 
@@ -106,4 +112,38 @@ int score_read(const char *path, score *s)
     }
     fclose(f);
     return 0;
+}
+
+/* ---- as rows of a table ---- */
+
+void score_head(FILE *f)
+{
+    for (int i = 0; i < FIELDS; i++) {
+        fprintf(f, "%s%s", i > 0 ? "," : "", fields[i].name);
+    }
+    fputc('\n', f);
+}
+
+void score_row(FILE *f, const score *s)
+{
+    for (int i = 0; i < FIELDS; i++) {
+        fputs(i > 0 ? "," : "", f);
+        print_value(f, s, i);
+    }
+    fputc('\n', f);
+}
+
+int score_of_row(const char *head, const char *row, score *s)
+{
+    memset(s, 0, sizeof *s);
+    while (*head != '\0' && *row != '\0') {
+        char name[NAME], value[NAME];
+        size_t n = strcspn(head, ",\n"), m = strcspn(row, ",\n");
+        snprintf(name, sizeof name, "%.*s", (int)n, head);
+        snprintf(value, sizeof value, "%.*s", (int)m, row);
+        take(s, name, value);
+        head += n + (head[n] != '\0');
+        row += m + (row[m] != '\0');
+    }
+    return *head == *row && s->draw > 0 && s->seed > 0.0 ? 0 : -1;
 }

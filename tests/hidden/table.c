@@ -45,6 +45,25 @@ static void release(results *r)
     }
 }
 
+/* programs that the draws were judged with: a record may go on with another one */
+static int builds_of(const results *r)
+{
+    const char *seen[LEVELS] = {NULL};
+    int n = 0;
+    for (int k = 0; k < r->s->nlevel; k++) {
+        for (int i = 0; i < r->n[k]; i++) {
+            int known = 0;
+            for (int j = 0; j < n; j++) {
+                known |= strcmp(seen[j], r->of[k][i].build) == 0;
+            }
+            if (!known && n < LEVELS) {
+                seen[n++] = r->of[k][i].build;
+            }
+        }
+    }
+    return n;
+}
+
 /* ---- one cell ---- */
 
 static void share(char text[TEXT], int k, int n)
@@ -288,6 +307,9 @@ void table_print(FILE *f, const setup *s)
     }
     if (r.missing > 0) {
         fprintf(f, " %d draws are not there yet.", r.missing);
+    }
+    if (builds_of(&r) > 1) {
+        fprintf(f, " %d builds of the program were judged.", builds_of(&r));
     }
     fprintf(f, "\n");
     release(&r);
