@@ -126,20 +126,22 @@ static double misfit(check *c, int stroke)
     return best;
 }
 
-/* the same with another value of one setting */
-static double misfit_with(check *c, int stroke, int k, double value)
+/* the same with another value of setting k, or with one setting more: k = nset */
+static double misfit_with(check *c, int stroke, int k, int param, double value)
 {
     fit__stroke *s = &c->p->stroke[stroke];
     const lab_data *own = s->data;
     lab_data other = *own;
-    lab_setting *set = malloc(sizeof *set * (size_t)own->nset);
+    lab_setting *set = malloc(sizeof *set * ((size_t)own->nset + 1));
     if (set == NULL) {
         c->failed = STEIN_ENOMEM;
         return INFINITY;
     }
     memcpy(set, own->set, sizeof *set * (size_t)own->nset);
+    set[k].param = param;
     set[k].value = value;
     other.set = set;
+    other.nset = k < own->nset ? own->nset : own->nset + 1;
     s->data = &other;
     double off = misfit(c, stroke);
     s->data = own;
@@ -156,11 +158,11 @@ typedef struct guess {
 
 static void try_value(check *c, int stroke, int k, double value, int decimal, guess *best)
 {
-    double own = c->p->stroke[stroke].data->set[k].value;
-    if (fabs(value - own) <= 0.05 * fabs(own)) {
+    const lab_setting *set = &c->p->stroke[stroke].data->set[k];
+    if (fabs(value - set->value) <= 0.05 * fabs(set->value)) {
         return;
     }
-    double off = misfit_with(c, stroke, k, value);
+    double off = misfit_with(c, stroke, k, set->param, value);
     // of two that explain it the one with the same digits is the likelier slip
     if (off < best->misfit * (decimal ? 1.0 : best->decimal ? 0.5 : 1.0)) {
         *best = (guess){k, decimal, value, off};
@@ -204,10 +206,9 @@ static guess look_further(check *c, int stroke)
     return best;
 }
 
-/* Does a little more or less of what differs from stroke to stroke by itself - friction, drive -
- * explain the stroke, too? Then it stands at an edge: it just escapes, or bounces once more, and
- * with the file's numbers it just does not, which is nobody's fault. */
-static int stands_at_edge(check *c, int stroke)
+/* does a little more or less of what differs from stroke to stroke by itself - friction, drive -
+ * explain the stroke, too? */
+static int is_moved_by_scatter(check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];
     for (int k = s->first; k < s->first + s->own; k++) {
@@ -221,6 +222,30 @@ static int stands_at_edge(check *c, int stroke)
         }
     }
     return 0;
+}
+
+/* or a number of the file that is wrong by a few of its tolerances? */
+static int is_moved_by_tolerance(check *c, int stroke)
+{
+    const lab_data *d = c->p->stroke[stroke].data;
+    for (int i = 0; i < d->model->np; i++) {
+        const stein_param *q = &d->model->params[i];
+        for (int k = 0; q->tolerance > 0.0 && !fit__is_set(d, i) && k < NUDGES; k++) {
+            double by = (k % 2 == 0 ? 1.0 : -1.0) * largest_nudge * (k / 2 + 1) / (NUDGES / 2);
+            double off = misfit_with(c, stroke, d->nset, i, q->value + by * q->tolerance);
+            if (off < c->misfit[stroke] / explained) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* Then it stands at an edge: it just escapes, or bounces once more, and with the file's numbers it
+ * just does not, which is nobody's fault. */
+static int stands_at_edge(check *c, int stroke)
+{
+    return is_moved_by_scatter(c, stroke) || is_moved_by_tolerance(c, stroke);
 }
 
 /* ---- telling ---- */
