@@ -330,7 +330,9 @@ int diag__asks_for_law(const diag *d, const diag__found *f)
 {
     const lab_diagnosis *o = d->out;
     double left = f->n > 0 ? f->chi2_dof : o->chi2_dof_before;
-    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || left > diag__most_noise(d) || is_doubtful(d);
+    int known = fit__noise_given(&d->p);
+    return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || (known && diag__is_off(d, left)) ||
+           is_doubtful(d);
 }
 
 /* Is the law believed? It has to predict held-out strokes better than nothing does, and than the
