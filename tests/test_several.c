@@ -184,6 +184,43 @@ START_TEST(the_mean_of_what_differs_by_itself_is_asked)
 }
 END_TEST
 
+/* the file with a tolerance of its damping */
+static void with_tolerance(const char *path)
+{
+    char line[300];
+    FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
+    ck_assert(from != NULL && to != NULL);
+    while (fgets(line, sizeof line, from) != NULL) {
+        int is_it = strncmp(line, "    damping:", 12) == 0;
+        fputs(is_it ? "    damping: 2 mN m s/rad +- 5 %\n" : line, to);
+    }
+    fclose(from);
+    ck_assert_int_eq(fclose(to), 0);
+}
+
+START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it)
+{
+    static const char *const inside[] = {"rod.damping=2.2 mN m s/rad", NULL};
+    static const char *const outside[] = {"rod.damping=2.36 mN m s/rad", NULL};
+    fitted f;
+    char *model = lab__text("%s", in_folder("tolerance.yaml"));
+    with_tolerance(model);
+    lab_diagnosis *d = diagnose(&f, model, inside, 1300); // by two
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+    d = diagnose(&f, model, outside, 1300); // by more than three: nothing is left but a long way
+    ck_assert_double_lt(d->chi2_dof_before, 1.1);
+    ck_assert_int_eq(d->ncause, 1);
+    // a heavier rod is damped less, a lighter one more: the mass is a twin
+    const char *kind = d->suspect[0].candidate.effect->kind;
+    ck_assert(strcmp(kind, "viscous_friction") == 0 || strcmp(kind, "mass") == 0);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+    free(model);
+}
+END_TEST
+
 /* the file with another step */
 static void with_step(const char *path, const char *step)
 {
@@ -297,6 +334,7 @@ Suite *several_suite(void)
     tcase_add_test(tc, two_effects_at_once_are_both_found);
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
+    tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it);
     tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
     tcase_add_test(tc, a_swing_that_a_fit_has_lost_is_called_back);
     suite_add_tcase(suite, tc);

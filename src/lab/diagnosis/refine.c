@@ -198,12 +198,14 @@ static stein_status swap(diag *d, diag__suspect *leader, stein_err *err)
     }
     p->given = &given;
     p->given_amount = amount * given.limit;
-    double *x = d->x, *r = d->r; // changes are taken around the leader
+    double *x = d->x, *r = d->r, *J = d->J; // changes are taken around the leader
     d->x = leader->x;
     d->r = leader->r;
+    d->J = leader->J;
     status = diag__changes(d, err);
     d->x = x;
     d->r = r;
+    d->J = J;
     status = status == STEIN_OK ? diag__in_place(d, leader, err) : status;
     p->given = NULL;
     return status;

@@ -117,6 +117,8 @@ stein_status diag__changes(diag *d, stein_err *err);
 stein_status diag__begin_with(const fit__problem *problem, fit__bench *bench,
                               const diag__suspect *s, const double *x, double amount, int stroke,
                               double *y);
+/** The number of the fit (< nname) that a suspect moves as well, -1: none. */
+int diag__number_of(const diag *d, const diag__suspect *s);
 /** The small secant of a part becomes G, and G the small one. */
 void diag__swap_secants(diag__suspect *s);
 void diag__suspects_free(diag *d);
@@ -246,14 +248,23 @@ stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag
 
 /* ---- several.c ---- */
 
+/** What held-out strokes are asked about a cause. */
+typedef enum diag__asked {
+    DIAG_ERROR,      /* is their error smaller with it? */
+    DIAG_LIKELIHOOD, /* it acts like what differs from stroke to stroke by itself, and each stroke's
+                        own differences predict it as well; they have a price, though */
+    DIAG_TOLERANCE   /* it is a number out of its tolerance, which the fit without it has moved
+                        there already: they may not be predicted worse, that is all */
+} diag__asked;
+
 /** Where all searches have ended. */
 typedef struct diag__found {
     int n;
     lab_suspect cause[FIT__ACCEPTED];
-    diag *from[FIT__ACCEPTED]; /* the search that found it */
-    int mean[FIT__ACCEPTED];   /* it acts like what differs from stroke to stroke by itself */
-    diag *end;                 /* where all of them act */
-    diag__suspect *leader;     /* one of them is on trial there; NULL: all are accepted */
+    diag *from[FIT__ACCEPTED];        /* the search that found it */
+    diag__asked asked[FIT__ACCEPTED]; /* of the held-out strokes */
+    diag *end;                        /* where all of them act */
+    diag__suspect *leader;            /* one of them is on trial there; NULL: all are accepted */
     double chi2_dof, excess;
     diag__held held; /* held-out strokes at the end */
     diag **stage;    /* searches after the first one */
@@ -327,7 +338,10 @@ extern const double diag__convincing;   /* of -2 log likelihood: odds of 1 to 10
 int diag__spoken(const diag *d);
 /** Is a suspect a mean of what differs from stroke to stroke by itself, and not by chance? */
 int diag__is_mean(const diag *d, const diag__suspect *s);
-/** Are the linear scores at the null fit larger than chance makes them? */
+/** Does a suspect move a number of the file out of its tolerance, farther than chance does? */
+int diag__is_beyond(const diag *d, const diag__suspect *s);
+/** Are the linear scores at the null fit larger than chance makes them, or the deviations of its
+ *  numbers from the file? */
 int diag__is_seen(const diag *d);
 /** Is more than noise left by so much that a search begins anew from other places? */
 int diag__is_off(const diag *d, double chi2_dof);

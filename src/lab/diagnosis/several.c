@@ -20,7 +20,8 @@
 #include "searching.h"
 
 enum { RENEWALS = 6 };
-static const double enough = 0.3; /* of the objective */
+static const double enough = 0.3;     /* of the objective */
+static const double no_worse = 1.005; /* ratio of held-out errors */
 
 /* ---- where a search stands ---- */
 
@@ -157,12 +158,12 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
     return lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-/* Do held-out strokes miss a cause? What acts like what differs from stroke to stroke by itself is
- * asked of the likelihood, in which differences have their price: each stroke's own ones predict it
- * as well. All else is asked of the error itself. */
-static int is_missed(const diag__held *without, const diag__held *with, int mean)
+/* do held-out strokes miss a cause? */
+static int is_missed(const diag__held *without, const diag__held *with, diag__asked asked)
 {
-    return mean ? with->deviance < without->deviance : with->rmse < without->rmse;
+    return asked == DIAG_LIKELIHOOD  ? with->deviance < without->deviance
+           : asked == DIAG_TOLERANCE ? with->rmse < no_worse * without->rmse
+                                     : with->rmse < without->rmse;
 }
 
 /* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
@@ -178,18 +179,20 @@ static int accept(diag__found *f, diag *d, const diag__held *before, stein_statu
     }
     *status = judge(d, best, &after, err);
     best->s.held_out = after.rmse;
-    int mean = diag__is_mean(d, best);
-    int pays = d->held_data->n < 1 || is_missed(before, &after, mean) ||
+    diag__asked asked = diag__is_mean(d, best)     ? DIAG_LIKELIHOOD
+                        : diag__is_beyond(d, best) ? DIAG_TOLERANCE
+                                                   : DIAG_ERROR;
+    int pays = d->held_data->n < 1 || is_missed(before, &after, asked) ||
                (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
     double fell = (before->rmse * before->rmse - after.rmse * after.rmse) * after.p.samples;
-    int seen = diag__is_seen(d) || mean || fell > diag__convincing;
+    int seen = diag__is_seen(d) || asked != DIAG_ERROR || fell > diag__convincing;
     if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;
     }
     diag__held_free(&f->held);
     f->held = after;
-    f->mean[f->n] = mean;
+    f->asked[f->n] = asked;
     f->cause[f->n] = best->s;
     f->from[f->n++] = d;
     f->end = d;
@@ -229,7 +232,8 @@ static int is_needless(const diag__found *f, int i, const diag *without, const d
 {
     double loss = (without->null_objective - diag__objective(f)) / f->excess;
     int judged = isfinite(held->rmse) && isfinite(f->held.rmse);
-    return !(loss > diag__least_gain) || (judged && !is_missed(held, &f->held, f->mean[i]));
+    double least = f->asked[i] == DIAG_TOLERANCE ? 0.0 : diag__least_gain;
+    return !(loss > least) || (judged && !is_missed(held, &f->held, f->asked[i]));
 }
 
 /* a cause that the others do without goes. @return whether one went */
@@ -252,7 +256,7 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
             for (int k = i; k + 1 < f->n; k++) {
                 f->cause[k] = f->cause[k + 1];
                 f->from[k] = f->from[k + 1];
-                f->mean[k] = f->mean[k + 1];
+                f->asked[k] = f->asked[k + 1];
             }
             f->n--;
             *status = end_at(f, without, err);
@@ -291,7 +295,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     }
     while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
     }
-    if (f->n > 0 && isfinite(before->rmse) && !is_missed(before, &f->held, f->mean[f->n - 1])) {
+    if (f->n > 0 && isfinite(before->rmse) && !is_missed(before, &f->held, f->asked[f->n - 1])) {
         f->n = 0; // all of them together do not pay
         f->end = first;
         f->leader = NULL;

@@ -5,7 +5,8 @@
  *
  * with x0 the fit without it and r the weighted residuals of all strokes. An effect may begin
  * one-sided or with zero slope (a gap that is never reached), so a derivative at a = 0 says little:
- * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS).
+ * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS). Of
+ * a number that is fitted anyhow, within its tolerance, G is the derivative that the fit has.
  *
  * What a part does is far from linear in its amount: a link that bends a little follows slowly, one
  * that bends more rings. Parts have a second secant of a smaller amount, and the one that looks
@@ -266,6 +267,41 @@ static stein_status make_column(double **column, const fit__problem *p, stein_er
     return *column != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
+/* ---- numbers that the fit moves anyhow ---- */
+
+int diag__number_of(const diag *d, const diag__suspect *s)
+{
+    const lab_candidate *c = &s->s.candidate;
+    int plain =
+        c->move == LAB_MOVE_ADD || c->move == LAB_MOVE_RELATIVE || c->move == LAB_MOVE_SCALE;
+    for (int k = 0; plain && s->model == NULL && c->nparam == 1 && k < d->nname; k++) {
+        if (d->p.unknown[k].index == c->param[0] && d->p.unknown[k].prior) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* Of such a number G is what the fit knows of it, the derivative J. A secant would differ from that
+ * by its curvature, and thousands of samples would take the difference for knowledge: that the
+ * number cannot be wrong since the fit has moved it already, however far outside its tolerance. */
+static void take_derivative(const diag *d, diag__suspect *s, int k)
+{
+    const fit__problem *p = &d->p;
+    const fit__unknown *u = &p->unknown[k];
+    double per_x = u->sd * fit__slope(u, d->x[k]); // of the number
+    double per_amount =
+        s->s.candidate.limit * (s->s.candidate.move == LAB_MOVE_ADD ? 1.0 : fit__value(u, d->x[k]));
+    for (int t = 0; t < p->nstroke; t++) {
+        const fit__stroke *o = &p->stroke[t];
+        const double *j = d->J + fit__column(p, t, k);
+        double *G = s->G + fit__offset(p, t);
+        for (int i = 0; i < o->nch * o->n; i++) {
+            G[i] = j[i] * per_amount / per_x;
+        }
+    }
+}
+
 /* G of suspects that are simulated in the same problem */
 static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **list, int n,
                                stein_err *err)
@@ -287,7 +323,14 @@ static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **l
             list[left++] = list[i];
         }
     }
-    return status == STEIN_OK ? secants(d, p, list, left, err) : status;
+    status = status == STEIN_OK ? secants(d, p, list, left, err) : status;
+    for (int i = 0; status == STEIN_OK && i < left; i++) {
+        int k = diag__number_of(d, list[i]);
+        if (k >= 0 && list[i]->s.why == NULL) {
+            take_derivative(d, list[i], k);
+        }
+    }
+    return status;
 }
 
 void diag__swap_secants(diag__suspect *s)

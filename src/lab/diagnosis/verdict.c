@@ -22,6 +22,10 @@
  * gains is large. There the mean of the differences is asked, by
  *
  *      t = amount/sd,   Student's with n - 1 degrees of freedom for n strokes
+ *
+ * A number of the file is fitted within its tolerance, and a fit that moves it as far as it will go
+ * leaves little to gain for whom it is wrong: what is gained is the price of that way. So the way
+ * itself is asked, z = amount/sd with the tolerance in sd, among all numbers with a tolerance.
  */
 #include <gsl/gsl_cdf.h>
 #include <math.h>
@@ -38,6 +42,7 @@ static const double by_chance = 0.01;
 static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
 static const double slack = 0.05; /* of chi2/dof */
 static const double crumb = 0.3;  /* share of what is more than noise */
+static const double twice = 2.0;  /* standard deviations of noise: more is no chance */
 
 double diag__excess(const diag *d, const diag__suspect *s)
 {
@@ -122,14 +127,47 @@ double diag__most_noise(const diag *d)
  */
 static int is_crumb(const diag *d, const diag__suspect *best)
 {
-    double before = fit__chi2_dof(&d->p, d->r), excess = before - 1.0;
-    return fit__noise_given(&d->p) && excess > 2.0 * diag__noise_sd(d) &&
-           before - best->s.chi2_dof < crumb * excess;
+    double before = fit__chi2_dof(&d->p, d->r), excess = before - 1.0 - twice * diag__noise_sd(d);
+    return fit__noise_given(&d->p) && excess > 0.0 && before - best->s.chi2_dof < crumb * excess;
+}
+
+/* would one of the numbers with a tolerance be z of these off by chance? */
+static int is_off_by_chance(const diag *d, double z)
+{
+    const stein_model *m = lab_equations(d->model);
+    int n = 0;
+    for (int k = 0; k < d->nname; k++) {
+        n += m->params[d->p.unknown[k].index].tolerance > 0.0;
+    }
+    return n * 2.0 * gsl_cdf_ugaussian_Q(z) > by_chance;
+}
+
+/* the number of a fit that is farthest off, in its tolerances */
+static double farthest(const diag *d)
+{
+    const stein_model *m = lab_equations(d->model);
+    double most = 0.0;
+    for (int k = 0; k < d->nname; k++) {
+        int known = m->params[d->p.unknown[k].index].tolerance > 0.0;
+        most = known ? fmax(most, fabs(d->x[k])) : most;
+    }
+    return most;
 }
 
 int diag__is_seen(const diag *d)
 {
-    return d->p_value < by_chance;
+    return d->p_value < by_chance || !is_off_by_chance(d, farthest(d));
+}
+
+int diag__is_beyond(const diag *d, const diag__suspect *s)
+{
+    int k = diag__number_of(d, s);
+    if (k < 0 || !s->s.refitted || !isfinite(s->objective) ||
+        !(lab_equations(d->model)->params[d->p.unknown[k].index].tolerance > 0.0)) {
+        return 0;
+    }
+    double sd = s->sd[d->p.amount], z = fabs(s->x[d->p.amount]) / fmax(sd, 1e-300);
+    return s->s.gain > 0.0 && !is_off_by_chance(d, z);
 }
 
 /* does the number that a suspect moves differ from stroke to stroke by itself? */
@@ -167,7 +205,7 @@ int diag__spoken(const diag *d)
     double excess = diag__excess(d, best);
     int gains = best->s.gain > diag__least_gain * excess &&
                 (diag__is_seen(d) || best->s.gain > sure * excess);
-    return (gains || diag__is_mean(d, best)) && !is_crumb(d, best);
+    return (gains || diag__is_mean(d, best) || diag__is_beyond(d, best)) && !is_crumb(d, best);
 }
 
 int diag__is_more(const diag *d, double chi2_dof)
