@@ -406,8 +406,7 @@ mutate:  ## small mistakes in generator, laws, notch and integrators, for the su
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
 SEED   ?= 1
-HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) --record $(RECORD)
-RECORD ?= $(B)/hidden.csv
+HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) $(if $(RECORD),--record $(RECORD))
 hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1
 	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/hidden
 	$(Q)$(call HIDDEN,run) --jobs $(JOBS)

@@ -206,7 +206,7 @@ gone "a draw of the record is not made again" "$dir/says/asked"
 sed '/\.txt$/d' "$dir/table" >"$dir/want" && sed '/\.txt$/d' "$dir/again" | cmp -s - "$dir/want"
 ok "and counts as it did" $?
 cp "$dir/kept.csv" "$dir/before.csv"
-sed '2s/,3[0-9]*,/,999990001,/;2s/,1,1,1,/,7,1,1,/' "$dir/kept.csv" | sed 1d >>"$dir/kept.csv"
+sed '2s/,3[0-9]*,/,999990001,/' "$dir/kept.csv" | sed 1d >>"$dir/kept.csv"
 kept table >"$dir/out.txt" 2>"$dir/err" && grep -q '^T1' "$dir/kept.csv" && [ "$(wc -l <"$dir/kept.csv")" = 3 ]
 ok "rows of other seeds stay" $?
 head -n 1 "$dir/before.csv" >"$dir/kept.csv" && echo 'T1,half a row' >>"$dir/kept.csv"

@@ -112,20 +112,21 @@ START_TEST(one_effect_is_not_called_two)
 }
 END_TEST
 
-/* the file with dry friction */
-static void with_friction(const char *path)
+/* the file with another line in the place of the one that begins so */
+static void with_line(const char *path, const char *begins, const char *instead)
 {
     char line[300];
+    int found = 0;
     FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
     ck_assert(from != NULL && to != NULL);
     while (fgets(line, sizeof line, from) != NULL) {
-        fputs(line, to);
-        if (strncmp(line, "    damping:", 12) == 0) {
-            fputs("    coulomb: {T: 2 mN m, w: 0.05 rad/s}\n", to);
-        }
+        int is_it = strncmp(line, begins, strlen(begins)) == 0;
+        fputs(is_it ? instead : line, to);
+        found += is_it;
     }
     fclose(from);
     ck_assert_int_eq(fclose(to), 0);
+    ck_assert_int_eq(found, 1);
 }
 
 /* the diagnosis of swings whose friction is `mean` times that of the file, and differs from swing
@@ -136,7 +137,8 @@ static lab_diagnosis *with_mean(double mean, fitted *f)
     const char *data[SWINGS + 1] = {NULL};
     unsigned long long seed = 4711;
     snprintf(path, sizeof path, "%s", in_folder("friction.yaml"));
-    with_friction(path);
+    with_line(path, "    damping:",
+              "    damping: 1.5e-4 N m s/rad\n    coulomb: {T: 2 mN m, w: 0.05 rad/s}\n");
     for (int i = 0; i < SWINGS; i++) {
         char start[60], friction[60], name[40];
         snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
@@ -184,27 +186,13 @@ START_TEST(the_mean_of_what_differs_by_itself_is_asked)
 }
 END_TEST
 
-/* the file with a tolerance of its damping */
-static void with_tolerance(const char *path)
-{
-    char line[300];
-    FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
-    ck_assert(from != NULL && to != NULL);
-    while (fgets(line, sizeof line, from) != NULL) {
-        int is_it = strncmp(line, "    damping:", 12) == 0;
-        fputs(is_it ? "    damping: 2 mN m s/rad +- 5 %\n" : line, to);
-    }
-    fclose(from);
-    ck_assert_int_eq(fclose(to), 0);
-}
-
 START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it)
 {
     static const char *const inside[] = {"rod.damping=2.2 mN m s/rad", NULL};
     static const char *const outside[] = {"rod.damping=2.36 mN m s/rad", NULL};
     fitted f;
     char *model = lab__text("%s", in_folder("tolerance.yaml"));
-    with_tolerance(model);
+    with_line(model, "    damping:", "    damping: 2 mN m s/rad +- 5 %\n");
     lab_diagnosis *d = diagnose(&f, model, inside, 1300); // by two
     ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
     lab_diagnosis_destroy(d);
@@ -221,23 +209,6 @@ START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it
 }
 END_TEST
 
-/* the file with another step */
-static void with_step(const char *path, const char *step)
-{
-    char line[300];
-    FILE *from = fopen(pendulum, "r"), *to = fopen(path, "w");
-    ck_assert(from != NULL && to != NULL);
-    while (fgets(line, sizeof line, from) != NULL) {
-        int is_it = strncmp(line, "simulation:", 11) == 0;
-        fputs(is_it ? "" : line, to);
-        if (is_it) {
-            fprintf(to, "simulation: {dt: %s, until: 10 s}\n", step);
-        }
-    }
-    fclose(from);
-    ck_assert_int_eq(fclose(to), 0);
-}
-
 START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
 {
     static const char *const truth[] = {"rod.coulomb.T=0 N m", NULL};
@@ -245,7 +216,9 @@ START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
         fitted f;
         int told = 0;
         char *model = lab__text("%s", in_folder("stepped.yaml"));
-        with_step(model, coarse ? "300 ms" : "10 ms");
+        with_line(model, "simulation:",
+                  coarse ? "simulation: {dt: 300 ms, until: 10 s}\n"
+                         : "simulation: {dt: 10 ms, until: 10 s}\n");
         lab_diagnosis *d = diagnose(&f, model, truth, 900);
         ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
         for (int i = 0; i < d->nfinding; i++) {

@@ -8,7 +8,7 @@
 
 #include "hidden.h"
 
-enum { FIT = 12, HELD = 6, SECONDS = 1200, SEEDS_A_LEVEL = 10000, SEEDS_A_RUN = 100000 };
+enum { FIT = 12, HELD = 6, SECONDS = 1200, SEEDS_A_LEVEL = 10000 };
 
 void draw_paths(const setup *s, const char *level, int draw, char set[PATH], char answer[PATH],
                 char out[PATH], char scored[PATH])

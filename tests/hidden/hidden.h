@@ -29,6 +29,8 @@
 #include <stdio.h>
 
 enum { NAME = 100, PATH = 1000, DRAWS = 9999 };
+/** The seed of a draw is that of its run times this, and more (draw.c). */
+enum { SEEDS_A_RUN = 100000 };
 
 /* ---- tree.c ---- */
 

@@ -12,9 +12,8 @@
 
 #include "hidden.h"
 
-enum { LINE = 8192, SEEDS_A_RUN = 100000 };
+enum { LINE = 8192 };
 
-/* draw_run: seed of the run, then that of the draw within it */
 static int is_of_run(const setup *s, const score *r)
 {
     return (unsigned long)r->seed / SEEDS_A_RUN == s->seed;
@@ -70,22 +69,14 @@ int record_read(const setup *s)
     return process_folder(s->results) == 0 ? each_row(s, take_back, NULL) : -1;
 }
 
-static int copy_other(const setup *s, const score *r, void *ctx)
-{
-    if (!is_of_run(s, r)) {
-        score_row(ctx, r);
-    }
-    return 0;
-}
-
-/* rows of the run that its levels and draws do not reach stay as well */
-static int copy_beyond(const setup *s, const score *r, void *ctx)
+/* rows of other seeds stay, and those of the run that its levels and draws do not reach */
+static int copy_rest(const setup *s, const score *r, void *ctx)
 {
     int asked = 0;
     for (int k = 0; k < s->nlevel; k++) {
         asked |= strcmp(s->level[k], r->level) == 0 && r->draw <= s->draws;
     }
-    if (is_of_run(s, r) && !asked) {
+    if (!is_of_run(s, r) || !asked) {
         score_row(ctx, r);
     }
     return 0;
@@ -104,8 +95,7 @@ int record_write(const setup *s)
         return -1;
     }
     score_head(f);
-    int status = each_row(s, copy_other, f);
-    status = status == 0 ? each_row(s, copy_beyond, f) : status;
+    int status = each_row(s, copy_rest, f);
     for (int k = 0; k < s->nlevel; k++) {
         for (int i = 1; i <= s->draws; i++) {
             score r;

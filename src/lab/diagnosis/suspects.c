@@ -21,8 +21,9 @@
 static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
-static const double smaller = 0.2;   /* amount of a part's second secant, in that of the first */
-static const double about = 1.6;     /* factor by which a scanned amount may be another one */
+static const char unseen[] = "it would not show in these strokes";
+static const double smaller = 0.2; /* amount of a part's second secant, in that of the first */
+static const double about = 1.6;   /* factor by which a scanned amount may be another one */
 enum { SIZINGS = 5, SCANNED = 32, SCAN_ROUNDS = 3 };
 
 fit__problem *diag__problem(diag *d, const diag__suspect *s)
@@ -139,7 +140,7 @@ static int resize(diag__suspect *s, double change)
         return 1;
     }
     if (change < wanted && s->step >= 1.0) {
-        s->s.why = change < visible ? "it would not show in these strokes" : NULL;
+        s->s.why = change < visible ? unseen : NULL;
         return 1;
     }
     double factor = change > 0.0 ? wanted / change : 20.0;
@@ -292,14 +293,18 @@ static void take_derivative(const diag *d, diag__suspect *s, int k)
     double per_x = u->sd * fit__slope(u, d->x[k]); // of the number
     double per_amount =
         s->s.candidate.limit * (s->s.candidate.move == LAB_MOVE_ADD ? 1.0 : fit__value(u, d->x[k]));
+    double square = 0.0;
     for (int t = 0; t < p->nstroke; t++) {
         const fit__stroke *o = &p->stroke[t];
         const double *j = d->J + fit__column(p, t, k);
         double *G = s->G + fit__offset(p, t);
         for (int i = 0; i < o->nch * o->n; i++) {
             G[i] = j[i] * per_amount / per_x;
+            square += G[i] * G[i];
         }
     }
+    int shows = sqrt(square / fmax(1.0, p->samples)) >= visible; // at the limit
+    s->s.why = shows ? NULL : unseen;
 }
 
 /* G of suspects that are simulated in the same problem */
@@ -307,10 +312,17 @@ static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **l
                                stein_err *err)
 {
     stein_status status = STEIN_OK;
-    int left = 0;
+    int left = 0, asked = 0;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
+        int k = diag__number_of(d, list[i]);
         status = make_column(&list[i]->G, p, err);
+        if (status == STEIN_OK && k >= 0) {
+            take_derivative(d, list[i], k);
+        } else {
+            list[asked++] = list[i];
+        }
     }
+    n = asked;
     status = status == STEIN_OK ? size_steps(d, p, list, n, err) : status;
     for (int i = 0; i < n; i++) {
         if (status == STEIN_OK && list[i]->s.candidate.effect->site == LAB_AT_LINK) {
@@ -323,14 +335,7 @@ static stein_status change_all(diag *d, const fit__problem *p, diag__suspect **l
             list[left++] = list[i];
         }
     }
-    status = status == STEIN_OK ? secants(d, p, list, left, err) : status;
-    for (int i = 0; status == STEIN_OK && i < left; i++) {
-        int k = diag__number_of(d, list[i]);
-        if (k >= 0 && list[i]->s.why == NULL) {
-            take_derivative(d, list[i], k);
-        }
-    }
-    return status;
+    return status == STEIN_OK ? secants(d, p, list, left, err) : status;
 }
 
 void diag__swap_secants(diag__suspect *s)

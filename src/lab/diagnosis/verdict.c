@@ -75,9 +75,10 @@ static void say_causes(diag *d, const diag__found *f)
     if (n < (int)size) {
         snprintf(o->reason + n, size - (size_t)n, "%s%s.%s", f->n == 1 ? ": " : "",
                  f->n == 1 ? f->cause[0].candidate.effect->equation : "",
-                 !isfinite(o->gain.ratio) ? ""
-                 : o->gain.ratio < no_nearer
-                     ? " Strokes that were held out are predicted better."
+                 !isfinite(o->gain.ratio)    ? ""
+                 : o->gain.ratio < no_nearer ? " Strokes that were held out are predicted better."
+                 : f->asked[0] == DIAG_TOLERANCE
+                     ? " Without it the fit takes this number far out of its tolerance."
                      : " Strokes that were held out differ less by themselves with it.");
     }
 }
@@ -131,13 +132,18 @@ static int is_crumb(const diag *d, const diag__suspect *best)
     return fit__noise_given(&d->p) && excess > 0.0 && before - best->s.chi2_dof < crumb * excess;
 }
 
+/* does the file state a tolerance of number k of the fit? */
+static int is_stated(const diag *d, int k)
+{
+    return lab_equations(d->model)->params[d->p.unknown[k].index].tolerance > 0.0;
+}
+
 /* would one of the numbers with a tolerance be z of these off by chance? */
 static int is_off_by_chance(const diag *d, double z)
 {
-    const stein_model *m = lab_equations(d->model);
     int n = 0;
     for (int k = 0; k < d->nname; k++) {
-        n += m->params[d->p.unknown[k].index].tolerance > 0.0;
+        n += is_stated(d, k);
     }
     return n * 2.0 * gsl_cdf_ugaussian_Q(z) > by_chance;
 }
@@ -145,11 +151,9 @@ static int is_off_by_chance(const diag *d, double z)
 /* the number of a fit that is farthest off, in its tolerances */
 static double farthest(const diag *d)
 {
-    const stein_model *m = lab_equations(d->model);
     double most = 0.0;
     for (int k = 0; k < d->nname; k++) {
-        int known = m->params[d->p.unknown[k].index].tolerance > 0.0;
-        most = known ? fmax(most, fabs(d->x[k])) : most;
+        most = is_stated(d, k) ? fmax(most, fabs(d->x[k])) : most;
     }
     return most;
 }
@@ -162,8 +166,7 @@ int diag__is_seen(const diag *d)
 int diag__is_beyond(const diag *d, const diag__suspect *s)
 {
     int k = diag__number_of(d, s);
-    if (k < 0 || !s->s.refitted || !isfinite(s->objective) ||
-        !(lab_equations(d->model)->params[d->p.unknown[k].index].tolerance > 0.0)) {
+    if (k < 0 || !is_stated(d, k) || !s->s.refitted || !isfinite(s->objective)) {
         return 0;
     }
     double sd = s->sd[d->p.amount], z = fabs(s->x[d->p.amount]) / fmax(sd, 1e-300);
