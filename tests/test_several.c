@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_several.c - diagnoses of the swings of a pendulum: two effects hidden at once are both
- * found; one is not called two; a step that is too coarse is told, and is no physics; a swing that
- * a fit has lost is called back.
+ * found; one is not called two; numbers out of their tolerances are told, or believed; a step that
+ * is too coarse is told, and is no physics; a swing that a fit has lost is called back.
  */
 #include "fit_support.h"
 #include "searching.h"
@@ -209,6 +209,61 @@ START_TEST(a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it
 }
 END_TEST
 
+/* friction that is missing is damping that is not there: the fit takes the damping far out of its
+ * tolerance. Friction leads where that is believed, and the null fit is as it was. */
+START_TEST(what_a_strained_fit_lacks_leads_where_its_numbers_are_believed)
+{
+    static const char *const truth[] = {"rod.damping=2 mN m s/rad", "rod.coulomb.T=1 mN m", NULL};
+    static const char *name[] = {"rod.damping"};
+    fitted f;
+    char *model = lab__text("%s", in_folder("strained.yaml"));
+    with_line(model, "    damping:", "    damping: 2 mN m s/rad +- 3 %\n");
+    open_swings(&f, model, truth, 1500);
+    lab_options options = cache_here(NULL);
+    lab_diagnosis out = {.nfit = SWINGS};
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    diag d = {.file = model,
+              .model = f.model,
+              .def = &def,
+              .fit_data = f.data,
+              .held_data = f.data,
+              .out = &out};
+    d.name = name;
+    d.nname = 1;
+    d.fit_def = lab_fit_def_default();
+    d.fit_def.free = name;
+    d.fit_def.nfree = 1;
+    ck_assert_stein(diag__open_problem(&d, err));
+    d.p.tolerance = 1e-9;
+    ck_assert_stein(diag__suspects(&d, err));
+    ck_assert_stein(diag__pursue(&d, err));
+    ck_assert_stein(diag__changes(&d, err));
+    ck_assert_stein(diag__rank(&d, err));
+    ck_assert_int_eq(diag__is_strained(&d), 1);
+    double x = d.x[0], objective = d.null_objective, limit = d.p.limit, shown = 0.0;
+    ck_assert_stein(diag__look_believing(&d, err));
+    ck_assert(d.x[0] == x && d.null_objective == objective && d.p.limit == limit);
+    ck_assert_double_gt(x, 2.0); // tolerances
+    int early = 0;
+    for (int i = 0; i < d.n; i++) {
+        const diag__suspect *s = &d.suspect[i];
+        early += isfinite(s->early);
+        if (strcmp(s->s.candidate.effect->kind, "coulomb_friction") == 0) {
+            ck_assert_int_lt(i, 3);
+            shown = s->early * s->s.candidate.limit;
+        }
+    }
+    printf("strained by %.1f tolerances: %d lead, friction of %.4f mN m is one of them\n", x, early,
+           1e3 * shown);
+    ck_assert(early >= 1 && early <= 6);
+    ck_assert_double_eq_tol(shown, 1e-3, 0.05e-3);
+    diag__close(&d);
+    drop(&f);
+    free(model);
+}
+END_TEST
+
 START_TEST(a_step_that_is_too_coarse_is_told_and_is_no_physics)
 {
     static const char *const truth[] = {"rod.coulomb.T=0 N m", NULL};
@@ -308,6 +363,7 @@ Suite *several_suite(void)
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
     tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it);
+    tcase_add_test(tc, what_a_strained_fit_lacks_leads_where_its_numbers_are_believed);
     tcase_add_test(tc, a_step_that_is_too_coarse_is_told_and_is_no_physics);
     tcase_add_test(tc, a_swing_that_a_fit_has_lost_is_called_back);
     suite_add_tcase(suite, tc);

@@ -71,7 +71,7 @@ const char *lab_effect_share(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
 
-enum { LAB_MOVED = 3, LAB_SIDES = 2, LAB_PLACE = 100 };
+enum { LAB_MOVED = 3, LAB_SIDES = 4, LAB_PLACE = 100 };
 
 /** A number of an effect beside its amount: a gap, a range, a damping ratio. */
 typedef struct lab_side {
@@ -117,10 +117,6 @@ void lab_candidate_apply(const lab_candidate *candidate, double amount, double *
  *  @return OK, EINVAL (it cannot sit there), or what lab_open returns */
 stein_status lab_candidate_open(lab_candidate *candidate, lab_model **model, const char *file,
                                 const lab_options *options, stein_err *err);
-/** Name, in the model that lab_candidate_open made, of a parameter of the file; NULL: the same. Of
- *  every present kind it is the same: a link that is cut keeps its numbers as those of the whole.
- */
-const char *lab_candidate_name(const lab_candidate *candidate, const char *name);
 /** Bind a candidate to the parameters of another model of the same mechanism, by kind and place.
  *  @return OK, ENAME (it has no such place or parameter), ENOMEM */
 stein_status lab_candidate_bind(lab_candidate *candidate, const lab_model *model, stein_err *err);

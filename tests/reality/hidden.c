@@ -97,7 +97,7 @@ void hidden_forces(instant *now, const unsigned char *mode)
         couple(&seg[S_HAMMER], &seg[S_HEAD], &a->hammer_split);
     }
     if (a->pin_k > 0.0) {
-        double u = now->q[D_PIN], k = u > 0.0 ? a->pin_k : a->pin_ratio * a->pin_k;
+        double u = now->q[D_PIN], k = u > 0.0 ? a->pin_k / a->pin_ratio : a->pin_k;
         now->b[D_PIN] -= k * u + a->pin_d * now->v[D_PIN];
     }
     if (a->string_k > 0.0) {

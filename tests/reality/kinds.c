@@ -134,7 +134,9 @@ const effect_kind effect_kinds[] = {
      "m/N",
      {5e-5, 0.0, 0.0},
      {{"damping_ratio", "1", 0.05, 0.2}, {"seat_to_lift", "1", 0.0, 1.0}},
-     "the pin of the key rises by u: force -k u - d ud, k = 1/compliance"},
+     "the pin of the key rises by u: force -k u - d ud, k = 1/compliance on its seat, and that "
+     "over "
+     "seat_to_lift where it lifts"},
     {"contact_stiffness",
      "wrong_parameter",
      PADS,

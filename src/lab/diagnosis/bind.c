@@ -15,10 +15,10 @@
 static stein_status bind_part(lab_candidate *c, const lab_model *model, stein_err *err)
 {
     const stein_model *m = lab_equations(model);
-    char name[3][LAB_PLACE];
+    char name[LAB_NUMBERS][LAB_PLACE];
     lab__structure_names(c, name);
-    int at[3] = {-1, -1, -1};
-    for (int i = 0; i < 3; i++) {
+    int at[LAB_NUMBERS];
+    for (int i = 0; i < LAB_NUMBERS; i++) {
         at[i] = name[i][0] != '\0' ? stein_find_param(m, name[i]) : -1;
         if (name[i][0] != '\0' && at[i] < 0) {
             return lab__fail(err, STEIN_ENAME,
@@ -121,13 +121,6 @@ void lab__size_link(lab_candidate *c, const stein_model *m, const double *p)
                             .value = 1.0,
                             .lo = 1.0,
                             .hi = 1.0};
-}
-
-const char *lab_candidate_name(const lab_candidate *c, const char *name)
-{
-    (void)c;
-    (void)name;
-    return NULL;
 }
 
 void lab_candidate_apply(const lab_candidate *c, double amount, double *p)

@@ -172,11 +172,13 @@ static lab_candidate *add(build *b, const lab_effect *e, const char *place, int 
     *c = (lab_candidate){.effect = e,
                          .nparam = 1,
                          .param = {param},
-                         .side = {{.param = -1}, {.param = -1}},
                          .joint = -1,
                          .channel = -1,
                          .unit = param >= 0 ? b->m->params[param].unit : "1",
                          .start = 0.05};
+    for (int k = 0; k < LAB_SIDES; k++) {
+        c->side[k].param = -1;
+    }
     snprintf(c->place, sizeof c->place, "%s", place);
     return c;
 }
@@ -417,21 +419,6 @@ static double stiffness(const build *b, const char *contact)
     return k > 0.0 ? k : 1e4;
 }
 
-/* a number as one would write it on a drawing */
-static double rounded(double value)
-{
-    char text[LAB_NUMBER];
-    snprintf(text, sizeof text, "%.3g", value);
-    return strtod(text, NULL);
-}
-
-/* a range by its lower end, its middle and its upper end */
-static void set_range(lab_side *to, double lo, double middle, double hi)
-{
-    to->lo = rounded(lo), to->value = rounded(middle), to->hi = rounded(hi);
-    to->log = lo > 0.0;
-}
-
 /* amounts as in the head of this file: what a mean torque, a weight or a dip does to the part */
 static void size_part(const build *b, lab_candidate *c, const lab__site *site)
 {
@@ -440,34 +427,38 @@ static void size_part(const build *b, lab_candidate *c, const lab__site *site)
     int j = site->body;
     double E = s->energy[j], Q = s->travel[j], l = s->length[j], dip = Q * site->reach;
     lab_side *side = &c->side[0], *other = &c->side[1];
-    if (strcmp(kind, "elastic_hinge") == 0) {
+    lab__bent bent;
+    if (strcmp(kind, "elastic_hinge") == 0 && lab__bend(&bent, lab__mechanism(b->lab), j) == 0) {
         c->limit = 0.02 * Q / E;
-        set_range(side, 0.02, 0.05, 0.1);
-        set_range(other, 0.25, LAB__BEND, 0.7);
+        lab__set_range(side, 0.02, 0.05, 0.1);
+        lab__set_range(other, 0.25, LAB__BEND, 0.7);
+        double ratio = bent.mass / (1.0 - bent.mass);
+        lab__set_range(&c->side[2], ratio / 3.0, ratio, 3.0 * ratio);
+        lab__set_range(&c->side[3], 0.125, 1.0, 8.0);
     } else if (strcmp(kind, "axis_translation") == 0) {
         c->limit = 0.02 * Q * l * l / E;
-        set_range(side, 0.05, 0.1, 0.2);
+        lab__set_range(side, 0.05, 0.1, 0.2);
     } else if (strcmp(kind, "compliant_partner") == 0) {
         double mass = s->inertia[j] / fmax(site->reach * site->reach, l * l); // felt there
         c->limit = 0.33 / stiffness(b, site->place);
-        set_range(side, 0.08 * mass, 0.2 * mass, 0.45 * mass);
-        set_range(other, 0.02, 0.05, 0.1);
+        lab__set_range(side, 0.08 * mass, 0.2 * mass, 0.45 * mass);
+        lab__set_range(other, 0.02, 0.05, 0.1);
     } else if (strcmp(kind, "string_damper") == 0) {
         c->limit = 0.6 * s->heaviness;
-        set_range(side, 0.15 * dip, 0.35 * dip, 0.6 * dip);
-        set_range(other, 0.36 / dip, 1.0 / dip, 2.9 / dip);
+        lab__set_range(side, 0.15 * dip, 0.35 * dip, 0.6 * dip);
+        lab__set_range(other, 0.36 / dip, 1.0 / dip, 2.9 / dip);
     } else {
         c->limit = 0.25 * s->heaviness / dip;
-        set_range(side, 0.0, 0.02, 0.05);
-        set_range(other, 0.17 * site->reach, 0.28 * site->reach, 0.45 * site->reach);
+        lab__set_range(side, 0.0, 0.02, 0.05);
+        lab__set_range(other, 0.17 * site->reach, 0.28 * site->reach, 0.45 * site->reach);
     }
 }
 
 static void add_parts(build *b, const lab_effect *e)
 {
     lab__site site[LAB_SITES];
-    const char *unit[3], *other;
-    if (!lab__structure_of(e->kind, unit, &other)) {
+    const char *name[LAB_NUMBERS], *unit[LAB_NUMBERS];
+    if (!lab__structure_of(e->kind, name, unit)) {
         return;
     }
     int n = lab__sites(lab__mechanism(b->lab), e->kind, site);
@@ -477,8 +468,9 @@ static void add_parts(build *b, const lab_effect *e)
             c->nparam = 0;
             c->move = LAB_MOVE_VALUE;
             c->unit = unit[0];
-            c->side[0].name = e->side, c->side[0].unit = unit[1];
-            c->side[1].name = other, c->side[1].unit = unit[2];
+            for (int k = 0; k < LAB_SIDES; k++) {
+                c->side[k].name = name[1 + k], c->side[k].unit = unit[1 + k];
+            }
             c->joint = site[i].body;
             size_part(b, c, &site[i]);
         }

@@ -27,7 +27,7 @@ static void write_number(lab__json *j, const char *name, const char *unit, doubl
 static void write_parameters(lab__json *j, const lab_suspect *s)
 {
     lab__json_open(j, "parameters", '{');
-    for (int i = 0; i < s->nnumber && i < LAB_MOVED; i++) {
+    for (int i = 0; i < s->nnumber; i++) {
         const lab_cause_number *n = &s->number[i];
         write_number(j, n->name, n->unit, n->value, n->lo, n->hi);
     }

@@ -138,7 +138,7 @@ static const char *rank_of(const lab_diagnosis *d, int i)
 
 static void suspect_numbers(FILE *f, const lab_suspect *s)
 {
-    for (int i = 0; i < s->nnumber && i < LAB_MOVED; i++) {
+    for (int i = 0; i < s->nnumber; i++) {
         fputs(i > 0 ? ", " : "", f);
         page__words(f, s->number[i].name);
         fputs(" ", f);

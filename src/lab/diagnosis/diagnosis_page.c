@@ -190,7 +190,7 @@ static void size_card(FILE *f, const lab_diagnosis *d)
         if (d->ncause > 1) {
             cause_line(f, s);
         }
-        for (int k = 0; k < s->nnumber && k < LAB_MOVED; k++) {
+        for (int k = 0; k < s->nnumber; k++) {
             const lab_cause_number *n = &s->number[k];
             fputs(k == 0 ? "<p class=\"big\">" : "<p>", f);
             page__words(f, n->name);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * early.c - suspects by how the strokes begin.
+ * early.c - suspects by how the strokes begin, and by what believed numbers leave.
  *
  * A bounce more or less, and everything after it is different: where the null fit lacks what
  * decides that, its parameters are bent until the bounces look right, and linear scores at its end
@@ -7,6 +7,10 @@
  * data, and what is missing shows there already, if only a little. So the strokes are fitted up to
  * the first horizon at which more than noise is left, and the suspects are ranked there. Those that
  * lead are fitted along the strokes from the file's own numbers (refine.c).
+ *
+ * Some effects are there from the first event to the last and still hide: a null fit that may move
+ * numbers out of their tolerances takes them over, almost. Where it ends with such numbers, the
+ * strokes are fitted once more with numbers that stay within them, and what that leaves is asked.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -14,10 +18,12 @@
 
 #include "searching.h"
 
-enum { EARLY = 4, RENEWALS = 4, FOREMOST = 3 }; /* EARLY: of the horizons */
-static const double enough = 0.3;               /* of the objective */
-static const double off = 3.0;                  /* sd of chi2/dof: more than noise is left */
-static const double worth = 16.0;               /* score */
+enum { EARLY = 4, RENEWALS = 4, FOREMOST = 3, RELATIVES = 3 }; /* EARLY: of the horizons */
+static const double enough = 0.3;                              /* of the objective */
+static const double off = 3.0;    /* sd of chi2/dof: more than noise is left */
+static const double worth = 16.0; /* score */
+static const double within = 1.0; /* tolerances */
+static const double near = 0.2;   /* of the best score: worth it at the same place */
 
 /* samples up to the horizon */
 static double samples(const fit__problem *p)
@@ -53,22 +59,54 @@ static int find(diag *d, stein_status *status, stein_err *err)
     return 0;
 }
 
-static stein_status rank(diag *d, stein_err *err)
+/* the first ones count, and more of those at the place of the first one */
+static void choose(diag *d, int relatives)
+{
+    const diag__suspect *best = NULL;
+    for (int i = 0, n = 0, related = 0; i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        int can = s->never == NULL && s->G != NULL && s->s.possible && s->s.score > worth;
+        int first = n < FOREMOST;
+        int here = best != NULL && related < relatives && s->s.score > near * best->s.score &&
+                   diag__related(&s->s.candidate, &best->s.candidate);
+        if (can && (first || here)) {
+            best = best == NULL ? s : best;
+            s->early = s->s.amount / s->s.candidate.limit;
+            related += !first;
+            n++;
+        }
+    }
+}
+
+static stein_status rank(diag *d, int relatives, stein_err *err)
 {
     stein_status status = fit__sensitivities(&d->p, d->x, d->r, d->J, err);
     status = status == STEIN_OK ? diag__changes(d, err) : status;
     status = status == STEIN_OK ? diag__rank(d, err) : status;
-    for (int i = 0, n = 0; status == STEIN_OK && i < d->n && n < FOREMOST; i++) {
-        diag__suspect *s = &d->suspect[i];
-        if (s->never == NULL && s->G != NULL && s->s.possible && s->s.score > worth) {
-            s->early = s->s.amount / s->s.candidate.limit;
-            n++;
-        }
+    if (status == STEIN_OK) {
+        choose(d, relatives);
     }
     return status;
 }
 
-stein_status diag__look_early(diag *d, stein_err *err)
+/* a null fit whose numbers stay within their tolerances */
+static int believe(diag *d, stein_status *status, stein_err *err)
+{
+    fit__problem *p = &d->p;
+    fit__end e = {.x = d->x, .J = d->J, .r = d->r};
+    double limit = p->limit;
+    memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
+    fit__problem_try(p, NULL);
+    p->limit = within;
+    *status = diag__follow(d, p, &e, err);
+    p->limit = limit;
+    return *status == STEIN_OK;
+}
+
+/* where to look: a fit of the strokes to d->x. @return is anything to be seen there? */
+typedef int look(diag *d, stein_status *status, stein_err *err);
+
+static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *err)
 {
     const fit__problem *p = &d->p;
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
@@ -76,19 +114,30 @@ stein_status diag__look_early(diag *d, stein_err *err)
     if (room == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    double *x = d->x, *r = d->r, *J = d->J; // the null fit waits
+    const diag null = *d; // it waits
     d->x = room;
     d->r = room + nu;
     d->J = d->r + rows;
     stein_err why = {STEIN_OK, ""};
     stein_status status = STEIN_OK;
-    if (find(d, &status, &why)) {
-        status = rank(d, &why);
+    if (make_fit(d, &status, &why)) {
+        status = rank(d, relatives, &why);
     }
-    d->x = x;
-    d->r = r;
-    d->J = J;
+    d->x = null.x;
+    d->r = null.r;
+    d->J = null.J;
+    d->null_objective = null.null_objective;
     d->p.horizon = INFINITY;
     free(room);
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+}
+
+stein_status diag__look_early(diag *d, stein_err *err)
+{
+    return look_at(d, find, 0, err);
+}
+
+stein_status diag__look_believing(diag *d, stein_err *err)
+{
+    return look_at(d, believe, RELATIVES, err);
 }

@@ -30,12 +30,9 @@ enum {
     MORE = 8,
     RIVALS = 4,
     RELATIVES = 2,
-    RENEW_LAST = 4,
-    TRIES = 3,
-    ANEW = 5 /* fits from the file's own numbers, of one search: they cost most of it */
+    RENEW_LAST = 4
 };
 static const double enough = 0.3;       /* of the objective */
-static const double worth_a_try = 10.0; /* of the objective */
 static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
@@ -44,23 +41,23 @@ static const double nearly = 0.75;      /* in the leader's place: what loses les
 
 /* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
  */
-static double least_amount(const diag__suspect *s)
+double diag__least_amount(const diag__suspect *s)
 {
     return s->model != NULL || s->scanned ? s->step : 0.0;
 }
 
 /* numbers in the block of x, r, J and sd of a refit */
-static size_t room_of(const fit__problem *p)
+size_t diag__room_of(const fit__problem *p)
 {
     return (size_t)p->nu + fit__offset(p, p->nstroke) + fit__columns(p) + (size_t)p->np + 1;
 }
 
-static stein_status make_room(diag *d, diag__suspect *s, stein_err *err)
+stein_status diag__make_room(diag *d, diag__suspect *s, stein_err *err)
 {
     const fit__problem *p = diag__problem(d, s);
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     if (s->x == NULL) {
-        s->x = malloc(sizeof *s->x * room_of(p));
+        s->x = malloc(sizeof *s->x * diag__room_of(p));
         s->r = s->x != NULL ? s->x + nu : NULL;
         s->J = s->x != NULL ? s->r + rows : NULL;
         s->sd = s->x != NULL ? s->J + fit__columns(p) : NULL;
@@ -83,7 +80,7 @@ static void borrow(const fit__problem *p, const double *J, const double *G, doub
 }
 
 /* the fit of a suspect, from s->x with s->J */
-static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err)
+stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
@@ -105,10 +102,10 @@ static stein_status fit_on(diag *d, diag__suspect *s, int renewals, stein_err *e
 }
 
 /* numerical failures are the suspect's misfortune */
-static stein_status attempt(diag *d, diag__suspect *s, int renewals, stein_err *err)
+stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
-    stein_status status = fit_on(d, s, renewals, &why);
+    stein_status status = diag__fit_on(d, s, renewals, &why);
     if (status == STEIN_ENOMEM) {
         return lab__fail(err, status, "out of memory");
     }
@@ -143,7 +140,7 @@ static stein_status lead_on(diag *d, stein_err *err)
             break;
         }
         last = next->promised;
-        status = is_open(next) ? attempt(d, next, RENEW_LEADERS, err) : status;
+        status = is_open(next) ? diag__attempt(d, next, RENEW_LEADERS, err) : status;
     }
     diag__sort(d);
     return status;
@@ -159,14 +156,14 @@ static stein_status from_null(diag *d, stein_err *err)
         if (s->never != NULL || s->G == NULL || !(s->s.score > worth * best) || !s->s.possible) {
             continue;
         }
-        stein_status status = make_room(d, s, err);
+        stein_status status = diag__make_room(d, s, err);
         if (status != STEIN_OK) {
             return status;
         }
         memcpy(s->x, d->x, sizeof *s->x * (size_t)p->nu);
-        s->x[p->amount] = least_amount(s);
+        s->x[p->amount] = diag__least_amount(s);
         borrow(p, d->J, s->G, s->J);
-        status = attempt(d, s, RENEW_FIRST, err);
+        status = diag__attempt(d, s, RENEW_FIRST, err);
         if (status != STEIN_OK) {
             return status;
         }
@@ -232,14 +229,14 @@ static stein_status parts_in_place(diag *d, stein_err *err)
     for (int n = 0; status == STEIN_OK && n < PARTS && (s = next_part(d)) != NULL; n++) {
         int was_fitted = s->s.refitted && isfinite(s->objective) && s->ended;
         s->swap = INFINITY;
-        status = was_fitted ? STEIN_OK : make_room(d, s, err);
+        status = was_fitted ? STEIN_OK : diag__make_room(d, s, err);
         if (status != STEIN_OK || was_fitted) {
             continue;
         }
         const fit__problem *p = diag__problem(d, s);
         memcpy(s->x, s->start, sizeof *s->x * (size_t)p->nu);
         s->unknown_J = 1;
-        status = attempt(d, s, RENEW_LEADERS, err);
+        status = diag__attempt(d, s, RENEW_LEADERS, err);
     }
     return status;
 }
@@ -261,12 +258,12 @@ static stein_status numbers_in_place(diag *d, stein_err *err)
         if (next == NULL) {
             break;
         }
-        status = make_room(d, next, err);
+        status = diag__make_room(d, next, err);
         if (status == STEIN_OK) {
             const fit__problem *p = diag__problem(d, next);
             memcpy(next->x, next->start, sizeof *next->x * (size_t)p->nu);
             borrow(p, d->suspect[0].J, next->G, next->J);
-            status = attempt(d, next, 1, err);
+            status = diag__attempt(d, next, 1, err);
         }
         next->swap = INFINITY;
         n++;
@@ -294,135 +291,6 @@ static stein_status in_place(diag *d, int *changed, stein_err *err)
     return status;
 }
 
-/* Another start: s->x, from which all is fitted with new derivatives. `found` 0: there is none. */
-typedef stein_status another_start(diag *d, diag__suspect *s, double first, int *found,
-                                   stein_err *err);
-
-/* Along the strokes from the file's own numbers, with the effect in the model: a null fit without
- * it has bent parameters so far that no step leads back.
- * @param first  where the first number beside the amount begins; NAN: where it is */
-static stein_status from_the_file(diag *d, diag__suspect *s, double first, int *found,
-                                  stein_err *err)
-{
-    fit__problem *p = diag__problem(d, s);
-    double number[FIT__NUMBERS];
-    memcpy(number, s->x + p->amount, sizeof number);
-    memset(s->x, 0, sizeof *s->x * (size_t)p->first_accepted);
-    memset(s->x + p->np, 0, sizeof *s->x * (size_t)(p->nu - p->np));
-    for (int k = 1; k < FIT__NUMBERS; k++) {
-        s->x[p->amount + k] = fmin(fmax(number[k], -1.0), 1.0);
-    }
-    s->x[p->side] = isfinite(first) ? first : s->x[p->side];
-    fit__problem_try(p, &s->s.candidate);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    stein_status status = diag__follow(d, p, &e, err);
-    fit__problem_try(p, NULL);
-    *found = 1;
-    return status;
-}
-
-static stein_status without_strays(diag *d, diag__suspect *s, double first, int *found,
-                                   stein_err *err)
-{
-    (void)first;
-    fit__problem *p = diag__problem(d, s);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    fit__problem_try(p, &s->s.candidate);
-    stein_status status = diag__recall_strays(d, p, &e, 1, found, err);
-    fit__problem_try(p, NULL);
-    return status;
-}
-
-/* a fit from another start, kept when it is better */
-static stein_status again(diag *d, diag__suspect *s, another_start *start, double first,
-                          stein_err *err)
-{
-    const diag__suspect was = *s;
-    size_t size = room_of(diag__problem(d, s));
-    double *room = malloc(sizeof *room * size);
-    if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
-    }
-    memcpy(room, s->x, sizeof *room * size);
-    stein_err why = {STEIN_OK, ""};
-    int found = 0;
-    stein_status status = start(d, s, first, &found, &why);
-    if (status == STEIN_OK && found) {
-        s->unknown_J = start != from_the_file;
-        status = fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
-    }
-    if (found && (status != STEIN_OK || !(s->objective < was.objective))) {
-        memcpy(s->x, room, sizeof *room * size);
-        *s = was;
-    }
-    free(room);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
-}
-
-static double best_gain(const diag *d)
-{
-    return d->suspect[0].s.gain;
-}
-
-/* until the fit has ended or new derivatives bring nothing any more */
-static stein_status to_the_end(diag *d, diag__suspect *s, stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    double was = INFINITY;
-    for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
-                    was - s->objective > worth_a_try;
-         k++) {
-        was = s->objective;
-        status = attempt(d, s, RENEW_LAST, err);
-    }
-    return status;
-}
-
-/* more than noise is left to a suspect that gains enough to be worth a search, or strokes of it
- * have numbers that nobody believes */
-static int is_off(diag *d, const diag__suspect *s)
-{
-    return isfinite(s->objective) && s->s.gain > worth_anew &&
-           (diag__is_off(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
-}
-
-/* without the strays of where it is, and once more when that has brought something */
-static stein_status recall(diag *d, diag__suspect *s, stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    double was = INFINITY;
-    for (int k = 0;
-         status == STEIN_OK && k < TRIES && is_off(d, s) && was - s->objective > worth_a_try; k++) {
-        was = s->objective;
-        status = again(d, s, without_strays, NAN, err);
-    }
-    return status;
-}
-
-/* From the file's own numbers, until one of the starts leads to noise: where a gap begins or a
- * spring is tight decides which events a stroke has, and no small step leads across one. The first
- * amount is that of bent numbers; where much was gained by a start, another one with the amount
- * found there may lead on. */
-static stein_status begin_anew(diag *d, diag__suspect *s, stein_err *err)
-{
-    static const double first[] = {NAN, NAN, 1.0, -1.0}; // quarters of the range
-    int several = s->s.candidate.side[0].param >= 0 && s->s.gain > worth_starts * best_gain(d);
-    stein_status status = STEIN_OK;
-    double was = INFINITY;
-    for (int k = 0; k < (several ? 4 : 2) && status == STEIN_OK && is_off(d, s); k++) {
-        if ((k == 1 && !(was - s->objective > worth_anew)) || d->anew >= ANEW) {
-            continue;
-        }
-        d->anew++;
-        was = s->objective;
-        status = again(d, s, from_the_file, first[k], err);
-        status = status == STEIN_OK ? to_the_end(d, s, err) : status;
-        status = status == STEIN_OK ? recall(d, s, err) : status;
-    }
-    s->begun = 1;
-    return status;
-}
-
 /* is but noise left to the leader, or to the null fit? */
 static int leaves_noise(const diag *d)
 {
@@ -439,37 +307,8 @@ static stein_status lead_to_the_end(diag *d, stein_err *err)
     if (!leader->s.refitted || !isfinite(leader->objective) || leader->s.gain < worth_anew) {
         return STEIN_OK;
     }
-    stein_status status = to_the_end(d, leader, err);
-    status = status == STEIN_OK ? recall(d, leader, err) : status;
-    diag__sort(d);
-    return status;
-}
-
-/* those that lead where the strokes begin, from the file's own numbers, until one leaves but noise
- */
-static stein_status early_ones(diag *d, stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    for (int i = 0, ends = 0; status == STEIN_OK && i < d->n && !ends; i++) {
-        diag__suspect *s = &d->suspect[i];
-        if (!isfinite(s->early)) {
-            continue;
-        }
-        status = make_room(d, s, err);
-        if (status != STEIN_OK) {
-            break;
-        }
-        if (!s->s.refitted) {
-            memcpy(s->x, d->x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
-            s->objective = INFINITY;
-        }
-        s->x[diag__problem(d, s)->amount] =
-            s->model != NULL ? fmax(s->early, least_amount(s)) : s->early;
-        status = again(d, s, from_the_file, NAN, err);
-        status = status == STEIN_OK ? to_the_end(d, s, err) : status;
-        s->begun = 1;
-        ends = isfinite(s->objective) && !is_off(d, s);
-    }
+    stein_status status = diag__to_the_end(d, leader, err);
+    status = status == STEIN_OK ? diag__recall(d, leader, err) : status;
     diag__sort(d);
     return status;
 }
@@ -482,7 +321,7 @@ static stein_status rivals_to_the_end(diag *d, stein_err *err)
     stein_status status = STEIN_OK;
     for (int i = 1, n = 0; status == STEIN_OK && i < d->n && n < RIVALS; i++) {
         if (is_open(&d->suspect[i]) && d->suspect[i].promised < bound) {
-            status = to_the_end(d, &d->suspect[i], err);
+            status = diag__to_the_end(d, &d->suspect[i], err);
             n++;
         }
     }
@@ -506,15 +345,15 @@ static stein_status relatives_anew(diag *d, stein_err *err)
                         diag__related(&s->s.candidate, &leader);
             next = named && (next == NULL || s->near < next->near) ? s : next;
         }
-        status = next != NULL ? make_room(d, next, err) : STEIN_OK;
+        status = next != NULL ? diag__make_room(d, next, err) : STEIN_OK;
         if (next == NULL || status != STEIN_OK) {
             break;
         }
         memcpy(next->x, d->x, sizeof *next->x * (size_t)diag__problem(d, next)->nu);
         next->objective = INFINITY;
         next->s.refitted = 1;
-        status = again(d, next, from_the_file, NAN, err);
-        status = status == STEIN_OK ? to_the_end(d, next, err) : status;
+        status = diag__from_the_file(d, next, err);
+        status = status == STEIN_OK ? diag__to_the_end(d, next, err) : status;
     }
     diag__sort(d);
     return status;
@@ -528,22 +367,22 @@ static stein_status polish(diag *d, stein_err *err)
     int explained = 0;
     for (int i = 0; status == STEIN_OK && i < d->n && i < (explained ? POLISHED : MORE); i++) {
         diag__suspect *s = &d->suspect[i];
-        int behind = s->s.gain < (i < POLISHED ? 0.3 : worth_starts) * best_gain(d);
+        int behind = s->s.gain < (i < POLISHED ? 0.3 : worth_starts) * d->suspect[0].s.gain;
         if (!s->s.refitted || !isfinite(s->objective) || behind) {
             continue;
         }
         if (!s->ended) {
-            status = attempt(d, s, RENEW_LAST, err);
+            status = diag__attempt(d, s, RENEW_LAST, err);
         }
-        if (status == STEIN_OK && !explained && is_off(d, s) && !s->begun) {
-            status = recall(d, s, err);
-            status = status == STEIN_OK ? begin_anew(d, s, err) : status;
+        if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && !s->begun) {
+            status = diag__recall(d, s, err);
+            status = status == STEIN_OK ? diag__begin_anew(d, s, err) : status;
         }
-        explained |= !is_off(d, s);
+        explained |= !diag__leaves_more(d, s);
     }
     diag__sort(d);
     if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted) {
-        status = to_the_end(d, &d->suspect[0], err);
+        status = diag__to_the_end(d, &d->suspect[0], err);
         status = status == STEIN_OK ? rivals_to_the_end(d, err) : status;
         diag__sort(d);
     }
@@ -559,21 +398,14 @@ static stein_status doubt(diag *d, stein_err *err)
     return doubtful ? diag__pursue_again(d, leader, err) : STEIN_OK;
 }
 
-stein_status diag__refit(diag *d, stein_err *err)
+/* what could stand in the leader's place, until nobody else leads */
+static stein_status settle(diag *d, stein_err *err)
 {
-    stein_status status = from_null(d, err);
-    status = status == STEIN_OK ? doubt(d, err) : status;
-    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
-        status = lead_to_the_end(d, err);
-    }
-    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
-        status = early_ones(d, err);
-    }
-    status = status == STEIN_OK ? polish(d, err) : status;
+    stein_status status = polish(d, err);
     for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
         status = in_place(d, &changed, err);
         if (status == STEIN_OK && changed && !d->suspect[0].ended) {
-            status = attempt(d, &d->suspect[0], RENEW_LEADERS, err);
+            status = diag__attempt(d, &d->suspect[0], RENEW_LEADERS, err);
         }
     }
     if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted &&
@@ -582,4 +414,42 @@ stein_status diag__refit(diag *d, stein_err *err)
     }
     status = status == STEIN_OK ? polish(d, err) : status;
     return status == STEIN_OK ? doubt(d, err) : status;
+}
+
+/* The last resort, where more than noise is left and the null fit does not believe the file's
+ * numbers: who leads where they are believed? What is found so has to be better than all that was.
+ */
+static stein_status believe(diag *d, stein_err *err)
+{
+    double objective = d->suspect[0].objective;
+    stein_status status = diag__look_believing(d, err);
+    status = status == STEIN_OK ? diag__early_ones(d, 1, err) : status;
+    status = status == STEIN_OK ? diag__changes(d, err) : status; // of the null fit again
+    status = status == STEIN_OK ? diag__rank(d, err) : status;
+    for (int i = 0; i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (s->s.refitted && isfinite(s->objective)) {
+            s->s.amount = s->x[diag__problem(d, s)->amount] * s->s.candidate.limit;
+        }
+    }
+    diag__sort(d);
+    return status == STEIN_OK && d->suspect[0].objective < objective ? settle(d, err) : status;
+}
+
+stein_status diag__refit(diag *d, stein_err *err)
+{
+    stein_status status = from_null(d, err);
+    status = status == STEIN_OK ? doubt(d, err) : status;
+    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
+        status = lead_to_the_end(d, err);
+    }
+    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
+        status = diag__early_ones(d, 0, err);
+    }
+    status = status == STEIN_OK ? settle(d, err) : status;
+    if (status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !leaves_noise(d) &&
+        diag__is_strained(d)) {
+        status = believe(d, err);
+    }
+    return status;
 }

@@ -7,8 +7,9 @@
  *   suspects.c    what each of them would change
  *   pursue.c      the null fit, along the strokes
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
- *   early.c       the same where the strokes begin
+ *   early.c       the same where the strokes begin, or where numbers are believed
  *   refine.c      the best suspects fitted in full
+ *   anew.c        the same from other starts
  *   order.c       in the order of what they have reached
  *   strays.c      single strokes that a fit has lost
  *   parts.c       how much of a part could stand in a leader's place
@@ -198,11 +199,44 @@ int diag__related(const lab_candidate *a, const lab_candidate *b);
  *  else. @return OK, ENOMEM */
 stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *err);
 
+/* ---- refine.c, for anew.c ---- */
+
+/** Numbers in the block of x, r, J and sd of a refit. */
+size_t diag__room_of(const fit__problem *p);
+/** That block, if there is none yet. @return OK, ENOMEM */
+stein_status diag__make_room(diag *d, diag__suspect *s, stein_err *err);
+/** An amount at which it can be simulated [limits]: parts have no 0, and what was scanned does
+ *  nothing there. */
+double diag__least_amount(const diag__suspect *s);
+/** The fit of a suspect, from s->x with s->J. */
+stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err);
+/** The same; numerical failures are the suspect's misfortune. @return OK, ENOMEM */
+stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *err);
+
+/* ---- anew.c: all of these keep what is better, and return OK or ENOMEM ---- */
+
+/** From the file's own numbers, along the strokes. */
+stein_status diag__from_the_file(diag *d, diag__suspect *s, stein_err *err);
+/** Until the fit has ended or new derivatives bring nothing any more. */
+stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err);
+/** Without the strays of where it is, and once more when that has brought something. */
+stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err);
+/** From the file's own numbers and other amounts, until one of the starts leads to noise. */
+stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err);
+/** Those that lead early, from the file's own numbers, until one leaves but noise.
+ *  @param relatives  1: then those at its place, too */
+stein_status diag__early_ones(diag *d, int relatives, stein_err *err);
+/** Does it leave more than noise and gain enough to be worth a search, or have strokes of it
+ *  numbers that nobody believes? */
+int diag__leaves_more(diag *d, const diag__suspect *s);
+
 /* ---- early.c ---- */
 
 /** The suspects that lead where the strokes begin: is_early, early. All else of the search stays
  * but scores and G, which are to be made anew. @return OK (also when no fit can be made), ENOMEM */
 stein_status diag__look_early(diag *d, stein_err *err);
+/** The same where the numbers of the file stay within their tolerances. */
+stein_status diag__look_believing(diag *d, stein_err *err);
 
 /* ---- strays.c ---- */
 
@@ -340,6 +374,8 @@ int diag__spoken(const diag *d);
 int diag__is_mean(const diag *d, const diag__suspect *s);
 /** Does a suspect move a number of the file out of its tolerance, farther than chance does? */
 int diag__is_beyond(const diag *d, const diag__suspect *s);
+/** Does the null fit have numbers out of their tolerances, farther than chance takes them? */
+int diag__is_strained(const diag *d);
 /** Are the linear scores at the null fit larger than chance makes them, or the deviations of its
  *  numbers from the file? */
 int diag__is_seen(const diag *d);

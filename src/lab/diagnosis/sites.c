@@ -5,6 +5,7 @@
  * where the axes of all bodies are parallel.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "structure.h"
@@ -74,18 +75,32 @@ int lab__bend(lab__bent *b, const mechanism *m, int index)
     if (!(f > 0.05 && f < 0.95)) {
         return -1;
     }
-    double shift = at + 0.5 * beyond - along(c, b->e);
     b->at = (lab__vec){at * b->e.x, at * b->e.z};
     b->link = (lab__vec){carries * b->e.x, carries * b->e.z};
-    b->offset = (lab__vec){shift * b->e.x, shift * b->e.z};
+    b->apart = (lab__vec){0.5 * length * b->e.x, 0.5 * length * b->e.z};
     b->mass = f;
-    b->turn = f * f * f;
     return 0;
 }
 
 int lab__is_beyond(const lab__bent *b, lab__vec at)
 {
     return along(at, b->e) > along(b->at, b->e);
+}
+
+/* ---- ranges ---- */
+
+/* a number as one would write it on a drawing */
+static double rounded(double value)
+{
+    char text[LAB_NUMBER];
+    snprintf(text, sizeof text, "%.3g", value);
+    return strtod(text, NULL);
+}
+
+void lab__set_range(lab_side *to, double lo, double middle, double hi)
+{
+    to->lo = rounded(lo), to->value = rounded(middle), to->hi = rounded(hi);
+    to->log = lo > 0.0;
 }
 
 /* ---- sites ---- */

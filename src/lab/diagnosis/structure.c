@@ -17,6 +17,9 @@
  *                  (F L^2/2EI, F L^3/3EI), one that is bent evenly at 1/2; a link is between.
  *   What lies      the share of a thin uniform bar with the mass, the centre and the inertia of the
  *   beyond         whole, of length sqrt(12 I/m), along the line from the joint through the centre.
+ *                  That is where its mass begins: what the two parts weigh and how they share the
+ *                  inertia that is not that of their distance is fitted with the amount, since a
+ *                  bar that is heavier at its end bends as far with half the compliance.
  *   Where an axis  along z, against the weight, as stiff upwards as downwards.
  *   moves
  *   A partner      stands still as drawn: its weight is carried. It moves along the normal of its
@@ -40,22 +43,22 @@ typedef struct fragment {
 } fragment;
 
 typedef struct structure {
-    const char *kind, *ending, *unit[3], *other;
-    const char *name[3]; /* of amount, side and third number behind the part's name */
+    const char *kind, *ending;
+    const char *name[LAB_NUMBERS], *unit[LAB_NUMBERS]; /* names behind the part's */
     fragment text[LINES];
 } structure;
 
-/* $P part, $B body, $a amount, $s side, $o third number, $x $z place, others as `words` has them */
+/* $P part, $B body, $a amount, $s $o $m $i the numbers beside it, $x $z place, others as `words`
+ * has them */
 static const structure structures[] = {
     {"elastic_hinge",
      "_outer",
-     {"rad/(N m)", "1", "1"},
-     "place",
-     {"compliance", "damping_ratio", "place"},
-     {{"parameters", "$P.offset.z: $w m"},
-      {"parameters", "$P.offset.x: $u m"},
-      {"parameters", "$P.inertia_share: $i"},
-      {"parameters", "$P.mass_share: $m"},
+     {"compliance", "damping_ratio", "place", "mass_ratio", "inertia_ratio"},
+     {"rad/(N m)", "1", "1", "1", "1"},
+     {{"parameters", "$P.apart.z: $w m"},
+      {"parameters", "$P.apart.x: {value: $u m, about: \"its centre from that of the rest\"}"},
+      {"parameters", "$P.inertia_ratio: $i"},
+      {"parameters", "$P.mass_ratio: {value: $m, about: \"to the rest of $B\"}"},
       {"parameters", "$P.damping_ratio: $s"},
       {"parameters", "$P.link.z: $z m"},
       {"parameters", "$P.link.x: {value: $x m, about: \"as far as what $B carries\"}"},
@@ -63,28 +66,27 @@ static const structure structures[] = {
       {"bodies",
        "$P: {about: \"what lies beyond the place where $B bends, as of a thin uniform bar\",\n"
        "part_of: $B, joint: $j, at: [$P.place * $P.link.x, 0, $P.place * $P.link.z],\n"
-       "mass: $P.mass_share * $B.mass, inertia: {yy: $P.inertia_share * $B.inertia.yy},\n"
-       "centre: [$B.centre.x + $P.offset.x, 0, $B.centre.z + $P.offset.z],\n"
+       "mass: $P.mass_ratio / (1 + $P.mass_ratio) * $B.mass,\n"
+       "centre: [$B.centre.x + $P.apart.x / (1 + $P.mass_ratio), 0,\n"
+       "$B.centre.z + $P.apart.z / (1 + $P.mass_ratio)],\n"
+       "inertia: {yy: $P.inertia_ratio / (1 + $P.inertia_ratio) * ($B.inertia.yy\n"
+       "- $P.mass * ($P.apart.x * $P.apart.x + $P.apart.z * $P.apart.z) / (1 + $P.mass_ratio))},\n"
        "spring: {k: 1 / $P.compliance},\n"
-       "damping: 2 * $P.damping_ratio * sqrt(($P.inertia_share * $B.inertia.yy\n"
-       "+ $P.mass_share * $B.mass *\n"
-       "(($B.centre.x + $P.offset.x - $P.at.x) * ($B.centre.x + $P.offset.x - $P.at.x)\n"
-       "+ ($B.centre.z + $P.offset.z - $P.at.z) * ($B.centre.z + $P.offset.z - $P.at.z)))\n"
-       "/ $P.compliance)$k}"}}},
+       "damping: 2 * $P.damping_ratio * sqrt(($P.inertia.yy + $P.mass *\n"
+       "(($P.centre.x - $P.at.x) * ($P.centre.x - $P.at.x)\n"
+       "+ ($P.centre.z - $P.at.z) * ($P.centre.z - $P.at.z))) / $P.compliance)$k}"}}},
     {"axis_translation",
      "_axis",
-     {"m/N", "1", NULL},
-     NULL,
-     {"compliance", "damping_ratio", NULL},
+     {"compliance", "damping_ratio"},
+     {"m/N", "1"},
      {{"parameters", "$P.damping_ratio: $s"},
       {"bodies", "$P: {about: \"the axis of $B, which gives way\", joint: T z,\n"
                  "spring: {k: 1 / $P.compliance},\n"
                  "damping: 2 * $P.damping_ratio * sqrt($B.mass / $P.compliance)}"}}},
     {"compliant_partner",
      "_partner",
-     {"m/N", "kg", "1"},
-     "damping_ratio",
      {"compliance", "mass", "damping_ratio"},
+     {"m/N", "kg", "1"},
      {{"parameters", "$P.damping_ratio: $o"},
       {"bodies", "$P: {about: \"what the contact $B meets, on a spring; at rest as drawn\",\n"
                  "joint: T $j, mass: $s kg,\n"
@@ -92,9 +94,8 @@ static const structure structures[] = {
                  "damping: 2 * $P.damping_ratio * sqrt($P.mass / $P.compliance)}"}}},
     {"string_damper",
      "_damper",
-     {"N", "m", "1/m"},
-     "k_to_F0",
      {"normal.F0", "x0", "k_to_F0"},
+     {"N", "m", "1/m"},
      {{"parameters", "$P.k_to_F0: $o 1/m"},
       {"parameters", "$P.x0: $s m"},
       {"contacts", "$P: {about: \"lifted by $B from a dip x0 on\", between: [{point: $q},\n"
@@ -102,9 +103,8 @@ static const structure structures[] = {
                    "normal: {F0: $a N, c: $P.k_to_F0 * $P.normal.F0}}"}}},
     {"wire",
      "_wire",
-     {"N/m", "1", "m"},
-     "length",
      {"k", "stretch", "reach"},
+     {"N/m", "1", "m"},
      {{"parameters", "$P.reach: $o m"},
       {"parameters", "$P.stretch: $s"},
       {"points", "$P: [$x m, 0, $z m + $P.reach]"},
@@ -120,13 +120,14 @@ static const structure *find_kind(const char *kind)
     return NULL;
 }
 
-int lab__structure_of(const char *kind, const char *unit[3], const char **other)
+int lab__structure_of(const char *kind, const char *name[LAB_NUMBERS],
+                      const char *unit[LAB_NUMBERS])
 {
     const structure *s = find_kind(kind);
-    for (int i = 0; s != NULL && i < 3; i++) {
+    for (int i = 0; s != NULL && i < LAB_NUMBERS; i++) {
+        name[i] = s->name[i];
         unit[i] = s->unit[i];
     }
-    *other = s != NULL ? s->other : NULL;
     return s != NULL;
 }
 
@@ -145,11 +146,11 @@ int lab__part_name(const char *kind, const char *place, char name[MECH_NAME])
     return s != NULL ? 0 : -1;
 }
 
-void lab__structure_names(const lab_candidate *c, char name[3][LAB_PLACE])
+void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE])
 {
     const structure *s = find_kind(c->effect->kind);
     char part[MECH_NAME];
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < LAB_NUMBERS; i++) {
         name[i][0] = '\0';
         if (s != NULL && s->name[i] != NULL) {
             part_name(s, c->place, part);
@@ -282,10 +283,8 @@ static stein_status cut_link(lab__surgery *s, const lab_candidate *c, const mech
     w->of['j'] = joint;
     set_rounded(w, 'x', b.link.x);
     set_rounded(w, 'z', b.link.z);
-    set_rounded(w, 'u', b.offset.x);
-    set_rounded(w, 'w', b.offset.z);
-    set_rounded(w, 'm', b.mass);
-    set_rounded(w, 'i', b.turn);
+    set_rounded(w, 'u', b.apart.x);
+    set_rounded(w, 'w', b.apart.z);
     stein_status status = move_beyond(s, m, body, &b, w->of['P'], points, err);
     w->of['k'] = *points;
     return status;
@@ -374,6 +373,8 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
     set_number(&w, 'a', amount);
     set_number(&w, 's', c->side[0].value);
     set_number(&w, 'o', c->side[1].value);
+    set_number(&w, 'm', c->side[2].value);
+    set_number(&w, 'i', c->side[3].value);
     if (strcmp(kind->kind, "elastic_hinge") == 0) {
         status = cut_link(s, c, m, site->body, &w, joint, &points, err);
     } else if (strcmp(kind->kind, "axis_translation") == 0) {

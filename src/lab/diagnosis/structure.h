@@ -50,14 +50,16 @@ lab__vec lab__drawn(const mechanism *m, int body, lab__vec at);
 
 /** Where a link bends, and its part beyond. */
 typedef struct lab__bent {
-    lab__vec at, e;    /* in the body's axes; e points to what lies beyond */
-    lab__vec link;     /* along e, as far as what the body carries; at is a share of it */
-    lab__vec offset;   /* of the part's centre from the whole's */
-    double mass, turn; /* shares of mass and inertia */
+    lab__vec at, e; /* in the body's axes; e points to what lies beyond */
+    lab__vec link;  /* along e, as far as what the body carries; at is a share of it */
+    lab__vec apart; /* the part's centre from that of the rest */
+    double mass;    /* its share */
 } lab__bent;
 /** The share is LAB__BEND. @return 0, or -1 when the body has no such place */
 int lab__bend(lab__bent *b, const mechanism *m, int body);
 int lab__is_beyond(const lab__bent *b, lab__vec at);
+/** A range by its lower end, its middle and its upper end, as one would write them on a drawing. */
+void lab__set_range(lab_side *to, double lo, double middle, double hi);
 /** Axis along which a line's normal points, ' ' when it is oblique. */
 char lab__normal_axis(double facing);
 /** The point where the load stands or the first input pushes, -1: none. */
@@ -76,13 +78,15 @@ int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES]);
 
 /* ---- structure.c ---- */
 
-/** Units of the amount, the side and the third number of a kind, and the name of the third one,
- *  NULL when there is none. @return 0 when the kind needs no part */
-int lab__structure_of(const char *kind, const char *unit[3], const char **other);
+enum { LAB_NUMBERS = 1 + LAB_SIDES }; /* of a part: the amount and what is beside it */
+/** Names and units of the numbers of a kind, NULL behind the last one.
+ *  @return 0 when the kind needs no part */
+int lab__structure_of(const char *kind, const char *name[LAB_NUMBERS],
+                      const char *unit[LAB_NUMBERS]);
 /** Name of the part. @return 0, or -1 when the kind needs none */
 int lab__part_name(const char *kind, const char *place, char name[MECH_NAME]);
-/** Paths of the three numbers in the extended model; [0] is "" when there is none. */
-void lab__structure_names(const lab_candidate *c, char name[3][LAB_PLACE]);
+/** Paths of these numbers in the extended model; [0] is "" when there is none. */
+void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE]);
 /** The text of a mechanism file with the part in it, freed by the caller.
  *  @param m       the mechanism of that text
  *  @param amount  of the effect; its other numbers are those of the candidate

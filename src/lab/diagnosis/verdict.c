@@ -158,9 +158,14 @@ static double farthest(const diag *d)
     return most;
 }
 
+int diag__is_strained(const diag *d)
+{
+    return !is_off_by_chance(d, farthest(d));
+}
+
 int diag__is_seen(const diag *d)
 {
-    return d->p_value < by_chance || !is_off_by_chance(d, farthest(d));
+    return d->p_value < by_chance || diag__is_strained(d);
 }
 
 int diag__is_beyond(const diag *d, const diag__suspect *s)

@@ -126,7 +126,7 @@ static stein_status take_free(fit__problem *p, stein_err *err)
     return STEIN_OK;
 }
 
-const char *const fit__number_name[FIT__NUMBERS] = {"amount", "side", "other"};
+const char *const fit__number_name[FIT__NUMBERS] = {"amount", "side", "other", "third", "fourth"};
 
 int fit__find_number(const char *name)
 {
