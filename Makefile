@@ -346,6 +346,7 @@ tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/repl
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested
+	$(Q)rm -rf $(B)/cache
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(ALL_JOBS))
 

@@ -3,7 +3,8 @@
 # each claim that fails; `finish` ends the script with a count of both.
 #
 #   $B, $stein       what was built, the program; $variant and $san: how, for make and a compiler
-#   $dir             a folder of the script's own, gone when it ends; XDG_CACHE_HOME is in it
+#   $dir             a folder of the script's own, gone when it ends
+#   XDG_CACHE_HOME   beside the products: equations are compiled once for all tests
 script=${0##*/} script=${script%.sh}
 B=${STEIN_BUILD:-build}
 stein=$B/stein
@@ -13,7 +14,7 @@ case $variant in san) san='-fsanitize=address,undefined' ;; esac
 dir=$(mktemp -d "${TMPDIR:-/tmp}/stein-${script#test_}-XXXXXX") || exit 1
 trap 'chmod -R u+w "$dir"; rm -rf "$dir"' EXIT
 trap 'exit 1' HUP INT TERM
-XDG_CACHE_HOME=$dir/cache
+mkdir -p "$B" && XDG_CACHE_HOME=$(cd "$B" && pwd)/cache
 export XDG_CACHE_HOME
 LC_ALL=C
 export LC_ALL

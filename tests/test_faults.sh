@@ -4,6 +4,7 @@
 # that says so, an exit code, the previous file as it was, nothing half done beside it.
 set -u
 . tests/claims.sh
+XDG_CACHE_HOME=$dir/cache # its own
 
 # ---- memory: tests/faults/main.c (its malloc is none of a sanitizer's)
 case $B in

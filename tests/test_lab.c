@@ -4,6 +4,7 @@
  * Every test has a cache folder of its own; equations are kept from being built in by a structure
  * no model of the library has.
  */
+#define CACHE_OF_ITS_OWN
 #include "lab_support.h"
 
 void lab_results_cases(Suite *suite);

@@ -4,6 +4,7 @@
 # (chromium). What is not installed is told and left out; `make deps-page` installs it.
 set -u
 . tests/claims.sh
+XDG_CACHE_HOME=$dir/cache # its own
 unset WASM_CC WASI_SYSROOT
 
 # counted FILE: claims that a script has counted in its last line; the others are told

@@ -25,6 +25,7 @@ static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, a
 static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
 static const double as_well = 1.25;  /* held-out errors that are no different */
+static const double less = 0.5;      /* of what is left */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -335,6 +336,13 @@ int diag__asks_for_law(const diag *d, const diag__found *f)
            is_doubtful(d);
 }
 
+/* Does a law take away most of what the causes leave beyond noise? One that bends as they do fits
+ * as well as they and a little better: it has more numbers. */
+static int leaves_less(const diag__found *f, const lab_law *l)
+{
+    return l->chi2_dof - 1.0 < less * (f->chi2_dof - 1.0);
+}
+
 /* Is the law believed? It has to predict held-out strokes better than nothing does, and than the
  * causes do whose place it would take: those are things people know. */
 static int is_believed(const diag *d, const diag__found *f, const lab_law *l, double before)
@@ -355,7 +363,8 @@ static int is_believed(const diag *d, const diag__found *f, const lab_law *l, do
     }
     double other = f->n > 0 ? d->null_objective - diag__objective(f) : 0.0;
     return l->share >= diag__must_explain && l->chi2_dof <= diag__most_noise(d) &&
-           l->gain > other + diag__least_gain && (!held || f->n == 0 || l->held_out < f->held.rmse);
+           l->gain > other + diag__least_gain &&
+           (f->n == 0 || (leaves_less(f, l) && (!held || l->held_out < f->held.rmse)));
 }
 
 static void take_over(diag *d, diag__found *f, diag__held *held)
