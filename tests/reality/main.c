@@ -337,17 +337,10 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
         }
     }
     w->hidden = e;
+    int status = o->verify && a->met ? refit_size_dense(r, &a->dense) : 0;
     if (o->also) {
         a->met = a->met && hide_second(o, w, a, r, rng);
     }
-    refit_free(r);
-    return OK;
-}
-
-static int verify(const world *w, answer *a)
-{
-    refit *r = refit_create(w, a->d);
-    int status = r != NULL ? refit_size_dense(r, &w->hidden, &a->dense) : -1;
     refit_free(r);
     return status == 0 ? OK : FAILED;
 }
@@ -426,9 +419,6 @@ static int one_set(const options *o, world *w)
     design_scatter(&d, scene);
     design_truth(&d, w, scene);
     int status = o->null ? OK : hide(o, w, &a, hidden);
-    if (status == OK && o->verify && !o->null) {
-        status = verify(w, &a);
-    }
     if (status == OK && mkdir(o->out, 0777) != 0 && errno != EEXIST) {
         perror(o->out);
         status = FAILED;

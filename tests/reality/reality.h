@@ -392,10 +392,20 @@ int film_frames(const camera *c);
 typedef struct refit refit;
 refit *refit_create(const world *w, const design *d);
 void refit_free(refit *r);
-/** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. */
-int refit_size(refit *r, const effect *e, double *size);
-/** The same by one dense least-squares problem (gsl_multifit): slow, for checking. */
-int refit_size_dense(refit *r, const effect *e, double *size);
+/** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. The
+ *  refit begins where the one that was kept ends, in proportion. Sizes from a quarter to three
+ * times `target` are good, others show only that they are less or more. @return 0, -1: not
+ * simulated */
+int refit_size(refit *r, const effect *e, double target, double *size);
+/** The same before refitting. */
+int refit_raw(refit *r, const effect *e, double *size);
+/** The last refit, of effect e, is where others begin. */
+void refit_keep(refit *r, const effect *e);
+/** The next effect is another one: nothing is kept, columns of the true parameters. */
+void refit_forget(refit *r);
+/** The size of the last refit after one more step by a dense least-squares problem (gsl_multifit),
+ *  without algebra of its own: slow, for checking. */
+int refit_size_dense(const refit *r, double *size);
 
 /* scale.c */
 /** Amount at which the size is `target`. @return 0, 1: the limit is reached first, -1: failed */

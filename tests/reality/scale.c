@@ -1,41 +1,61 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * scale.c - the amount of an effect that has a given size after refitting (refit.c).
+ *
+ * The amount grows from a twentieth of its limit by at most a factor of four, so that every refit
+ * follows the one below it; where it loses its way (a size far beyond what is wanted says nothing
+ * but that) it goes back and takes shorter steps.
  */
 #include <math.h>
 
 #include "reality.h"
 
-static const double close_enough = 0.02;
-enum { MAX_TRIES = 14 };
+static const double close_enough = 0.1; /* what is reached is in the answer */
+static const double most = 4.0;         /* factor between two amounts */
+static const double least = 1.01;       /* the size jumps where not even this can be followed */
+static const double lost = 3.0;         /* times the size that is wanted */
+static const double steepest = 2.0;     /* size ~ amount^2 at most, where it has begun to show: */
+static const double begun = 1e-4;       /* before it, gaps may be closed */
+enum { MAX_TRIES = 16 };
 
-typedef struct bracket {
-    double low, high; /* amounts known to be too small, too large; high 0: none yet */
-    double a0, m0;    /* last try */
-} bracket;
+typedef struct search {
+    double low, m;  /* greatest amount that is too small, its size; 0: none yet */
+    double high;    /* smallest amount that is too large; 0: none yet */
+    double stretch; /* factor from low to the next amount at most */
+} search;
 
-/* the next amount: secant in logarithms, kept inside what is known (halved there if it leaves) */
-static double next_amount(const bracket *b, double a, double m, double target)
+/* The next amount after one of size m: secant in logarithms, inside what is known. */
+static double next_amount(search *b, double a, double m, double target)
 {
-    double slope = 1.0;
-    if (b->m0 > 0.0 && fabs(log(a / b->a0)) > 1e-6) {
-        slope = log(m / b->m0) / log(a / b->a0);
-        slope = slope > 0.3 && slope < 4.0 ? slope : 1.0;
+    double next = a * fmin(fmax(target / m, 1.0 / most), b->stretch);
+    if (m > lost * target && b->low > 0.0) {
+        b->stretch = fmin(sqrt(b->stretch), sqrt(a / b->low));
+        next = b->low * b->stretch;
+    } else if (m > target && b->low > 0.0) {
+        next = b->low * pow(target / b->m, log(a / b->low) / log(m / b->m));
     }
-    double next = m > 0.0 ? a * fmin(fmax(pow(target / m, 1.0 / slope), 0.02), 20.0) : 20.0 * a;
-    if (b->high > 0.0 && b->low > 0.0 && !(next > b->low && next < b->high)) {
-        next = sqrt(b->low * b->high);
-    }
-    return next;
+    int outside = b->high > 0.0 && b->low > 0.0 && !(next > b->low && next < b->high);
+    return outside ? sqrt(b->low * b->high) : next;
+}
+
+/* can an amount up to the limit have the size at all */
+static int is_hopeless(double a, double m, double limit, double target)
+{
+    return a >= limit || (m > begun * target && m * pow(limit / a, steepest) < target);
 }
 
 int refit_scale(refit *r, effect *e, double target, double *reached)
 {
-    double sign = e->amount < 0.0 ? -1.0 : 1.0, limit = 1.0, a = 0.05;
-    bracket b = {0.0, 0.0, 0.0, 0.0};
-    for (int n = 0; n < MAX_TRIES; n++) {
-        double m;
+    double sign = e->amount < 0.0 ? -1.0 : 1.0, limit = 1.0, a = 0.05, m;
+    search b = {.stretch = most};
+    refit_forget(r);
+    e->amount = sign * limit;
+    if (refit_raw(r, e, &m) == 0 && m < target) {
+        *reached = m;
+        return 1;
+    }
+    for (int n = 0; n < MAX_TRIES && b.stretch > least; n++) {
         e->amount = sign * a;
-        if (refit_size(r, e, &m) != 0) { // the action does not survive that much
+        if (refit_size(r, e, target, &m) != 0) { // the action does not survive that much
             limit = 0.7 * a;
             a = 0.5 * limit;
             continue;
@@ -44,15 +64,21 @@ int refit_scale(refit *r, effect *e, double target, double *reached)
         if (fabs(m / target - 1.0) < close_enough) {
             return 0;
         }
-        if (m < target && a >= limit) {
+        if (m < target && is_hopeless(a, m, limit, target)) {
             return 1;
         }
-        b.low = m < target ? a : b.low;
-        b.high = m > target ? a : b.high;
-        double next = next_amount(&b, a, m, target);
-        b.a0 = a;
-        b.m0 = m;
-        a = fmin(next, limit);
+        if (m < target) {
+            refit_keep(r, e);
+            b.stretch = fmin(most, b.low > 0.0 && a > b.low ? fmax(b.stretch, a / b.low) : most);
+            b.low = a;
+            b.m = m;
+        } else if (m < lost * target) {
+            b.high = a;
+        }
+        if (b.high > 0.0 && b.low > 0.0 && b.high < least * b.low) {
+            return 1;
+        }
+        a = fmin(next_amount(&b, a, fmax(m, 1e-3 * target), target), limit);
     }
     return 1;
 }

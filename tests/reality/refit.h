@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * refit.h - what the two halves of the refit share: its columns (columns.c) and its steps
+ * (refit.c).
+ */
+#ifndef REALITY_REFIT_H
+#define REALITY_REFIT_H
+
+#include "reality.h"
+
+enum {
+    MAX_COMMON = 40,
+    N_TRIGGER = 0,
+    N_OFFSET,
+    N_DRIVE = N_OFFSET + SEEN,
+    N_JOINTS,
+    N_CONTACTS,
+    OWN
+};
+
+typedef struct block {
+    setting at;      /* told settings, no scatter */
+    stroke play;     /* without effect at the true parameters */
+    film base;       /* what is seen of it */
+    film shown;      /* the same with the effect in question */
+    double *X;       /* [ncommon + OWN][rows] columns in units of noise */
+    double *G;       /* [ncommon + OWN][ncommon + OWN] X'X, lower half */
+    double *X0, *G0; /* those at the true parameters */
+    double own[OWN]; /* numbers of its own where the columns are taken, in prior sd */
+} block;
+
+struct refit {
+    const world *w;
+    const design *d;
+    camera camera;
+    int ncommon, common[MAX_COMMON]; /* parameter indices */
+    int rows;                        /* per stroke: frames times channels */
+    int like[FIT];                   /* repeats share films and columns: the first such stroke */
+    block block[FIT];                /* of the first ones */
+    double at[MAX_COMMON];           /* common numbers where the columns are taken */
+    int use[MAX_COMMON + OWN];       /* columns that may be used against the effect */
+    double *r, *before;              /* [FIT][rows] residuals, and those before a step */
+    double *u, *low;                 /* [unknowns] where the refit stands, where it begins */
+    double amount;                   /* of the effect that `low` is of, 0: of none */
+};
+
+static inline double *column(const refit *r, const block *b, int k)
+{
+    return b->X + (size_t)k * (size_t)r->rows;
+}
+
+static inline double inner(const double *a, const double *b, int n)
+{
+    double s = 0.0;
+    for (int i = 0; i < n; i++) {
+        s += a[i] * b[i];
+    }
+    return s;
+}
+
+/** (b - a) times factor [noise of a sample], channel after channel. */
+void refit_change(const refit *r, const film *a, const film *b, double factor, double *out);
+/** Film of a stroke without effect at common[ncommon] and own[OWN], both in prior sd; offsets need
+ *  no film. @return 0, -1: it cannot be simulated */
+int refit_film(const refit *r, const block *b, const double *common, const double *own, film *f);
+/** Columns of every stroke at the true parameters. @return 0, -1 */
+int columns_create(refit *r);
+/** Columns of every stroke at r->at and own of its block. @return 0, -1: as they were */
+int columns_renew(refit *r);
+/** Those at the true parameters again. */
+void columns_reset(refit *r);
+void columns_free(block *b);
+
+#endif
