@@ -19,6 +19,8 @@ START_TEST(equations_say_what_their_parameters_can_be)
     const stein_model *m = &stein_model_stein1788;
     ck_assert_int_eq(range_of(m, "hammer.mass"), STEIN_NOT_NEGATIVE);
     ck_assert_int_eq(range_of(m, "string.friction.A"), STEIN_NOT_NEGATIVE);
+    ck_assert_int_eq(range_of(m, "string.friction.B1"), STEIN_NOT_NEGATIVE); // would drive
+    ck_assert_int_eq(range_of(m, "key.friction.B1"), STEIN_NOT_NEGATIVE);
     ck_assert_int_eq(range_of(m, "key.damping"), STEIN_NOT_NEGATIVE);
     ck_assert_int_eq(range_of(m, "string.friction.vt"), STEIN_POSITIVE);
     ck_assert_int_eq(range_of(m, "pawl.notch_angle"), STEIN_WEDGE);

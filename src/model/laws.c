@@ -41,7 +41,8 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
         STEIN_FRICTION_A] = {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_VT] = {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
-    [STEIN_JOINT_FRICTION + STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), 0, 0.0, 0},
+    [STEIN_JOINT_FRICTION +
+        STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
 };
@@ -72,7 +73,7 @@ static const law_entry normal_law[STEIN_NORMAL_SIZE] = {
 static const law_entry friction_law[STEIN_FRICTION_SIZE] = {
     [STEIN_FRICTION_A] = {"friction", SAME("A"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE, 0.01, 1},
-    [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), 0, 0.0, 0},
+    [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
     [STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
 };
 

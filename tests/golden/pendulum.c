@@ -382,7 +382,7 @@ static const stein_param params[] = {
     {"rod.backlash.gap", "rad", 0.0, 0.0, 0, STEIN_NOT_NEGATIVE},
     {"rod.friction.A", "N m", 0.0, 0.0, 0, STEIN_NOT_NEGATIVE},
     {"rod.friction.vt", "rad/s", 0.05, 0.0, 0, STEIN_POSITIVE},
-    {"rod.friction.B1", "1", 0.0, 0.0, 0, STEIN_ANY},
+    {"rod.friction.B1", "1", 0.0, 0.0, 0, STEIN_NOT_NEGATIVE},
     {"rod.friction.B2", "1", 1.0, 0.0, 0, STEIN_NOT_NEGATIVE},
     {"rod.initial.position", "rad", 0.5235987755982988, 0.0, 1, STEIN_ANY},
     {"rod.initial.speed", "rad/s", 0.0, 0.0, 0, STEIN_ANY},
