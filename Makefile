@@ -20,6 +20,7 @@ OPT_san     := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -fno-
 OPT_memory  := -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -fno-omit-frame-pointer -fno-sanitize-recover=all
 OPT_thread  := -O1 -g -fsanitize=thread -fno-omit-frame-pointer
 OPT_fuzz    := -O2 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
+OPT_coverage := -O0 -g --coverage -fprofile-update=atomic -fprofile-exclude-files='.*real[.]h'
 OPT  := $(OPT_$(VARIANT))
 # The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
 # pairs a difference with a sum it fuses both. Pairs are no gain either: two numbers that were just
@@ -352,7 +353,7 @@ check: deps-check  ## build and run every test
 
 .PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
 # limits of tests are for what hangs: a machine with other work, or sanitizers, take their time
-PATIENCE := $(if $(filter san,$(VARIANT)),20,5)
+PATIENCE := $(if $(filter san coverage,$(VARIANT)),20,5)
 $(SUITE_JOBS): suite-%: $(B)/check
 	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$* CK_TIMEOUT_MULTIPLIER=$(PATIENCE) $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
@@ -454,10 +455,9 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # of several, is left out: gcovr knows a function by its name, and these are there twice.
 READERS := src/core/step.c src/core/adapt.c src/core/batch_run.c src/core/state.c src/model/ src/lab/data/ \
            src/lab/journal.c
-COUNTED := B=build-coverage OPT='-O0 -g --coverage -fprofile-update=atomic'
 coverage: deps  ## lines and branches that the tests reach, conditions of readers and steps: COVER=suites
-	$(Q)$(MAKE) --no-print-directory -j$(JOBS) $(COUNTED) tested
-	-$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target $(COUNTED) $(COVER)
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=coverage tested
+	-$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target VARIANT=coverage $(COVER)
 	$(Q)gcovr -j$(JOBS) --gcov-ignore-parse-errors --exclude-unreachable-branches --exclude-throw-branches -r . \
 	  -f src -f gen -e src/core/real.h --json build-coverage/coverage.json build-coverage/obj
 	$(Q)gcovr -r . -a build-coverage/coverage.json
