@@ -54,7 +54,8 @@
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
-    X(seldom)
+    X(seldom)        \
+    X(edges)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)
