@@ -21,6 +21,7 @@
 #include "inner.h"
 #include "stein/fit.h"
 #include "stein/identity.h"
+#include "stein/import.h"
 #include "stein/models.h"
 
 /* ---- memory ---- */
@@ -295,6 +296,16 @@ static stein_status call_fmu(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* a project with joints of several kinds and notes on what is left out */
+static stein_status call_import(uint64_t *result, stein_err *err)
+{
+    lab_imported done;
+    uint64_t heard = STEIN_HASH;
+    stein_status status = lab_import_mbs("tests/mbs/arm.mbs", path_out, hear, &heard, &done, err);
+    *result = status == STEIN_OK ? hash_file(path_out) ^ heard : 0;
+    return status;
+}
+
 /* ---- one after the other ---- */
 
 static const struct {
@@ -304,7 +315,8 @@ static const struct {
 } calls[] = {{"create", call_create, 1},     {"read", call_read, 1}, {"problems", call_problems, 1},
              {"generate", call_generate, 1}, {"open", call_open, 1}, {"strike", call_strike, 1},
              {"drive", call_drive, 1},       {"vary", call_vary, 1}, {"merge", call_merge, 1},
-             {"data", call_data, 1},         {"fit", call_fit, 29},  {"fmu", call_fmu, 23}};
+             {"data", call_data, 1},         {"fit", call_fit, 29},  {"fmu", call_fmu, 23},
+             {"import", call_import, 1}};
 enum { CALLS = sizeof calls / sizeof *calls };
 
 static int wrong;

@@ -75,8 +75,11 @@ static void XMLCALL on_start(void *ctx, const XML_Char *name, const XML_Char **a
 static void XMLCALL on_end(void *ctx, const XML_Char *name)
 {
     reading *r = ctx;
-    char *text = r->at->text;
     (void)name;
+    if (r->status != STEIN_OK) {
+        return; // a parser that is told to stop where <a/> begins tells its end all the same
+    }
+    char *text = r->at->text;
     size_t begin = strspn(text, " \t\r\n"), end = strlen(text);
     while (end > begin && strchr(" \t\r\n", text[end - 1]) != NULL) {
         end--;
