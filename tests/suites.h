@@ -55,7 +55,8 @@
     X(ranges)        \
     X(energy)        \
     X(seldom)        \
-    X(edges)
+    X(edges)         \
+    X(edges_lab)
 
 #define SUITE_PROTOTYPE(name) Suite *name##_suite(void);
 SUITES(SUITE_PROTOTYPE)

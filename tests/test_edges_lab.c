@@ -1,0 +1,319 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_edges_lab.c - the readers of the lab at their edges: projects of other programs that are as
+ * large as they can be, or empty; rows that belong to no table; records whose columns say nothing.
+ */
+#include "data_support.h"
+#include "stein/import.h"
+
+/* ---- projects ---- */
+
+#define JOINT    "<joint><jointname>j%d</jointname><type>T1</type></joint>"
+#define POINT    "<point><pointname>p%d</pointname></point>"
+#define BODY_END "<parent><bodyname>base</bodyname></parent><mass> 1.5 </mass>"
+
+/* a project with something in its tree, `n` times */
+static const char *project(const char *before, const char *each, int n, const char *after)
+{
+    const char *path = in_folder("p.mbs");
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "<mbsDescR7><mbsname>p</mbsname><bodytree>%s", before);
+    for (int i = 0; i < n; i++) {
+        for (const char *s = each; *s != '\0'; s++) { // %d is the number of it
+            int number = s[0] == '%' && s[1] == 'd';
+            number ? fprintf(f, "%d", i) : fputc(*s, f);
+            s += number;
+        }
+    }
+    fprintf(f, "%s</bodytree></mbsDescR7>", after);
+    ck_assert_int_eq(fclose(f), 0);
+    return path;
+}
+
+static void refuse_project(const char *path, const char *says)
+{
+    stein_err why = {STEIN_OK, ""};
+    const char *to = in_folder("never.yaml");
+    ck_assert_int_eq(lab_import_mbs(path, to, NULL, NULL, NULL, &why), STEIN_EPARSE);
+    ck_assert_msg(strncmp(why.msg, path, strlen(path)) == 0 && strstr(why.msg, says) != NULL,
+                  "%s, expected \"%s\"", why.msg, says);
+    ck_assert_int_ne(access(to, F_OK), 0);
+}
+
+START_TEST(a_project_without_what_it_needs_is_refused)
+{
+    static const struct {
+        const char *text, *says;
+    } bad[] = {
+        {"<other/>", ":1:1: <other>, expected a ROBOTRAN project"},
+        {"<mbsDescR7/>", ":1:1: <mbsDescR7>, expected a ROBOTRAN project"},
+        {"<mbsDescR7><bodytree/></mbsDescR7>", ":1:12: <bodytree> without a <body>"},
+        {"<mbsDescR7><base><gravity><coordinates><z>down</z></coordinates></gravity></base>"
+         "<bodytree/></mbsDescR7>",
+         "<z> is \"down\", expected a number"},
+        {"<mbsDescR7><base><point><pointname> </pointname></point></base><bodytree/></mbsDescR7>",
+         "<point> without a <pointname>"},
+        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname></body></bodytree></mbsDescR7>",
+         "body \"b\" has no joint"},
+        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><mass>m</mass></body></bodytree>"
+         "</mbsDescR7>",
+         "<mass> is \"m\", expected a number"},
+        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><joint><jointname>j</jointname>"
+         "<type>T1</type><initialvalue><qd>x</qd></initialvalue></joint></body></bodytree>"
+         "</mbsDescR7>",
+         "<qd> is \"x\", expected a number"},
+        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><joint><jointname>j</jointname>"
+         "<type>T1</type></joint><parent/></body></bodytree></mbsDescR7>",
+         "<parent> without a <bodyname>"},
+        {"", "no element found"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        refuse_project(write_file("bad.mbs", bad[i].text), bad[i].says);
+    }
+}
+END_TEST
+
+START_TEST(a_project_can_be_so_large_and_no_larger)
+{
+    static const struct {
+        const char *before, *each, *after, *says;
+        int most; /* that are read */
+    } limit[] = {
+        {"", "<body><bodyname>b%d</bodyname>" JOINT BODY_END "</body>", "", "more than 64 bodies",
+         64},
+        {"<body><bodyname>b</bodyname>" BODY_END, JOINT, "</body>", "more than 64 joints", 64},
+        {"<body><bodyname>b</bodyname><joint><jointname>j</jointname><type>T1</type></"
+         "joint>" BODY_END,
+         POINT, "</body>", "more than 256 points", 256},
+    };
+    for (size_t i = 0; i < sizeof limit / sizeof *limit; i++) {
+        int n = limit[i].most;
+        const char *path = project(limit[i].before, limit[i].each, n, limit[i].after);
+        lab_imported done;
+        stein_err why = {STEIN_OK, ""};
+        stein_status status =
+            lab_import_mbs(path, in_folder("large.yaml"), NULL, NULL, &done, &why);
+        if (i == 1) { // so many joints are read, and then do not carry a mass each
+            ck_assert_int_eq(status, STEIN_EPARSE);
+            ck_assert_ptr_nonnull(strstr(why.msg, "has no inertia to move"));
+        } else {
+            ck_assert_msg(status == STEIN_OK, "%s", why.msg);
+            ck_assert_int_eq(i == 0 ? done.bodies : done.points, n);
+        }
+        refuse_project(project(limit[i].before, limit[i].each, n + 1, limit[i].after),
+                       limit[i].says);
+    }
+}
+END_TEST
+
+START_TEST(a_project_of_more_than_8_mib_is_not_read)
+{
+    const char *path = in_folder("huge.mbs");
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    ck_assert(fputs("<mbsDescR7>", f) >= 0 && fseek(f, 8 << 20, SEEK_SET) == 0);
+    ck_assert(fputc(' ', f) == ' ' && fclose(f) == 0);
+    refuse_project(path, ": more than 8 MiB");
+}
+END_TEST
+
+static char notes[2000];
+
+static void keep_note(void *ctx, const char *message)
+{
+    size_t n = strlen(notes);
+    (void)ctx;
+    snprintf(notes + n, sizeof notes - n, "%s\n", message);
+}
+
+/* names that are taken, those of C, signs that no name has; two that are the same in the end */
+START_TEST(names_of_a_project_become_names_of_a_file)
+{
+    const char *path = write_file(
+        "names.mbs",
+        "<mbsDescR7><bodytree>"
+        "<body><bodyname>double</bodyname><joint><jointname>2nd</jointname><type>T1</type>"
+        "<nature>locked</nature></joint><joint><jointname>double</jointname><type>T2</type></joint>"
+        "<parent><bodyname>base</bodyname></parent><mass>\n\t2.5\r\n</mass></body>"
+        "<body><bodyname>double_</bodyname><joint><jointname>2nd</jointname><type>T3</type>"
+        "</joint><parent><bodyname>double</bodyname></parent><mass>1</mass></body>"
+        "<body><bodyname>n2nd</bodyname><joint><jointname>Z</jointname><type>T3</type>"
+        "</joint><parent><bodyname>double</bodyname></parent><mass>1</mass></body>"
+        "</bodytree></mbsDescR7>");
+    lab_imported done;
+    char *text = NULL;
+    size_t size;
+    notes[0] = '\0';
+    ck_assert_stein(lab_import_mbs(path, in_folder("names.yaml"), keep_note, NULL, &done, err));
+    ck_assert_str_eq(done.name, "imported"); // it says none
+    static const char *const told[] = {
+        "body \"double\" is called double_ here", "body \"double_\" is called double__2 here",
+        "joint \"2nd\" is called n2nd here", "joint \"2nd\" is called n2nd_2 here"};
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
+        ck_assert_msg(strstr(notes, told[i]) != NULL, "%s in %s", told[i], notes);
+    }
+    ck_assert_stein(lab__read_file(in_folder("names.yaml"), &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "mass: 2.5\n"));
+    free(text);
+}
+END_TEST
+
+/* ---- tables ---- */
+
+START_TEST(a_row_belongs_to_its_table_or_to_none)
+{
+    static const char head[] = "# vary a.b [m]: 0:0.1:2 mm\npoint,a.b [m],status,height [m]\n";
+    static const char *const bad[] = {"",        "x,0,ok,1",   "-1,0,ok,1",        "2,0,ok,1",
+                                      "1",       "1;0;ok;1",   "1,0,ok,1,",        "1,0,ok",
+                                      ",0,ok,1", "0x1,0,ok,1", "0000000001,0,ok,1"};
+    lab_table *table = NULL;
+    stein_err why;
+    ck_assert_stein(lab__table_new(&table, head, err));
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        ck_assert_msg(lab__table_take(table, bad[i], strlen(bad[i]), &why) == STEIN_EPARSE,
+                      "accepted: %s", bad[i]);
+        ck_assert_str_eq(why.msg, "this is no row of the sweep");
+    }
+    ck_assert_int_eq(lab__table_take(table, "1,0\0ok,,1", 9, &why), STEIN_EPARSE);
+    ck_assert_stein(lab__table_take(table, "1,0.0001,ok,7.5e-3", 18, err));
+    ck_assert_stein(lab__table_take(table, "1,0.0001,ok,7.5e-3", 18, err)); // the same again
+    ck_assert_int_eq(lab__table_take(table, "1,0.0001,ok,7.5e-4", 18, &why), STEIN_EINVAL);
+    ck_assert_str_eq(why.msg, "point 1 has two different results");
+    ck_assert_int_eq(lab_table_has(table, -1), 0);
+    ck_assert_int_eq(lab_table_has(table, 0), 0);
+    ck_assert_int_eq(lab_table_has(table, 1), 1);
+    ck_assert_int_eq(lab_table_has(table, 2), 0);
+    int height = lab__table_column(table, "height");
+    ck_assert_int_eq(height, 3);
+    ck_assert_int_eq(lab__table_column(table, "heigh"), -1);
+    ck_assert(lab__table_number(table, 1, height) == 7.5e-3);
+    ck_assert(isnan(lab__table_number(table, 0, height)));
+    ck_assert(isnan(lab__table_number(table, 1, -1)));
+    ck_assert(isnan(lab__table_number(table, 1, 2))); // "ok"
+    ck_assert_int_eq(lab__table_ok(table, 1), 1);
+    ck_assert_int_eq(lab__table_ok(table, 0), 0);
+    lab_table_destroy(table);
+}
+END_TEST
+
+START_TEST(a_head_that_no_sweep_wrote_is_refused)
+{
+    static const char *const bad[] = {
+        "",
+        "# vary a.b [m]: 0:0.1:2 mm\n",
+        "# vary a.b: 0:0.1:2 mm\npoint,a.b,status\n",
+        "# vary a.b [m] 0:0.1:2 mm\npoint,a.b,status\n",
+        "# vary a.b ]: [m\npoint,a.b,status\n",
+        "# vary a.b [m]: 0:0.1:2 s\npoint,a.b,status\n",
+        "points,a.b,status\n",
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        lab_table *table = NULL;
+        stein_err why = {STEIN_OK, ""};
+        ck_assert_msg(lab__table_new(&table, bad[i], &why) != STEIN_OK, "accepted: %s", bad[i]);
+        ck_assert_int_ne(why.msg[0], '\0');
+        ck_assert_ptr_null(table);
+    }
+}
+END_TEST
+
+/* ---- records ---- */
+
+#define ROWS "0,1,1\n1,1,2\n2,1,1\n3,1,4\n4,1,3\n5,1,3\n"
+
+static void refuse_record(const char *text, const char *place, const char *says)
+{
+    lab_data_options o = lab_data_options_default(&stein_model_stein1788);
+    stein_err why = {STEIN_OK, ""};
+    lab_data *d = NULL;
+    const char *path = write_file("bad.csv", text);
+    ck_assert_msg(lab_data_open(&d, path, &o, &why) == STEIN_EPARSE, "accepted: %s", text);
+    ck_assert_ptr_null(d);
+    char *start = lab__text("%s%s", path, place);
+    ck_assert_msg(strncmp(why.msg, start, strlen(start)) == 0 && strstr(why.msg, says) != NULL,
+                  "%s, expected %s and \"%s\"", why.msg, start, says);
+    free(start);
+}
+
+START_TEST(a_record_that_says_nothing_is_refused_by_column)
+{
+    static const struct {
+        const char *text, *place, *says;
+    } bad[] = {
+        {"time [s]\n0\n1\n2\n3\n4\n", ":1:1: ", "no columns beside the time"},
+        {"time [s],key_dip [mm]\n0,1\n", ":1:1: ", "1 sample, expected at least"},
+        {"time [s],key_dip [mm]\n0,1\n1,2\n", ":1:1: ", "2 samples, expected at least"},
+        {"time [s],key_dip [mm],hammer_height [mm]\n0,1,1\n1,2,\n2,1,\n3,4,\n4,1,\n5,1,\n",
+         ":1:23: ", "1 sample of \"hammer_height\""},
+        {"time [s],key_dip [mm],hammer_height [mm]\n" ROWS,
+         ":1:10: ", "\"key_dip\" is 0.001 m in all 6 samples: it measures nothing"},
+        {"time [s],string_force [N],hammer_height [mm]\n" ROWS,
+         ":1:10: ", "\"string_force\" is 1 N in all 6 samples"},
+        {"time [s],key_dip [mm]\n0,1\n1,1e400\n2,2\n3,5\n4,4\n", ":3:3: ", "too large"},
+        {"# noise key_dip: 0 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
+         ":1:", "noise of \"key_dip\": a standard deviation is greater than zero"},
+        {"# noise hammer_height: 1 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
+         ":1:", "noise of \"hammer_height\": no such column in this file"},
+        {"# noise hammer_hieght: 1 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
+         ":1:", "no such output or input of the model, did you mean \"hammer_height\"?"},
+        {"# noise key_dip: 1 mm\n# noise key_dip: 2 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n"
+         "3,5\n4,4\n",
+         ":2:", "the noise of \"key_dip\" is given twice, with different values"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        refuse_record(bad[i].text, bad[i].place, bad[i].says);
+    }
+}
+END_TEST
+
+START_TEST(a_force_that_is_never_there_says_something)
+{
+    lab_data *d = open_data(
+        write_file("none.csv", "time [s],string_force [N],hammer_height [mm],notch_force [N]\n"
+                               "0,0,1,0\n1,0,2,0\n2,0,1,0\n3,0,4,0\n4,0,3,0\n5,0,3,0\n"),
+        &stein_model_stein1788);
+    ck_assert_int_eq(d->ncolumn, 3);
+    ck_assert_int_eq(d->nrow, 6);
+    lab_data_close(d);
+}
+END_TEST
+
+START_TEST(a_dataset_needs_a_file_and_tells_what_cannot_be_read)
+{
+    lab_data_options o = lab_data_options_default(&stein_model_stein1788);
+    lab_dataset *set = NULL;
+    stein_err why = {STEIN_OK, ""};
+    said heard = {.n = 0};
+    ck_assert_int_eq(lab_dataset_open(&set, NULL, 0, &o, &why), STEIN_EINVAL);
+    ck_assert_str_eq(why.msg, "no data files");
+    char *none = lab__text("%s/none.csv", folder);
+    const char *const file[] = {none, folder};
+    ck_assert_int_eq(lab_dataset_open(&set, file, 2, &o, &why), STEIN_EIO);
+    ck_assert_ptr_nonnull(strstr(why.msg, none)); // the first of them
+    o.report = hear;
+    o.ctx = &heard;
+    ck_assert_int_eq(lab_dataset_open(&set, file, 2, &o, &why), STEIN_EIO);
+    ck_assert_int_eq(heard.n, 2);
+    ck_assert_ptr_null(set);
+    free(none);
+}
+END_TEST
+
+Suite *edges_lab_suite(void)
+{
+    Suite *suite = suite_create("edges_lab");
+    TCase *tc = tcase_create("edges_lab");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, a_project_without_what_it_needs_is_refused);
+    tcase_add_test(tc, a_project_can_be_so_large_and_no_larger);
+    tcase_add_test(tc, a_project_of_more_than_8_mib_is_not_read);
+    tcase_add_test(tc, names_of_a_project_become_names_of_a_file);
+    tcase_add_test(tc, a_row_belongs_to_its_table_or_to_none);
+    tcase_add_test(tc, a_head_that_no_sweep_wrote_is_refused);
+    tcase_add_test(tc, a_record_that_says_nothing_is_refused_by_column);
+    tcase_add_test(tc, a_force_that_is_never_there_says_something);
+    tcase_add_test(tc, a_dataset_needs_a_file_and_tells_what_cannot_be_read);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
