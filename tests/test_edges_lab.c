@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_edges_lab.c - the readers of the lab at their edges: projects of other programs that are as
- * large as they can be, or empty; rows that belong to no table; records whose columns say nothing.
+ * test_edges_lab.c - what is read, at its edges: projects of other programs that are as large as
+ * they can be, or empty; mechanisms that no file holds; rows that belong to no table; records whose
+ * columns say nothing.
  */
 #include "data_support.h"
+#include "gen.h"
+#include "mechanism_cases.h"
 #include "stein/import.h"
 
 /* ---- projects ---- */
@@ -158,6 +161,71 @@ START_TEST(names_of_a_project_become_names_of_a_file)
 }
 END_TEST
 
+/* ---- mechanisms that no file holds ---- */
+
+static mech_step *first_parameter(mechanism *m)
+{
+    for (int i = 0; i < m->nformula; i++) {
+        for (int k = 0; k < m->formulas[i].nsteps; k++) {
+            if (m->formulas[i].steps[k].op == MECH_OP_PARAM) {
+                return &m->formulas[i].steps[k];
+            }
+        }
+    }
+    ck_abort_msg("no formula with a parameter");
+    return NULL;
+}
+
+/* @return what the generator is to say of it */
+static const char *spoil(mechanism *m, int what)
+{
+    mech_body *b = &m->bodies[1];
+    const mech_scalar below = {MECH_PARAM, -1, 0.0}, above = {MECH_PARAM, m->nparam, 0.0};
+    const mech_scalar no_formula = {MECH_FORMULA, m->nformula, 0.0};
+    mech_scalar *const number[] = {&b->at[2],      &b->mass, &b->centre[1],
+                                   &b->inertia[5], &b->q0,   &b->qd0};
+    if (what < 18) {
+        *number[what / 3] = what % 3 == 0 ? below : what % 3 == 1 ? above : no_formula;
+        return "body 1: a number refers to no parameter";
+    }
+    switch (what) {
+    case 18: m->name[0] = '\0'; return "no identifier";
+    case 19: m->name[0] = '7'; return "no identifier";
+    case 20: memset(m->name, 'a', sizeof m->name); return "no identifier";
+    case 21: first_parameter(m)->param = -1; return "formula is not well formed";
+    case 22: first_parameter(m)->param = m->nparam; return "formula is not well formed";
+    case 23: b->parent = -2; return "body 1: its parent must come before it";
+    case 24: b->axis = 'x' - 1; return "a joint is R or T with axis x, y or z";
+    case 25: b->axis = 'z' + 1; return "a joint is R or T with axis x, y or z";
+    case 26: b->sign = 2; return "a joint is R or T with axis x, y or z";
+    case 27: m->contacts[0].spot[0].side[0].body = -2; return "string: it refers to no body";
+    case 28: m->contacts[0].nspot = 0; return "string: a contact has one or two spots";
+    case 29: m->notches[0].catcher = -2; return "notch: it refers to no body";
+    case 30: m->points[0].body = -2; return "it refers to no body";
+    case 31: m->inputs[0].index = -1; return "finger: the input acts on nothing";
+    case 32: m->inputs[1].index = m->nbody; return "drive: the input acts on nothing";
+    case 33: m->links[0].point[1] = -1; return "tie: it refers to no point";
+    default: m->nbody = 121; return "121 bodies, expected 1 to 120";
+    }
+}
+enum { SPOILT = 35 };
+
+START_TEST(a_mechanism_that_is_not_in_order_has_no_equations)
+{
+    mechanism *m = read_ok(good, NULL, 0);
+    gen_result r = {.size = 4711};
+    stein_err why = {STEIN_OK, ""};
+    mechanism whole = *m;
+    const char *says = spoil(m, _i);
+    ck_assert_int_eq(gen_equations(&r, m, &why), STEIN_EGENERATE);
+    ck_assert_int_eq(why.code, STEIN_EGENERATE);
+    ck_assert_msg(strstr(why.msg, says) != NULL, "%s, expected \"%s\"", why.msg, says);
+    ck_assert_uint_eq(r.size, 4711);
+    m->nbody = whole.nbody;
+    mech_free(m);
+}
+END_TEST
+
 /* ---- tables ---- */
 
 START_TEST(a_row_belongs_to_its_table_or_to_none)
@@ -309,6 +377,7 @@ Suite *edges_lab_suite(void)
     tcase_add_test(tc, a_project_can_be_so_large_and_no_larger);
     tcase_add_test(tc, a_project_of_more_than_8_mib_is_not_read);
     tcase_add_test(tc, names_of_a_project_become_names_of_a_file);
+    tcase_add_loop_test(tc, a_mechanism_that_is_not_in_order_has_no_equations, 0, SPOILT);
     tcase_add_test(tc, a_row_belongs_to_its_table_or_to_none);
     tcase_add_test(tc, a_head_that_no_sweep_wrote_is_refused);
     tcase_add_test(tc, a_record_that_says_nothing_is_refused_by_column);
