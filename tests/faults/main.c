@@ -138,6 +138,34 @@ static stein_status call_read(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* every section that no file of models/ has beside others, formulas and a tolerance */
+static stein_status call_sections(uint64_t *result, stein_err *err)
+{
+    static const char text[] =
+        "mechanism: m\n"
+        "parameters: {rod.shift: {value: 1.5 mm +- 0.1 mm, about: of the tip}}\n"
+        "bodies:\n"
+        "  rod:\n    joint: R -y\n    mass: 2 kg\n    centre: [0, 0, -100 mm - rod.shift]\n"
+        "    pendulum: {frequency: 1.3 Hz, gravity: 9.8 m/s^2}\n    spring: {k: 1 N m/rad}\n"
+        "    points: {tip: [0, 0, 2 * rod.shift - 0.3 m]}\n"
+        "  bob:\n    part_of: rod\n    joint: R -y\n    mass: 90 g +- 1 %\n"
+        "    centre: [1 mm, 0, -0.2 m]\n    inertia: {yy: 1e-5 kg m^2}\n"
+        "  cart: {joint: T x, mass: 1 kg, friction: {A: 0.2 N, vt: 1 mm/s}}\n"
+        "points: {wall: [1 m, 0, 0]}\n"
+        "links: {tie: {from: frame.wall, to: rod.tip, k: 93 N/m, length: 0.1 m}}\n"
+        "tables: {brake: {joint: cart, of: speed, at: [0, 1 mm/s], force: [0, -2 N]}}\n"
+        "inputs: {push: {force: rod.tip, direction: [1, 0, 0]}}\n"
+        "outputs: {x: {joint: cart, read: position}, e: {energy: kinetic}}\n"
+        "regulation: {rod.shift: {from: 0 mm, to: 2 mm}}\n";
+    mechanism *m = NULL;
+    stein_status status = mech_read_text(&m, "m", text, sizeof text - 1, NULL, 0, NULL, NULL, err);
+    if (status == STEIN_OK) {
+        *result = (uint64_t)(m->nparam + 1000 * m->nformula);
+        mech_free(m);
+    }
+    return status;
+}
+
 static void hear(void *ctx, const char *message)
 {
     uint64_t *hash = ctx;
@@ -312,11 +340,12 @@ static const struct {
     const char *name;
     call *call;
     int stride; /* every so many-th allocation fails, unless one call alone is asked for */
-} calls[] = {{"create", call_create, 1},     {"read", call_read, 1}, {"problems", call_problems, 1},
-             {"generate", call_generate, 1}, {"open", call_open, 1}, {"strike", call_strike, 1},
-             {"drive", call_drive, 1},       {"vary", call_vary, 1}, {"merge", call_merge, 1},
-             {"data", call_data, 1},         {"fit", call_fit, 29},  {"fmu", call_fmu, 23},
-             {"import", call_import, 1}};
+} calls[] = {
+    {"create", call_create, 1},     {"read", call_read, 1},        {"problems", call_problems, 1},
+    {"generate", call_generate, 1}, {"open", call_open, 1},        {"strike", call_strike, 1},
+    {"drive", call_drive, 1},       {"vary", call_vary, 1},        {"merge", call_merge, 1},
+    {"data", call_data, 1},         {"fit", call_fit, 29},         {"fmu", call_fmu, 23},
+    {"import", call_import, 1},     {"sections", call_sections, 1}};
 enum { CALLS = sizeof calls / sizeof *calls };
 
 static int wrong;
