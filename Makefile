@@ -21,6 +21,8 @@ OPT_memory  := -O1 -g -fsanitize=memory -fsanitize-memory-track-origins -fno-omi
 OPT_thread  := -O1 -g -fsanitize=thread -fno-omit-frame-pointer
 OPT_fuzz    := -O2 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 OPT_coverage := -O0 -g --coverage -fprofile-update=atomic -fprofile-exclude-files='.*real[.]h'
+OPT_mcdc    := -O1 -g -fprofile-instr-generate='$(CURDIR)/build-mcdc/%m.profraw' -fcoverage-mapping -fcoverage-mcdc \
+               -Wno-enum-float-conversion
 OPT  := $(OPT_$(VARIANT))
 # The same bits with and without fused multiply-add. -ffp-contract=off is not enough: where gcc 12
 # pairs a difference with a sum it fuses both. Pairs are no gain either: two numbers that were just
@@ -85,7 +87,7 @@ HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
 .PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity golden install clean mutate \
-        deps deps-check deps-page deps-more format format-check tidy analyze coverage
+        deps deps-check deps-page deps-more format format-check tidy analyze coverage mcdc
 .SUFFIXES:
 .DELETE_ON_ERROR:
 
@@ -423,7 +425,7 @@ golden: $(B)/steingen $(B)/stein $(B)/check  ## accept the generated texts and t
 include packaging/install.mk
 
 clean:  ## remove everything that was built
-	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate build-memory build-thread
+	$(Q)rm -rf build build-debug build-san build-fuzz build-coverage build-mutate build-memory build-thread build-mcdc
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
@@ -450,7 +452,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # Every line and branch that the tests reach, of what is linked into the library and the lab. Without
 # optimisation each condition of a && b, a || b and !a is a jump of its own, so gcov's branches are
 # the outcomes of conditions: of readers and step control all of them are listed. That is condition and
-# decision coverage, not MC/DC, which compilers measure from gcc 14 and clang 18 on; a comparison whose
+# decision coverage; MC/DC, which compilers measure from gcc 14 and clang 18 on, is `make mcdc`. A comparison whose
 # value is kept, and a case of a switch, count as what they are. real.h, operators of one number and
 # of several, is left out: gcovr knows a function by its name, and these are there twice.
 READERS := src/core/step.c src/core/adapt.c src/core/batch_run.c src/core/state.c src/model/ src/lab/data/ \
@@ -465,5 +467,24 @@ coverage: deps  ## lines and branches that the tests reach, conditions of reader
 	$(Q)gcovr -r . -a build-coverage/coverage.json --branches $(READERS:%=-f %)
 	$(Q)echo "all of src and gen:" && gcovr -r . -a build-coverage/coverage.json --print-summary -o build-coverage/lines.txt
 COVER ?= $(ALL_JOBS)
+
+# Each condition of a decision shown to decide it, all others being what they are: gcc 12 and clang 14
+# cannot count that, and clang leaves out conditions inside of calls inside of conditions, which it names.
+# The suites are those that read files or take steps.
+MCDC        ?= 19
+MCDC_SUITES ?= core integrator edges edges_lab seldom ranges wrong mechanism parts table data settings journal \
+               import formats driven batch
+mcdc:  ## MC/DC of readers and step control, with clang 18 or newer: MCDC=19 MCDC_SUITES=names
+	$(Q)command -v clang-$(MCDC) llvm-cov-$(MCDC) >/dev/null || { echo "run: apt-get install clang-$(MCDC) llvm-$(MCDC)"; exit 1; }
+	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=mcdc CC=clang-$(MCDC) build-mcdc/check build-mcdc/faults
+	$(Q)rm -f build-mcdc/*.profraw
+	-$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target VARIANT=mcdc CC=clang-$(MCDC) \
+	  $(addprefix suite-,$(MCDC_SUITES))
+	-$(Q)for f in read problems sections data; do build-mcdc/faults $$f; done
+	$(Q)llvm-profdata-$(MCDC) merge -o build-mcdc/profile build-mcdc/*.profraw
+	$(Q)llvm-cov-$(MCDC) report build-mcdc/check -object build-mcdc/faults -instr-profile build-mcdc/profile --show-mcdc-summary | \
+	  grep $(READERS:%=-e '^%') | awk '{all += $$(NF - 2); seen += $$(NF - 2) - $$(NF - 1); \
+	    printf "%-34s %4d of %4d conditions\n", $$1, $$(NF - 2) - $$(NF - 1), $$(NF - 2)} \
+	    END {printf "MC/DC of readers and step control: %d of %d conditions, %.1f %%\n", seen, all, 100 * seen / all}'
 
 -include $(shell find $(B)/obj -name '*.d' 2>/dev/null)
