@@ -270,22 +270,25 @@ static void describe(text *x, const tree *t, const layout *l, ex node, int room,
     printer p = {.t = t, .l = l, .g = t->setup};
     text_init(&o);
     p.symbol = calloc((size_t)p.g->n, sizeof *p.symbol);
+    int *uses = malloc((size_t)p.g->n * sizeof *uses);
     out[0] = '\0';
-    if (p.symbol && !recombined(t, p.g->node[node].name, &o)) {
+    if (p.symbol && uses && !recombined(t, p.g->node[node].name, &o)) {
+        ex_reach(p.g, &node, 1, uses);
         for (int i = 1; i <= node; i++) {
             const ex_node *nd = &p.g->node[i];
-            if (nd->op == EX_VAR) {
+            if (uses[i] && nd->op == EX_VAR) {
                 snprintf(p.symbol[i], SYMBOL, "%.47s", text_safe(t->m->params[nd->b].name));
-            } else if (nd->name[0] && i != node) {
+            } else if (uses[i] && nd->name[0] && i != node) {
                 snprintf(p.symbol[i], SYMBOL, "%s", nd->name);
             }
         }
         print_expr(&o, &p, node, 0);
     }
-    x->failed |= !p.symbol || o.failed;
+    x->failed |= !p.symbol || !uses || o.failed;
     int cut = o.n > (size_t)room;
     snprintf(out, 96, "%.*s%s", cut ? room - 4 : room, o.s ? o.s : "", cut ? " ..." : "");
     free(o.s);
+    free(uses);
     free(p.symbol);
 }
 
@@ -316,13 +319,12 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
         }
         text_add(x, "%s%s", used ? "" : "    (void)p;\n", turned ? "" : "    (void)f;\n");
         for (int i = 0; i < l->n; i++) {
-            char left[24], what[96];
+            char left[24], what[96] = "";
             snprintf(left, sizeof left, "d[%d]", i);
-            describe(x, t, l, out[i], 70, what);
-            print_line(&p, left, out[i],
-                       i < l->equations      ? l->slot[i].legend
-                       : p.symbol[out[i]][0] ? what
-                                             : "");
+            if (i >= l->equations && p.symbol[out[i]][0]) {
+                describe(x, t, l, out[i], 70, what);
+            }
+            print_line(&p, left, out[i], i < l->equations ? l->slot[i].legend : what);
         }
         text_add(x, "%s}\n#endif\n\n", l->n ? "" : "    (void)d;\n");
     }

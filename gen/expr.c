@@ -28,14 +28,9 @@ static uint64_t bits_of(double value)
 
 static unsigned hash_key(ex_op op, int a, int b, double value)
 {
-    uint64_t h = 14695981039346656037u;
-    const uint64_t part[4] = {(uint64_t)op, (uint64_t)(unsigned)a, (uint64_t)(unsigned)b,
-                              bits_of(value)};
-    for (int i = 0; i < 4; i++) {
-        h = (h ^ part[i]) * 1099511628211u;
-        h ^= h >> 29;
-    }
-    return (unsigned)(h ^ (h >> 32));
+    uint64_t h = ((uint64_t)op << 32 | (unsigned)a) * 0x9e3779b97f4a7c15u +
+                 ((unsigned)b ^ bits_of(value)) * 0xc2b2ae3d27d4eb4fu;
+    return (unsigned)((h ^ h >> 29) >> 7);
 }
 
 static int grow_nodes(ex_graph *g)
@@ -56,7 +51,7 @@ static int grow_nodes(ex_graph *g)
     memset(bucket, -1, (size_t)g->nbucket * sizeof *bucket);
     for (int i = 0; i < g->n; i++) {
         const ex_node *nd = &g->node[i];
-        unsigned slot = hash_key(nd->op, nd->a, nd->b, nd->value) % (unsigned)g->nbucket;
+        unsigned slot = hash_key(nd->op, nd->a, nd->b, nd->value) & (unsigned)(g->nbucket - 1);
         g->node[i].next = bucket[slot];
         bucket[slot] = i;
     }
@@ -70,7 +65,7 @@ static ex intern(ex_graph *g, ex_op op, int a, int b, double value)
         g->failed = 1;
         return 0;
     }
-    unsigned slot = hash_key(op, a, b, value) % (unsigned)g->nbucket;
+    unsigned slot = hash_key(op, a, b, value) & (unsigned)(g->nbucket - 1);
     for (int i = g->bucket[slot]; i >= 0; i = g->node[i].next) {
         const ex_node *nd = &g->node[i];
         if (nd->op == op && nd->a == a && nd->b == b && bits_of(nd->value) == bits_of(value)) {
@@ -91,7 +86,7 @@ static ex intern(ex_graph *g, ex_op op, int a, int b, double value)
 
 int ex_graph_init(ex_graph *g, ex_graph *setup)
 {
-    *g = (ex_graph){.setup = setup, .cap = 256, .nbucket = 512};
+    *g = (ex_graph){.setup = setup, .cap = 1024, .nbucket = 2048}; /* an action's functions fit */
     g->node = malloc((size_t)g->cap * sizeof *g->node);
     g->bucket = malloc((size_t)g->nbucket * sizeof *g->bucket);
     if (!g->node || !g->bucket) {
@@ -380,6 +375,9 @@ ex ex_fun(ex_graph *g, ex_op op, ex a)
 
 void ex_name(ex_graph *g, ex a, const char *format, ...)
 {
+    if (g->nameless) {
+        return;
+    }
     if (is_neg(g, a)) {
         a = g->node[a].a;
     }

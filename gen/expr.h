@@ -70,8 +70,9 @@ typedef struct ex_graph {
     ex_node *node;
     int n, cap;
     int *bucket;
-    int nbucket;
+    int nbucket;    /* a power of two */
     int pass, body; /* stamped on new nodes */
+    int nameless;   /* names are not kept: a graph that is only counted */
     int failed;     /* out of memory: every later result is 0 and meaningless */
 } ex_graph;
 

@@ -28,11 +28,14 @@ typedef struct trial {
     int failed;
 } trial;
 
-int func_build(func *f, const tree *t, const choice *ch, builder *build, int nout, int *frame)
+/* nameless: to be counted, not written */
+static int build_func(func *f, const tree *t, const choice *ch, builder *build, int nout,
+                      int *frame, int nameless)
 {
     if (ex_graph_init(&f->g, t->setup)) {
         return -1;
     }
+    f->g.nameless = nameless;
     f->nout = nout;
     f->out = calloc((size_t)nout + 1, sizeof *f->out);
     if (!f->out) {
@@ -41,6 +44,11 @@ int func_build(func *f, const tree *t, const choice *ch, builder *build, int nou
     walk w = {.t = t, .g = &f->g, .ch = ch, .frame = frame};
     build(&w, f->out);
     return f->g.failed || t->setup->failed ? -1 : ex_count(&f->g, f->out, nout, &f->ops);
+}
+
+int func_build(func *f, const tree *t, const choice *ch, builder *build, int nout, int *frame)
+{
+    return build_func(f, t, ch, build, nout, frame, 0);
 }
 
 void func_free(func *f)
@@ -56,7 +64,7 @@ static long cost(trial *r)
 {
     func f = {.out = NULL};
     long total = -1;
-    if (func_build(&f, r->t, &r->ch, r->build, r->nout, r->frame) == 0) {
+    if (build_func(&f, r->t, &r->ch, r->build, r->nout, r->frame, 1) == 0) {
         const stein_ops *o = &f.ops;
         total = o->add + o->mul + o->neg + DIV_COST * o->div + o->trig;
         total = total * 1024 + o->mul; /* of equal totals the one with fewer products */
