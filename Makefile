@@ -159,6 +159,13 @@ $(B)/obj/model_header.o: $(B)/model_header.c
 $(B)/obj/identity_models.o: $(B)/identity_models.c
 	$(compile)
 
+# Suites are compiled without optimisation, in a fifth of the time: what takes time in them is the
+# library's. Those that compute much themselves are not.
+ifeq ($(VARIANT),release)
+COMPUTING := tests/generator_reference.c tests/test_elementary.c
+$(call obj,$(filter-out $(COMPUTING),$(TEST_SRC)) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c tests/fmu/*.c)): ALL_CFLAGS += -O0
+endif
+
 # the elementary functions of so many lanes, for their tests
 TEST_LANE_OBJ := $(foreach w,$(WIDTHS),$(B)/obj/tests/lanes$w/functions_wide.o)
 define wide_test
