@@ -252,11 +252,15 @@ START_TEST(sensitivities_predict_what_a_changed_parameter_does)
                                 "hammer.mass"};
     for (int i = 0; i < 5; i++) {
         const study_slope *k = slope_of(slope, n, name[i]);
-        double base[STUDY_RESPONSES], here[STUDY_RESPONSES], x = 0.07;
-        ck_assert(study_responses(&s, sim, k->param, 0.0, base));
-        ck_assert(study_responses(&s, sim, k->param, x * k->unit, here));
-        ck_assert_close(here[0] - base[0], x * k->slope[0], 0.06, 1e-6);
-        ck_assert_close(here[1] - base[1], x * k->slope[1], 0.06, 1e-4);
+        double x = 0.07;
+        study_bend bend[] = {{.param = k->param}, {.param = k->param, .by = x * k->unit}};
+        ck_assert_stein(study_bends(&s, bend, 2, err));
+        ck_assert(bend[0].struck && bend[1].struck);
+        ck_assert_close(bend[1].y[0] - bend[0].y[0], x * k->slope[0], 0.06, 1e-6);
+        ck_assert_close(bend[1].y[1] - bend[0].y[1], x * k->slope[1], 0.06, 1e-4);
+        ck_assert(bend[0].y[0] == s.reference.escape_height); // in lanes as alone
+        ck_assert(bend[0].y[1] == s.reference.impact_speed);
+        ck_assert(bend[0].y[2] == s.reference.peak_string_force);
     }
     free(slope);
 }

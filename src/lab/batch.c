@@ -97,7 +97,7 @@ static stein_status set_up(void *ctx, void **bench_, stein_err *err)
         status = furnish(&t->seat[i], j->equations, err);
     }
     return status == STEIN_OK
-               ? stein_batch_create(&t->side_by_side, j->equations, NULL, t->lanes, 0, err)
+               ? stein_batch_create(&t->side_by_side, j->equations, j->batch->sim, t->lanes, 0, err)
                : status;
 }
 
@@ -141,7 +141,7 @@ static stein_status sit_down(const job *j, bench *t, int i, int point, stein_sta
     for (int k = 0; k < s->model.np; k++) {
         s->params[k].value = s->p[k];
     }
-    *failed = stein_sim_create(&s->sim, &s->model, NULL, err);
+    *failed = stein_sim_create(&s->sim, &s->model, b->sim, err);
     if (*failed == STEIN_OK) {
         *failed = lab__play_new(&s->play, s->sim, b->def, s->model.stroke.string >= 0, err);
     }

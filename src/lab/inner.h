@@ -209,6 +209,7 @@ typedef stein_status lab__point_fn(void *ctx, int point, stein_sim *sim, const l
 typedef struct lab__batch {
     const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;
+    const stein_sim_def *sim; /* how they are computed; NULL: as the file says */
     int n, threads;
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
     void (*set)(void *ctx, int point, double *p); /* p [np]: the file's values, to be changed */

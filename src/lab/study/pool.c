@@ -17,11 +17,17 @@ typedef struct crew {
     void *ctx;
 } crew;
 
-stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
+stein_sim_def study_def(const study *s)
 {
     stein_sim_def def = lab_def(s->model);
     def.integrator = STEIN_RK4;
     def.dt = s->dt;
+    return def;
+}
+
+stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
+{
+    const stein_sim_def def = study_def(s);
     return lab_sim(s->model, &def, sim, err);
 }
 

@@ -10,9 +10,9 @@
  * the rounding of the peak. The time step is halved (10 us): at 20 us the vertex of the force
  * between steps is off by up to 2e-3 N, which a difference of 1 % magnifies.
  *
- * Parameters without a slope by construction are left out: zeros that are neither places nor angles
- * (they switch a law off), the directions of inputs, sensors, initial values (the stroke starts
- * from equilibrium).
+ * Parameters without a slope by construction are left out: zeros that are neither places nor
+ * angles, or are an end of what the number can be (they switch a law off), the directions of
+ * inputs, sensors, initial values (the stroke starts from equilibrium).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -27,78 +27,118 @@ static const double agreement = 0.02;
 /* what does not count: 1 um, 0.1 mm/s, 2 mN a unit step */
 static const double floor_of[STUDY_RESPONSES] = {1e-6, 1e-4, 2e-3};
 
-/* the mechanism's own numbers, one of them changed; a length of 0 goes both ways, too */
-static stein_status change(const study *s, stein_sim *sim, int param, double by)
+/* ---- strokes with one number changed ---- */
+
+typedef struct bends {
+    const study *s;
+    study_bend *bend;
+} bends;
+
+static void set_number(void *ctx, int i, double *p)
 {
-    size_t n = (size_t)lab_equations(s->model)->np;
-    double *p = malloc(n * sizeof *p);
-    if (p == NULL) {
-        return STEIN_ENOMEM;
+    const study_bend *b = &((const bends *)ctx)->bend[i];
+    p[b->param] += b->by;
+}
+
+static stein_status keep(void *ctx, int i, stein_sim *sim, const lab_stroke *stroke,
+                         stein_status status, stein_err *err)
+{
+    study_bend *b = &((bends *)ctx)->bend[i];
+    (void)sim;
+    (void)err;
+    b->struck = status == STEIN_OK && stroke->outcome == LAB_STRUCK;
+    if (b->struck) {
+        b->y[0] = stroke->escape_height;
+        b->y[1] = stroke->impact_speed;
+        b->y[2] = stroke->peak_string_force;
     }
-    memcpy(p, lab_parameters(s->model), n * sizeof *p);
-    p[param] += by;
-    stein_status status = stein_try_all(sim, p, NULL);
-    free(p);
+    return STEIN_OK;
+}
+
+stein_status study_bends(const study *s, study_bend *bend, int n, stein_err *err)
+{
+    bends w = {s, bend};
+    double enough = s->reference.impact_time + after, whole = study_play_default().until;
+    double until = enough < whole ? enough : whole; // false without an impact
+    const stein_sim_def sim = study_def(s);
+    // a release at the very end costs nothing and spares the look ahead at re-arming
+    const lab_stroke_def def = {.until = until, .release = until};
+    const lab__batch batch = {.def = &def,
+                              .model = s->model,
+                              .sim = &sim,
+                              .n = n,
+                              .threads = s->threads,
+                              .set = set_number,
+                              .run = keep,
+                              .ctx = &w};
+    return lab__batch_run(&batch, err);
+}
+
+/* ---- slopes ---- */
+
+/* central differences of slopes that do not agree yet: two strokes each, bend[2 * n] */
+static stein_status difference(const study *s, const study_slope *slope, int n, double step,
+                               study_bend *bend, double (*y)[STUDY_RESPONSES], stein_err *err)
+{
+    int open = 0;
+    for (int i = 0; i < n; i++) {
+        if (!slope[i].agrees) {
+            double by = step * slope[i].unit;
+            bend[open++] = (study_bend){.param = slope[i].param, .by = by};
+            bend[open++] = (study_bend){.param = slope[i].param, .by = -by};
+        }
+    }
+    stein_status status = study_bends(s, bend, open, err);
+    for (int i = 0, k = 0; status == STEIN_OK && i < n; i++) {
+        if (!slope[i].agrees) {
+            const study_bend *up = &bend[k], *down = &bend[k + 1];
+            for (int j = 0; j < STUDY_RESPONSES; j++) {
+                y[i][j] = up->struck && down->struck ? (up->y[j] - down->y[j]) / (2.0 * step) : NAN;
+            }
+            k += 2;
+        }
+    }
     return status;
 }
 
-int study_responses(const study *s, stein_sim *sim, int param, double x, double y[STUDY_RESPONSES])
+/* a slope from a finer difference beside the one before; NAN: a stroke did not strike */
+static void judge(study_slope *k, double step, const double *coarse, const double *fine)
 {
-    study_play play = study_play_default();
-    study_shot shot;
-    double enough = s->reference.impact_time + after;
-    play.until = enough < play.until ? enough : play.until; // false without an impact
-    if (change(s, sim, param, x) != STEIN_OK) {
-        return 0;
-    }
-    study_shoot(s, sim, &play, NULL, &shot);
-    (void)change(s, sim, param, 0.0);
-    y[0] = shot.stroke.escape_height;
-    y[1] = shot.stroke.impact_speed;
-    y[2] = shot.stroke.peak_string_force;
-    return shot.status == STEIN_OK && shot.stroke.outcome == LAB_STRUCK;
-}
-
-static int difference(const study *s, stein_sim *sim, const study_slope *k, double step,
-                      double slope[STUDY_RESPONSES])
-{
-    double up[STUDY_RESPONSES], down[STUDY_RESPONSES];
-    int ok = study_responses(s, sim, k->param, step * k->unit, up) &&
-             study_responses(s, sim, k->param, -step * k->unit, down);
-    for (int j = 0; ok && j < STUDY_RESPONSES; j++) {
-        slope[j] = (up[j] - down[j]) / (2.0 * step);
-    }
-    return ok;
-}
-
-typedef struct slopes {
-    const study *s;
-    study_slope *slope;
-} slopes;
-
-static void look(void *ctx, stein_sim *sim, int i)
-{
-    slopes *w = ctx;
-    study_slope *k = &w->slope[i];
-    double step = 0.25, coarse[STUDY_RESPONSES];
-    int known = difference(w->s, sim, k, step, coarse);
-    for (int n = 0; n < HALVINGS && !k->agrees; n++) {
-        double fine[STUDY_RESPONSES];
-        step *= 0.5;
-        int now = difference(w->s, sim, k, step, fine);
-        k->agrees = 1;
-        for (int j = 0; j < STUDY_RESPONSES; j++) {
-            double doubt = known && now ? fabs(fine[j] - coarse[j]) : INFINITY;
-            if (now && !(doubt >= k->doubt[j])) { // the first, or better than before
-                k->slope[j] = fine[j];
-                k->doubt[j] = doubt;
-            }
-            k->agrees = k->agrees && k->doubt[j] <= agreement * fabs(k->slope[j]) + floor_of[j];
-            coarse[j] = now ? fine[j] : NAN;
+    k->agrees = 1;
+    for (int j = 0; j < STUDY_RESPONSES; j++) {
+        double doubt = isnan(fine[j]) || isnan(coarse[j]) ? INFINITY : fabs(fine[j] - coarse[j]);
+        if (!isnan(fine[j]) && !(doubt >= k->doubt[j])) { // the first, or better than before
+            k->slope[j] = fine[j];
+            k->doubt[j] = doubt;
         }
-        known = now;
-        k->step = step;
+        k->agrees = k->agrees && k->doubt[j] <= agreement * fabs(k->slope[j]) + floor_of[j];
     }
+    k->step = step;
+}
+
+static stein_status halve(const study *s, study_slope *slope, int n, study_bend *bend,
+                          double (*coarse)[STUDY_RESPONSES], double (*fine)[STUDY_RESPONSES],
+                          stein_err *err)
+{
+    double step = 0.25;
+    stein_status status = difference(s, slope, n, step, bend, coarse, err);
+    for (int round = 1; status == STEIN_OK && round <= HALVINGS; round++) {
+        step *= 0.5;
+        if (s->progress != NULL) {
+            s->progress(s->ctx, "sensitivities", round, HALVINGS + 1);
+        }
+        status = difference(s, slope, n, step, bend, fine, err);
+        for (int i = 0; status == STEIN_OK && i < n; i++) {
+            if (!slope[i].agrees) {
+                judge(&slope[i], step, coarse[i], fine[i]);
+                memcpy(coarse[i], fine[i], sizeof coarse[i]);
+            }
+        }
+    }
+    if (status == STEIN_OK && s->progress != NULL) {
+        s->progress(s->ctx, "sensitivities", HALVINGS + 1, HALVINGS + 1);
+    }
+    return status;
 }
 
 static int has_slope(const stein_model *m, const double *p, int i)
@@ -106,7 +146,8 @@ static int has_slope(const stein_model *m, const double *p, int i)
     const char *name = m->params[i].name, *dot = strrchr(name, '.');
     int place = dot != NULL && (strcmp(dot, ".x") == 0 || strcmp(dot, ".z") == 0 ||
                                 strcmp(dot, ".stop_shift") == 0);
-    int zero = p[i] == 0.0 && !place && strcmp(m->params[i].unit, "rad") != 0;
+    int angle = strcmp(m->params[i].unit, "rad") == 0;
+    int zero = p[i] == 0.0 && ((!place && !angle) || m->params[i].range != STEIN_ANY);
     return !zero && strstr(name, ".initial.") == NULL && strstr(name, ".direction.") == NULL &&
            strstr(name, ".sensor.") == NULL;
 }
@@ -135,8 +176,13 @@ stein_status study_slopes(const study *s, study_slope *slope, int *n, stein_err 
     }
     study finer = *s;
     finer.dt = 0.5 * s->dt;
-    slopes w = {&finer, slope};
-    return study_each(&finer, "sensitivities", *n, look, &w, err);
+    study_bend *bend = calloc(2 * (size_t)*n + 1, sizeof *bend);
+    double(*y)[STUDY_RESPONSES] = calloc(2 * (size_t)*n + 1, sizeof *y);
+    stein_status status = bend != NULL && y != NULL ? halve(&finer, slope, *n, bend, y, y + *n, err)
+                                                    : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    free(bend);
+    free(y);
+    return status;
 }
 
 /* ---- the chart ---- */

@@ -66,6 +66,8 @@ typedef void study_job_fn(void *ctx, stein_sim *sim, int i);
 /** Run jobs 0..n-1. @return OK, ENOMEM or what stein_sim_create returns */
 stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
                         stein_err *err);
+/** How strokes beyond the sweep are computed: RK4, steps of s->dt. */
+stein_sim_def study_def(const study *s);
 /** A simulation as the jobs get it. */
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
 /** Find the reference stroke and what follows from it; `s` has model, threads, dt.
@@ -247,8 +249,15 @@ typedef stein_status study_part_fn(const study *s, study_part *part, stein_err *
 study_part_fn study_paper, study_regulation, study_angle, study_touches, study_repetition,
     study_sensitivity, study_tolerance;
 
-/** Responses height, speed, force of the reference with parameter `param` changed by x. */
-int study_responses(const study *s, stein_sim *sim, int param, double x, double y[STUDY_RESPONSES]);
+/** The reference with parameter `param` changed by `by` [its unit], and what came of it. */
+typedef struct study_bend {
+    int param;
+    double by;
+    int struck;                /* 0: no stroke, the rest means nothing */
+    double y[STUDY_RESPONSES]; /* height [m], speed [m/s], force [N] */
+} study_bend;
+/** All of them, on all threads and in the lanes of each. @return OK, ENOMEM */
+stein_status study_bends(const study *s, study_bend *bend, int n, stein_err *err);
 /** Slopes of all parameters that can have one. @param slope [np] @return their number in *n */
 stein_status study_slopes(const study *s, study_slope *slope, int *n, stein_err *err);
 
