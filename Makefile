@@ -159,7 +159,7 @@ $(B)/obj/model_header.o: $(B)/model_header.c
 $(B)/obj/identity_models.o: $(B)/identity_models.c
 	$(compile)
 
-# Suites are compiled without optimisation, in a fifth of the time: what takes time in them is the
+# Suites are compiled without optimisation, which is quicker: what takes time in them is the
 # library's. Those that compute much themselves are not.
 ifeq ($(VARIANT),release)
 COMPUTING := tests/generator_reference.c tests/test_elementary.c
@@ -459,9 +459,9 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # Every line and branch that the tests reach, of what is linked into the library and the lab. Without
 # optimisation each condition of a && b, a || b and !a is a jump of its own, so gcov's branches are
 # the outcomes of conditions: of readers and step control all of them are listed. That is condition and
-# decision coverage; MC/DC, which compilers measure from gcc 14 and clang 18 on, is `make mcdc`. A comparison whose
-# value is kept, and a case of a switch, count as what they are. real.h, operators of one number and
-# of several, is left out: gcovr knows a function by its name, and these are there twice.
+# decision coverage; MC/DC, which compilers measure from gcc 14 and clang 18 on, is `make mcdc`. A
+# comparison whose value is kept, and a case of a switch, count as what they are. real.h, operators of
+# one number and of several, is left out: gcovr knows a function by its name, and these are there twice.
 READERS := src/core/step.c src/core/adapt.c src/core/batch_run.c src/core/state.c src/model/ src/lab/data/ \
            src/lab/journal.c
 coverage: deps  ## lines and branches that the tests reach, conditions of readers and steps: COVER=suites

@@ -134,6 +134,35 @@ static inline lab_data *open_data(const char *path, const stein_model *model)
     return data;
 }
 
+/** A file that is refused: where, after its path, and a part of what is said. */
+typedef struct bad_data {
+    const char *text, *place, *says;
+} bad_data;
+
+/** Each with one problem, reported and returned in the same words. */
+static inline void refuse_data(const bad_data *bad, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        lab_data_options o = lab_data_options_default(&stein_model_stein1788);
+        said s = {.n = 0};
+        stein_err why = {STEIN_OK, ""};
+        lab_data *d = NULL;
+        o.report = hear;
+        o.ctx = &s;
+        const char *path = write_file("bad.csv", bad[i].text);
+        stein_status status = lab_data_open(&d, path, &o, &why);
+        ck_assert_msg(status == STEIN_EPARSE && d == NULL, "accepted: %s", bad[i].text);
+        char *place = lab__text("%s%s", path, bad[i].place);
+        ck_assert_msg(s.n == 1 && strncmp(s.text[0], place, strlen(place)) == 0 &&
+                          strstr(s.text[0], bad[i].says) != NULL,
+                      "%d problems, the first: %s\nexpected %s and \"%s\"", s.n, s.text[0], place,
+                      bad[i].says);
+        ck_assert_int_eq(strncmp(why.msg, s.text[0], strlen(why.msg)), 0);
+        free(place);
+    }
+}
+#define REFUSE(bad) refuse_data(bad, sizeof(bad) / sizeof *(bad))
+
 static inline lab_audit *audit_of(const lab_data *data)
 {
     lab_audit *audit = NULL;

@@ -181,36 +181,9 @@ END_TEST
 
 /* ---- refusals ---- */
 
-typedef struct refusal {
-    const char *text, *place, *says;
-} refusal;
-
-static void refuse(const refusal *bad, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        lab_data_options o = lab_data_options_default(action);
-        said s = {.n = 0};
-        stein_err err = {STEIN_OK, ""};
-        lab_data *d = NULL;
-        o.report = hear;
-        o.ctx = &s;
-        const char *path = write_file("bad.csv", bad[i].text);
-        stein_status status = lab_data_open(&d, path, &o, &err);
-        ck_assert_msg(status == STEIN_EPARSE && d == NULL, "accepted: %s", bad[i].text);
-        char *place = lab__text("%s%s", path, bad[i].place);
-        ck_assert_msg(s.n == 1 && strncmp(s.text[0], place, strlen(place)) == 0 &&
-                          strstr(s.text[0], bad[i].says) != NULL,
-                      "%d problems, the first: %s\nexpected %s and \"%s\"", s.n, s.text[0], place,
-                      bad[i].says);
-        ck_assert_int_eq(strncmp(err.msg, s.text[0], strlen(err.msg)), 0);
-        free(place);
-    }
-}
-#define REFUSE(bad) refuse(bad, sizeof(bad) / sizeof *(bad))
-
 START_TEST(wrong_headers_are_refused_with_their_place)
 {
-    static const refusal bad[] = {
+    static const bad_data bad[] = {
         {"", ": ", "no header line"},
         {"# camera: x\n", ": ", "no header line"},
         {"time [s],string_distance [N]\n" ROWS,
@@ -246,14 +219,18 @@ END_TEST
 START_TEST(wrong_rows_are_refused_with_their_place)
 {
 #define HEAD "time [s],key_dip [mm]\n"
-    static const refusal bad[] = {
+    static const bad_data bad[] = {
         {HEAD, ":1:1: ", "no rows"},
         {HEAD "0,1\n", ":1:1: ", "1 sample, expected at least 4"},
+        {HEAD "0,1\n1,2\n", ":1:1: ", "2 samples, expected at least 4"},
+        {HEAD "0,\n1,2\n2,\n3,\n4,\n", ":1:10: ", "1 sample of \"key_dip\", expected"},
         {HEAD "0,1\n1,\n2,2\n3,\n4,4\n",
          ":1:10: ", "3 samples of \"key_dip\", expected at least 4"},
         {HEAD "0,7.25\n1,7.25\n2,\n3,7.25\n4,7.25\n",
          ":1:10: ", "\"key_dip\" is 0.00725 m in all 4 samples"},
         {HEAD "0,0\n1,0\n2,0\n3,0\n4,0\n", ":1:10: ", "measures nothing"},
+        {"time [s],string_force [N],key_dip [mm]\n0,2,1\n1,2,2\n2,2,4\n3,2,3\n",
+         ":1:10: ", "\"string_force\" is 2 N in all 4 samples"},
         {HEAD "0,1\n1,2\n0.5,3\n2,4\n", ":4:1: ", "the time goes back from 1 s to 0.5 s"},
         {HEAD "0,1\n1,2\n1,3\n2,4\n", ":4:1: ", "the time stands still"},
         {HEAD "0,1\n1,2\n 2 ,nan\n3,1\n4,5\n", ":4:5: ", "key_dip \"nan\": not a finite number"},
@@ -279,7 +256,7 @@ END_TEST
 START_TEST(settings_that_contradict_are_refused_with_their_place)
 {
 #define BODY HEAD "0,1\n1,2\n2,4\n3,1\n"
-    static const refusal bad[] = {
+    static const bad_data bad[] = {
         {"# set pawl.stop_shfit: 1 mm\n" BODY, ":1:7: ", "did you mean \"pawl.stop_shift\"?"},
         {"# set load.mass: 3 mm\n" BODY, ":1:18: ", "the unit is m, expected kg"},
         {"# set load.mass: heavy\n" BODY, ":1:18: ", "expected a number"},
@@ -294,6 +271,7 @@ START_TEST(settings_that_contradict_are_refused_with_their_place)
         {"# noise key_dipp: 1 um\n" BODY, ":1:9: ", "did you mean \"key_dip\"?"},
         {"# noise key_dip: 1 N\n" BODY, ":1:18: ", "the unit is N, expected m"},
         {"# noise key_dip: -1 um\n" BODY, ":1:18: ", "greater than zero"},
+        {"# noise key_dip: 0 um\n" BODY, ":1:18: ", "greater than zero"},
         {"# noise key_dip: 1 um\n# noise key_dip: 2 um\n" BODY, ":2:9: ", "given twice"},
     };
     REFUSE(bad);

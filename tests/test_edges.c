@@ -446,25 +446,6 @@ END_TEST
 
 /* ---- places of a batch ---- */
 
-START_TEST(a_place_without_a_simulation_cannot_run)
-{
-    stein_batch *batch = NULL;
-    stein_pace pace = {.tolerance = 1e-7, .longest = 1e-3, .h = 1e-5};
-    stein_status status = STEIN_EINVAL;
-    stein_err why;
-    stein_sim_def def = stein_sim_def_default(&stein_model_pendulum);
-    def.integrator = STEIN_DP5;
-    ck_assert_stein(stein_batch_create(&batch, &stein_model_pendulum, &def, 2, 0, err));
-    for (int i = -1; i <= 2; i++) {
-        ck_assert_int_eq(stein_batch_begin(batch, i, 0.1, &pace, &why), STEIN_EINVAL);
-        said(&why, STEIN_EINVAL, "of a batch of 2 has no simulation to run");
-    }
-    ck_assert_int_eq(stein_batch_go(batch, &status, &why), -1); // nothing is under way
-    ck_assert_int_eq(status, STEIN_OK);
-    stein_batch_destroy(batch);
-}
-END_TEST
-
 START_TEST(runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_in_words)
 {
     enum { PLACES = 3 };
@@ -536,7 +517,6 @@ Suite *edges_suite(void)
     tcase_add_test(tc, a_system_without_a_solution_is_not_divided_by);
     tcase_add_test(tc, a_message_is_one_line_that_ends_in_time);
     tcase_add_test(tc, a_reading_of_what_has_no_forces_is_no_number);
-    tcase_add_test(tc, a_place_without_a_simulation_cannot_run);
     tcase_add_test(tc,
                    runs_of_a_batch_that_fail_are_told_one_by_one_and_the_first_of_them_in_words);
     suite_add_tcase(suite, tc);

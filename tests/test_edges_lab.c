@@ -287,53 +287,6 @@ END_TEST
 
 /* ---- records ---- */
 
-#define ROWS "0,1,1\n1,1,2\n2,1,1\n3,1,4\n4,1,3\n5,1,3\n"
-
-static void refuse_record(const char *text, const char *place, const char *says)
-{
-    lab_data_options o = lab_data_options_default(&stein_model_stein1788);
-    stein_err why = {STEIN_OK, ""};
-    lab_data *d = NULL;
-    const char *path = write_file("bad.csv", text);
-    ck_assert_msg(lab_data_open(&d, path, &o, &why) == STEIN_EPARSE, "accepted: %s", text);
-    ck_assert_ptr_null(d);
-    char *start = lab__text("%s%s", path, place);
-    ck_assert_msg(strncmp(why.msg, start, strlen(start)) == 0 && strstr(why.msg, says) != NULL,
-                  "%s, expected %s and \"%s\"", why.msg, start, says);
-    free(start);
-}
-
-START_TEST(a_record_that_says_nothing_is_refused_by_column)
-{
-    static const struct {
-        const char *text, *place, *says;
-    } bad[] = {
-        {"time [s]\n0\n1\n2\n3\n4\n", ":1:1: ", "no columns beside the time"},
-        {"time [s],key_dip [mm]\n0,1\n", ":1:1: ", "1 sample, expected at least"},
-        {"time [s],key_dip [mm]\n0,1\n1,2\n", ":1:1: ", "2 samples, expected at least"},
-        {"time [s],key_dip [mm],hammer_height [mm]\n0,1,1\n1,2,\n2,1,\n3,4,\n4,1,\n5,1,\n",
-         ":1:23: ", "1 sample of \"hammer_height\""},
-        {"time [s],key_dip [mm],hammer_height [mm]\n" ROWS,
-         ":1:10: ", "\"key_dip\" is 0.001 m in all 6 samples: it measures nothing"},
-        {"time [s],string_force [N],hammer_height [mm]\n" ROWS,
-         ":1:10: ", "\"string_force\" is 1 N in all 6 samples"},
-        {"time [s],key_dip [mm]\n0,1\n1,1e400\n2,2\n3,5\n4,4\n", ":3:3: ", "too large"},
-        {"# noise key_dip: 0 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
-         ":1:", "noise of \"key_dip\": a standard deviation is greater than zero"},
-        {"# noise hammer_height: 1 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
-         ":1:", "noise of \"hammer_height\": no such column in this file"},
-        {"# noise hammer_hieght: 1 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n3,5\n4,4\n",
-         ":1:", "no such output or input of the model, did you mean \"hammer_height\"?"},
-        {"# noise key_dip: 1 mm\n# noise key_dip: 2 mm\ntime [s],key_dip [mm]\n0,1\n1,2\n2,3\n"
-         "3,5\n4,4\n",
-         ":2:", "the noise of \"key_dip\" is given twice, with different values"},
-    };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        refuse_record(bad[i].text, bad[i].place, bad[i].says);
-    }
-}
-END_TEST
-
 START_TEST(a_force_that_is_never_there_says_something)
 {
     lab_data *d = open_data(
@@ -380,7 +333,6 @@ Suite *edges_lab_suite(void)
     tcase_add_loop_test(tc, a_mechanism_that_is_not_in_order_has_no_equations, 0, SPOILT);
     tcase_add_test(tc, a_row_belongs_to_its_table_or_to_none);
     tcase_add_test(tc, a_head_that_no_sweep_wrote_is_refused);
-    tcase_add_test(tc, a_record_that_says_nothing_is_refused_by_column);
     tcase_add_test(tc, a_force_that_is_never_there_says_something);
     tcase_add_test(tc, a_dataset_needs_a_file_and_tells_what_cannot_be_read);
     suite_add_tcase(suite, tc);

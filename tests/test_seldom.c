@@ -205,26 +205,6 @@ END_TEST
 
 #define HEAD "time [s],key_dip [mm]\n"
 
-typedef struct bad_data {
-    const char *text, *place, *says;
-} bad_data;
-
-static void refuse_data(const char *text, size_t size, const char *place, const char *says)
-{
-    lab_data_options o = lab_data_options_default(&stein_model_stein1788);
-    stein_err why = {STEIN_OK, ""};
-    lab_data *d = NULL;
-    const char *path = in_folder("bad.csv");
-    FILE *f = fopen(path, "wb");
-    ck_assert(f != NULL && fwrite(text, 1, size, f) == size && fclose(f) == 0);
-    ck_assert_msg(lab_data_open(&d, path, &o, &why) == STEIN_EPARSE, "accepted: %s", text);
-    ck_assert_ptr_null(d);
-    char *start = lab__text("%s%s", path, place);
-    ck_assert_msg(strncmp(why.msg, start, strlen(start)) == 0 && strstr(why.msg, says) != NULL,
-                  "%s, expected %s and \"%s\"", why.msg, start, says);
-    free(start);
-}
-
 START_TEST(rare_mistakes_of_data_are_refused_with_their_place)
 {
     static const bad_data bad[] = {
@@ -241,9 +221,7 @@ START_TEST(rare_mistakes_of_data_are_refused_with_their_place)
         {HEAD "0,1\n1,--\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
         {HEAD "0,1\n1,2\x7f\n2,2\n3,1\n4,5\n", ":3:3: ", "\"2?\": expected a number"},
     };
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        refuse_data(bad[i].text, strlen(bad[i].text), bad[i].place, bad[i].says);
-    }
+    REFUSE(bad);
 }
 END_TEST
 
@@ -253,25 +231,25 @@ START_TEST(what_is_too_long_in_data_is_refused_with_its_place)
     size_t n = (size_t)snprintf(text, sizeof text, HEAD "0,1\n1,");
     memset(text + n, '1', 201);
     strcpy(text + n + 201, "\n2,2\n3,3\n4,4\n");
-    refuse_data(text, strlen(text), ":3:3: ", "a number of more than 200 characters");
+    refuse_data(&(bad_data){text, ":3:3: ", "a number of more than 200 characters"}, 1);
 
     n = (size_t)snprintf(text, sizeof text, HEAD "0,1\n1,2");
     memset(text + n, ',', 300);
     strcpy(text + n + 300, "\n2,2\n3,3\n4,4\n");
-    refuse_data(text, strlen(text), ":3:", "more than 256 cells where the header has 2");
+    refuse_data(&(bad_data){text, ":3:", "more than 256 cells where the header has 2"}, 1);
 
     // a word that is cut between letters: the 60th byte is the second of two
     n = (size_t)snprintf(text, sizeof text, HEAD "0,1\n1,");
     memset(text + n, 'b', 59);
     strcpy(text + n + 59, "\xC3\xA9\xC3\xA9\xC3\xA9\n2,2\n3,3\n4,4\n");
-    refuse_data(text, strlen(text), ":3:3: ", "bbb...\": expected a number");
+    refuse_data(&(bad_data){text, ":3:3: ", "bbb...\": expected a number"}, 1);
 
     n = 0;
     for (int i = 0; i < 10001; i++) {
         n += (size_t)snprintf(text + n, sizeof text - n, "# remark %d\n", i);
     }
     snprintf(text + n, sizeof text - n, HEAD "0,1\n1,2\n2,4\n3,1\n");
-    refuse_data(text, strlen(text), ":10001:1: ", "more than 10000 lines above the header");
+    refuse_data(&(bad_data){text, ":10001:1: ", "more than 10000 lines above the header"}, 1);
 }
 END_TEST
 

@@ -45,25 +45,26 @@ int refit_film(const refit *r, const block *b, const double *common, const doubl
     return status;
 }
 
+/* numbers of one stroke, in prior sd */
+typedef struct numbers {
+    double common[MAX_COMMON], own[OWN];
+} numbers;
+
 /* one column by films 0.1 sd to both sides: one-sided ones lead a refit beside its end. Where the
  * refit is on its way (f: the film there) they do, and cost half. */
-static int difference(const refit *r, const block *b, int k, const film *f)
+static int difference(const refit *r, const block *b, numbers at, int k, const film *f, double *out)
 {
     const double by = f != NULL ? 0.02 : 0.1;
-    double common[MAX_COMMON], own[OWN];
-    memcpy(common, r->at, sizeof common);
-    memcpy(own, b->own, sizeof own);
-    double *moved = k < r->ncommon ? &common[k] : &own[k - r->ncommon], here = *moved;
+    double *moved = k < r->ncommon ? &at.common[k] : &at.own[k - r->ncommon], here = *moved;
     film up, down = {0, NULL, NULL, 0.0};
     *moved = here + by;
-    if (refit_film(r, b, common, own, &up) != 0) {
+    if (refit_film(r, b, at.common, at.own, &up) != 0) {
         return -1;
     }
     *moved = here - by;
-    int status = f != NULL ? 0 : refit_film(r, b, common, own, &down);
+    int status = f != NULL ? 0 : refit_film(r, b, at.common, at.own, &down);
     if (status == 0) {
-        refit_change(r, f != NULL ? f : &down, &up, f != NULL ? 1.0 / by : 0.5 / by,
-                     column(r, b, k));
+        refit_change(r, f != NULL ? f : &down, &up, f != NULL ? 1.0 / by : 0.5 / by, out);
     }
     film_free(&up);
     film_free(&down);
@@ -71,13 +72,13 @@ static int difference(const refit *r, const block *b, int k, const film *f)
 }
 
 /* columns that need no further film: time and offsets */
-static void direct_columns(const refit *r, const block *b, const film *f)
+static void direct_columns(const refit *r, const film *f, columns *c)
 {
     double sd = trigger_sd(r);
-    double *time = column(r, b, r->ncommon + N_TRIGGER);
+    double *time = column(r, c, r->ncommon + N_TRIGGER);
     for (int j = 0; j < r->camera.seen; j++) {
         double noise = camera_noise(&r->camera, j);
-        double *offset = column(r, b, r->ncommon + N_OFFSET + j);
+        double *offset = column(r, c, r->ncommon + N_OFFSET + j);
         for (int i = 0; i < f->n; i++) {
             time[j * f->n + i] = -sd * f->yd[i][j] / noise;
             offset[j * f->n + i] = r->d->marker / (j == 2 ? r->camera.arm : 1.0) / noise;
@@ -85,52 +86,46 @@ static void direct_columns(const refit *r, const block *b, const film *f)
     }
 }
 
-static void products(const refit *r, block *b)
+static void products(const refit *r, columns *c)
 {
     int n = r->ncommon + OWN;
     for (int j = 0; j < n; j++) {
         for (int k = 0; k <= j; k++) {
-            b->G[j * n + k] = inner(column(r, b, j), column(r, b, k), r->rows);
+            c->G[j * n + k] = inner(column(r, c, j), column(r, c, k), r->rows);
         }
     }
 }
 
-/* X and G of one stroke at r->at and b->own; `first`: where both are zero */
-static int take_columns(const refit *r, block *b, int first)
+static void drop(columns *c)
+{
+    free(c->X);
+    free(c->G);
+    *c = (columns){NULL, NULL};
+}
+
+/* X and G of one stroke; `is_first`: where all numbers are zero. @return 0, -1: there are none */
+static int take(const refit *r, const block *b, const numbers *at, int is_first, columns *c)
 {
     static const int moved[] = {N_DRIVE, N_JOINTS, N_CONTACTS};
     size_t n = (size_t)(r->ncommon + OWN);
-    film f;
-    b->X = calloc(n * (size_t)r->rows, sizeof *b->X);
-    b->G = calloc(n * n, sizeof *b->G);
-    int status = b->X != NULL && b->G != NULL ? refit_film(r, b, r->at, b->own, &f) : -1;
-    int filmed = status == 0;
+    film f = {0, NULL, NULL, 0.0};
+    c->X = calloc(n * (size_t)r->rows, sizeof *c->X);
+    c->G = calloc(n * n, sizeof *c->G);
+    int status = c->X != NULL && c->G != NULL ? refit_film(r, b, at->common, at->own, &f) : -1;
     if (status == 0) {
-        direct_columns(r, b, &f);
+        direct_columns(r, &f, c);
     }
-    for (int k = 0; status == 0 && k < r->ncommon; k++) {
-        status = difference(r, b, k, first ? NULL : &f);
-    }
-    for (int k = 0; status == 0 && k < 3; k++) {
-        status = difference(r, b, r->ncommon + moved[k], first ? NULL : &f);
+    for (int i = 0; status == 0 && i < r->ncommon + 3; i++) {
+        int k = i < r->ncommon ? i : r->ncommon + moved[i - r->ncommon];
+        status = difference(r, b, *at, k, is_first ? NULL : &f, column(r, c, k));
     }
     if (status == 0) {
-        products(r, b);
+        products(r, c);
+    } else {
+        drop(c);
     }
-    if (filmed) {
-        film_free(&f);
-    }
+    film_free(&f);
     return status;
-}
-
-static void back_to_first(block *b)
-{
-    if (b->X != b->X0) {
-        free(b->X);
-        free(b->G);
-    }
-    b->X = b->X0;
-    b->G = b->G0;
 }
 
 /* repeats share their columns: the same told settings give the same films */
@@ -169,10 +164,7 @@ int columns_create(refit *r)
             return -1;
         }
         r->rows = b->base.n * r->camera.seen;
-        int status = take_columns(r, b, 1);
-        b->X0 = b->X;
-        b->G0 = b->G;
-        if (status != 0) {
+        if (take(r, b, &(numbers){{0.0}, {0.0}}, 1, &b->first) != 0) {
             return -1;
         }
     }
@@ -181,25 +173,25 @@ int columns_create(refit *r)
 
 int columns_renew(refit *r)
 {
-    double *X[FIT], *G[FIT];
+    columns fresh[FIT] = {{NULL, NULL}};
+    numbers at[FIT];
     int status = 0;
-    for (int i = 0; i < FIT; i++) {
-        X[i] = r->block[i].X;
-        G[i] = r->block[i].G;
-        if (r->like[i] == i && status == 0) {
-            status = take_columns(r, &r->block[i], 0);
-        }
+    for (int i = 0; i < FIT && status == 0; i++) {
+        memcpy(at[i].common, r->u, sizeof *r->u * (size_t)r->ncommon);
+        memcpy(at[i].own, r->u + place(r, i, r->ncommon), sizeof at[i].own);
+        status = r->like[i] == i ? take(r, &r->block[i], &at[i], 0, &fresh[i]) : 0;
     }
     for (int i = 0; i < FIT; i++) {
-        block *b = &r->block[i], old = {.X = X[i], .G = G[i], .X0 = b->X0, .G0 = b->G0};
+        block *b = &r->block[i];
+        columns *old = status == 0 ? &b->renewed : &fresh[i];
+        drop(old);
         if (status == 0) {
-            back_to_first(&old);
-        } else if (b->X != X[i]) {
-            free(b->X);
-            free(b->G);
-            b->X = X[i];
-            b->G = G[i];
+            *old = fresh[i];
+            memcpy(b->own, at[i].own, sizeof b->own);
         }
+    }
+    if (status == 0) {
+        memcpy(r->at, r->u, sizeof *r->at * (size_t)r->ncommon);
     }
     return status;
 }
@@ -209,15 +201,14 @@ void columns_reset(refit *r)
     memset(r->at, 0, sizeof r->at);
     for (int i = 0; i < FIT; i++) {
         memset(r->block[i].own, 0, sizeof r->block[i].own);
-        back_to_first(&r->block[i]);
+        drop(&r->block[i].renewed);
     }
 }
 
 void columns_free(block *b)
 {
-    back_to_first(b);
-    free(b->X0);
-    free(b->G0);
+    drop(&b->renewed);
+    drop(&b->first);
     stroke_free(&b->play);
     film_free(&b->base);
     film_free(&b->shown);

@@ -297,7 +297,8 @@ static int hide_second(const options *o, world *w, answer *a, refit *r, gsl_rng 
         double reached = 0.0;
         draw(&any, &e, w->m, a->d->touch, rng);
         if (strcmp(e.kind->verdict, "missing_effect") == 0 && e.kind != w->hidden.kind &&
-            strcmp(e.place, w->hidden.place) != 0 && refit_scale(r, &e, a->target, &reached) == 0) {
+            strcmp(e.place, w->hidden.place) != 0 &&
+            refit_scale(r, &e, a->target, &reached) == NULL) {
             w->second = e;
             w->hidden.also = &w->second;
             return 1;
@@ -327,13 +328,16 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
     for (int i = 0; i < tries; i++) {
         draw(o, &e, w->m, a->d->touch, rng);
         a->reached = 0.0;
-        int status = refit_scale(r, &e, a->target, &a->reached);
-        if (status == 0 && !within_tolerance(w, &e)) {
+        const char *why = refit_scale(r, &e, a->target, &a->reached);
+        if (why == NULL && within_tolerance(w, &e)) {
+            why = "within its tolerance";
+        }
+        if (why == NULL) {
             a->met = 1;
             break;
         }
         if (i + 1 < tries) {
-            note_redrawn(a, &e, status == 0 ? "within its tolerance" : "limit reached first");
+            note_redrawn(a, &e, why);
         }
     }
     w->hidden = e;
@@ -447,9 +451,9 @@ static void survey_effect(FILE *f, refit *r, const world *w, const effect_kind *
         gsl_rng *rng = stream(1, 2);
         effect_draw(&e, kind, place, w->m, rng);
         gsl_rng_free(rng);
-        int status = refit_scale(r, &e, target[k], &reached);
+        const char *why = refit_scale(r, &e, target[k], &reached);
         fprintf(f, " %10.3g (%.3f)%s", effect_value(&e, w), reached,
-                status != 0               ? "-"
+                why != NULL               ? "-"
                 : within_tolerance(w, &e) ? "t"
                                           : " ");
     }

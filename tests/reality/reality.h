@@ -397,6 +397,8 @@ void refit_free(refit *r);
  * times `target` are good, others show only that they are less or more. @return 0, -1: not
  * simulated */
 int refit_size(refit *r, const effect *e, double target, double *size);
+/** Is a size so far beyond the one that is wanted that it says nothing but that. */
+int refit_is_lost(double size, double target);
 /** The same before refitting. */
 int refit_raw(refit *r, const effect *e, double *size);
 /** The last refit, of effect e, is where others begin. */
@@ -408,8 +410,8 @@ void refit_forget(refit *r);
 int refit_size_dense(const refit *r, double *size);
 
 /* scale.c */
-/** Amount at which the size is `target`. @return 0, 1: the limit is reached first, -1: failed */
-int refit_scale(refit *r, effect *e, double target, double *reached);
+/** Amount at which the size is `target`. @return NULL, or why there is none, for the answer */
+const char *refit_scale(refit *r, effect *e, double target, double *reached);
 
 /* camera.c */
 /** @param seen  what the stroke visits is added to it; may be NULL */

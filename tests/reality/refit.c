@@ -44,7 +44,7 @@ static const double settled = 0.02; /* a step that takes less off the objective 
 static const double shortest = 1e4; /* lambda */
 static const double strayed = 0.5;  /* prior sd from where the columns are */
 static const double near = 0.25;    /* sizes from so much of the one that is wanted */
-static const double beyond = 3.0;   /* to so much are worth new columns */
+static const double lost = 3.0;     /* to so much are worth new columns */
 static const double worth = 0.9;    /* new columns that leave more of the objective are the last */
 
 refit *refit_create(const world *w, const design *d)
@@ -120,12 +120,6 @@ static size_t unknowns(const refit *r)
     return (size_t)(r->ncommon + FIT * OWN);
 }
 
-/* place of column k of stroke i among all unknowns */
-static size_t place(const refit *r, int i, int k)
-{
-    return (size_t)(k < r->ncommon ? k : k + i * OWN);
-}
-
 /* film of a stroke without the effect, moved by what the refit has found */
 static int film_refitted(const refit *r, int i, film *f)
 {
@@ -137,7 +131,7 @@ static void take_away(const refit *r, int i, double *out)
 {
     for (int k = N_OFFSET; k < N_DRIVE; k++) {
         double u = r->u[place(r, i, r->ncommon + k)];
-        const double *c = column(r, &r->block[i], r->ncommon + k);
+        const double *c = column(r, columns_of(&r->block[i]), r->ncommon + k);
         for (int row = 0; row < r->rows; row++) {
             out[row] -= u * c[row];
         }
@@ -195,16 +189,16 @@ static int residual(refit *r)
 static void add_block(const refit *r, int i, gsl_matrix *A, gsl_vector *b)
 {
     int n = r->ncommon + OWN;
-    const block *like = &r->block[r->like[i]];
+    const columns *c = columns_of(&r->block[r->like[i]]);
     const double *y = r->r + (size_t)i * (size_t)r->rows;
     for (int j = 0; j < n; j++) {
         if (!r->use[j]) {
             continue;
         }
-        *gsl_vector_ptr(b, place(r, i, j)) += inner(column(r, like, j), y, r->rows);
+        *gsl_vector_ptr(b, place(r, i, j)) += inner(column(r, c, j), y, r->rows);
         for (int k = 0; k <= j; k++) {
             if (r->use[k]) {
-                *gsl_matrix_ptr(A, place(r, i, j), place(r, i, k)) += like->G[j * n + k];
+                *gsl_matrix_ptr(A, place(r, i, j), place(r, i, k)) += c->G[j * n + k];
             }
         }
     }
@@ -216,12 +210,12 @@ static double worst_channel(const refit *r, const gsl_vector *u)
     double sum[SEEN] = {0.0}, worst = 0.0;
     int frames = r->rows / r->camera.seen;
     for (int i = 0; i < FIT; i++) {
+        const columns *c = columns_of(&r->block[r->like[i]]);
         for (int row = 0; row < r->rows; row++) {
             double x = r->r[(size_t)i * (size_t)r->rows + (size_t)row];
             for (int k = 0; u != NULL && k < r->ncommon + OWN; k++) {
                 if (r->use[k]) {
-                    x -= column(r, &r->block[r->like[i]], k)[row] *
-                         gsl_vector_get(u, place(r, i, k));
+                    x -= column(r, c, k)[row] * gsl_vector_get(u, place(r, i, k));
                 }
             }
             sum[row / frames] += x * x;
@@ -330,26 +324,18 @@ void refit_keep(refit *r, const effect *e)
     r->amount = e->amount;
 }
 
-/* columns anew where the refit stands, if it is far from them; @return 1: they were */
-static int renew(refit *r)
+/* does the refit stand far from where its columns were taken; offsets are the same everywhere */
+static int is_far(const refit *r)
 {
-    double far = 0.0, at[MAX_COMMON], own[FIT][OWN];
-    memcpy(at, r->at, sizeof at);
+    double far = 0.0;
     for (int i = 0; i < FIT; i++) {
-        memcpy(own[i], r->block[i].own, sizeof own[i]);
         for (int k = 0; k < r->ncommon + OWN && r->like[i] == i; k++) {
-            double *from = k < r->ncommon ? &r->at[k] : &r->block[i].own[k - r->ncommon];
+            double from = k < r->ncommon ? r->at[k] : r->block[i].own[k - r->ncommon];
             int is_offset = k >= r->ncommon + N_OFFSET && k < r->ncommon + N_DRIVE;
-            far = is_offset ? far : fmax(far, fabs(r->u[place(r, i, k)] - *from));
-            *from = r->u[place(r, i, k)];
+            far = is_offset ? far : fmax(far, fabs(r->u[place(r, i, k)] - from));
         }
     }
-    int renewed = far > strayed && columns_renew(r) == 0;
-    for (int i = 0; i < FIT && !renewed; i++) {
-        memcpy(r->at, at, sizeof at);
-        memcpy(r->block[i].own, own[i], sizeof own[i]);
-    }
-    return renewed;
+    return far > strayed;
 }
 
 int refit_raw(refit *r, const effect *e, double *size)
@@ -360,9 +346,14 @@ int refit_raw(refit *r, const effect *e, double *size)
     return status;
 }
 
+int refit_is_lost(double size, double target)
+{
+    return size > lost * target;
+}
+
 static int is_in_question(double size, double target)
 {
-    return size > near * target && size < beyond * target;
+    return size > near * target && !refit_is_lost(size, target);
 }
 
 int refit_size(refit *r, const effect *e, double target, double *size)
@@ -375,7 +366,8 @@ int refit_size(refit *r, const effect *e, double target, double *size)
         return -1;
     }
     *size = worst_channel(r, NULL);
-    for (int n = 0; n < RENEWALS && is_in_question(*size, target) && renew(r); n++) {
+    for (int n = 0;
+         n < RENEWALS && is_in_question(*size, target) && is_far(r) && columns_renew(r) == 0; n++) {
         double before = here;
         if (residual(r) != 0 || descend(r, &here) != 0) {
             return -1;
@@ -391,11 +383,12 @@ int refit_size(refit *r, const effect *e, double target, double *size)
 /* the columns of one stroke into the dense matrix, its readings into y */
 static void dense_block(const refit *r, int i, gsl_matrix *X, gsl_vector *y)
 {
+    const columns *c = columns_of(&r->block[r->like[i]]);
     for (int row = 0; row < r->rows; row++) {
         size_t at = (size_t)(i * r->rows + row);
         gsl_vector_set(y, at, r->r[at]);
         for (int k = 0; k < r->ncommon + OWN; k++) {
-            double x = r->use[k] ? column(r, &r->block[r->like[i]], k)[row] : 0.0;
+            double x = r->use[k] ? column(r, c, k)[row] : 0.0;
             gsl_matrix_set(X, at, place(r, i, k), x);
         }
     }

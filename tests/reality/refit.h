@@ -17,14 +17,19 @@ enum {
     OWN
 };
 
+/* what the numbers do to the film of one stroke, per prior sd */
+typedef struct columns {
+    double *X; /* [ncommon + OWN][rows] in units of noise */
+    double *G; /* [ncommon + OWN][ncommon + OWN] X'X, lower half */
+} columns;
+
 typedef struct block {
     setting at;      /* told settings, no scatter */
     stroke play;     /* without effect at the true parameters */
     film base;       /* what is seen of it */
     film shown;      /* the same with the effect in question */
-    double *X;       /* [ncommon + OWN][rows] columns in units of noise */
-    double *G;       /* [ncommon + OWN][ncommon + OWN] X'X, lower half */
-    double *X0, *G0; /* those at the true parameters */
+    columns first;   /* at the true parameters */
+    columns renewed; /* where the refit stood; none: {NULL, NULL} */
     double own[OWN]; /* numbers of its own where the columns are taken, in prior sd */
 } block;
 
@@ -43,9 +48,21 @@ struct refit {
     double amount;                   /* of the effect that `low` is of, 0: of none */
 };
 
-static inline double *column(const refit *r, const block *b, int k)
+/** The columns that count. */
+static inline const columns *columns_of(const block *b)
 {
-    return b->X + (size_t)k * (size_t)r->rows;
+    return b->renewed.X != NULL ? &b->renewed : &b->first;
+}
+
+static inline double *column(const refit *r, const columns *c, int k)
+{
+    return c->X + (size_t)k * (size_t)r->rows;
+}
+
+/** Place of column k of stroke i among all unknowns. */
+static inline size_t place(const refit *r, int i, int k)
+{
+    return (size_t)(k < r->ncommon ? k : k + i * OWN);
 }
 
 static inline double inner(const double *a, const double *b, int n)
@@ -64,7 +81,7 @@ void refit_change(const refit *r, const film *a, const film *b, double factor, d
 int refit_film(const refit *r, const block *b, const double *common, const double *own, film *f);
 /** Columns of every stroke at the true parameters. @return 0, -1 */
 int columns_create(refit *r);
-/** Columns of every stroke at r->at and own of its block. @return 0, -1: as they were */
+/** Columns of every stroke at r->u. @return 0, -1: as they were */
 int columns_renew(refit *r);
 /** Those at the true parameters again. */
 void columns_reset(refit *r);

@@ -12,7 +12,6 @@
 static const double close_enough = 0.1; /* what is reached is in the answer */
 static const double most = 4.0;         /* factor between two amounts */
 static const double least = 1.01;       /* the size jumps where not even this can be followed */
-static const double lost = 3.0;         /* times the size that is wanted */
 static const double steepest = 2.0;     /* size ~ amount^2 at most, where it has begun to show: */
 static const double begun = 1e-4;       /* before it, gaps may be closed */
 enum { MAX_TRIES = 16 };
@@ -27,7 +26,7 @@ typedef struct search {
 static double next_amount(search *b, double a, double m, double target)
 {
     double next = a * fmin(fmax(target / m, 1.0 / most), b->stretch);
-    if (m > lost * target && b->low > 0.0) {
+    if (refit_is_lost(m, target) && b->low > 0.0) {
         b->stretch = fmin(sqrt(b->stretch), sqrt(a / b->low));
         next = b->low * b->stretch;
     } else if (m > target && b->low > 0.0) {
@@ -43,15 +42,16 @@ static int is_hopeless(double a, double m, double limit, double target)
     return a >= limit || (m > begun * target && m * pow(limit / a, steepest) < target);
 }
 
-int refit_scale(refit *r, effect *e, double target, double *reached)
+const char *refit_scale(refit *r, effect *e, double target, double *reached)
 {
+    static const char beyond_limit[] = "limit reached first", jumps[] = "size jumps";
     double sign = e->amount < 0.0 ? -1.0 : 1.0, limit = 1.0, a = 0.05, m;
     search b = {.stretch = most};
     refit_forget(r);
     e->amount = sign * limit;
     if (refit_raw(r, e, &m) == 0 && m < target) {
         *reached = m;
-        return 1;
+        return beyond_limit;
     }
     for (int n = 0; n < MAX_TRIES && b.stretch > least; n++) {
         e->amount = sign * a;
@@ -62,23 +62,22 @@ int refit_scale(refit *r, effect *e, double target, double *reached)
         }
         *reached = m;
         if (fabs(m / target - 1.0) < close_enough) {
-            return 0;
+            return NULL;
         }
         if (m < target && is_hopeless(a, m, limit, target)) {
-            return 1;
+            return beyond_limit;
         }
         if (m < target) {
             refit_keep(r, e);
-            b.stretch = fmin(most, b.low > 0.0 && a > b.low ? fmax(b.stretch, a / b.low) : most);
             b.low = a;
             b.m = m;
-        } else if (m < lost * target) {
+        } else if (!refit_is_lost(m, target)) {
             b.high = a;
         }
         if (b.high > 0.0 && b.low > 0.0 && b.high < least * b.low) {
-            return 1;
+            return jumps;
         }
         a = fmin(next_amount(&b, a, fmax(m, 1e-3 * target), target), limit);
     }
-    return 1;
+    return b.stretch > least ? "not found" : jumps;
 }

@@ -120,23 +120,19 @@ static stein_status halve(const study *s, study_slope *slope, int n, study_bend 
                           double (*coarse)[STUDY_RESPONSES], double (*fine)[STUDY_RESPONSES],
                           stein_err *err)
 {
-    double step = 0.25;
-    stein_status status = difference(s, slope, n, step, bend, coarse, err);
-    for (int round = 1; status == STEIN_OK && round <= HALVINGS; round++) {
-        step *= 0.5;
-        if (s->progress != NULL) {
-            s->progress(s->ctx, "sensitivities", round, HALVINGS + 1);
-        }
+    stein_status status = STEIN_OK;
+    for (int round = 0; status == STEIN_OK && round <= HALVINGS; round++) {
+        double step = ldexp(0.25, -round);
         status = difference(s, slope, n, step, bend, fine, err);
         for (int i = 0; status == STEIN_OK && i < n; i++) {
-            if (!slope[i].agrees) {
+            if (round > 0 && !slope[i].agrees) {
                 judge(&slope[i], step, coarse[i], fine[i]);
-                memcpy(coarse[i], fine[i], sizeof coarse[i]);
             }
+            memcpy(coarse[i], fine[i], sizeof coarse[i]);
         }
-    }
-    if (status == STEIN_OK && s->progress != NULL) {
-        s->progress(s->ctx, "sensitivities", HALVINGS + 1, HALVINGS + 1);
+        if (status == STEIN_OK && s->progress != NULL) {
+            s->progress(s->ctx, "sensitivities", round + 1, HALVINGS + 1);
+        }
     }
     return status;
 }
