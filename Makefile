@@ -82,7 +82,8 @@ CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
              $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o))
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
-             $(B)/obj/embedded.o $(B)/obj/identity_models.o
+             $(B)/obj/embedded.o $(B)/obj/identity_models.o \
+             $(B)/obj/structures.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
@@ -158,6 +159,8 @@ $(B)/obj/model_header.o: $(B)/model_header.c
 	$(compile)
 $(B)/obj/identity_models.o: $(B)/identity_models.c
 	$(compile)
+$(B)/obj/structures.o: $(B)/structures.c
+	$(compile)
 
 # Suites are compiled without optimisation, which is quicker: what takes time in them is the
 # library's. Those that compute much themselves are not.
@@ -202,6 +205,14 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 	  echo '#include "stein/models.h"'; \
 	  echo 'const stein_model *const stein_models[] = {'; \
 	  for m in $(sort $(MODEL_NAMES)); do echo "    &stein_model_$$m,"; done; echo '    NULL};'; } > $@
+
+# by the hash in the head of their text, without generating it anew
+$(B)/structures.c: $(GENERATED)
+	$(Q){ echo '#include "inner.h"'; echo '#include "stein/models.h"'; \
+	  echo 'const lab__structure lab__structures[] = {'; \
+	  for m in $(sort $(MODEL_NAMES)); do \
+	    sed -n "/^ \* structure  /{s/.* //;s/.*/    {\"&\", \&stein_model_$$m},/;p;q;}" $(B)/models/$$m.c; \
+	  done; echo '    {0, 0}};'; } > $@
 
 # a file as C strings, line by line
 quoted = sed 's/\\/\\\\/g; s/"/\\"/g; s/?/\\?/g; s/.*/    "&\\n",/'

@@ -26,6 +26,7 @@
     X(parts)         \
     X(table)         \
     X(generator)     \
+    X(digest)        \
     X(lab)           \
     X(study)         \
     X(sweep)         \

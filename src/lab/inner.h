@@ -1,16 +1,28 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * inner.h - what the files of the lab share with each other and with the commands. Not installed.
  *
- *   open.c      mechanism file -> equations     output.c    messages, numbers, files that appear
- * whole compile.c   equations -> shared object      json.c      JSON strike.c    one stroke, by its
- * events       process.c   other programs: compilers, gnuplot record.c    samples, CSV binary.c
- * records for NumPy and MATLAB sweep.c     many strokes on threads         drive.c     inputs from
- * a CSV file crew.c      work on threads                 batch.c     many simulations vary.c      a
- * sweep over a grid             grid.c      points from --vary grid_file.c  does the file accept
- * them?     table.c     results of a sweep, keyed by point journal.c   the same, safe from kill -9
- * facts.c     the paper against strokes plot.c      a stroke as a picture           map.c       a
- * sweep as a picture gnuplot.c   a script becomes a picture      identity.c  hashes of standard
- * sweeps and fits
+ *   open.c       mechanism file -> equations
+ *   compile.c    equations -> shared object
+ *   strike.c     one stroke, by its events
+ *   record.c     samples, CSV
+ *   binary.c     records for NumPy and MATLAB
+ *   drive.c      inputs from a CSV file
+ *   sweep.c      many strokes on threads
+ *   crew.c       work on threads
+ *   batch.c      many simulations
+ *   vary.c       a sweep over a grid
+ *   grid.c       points from --vary
+ *   grid_file.c  does the file accept them?
+ *   table.c      results of a sweep, keyed by point
+ *   journal.c    the same, safe from kill -9
+ *   facts.c      the paper against strokes
+ *   plot.c       a stroke as a picture
+ *   map.c        a sweep as a picture
+ *   gnuplot.c    a script becomes a picture
+ *   output.c     messages, numbers, files that appear whole
+ *   json.c       JSON
+ *   process.c    other programs: compilers, gnuplot
+ *   identity.c   hashes of standard sweeps and fits
  *
  * Folders: data/, fit/, diagnosis/, plan/, study/, page/, import/, each with a header of its own.
  */
@@ -26,6 +38,14 @@
 #include "stein/identity.h"
 #include "stein/lab.h"
 #include "stein/load.h"
+
+/* ---- equations that are built in, by the structure of their mechanisms (written by make) ---- */
+
+typedef struct lab__structure {
+    const char *hash; /* gen_structure() */
+    const stein_model *model;
+} lab__structure;
+extern const lab__structure lab__structures[]; /* closed by a NULL hash */
 
 /* ---- files of the project that the program carries as text (written by make) ---- */
 

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * open.c - a mechanism file becomes equations with values.
  *
- *   file --reader--> mechanism --generator--> C text, hash --same hash built in?--> use those
- *                        |                                  --else--> cache, compiler, loader
- *                        +--> values, by name
+ *   file --reader--> mechanism --same structure built in?--> use those equations
+ *                        |      --else--> generator --> C text, hash --same hash built in?--> those
+ *                        |                                           --else--> cache, compiler,
+ *                        +--> values, by name                                  loader
  *
- * The generator runs every time (it takes milliseconds): only it knows whether a changed number
- * changed the structure, and its hash is the proof that equations and file belong together. The
- * descriptor handed out is a copy with the file's values as defaults, so that equations which were
- * first compiled for unfit values do not keep failing with those.
+ * A changed number may change the structure (a zero that is none any more): that two hashes are the
+ * same, of all that equations depend on or of their text, is the proof that equations and file
+ * belong together. The descriptor handed out is a copy with the file's values as defaults, so that
+ * equations which were first compiled for unfit values do not keep failing with those.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -69,7 +70,20 @@ static stein_status cut_overrides(overrides *o, const lab_options *options, stei
     return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
-static const stein_model *built_in(const char *equations)
+static const stein_model *built_in(const mechanism *mech)
+{
+    char hash[17];
+    gen_structure(mech, hash);
+    for (const lab__structure *s = lab__structures; s->hash != NULL; s++) {
+        if (strcmp(s->hash, hash) == 0) {
+            return s->model;
+        }
+    }
+    return NULL;
+}
+
+/* the same equations may come of other structures: of a formula that is written otherwise */
+static const stein_model *built_in_text(const char *equations)
 {
     for (int i = 0; stein_models[i] != NULL; i++) {
         if (strcmp(stein_models[i]->equations, equations) == 0) {
@@ -83,11 +97,15 @@ static stein_status find_equations(lab_model *model, const stein_model **found,
                                    const lab_options *options, stein_err *err)
 {
     gen_result generated;
+    *found = built_in(model->mech);
+    if (*found != NULL) {
+        return STEIN_OK;
+    }
     stein_status status = gen_equations(&generated, model->mech, err);
     if (status != STEIN_OK) {
         return status;
     }
-    *found = built_in(generated.equations);
+    *found = built_in_text(generated.equations);
     if (*found == NULL) {
         status = lab__compiled(&model->library, found, model->mech, &generated, options, err);
     }

@@ -2,6 +2,7 @@
  *
  * mechanism  pendulum
  * input      pendulum.yaml, fnv1a64 2ce0dec3507d9a44
+ * structure  fnv1a64 65520d20a1c70157
  * method     recursive Newton-Euler on recombined parameters, composite bodies
  * licence    none claimed on generated text
  *
