@@ -4,7 +4,7 @@
  * The files of the core that a derivative needs, compiled once more with vectors for numbers. What
  * is done in lanes is a trial step: all stages, the derivative and the guards at its end. A lane
  * that meets an event, or a number that is none, does not take the step; batch.c steps it alone,
- * where events are located. .
+ * where events are located.
  */
 #include "lane.h"
 
