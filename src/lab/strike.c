@@ -22,8 +22,11 @@
 #include "inner.h"
 
 static const double gap_rate_step = 1e-6; /* [s] */
-static const double rearm_time = 0.5;     /* motion after the load is lifted, on the side [s] */
 static const double hammer_at_rest = 0.5; /* [rad/s] */
+/* The motion after the load is lifted, on the side: so long, or until nothing moves [s, rad/s or
+ * m/s]. That is asked at every look, and has to be so at several: an action passes through rest. */
+static const double rearm_time = 0.5, still = 1e-3, look_every = 5e-3;
+enum { LOOKS_AT_REST = 4 };
 
 typedef struct sample3 {
     double t, f;
@@ -37,6 +40,8 @@ typedef struct lab__play {
     int lifted;    /* the load is gone, or will not be lifted */
     enum { PLAYING, REARMING, OVER } phase;
     double rearmed;    /* end of the motion on the side [s] */
+    double look;       /* when it is looked at next [s] */
+    int at_rest;       /* looks in a row at which nothing moved */
     double start;      /* [s] */
     double dt;         /* of the simulation [s] */
     double due;        /* time of the next sample [s] */
@@ -279,6 +284,28 @@ static void begin_rearming(run *r)
     stein_load_lift(r->sim);
     r->phase = REARMING;
     r->rearmed = stein_time(r->sim) + rearm_time;
+    r->look = stein_time(r->sim) + look_every;
+}
+
+static int is_still(const run *r)
+{
+    const double *qd = stein_qd(r->sim);
+    int moves = 0;
+    for (int j = 0; j < stein_sim_model(r->sim)->nq; j++) {
+        moves |= !(fabs(qd[j]) < still);
+    }
+    return !moves;
+}
+
+/* is the motion on the side over? */
+static int is_rearming_over(run *r)
+{
+    double t = stein_time(r->sim);
+    if (t >= r->look) {
+        r->at_rest = is_still(r) ? r->at_rest + 1 : 0;
+        r->look += look_every;
+    }
+    return t >= r->rearmed || r->at_rest >= LOOKS_AT_REST;
 }
 
 static stein_status end_rearming(run *r, stein_status status, stein_err *err)
@@ -397,6 +424,11 @@ lab__need lab__play_needs(const lab__play *r)
     if (!whole_step_left(r) || r->def->sample != NULL) {
         return LAB_TO_CHANGE;
     }
+    if (r->phase == REARMING) {
+        return stein_time(r->sim) < r->look     ? LAB_NOTHING
+               : r->at_rest + 1 < LOOKS_AT_REST ? LAB_TO_LOOK
+                                                : LAB_TO_CHANGE; // it may be over
+    }
     return r->as_stroke && stein_touches(r->sim, r->string) ? LAB_TO_LOOK : LAB_NOTHING;
 }
 
@@ -408,7 +440,7 @@ stein_status lab__play_next(lab__play *r, stein_status status, double *stop, ste
     }
     if (r->phase == PLAYING && (status != STEIN_OK || last)) {
         status = end_motion(r, status, err);
-    } else if (r->phase == REARMING && (status != STEIN_OK || stein_time(r->sim) >= r->rearmed)) {
+    } else if (r->phase == REARMING && (status != STEIN_OK || is_rearming_over(r))) {
         status = end_rearming(r, status, err);
     }
     if (status != STEIN_OK) {
