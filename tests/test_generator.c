@@ -116,9 +116,10 @@ static mechanism *tree_number(int k, unsigned long long *seed)
     return ref_tree(name, 1 + k % 12, k % 3 == 0, seed);
 }
 
+/* a fifth of those that are compiled further down */
 START_TEST(graphs_agree_with_lagrange_on_random_trees)
 {
-    for (int k = 0; k < TREES; k++) {
+    for (int k = 0; k < TREES; k += 5) {
         unsigned long long seed;
         mechanism *m = tree_number(k, &seed);
         check_by_graph(m, &seed);

@@ -290,15 +290,26 @@ END_TEST
 
 /* ---- repetition ---- */
 
+static stein_sim *make_controlled(void)
+{
+    const stein_sim_def def = study_def_controlled(&s);
+    stein_sim *by_error = NULL;
+    ck_assert_stein(lab_sim(model, &def, &by_error, err));
+    return by_error;
+}
+
 START_TEST(the_limit_of_repetition_is_bracketed)
 {
     const study_rhythm push = {0.06, 1.0, 1}, force = {0.06, 1.0, 0};
+    stein_sim *long_one = make_controlled();
     double push_fails, force_fails;
-    double pushed = study_repetition_limit(&s, sim, &push, &push_fails);
-    double forced = study_repetition_limit(&s, sim, &force, &force_fails);
-    ck_assert(study_repeats(&s, sim, pushed, &push) && !study_repeats(&s, sim, push_fails, &push));
-    ck_assert(study_repeats(&s, sim, forced, &force) &&
-              !study_repeats(&s, sim, force_fails, &force));
+    double pushed = study_repetition_limit(&s, long_one, &push, &push_fails);
+    double forced = study_repetition_limit(&s, long_one, &force, &force_fails);
+    ck_assert(study_repeats(&s, long_one, pushed, &push) &&
+              !study_repeats(&s, long_one, push_fails, &push));
+    ck_assert(study_repeats(&s, long_one, forced, &force) &&
+              !study_repeats(&s, long_one, force_fails, &force));
+    stein_sim_destroy(long_one);
     ck_assert(push_fails < pushed && push_fails > 0.99 * pushed);
     ck_assert(forced <= pushed); // a pulled key comes up sooner
 }
@@ -306,12 +317,14 @@ END_TEST
 
 START_TEST(the_key_must_come_back_far_enough)
 {
-    double fails = NAN, needed = study_return_needed(&s, sim, 0.3, 0.06, &fails);
+    stein_sim *long_one = make_controlled();
+    double fails = NAN, needed = study_return_needed(&s, long_one, 0.3, 0.06, &fails);
     study_rhythm how = {0.06, needed, 0};
     ck_assert(needed > 0.5 && needed <= 1.0 && fails < needed && needed - fails < 0.01);
-    ck_assert(study_repeats(&s, sim, 0.3, &how));
+    ck_assert(study_repeats(&s, long_one, 0.3, &how));
     how.depth = fails;
-    ck_assert(!study_repeats(&s, sim, 0.3, &how));
+    ck_assert(!study_repeats(&s, long_one, 0.3, &how));
+    stein_sim_destroy(long_one);
 }
 END_TEST
 

@@ -13,6 +13,7 @@
 typedef struct crew {
     const study *s;
     const char *what;
+    stein_sim_def def;
     study_job_fn *job;
     void *ctx;
 } crew;
@@ -25,6 +26,13 @@ stein_sim_def study_def(const study *s)
     return def;
 }
 
+stein_sim_def study_def_controlled(const study *s)
+{
+    stein_sim_def def = study_def(s);
+    def.integrator = STEIN_DP5;
+    return def;
+}
+
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
 {
     const stein_sim_def def = study_def(s);
@@ -33,8 +41,9 @@ stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
 
 static stein_status make_sim(void *ctx, void **sim, stein_err *err)
 {
+    const crew *c = ctx;
     stein_sim *made = NULL;
-    stein_status status = study_sim(((const crew *)ctx)->s, &made, err);
+    stein_status status = lab_sim(c->s->model, &c->def, &made, err);
     *sim = made;
     return status;
 }
@@ -61,10 +70,10 @@ static void tell(void *ctx, int done, int total)
     }
 }
 
-stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
-                        stein_err *err)
+stein_status study_each_by(const study *s, const stein_sim_def *def, const char *what, int n,
+                           study_job_fn *job, void *ctx, stein_err *err)
 {
-    crew c = {.s = s, .what = what, .job = job, .ctx = ctx};
+    crew c = {.s = s, .what = what, .def = *def, .job = job, .ctx = ctx};
     const lab__crew on_threads = {.n = n,
                                   .threads = s->threads,
                                   .begin = make_sim,
@@ -74,6 +83,13 @@ stein_status study_each(const study *s, const char *what, int n, study_job_fn *j
                                   .progress_ctx = &c,
                                   .ctx = &c};
     return lab__crew_run(&on_threads, err);
+}
+
+stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
+                        stein_err *err)
+{
+    const stein_sim_def def = study_def(s);
+    return study_each_by(s, &def, what, n, job, ctx, err);
 }
 
 /* ---- the reference stroke ---- */

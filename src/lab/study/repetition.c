@@ -24,13 +24,17 @@ static const double softest = 0.1, loudest = 0.025;     /* durations of the way 
 static const double calm = 0.3, medium = 0.06;          /* period and way down of the return [s] */
 static const double quick = 0.35, hold = 0.10, wait = 0.10; /* shares of the period */
 static const double pull = 0.01;                            /* what counts as pulling [N] */
+static const double look_every = 1e-4;                      /* whether it pulls [s] */
+/* steps of controlled error: of a step's end [rad or m], their longest, and how far it goes until
+ * it is asked whether the answer is known [s] */
+static const double tolerance = 1e-8, longest = 1e-3, stretch = 0.01;
 
 typedef struct rhythm {
     const study *s;
     double period, depth;
     double down, up; /* shares of the period */
     int string, notch, force;
-    int escapes, impacts;
+    int escapes, impacts, pulled;
 } rhythm;
 
 static void key_signal(void *ctx, double t, double u[3])
@@ -75,19 +79,30 @@ static int pulls(const rhythm *r, stein_sim *sim)
     return moment / r->s->arm < -pull;
 }
 
+static double look_for_pull(void *ctx, stein_sim *sim)
+{
+    rhythm *r = ctx;
+    r->pulled |= pulls(r, sim);
+    return r->pulled ? (double)INFINITY : stein_time(sim) + look_every;
+}
+
 static int one_stroke(rhythm *r, stein_sim *sim, int i, int pushes)
 {
     double end = (i + 1) * r->period;
+    stein_pace pace = {.tolerance = tolerance,
+                       .longest = longest,
+                       .h = r->s->dt,
+                       .next = stein_time(sim),
+                       .look = pushes ? look_for_pull : NULL,
+                       .ctx = r};
     r->escapes = r->impacts = 0;
-    while (stein_time(sim) < end) {
-        double left = end - stein_time(sim);
-        stein_status status =
-            left > 1.01 * r->s->dt ? stein_step(sim, NULL) : stein_run(sim, end, NULL);
-        if (status != STEIN_OK || (pushes && pulls(r, sim))) {
+    while (stein_time(sim) < end && !r->pulled) {
+        double until = fmin(end, stein_time(sim) + stretch);
+        if (stein_run_adaptive(sim, until, &pace, NULL) != STEIN_OK) {
             return 0;
         }
     }
-    return r->escapes == 1 && r->impacts >= 1;
+    return !r->pulled && r->escapes == 1 && r->impacts >= 1;
 }
 
 int study_repeats(const study *s, stein_sim *sim, double period, const study_rhythm *how)
@@ -262,8 +277,10 @@ stein_status study_repetition(const study *s, study_part *part, stein_err *err)
         return STEIN_OK;
     }
     w.t = study_table_new(part, "repetition", TOUCHES, head);
-    stein_status status = w.t == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                                      : study_each(s, "repetition", 2 * TOUCHES + 1, look, &w, err);
+    const stein_sim_def def = study_def_controlled(s);
+    stein_status status =
+        w.t == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                    : study_each_by(s, &def, "repetition", 2 * TOUCHES + 1, look, &w, err);
     if (status == STEIN_OK) {
         draw(part, w.t);
         say(&w, part);

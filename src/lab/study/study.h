@@ -66,8 +66,13 @@ typedef void study_job_fn(void *ctx, stein_sim *sim, int i);
 /** Run jobs 0..n-1. @return OK, ENOMEM or what stein_sim_create returns */
 stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
                         stein_err *err);
+/** The same on simulations of another kind. */
+stein_status study_each_by(const study *s, const stein_sim_def *def, const char *what, int n,
+                           study_job_fn *job, void *ctx, stein_err *err);
 /** How strokes beyond the sweep are computed: RK4, steps of s->dt. */
 stein_sim_def study_def(const study *s);
+/** For long motions, of which only events count: steps of controlled error. */
+stein_sim_def study_def_controlled(const study *s);
 /** A simulation as the jobs get it. */
 stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
 /** Find the reference stroke and what follows from it; `s` has model, threads, dt.
@@ -267,7 +272,8 @@ typedef struct study_rhythm {
     double depth; /* share of the key's way that is given back between the strokes, 1 = all */
     int pushes;   /* 1: a finger that only pushes: the key comes up by itself or not at all */
 } study_rhythm;
-/** Does repetition with this period work: does every one of a few strokes escape and strike? */
+/** Does repetition with this period work: does every one of a few strokes escape and strike?
+ *  @param sim  by study_def_controlled(), as for the two below */
 int study_repeats(const study *s, stein_sim *sim, double period, const study_rhythm *how);
 /** Shortest period down to which all work [s]; *fails: a period just below that does not. NAN:
  * none, even the slowest (0.3 s) fails. */
