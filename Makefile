@@ -41,8 +41,8 @@ PKGS   := yaml-0.1 gsl expat zlib check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip \
-                debhelper lintian fakeroot
-TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh lintian fakeroot
+                debhelper fakeroot
+TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium

@@ -80,8 +80,8 @@ plain() { GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable "$
 whole "stein as it is, libm without fused multiplication" plain
 if [ "${1-}" = quick ]; then
     of_core '' gcc -O0
-    of_core '' gcc -O2 -march=native
-    of_core '' clang -O2 -march=native
+    of_core '' gcc -O1 -march=native
+    of_core '' clang -O1 -march=native
 else
     for cc in gcc clang; do
         for flags in -O0 -O1 -O2 -O3 -Os '-O3 -march=native' '-O2 -flto'; do

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# test_deb.sh - the Debian packages: lintian has nothing against them, each holds what it is for, they
-# depend on what they need, and programs run and are built with what is in them. They are packed from
-# what is built already; `make deb` by itself compiles with Debian's flags.
+# test_deb.sh - the Debian packages: each holds what it is for, they depend on what they need, and
+# programs run and are built with what is in them. They are packed from what is built already; `make
+# deb` by itself compiles with Debian's flags and lets lintian look at the packages.
 set -u
 . tests/claims.sh
 
@@ -19,7 +19,7 @@ if ! ${CC:-cc} --version 2>/dev/null | grep -q 'Free Software Foundation'; then
     exit
 fi
 missing=
-for p in dpkg-buildpackage dh lintian fakeroot; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
+for p in dpkg-buildpackage dh fakeroot; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
 if [ -n "$missing" ]; then
     echo "test_deb: no packages are made, this machine lacks:$missing (make deps-check)"
     finish
@@ -28,8 +28,7 @@ fi
 
 DEB_BUILD_OPTIONS="nocheck noautodbgsym" DPKG_DEB_COMPRESSOR_LEVEL=0 \
     ${MAKE:-make} -s deb BUILT=1 DEB="$dir/deb" >"$dir/out" 2>"$dir/err"
-ok "make deb, and lintian finds neither errors nor warnings ($(tail -n 2 "$dir/out" "$dir/err" | tr '\n' ' '))" $?
-if grep -q '^[EW]: ' "$dir/out"; then fail "and lists none"; else pass; fi
+ok "make deb ($(tail -n 2 "$dir/out" "$dir/err" | tr '\n' ' '))" $?
 if grep -q ' -c src/' "$dir/deb/build.log"; then fail "what is built is built again"; else pass; fi
 
 # ---- what is in them

