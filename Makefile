@@ -284,7 +284,7 @@ BENCH_SRC := $(filter-out bench/equations.c,$(wildcard bench/*.c))
 BENCH_OBJ := $(call obj,$(BENCH_SRC)) $(B)/obj/bench/piano3.o \
              $(foreach w,$(WIDTHS),$(B)/obj/bench/lanes$w/equations.o $(B)/obj/bench/lanes$w/piano3.o)
 ifneq ($(filter $(B)/bench bench $(B)/bench-libm bench-libm,$(MAKECMDGOALS)),)
-HAS_CVODE := $(shell echo '\#include <cvode/cvode.h>' | $(CC) -E -x c - >/dev/null 2>&1 && echo 1)
+HAS_CVODE := $(shell $(CC) -E -include cvode/cvode.h -x c /dev/null >/dev/null 2>&1 && echo 1)
 endif
 CVODE_LIBS := $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
 $(B)/bench: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
