@@ -206,7 +206,7 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 	  echo 'const stein_model *const stein_models[] = {'; \
 	  for m in $(sort $(MODEL_NAMES)); do echo "    &stein_model_$$m,"; done; echo '    NULL};'; } > $@
 
-# by the hash in the head of their text, without generating it anew
+# the equations that are built in, by the structure that the head of their text tells
 $(B)/structures.c: $(GENERATED)
 	$(Q){ echo '#include "inner.h"'; echo '#include "stein/models.h"'; \
 	  echo 'const lab__structure lab__structures[] = {'; \

@@ -69,6 +69,10 @@ void layout_free(layout *l);
 
 /* ---- text.c: the growing text --------------------------------------------------------------- */
 
+/** FNV-1a of 64 bits: a hash goes on with n bytes; it begins with GEN_HASH. */
+uint64_t hash_bytes(uint64_t hash, const void *at, size_t n);
+#define GEN_HASH UINT64_C(14695981039346656037)
+
 /** Text with a running hash; what is added while `quiet` does not enter the hash. */
 typedef struct text {
     char *s;

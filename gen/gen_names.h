@@ -42,6 +42,7 @@
 #define func_free        gen__func_free
 #define func_like        gen__func_like
 #define func_search      gen__func_search
+#define hash_bytes       gen__hash_bytes
 #define kin_energy       gen__kin_energy
 #define kin_point        gen__kin_point
 #define kin_pose         gen__kin_pose

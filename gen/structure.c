@@ -8,23 +8,19 @@
  *   step, integrator, duration, settling     the program takes them from the file
  *   dials, texts, lines, the file's name     are in no equation
  *
- * A number that vanishes is no parameter but a zero, and counts as one. The hash is FNV-1a of 64
- * bits; texts count with their closing zero, so that two cannot be read as one.
+ * A number that vanishes is no parameter but a zero, and counts as one. Texts count with their
+ * closing zero, so that two cannot be read as one.
  */
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "gen.h"
+#include "gen_internal.h"
 
 typedef uint64_t hash;
 
 static void bytes(hash *h, const void *at, size_t n)
 {
-    const unsigned char *byte = at;
-    for (size_t i = 0; i < n; i++) {
-        *h = (*h ^ byte[i]) * 1099511628211u;
-    }
+    *h = hash_bytes(*h, at, n);
 }
 
 static void number(hash *h, int i)
@@ -32,9 +28,9 @@ static void number(hash *h, int i)
     bytes(h, &i, sizeof i);
 }
 
-static void words(hash *h, const char *text)
+static void words(hash *h, const char *word)
 {
-    bytes(h, text, strlen(text) + 1);
+    bytes(h, word, strlen(word) + 1);
 }
 
 static void scalars(hash *h, const mech_scalar *s, int n)
@@ -178,7 +174,7 @@ static void signals(hash *h, const mechanism *m)
 void gen_structure(const mechanism *m, char out[17])
 {
     const int roles[] = {m->load_body, m->load_contact, m->stroke_string, m->stroke_notch};
-    hash h = 14695981039346656037u;
+    hash h = GEN_HASH;
     words(&h, m->name);
     scalars(&h, m->gravity, 3);
     params(&h, m);

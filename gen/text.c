@@ -9,9 +9,18 @@
 
 #include "gen_internal.h"
 
+uint64_t hash_bytes(uint64_t hash, const void *at, size_t n)
+{
+    const unsigned char *byte = at;
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ byte[i]) * UINT64_C(1099511628211);
+    }
+    return hash;
+}
+
 void text_init(text *x)
 {
-    *x = (text){.hash = 14695981039346656037u};
+    *x = (text){.hash = GEN_HASH};
 }
 
 static void append(text *x, const char *s, size_t n, int hashed)
@@ -32,9 +41,7 @@ static void append(text *x, const char *s, size_t n, int hashed)
     memcpy(x->s + x->n, s, n);
     x->n += n;
     x->s[x->n] = '\0';
-    for (size_t i = 0; hashed && i < n; i++) {
-        x->hash = (x->hash ^ (unsigned char)s[i]) * 1099511628211u;
-    }
+    x->hash = hashed ? hash_bytes(x->hash, s, n) : x->hash;
 }
 
 static void append_format(text *x, const char *format, va_list ap, int hashed)
