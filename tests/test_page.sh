@@ -62,7 +62,10 @@ claim 0 "the shim has no warnings" clang --target=wasm32-wasi --sysroot=/usr -st
 module=$(find "$XDG_CACHE_HOME" -name 'stein1788-*.wasm')
 if [ -s "$module" ]; then pass; else fail "a module is in the cache"; fi
 : >"$module"
+core=$(find "$XDG_CACHE_HOME" -name 'sim.c.o')
+echo damaged >"$core"
 claim 0 "a damaged module in the cache is made anew" "$stein" page models/stein1788.yaml -o "$dir/again.html"
+if [ "$(wc -c <"$core")" -gt 1000 ]; then pass; else fail "with what is kept of the core"; fi
 same "as it was" "$dir/stein1788.html" "$dir/again.html"
 
 # ---- numbers need no compiler; the file's words cannot end the script they stand in

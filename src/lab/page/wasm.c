@@ -2,13 +2,15 @@
  * wasm.c - core and equations as one WebAssembly module, by clang, wasm-ld and wasi-libc.
  *
  *   CACHE/VERSION-abiN/page-SOURCES/src/..., include/...    the sources, as this program has them
+ *   CACHE/VERSION-abiN/page-SOURCES/core-COMPILER/NAME.o    the core, for all mechanisms
  *   CACHE/VERSION-abiN/page-SOURCES/NAME-HASH.wasm          one mechanism structure each
  *
- * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated. Values
- * are no part of a module; the page puts them in. Core and equations are compiled together (-flto):
- * with a core compiled beforehand, once for all mechanisms, a step took 1.3 times as long and a
- * frame in real time more than its 4 ms, to save a second once a mechanism. And a module made when
- * libstein is built would let every build need a second compiler, for one command.
+ * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated; COMPILER
+ * one of its name. Values are no part of a module; the page puts them in. What is kept of the core
+ * is clang's intermediate code: it becomes a program together with the equations (-flto). With a
+ * core that was one already a step took 1.3 times as long and a frame in real time more than its 4
+ * ms. And a module made when libstein is built would let every build need a second compiler, for
+ * one command.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -19,15 +21,16 @@
 
 /* names of one module, all owned */
 typedef struct job {
-    char *folder, *equations, *module; /* in the cache */
-    char *work, *fresh, *log;          /* of this process alone */
+    char *folder, *core, *equations, *module; /* in the cache */
+    char *work, *fresh, *log;                 /* of this process alone */
     char *sysroot;
     const char *model; /* its name; not owned */
 } job;
 
 static void free_job(job *j)
 {
-    char *const all[] = {j->folder, j->equations, j->module, j->work, j->fresh, j->log, j->sysroot};
+    char *const all[] = {j->folder, j->core,  j->equations, j->module,
+                         j->work,   j->fresh, j->log,       j->sysroot};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         free(all[i]);
     }
@@ -50,6 +53,11 @@ static const char *environment(const char *name, const char *otherwise)
     return value != NULL && *value != '\0' ? value : otherwise;
 }
 
+static const char *compiler(void)
+{
+    return environment("WASM_CC", "clang");
+}
+
 static stein_status name_files(job *j, const stein_model *equations, const lab_options *options,
                                stein_err *err)
 {
@@ -60,14 +68,15 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     }
     j->folder = lab__text("%s/page-%016llx", cache, hash_sources());
     free(cache);
-    const char *folder = j->folder != NULL ? j->folder : "";
+    const char *folder = j->folder != NULL ? j->folder : "", *cc = compiler();
+    j->core = lab__text("%s/core-%016llx", folder, lab__hash(STEIN_HASH, cc, strlen(cc)));
     j->equations = lab__text("%s/%s-%s.c", folder, equations->name, equations->equations);
     j->module = lab__text("%s/%s-%s.wasm", folder, equations->name, equations->equations);
     j->work = lab__text("%s/work-XXXXXX", folder);
     j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
     j->model = equations->name;
-    int complete = j->folder != NULL && j->equations != NULL && j->module != NULL &&
-                   j->work != NULL && j->sysroot != NULL;
+    int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
+                   j->module != NULL && j->work != NULL && j->sysroot != NULL;
     return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
@@ -90,7 +99,7 @@ static int is_in_path(const char *program)
 }
 
 /* why the compiler failed: something is not there, or its own words */
-static stein_status complain(const job *j, const char *cc, int code, stein_err *err)
+static stein_status complain(const job *j, int code, stein_err *err)
 {
     char line[160];
     lab__complaint(j->log, line, (int)sizeof line);
@@ -108,42 +117,114 @@ static stein_status complain(const job *j, const char *cc, int code, stein_err *
                          no_libc ? " wasi-libc" : "");
     }
     return lab__fail(err, STEIN_ECOMPILE,
-                     "%s failed to compile the page's module (exit code %d): %s", cc, code, line);
+                     "%s failed to compile the page's module (exit code %d): %s", compiler(), code,
+                     line);
 }
 
 /* ---- compiling ---- */
 
-static stein_status run_clang(const job *j, stein_err *err)
+/* clang, what it compiles into and where it finds what is included */
+static void begin_command(lab__words *words, const job *j)
 {
-    const char *cc = environment("WASM_CC", "clang");
+    lab__words_of(words, compiler());
+    lab__words_of(words, "--target=wasm32-wasi -std=c11 -O2 -DSTEIN_PLAIN -flto -mbulk-memory "
+                         "-ffp-contract=off");
+    lab__word(words, lab__text("--sysroot=%s", j->sysroot));
+    lab__word(words, lab__text("-I%s/include", j->folder));
+    lab__word(words, lab__text("-I%s/src/core", j->folder));
+}
+
+/* run it: what it makes in j->fresh goes to its place */
+static stein_status end_command(const job *j, lab__words *words, const char *place, stein_err *err)
+{
     int code = 0;
+    stein_status status = lab__words_run(words, j->log, &code, err);
+    if (status == STEIN_OK && code != 0) {
+        status = complain(j, code, err);
+    }
+    if (status == STEIN_OK && rename(j->fresh, place) != 0) {
+        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", place, strerror(errno));
+    }
+    return status;
+}
+
+static int is_c(const char *name)
+{
+    return name[strlen(name) - 1] == 'c';
+}
+
+/* a file of the core is the same for every mechanism, what is around it knows the mechanism's name
+ */
+static int is_of_core(const char *name)
+{
+    static const char core[] = "src/core/";
+    return is_c(name) && strncmp(name, core, sizeof core - 1) == 0;
+}
+
+static char *object_of(const job *j, const char *name)
+{
+    return lab__text("%s/%s.o", j->core, strrchr(name, '/') + 1);
+}
+
+static stein_status compile_core(const job *j, stein_err *err)
+{
+    stein_status status = lab__folder(j->core, err);
+    for (const lab__source *f = lab__core_files; status == STEIN_OK && f->name != NULL; f++) {
+        char *object = is_of_core(f->name) ? object_of(j, f->name) : NULL;
+        if (object != NULL && access(object, R_OK) != 0) {
+            lab__words words = {0};
+            begin_command(&words, j);
+            lab__words_of(&words, "-c -o");
+            lab__word(&words, lab__text("%s", j->fresh));
+            lab__word(&words, lab__text("%s/%s", j->folder, f->name));
+            status = end_command(j, &words, object, err);
+        }
+        free(object);
+    }
+    return status;
+}
+
+/* another compiler of the same name may not understand what is kept */
+static void forget_core(const job *j)
+{
+    for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
+        char *object = is_of_core(f->name) ? object_of(j, f->name) : NULL;
+        if (object != NULL) {
+            unlink(object);
+        }
+        free(object);
+    }
+}
+
+static stein_status link_module(const job *j, stein_err *err)
+{
     lab__words words = {0};
-    lab__words_of(&words, cc);
-    lab__words_of(
-        &words,
-        "--target=wasm32-wasi -std=c11 -O2 -DSTEIN_PLAIN -flto -mbulk-memory -ffp-contract=off "
-        "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
-    lab__word(&words, lab__text("--sysroot=%s", j->sysroot));
-    lab__word(&words, lab__text("-I%s/include", j->folder));
-    lab__word(&words, lab__text("-I%s/src/core", j->folder));
+    begin_command(&words, j);
+    lab__words_of(&words, "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
     lab__word(&words, lab__text("-DPAGE_MODEL=%s", j->model));
     lab__words_of(&words, "-o");
     lab__word(&words, lab__text("%s", j->fresh));
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
-        if (f->name[strlen(f->name) - 1] == 'c') {
+        if (is_of_core(f->name)) {
+            lab__word(&words, object_of(j, f->name));
+        } else if (is_c(f->name)) {
             lab__word(&words, lab__text("%s/%s", j->folder, f->name));
         }
     }
     lab__word(&words, lab__text("%s", j->equations));
     lab__words_of(&words, "-lc");
-    stein_status status = lab__words_run(&words, j->log, &code, err);
-    if (status == STEIN_OK && code != 0) {
-        status = complain(j, cc, code, err);
+    return end_command(j, &words, j->module, err);
+}
+
+static stein_status make_module(const job *j, stein_err *err)
+{
+    stein_status status = compile_core(j, err);
+    if (status != STEIN_OK || (status = link_module(j, err)) == STEIN_OK) {
+        return status;
     }
-    if (status == STEIN_OK && rename(j->fresh, j->module) != 0) {
-        status = lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->module, strerror(errno));
-    }
-    return status;
+    forget_core(j);
+    status = compile_core(j, err);
+    return status == STEIN_OK ? link_module(j, err) : status;
 }
 
 static stein_status write_sources(const job *j, stein_err *err)
@@ -192,7 +273,7 @@ static stein_status compile_apart(job *j, const lab_model *model, stein_err *err
         status = write_equations(j, model, err);
     }
     if (status == STEIN_OK) {
-        status = run_clang(j, err);
+        status = make_module(j, err);
     }
     if (memory) {
         unlink(j->fresh);
