@@ -36,7 +36,7 @@ static void words(hash *h, const char *word)
 static void scalars(hash *h, const mech_scalar *s, int n)
 {
     for (int i = 0; i < n; i++) {
-        number(h, s[i].kind);
+        number(h, (int)s[i].kind);
         number(h, s[i].kind == MECH_ZERO ? 0 : s[i].index);
     }
 }
@@ -48,7 +48,7 @@ static void params(hash *h, const mechanism *m)
         words(h, m->params[i].name);
         words(h, m->params[i].unit);
         number(h, m->params[i].declared);
-        number(h, m->params[i].range);
+        number(h, (int)m->params[i].range);
     }
 }
 
@@ -61,7 +61,7 @@ static void formulas(hash *h, const mechanism *m)
         words(h, f->text);
         number(h, f->nsteps);
         for (int k = 0; k < f->nsteps; k++) {
-            number(h, f->steps[k].op);
+            number(h, (int)f->steps[k].op);
             number(h, f->steps[k].param);
             bytes(h, &f->steps[k].value, sizeof f->steps[k].value);
         }
