@@ -82,8 +82,7 @@ CORE_SRC  := $(filter-out $(LANE_SRC),$(CORE_SRC))
 CORE_OBJ  := $(call obj,$(CORE_SRC)) $(MODEL_NAMES:%=$(B)/obj/models/%.o) $(B)/obj/models/builtin.o \
              $(foreach w,$(WIDTHS),$(B)/obj/lanes$w/core.o $(MODEL_NAMES:%=$(B)/obj/lanes$w/%.o))
 LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_header.o \
-             $(B)/obj/embedded.o $(B)/obj/identity_models.o \
-             $(B)/obj/structures.o
+             $(B)/obj/embedded.o $(B)/obj/identity_models.o $(B)/obj/structures.o
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all

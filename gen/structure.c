@@ -116,6 +116,10 @@ static void contacts(hash *h, const mechanism *m)
         scalars(h, c->normal.v, STEIN_NORMAL_SIZE);
         scalars(h, c->friction.v, STEIN_FRICTION_SIZE);
     }
+}
+
+static void notches(hash *h, const mechanism *m)
+{
     number(h, m->nnotch);
     for (int i = 0; i < m->nnotch; i++) {
         const mech_notch *n = &m->notches[i];
@@ -130,6 +134,10 @@ static void contacts(hash *h, const mechanism *m)
         scalars(h, n->normal.v, STEIN_NORMAL_SIZE);
         scalars(h, n->friction.v, STEIN_FRICTION_SIZE);
     }
+}
+
+static void laws(hash *h, const mechanism *m)
+{
     number(h, m->nlink);
     for (int i = 0; i < m->nlink; i++) {
         words(h, m->links[i].name);
@@ -181,6 +189,8 @@ void gen_structure(const mechanism *m, char out[17])
     formulas(&h, m);
     bodies(&h, m);
     contacts(&h, m);
+    notches(&h, m);
+    laws(&h, m);
     signals(&h, m);
     bytes(&h, roles, sizeof roles);
     scalars(&h, &m->clock_error, 1);

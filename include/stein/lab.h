@@ -101,7 +101,8 @@ lab_stroke_def lab_stroke_def_default(const stein_model *model);
  *  rearmed: with the load lifted (`release`), the beak is under the roof and overlaps it and the
  *  hammer is at rest at the end (below 0.5 rad/s against what carries it). Without a release the
  *  question is answered on the side: from the final state the load is lifted, the motion goes on
- *  for 0.5 s or until nothing moves, and the final state is put back.
+ *  for 0.5 s or until nothing moves (no coordinate faster than 1e-3 rad/s or m/s at four looks 5 ms
+ *  apart), and the final state is put back.
  *
  *  @return OK or a numerical failure of stein_run; EINVAL when the model names no stroke, has no
  *  output channels for gap and force of its string, or def is out of range */

@@ -32,6 +32,7 @@
 #include <locale.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "gen.h"
 #include "mechanism.h"
@@ -54,6 +55,12 @@ typedef struct lab__source {
     const char *name; /* "src/core/sim.c" */
     const char *const *lines;
 } lab__source;
+/** Is it compiled by itself? */
+static inline int lab__is_c(const char *name)
+{
+    size_t n = strlen(name);
+    return n > 2 && strcmp(name + n - 2, ".c") == 0;
+}
 /** What is compiled beside equations, what a page is made of, what makes an FMU of them. */
 extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[];
 

@@ -297,8 +297,8 @@ static int is_still(const run *r)
     return !moves;
 }
 
-/* is the motion on the side over? */
-static int is_rearming_over(run *r)
+/* the motion on the side, looked at when it is time; @return is it over? */
+static int watch_rearming(run *r)
 {
     double t = stein_time(r->sim);
     if (t >= r->look) {
@@ -440,7 +440,7 @@ stein_status lab__play_next(lab__play *r, stein_status status, double *stop, ste
     }
     if (r->phase == PLAYING && (status != STEIN_OK || last)) {
         status = end_motion(r, status, err);
-    } else if (r->phase == REARMING && (status != STEIN_OK || is_rearming_over(r))) {
+    } else if (r->phase == REARMING && (status != STEIN_OK || watch_rearming(r))) {
         status = end_rearming(r, status, err);
     }
     if (status != STEIN_OK) {

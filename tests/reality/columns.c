@@ -183,11 +183,12 @@ int columns_renew(refit *r)
     }
     for (int i = 0; i < FIT; i++) {
         block *b = &r->block[i];
-        columns *old = status == 0 ? &b->renewed : &fresh[i];
-        drop(old);
         if (status == 0) {
-            *old = fresh[i];
+            drop(&b->renewed);
+            b->renewed = fresh[i];
             memcpy(b->own, at[i].own, sizeof b->own);
+        } else {
+            drop(&fresh[i]);
         }
     }
     if (status == 0) {

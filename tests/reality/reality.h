@@ -397,10 +397,10 @@ void refit_free(refit *r);
  * times `target` are good, others show only that they are less or more. @return 0, -1: not
  * simulated */
 int refit_size(refit *r, const effect *e, double target, double *size);
-/** Is a size so far beyond the one that is wanted that it says nothing but that. */
-int refit_is_lost(double size, double target);
 /** The same before refitting. */
 int refit_raw(refit *r, const effect *e, double *size);
+/** Is a size so far beyond the one that is wanted that it says nothing but that? */
+int refit_is_lost(double size, double target);
 /** The last refit, of effect e, is where others begin. */
 void refit_keep(refit *r, const effect *e);
 /** The next effect is another one: nothing is kept, columns of the true parameters. */

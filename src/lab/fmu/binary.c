@@ -23,12 +23,6 @@ const char fmu__compiler_options[] =
 
 /* ---- sources ---- */
 
-static int is_c(const char *name)
-{
-    size_t n = strlen(name);
-    return n > 2 && strcmp(name + n - 2, ".c") == 0;
-}
-
 /* where a file of the project lies in an FMU: beside each other, headers of the library in stein */
 static const char *place_of(const char *name)
 {
@@ -175,7 +169,7 @@ stein_status fmu__sources_create(fmu_sources *to, const fmu_list *list, int vers
     status = status == STEIN_OK ? put_equations(to, list->m, err) : status;
     status = status == STEIN_OK ? put_values(to, list, token, err) : status;
     for (int i = 0, n = 0; status == STEIN_OK && i < to->n; i++) {
-        if (is_c(to->name[i])) {
+        if (lab__is_c(to->name[i])) {
             to->compiled[n++] = to->name[i];
         }
     }

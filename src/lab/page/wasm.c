@@ -6,11 +6,11 @@
  *   CACHE/VERSION-abiN/page-SOURCES/NAME-HASH.wasm          one mechanism structure each
  *
  * SOURCES is a hash of all the text that is compiled, so an entry never has to be updated; COMPILER
- * one of its name. Values are no part of a module; the page puts them in. What is kept of the core
- * is clang's intermediate code: it becomes a program together with the equations (-flto). With a
- * core that was one already a step took 1.3 times as long and a frame in real time more than its 4
- * ms. And a module made when libstein is built would let every build need a second compiler, for
- * one command.
+ * one of its name and of where its library is. Values are no part of a module; the page puts them
+ * in. What is kept of the core is clang's intermediate code: it becomes a program together with the
+ * equations (-flto). With a core that was one already a step took 1.3 times as long and a frame in
+ * real time more than its 4 ms. And a module made when libstein is built would let every build need
+ * a second compiler, for one command.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -58,6 +58,17 @@ static const char *compiler(void)
     return environment("WASM_CC", "clang");
 }
 
+static const char *sysroot(void)
+{
+    return environment("WASI_SYSROOT", "/usr");
+}
+
+static unsigned long long hash_compiler(void)
+{
+    const char *cc = compiler(), *root = sysroot(); // each with its closing zero
+    return lab__hash(lab__hash(STEIN_HASH, cc, strlen(cc) + 1), root, strlen(root) + 1);
+}
+
 static stein_status name_files(job *j, const stein_model *equations, const lab_options *options,
                                stein_err *err)
 {
@@ -68,12 +79,12 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     }
     j->folder = lab__text("%s/page-%016llx", cache, hash_sources());
     free(cache);
-    const char *folder = j->folder != NULL ? j->folder : "", *cc = compiler();
-    j->core = lab__text("%s/core-%016llx", folder, lab__hash(STEIN_HASH, cc, strlen(cc)));
+    const char *folder = j->folder != NULL ? j->folder : "";
+    j->core = lab__text("%s/core-%016llx", folder, hash_compiler());
     j->equations = lab__text("%s/%s-%s.c", folder, equations->name, equations->equations);
     j->module = lab__text("%s/%s-%s.wasm", folder, equations->name, equations->equations);
     j->work = lab__text("%s/work-XXXXXX", folder);
-    j->sysroot = lab__text("%s", environment("WASI_SYSROOT", "/usr"));
+    j->sysroot = lab__text("%s", sysroot());
     j->model = equations->name;
     int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
                    j->module != NULL && j->work != NULL && j->sysroot != NULL;
@@ -148,17 +159,11 @@ static stein_status end_command(const job *j, lab__words *words, const char *pla
     return status;
 }
 
-static int is_c(const char *name)
-{
-    return name[strlen(name) - 1] == 'c';
-}
-
-/* a file of the core is the same for every mechanism, what is around it knows the mechanism's name
- */
+/* the core is the same for every mechanism, what is around it knows the mechanism's name */
 static int is_of_core(const char *name)
 {
     static const char core[] = "src/core/";
-    return is_c(name) && strncmp(name, core, sizeof core - 1) == 0;
+    return lab__is_c(name) && strncmp(name, core, sizeof core - 1) == 0;
 }
 
 static char *object_of(const job *j, const char *name)
@@ -166,12 +171,16 @@ static char *object_of(const job *j, const char *name)
     return lab__text("%s/%s.o", j->core, strrchr(name, '/') + 1);
 }
 
-static stein_status compile_core(const job *j, stein_err *err)
+/* what is not kept yet; *kept: files that were */
+static stein_status compile_core(const job *j, int *kept, stein_err *err)
 {
     stein_status status = lab__folder(j->core, err);
+    *kept = 0;
     for (const lab__source *f = lab__core_files; status == STEIN_OK && f->name != NULL; f++) {
         char *object = is_of_core(f->name) ? object_of(j, f->name) : NULL;
-        if (object != NULL && access(object, R_OK) != 0) {
+        if (object != NULL && access(object, R_OK) == 0) {
+            ++*kept;
+        } else if (object != NULL) {
             lab__words words = {0};
             begin_command(&words, j);
             lab__words_of(&words, "-c -o");
@@ -207,7 +216,7 @@ static stein_status link_module(const job *j, stein_err *err)
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
         if (is_of_core(f->name)) {
             lab__word(&words, object_of(j, f->name));
-        } else if (is_c(f->name)) {
+        } else if (lab__is_c(f->name)) {
             lab__word(&words, lab__text("%s/%s", j->folder, f->name));
         }
     }
@@ -218,13 +227,15 @@ static stein_status link_module(const job *j, stein_err *err)
 
 static stein_status make_module(const job *j, stein_err *err)
 {
-    stein_status status = compile_core(j, err);
-    if (status != STEIN_OK || (status = link_module(j, err)) == STEIN_OK) {
-        return status;
+    int kept;
+    stein_status status = compile_core(j, &kept, err);
+    status = status == STEIN_OK ? link_module(j, err) : status;
+    if (status == STEIN_ECOMPILE && kept > 0) {
+        forget_core(j);
+        status = compile_core(j, &kept, err);
+        status = status == STEIN_OK ? link_module(j, err) : status;
     }
-    forget_core(j);
-    status = compile_core(j, err);
-    return status == STEIN_OK ? link_module(j, err) : status;
+    return status;
 }
 
 static stein_status write_sources(const job *j, stein_err *err)
