@@ -1,31 +1,36 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs. What is
-# new stays in build-fuzz/corpus/; an input that fails is named. Ends with 1 when there is one.
+# fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs, as many
+# targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
+# fails is named. Ends with 1 when there is one.
 set -u
 seconds=${1:-60}
-shift
+[ $# -eq 0 ] || shift
+if [ $# -ne 1 ]; then
+    # shellcheck disable=SC2046
+    printf '%s\n' ${*:-$(ls tests/fuzz/corpus)} | xargs -P "$(nproc)" -n 1 sh "$0" "$seconds" || exit 1
+    exit 0
+fi
+target=$1
 B=build-fuzz
 failed=0
-for target in ${*:-$(ls tests/fuzz/corpus)}; do
-    case $target in
-    mechanism) most=4096 ;;
-    csv) most=4096 ;;
-    *) most=1024 ;;
-    esac
-    found=$B/corpus/$target
-    mkdir -p "$found"
-    if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_limit_mb=3000 \
-        -close_fd_mask=3 -print_final_stats=1 -artifact_prefix="$found/failed-" \
-        -dict=tests/fuzz/$target.dict "$found" "tests/fuzz/corpus/$target" >"$B/$target.log" 2>&1; then
-        what=ok
-    else
-        what=FAILED
-        failed=1
-        grep -m 3 -E '^SUMMARY|does not hold|Test unit written' "$B/$target.log"
-    fi
-    runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$B/$target.log")
-    awk -v n="${runs:-0}" -v s="$seconds" -v what="fuzz $target: $what" 'BEGIN {
-        printf "%s, %d inputs in %d s, 1e8 take %.1f h at this rate\n", what, n, s, (n > 0 ? 1e8 * s / n / 3600 : 0)}'
-done
+case $target in
+mechanism) most=4096 ;;
+csv) most=4096 ;;
+*) most=1024 ;;
+esac
+found=$B/corpus/$target
+mkdir -p "$found"
+if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_limit_mb=3000 \
+    -close_fd_mask=3 -print_final_stats=1 -artifact_prefix="$found/failed-" \
+    -dict=tests/fuzz/$target.dict "$found" "tests/fuzz/corpus/$target" >"$B/$target.log" 2>&1; then
+    what=ok
+else
+    what=FAILED
+    failed=1
+    grep -m 3 -E '^SUMMARY|does not hold|Test unit written' "$B/$target.log"
+fi
+runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$B/$target.log")
+awk -v n="${runs:-0}" -v s="$seconds" -v what="fuzz $target: $what" 'BEGIN {
+    printf "%s, %d inputs in %d s, 1e8 take %.1f h at this rate\n", what, n, s, (n > 0 ? 1e8 * s / n / 3600 : 0)}'
 exit $failed
