@@ -273,7 +273,7 @@ static int is_extended(const lab_diagnosis *d)
 
 static void print_law(const lab_diagnosis *d)
 {
-    const lab_law *l = &d->law[0];
+    const lab_law *l = d->law;
     char lo[CLI_TEXT], hi[CLI_TEXT];
     double least = INFINITY, most = -INFINITY;
     if (d->nlaw == 0 || !l->pays) {
