@@ -24,14 +24,19 @@ static const double worth_a_try = 10.0; /* of the objective */
 static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 
+/* where the effect begins; NAN: where it is */
+typedef struct beginning {
+    double amount, first; /* in limits; the first number beside the amount, in its quarters */
+} beginning;
+static const beginning as_it_is = {NAN, NAN};
+
 /* Another start: s->x, from which all is fitted with new derivatives. `found` 0: there is none. */
-typedef stein_status another_start(diag *d, diag__suspect *s, double first, int *found,
+typedef stein_status another_start(diag *d, diag__suspect *s, beginning at, int *found,
                                    stein_err *err);
 
 /* Along the strokes from the file's own numbers, with the effect in the model: a null fit without
- * it has bent parameters so far that no step leads back.
- * @param first  where the first number beside the amount begins; NAN: where it is */
-static stein_status from_the_file(diag *d, diag__suspect *s, double first, int *found,
+ * it has bent parameters so far that no step leads back. */
+static stein_status from_the_file(diag *d, diag__suspect *s, beginning at, int *found,
                                   stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
@@ -42,7 +47,8 @@ static stein_status from_the_file(diag *d, diag__suspect *s, double first, int *
     for (int k = 1; k < FIT__NUMBERS; k++) {
         s->x[p->amount + k] = fmin(fmax(number[k], -1.0), 1.0);
     }
-    s->x[p->side] = isfinite(first) ? first : s->x[p->side];
+    s->x[p->amount] = isfinite(at.amount) ? at.amount : s->x[p->amount];
+    s->x[p->side] = isfinite(at.first) ? at.first : s->x[p->side];
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     stein_status status = diag__follow(d, p, &e, err);
@@ -51,10 +57,10 @@ static stein_status from_the_file(diag *d, diag__suspect *s, double first, int *
     return status;
 }
 
-static stein_status without_strays(diag *d, diag__suspect *s, double first, int *found,
+static stein_status without_strays(diag *d, diag__suspect *s, beginning at, int *found,
                                    stein_err *err)
 {
-    (void)first;
+    (void)at;
     fit__problem *p = diag__problem(d, s);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     fit__problem_try(p, &s->s.candidate);
@@ -64,7 +70,7 @@ static stein_status without_strays(diag *d, diag__suspect *s, double first, int 
 }
 
 /* a fit from another start, kept when it is better */
-static stein_status again(diag *d, diag__suspect *s, another_start *start, double first,
+static stein_status again(diag *d, diag__suspect *s, another_start *start, beginning at,
                           stein_err *err)
 {
     const diag__suspect was = *s;
@@ -76,7 +82,7 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, doubl
     memcpy(room, s->x, sizeof *room * size);
     stein_err why = {STEIN_OK, ""};
     int found = 0;
-    stein_status status = start(d, s, first, &found, &why);
+    stein_status status = start(d, s, at, &found, &why);
     if (status == STEIN_OK && found) {
         s->unknown_J = start != from_the_file;
         status = diag__fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
@@ -89,9 +95,17 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, doubl
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }
 
-stein_status diag__from_the_file(diag *d, diag__suspect *s, stein_err *err)
+stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err)
 {
-    return again(d, s, from_the_file, NAN, err);
+    stein_status status = diag__make_room(d, s, err);
+    if (status == STEIN_OK && !s->s.refitted) {
+        memcpy(s->x, d->x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
+        s->objective = INFINITY;
+    }
+    status = status == STEIN_OK
+                 ? again(d, s, from_the_file, (beginning){.amount = amount, .first = NAN}, err)
+                 : status;
+    return status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
 }
 
 /* until the fit has ended or new derivatives bring nothing any more */
@@ -125,7 +139,7 @@ stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
                     was - s->objective > worth_a_try;
          k++) {
         was = s->objective;
-        status = again(d, s, without_strays, NAN, err);
+        status = again(d, s, without_strays, as_it_is, err);
     }
     return status;
 }
@@ -147,7 +161,7 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
         }
         d->anew++;
         was = s->objective;
-        status = again(d, s, from_the_file, first[k], err);
+        status = again(d, s, from_the_file, (beginning){NAN, first[k]}, err);
         status = status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
         status = status == STEIN_OK ? diag__recall(d, s, err) : status;
     }
@@ -165,18 +179,8 @@ stein_status diag__early_ones(diag *d, int relatives, stein_err *err)
         if (!isfinite(s->early) || !asked) {
             continue;
         }
-        status = diag__make_room(d, s, err);
-        if (status != STEIN_OK) {
-            break;
-        }
-        if (!s->s.refitted) {
-            memcpy(s->x, d->x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
-            s->objective = INFINITY;
-        }
-        s->x[diag__problem(d, s)->amount] =
-            s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early;
-        status = again(d, s, from_the_file, NAN, err);
-        status = status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
+        double amount = s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early;
+        status = diag__from_the_file(d, s, amount, err);
         s->begun = 1;
         s->early = NAN;
         int ends = isfinite(s->objective) && !diag__is_off(d, s->s.chi2_dof) &&

@@ -37,6 +37,7 @@ static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
 static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
+static const double come_near = 0.5;    /* of the leader's gain */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
@@ -328,32 +329,40 @@ static stein_status rivals_to_the_end(diag *d, stein_err *err)
     return status;
 }
 
-/* Is a number of a law in the lead, effects that are named after the same law have a fit along the
- * strokes, too, those first that come nearest in its place: what changes a law changes events, and
- * predictions in the leader's place end there. */
+/* is it named after the law of the leader's place, and was it never followed to where that is? */
+static int is_lost_relative(const diag *d, const diag__suspect *s)
+{
+    const diag__suspect *leader = &d->suspect[0];
+    lab_site site = s->s.candidate.effect->site;
+    int fitted = s->s.refitted && isfinite(s->objective) && s->s.gain > come_near * leader->s.gain;
+    return (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && s->model == NULL && !fitted &&
+           s->never == NULL && !s->begun && diag__related(&s->s.candidate, &leader->s.candidate);
+}
+
+/* of two relatives: nearer in the leader's place, or more like what the null fit leaves */
+static int is_nearer(const diag__suspect *a, const diag__suspect *b)
+{
+    return a->near < b->near || (a->near == b->near && a->s.score > b->s.score);
+}
+
+/* Is a number of a law in the lead, or leaves the leader more than noise, effects that are named
+ * after the same law have a fit along the strokes, too, the nearest first: what changes a law
+ * changes events, and predictions end there, those of the null fit and those in the leader's place.
+ */
 static stein_status relatives_anew(diag *d, stein_err *err)
 {
-    const lab_candidate leader = d->suspect[0].s.candidate;
     stein_status status = STEIN_OK;
     for (int n = 0; status == STEIN_OK && n < RELATIVES; n++) {
         diag__suspect *next = NULL;
         for (int i = 1; i < d->n; i++) {
             diag__suspect *s = &d->suspect[i];
-            lab_site site = s->s.candidate.effect->site;
-            int named = (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && !s->s.refitted &&
-                        s->model == NULL && s->s.possible && isfinite(s->near) &&
-                        diag__related(&s->s.candidate, &leader);
-            next = named && (next == NULL || s->near < next->near) ? s : next;
+            next = is_lost_relative(d, s) && (next == NULL || is_nearer(s, next)) ? s : next;
         }
-        status = next != NULL ? diag__make_room(d, next, err) : STEIN_OK;
-        if (next == NULL || status != STEIN_OK) {
+        if (next == NULL) {
             break;
         }
-        memcpy(next->x, d->x, sizeof *next->x * (size_t)diag__problem(d, next)->nu);
-        next->objective = INFINITY;
-        next->s.refitted = 1;
-        status = diag__from_the_file(d, next, err);
-        status = status == STEIN_OK ? diag__to_the_end(d, next, err) : status;
+        status = diag__from_the_file(d, next, diag__least_amount(next), err);
+        next->begun = 1;
     }
     diag__sort(d);
     return status;
@@ -409,7 +418,8 @@ static stein_status settle(diag *d, stein_err *err)
         }
     }
     if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted &&
-        d->suspect[0].s.candidate.effect->site == LAB_AT_PARAMETER) {
+        isfinite(d->suspect[0].objective) &&
+        (d->suspect[0].s.candidate.effect->site == LAB_AT_PARAMETER || !leaves_noise(d))) {
         status = relatives_anew(d, err);
     }
     status = status == STEIN_OK ? polish(d, err) : status;

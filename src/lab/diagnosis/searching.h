@@ -215,8 +215,8 @@ stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *e
 
 /* ---- anew.c: all of these keep what is better, and return OK or ENOMEM ---- */
 
-/** From the file's own numbers, along the strokes. */
-stein_status diag__from_the_file(diag *d, diag__suspect *s, stein_err *err);
+/** From the file's own numbers and an amount [limits] along the strokes, then to the end. */
+stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err);
 /** Until the fit has ended or new derivatives bring nothing any more. */
 stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err);
 /** Without the strays of where it is, and once more when that has brought something. */
