@@ -63,8 +63,10 @@ static double sum_of(const scan *c, int k)
     return sum;
 }
 
-/* swap and start of a part, from its scan; swap INFINITY: it does not bring the strokes back */
-static stein_status judge(diag__suspect *s, const scan *c, double samples, stein_err *err)
+/* swap and start of a part, from its scan; swap INFINITY: it does not bring the strokes back
+ * @param share  of the misfit that may be left */
+static stein_status judge(diag__suspect *s, const scan *c, double share, double samples,
+                          stein_err *err)
 {
     size_t nu = (size_t)s->fit->nu;
     int best = 0;
@@ -73,7 +75,7 @@ static stein_status judge(diag__suspect *s, const scan *c, double samples, stein
     }
     double least = sum_of(c, best) - samples, none = sum_of(c, 0) - samples;
     s->swap = INFINITY;
-    if (best == 0 || !(least < takes * none)) {
+    if (best == 0 || !(least < share * none)) {
         return STEIN_OK;
     }
     if (s->start == NULL) {
@@ -109,7 +111,8 @@ stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *e
         s->fit->horizon = INFINITY;
         d->out->strokes_simulated += AMOUNTS * c.nstroke;
         status = fit__many(s->fit, AMOUNTS * c.nstroke, ask, take, &c, err);
-        status = status == STEIN_OK ? judge(s, &c, samples, err) : status;
+        double share = diag__related(&s->s.candidate, &leader->s.candidate) ? 1.0 : takes;
+        status = status == STEIN_OK ? judge(s, &c, share, samples, err) : status;
     }
     return status;
 }
