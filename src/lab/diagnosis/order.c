@@ -20,10 +20,14 @@ static int by_objective(const void *a, const void *b)
     return sx > sy ? -1 : sx < sy;
 }
 
+/* A fit that has found no step with derivatives of elsewhere has told nothing yet. */
 static void judge_size(diag *d, diag__suspect *s)
 {
     const fit__problem *p = diag__problem(d, s);
     double amount = s->x[p->amount];
+    if (!s->ended && !(s->s.gain > 0.0)) {
+        return;
+    }
     s->s.possible = s->s.candidate.effect->both_signs || amount > 0.0;
     if (fabs(amount) > 2.0 || !s->s.possible) {
         s->s.possible = 0;

@@ -29,7 +29,8 @@ enum {
     POLISHED = 4,
     MORE = 8,
     RIVALS = 4,
-    RELATIVES = 2,
+    HEARD = 2,
+    MOST_HEARD = 6,
     RENEW_LAST = 4
 };
 static const double enough = 0.3;       /* of the objective */
@@ -329,42 +330,46 @@ static stein_status rivals_to_the_end(diag *d, stein_err *err)
     return status;
 }
 
-/* is it named after the law of the leader's place, and was it never followed to where that is? */
-static int is_lost_relative(const diag *d, const diag__suspect *s)
+/* Was it never followed to where it leads, though it is named after the law of the leader's place,
+ * or the null fit's residual looks more like it than the leader has gained? */
+static int is_unheard(const diag *d, const diag__suspect *s)
 {
     const diag__suspect *leader = &d->suspect[0];
-    lab_site site = s->s.candidate.effect->site;
+    const lab_effect *e = s->s.candidate.effect;
+    int named = (e->site == LAB_AT_CONTACT || e->site == LAB_AT_SURFACE) &&
+                diag__related(&s->s.candidate, &leader->s.candidate);
+    int alike = !leaves_noise(d) && s->alike > fmax(worth_anew, leader->s.gain);
     int fitted = s->s.refitted && isfinite(s->objective) && s->s.gain > come_near * leader->s.gain;
-    return (site == LAB_AT_CONTACT || site == LAB_AT_SURFACE) && s->model == NULL && !fitted &&
-           s->never == NULL && !s->begun && diag__related(&s->s.candidate, &leader->s.candidate);
+    return (named || alike) && !fitted && s->model == NULL && s->never == NULL && s->G != NULL &&
+           !s->begun;
 }
 
-/* of two relatives: nearer in the leader's place, or more like what the null fit leaves */
+/* of two: nearer in the leader's place, or more like what the null fit leaves */
 static int is_nearer(const diag__suspect *a, const diag__suspect *b)
 {
-    return a->near < b->near || (a->near == b->near && a->s.score > b->s.score);
+    return a->near < b->near || (a->near == b->near && a->alike > b->alike);
 }
 
-/* Is a number of a law in the lead, or leaves the leader more than noise, effects that are named
- * after the same law have a fit along the strokes, too, the nearest first: what changes a law
- * changes events, and predictions end there, those of the null fit and those in the leader's place.
- */
-static stein_status relatives_anew(diag *d, stein_err *err)
+/* Is a number of a law in the lead, or leaves the leader more than noise, those that nobody has
+ * heard have a fit along the strokes, the nearest first, and more of them until one leaves but
+ * noise: what changes a law changes events, and predictions end there, those of the null fit and
+ * those in the leader's place. */
+static stein_status hear(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int n = 0; status == STEIN_OK && n < RELATIVES; n++) {
+    for (int n = 0; status == STEIN_OK && n < (leaves_noise(d) ? HEARD : MOST_HEARD); n++) {
         diag__suspect *next = NULL;
         for (int i = 1; i < d->n; i++) {
             diag__suspect *s = &d->suspect[i];
-            next = is_lost_relative(d, s) && (next == NULL || is_nearer(s, next)) ? s : next;
+            next = is_unheard(d, s) && (next == NULL || is_nearer(s, next)) ? s : next;
         }
         if (next == NULL) {
             break;
         }
         status = diag__from_the_file(d, next, diag__least_amount(next), err);
         next->begun = 1;
+        diag__sort(d);
     }
-    diag__sort(d);
     return status;
 }
 
@@ -420,7 +425,7 @@ static stein_status settle(diag *d, stein_err *err)
     if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted &&
         isfinite(d->suspect[0].objective) &&
         (d->suspect[0].s.candidate.effect->site == LAB_AT_PARAMETER || !leaves_noise(d))) {
-        status = relatives_anew(d, err);
+        status = hear(d, err);
     }
     status = status == STEIN_OK ? polish(d, err) : status;
     return status == STEIN_OK ? doubt(d, err) : status;
@@ -448,6 +453,11 @@ static stein_status believe(diag *d, stein_err *err)
 
 stein_status diag__refit(diag *d, stein_err *err)
 {
+    for (int i = 0; i < d->n; i++) {
+        const lab_suspect *s = &d->suspect[i].s;
+        int has_sign = s->candidate.effect->both_signs || s->amount > 0.0;
+        d->suspect[i].alike = has_sign && isfinite(s->score) ? s->score : 0.0;
+    }
     stein_status status = from_null(d, err);
     status = status == STEIN_OK ? doubt(d, err) : status;
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {

@@ -47,6 +47,7 @@ typedef struct diag__suspect {
     double D[LAB_SCATTERS]; /* variances of scatter in prior variances */
     double *sd;             /* [np] of the free unknowns, in x */
     int promising;          /* its linear gain is a share of the best one */
+    double alike;           /* that gain; 0 when it would need an amount below 0 */
     int ended;              /* the refit has */
     int unknown_J;          /* derivatives of a refit are to be taken first */
     int begun;              /* it was fitted from the file's own numbers, too */

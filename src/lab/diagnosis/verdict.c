@@ -195,11 +195,20 @@ int diag__is_mean(const diag *d, const diag__suspect *s)
     return s->s.gain > 0.0 && 2.0 * gsl_cdf_tdist_Q(t, d->p.nstroke - 1) < by_chance_mean;
 }
 
+/* Where the fit of a rival would end if its strokes kept what their derivatives promise: a valley
+ * that no step follows is no evidence, as long as it is not worth more than a gain of which nobody
+ * would speak. */
+static double promise(const diag__suspect *s, double excess)
+{
+    return s->objective - fmin(s->objective - s->promised, diag__least_gain * excess);
+}
+
 int diag__is_rival(const diag *d, int i)
 {
     const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
+    double excess = diag__excess(d, best);
     return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
-           s->objective < best->objective + diag__convincing * diag__excess(d, best) &&
+           promise(s, excess) < best->objective + diag__convincing * excess &&
            // where the mean is asked, what leaves it to the differences is no rival
            (!diag__is_mean(d, best) || best->s.gain > diag__least_gain || diag__is_mean(d, s));
 }
