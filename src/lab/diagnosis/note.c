@@ -101,7 +101,8 @@ static int is_listed(const lab_diagnosis *o, const lab_suspect *s)
 /* those of the search that has found a cause which the data cannot tell from it */
 static void list_rivals(lab_diagnosis *o, const diag *d)
 {
-    for (int i = 1; i < d->n && diag__is_rival(d, i); i++) {
+    int n = diag__rivals(d);
+    for (int i = 1; i <= n; i++) {
         if (!is_listed(o, &d->suspect[i].s)) {
             o->suspect[o->nsuspect++] = d->suspect[i].s;
             o->nrival++;

@@ -126,7 +126,8 @@ static stein_status renew(diag *d, diag__suspect *s, stein_err *err)
 stein_status diag__widths(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < d->n && (i == 0 || diag__is_rival(d, i)); i++) {
+    int n = d->n > 0 ? 1 + diag__rivals(d) : 0;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
         diag__suspect *s = &d->suspect[i];
         double D[LAB_SCATTERS];
         if (s->J == NULL) {

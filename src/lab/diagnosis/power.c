@@ -193,9 +193,10 @@ static stein_status judge_all(diag *d, const lab__mixed *m, int nown, const int 
                            m->A[i * m->ncol + k] + (i == k ? 1.0 : 0.0));
         }
     }
+    int nrival = diag__rivals(d);
     int ok = ne == 0 || gsl_linalg_cholesky_decomp1(&v.matrix) == 0;
     for (int i = 0; ok && i < n; i++) {
-        int k = ne + i, rival = diag__is_rival(d, index[i]);
+        int k = ne + i, rival = index[i] > 0 && index[i] <= nrival;
         double info, score;
         project(m, &v.matrix, ne, k, &info, &score);
         judge(d, &d->suspect[index[i]], rival, info, score, m->A[k * m->ncol + k], wide);

@@ -364,8 +364,9 @@ stein_status diag__next(diag *d, stein_err *err);
 
 /* ---- verdict.c ---- */
 
-/** Cannot the data tell suspect i of a search from its best one? They are sorted. */
-int diag__is_rival(const diag *d, int i);
+/** How many suspects of a search, which are sorted, the data cannot tell from the best one: up to
+ * the last that comes near. */
+int diag__rivals(const diag *d);
 extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
 extern const double diag__must_explain; /* share of the misfit beyond noise */
 extern const double diag__convincing;   /* of -2 log likelihood: odds of 1 to 100 */

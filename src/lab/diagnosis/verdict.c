@@ -35,6 +35,7 @@
 #include "searching.h"
 
 const double diag__least_gain = 25.0, diag__must_explain = 0.7, diag__convincing = 9.2;
+static const double forgiven = 50.0;       /* of -2 log likelihood: twice what is spoken of */
 static const double by_chance_mean = 1e-3; /* for each of the few whose mean is asked */
 static const double no_nearer = 0.9995;    /* ratio of held-out errors */
 static const double far = 1.3;             /* chi2/dof that is more than noise, stated or not */
@@ -196,21 +197,27 @@ int diag__is_mean(const diag *d, const diag__suspect *s)
 }
 
 /* Where the fit of a rival would end if its strokes kept what their derivatives promise: a valley
- * that no step follows is no evidence, as long as it is not worth more than a gain of which nobody
- * would speak. */
+ * that no step follows (a backlash closes in one stroke more) is no evidence, if it is not deep. */
 static double promise(const diag__suspect *s, double excess)
 {
-    return s->objective - fmin(s->objective - s->promised, diag__least_gain * excess);
+    return s->objective - fmin(s->objective - s->promised, forgiven * excess);
 }
 
-int diag__is_rival(const diag *d, int i)
+int diag__rivals(const diag *d)
 {
-    const diag__suspect *s = &d->suspect[i], *best = &d->suspect[0];
-    double excess = diag__excess(d, best);
-    return i > 0 && best->s.refitted && s->s.refitted && s->s.possible &&
-           promise(s, excess) < best->objective + diag__convincing * excess &&
-           // where the mean is asked, what leaves it to the differences is no rival
-           (!diag__is_mean(d, best) || best->s.gain > diag__least_gain || diag__is_mean(d, s));
+    const diag__suspect *best = d->n > 0 ? &d->suspect[0] : NULL;
+    double excess = best != NULL && best->s.refitted ? diag__excess(d, best) : NAN;
+    // where the mean is asked, what leaves it to the differences is no rival
+    int asked = best != NULL && best->s.gain <= diag__least_gain && diag__is_mean(d, best);
+    int n = 0;
+    for (int i = 1; i < d->n && isfinite(excess); i++) {
+        const diag__suspect *s = &d->suspect[i];
+        if (!s->s.refitted || !s->s.possible || (asked && !diag__is_mean(d, s))) {
+            break;
+        }
+        n = promise(s, excess) < best->objective + diag__convincing * excess ? i : n;
+    }
+    return n;
 }
 
 int diag__spoken(const diag *d)
