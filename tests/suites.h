@@ -44,6 +44,7 @@
     X(many)          \
     X(measured)      \
     X(measured_laws) \
+    X(order)         \
     X(several)       \
     X(motion_check)  \
     X(curve)         \
