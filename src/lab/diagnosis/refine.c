@@ -8,6 +8,9 @@
  *      good as they can be - all suspects are scored again, each in the leader's place, and those
  *      that come near are fitted from there
  *   3. if one of them leads now, once more
+ *   4. those that all of this has passed over - a fit that found no step, an amount beyond what is
+ *      thinkable, another number of the same law - along the strokes from the file's own numbers,
+ *      where a law's number leads or the leader leaves more than noise
  *
  * Scores at the null fit alone name the wrong one more often: what is missing has bent all
  * parameters by then.
