@@ -12,6 +12,12 @@
  * root, which its dense output gives to order 6, and the next step begins behind the switch. A
  * trial step that does not pass is not asked for its events.
  *
+ *      next --> trial of h --> judge --> too coarse: a shorter one
+ *                  ^             |-----> no event: taken
+ *                  '-- up to it <-'----> the event it was repeated up to: taken, switched
+ *
+ * Whoever makes the trials - this file, or a batch in lanes - is asked for one after the other.
+ *
  * Whoever looks at the motion gets the states of the same dense output. Steps that end at every
  * look were more, and moved with the looks.
  */
@@ -19,14 +25,11 @@
 #include <string.h>
 
 #include "core.h"
-#include "elementary.h"
 
 enum { MAX_EVENTS_ON_THE_SPOT = 200 };
-static const double shortest = 1e-12; /* [s] */
 /* trials of a run: what a motion may ask for that is too stiff for explicit steps */
 static const double fewest_trials = 2e4, trials_a_longest = 1e3;
 static const double beside = 1e-3;                   /* just before and behind an event, in steps */
-static const double most = 4.0, least = 0.1;         /* factors from one step to the next */
 static const double log_little = -9.210340371976182; /* of 1e-4: errors count as no less */
 
 /* the simulation at every look in [t, t1) */
@@ -91,46 +94,13 @@ static double first_event(stein_sim *sim, double h)
 
 /* Theta of the first event of the trial step, 2 where there is none. Long steps are asked in the
  * middle as well: a contact may have come and gone. */
-static double event_of(stein_sim *sim, double h, double longest)
+static double event_of(stein_sim *sim, double h, int long_one)
 {
     if (stein__any_crossed(sim)) {
         return first_event(sim, h);
     }
-    int grazed = h > 0.5 * longest && is_crossed_at(sim, h, 0.5);
+    int grazed = long_one && is_crossed_at(sim, h, 0.5);
     return grazed ? stein__first_root(sim, h, 0.0, 0.5) : 2.0;
-}
-
-/* the trial step of h that passed: all of it, or up to its first event and the switch there */
-static stein_status advance(stein_sim *sim, double t1, double h, stein_pace *pace, stein_err *err)
-{
-    double t = sim->head->t, theta = event_of(sim, h, pace->longest);
-    if (theta > 1.0) {
-        finish(sim, t1, pace);
-        return STEIN_OK;
-    }
-    t1 = t + theta * h;
-    if (t1 > t) {
-        stein_status status = attempt(sim, t1 - t, err);
-        if (status != STEIN_OK) {
-            return status;
-        }
-        finish(sim, t1, pace);
-    }
-    stein__flip_crossed(sim);
-    return stein__refresh(sim, err);
-}
-
-/* What the next step is to the one with the error e; log_last: logarithm of the error of the step
- * accepted before, which that of e follows. */
-static double factor(double e, double *log_last)
-{
-    if (!isfinite(e)) {
-        return least;
-    }
-    double log_e = stein__log(e > 1e-12 ? e : 1e-12);
-    double wanted = 0.9 * stein__exp(0.04 * *log_last - 0.17 * log_e);
-    *log_last = log_e > log_little ? log_e : log_little;
-    return wanted > most ? most : wanted > least ? wanted : least;
 }
 
 static stein_status check_pace(const stein_sim *sim, double t_end, const stein_pace *pace,
@@ -160,7 +130,7 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
     if (status == STEIN_OK && sim->fresh == STALE) {
         status = stein__refresh(sim, err);
     }
-    *p = (stein__pacer){.t_end = t_end, .growth = most};
+    *p = (stein__pacer){.t_end = t_end, .growth = STEIN__MOST_GROWTH};
     if (status == STEIN_OK) {
         p->left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
     }
@@ -184,43 +154,90 @@ stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stei
     p->wanted = fmin(pace->h, pace->longest);
     p->last = p->wanted >= left * (1.0 - 1e-9);
     p->h = p->last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    p->to = p->last ? p->t_end : p->t + p->h;
     return STEIN_OK;
 }
 
-double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h)
-{
-    double e = fmax(sim->eq, h * sim->eqd) / pace->tolerance;
-    return isfinite(e) ? e : (double)INFINITY;
-}
-
-stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, double h, double *e,
+stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err)
 {
-    stein_status status = attempt(sim, h, err);
-    *e = status == STEIN_OK ? stein__pace_error(sim, pace, h) : (double)INFINITY;
+    stein_status status = attempt(sim, p->h, err);
+    if (!p->repeated) {
+        stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH};
+        p->grade =
+            status == STEIN_OK ? stein__graded(sim, p->h, pace->tolerance, p->log_last) : failed;
+        p->long_one = p->h > 0.5 * pace->longest;
+    }
     return status;
 }
 
-stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p, double e,
-                               stein_status status, stein_err *err)
+/* the trial step that passed is over: the next one */
+static void plan_next(const stein_sim *sim, stein_pace *pace, stein__pacer *p, double h)
 {
-    double h = p->h;
-    // a signal that jumps has no step that is short enough: its speed times `shortest` is left
-    if (e > 1.0 && h >= shortest) {
-        pace->h = h * fmin(0.9, factor(e, &(double){0.0}));
-        p->growth = 1.0; // not back at once to what failed
+    const stein__grade *g = &p->grade;
+    double next = h * fmin(p->growth, g->factor);
+    pace->h = h < p->wanted && g->e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
+    p->log_last = g->log_e > log_little ? g->log_e : log_little;
+    p->growth = STEIN__MOST_GROWTH;
+    p->spot = sim->head->t > p->t ? 0 : p->spot + 1;
+}
+
+/* @param arrived  the trial step ends at p->to: it becomes the state */
+static stein_status switch_over(stein_sim *sim, stein_pace *pace, const stein__pacer *p,
+                                int arrived, stein_err *err)
+{
+    if (arrived) {
+        finish(sim, p->to, pace);
+    }
+    stein__flip_crossed(sim);
+    return stein__refresh(sim, err);
+}
+
+/* what follows a trial step of h that passed: it is taken, or repeated up to its first event */
+static stein_status take(stein_sim *sim, stein_pace *pace, stein__pacer *p, double h,
+                         stein_err *err)
+{
+    double theta = event_of(sim, h, p->long_one);
+    if (theta > 1.0) {
+        finish(sim, p->to, pace);
         return STEIN_OK;
     }
-    if (status == STEIN_OK && !isfinite(e)) {
-        status = stein__fail(err, STEIN_ENONFINITE, "no step is short enough at t = %g s", p->t);
+    p->to = p->t + theta * h;
+    if (!(p->to > p->t)) {
+        return switch_over(sim, pace, p, 0, err);
     }
-    if (status == STEIN_OK) {
-        status = advance(sim, p->last ? p->t_end : p->t + h, h, pace, err);
+    p->h = p->to - p->t;
+    p->repeated = 1;
+    return STEIN_OK;
+}
+
+stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,
+                               stein_status status, stein_err *err)
+{
+    const stein__grade *g = &p->grade;
+    double h = p->h;
+    p->h = 0.0;
+    if (p->repeated) {
+        p->repeated = 0;
+        status = status == STEIN_OK ? switch_over(sim, pace, p, 1, err) : status;
+        plan_next(sim, pace, p, p->whole);
+    } else if (g->e > 1.0 && h >= STEIN__SHORTEST) {
+        // a signal that jumps has no step that is short enough: its speed times that is left
+        pace->h = h * fmin(0.9, g->factor);
+        p->growth = 1.0; // not back at once to what failed
+        return STEIN_OK;
+    } else if (!isfinite(g->e)) {
+        return status != STEIN_OK ? status
+                                  : stein__fail(err, STEIN_ENONFINITE,
+                                                "no step is short enough at t = %g s", p->t);
+    } else {
+        p->whole = h;
+        status = take(sim, pace, p, h, err);
+        if (p->repeated) {
+            return status;
+        }
+        plan_next(sim, pace, p, h);
     }
-    double next = h * fmin(p->growth, factor(e, &p->log_last));
-    pace->h = h < p->wanted && e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
-    p->growth = most;
-    p->spot = sim->head->t > p->t ? 0 : p->spot + 1;
     if (p->spot > MAX_EVENTS_ON_THE_SPOT) {
         status = stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
                              (int)MAX_EVENTS_ON_THE_SPOT, p->t);
@@ -239,13 +256,14 @@ void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end)
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
 {
     stein__pacer p;
-    double e;
     stein_status status = stein__pace_begin(sim, t_end, pace, &p, err);
     status = status == STEIN_OK ? stein__pace_next(sim, pace, &p, err) : status;
     while (status == STEIN_OK && p.h > 0.0) {
-        status = stein__pace_try(sim, pace, p.h, &e, err);
-        status = stein__pace_judge(sim, pace, &p, e, status, err);
-        status = status == STEIN_OK ? stein__pace_next(sim, pace, &p, err) : status;
+        status = stein__pace_try(sim, pace, &p, err);
+        status = stein__pace_judge(sim, pace, &p, status, err);
+        if (status == STEIN_OK && !p.repeated) {
+            status = stein__pace_next(sim, pace, &p, err);
+        }
     }
     if (status != STEIN_OK) {
         sim->fresh = STALE;

@@ -155,17 +155,8 @@ stein_status stein_batch_run(stein_batch *b, const double *t_end, stein_status *
 
 /* ---- steps of controlled error ---- */
 
-/* a trial of place i, alone: its error in tolerances */
-static stein_status try_alone(stein_batch *b, int i, const stein_pace *pace, double *e,
-                              stein_err *why)
-{
-    stein_sim *sim = b->place[i].sim;
-    stein__batch_fetch(b, i);
-    return stein__pace_try(sim, pace, b->pacer[i].h, e, why);
-}
-
 /* what lane k of group g has tried, as if the simulation had done it itself */
-static double take_trial(const stein_batch *b, int g, int k, const stein_pace *pace)
+static void take_trial(const stein_batch *b, int g, int k)
 {
     int i = g * b->lanes + k, nq = b->model->nq;
     stein_sim *sim = b->place[i].sim;
@@ -177,38 +168,67 @@ static double take_trial(const stein_batch *b, int g, int k, const stein_pace *p
     sim->eq = error[0];
     sim->eqd = error[1];
     sim->fresh = STALE; // forces and gaps are not those of its end
-    return stein__pace_error(sim, pace, b->pacer[i].h);
+}
+
+/* The trials of the riders of group g, each as if it had been made alone: taken over, graded, and
+ * long ones asked in the middle. @return those that ended with numbers */
+static unsigned try_riders(stein_batch *b, int g, unsigned riders)
+{
+    int first = g * b->lanes;
+    unsigned long_ones = 0;
+    double t[MAX_LANES] = {0.0}, h[MAX_LANES] = {0.0};
+    double tolerance[MAX_LANES] = {0.0}, log_last[MAX_LANES] = {0.0};
+    double e[MAX_LANES], log_e[MAX_LANES], factor[MAX_LANES];
+    for (int k = 0; k < b->lanes; k++) {
+        if (riders >> k & 1) {
+            const stein__pacer *p = &b->pacer[first + k];
+            t[k] = p->t;
+            h[k] = p->h;
+            tolerance[k] = b->pace[first + k]->tolerance;
+            log_last[k] = p->log_last;
+        }
+    }
+    unsigned done = b->width->trial(b->wide[g], t, h, riders);
+    b->width->grade(b->wide[g], h, tolerance, log_last, e, log_e, factor);
+    for (int k = 0; k < b->lanes; k++) {
+        if (!(done >> k & 1)) {
+            continue;
+        }
+        take_trial(b, g, k);
+        stein__pacer *p = &b->pacer[first + k];
+        if (!p->repeated) {
+            p->grade = (stein__grade){e[k], log_e[k], factor[k]};
+            p->long_one = h[k] > 0.5 * b->pace[first + k]->longest;
+            long_ones |= (unsigned)(p->long_one && !(e[k] > 1.0)) << k;
+        }
+    }
+    unsigned grazing = long_ones != 0 ? b->width->grazes(b->wide[g], h) : 0;
+    for (int k = 0; k < b->lanes; k++) {
+        if (long_ones >> k & 1) {
+            b->pacer[first + k].long_one = grazing >> k & 1;
+        }
+    }
+    return done;
 }
 
 /* one trial of every place of group g that is wanted, and what follows from it */
 static void try_group(stein_batch *b, int g, unsigned wanted)
 {
     int first = g * b->lanes;
-    unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
-    if (count(riders) > 1) {
-        double t[MAX_LANES] = {0.0}, h[MAX_LANES] = {0.0};
-        for (int k = 0; k < b->lanes; k++) {
-            t[k] = riders >> k & 1 ? b->place[first + k].sim->head->t : 0.0;
-            h[k] = riders >> k & 1 ? b->pacer[first + k].h : 0.0;
-        }
-        done = b->width->trial(b->wide[g], t, h, riders);
-    }
+    unsigned riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
+    unsigned done = count(riders) > 1 ? try_riders(b, g, riders) : 0;
     for (int k = 0; k < b->lanes; k++) {
         if (wanted >> k & 1) {
             int i = first + k;
             berth *p = &b->place[i];
-            double e;
             stein_status status = STEIN_OK;
-            if (done >> k & 1) {
-                e = take_trial(b, g, k, b->pace[i]);
-            } else {
-                status = try_alone(b, i, b->pace[i], &e, &b->why[i]);
+            if (!(done >> k & 1)) {
+                stein__batch_fetch(b, i);
+                status = stein__pace_try(p->sim, b->pace[i], &b->pacer[i], &b->why[i]);
             }
-            b->state[i] =
-                stein__pace_judge(p->sim, b->pace[i], &b->pacer[i], e, status, &b->why[i]);
+            b->state[i] = stein__pace_judge(p->sim, b->pace[i], &b->pacer[i], status, &b->why[i]);
             p->seat = p->seat == SEEN ? MOVED : p->seat;
             p->sim->fresh = p->sim->fresh == STALE ? KNOWN : p->sim->fresh; // qdd is known
-            b->pacer[i].h = 0.0;
         }
     }
 }

@@ -95,14 +95,14 @@ INNER void stein__spot_forces(stein_sim *sim)
     }
 }
 
-#if STEIN_LANES == 1
-
-double stein__spot_guard(const stein_sim *sim, int i)
+INNER real stein__spot_guard(const stein_sim *sim, int i)
 {
-    double guard;
+    real guard;
     (void)apart(sim, i, &guard);
-    return is_lifted(sim, sim->site[i].pair.index) ? -1.0 : guard;
+    return sel(is_lifted(sim, sim->site[i].pair.index), same(-1.0), guard);
 }
+
+#if STEIN_LANES == 1
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {

@@ -233,7 +233,7 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
 INNER void stein__rub(stein_sim *sim);
 
 /* contact.c; the guard of a contact that is gone with the load is -1 */
-real stein__spot_guard(const stein_sim *sim, int spot);
+INNER real stein__spot_guard(const stein_sim *sim, int spot);
 real stein__spot_gap(const stein_sim *sim, int spot);
 INNER void stein__spot_forces(stein_sim *sim);
 
@@ -333,8 +333,6 @@ INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const 
  * vanishes */
 int stein__solved(stein_sim *sim, double *b);
 #endif
-void stein__guards(stein_sim *sim, const double *q, double *guard);
-double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
@@ -343,6 +341,18 @@ void stein__place(stein_sim *sim);
  * the guards there; where it began stays in q0, qd0, qdd0 */
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
+#endif
+/* what a trial step of controlled error is worth: its error e in tolerances, INFINITY where that is
+ * no number, and its logarithm; what the next step is to it, if that one's error were to be just
+ * right, as one that failed or, after log_last, as one that is taken */
+typedef struct stein__grade {
+    real e, log_e, factor;
+} stein__grade;
+#define STEIN__SHORTEST     1e-12 /* a step that is no longer is taken, whatever its error [s] */
+#define STEIN__MOST_GROWTH  4.0   /* from one step to the next */
+#define STEIN__LEAST_GROWTH 0.1
+#if STEIN_LANES > 0
+INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, real log_last);
 #endif
 /* how many stages a method has; the weights of the derivatives in its stage i, then in its end */
 int stein__stages(stein_integrator integrator);
@@ -374,12 +384,19 @@ static inline void stein__end_run(stein_sim *sim, double t_end)
 }
 #endif
 
+#if STEIN_LANES > 0
+/* inside.c: dense output of the trial step, a quintic Hermite at theta in 0..1 of h; qd may be
+ * NULL */
+INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd);
+/* all guards at q; the poses are those of q, at rest, then */
+INNER void stein__guards(stein_sim *sim, const real *q, real *guard);
+#endif
+double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
+
 /* step.c: can a run from where the simulation is end at t_end? @return OK, EINVAL */
 stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err);
 /* a trial step from the current state, checked for numbers that are none */
 stein_status stein__try(stein_sim *sim, double h, stein_err *err);
-/* dense output of the trial step: quintic Hermite at theta in 0..1 of h; qd may be NULL */
-void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd);
 /* is a guard, as evaluated last, on the other side of its mode? */
 int stein__any_crossed(const stein_sim *sim);
 /* theta of the first root in begin..end of those that are at `end`, where they were evaluated;
@@ -392,24 +409,28 @@ void stein__accept(stein_sim *sim, double t1);
 /* switch what crossed[] marks, and tell */
 void stein__flip_crossed(stein_sim *sim);
 
-/* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next, a trial of
- * p->h (0: at the end), judge } again and again, then end */
+/* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next, unless p->h
+ * still asks for a trial (0 then: at the end), a trial of p->h, judge } again and again, then end
+ */
 typedef struct stein__pacer {
     double t_end;
     double log_last, growth, left_over; /* of the control; trials that may still be made */
     int spot;                           /* events without a step between them */
-    double t, wanted, h;                /* of the trial that is next */
+    double t, wanted, h, to;            /* of the trial that is next: begin, length, end */
     int last;                           /* it ends at t_end */
+    int repeated;                       /* it is one that passed, up to its first event */
+    double whole;                       /* its length before */
+    stein__grade grade;                 /* of the trial; its middle may hide an event */
+    int long_one;
 } stein__pacer;
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err);
 stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                               stein_err *err);
-/* a trial, and its error e in tolerances, INFINITY when it failed; that of one made elsewhere */
-stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, double h, double *e,
+/* a trial of p->h; who makes it elsewhere grades it, too, unless it is a repeated one */
+stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err);
-double stein__pace_error(const stein_sim *sim, const stein_pace *pace, double h);
-stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p, double e,
+stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,
                                stein_status status, stein_err *err);
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a

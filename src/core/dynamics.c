@@ -35,41 +35,6 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     return STEIN_OK;
 }
 
-/* poses of what rests at q */
-static void pose_at(stein_sim *sim, const double *q)
-{
-    const stein_model *model = sim->model;
-    if (model->nframe > 0) {
-        turn_joints(model, q, sim->sc);
-        model->pose(q, sim->zero, sim->sc, sim->d, sim->pose);
-    }
-}
-
-void stein__guards(stein_sim *sim, const double *q, double *guard)
-{
-    const stein_model *model = sim->model;
-    pose_at(sim, q);
-    for (int i = 0; i < model->nspot; i++) {
-        guard[i] = stein__spot_guard(sim, i);
-    }
-    for (int i = 0; i < model->nnotch; i++) {
-        double overlap;
-        stein__notch_guards(sim, i, guard + model->nspot + NOTCH_GUARDS * i, &overlap);
-    }
-}
-
-double stein__guard(stein_sim *sim, const double *q, int i)
-{
-    int nspot = sim->model->nspot;
-    pose_at(sim, q);
-    if (i < nspot) {
-        return stein__spot_guard(sim, i);
-    }
-    double guard[NOTCH_GUARDS], overlap;
-    stein__notch_guards(sim, (i - nspot) / NOTCH_GUARDS, guard, &overlap);
-    return guard[(i - nspot) % NOTCH_GUARDS];
-}
-
 void stein__place(stein_sim *sim)
 {
     stein__drive_from(sim, sim->head->t, sim->q, sim->qd);

@@ -39,6 +39,13 @@ typedef struct stein__width {
     /** What it came to in a lane: q, qd, qdd at its end [nq], guards, error estimates. */
     void (*outcome)(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
                     double *guard, double error[2]);
+    /** And what it is worth with these tolerances and logarithms of the errors before, in all
+     *  lanes [lanes]: see stein__graded. */
+    void (*grade)(const void *wide, const double *h, const double *tolerance,
+                  const double *log_last, double *e, double *log_e, double *factor);
+    /** Lanes with a guard on the other side of its mode in the middle of the trial step of h. The
+     *  guards of its end are gone then. */
+    unsigned (*grazes)(void *wide, const double *h);
 } stein__width;
 
 /** processor.c: 8, 4 or 2. */

@@ -15,6 +15,7 @@
 #include "contact.c"
 #include "forces.c"
 #include "inputs.c"
+#include "inside.c"
 #include "layout.c"
 #include "notch.c"
 #include "table.c"
@@ -111,6 +112,13 @@ static mask finite(const stein_sim *sim)
     return good;
 }
 
+static real numbers(const double *from)
+{
+    real x;
+    memcpy(&x, from, sizeof x);
+    return x;
+}
+
 static mask mask_from(unsigned bits)
 {
     mask m = {0};
@@ -124,12 +132,9 @@ static mask mask_from(unsigned bits)
  */
 static mask try_step(stein_sim *sim, const double *t, const double *h, unsigned wanted)
 {
-    real begin, length;
-    memcpy(&begin, t, sizeof begin);
-    memcpy(&length, h, sizeof length);
     sim->bad = (mask){0};
     sim->asked = mask_from(wanted);
-    (void)stein__trial(sim, begin, length, NULL);
+    (void)stein__trial(sim, numbers(t), numbers(h), NULL);
     return both(finite(sim), sim->asked);
 }
 
@@ -154,13 +159,38 @@ static void outcome(const void *wide, int lane, double *q1, double *qd1, double 
     error[1] = sim->eqd[lane];
 }
 
+static void grade(const void *wide, const double *h, const double *tolerance,
+                  const double *log_last, double *e, double *log_e, double *factor)
+{
+    stein__grade g = stein__graded(wide, numbers(h), numbers(tolerance), numbers(log_last));
+    memcpy(e, &g.e, sizeof g.e);
+    memcpy(log_e, &g.log_e, sizeof g.log_e);
+    memcpy(factor, &g.factor, sizeof g.factor);
+}
+
+/* lanes where a guard, as evaluated last, is on the other side of its mode */
+static mask crossed(const stein_sim *sim)
+{
+    mask any_of = {0};
+    for (int i = 0; i < sim->nguard; i++) {
+        any_of |= more(sim->guard[i], 0.0) ^ sim->mode[i];
+    }
+    return any_of;
+}
+
+static unsigned grazes(void *wide, const double *h)
+{
+    stein_sim *sim = wide;
+    stein__interpolate(sim, numbers(h), 0.5, sim->xq, NULL);
+    stein__guards(sim, sim->xq, sim->guard);
+    return lanes_of(crossed(sim));
+}
+
 static unsigned step(void *wide, const double *t, const double *h, unsigned wanted)
 {
     stein_sim *sim = wide;
     mask good = try_step(sim, t, h, wanted);
-    for (int i = 0; i < sim->nguard; i++) { // none of whose guards switched
-        good &= ~(more(sim->guard[i], 0.0) ^ sim->mode[i]);
-    }
+    good = both(good, no(crossed(sim)));
     for (int j = 0; j < sim->model->nq; j++) {
         sim->q[j] = sel(good, sim->q1[j], sim->q[j]);
         sim->qd[j] = sel(good, sim->qd1[j], sim->qd[j]);
@@ -186,7 +216,7 @@ static void take(const void *wide, int lane, double *q, double *qd, double *qdd,
 #define JOIN(a, b)  a##b
 #define WIDTH_OF(n) JOIN(stein__width, n)
 
-const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size, make,  put,    ready,
-                                            step,        take, trial, outcome};
+const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size,  make,    put,   ready, step,
+                                            take,        trial, outcome, grade, grazes};
 
 #endif

@@ -18,29 +18,6 @@
 
 enum { MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
 
-void stein__interpolate(const stein_sim *sim, double h, double theta, double *q, double *qd)
-{
-    double u = theta, v = 1.0 - theta;
-    double u3 = u * u * u, v3 = v * v * v;
-    double p0 = v3 * (1.0 + 3.0 * u + 6.0 * u * u), p1 = u3 * (1.0 + 3.0 * v + 6.0 * v * v);
-    double s0 = v3 * u * (1.0 + 3.0 * u), s1 = -u3 * v * (1.0 + 3.0 * v);
-    double a0 = 0.5 * v3 * u * u, a1 = 0.5 * u3 * v * v;
-    for (int j = 0; j < sim->model->nq; j++) {
-        q[j] = p0 * sim->q0[j] + p1 * sim->q1[j] + h * (s0 * sim->qd0[j] + s1 * sim->qd1[j]) +
-               h * h * (a0 * sim->qdd0[j] + a1 * sim->qdd1[j]);
-    }
-
-    // its derivative
-    double dp = 30.0 * u * u * v * v;
-    double ds0 = v * v * (1.0 + 2.0 * u - 15.0 * u * u);
-    double ds1 = u * u * (1.0 + 2.0 * v - 15.0 * v * v);
-    double da0 = 0.5 * v * v * u * (2.0 - 5.0 * u), da1 = 0.5 * u * u * v * (5.0 * v - 2.0);
-    for (int j = 0; qd != NULL && j < sim->model->nq; j++) {
-        qd[j] = dp * (sim->q1[j] - sim->q0[j]) / h + ds0 * sim->qd0[j] + ds1 * sim->qd1[j] +
-                h * (da0 * sim->qdd0[j] + da1 * sim->qdd1[j]);
-    }
-}
-
 static double guard_at(stein_sim *sim, double h, double theta, int i)
 {
     stein__interpolate(sim, h, theta, sim->xq, NULL);

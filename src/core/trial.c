@@ -6,7 +6,10 @@
  *   RK4   Kutta 1901, order 4, 4 stages
  *   DP5   Dormand & Prince 1980, order 5 with embedded order 4, 6 stages
  */
+#include <float.h>
+
 #include "core.h"
+#include "elementary.h"
 
 enum { MAX_STAGES = 6 };
 
@@ -104,6 +107,21 @@ static void estimate(stein_sim *sim, const tableau *rk, real h)
             sim->eqd = larger(magnitude(sim->e[nq + j]), sim->eqd);
         }
     }
+}
+
+/* Gustafsson's controller, see adapt.c */
+INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, real log_last)
+{
+    static const double least = STEIN__LEAST_GROWTH, no_less = 1e-12;
+    real e = larger(sim->eq, h * sim->eqd) / tolerance;
+    mask is_number = at_most(e, DBL_MAX);
+    mask fails = both(more(e, 1.0), no(less(h, STEIN__SHORTEST)));
+    real log_e = stein__log(sel(both(is_number, more(e, no_less)), e, same(no_less)));
+    real factor = 0.9 * stein__exp(0.04 * sel(fails, same(0.0), log_last) - 0.17 * log_e);
+    factor = smaller(factor, same(STEIN__MOST_GROWTH));
+    factor = sel(more(factor, least), factor, same(least));
+    return (stein__grade){sel(is_number, e, same((double)INFINITY)), log_e,
+                          sel(is_number, factor, same(least))};
 }
 
 /* The end derivative is stage 6 of every tableau. */

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ * inside.c - what is inside of a trial step: its dense output, and the guards of any coordinates,
+ * for a simulation alone or in lanes.
+ */
+#include "core.h"
+
+INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd)
+{
+    double u = theta, v = 1.0 - theta;
+    double u3 = u * u * u, v3 = v * v * v;
+    double p0 = v3 * (1.0 + 3.0 * u + 6.0 * u * u), p1 = u3 * (1.0 + 3.0 * v + 6.0 * v * v);
+    double s0 = v3 * u * (1.0 + 3.0 * u), s1 = -u3 * v * (1.0 + 3.0 * v);
+    double a0 = 0.5 * v3 * u * u, a1 = 0.5 * u3 * v * v;
+    for (int j = 0; j < sim->model->nq; j++) {
+        q[j] = p0 * sim->q0[j] + p1 * sim->q1[j] + h * (s0 * sim->qd0[j] + s1 * sim->qd1[j]) +
+               h * h * (a0 * sim->qdd0[j] + a1 * sim->qdd1[j]);
+    }
+
+    // its derivative
+    double dp = 30.0 * u * u * v * v;
+    double ds0 = v * v * (1.0 + 2.0 * u - 15.0 * u * u);
+    double ds1 = u * u * (1.0 + 2.0 * v - 15.0 * v * v);
+    double da0 = 0.5 * v * v * u * (2.0 - 5.0 * u), da1 = 0.5 * u * u * v * (5.0 * v - 2.0);
+    for (int j = 0; qd != NULL && j < sim->model->nq; j++) {
+        qd[j] = dp * (sim->q1[j] - sim->q0[j]) / h + ds0 * sim->qd0[j] + ds1 * sim->qd1[j] +
+                h * (da0 * sim->qdd0[j] + da1 * sim->qdd1[j]);
+    }
+}
+
+/* poses of what rests at q */
+static void pose_at(stein_sim *sim, const real *q)
+{
+    const stein_model *model = sim->model;
+    if (model->nframe > 0) {
+        turn_joints(model, q, sim->sc);
+        EQUATIONS(sim)->pose(q, sim->zero, sim->sc, sim->d, sim->pose);
+    }
+}
+
+INNER void stein__guards(stein_sim *sim, const real *q, real *guard)
+{
+    const stein_model *model = sim->model;
+    pose_at(sim, q);
+    for (int i = 0; i < model->nspot; i++) {
+        guard[i] = stein__spot_guard(sim, i);
+    }
+    for (int i = 0; i < model->nnotch; i++) {
+        real overlap;
+        stein__notch_guards(sim, i, guard + model->nspot + NOTCH_GUARDS * i, &overlap);
+    }
+}
+
+#if STEIN_LANES == 1
+
+double stein__guard(stein_sim *sim, const double *q, int i)
+{
+    int nspot = sim->model->nspot;
+    pose_at(sim, q);
+    if (i < nspot) {
+        return stein__spot_guard(sim, i);
+    }
+    double guard[NOTCH_GUARDS], overlap;
+    stein__notch_guards(sim, (i - nspot) / NOTCH_GUARDS, guard, &overlap);
+    return guard[(i - nspot) % NOTCH_GUARDS];
+}
+
+#endif
