@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_many.c - many runs that take turns in a few lanes: alone they are the same to the last bit.
+ * test_many.c - many runs, and fits, that take turns in a few lanes: alone they are the same to the
+ * last bit.
  */
 #include "fit_support.h"
 #include "fitting.h"
@@ -284,6 +285,76 @@ START_TEST(so_are_those_with_a_recorded_motion)
 }
 END_TEST
 
+/* ---- fits that share seats ---- */
+
+enum { FITS = 11, UNKNOWNS = 32 };
+
+typedef struct apart {
+    const fitted *f;
+    const lab_fit_def *def;
+    int fails; /* the piece that does */
+    double x[FITS][UNKNOWNS], objective[FITS];
+} apart;
+
+/* fit i is one of a single stroke, from a start of its own */
+static stein_status fit_apart(void *ctx, int i, fit__pool *pool, stein_err *failed)
+{
+    apart *a = ctx;
+    lab_dataset one = {1, &a->f->data->stroke[i % 3]};
+    fit__problem p;
+    if (i == a->fails) {
+        return lab__fail(failed, STEIN_ESINGULAR, "fit %d has had enough", i);
+    }
+    ck_assert_stein(fit__problem_make(&p, a->f->model, &one, a->def, err));
+    ck_assert_int_le(p.nu, UNKNOWNS);
+    double *room = calloc(fit__offset(&p, 1) + fit__columns(&p) + 1, sizeof *room);
+    fit__end e = {.x = a->x[i], .r = room, .J = room + fit__offset(&p, 1)};
+    p.tolerance = 1e-8;
+    p.horizon = i % 4 == 3 ? 0.03 : INFINITY;
+    p.pool = pool;
+    e.x[i % p.nu] = 0.3;
+    ck_assert_stein(fit__descend(&p, &e, 0, 0.3, 1, err));
+    a->objective[i] = e.objective;
+    free(room);
+    fit__problem_free(&p);
+    return STEIN_OK;
+}
+
+START_TEST(fits_that_share_seats_have_the_bits_of_fits_alone)
+{
+    static const char *const data[] = {"models/strokes/stroke_01.csv",
+                                       "models/strokes/stroke_05.csv",
+                                       "models/strokes/stroke_14.csv", NULL};
+    static const char *const names[] = {"pawl.spring.k", "hammer.friction.A", NULL};
+    static apart plain, shared;
+    fit__problem all;
+    fitted f;
+    open_fit(&f, "models/stein1788.yaml", NULL, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(fit__problem_make(&all, f.model, f.data, &def, err));
+    plain = (apart){.f = &f, .def = &def, .fails = -1};
+    for (int i = 0; i < FITS; i++) {
+        ck_assert_stein(fit_apart(&plain, i, NULL, err));
+    }
+    for (int threads = 1; threads <= 3; threads++) {
+        shared = (apart){.f = &f, .def = &def, .fails = -1};
+        all.threads = threads;
+        all.lanes = threads == 2; // without lanes two seats are left
+        ck_assert_stein(fit__together(&all, FITS, fit_apart, &shared, err));
+        ck_assert(memcmp(plain.x, shared.x, sizeof plain.x) == 0);
+        ck_assert(memcmp(plain.objective, shared.objective, sizeof plain.objective) == 0);
+    }
+    ck_assert_double_ne(plain.objective[0], plain.objective[6]); // the same stroke, other starts
+    stein_err why;
+    shared = (apart){.f = &f, .def = &def, .fails = 4};
+    ck_assert_int_eq(fit__together(&all, FITS, fit_apart, &shared, &why), STEIN_ESINGULAR);
+    ck_assert_str_eq(why.msg, "fit 4 has had enough");
+    ck_assert_stein(fit__together(&all, 0, fit_apart, &shared, err));
+    fit__problem_free(&all);
+    drop(&f);
+}
+END_TEST
+
 START_TEST(lanes_that_the_processor_lacks_are_refused)
 {
     static const char *const names[] = {"rod.mass", NULL};
@@ -313,6 +384,7 @@ Suite *many_suite(void)
     tcase_add_loop_test(fit, strokes_of_a_fit_are_the_same_alone_and_side_by_side, 0, 2);
     tcase_add_test(fit, strokes_with_a_recorded_input_are_what_they_were);
     tcase_add_test(fit, so_are_those_with_a_recorded_motion);
+    tcase_add_test(fit, fits_that_share_seats_have_the_bits_of_fits_alone);
     tcase_add_test(fit, lanes_that_the_processor_lacks_are_refused);
     tcase_set_timeout(fit, 60);
     suite_add_tcase(s, turns);

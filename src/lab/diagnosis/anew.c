@@ -52,6 +52,7 @@ static stein_status from_the_file(diag *d, diag__suspect *s, beginning at, int *
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     stein_status status = diag__follow(d, p, &e, err);
+    d->out->fits += e.fits;
     fit__problem_try(p, NULL);
     *found = 1;
     return status;
@@ -65,6 +66,7 @@ static stein_status without_strays(diag *d, diag__suspect *s, beginning at, int 
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     fit__problem_try(p, &s->s.candidate);
     stein_status status = diag__recall_strays(d, p, &e, 1, found, err);
+    d->out->fits += e.fits;
     fit__problem_try(p, NULL);
     return status;
 }

@@ -99,6 +99,7 @@ static int believe(diag *d, stein_status *status, stein_err *err)
     fit__problem_try(p, NULL);
     p->limit = within;
     *status = diag__follow(d, p, &e, err);
+    d->out->fits += e.fits;
     p->limit = limit;
     return *status == STEIN_OK;
 }

@@ -69,9 +69,11 @@ static stein_status other_starts(diag *d, fit__problem *p, const double *shared,
                                     first <= aside && diag__is_stray(p, e->r, 0, middle);
              first += 2.0 * aside) {
             stein_err why;
+            t.fits = 0;
             status = follow_from(d, p, shared, k, first, &t, &why) == STEIN_ENOMEM
                          ? lab__fail(err, STEIN_ENOMEM, "out of memory")
                          : STEIN_OK;
+            e->fits += t.fits;
             if (status == STEIN_OK && t.objective < e->objective) {
                 memcpy(e->x, t.x, sizeof *t.x * nu);
                 memcpy(e->r, t.r, sizeof *t.r * rows);
@@ -111,21 +113,30 @@ static stein_status deviance(const fit__problem *p, const fit__end *e, int n, do
     return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
 }
 
-/* One stroke, its own unknowns fitted: strokes that are fitted together wait for the slowest, and
- * one that has far to go stops all.
- * @param D       variances of scatter in those of the prior
- * @param p       of all strokes; x and r are of all of them, in and out
- * @param middle  chi2 per sample of other strokes; starts are tried until this one is no stray
- *                among them
- * @param own_deviance  out; NULL: not wanted */
-static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int stroke,
-                            double middle, double *x, double *r, double *own_deviance,
-                            stein_err *err)
+/* strokes that are fitted one by one: in one fit they would wait for the slowest, and one that has
+ * far to go stops all */
+typedef struct singles {
+    diag *d;
+    const double *D;       /* variances of scatter in those of the prior */
+    const fit__problem *p; /* of all strokes; x and r are of all of them, in and out */
+    double *x, *r;
+    double
+        middle; /* chi2 per sample of others; starts are tried until none is a stray among them */
+    double *deviance;   /* [nstroke] out; NULL: not wanted */
+    int *stroke, *fits; /* [n] which they are, and how many fits each took */
+} singles;
+
+static stein_status fit_one(void *ctx, int i, fit__pool *pool, stein_err *err)
 {
+    const singles *one_by_one = ctx;
+    diag *d = one_by_one->d;
+    const fit__problem *p = one_by_one->p;
+    double *x = one_by_one->x, *r = one_by_one->r;
+    int stroke = one_by_one->stroke[i];
     const fit__stroke *t = &p->stroke[stroke];
     lab_dataset one = {1, &p->data->stroke[stroke]};
     fit__problem own;
-    stein_status status = make_problem(d, p->model, &one, D, &own, err);
+    stein_status status = make_problem(d, p->model, &one, one_by_one->D, &own, err);
     double *room =
         status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *room) : NULL;
     if (status == STEIN_OK && room == NULL) {
@@ -138,47 +149,82 @@ static stein_status fit_one(diag *d, const double *D, const fit__problem *p, int
             own.unknown[k].idle = 1;
         }
         own.horizon = p->horizon;
+        own.pool = pool;
         status = follow_from(d, &own, x, 0, 0.0, &e, err);
-        status = status == STEIN_OK ? other_starts(d, &own, x, middle, &e, err) : status;
+        status =
+            status == STEIN_OK ? other_starts(d, &own, x, one_by_one->middle, &e, err) : status;
         memcpy(x + t->first, room + own.np, sizeof *x * (size_t)t->own);
-        if (status == STEIN_OK && own_deviance != NULL) {
-            status = deviance(&own, &e, d->p.nstroke, own_deviance, err);
+        if (status == STEIN_OK && one_by_one->deviance != NULL) {
+            status = deviance(&own, &e, d->p.nstroke, &one_by_one->deviance[stroke], err);
         }
+        one_by_one->fits[i] = e.fits;
     }
     free(room);
     fit__problem_free(&own);
     return status;
 }
 
-stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, double middle,
-                              const fit__end *e, stein_err *err)
+/* those that are marked, side by side. @param fits  counts them */
+static stein_status fit_singles(singles *s, const unsigned char *marked, int *fits, stein_err *err)
+{
+    size_t most = (size_t)s->p->nstroke;
+    int n = 0, *room = calloc(2 * most + 1, sizeof *room);
+    if (room == NULL) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    s->stroke = room;
+    s->fits = room + most;
+    for (int i = 0; i < s->p->nstroke; i++) {
+        if (marked[i]) {
+            s->stroke[n++] = i;
+        }
+    }
+    stein_status status = n > 0 ? fit__together(s->p, n, fit_one, s, err) : STEIN_OK;
+    for (int i = 0; i < n; i++) {
+        *fits += s->fits[i];
+    }
+    free(room);
+    return status;
+}
+
+stein_status diag__fit_strokes(diag *d, const fit__problem *p, const unsigned char *marked,
+                               double middle, fit__end *e, stein_err *err)
 {
     static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
-    return fit_one(d, as_stated, p, stroke, middle, e->x, e->r, NULL, err);
+    singles s = {.d = d, .D = as_stated, .p = p, .x = e->x, .r = e->r, .middle = middle};
+    return fit_singles(&s, marked, &e->fits, err);
 }
 
 /* every stroke by itself, and those that are strays among the others with more care */
 static stein_status fit_each(diag *d, const double *D, diag__held *to, stein_err *err)
 {
     const fit__problem *p = &to->p;
-    stein_status status = STEIN_OK;
-    double middle = 0.0, *room = malloc(sizeof *room * (2 * (size_t)p->nstroke + 1));
-    double *own = room + p->nstroke;
-    if (room == NULL) {
+    size_t n = (size_t)p->nstroke;
+    double *room = malloc(sizeof *room * (2 * n + 1));
+    unsigned char *marked = malloc(n + 1);
+    if (room == NULL || marked == NULL) {
+        free(room);
+        free(marked);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = fit_one(d, D, p, i, INFINITY, to->x, to->r, &own[i], err);
+    singles s = {.d = d, .D = D, .p = p, .x = to->x, .r = to->r};
+    s.deviance = room + n;
+    s.middle = INFINITY;
+    memset(marked, 1, n);
+    stein_status status = fit_singles(&s, marked, &d->out->fits, err);
+    if (status == STEIN_OK) {
+        s.middle = diag__middle(p, to->r, room);
+        for (int i = 0; i < p->nstroke; i++) {
+            marked[i] = diag__is_stray(p, to->r, i, s.middle) != 0;
+        }
+        status = fit_singles(&s, marked, &d->out->fits, err);
     }
-    middle = status == STEIN_OK ? diag__middle(p, to->r, room) : 0.0;
     to->deviance = 0.0;
     for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        if (diag__is_stray(p, to->r, i, middle)) {
-            status = fit_one(d, D, p, i, middle, to->x, to->r, &own[i], err);
-        }
-        to->deviance += own[i];
+        to->deviance += s.deviance[i];
     }
     free(room);
+    free(marked);
     return status;
 }
 

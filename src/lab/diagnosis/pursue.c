@@ -99,8 +99,9 @@ static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, s
     stein_status tried = diag__recall_strays(d, p, &t, 0, &found, &why);
     if (tried == STEIN_OK && found > 0) {
         tried = fit__descend(p, &t, 0, enough, RENEWALS, &why);
-        d->out->fits++;
+        t.fits++;
     }
+    e->fits += t.fits;
     if (tried == STEIN_OK && found > 0 && t.objective < e->objective) {
         take_over(p, e, &t);
     }
@@ -118,7 +119,7 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
         last = h + 1 == DIAG_HORIZONS || diag__horizon[h] * T >= most;
         p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
-        d->out->fits++;
+        e->fits++;
         for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK; k++) {
             if (!recall(d, p, e, &status, err)) {
                 break;
@@ -134,6 +135,7 @@ stein_status diag__pursue(diag *d, stein_err *err)
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
     stein_status status = diag__follow(d, &d->p, &e, err);
+    d->out->fits += e.fits;
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;

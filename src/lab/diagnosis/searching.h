@@ -269,12 +269,13 @@ typedef struct diag__held {
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
-/** The own unknowns in x of one stroke of a problem, anew along its course up to the problem's
- *  horizon, all shared ones as they are, and its r; from several starts while it is a stray.
+/** The own unknowns in e->x of the strokes of a problem that are marked, each by itself: anew along
+ *  its course up to the problem's horizon, all shared ones as they are, and its e->r; from several
+ *  starts while it is a stray.
  *  @param middle  chi2 per sample of the stroke in the middle
  *  @return OK, ENOMEM, a numerical failure */
-stein_status diag__fit_stroke(diag *d, const fit__problem *p, int stroke, double middle,
-                              const fit__end *e, stein_err *err);
+stein_status diag__fit_strokes(diag *d, const fit__problem *p, const unsigned char *marked,
+                               double middle, fit__end *e, stein_err *err);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
 void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);
 /** gain and gains of a diagnosis. @param phase  of all held-out frames */

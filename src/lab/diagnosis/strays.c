@@ -100,10 +100,7 @@ static stein_status recall(diag *d, fit__problem *p, fit__end *e, double middle,
     exchange(p, stray, none);
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, err);
     exchange(p, stray, none);
-    for (int i = 0; status == STEIN_OK && i < p->nstroke; i++) {
-        status = stray[i] ? diag__fit_stroke(d, p, i, middle, e, err) : STEIN_OK;
-    }
-    return status;
+    return status == STEIN_OK ? diag__fit_strokes(d, p, stray, middle, e, err) : status;
 }
 
 stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,

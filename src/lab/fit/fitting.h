@@ -133,6 +133,7 @@ typedef struct fit__problem {
     int flat;                    /* the prior of this unknown does not count; -1: none */
     int samples, rows;           /* rows: largest stroke */
     int threads, lanes;          /* lanes of each thread; 0: as many as there are */
+    struct fit__pool *pool;      /* where its strokes are simulated instead; NULL: nowhere else */
 } fit__problem;
 
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
@@ -231,6 +232,15 @@ typedef void fit__take(void *ctx, fit__bench *bench, int job, int failed);
  *  fit__simulate. @return as fit__parallel */
 stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take *take, void *ctx,
                        stein_err *err);
+/** What several fits simulate their strokes in, side by side. */
+typedef struct fit__pool fit__pool;
+/** One of them, on a thread of its own; `pool` is for its problem, of the same model as p and with
+ *  no other strokes than p has. @return as work of a lab__crew */
+typedef stein_status fit__piece(void *ctx, int i, fit__pool *pool, stein_err *err);
+/** n fits at once on the threads and lanes of p, with the bits of one after the other.
+ *  @return OK, ENOMEM, the first failure */
+stein_status fit__together(const fit__problem *p, int n, fit__piece *piece, void *ctx,
+                           stein_err *err);
 
 /* ---- residuals.c ---- */
 
@@ -318,6 +328,7 @@ stein_status fit__minimise(fit__problem *p, fit__state *state, double enough, do
 typedef struct fit__end {
     double *x, *J, *r, objective;
     int ended; /* its minimum is found */
+    int fits;  /* how many have led here, where that is counted */
 } fit__end;
 /** Descent from e->x with the same derivatives as long as they do what they promise: a step costs
  *  one residual, new derivatives cost one for every unknown. Parameters stay within p->limit.
