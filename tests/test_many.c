@@ -339,7 +339,7 @@ START_TEST(fits_that_share_seats_have_the_bits_of_fits_alone)
     for (int threads = 1; threads <= 3; threads++) {
         shared = (apart){.f = &f, .def = &def, .fails = -1};
         all.threads = threads;
-        all.lanes = threads == 2; // without lanes two seats are left
+        all.lanes = threads == 2; // one seat for each thread; else as many as there are
         ck_assert_stein(fit__together(&all, FITS, fit_apart, &shared, err));
         ck_assert(memcmp(plain.x, shared.x, sizeof plain.x) == 0);
         ck_assert(memcmp(plain.objective, shared.objective, sizeof plain.objective) == 0);

@@ -92,14 +92,14 @@ static double first_event(stein_sim *sim, double h)
     return theta;
 }
 
-/* Theta of the first event of the trial step, 2 where there is none. Long steps are asked in the
- * middle as well: a contact may have come and gone. */
-static double event_of(stein_sim *sim, double h, int long_one)
+/* Theta of the first event of the trial step, 2 where there is none.
+ * @param middle  asked as well: a contact may have come and gone */
+static double event_of(stein_sim *sim, double h, int middle)
 {
     if (stein__any_crossed(sim)) {
         return first_event(sim, h);
     }
-    int grazed = long_one && is_crossed_at(sim, h, 0.5);
+    int grazed = middle && is_crossed_at(sim, h, 0.5);
     return grazed ? stein__first_root(sim, h, 0.0, 0.5) : 2.0;
 }
 
@@ -153,96 +153,91 @@ stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stei
     p->t = sim->head->t;
     p->wanted = fmin(pace->h, pace->longest);
     p->last = p->wanted >= left * (1.0 - 1e-9);
-    p->h = p->last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    p->whole = p->last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    p->h = p->whole;
     p->to = p->last ? p->t_end : p->t + p->h;
+    p->middle = p->h > 0.5 * pace->longest;
     return STEIN_OK;
 }
 
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err)
 {
+    static const stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH};
     stein_status status = attempt(sim, p->h, err);
     if (!p->repeated) {
-        stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH};
         p->grade =
             status == STEIN_OK ? stein__graded(sim, p->h, pace->tolerance, p->log_last) : failed;
-        p->long_one = p->h > 0.5 * pace->longest;
     }
     return status;
 }
 
 /* the trial step that passed is over: the next one */
-static void plan_next(const stein_sim *sim, stein_pace *pace, stein__pacer *p, double h)
+static void plan_next(const stein_sim *sim, stein_pace *pace, stein__pacer *p)
 {
     const stein__grade *g = &p->grade;
-    double next = h * fmin(p->growth, g->factor);
-    pace->h = h < p->wanted && g->e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
+    double next = p->whole * fmin(p->growth, g->factor);
+    pace->h =
+        p->whole < p->wanted && g->e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
     p->log_last = g->log_e > log_little ? g->log_e : log_little;
     p->growth = STEIN__MOST_GROWTH;
     p->spot = sim->head->t > p->t ? 0 : p->spot + 1;
+    p->h = 0.0;
 }
 
-/* @param arrived  the trial step ends at p->to: it becomes the state */
-static stein_status switch_over(stein_sim *sim, stein_pace *pace, const stein__pacer *p,
-                                int arrived, stein_err *err)
+static stein_status switch_over(stein_sim *sim, stein_err *err)
 {
-    if (arrived) {
-        finish(sim, p->to, pace);
-    }
     stein__flip_crossed(sim);
     return stein__refresh(sim, err);
 }
 
-/* what follows a trial step of h that passed: it is taken, or repeated up to its first event */
-static stein_status take(stein_sim *sim, stein_pace *pace, stein__pacer *p, double h,
-                         stein_err *err)
+/* a trial step that passed is taken, or repeated up to its first event */
+static stein_status take(stein_sim *sim, stein_pace *pace, stein__pacer *p, stein_err *err)
 {
-    double theta = event_of(sim, h, p->long_one);
+    double theta = event_of(sim, p->h, p->middle);
     if (theta > 1.0) {
         finish(sim, p->to, pace);
         return STEIN_OK;
     }
-    p->to = p->t + theta * h;
-    if (!(p->to > p->t)) {
-        return switch_over(sim, pace, p, 0, err);
-    }
+    p->to = p->t + theta * p->h;
     p->h = p->to - p->t;
-    p->repeated = 1;
-    return STEIN_OK;
+    p->repeated = p->h > 0.0;
+    return p->repeated ? STEIN_OK : switch_over(sim, err);
+}
+
+/* the event it was repeated up to */
+static stein_status arrive(stein_sim *sim, stein_pace *pace, stein__pacer *p, stein_err *err)
+{
+    p->repeated = 0;
+    finish(sim, p->to, pace);
+    return switch_over(sim, err);
 }
 
 stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,
                                stein_status status, stein_err *err)
 {
     const stein__grade *g = &p->grade;
-    double h = p->h;
-    p->h = 0.0;
-    if (p->repeated) {
-        p->repeated = 0;
-        status = status == STEIN_OK ? switch_over(sim, pace, p, 1, err) : status;
-        plan_next(sim, pace, p, p->whole);
-    } else if (g->e > 1.0 && h >= STEIN__SHORTEST) {
+    if (!p->repeated && g->e > 1.0 && p->h >= STEIN__SHORTEST) {
         // a signal that jumps has no step that is short enough: its speed times that is left
-        pace->h = h * fmin(0.9, g->factor);
+        pace->h = p->h * fmin(0.9, g->factor);
         p->growth = 1.0; // not back at once to what failed
+        p->h = 0.0;
         return STEIN_OK;
-    } else if (!isfinite(g->e)) {
-        return status != STEIN_OK ? status
-                                  : stein__fail(err, STEIN_ENONFINITE,
-                                                "no step is short enough at t = %g s", p->t);
-    } else {
-        p->whole = h;
-        status = take(sim, pace, p, h, err);
-        if (p->repeated) {
-            return status;
-        }
-        plan_next(sim, pace, p, h);
     }
-    if (p->spot > MAX_EVENTS_ON_THE_SPOT) {
-        status = stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
+    if (status == STEIN_OK && !isfinite(g->e)) {
+        status = stein__fail(err, STEIN_ENONFINITE, "no step is short enough at t = %g s", p->t);
+    }
+    if (status == STEIN_OK) {
+        status = p->repeated ? arrive(sim, pace, p, err) : take(sim, pace, p, err);
+    }
+    if (status != STEIN_OK || p->repeated) {
+        return status;
+    }
+    plan_next(sim, pace, p);
+    return p->spot <= MAX_EVENTS_ON_THE_SPOT
+               ? STEIN_OK
+               : stein__fail(err, STEIN_ECHATTER, "more than %d contact events at t = %g s",
                              (int)MAX_EVENTS_ON_THE_SPOT, p->t);
-    }
-    return status;
 }
 
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end)
@@ -261,7 +256,7 @@ stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, 
     while (status == STEIN_OK && p.h > 0.0) {
         status = stein__pace_try(sim, pace, &p, err);
         status = stein__pace_judge(sim, pace, &p, status, err);
-        if (status == STEIN_OK && !p.repeated) {
+        if (status == STEIN_OK && !(p.h > 0.0)) {
             status = stein__pace_next(sim, pace, &p, err);
         }
     }

@@ -191,21 +191,19 @@ static unsigned try_riders(stein_batch *b, int g, unsigned riders)
     unsigned done = b->width->trial(b->wide[g], t, h, riders);
     b->width->grade(b->wide[g], h, tolerance, log_last, e, log_e, factor);
     for (int k = 0; k < b->lanes; k++) {
-        if (!(done >> k & 1)) {
-            continue;
-        }
-        take_trial(b, g, k);
-        stein__pacer *p = &b->pacer[first + k];
-        if (!p->repeated) {
-            p->grade = (stein__grade){e[k], log_e[k], factor[k]};
-            p->long_one = h[k] > 0.5 * b->pace[first + k]->longest;
-            long_ones |= (unsigned)(p->long_one && !(e[k] > 1.0)) << k;
+        if (done >> k & 1) {
+            stein__pacer *p = &b->pacer[first + k];
+            take_trial(b, g, k);
+            if (!p->repeated) {
+                p->grade = (stein__grade){e[k], log_e[k], factor[k]};
+                long_ones |= (unsigned)(p->middle && !(e[k] > 1.0)) << k;
+            }
         }
     }
     unsigned grazing = long_ones != 0 ? b->width->grazes(b->wide[g], h) : 0;
     for (int k = 0; k < b->lanes; k++) {
         if (long_ones >> k & 1) {
-            b->pacer[first + k].long_one = grazing >> k & 1;
+            b->pacer[first + k].middle = grazing >> k & 1;
         }
     }
     return done;

@@ -342,16 +342,17 @@ void stein__place(stein_sim *sim);
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 #endif
-/* what a trial step of controlled error is worth: its error e in tolerances, INFINITY where that is
- * no number, and its logarithm; what the next step is to it, if that one's error were to be just
- * right, as one that failed or, after log_last, as one that is taken */
+/* what a trial step of controlled error is worth */
 typedef struct stein__grade {
-    real e, log_e, factor;
+    real e, log_e; /* its error in tolerances, INFINITY where that is no number; the logarithm */
+    real factor;   /* the next step in lengths of this one */
 } stein__grade;
 #define STEIN__SHORTEST     1e-12 /* a step that is no longer is taken, whatever its error [s] */
 #define STEIN__MOST_GROWTH  4.0   /* from one step to the next */
 #define STEIN__LEAST_GROWTH 0.1
 #if STEIN_LANES > 0
+/* @param log_last  log_e of the step taken before; it does not count where this one is too coarse
+ */
 INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, real log_last);
 #endif
 /* how many stages a method has; the weights of the derivatives in its stage i, then in its end */
@@ -409,9 +410,8 @@ void stein__accept(stein_sim *sim, double t1);
 /* switch what crossed[] marks, and tell */
 void stein__flip_crossed(stein_sim *sim);
 
-/* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next, unless p->h
- * still asks for a trial (0 then: at the end), a trial of p->h, judge } again and again, then end
- */
+/* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next where p->h is
+ * 0, a trial of p->h, judge } until p->h stays 0, then end */
 typedef struct stein__pacer {
     double t_end;
     double log_last, growth, left_over; /* of the control; trials that may still be made */
@@ -420,8 +420,8 @@ typedef struct stein__pacer {
     int last;                           /* it ends at t_end */
     int repeated;                       /* it is one that passed, up to its first event */
     double whole;                       /* its length before */
-    stein__grade grade;                 /* of the trial; its middle may hide an event */
-    int long_one;
+    stein__grade grade;                 /* of the trial */
+    int middle;                         /* an event may hide in its middle */
 } stein__pacer;
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err);

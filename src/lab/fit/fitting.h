@@ -6,6 +6,8 @@
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
  *   many.c         many strokes, on threads and in lanes
+ *   row.c, row.h   those in the lanes of one thread
+ *   pool.c         several fits at once, in the same lanes
  *   residuals.c    weighted residuals of all strokes
  *   sensitivity.c  their derivatives
  *   minimise.c     Levenberg-Marquardt, and descent with derivatives at hand
@@ -232,6 +234,9 @@ typedef void fit__take(void *ctx, fit__bench *bench, int job, int failed);
  *  fit__simulate. @return as fit__parallel */
 stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take *take, void *ctx,
                        stein_err *err);
+
+/* ---- pool.c ---- */
+
 /** What several fits simulate their strokes in, side by side. */
 typedef struct fit__pool fit__pool;
 /** One of them, on a thread of its own; `pool` is for its problem, of the same model as p and with
