@@ -373,10 +373,12 @@ check: deps-check  ## build and run every test
 .PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
 # limits of tests are for what hangs: a machine with other work, or sanitizers, take their time
 PATIENCE := $(if $(filter san coverage,$(VARIANT)),20,5)
+SCRIPT_LIMIT := $(PATIENCE)00
 $(SUITE_JOBS): suite-%: $(B)/check
 	$(Q)STEIN_BUILD=$(B) CK_RUN_SUITE=$* CK_TIMEOUT_MULTIPLIER=$(PATIENCE) $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
-	$(Q)STEIN_BUILD=$(B) sh $<
+	$(Q)STEIN_BUILD=$(B) timeout -k 10 $(SCRIPT_LIMIT) sh $< || \
+	  { code=$$?; [ $$code -ne 124 ] || echo "$<: not over after $(SCRIPT_LIMIT) s"; exit $$code; }
 
 identity: cli  ## the same bits from every compiler, option and processor that is here: a table
 	$(Q)STEIN_BUILD=$(B) sh tests/identity.sh
