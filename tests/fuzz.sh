@@ -2,17 +2,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs, as many
 # targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
-# fails is named. Ends with 1 when there is one.
+# fails is named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of
+# all runs, to which those of this one are added.
 set -u
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-if [ $# -ne 1 ]; then
-    # shellcheck disable=SC2046
-    printf '%s\n' ${*:-$(ls tests/fuzz/corpus)} | xargs -P "$(nproc)" -n 1 sh "$0" "$seconds" || exit 1
+B=build-fuzz
+if [ -z "${ONE:-}" ]; then
+    rm -f "$B"/*.count
+    # shellcheck disable=SC2046,SC2048,SC2086
+    printf '%s\n' ${*:-$(ls tests/fuzz/corpus)} | xargs -P "$(nproc)" -n 1 env ONE=1 sh "$0" "$seconds"
+    failed=$?
+    if [ -n "${RECORD:-}" ]; then
+        [ -e "$RECORD" ] || echo "target,inputs,failures" >"$RECORD"
+        awk -F, -v OFS=, 'FNR == 1 && NR == 1 {print; next}
+            !($1 in inputs) {order[++n] = $1}
+            {inputs[$1] += $2; failures[$1] += $3}
+            END {for (i = 1; i <= n; i++) print order[i], inputs[order[i]], failures[order[i]]}' \
+            "$RECORD" "$B"/*.count >"$RECORD.new" && mv "$RECORD.new" "$RECORD" || exit 1
+        awk -F, 'NR > 1 {printf "fuzz %s: %d inputs in all runs, %d failures\n", $1, $2, $3}' "$RECORD"
+    fi
+    [ $failed -eq 0 ] || exit 1
     exit 0
 fi
 target=$1
-B=build-fuzz
 failed=0
 case $target in
 mechanism) most=4096 ;;
@@ -23,7 +36,7 @@ found=$B/corpus/$target
 mkdir -p "$found"
 if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_limit_mb=3000 \
     -close_fd_mask=3 -print_final_stats=1 -artifact_prefix="$found/failed-" \
-    -dict=tests/fuzz/$target.dict "$found" "tests/fuzz/corpus/$target" >"$B/$target.log" 2>&1; then
+    -dict="tests/fuzz/$target.dict" "$found" "tests/fuzz/corpus/$target" >"$B/$target.log" 2>&1; then
     what=ok
 else
     what=FAILED
@@ -31,6 +44,7 @@ else
     grep -m 3 -E '^SUMMARY|does not hold|Test unit written' "$B/$target.log"
 fi
 runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$B/$target.log")
+echo "$target,${runs:-0},$failed" >"$B/$target.count"
 awk -v n="${runs:-0}" -v s="$seconds" -v what="fuzz $target: $what" 'BEGIN {
     printf "%s, %d inputs in %d s, 1e8 take %.1f h at this rate\n", what, n, s, (n > 0 ? 1e8 * s / n / 3600 : 0)}'
 exit $failed
