@@ -171,7 +171,8 @@ static void leaf_symbol(printer *p, ex e)
             text o;
             text_init(&o);
             print_number(&o, k->value);
-            snprintf(p->symbol[e], SYMBOL, "%s", o.s ? o.s : "");
+            snprintf(p->symbol[e], SYMBOL, "%s", o.failed ? "none" : o.s);
+            p->x->failed |= o.failed;
             free(o.s);
             return;
         }

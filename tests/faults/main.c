@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - every allocation of every call of the library is made to fail: once, and from there on.
  *
- *     faults [NAME]
+ *     faults [NAME|all]
+ *
+ * Of calls that make millions, the first one of every place that makes some: where four calls on
+ * the stack were others before. Without a name a share of these.
  *
  * malloc and its kin are defined here, so the libraries below ours (libyaml, GSL, stdio) use them
  * too. A call that is told there is no memory has to end with an error and leave nothing behind -
@@ -9,7 +12,9 @@
  */
 #define _DEFAULT_SOURCE
 #include <errno.h>
+#include <execinfo.h>
 #include <gsl/gsl_errno.h>
+#include <math.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -19,6 +24,7 @@
 #include <unistd.h>
 
 #include "inner.h"
+#include "stein/diagnose.h"
 #include "stein/fit.h"
 #include "stein/identity.h"
 #include "stein/import.h"
@@ -35,13 +41,50 @@ static atomic_long asked, live, fail_at, refused;
 static atomic_int for_good, in_gsl;
 static uintptr_t gsl_from, gsl_to; /* where the code of GSL is */
 
+/* ---- places: the first allocation of each ---- */
+
+enum { FRAMES = 7, BELOW = 3, PLACES = 1 << 14 }; /* of these frames three are here */
+static uint64_t place[PLACES];                    /* hashed; 0: nobody there */
+static long first_at[PLACES];
+static int places;
+static atomic_int noting;
+
+static void note_place(long n)
+{
+    void *frame[FRAMES];
+    atomic_store(&noting, 0); // what looks at the stack may ask for memory
+    int depth = backtrace(frame, FRAMES);
+    uint64_t hash = 14695981039346656037u;
+    for (int i = BELOW; i < depth; i++) {
+        hash = (hash ^ (uint64_t)(uintptr_t)frame[i]) * 1099511628211u;
+    }
+    size_t at = hash % PLACES;
+    while (place[at] != 0 && place[at] != hash) {
+        at = (at + 1) % PLACES;
+    }
+    if (place[at] == 0 && places < PLACES / 2) {
+        place[at] = hash;
+        first_at[places++] = n;
+    }
+    atomic_store(&noting, 1);
+}
+
+enum { DEEP = 16 };
+static void *refused_frame[DEEP]; /* who asked for the first block that was refused */
+static int refused_depth;
+
 /* does this allocation fail? fail_at 0: none does */
 static int fails(const void *caller)
 {
     long n = atomic_fetch_add(&asked, 1) + 1, at = atomic_load(&fail_at);
+    if (atomic_load(&noting)) {
+        note_place(n);
+    }
     int now = at > 0 && (atomic_load(&for_good) ? n >= at : n == at);
     if (now) {
-        atomic_fetch_add(&refused, 1);
+        if (atomic_fetch_add(&refused, 1) == 0) {
+            refused_depth = backtrace(refused_frame, DEEP);
+        }
         if ((uintptr_t)caller >= gsl_from && (uintptr_t)caller < gsl_to) {
             atomic_store(&in_gsl, 1);
         }
@@ -81,7 +124,7 @@ void free(void *block)
 
 static char folder[] = "/tmp/stein-faults-XXXXXX";
 static char path_csv[64], path_out[64], path_journal[64], path_yaml[64], path_cc[64],
-    path_drive[64];
+    path_drive[64], path_swing[3][64];
 static const lab_model *action, *pendulum; /* opened once, must not change */
 
 static uint64_t hash_bytes(uint64_t hash, const char *at, size_t n)
@@ -312,6 +355,32 @@ static stein_status call_fit(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* a pendulum that air brakes, and what is found, written in all its forms */
+static stein_status call_diagnose(uint64_t *result, stein_err *err)
+{
+    const char *const file[] = {path_swing[0], path_swing[1], path_swing[2]};
+    static const unsigned char held_out[] = {0, 0, 1};
+    lab_data_options data = lab_data_options_default(lab_equations(pendulum));
+    lab_options options = lab_options_default();
+    lab_diagnose_def def = lab_diagnose_def_default();
+    lab_dataset *set = NULL;
+    lab_diagnosis *found = NULL;
+    options.cache = folder;
+    def.options = &options;
+    def.held_out = held_out;
+    def.threads = 1;
+    stein_status status = lab_dataset_open(&set, file, 3, &data, err);
+    status =
+        status == STEIN_OK ? lab_diagnose(&found, path_yaml, pendulum, set, &def, err) : status;
+    status = status == STEIN_OK ? lab_diagnosis_json(path_out, found, err) : status;
+    status = status == STEIN_OK ? lab_diagnosis_page(path_out, found, err) : status;
+    status = status == STEIN_OK ? lab_extend(path_out, path_yaml, found, err) : status;
+    *result = status == STEIN_OK ? hash_file(path_out) : 0;
+    lab_diagnosis_destroy(found);
+    lab_dataset_close(set);
+    return status;
+}
+
 /* with a compiler that writes a line; what is in an FMU is tested elsewhere */
 static stein_status call_fmu(uint64_t *result, stein_err *err)
 {
@@ -339,13 +408,14 @@ static stein_status call_import(uint64_t *result, stein_err *err)
 static const struct {
     const char *name;
     call *call;
-    int stride; /* every so many-th allocation fails, unless one call alone is asked for */
+    int by_place; /* not every allocation fails, but the first one of every so many-th place; of
+                     every place, if the call is asked for */
 } calls[] = {
-    {"create", call_create, 1},     {"read", call_read, 1},        {"problems", call_problems, 1},
-    {"generate", call_generate, 1}, {"open", call_open, 1},        {"strike", call_strike, 1},
-    {"drive", call_drive, 1},       {"vary", call_vary, 1},        {"merge", call_merge, 1},
-    {"data", call_data, 1},         {"fit", call_fit, 29},         {"fmu", call_fmu, 23},
-    {"import", call_import, 1},     {"sections", call_sections, 1}};
+    {"create", call_create, 0},     {"read", call_read, 0},     {"problems", call_problems, 0},
+    {"generate", call_generate, 0}, {"open", call_open, 0},     {"strike", call_strike, 0},
+    {"drive", call_drive, 0},       {"vary", call_vary, 0},     {"merge", call_merge, 0},
+    {"data", call_data, 0},         {"fit", call_fit, 3},       {"diagnose", call_diagnose, 20},
+    {"fmu", call_fmu, 2},           {"import", call_import, 0}, {"sections", call_sections, 0}};
 enum { CALLS = sizeof calls / sizeof *calls };
 
 static int wrong;
@@ -354,6 +424,8 @@ static void complain(const char *name, long at, const char *what)
 {
     printf("FAILED: %s, allocation %ld%s: %s\n", name, at,
            atomic_load(&for_good) ? " and all after it" : "", what);
+    fflush(stdout);
+    backtrace_symbols_fd(refused_frame, refused_depth, STDOUT_FILENO);
     wrong++;
 }
 
@@ -386,6 +458,24 @@ static int try_one(int i, long at, uint64_t expected)
     return atomic_load(&refused) > 0;
 }
 
+/* allocations to fail: the first ones of every so many-th place. @return how many */
+static int find_places(int i, int stride)
+{
+    stein_err err;
+    uint64_t result;
+    int n = 0;
+    memset(place, 0, sizeof place);
+    places = 0;
+    atomic_store(&asked, 0);
+    atomic_store(&noting, 1);
+    calls[i].call(&result, &err);
+    atomic_store(&noting, 0);
+    for (int k = 0; k < places; k += stride) {
+        first_at[n++] = first_at[k];
+    }
+    return n;
+}
+
 static void fail_all(int i, int stride)
 {
     stein_err err = {STEIN_OK, ""};
@@ -396,10 +486,14 @@ static void fail_all(int i, int stride)
         wrong++;
         return;
     }
+    int some = calls[i].by_place > 0 ? find_places(i, stride) : 0;
     long n = 0;
     for (int good = 0; good < 2; good++) {
         atomic_store(&for_good, good);
-        for (long at = 1; try_one(i, at, expected); at += stride) {
+        for (long k = 1; some > 0 ? k <= some : 1; k++) {
+            if (!try_one(i, some > 0 ? first_at[k - 1] : k, expected)) {
+                break;
+            }
             n++;
         }
     }
@@ -420,6 +514,34 @@ static void find_gsl(void)
         }
     }
     if (f != NULL) {
+        fclose(f);
+    }
+}
+
+/* air that brakes with the square of the speed */
+static void air(void *ctx, double t, const double *q, const double *qd, double *Q)
+{
+    (void)ctx, (void)t, (void)q;
+    Q[0] -= 2e-3 * fabs(qd[0]) * qd[0];
+}
+
+/* swings in it from three heights */
+static void make_swings(stein_sim *sim)
+{
+    stein_err err;
+    stein_on_force(sim, air, NULL);
+    for (int k = 0; k < 3; k++) {
+        double q = 0.5 + 0.2 * k, qd = 0.0;
+        snprintf(path_swing[k], sizeof path_swing[k], "%s/swing%d.csv", folder, k);
+        FILE *f = fopen(path_swing[k], "w");
+        fprintf(f, "# noise angle: 1e-4\n# set rod.initial.position: %.17g\ntime [s],angle [rad]\n",
+                q);
+        stein_set_state(sim, 0.0, &q, &qd, &err);
+        for (int i = 0; i < 120; i++) {
+            stein_run(sim, 0.02 * i, &err);
+            fprintf(f, "%.17g,%.17g\n", 0.02 * i,
+                    stein_q(sim)[0] + 1e-4 * ((i * 7919) % 13 - 6) / 3.7);
+        }
         fclose(f);
     }
 }
@@ -456,6 +578,7 @@ static void prepare(void)
         fprintf(f, "%.17g,%.17g\n", 0.02 * i, stein_q(sim)[0] + 1e-4 * ((i * 7919) % 13 - 6) / 6.0);
     }
     fclose(f);
+    make_swings(sim);
     stein_sim_destroy(sim);
     f = fopen(path_cc, "w");
     fprintf(f, "#!/bin/sh\n[ \"$1\" = -dumpmachine ] && echo x86_64-linux-gnu && exit\n"
@@ -468,12 +591,14 @@ int main(int argc, char **argv)
 {
     gsl_set_error_handler_off();
     setvbuf(stdout, NULL, _IOLBF, 0);
+    void *frame[FRAMES];
+    (void)backtrace(frame, FRAMES); // loads what it needs
     find_gsl();
     prepare();
     int all = argc > 1 && strcmp(argv[1], "all") == 0, chosen = 0;
     for (int i = 0; i < CALLS; i++) {
         if (argc < 2 || all || strcmp(argv[1], calls[i].name) == 0) {
-            fail_all(i, argc < 2 ? calls[i].stride : 1);
+            fail_all(i, argc < 2 ? calls[i].by_place : 1);
             chosen++;
         }
     }

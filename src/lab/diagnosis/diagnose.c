@@ -291,7 +291,11 @@ static stein_status conclude(diag *d, stein_err *err)
     diag__held before = {.x = NULL, .rmse = NAN};
     diag__found found;
     lab_diagnosis *o = d->out;
-    diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
+    stein_status status =
+        diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL, NULL, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
     progress(d, 0.8, "strokes that were held out");
     o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
     o->noise_floor = 1.0;
@@ -300,7 +304,7 @@ static stein_status conclude(diag *d, stein_err *err)
         diag__held_free(&before);
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    stein_status status = diag__several(d, &before, &found, err);
+    status = diag__several(d, &before, &found, err);
     int alone = 0; // the first search has found the only cause
     if (status == STEIN_OK) {
         o->gain.ratio = found.held.rmse / before.rmse;

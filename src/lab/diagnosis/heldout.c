@@ -285,7 +285,7 @@ static void sums(const fit__problem *p, const double *r, const char *const *phas
     }
 }
 
-static void interval(const double *before, const double *after, int n, lab_gain *g)
+static stein_status interval(const double *before, const double *after, int n, lab_gain *g)
 {
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     double *ratio = malloc(sizeof *ratio * DRAWS);
@@ -304,8 +304,12 @@ static void interval(const double *before, const double *after, int n, lab_gain 
         g->lo = ratio[(int)(0.025 * DRAWS)];
         g->hi = ratio[(int)(0.975 * DRAWS)];
     }
-    gsl_rng_free(rng);
+    stein_status status = rng != NULL && ratio != NULL ? STEIN_OK : STEIN_ENOMEM;
+    if (rng != NULL) {
+        gsl_rng_free(rng);
+    }
     free(ratio);
+    return status;
 }
 
 /* @return samples */
@@ -313,8 +317,8 @@ static int measure(const diag__held *before, const diag__held *after, const char
                    int channel, const char *want, lab_gain *g, stein_err *err, stein_status *status)
 {
     const fit__problem *p = &before->p;
-    double *b = malloc(sizeof *b * (size_t)(2 * p->nstroke + 1)), *a = b + p->nstroke;
-    double sb = 0.0, sa = 0.0, all = 0.0;
+    double *b = malloc(sizeof *b * (size_t)(2 * p->nstroke + 1));
+    double *a = b + (b != NULL ? p->nstroke : 0), sb = 0.0, sa = 0.0, all = 0.0;
     if (b == NULL) {
         *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
         return 0;
@@ -332,24 +336,25 @@ static int measure(const diag__held *before, const diag__held *after, const char
     g->rmse_after = all > 0.0 ? sqrt(sa / all) : NAN;
     g->ratio = sb > 0.0 ? sqrt(sa / sb) : NAN;
     g->lo = g->hi = NAN;
-    if (all > 0.0) {
-        interval(b, a, p->nstroke, g);
+    if (all > 0.0 && interval(b, a, p->nstroke, g) != STEIN_OK) {
+        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     free(b);
     return g->samples;
 }
 
-void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause)
+stein_status diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause,
+                         stein_err *err)
 {
     lab_gain g = {.ratio = NAN, .lo = NAN, .hi = NAN};
     stein_status status = STEIN_OK;
-    stein_err none;
     if (isfinite(without->rmse) && isfinite(with->rmse)) {
-        measure(without, with, NULL, -1, NULL, &g, &none, &status);
+        measure(without, with, NULL, -1, NULL, &g, err, &status);
     }
     cause->own_ratio = g.ratio;
     cause->own_lo = g.lo;
     cause->own_hi = g.hi;
+    return status;
 }
 
 stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag__held *after,

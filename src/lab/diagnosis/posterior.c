@@ -136,7 +136,9 @@ stein_status diag__widths(diag *d, stein_err *err)
         status = i <= RIVALS ? renew(d, s, err) : STEIN_OK;
         fit__problem *p = diag__problem(d, s);
         fit__problem_try(p, &s->s.candidate);
-        diag__likelihood(p, s->x, s->J, s->r, D, s->sd, NULL);
+        if (status == STEIN_OK) {
+            status = diag__likelihood(p, s->x, s->J, s->r, D, s->sd, NULL, NULL, err);
+        }
         fit__problem_try(p, NULL);
     }
     return status;

@@ -160,7 +160,10 @@ stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err 
         take_over(p, &e, &t);
         d->ended = e.ended;
         status = fit__sensitivities(p, d->x, d->r, d->J, &why);
-        d->null_objective = diag__likelihood(p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
+        if (status != STEIN_ENOMEM) {
+            status = diag__likelihood(p, d->x, d->J, d->r, d->null_D, d->sd, &d->null_objective,
+                                      NULL, &why);
+        }
         for (int i = 0; i < d->n; i++) {
             diag__suspect *s = &d->suspect[i];
             s->s.gain = s->s.refitted ? d->null_objective - s->objective : s->s.gain;

@@ -138,6 +138,10 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     }
     free(C);
     free(beta);
+    if (status != STEIN_OK) {
+        lab__mixed_free(m);
+        *m = (lab__mixed){.nf = 0};
+    }
     return status;
 }
 
@@ -166,12 +170,13 @@ static double unkept(lab__mixed *m, const fit__problem *p, const double *x, cons
     return fmax(0.0, here - lab__mixed_least(m, with, nwith, beta));
 }
 
-double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
-                        double *D, double *sd, double *promised)
+stein_status diag__likelihood(const fit__problem *p, const double *x, const double *J,
+                              const double *r, double *D, double *sd, double *objective,
+                              double *promised, stein_err *err)
 {
-    lab__mixed m;
+    lab__mixed m = {.nf = 0};
     int nwith = 0, with[FIT__NUMBERS], k[FIT__NUMBERS], memory = 1;
-    double *column[FIT__NUMBERS] = {NULL}, objective = INFINITY;
+    double *column[FIT__NUMBERS] = {NULL};
     for (int i = 0; p->amount >= 0 && i < FIT__NUMBERS; i++) {
         if (!p->unknown[p->amount + i].idle) {
             with[nwith] = nwith;
@@ -179,33 +184,36 @@ double diag__likelihood(const fit__problem *p, const double *x, const double *J,
             memory &= (column[nwith++] = diag__column(p, J, p->amount + i)) != NULL;
         }
     }
-    if (memory &&
-        diag__mixed_at(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK) {
-        int n = m.nf + nwith;
-        double *beta = malloc(sizeof *beta * (size_t)(n + n * n + 1));
-        double *all = beta + (beta != NULL ? n : 0);
-        if (beta != NULL) {
-            double more = unkept(&m, p, x, r, with, nwith, beta);
-            objective = more + lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, all);
-            memcpy(D, m.D, sizeof m.D);
-            if (promised != NULL) {
-                *promised = objective - more;
-            }
+    memory = memory &&
+             diag__mixed_at(&m, p, x, J, r, (const double *const *)column, nwith, NULL) == STEIN_OK;
+    int n = m.nf + nwith;
+    double *beta = memory ? malloc(sizeof *beta * (size_t)(n + n * n + 1)) : NULL;
+    int *list = memory ? malloc(sizeof *list * (size_t)(p->np + 1)) : NULL;
+    memory = beta != NULL && list != NULL;
+    if (memory) {
+        const double *all = beta + n;
+        double more = unkept(&m, p, x, r, with, nwith, beta);
+        double found = more + lab__mixed_scatter(&m, with, nwith, ROUNDS, beta, beta + n);
+        memcpy(D, m.D, sizeof m.D);
+        if (objective != NULL) {
+            *objective = found;
         }
-        int *list = malloc(sizeof *list * (size_t)(p->np + 1));
-        int nf = list != NULL ? free_ones(p, list) : 0;
+        if (promised != NULL) {
+            *promised = found - more;
+        }
+        int nf = free_ones(p, list);
         memset(sd, 0, sizeof *sd * (size_t)p->np);
-        for (int i = 0; beta != NULL && i < nf + nwith; i++) {
+        for (int i = 0; i < nf + nwith; i++) {
             sd[i < nf ? list[i] : k[i - nf]] = sqrt(fmax(0.0, all[i * n + i]));
         }
-        free(list);
-        free(beta);
-        lab__mixed_free(&m);
     }
+    free(list);
+    free(beta);
+    lab__mixed_free(&m);
     for (int i = 0; i < nwith; i++) {
         free(column[i]);
     }
-    return objective;
+    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
 }
 
 /* unknowns x [nu] at the linear minimum beta, with a candidate whose amount is the last of it or
@@ -358,7 +366,10 @@ stein_status diag__rank(diag *d, stein_err *err)
     lab__mixed_free(&m);
     free(column);
     free(index);
-    d->null_objective = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL);
+    if (status == STEIN_OK) {
+        status = diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, &d->null_objective,
+                                  NULL, err);
+    }
     qsort(d->suspect, (size_t)d->n, sizeof *d->suspect, by_score);
     for (int i = 0; i < d->n; i++) {
         d->suspect[i].promising = d->suspect[i].s.score > promising * d->suspect[0].s.score;

@@ -94,7 +94,10 @@ stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *er
     stein_status status = fit__descend(p, &e, !s->unknown_J, enough, renewals, err);
     s->unknown_J = 0;
     if (status == STEIN_OK) {
-        s->objective = diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd, &s->promised);
+        status =
+            diag__likelihood(p, s->x, s->J, s->r, s->D, s->sd, &s->objective, &s->promised, err);
+    }
+    if (status == STEIN_OK) {
         s->ended = e.ended && renewals > 0; // derivatives of elsewhere do not tell the end
         s->s.refitted = 1;
         s->s.gain = d->null_objective - s->objective;

@@ -157,9 +157,11 @@ stein_status diag__rank(diag *d, stein_err *err);
  *  Laplace has it, with the sum of squares that is reached, not what derivatives promise beyond.
  *  @param D   variances of scatter, out
  *  @param sd  [np] standard deviations of the free unknowns in x, out
- *  @param promised  out: what derivatives promise; NULL: not wanted */
-double diag__likelihood(const fit__problem *p, const double *x, const double *J, const double *r,
-                        double *D, double *sd, double *promised);
+ *  @param objective, promised  out: it, and what derivatives promise; NULL: not wanted
+ *  @return OK, ENOMEM */
+stein_status diag__likelihood(const fit__problem *p, const double *x, const double *J,
+                              const double *r, double *D, double *sd, double *objective,
+                              double *promised, stein_err *err);
 /** Scores of all suspects in the place of the leader, at its end: swap and start.
  *  diag__changes was called there. */
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err);
@@ -276,8 +278,10 @@ void diag__held_free(diag__held *h);
  *  @return OK, ENOMEM, a numerical failure */
 stein_status diag__fit_strokes(diag *d, const fit__problem *p, const unsigned char *marked,
                                double middle, fit__end *e, stein_err *err);
-/** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes. */
-void diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause);
+/** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes.
+ *  @return OK, ENOMEM */
+stein_status diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause,
+                         stein_err *err);
 /** gain and gains of a diagnosis. @param phase  of all held-out frames */
 stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag__held *after,
                         const char *const *phase, stein_err *err);

@@ -136,9 +136,9 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     status =
         status == STEIN_OK ? fit__sensitivities(&next->p, next->x, next->r, next->J, err) : status;
     if (status == STEIN_OK) {
+        status = diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd,
+                                  &next->null_objective, NULL, err);
         next->ended = e.ended;
-        next->null_objective =
-            diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd, NULL);
         first->out->fits++;
     }
     *out = next;
@@ -244,11 +244,11 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
         diag__held held = {.rmse = NAN, .deviance = NAN};
         stein_err why = {STEIN_OK, ""};
         stein_status tried = leave_out(f, first, i, &without, &held, &why);
+        if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
+            tried = diag__ratio(&held, &f->held, &f->cause[i], &why);
+        }
         if (tried == STEIN_ENOMEM) {
             *status = lab__fail(err, tried, "out of memory");
-        }
-        if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
-            diag__ratio(&held, &f->held, &f->cause[i]);
         }
         int goes = tried == STEIN_OK && is_needless(f, i, without, &held);
         diag__held_free(&held);

@@ -25,20 +25,21 @@ static stein_status tell(diag *d, char *line, stein_err *err)
     return diag__add_finding(d, line, err);
 }
 
-/* predictions of a stroke with the file's numbers. @return 0, -1: it cannot be simulated */
-static int predict(const diag *d, int stroke, int plain, double *y)
+/* predictions of a stroke with the file's numbers. @return OK, ENOMEM; else it cannot be simulated
+ */
+static stein_status predict(const diag *d, int stroke, int plain, double *y)
 {
     fit__problem p = d->p;
     fit__bench b;
     p.plain = plain;
     double *x = calloc((size_t)p.nu + 1, sizeof *x);
-    int ok = x != NULL && fit__bench_make(&b, &p, NULL) == STEIN_OK;
-    if (ok) {
-        ok = fit__simulate(&p, &b, stroke, x, y, NULL) == STEIN_OK;
-        fit__bench_free(&b);
+    stein_status status = fit__bench_make(&b, &p, NULL);
+    if (status == STEIN_OK) {
+        status = x != NULL ? fit__simulate(&p, &b, stroke, x, y, NULL) : STEIN_ENOMEM;
     }
+    fit__bench_free(&b);
     free(x);
-    return ok ? 0 : -1;
+    return status;
 }
 
 /* the channel that the step spoils most. @return RMS [noise] */
@@ -68,12 +69,16 @@ stein_status diag__check_step(diag *d, stein_err *err)
     if (y == NULL) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
-    int fine = predict(d, stroke, 0, y), plain = fine == 0 ? predict(d, stroke, 1, y + size) : 0;
-    if (fine == 0 && plain == 0) {
+    stein_status fine = predict(d, stroke, 0, y);
+    stein_status plain = fine == STEIN_OK ? predict(d, stroke, 1, y + size) : STEIN_OK;
+    if (fine == STEIN_OK && plain == STEIN_OK) {
         off = worst(t, y, y + size, &channel);
     }
     free(y);
-    if (plain != 0) {
+    if (fine == STEIN_ENOMEM || plain == STEIN_ENOMEM) {
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    }
+    if (plain != STEIN_OK) {
         return tell(d,
                     lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
                               "is too coarse; the diagnosis takes finer ones",

@@ -85,11 +85,12 @@ stein_status fit__row_begin(fit__row *r, fit__jobs *jobs, int job, stein_err *er
     fit__seat *s = &r->seat[i];
     r->over = NULL;
     if (!s->made) {
-        s->made = 1;
         stein_status made = fit__bench_make(&s->bench, r->p, err);
         if (made != STEIN_OK) {
+            fit__bench_free(&s->bench);
             return made;
         }
+        s->made = 1;
     }
     s->jobs = jobs;
     s->job = job;
