@@ -8,10 +8,10 @@ set -u
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
 B=build-fuzz
-if [ -z "${ONE:-}" ]; then
+if [ -z "${FUZZ_ONE:-}" ]; then
     rm -f "$B"/*.count
     # shellcheck disable=SC2046,SC2048,SC2086
-    printf '%s\n' ${*:-$(ls tests/fuzz/corpus)} | xargs -P "$(nproc)" -n 1 env ONE=1 sh "$0" "$seconds"
+    printf '%s\n' ${*:-$(ls tests/fuzz/corpus)} | xargs -P "$(nproc)" -n 1 env FUZZ_ONE=1 sh "$0" "$seconds"
     failed=$?
     if [ -n "${RECORD:-}" ]; then
         [ -e "$RECORD" ] || echo "target,inputs,failures" >"$RECORD"

@@ -55,14 +55,6 @@ static void finish(stein_sim *sim, double t1, stein_pace *pace)
     sim->fresh = fresh == FRESH ? FRESH : KNOWN;
 }
 
-/* `fresh` is about the end of the trial step, while there is one */
-static stein_status attempt(stein_sim *sim, double h, stein_err *err)
-{
-    stein_status status = stein__try(sim, h, err);
-    sim->fresh = status == STEIN_OK ? FRESH : STALE;
-    return status;
-}
-
 static int is_crossed_at(stein_sim *sim, double h, double theta)
 {
     sim->fresh = STALE;
@@ -152,10 +144,10 @@ stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stei
     double left = p->t_end - sim->head->t;
     p->t = sim->head->t;
     p->wanted = fmin(pace->h, pace->longest);
-    p->last = p->wanted >= left * (1.0 - 1e-9);
-    p->whole = p->last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
+    int last = p->wanted >= left * (1.0 - 1e-9);
+    p->whole = last ? left : fmin(p->wanted, 0.5 * left); // no crumb before t_end
     p->h = p->whole;
-    p->to = p->last ? p->t_end : p->t + p->h;
+    p->to = last ? p->t_end : p->t + p->h;
     p->middle = p->h > 0.5 * pace->longest;
     return STEIN_OK;
 }
@@ -164,7 +156,8 @@ stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pace
                              stein_err *err)
 {
     static const stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH};
-    stein_status status = attempt(sim, p->h, err);
+    stein_status status = stein__try(sim, p->h, err);
+    sim->fresh = status == STEIN_OK ? FRESH : STALE; // about the end of the trial step
     if (!p->repeated) {
         p->grade =
             status == STEIN_OK ? stein__graded(sim, p->h, pace->tolerance, p->log_last) : failed;

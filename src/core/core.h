@@ -417,7 +417,6 @@ typedef struct stein__pacer {
     double log_last, growth, left_over; /* of the control; trials that may still be made */
     int spot;                           /* events without a step between them */
     double t, wanted, h, to;            /* of the trial that is next: begin, length, end */
-    int last;                           /* it ends at t_end */
     int repeated;                       /* it is one that passed, up to its first event */
     double whole;                       /* its length before */
     stein__grade grade;                 /* of the trial */

@@ -14,6 +14,7 @@
 #include <errno.h>
 #include <execinfo.h>
 #include <gsl/gsl_errno.h>
+#include <limits.h>
 #include <math.h>
 #include <stdatomic.h>
 #include <stdint.h>
@@ -43,6 +44,14 @@ static uintptr_t gsl_from, gsl_to; /* where the code of GSL is */
 
 /* ---- places: the first allocation of each ---- */
 
+static uint64_t hash_bytes(uint64_t hash, const char *at, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ (unsigned char)at[i]) * 1099511628211u;
+    }
+    return hash;
+}
+
 enum { FRAMES = 7, BELOW = 3, PLACES = 1 << 14 }; /* of these frames three are here */
 static uint64_t place[PLACES];                    /* hashed; 0: nobody there */
 static long first_at[PLACES];
@@ -54,10 +63,8 @@ static void note_place(long n)
     void *frame[FRAMES];
     atomic_store(&noting, 0); // what looks at the stack may ask for memory
     int depth = backtrace(frame, FRAMES);
-    uint64_t hash = 14695981039346656037u;
-    for (int i = BELOW; i < depth; i++) {
-        hash = (hash ^ (uint64_t)(uintptr_t)frame[i]) * 1099511628211u;
-    }
+    size_t known = depth > BELOW ? (size_t)(depth - BELOW) : 0;
+    uint64_t hash = hash_bytes(STEIN_HASH, (const char *)(frame + BELOW), known * sizeof *frame);
     size_t at = hash % PLACES;
     while (place[at] != 0 && place[at] != hash) {
         at = (at + 1) % PLACES;
@@ -66,6 +73,7 @@ static void note_place(long n)
         place[at] = hash;
         first_at[places++] = n;
     }
+    atomic_store(&asked, n); // nor is it counted
     atomic_store(&noting, 1);
 }
 
@@ -127,20 +135,13 @@ static char path_csv[64], path_out[64], path_journal[64], path_yaml[64], path_cc
     path_drive[64], path_swing[3][64];
 static const lab_model *action, *pendulum; /* opened once, must not change */
 
-static uint64_t hash_bytes(uint64_t hash, const char *at, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        hash = (hash ^ (unsigned char)at[i]) * 1099511628211u;
-    }
-    return hash;
-}
-
 /* of a file, without memory */
 static uint64_t hash_file(const char *path)
 {
     char part[4096];
     uint64_t hash = STEIN_HASH;
     atomic_store(&fail_at, 0); // the call is over
+    atomic_store(&noting, 0);
     FILE *f = fopen(path, "rb");
     for (size_t n; f != NULL && (n = fread(part, 1, sizeof part, f)) > 0;) {
         hash = hash_bytes(hash, part, n);
@@ -486,15 +487,19 @@ static void fail_all(int i, int stride)
         wrong++;
         return;
     }
-    int some = calls[i].by_place > 0 ? find_places(i, stride) : 0;
-    long n = 0;
+    int by_place = calls[i].by_place > 0;
+    long n = 0, some = by_place ? find_places(i, stride) : LONG_MAX;
     for (int good = 0; good < 2; good++) {
         atomic_store(&for_good, good);
-        for (long k = 1; some > 0 ? k <= some : 1; k++) {
-            if (!try_one(i, some > 0 ? first_at[k - 1] : k, expected)) {
+        for (long k = 0; k < some; k++) {
+            long at = by_place ? first_at[k] : k + 1;
+            if (try_one(i, at, expected)) {
+                n++;
+            } else if (by_place) {
+                complain(calls[i].name, at, "nobody asks for it any more");
+            } else {
                 break;
             }
-            n++;
         }
     }
     printf("faults: %-9s %5ld allocations failed\n", calls[i].name, n);

@@ -120,8 +120,7 @@ typedef struct singles {
     const double *D;       /* variances of scatter in those of the prior */
     const fit__problem *p; /* of all strokes; x and r are of all of them, in and out */
     double *x, *r;
-    double
-        middle; /* chi2 per sample of others; starts are tried until none is a stray among them */
+    double middle;      /* chi2 per sample of others: strays among them are begun anew */
     double *deviance;   /* [nstroke] out; NULL: not wanted */
     int *stroke, *fits; /* [n] which they are, and how many fits each took */
 } singles;
