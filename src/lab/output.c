@@ -308,14 +308,14 @@ stein_status lab__folder(const char *path, stein_err *err)
 stein_status lab__read_file(const char *path, char **text, size_t *size, stein_err *err)
 {
     FILE *f = fopen(path, "rb");
+    if (f == NULL) {
+        return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
+    }
     size_t n = 0, room = 1 << 16;
     char *t = malloc(room);
-    if (f == NULL || t == NULL) {
-        if (f != NULL) {
-            fclose(f);
-        }
-        free(t);
-        return lab__fail(err, f == NULL ? STEIN_EIO : STEIN_ENOMEM, "%s cannot be read", path);
+    if (t == NULL) {
+        fclose(f);
+        return lab__fail(err, STEIN_ENOMEM, "out of memory");
     }
     for (size_t got; (got = fread(t + n, 1, room - n - 1, f)) > 0;) {
         n += got;
@@ -329,12 +329,17 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
             t = more;
         }
     }
-    int bad = ferror(f);
+    if (ferror(f)) { // a folder, say
+        lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
+        fclose(f);
+        free(t);
+        return STEIN_EIO;
+    }
     fclose(f);
     t[n] = '\0';
     *text = t;
     *size = n;
-    return bad ? lab__fail(err, STEIN_EIO, "%s cannot be read", path) : STEIN_OK;
+    return STEIN_OK;
 }
 
 stein_status lab__write_lines(const char *path, const char *const *lines, stein_err *err)

@@ -46,14 +46,14 @@ typedef struct angles {
     double height; /* to regulate to [m] */
 } angles;
 
-static void look(void *ctx, stein_sim *sim, int i)
+static stein_status look(void *ctx, stein_sim *sim, int i)
 {
     angles *w = ctx;
     double *row = study_row(w->t, i), dx = NAN;
     row[ANGLE] = degree * (from + (to - from) * i / (ANGLES - 1));
     stein_set(sim, "pawl.notch_angle", row[ANGLE], NULL);
     if (!study_level(w->s, sim, "pawl.stop_shift", -0.4e-3, 0.1e-3, w->height, &dx)) {
-        return;
+        return STEIN_OK;
     }
     row[DX] = dx;
     stein_set(sim, "pawl.stop_shift", dx, NULL);
@@ -69,6 +69,7 @@ static void look(void *ctx, stein_sim *sim, int i)
     row[REARM] = shot.rearm_time;
     row[MARGIN] = shot.rearm_margin;
     row[FORCE] = shot.stroke.peak_string_force;
+    return shot.status;
     row[SPEED] = shot.stroke.impact_speed;
     play = (study_play){STUDY_STEADY, slow, 1.0, slow, NAN};
     study_shoot(w->s, sim, &play, NULL, &shot);

@@ -4,7 +4,6 @@
  * The pictures are the SVG files of the folder, put inline. gnuplot gives the same ids to things in
  * every picture; here they get the picture's number, so that they stay apart in one document.
  */
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,35 +38,6 @@ static void escaped(FILE *f, const char *text)
         default: putc(*text, f);
         }
     }
-}
-
-static char *whole_file(const char *path, stein_err *err)
-{
-    FILE *in = fopen(path, "rb");
-    char *text = NULL;
-    size_t n = 0, room = 0;
-    while (in != NULL && !feof(in) && !ferror(in)) {
-        if (room - n < 65536) {
-            char *more = realloc(text, room + 131072);
-            if (more == NULL) {
-                break;
-            }
-            text = more;
-            room += 131072;
-        }
-        n += fread(text + n, 1, room - n - 1, in);
-        text[n] = '\0';
-    }
-    int bad = in == NULL || ferror(in) || text == NULL;
-    if (in != NULL) {
-        fclose(in);
-    }
-    if (bad) {
-        free(text);
-        lab__fail(err, STEIN_EIO, "%s cannot be read: %s", path, strerror(errno));
-        return NULL;
-    }
-    return text;
 }
 
 /* the SVG element with its own ids: gnuplot's begin with gp or gnuplot */
@@ -111,10 +81,13 @@ static stein_status write_charts(FILE *f, const study_part *part, const char *fo
 {
     for (int i = 0; i < part->nchart; i++) {
         char *path = lab__text("%s/%s.svg", folder, part->chart[i].name);
-        char *text = path != NULL ? whole_file(path, err) : NULL;
+        char *text = NULL;
+        size_t size = 0;
+        stein_status status = path != NULL ? lab__read_file(path, &text, &size, err)
+                                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
         free(path);
-        if (text == NULL) {
-            return err != NULL && err->code != STEIN_OK ? err->code : STEIN_ENOMEM;
+        if (status != STEIN_OK) {
+            return status;
         }
         fprintf(f, "<figure id=\"%s\">\n", part->chart[i].name);
         inline_svg(f, text, ++*number);

@@ -34,13 +34,14 @@ typedef struct stills {
     study_still *still;
 } stills;
 
-static void press(void *ctx, stein_sim *sim, int i)
+static stein_status press(void *ctx, stein_sim *sim, int i)
 {
     stills *w = ctx;
     w->still[i] = (study_still){.status = STEIN_EINVAL, .height = NAN};
     if (stein_set(sim, "pawl.stop_shift", w->s->point[i].dx, NULL) == STEIN_OK) {
         study_press_slowly(w->s, sim, &w->still[i]);
     }
+    return w->still[i].status;
 }
 
 static stein_status fill(const study *s, study_part *part, study_still *still, stein_err *err)

@@ -104,7 +104,8 @@ void study_say(study_part *part, const char *format, ...)
     size_t have = *of == NULL ? 0 : strlen(*of);
     char *text = n < 0 ? NULL : realloc(*of, have + (size_t)n + 2);
     if (text == NULL) {
-        return; // a sentence less
+        part->lost = 1;
+        return;
     }
     if (have > 0) {
         text[have++] = ' ';

@@ -51,10 +51,9 @@ static stein_status make_sim(void *ctx, void **sim, stein_err *err)
 static stein_status work(void *ctx, void *sim, int i, stein_err *err)
 {
     const crew *c = ctx;
-    (void)err;
     stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
-    c->job(c->ctx, sim, i);
-    return STEIN_OK;
+    return c->job(c->ctx, sim, i) == STEIN_ENOMEM ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                                                  : STEIN_OK;
 }
 
 static void drop_sim(void *sim)

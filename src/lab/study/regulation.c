@@ -37,14 +37,14 @@ static double value_of(const study *s, int way)
 
 /* step away from the reference until the height is passed, then bisect; where the action fails
  * before, the last value that worked */
-static void find_end(void *ctx, stein_sim *sim, int i)
+static stein_status find_end(void *ctx, stein_sim *sim, int i)
 {
     ways *w = ctx;
     int way = i / 2, side = i % 2;
     double start = value_of(w->s, way), wanted = side == 0 ? lowest : highest;
     w->end[way][side] = NAN;
     if (isnan(start)) {
-        return;
+        return STEIN_OK;
     }
     double step = way == 0 ? 0.05e-3 : 0.05 * fabs(start), here = start;
     double h0 = study_height(w->s, sim),
@@ -71,9 +71,10 @@ static void find_end(void *ctx, stein_sim *sim, int i)
     if (isfinite(h) && (h > wanted) != (h0 > wanted)) {
         study_level(w->s, sim, name[way], here - sign * step, here, wanted, &w->end[way][side]);
     }
+    return STEIN_OK;
 }
 
-static void measure(void *ctx, stein_sim *sim, int i)
+static stein_status measure(void *ctx, stein_sim *sim, int i)
 {
     ways *w = ctx;
     int way = i / POINTS, k = i % POINTS;
@@ -89,11 +90,11 @@ static void measure(void *ctx, stein_sim *sim, int i)
         row[VALUE] = NAN;
     }
     if (!isfinite(row[VALUE]) || stein_set(sim, name[way], row[VALUE], NULL) != STEIN_OK) {
-        return;
+        return STEIN_OK;
     }
     study_shoot(w->s, sim, &play, NULL, &shot);
     if (shot.status != STEIN_OK || shot.stroke.outcome != LAB_STRUCK) {
-        return;
+        return shot.status;
     }
     row[HEIGHT] = shot.stroke.escape_height;
     row[FORCE] = shot.stroke.peak_string_force;
@@ -102,6 +103,7 @@ static void measure(void *ctx, stein_sim *sim, int i)
     row[FINGER] = shot.key_force;
     row[REARM] = shot.rearm_time;
     row[MARGIN] = shot.rearm_margin;
+    return STEIN_OK;
 }
 
 /* column y at a height, between the rows around it */

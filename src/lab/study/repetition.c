@@ -185,12 +185,12 @@ static double way(const study *s)
     return fabs(s->arm * (s->key_down - s->key_rest));
 }
 
-static void look(void *ctx, stein_sim *sim, int i)
+static stein_status look(void *ctx, stein_sim *sim, int i)
 {
     limits *w = ctx;
     if (i == 2 * TOUCHES) {
         w->needed = study_return_needed(w->s, sim, calm, medium, &w->too_little);
-        return;
+        return STEIN_OK;
     }
     int pushes = i % 2;
     double *row = study_row(w->t, i / 2), fails = NAN;
@@ -204,6 +204,7 @@ static void look(void *ctx, stein_sim *sim, int i)
         row[DOWN] = how.down;
         row[SPEED] = way(w->s) / how.down;
     }
+    return STEIN_OK;
 }
 
 static const double *quickest(const study_table *t, int column)

@@ -235,7 +235,7 @@ static void judge_rearming(const trace *r, double release, study_shot *shot)
 void study_shoot(const study *s, stein_sim *sim, const study_play *play, const study_watch *watch,
                  study_shot *shot)
 {
-    trace r;
+    trace r = {0};
     study_key key = {s, play->touch, play->travel, play->depth};
     const char *input = s->input >= 0 ? lab_equations(s->model)->inputs[s->input].name : NULL;
     int driven = play->touch != STUDY_LOAD;
@@ -248,6 +248,7 @@ void study_shoot(const study *s, stein_sim *sim, const study_play *play, const s
                          .rearm_margin = NAN};
     shot->status = driven && input == NULL ? STEIN_ENAME : begin(&r, s, sim, play->touch);
     if (shot->status != STEIN_OK) {
+        end(&r);
         return;
     }
     r.watch = watch;

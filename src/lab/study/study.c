@@ -42,7 +42,7 @@ void study_report_free(study_report *report)
 static stein_status write_part(const study *s, const study_part *part, const char *folder,
                                stein_err *err)
 {
-    stein_status status = STEIN_OK;
+    stein_status status = part->lost ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < part->ntable; i++) {
         if (part->table[i].name[0] == '\0') {
             continue;

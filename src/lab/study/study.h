@@ -61,8 +61,10 @@ typedef struct study {
 } study;
 
 /** Job i of n on a simulation whose parameters are those of the file; all jobs of a part see their
- *  own simulation and write their own results, so these do not depend on the number of threads. */
-typedef void study_job_fn(void *ctx, stein_sim *sim, int i);
+ *  own simulation and write their own results, so these do not depend on the number of threads.
+ *  @return how its last stroke ended: without memory the study is over, any other failure is one of
+ *  the results */
+typedef stein_status study_job_fn(void *ctx, stein_sim *sim, int i);
 /** Run jobs 0..n-1. @return OK, ENOMEM or what stein_sim_create returns */
 stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
                         stein_err *err);
@@ -226,6 +228,7 @@ typedef struct study_part {
     study_chart chart[STUDY_CHARTS];
     int nchart;
     char *text; /* HTML, sentences ahead of the pictures */
+    int lost;   /* there was no memory for a sentence: study_write refuses */
 } study_part;
 
 /** A new table; its cells are NAN. NULL without memory. */

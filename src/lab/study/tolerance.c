@@ -124,7 +124,7 @@ typedef struct drawing {
     double scale, *height;
 } drawing;
 
-static void draw_one(void *ctx, stein_sim *sim, int i)
+static stein_status draw_one(void *ctx, stein_sim *sim, int i)
 {
     drawing *w = ctx;
     const stein_model *m = lab_equations(w->s->model);
@@ -143,6 +143,7 @@ static void draw_one(void *ctx, stein_sim *sim, int i)
         }
     }
     w->height[i] = possible ? study_height(w->s, sim) : NAN;
+    return STEIN_OK;
 }
 
 static stein_status monte_carlo(const study *s, const scatter *of, int sources, double scale,

@@ -82,7 +82,7 @@ static void note(double *row, const study_shot *shot)
     }
 }
 
-static void fall(void *ctx, stein_sim *sim, int i)
+static stein_status fall(void *ctx, stein_sim *sim, int i)
 {
     touches *w = ctx;
     double *row = study_row(w->t[0], i);
@@ -94,6 +94,7 @@ static void fall(void *ctx, stein_sim *sim, int i)
     study_shoot(w->s, sim, &play, NULL, &shot);
     note(row, &shot);
     row[KEY_SPEED] = w->s->input >= 0 ? way(w->s) / shot.stroke.impact_time : NAN;
+    return shot.status;
 }
 
 static void play_key(const touches *w, stein_sim *sim, study_touch touch, double travel,
@@ -103,7 +104,7 @@ static void play_key(const touches *w, stein_sim *sim, study_touch touch, double
     study_shoot(w->s, sim, &play, NULL, shot);
 }
 
-static void press(void *ctx, stein_sim *sim, int i)
+static stein_status press(void *ctx, stein_sim *sim, int i)
 {
     touches *w = ctx;
     int kind = i / SPEEDS, k = i % SPEEDS;
@@ -113,10 +114,11 @@ static void press(void *ctx, stein_sim *sim, int i)
     row[KEY_SPEED] = way(w->s) / row[INPUT];
     play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, row[INPUT], &shot);
     note(row, &shot);
+    return shot.status;
 }
 
 /* the softest stroke that still reaches the string */
-static void soften(void *ctx, stein_sim *sim, int kind)
+static stein_status soften(void *ctx, stein_sim *sim, int kind)
 {
     touches *w = ctx;
     const study_table *t = w->t[1 + kind];
@@ -127,13 +129,16 @@ static void soften(void *ctx, stein_sim *sim, int kind)
     }
     w->softest[kind] = NAN;
     if (first == SPEEDS) {
-        return;
+        return STEIN_OK;
     }
     double good = study_row(t, first)[INPUT],
            bad = first > 0 ? study_row(t, first - 1)[INPUT] : NAN;
     for (int n = 0; n < HALVINGS && isfinite(bad); n++) {
         double middle = 0.5 * (good + bad);
         play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, middle, &shot);
+        if (shot.status == STEIN_ENOMEM) {
+            return shot.status;
+        }
         if (reaches(&shot)) {
             good = middle;
         } else {
@@ -141,6 +146,7 @@ static void soften(void *ctx, stein_sim *sim, int kind)
         }
     }
     w->softest[kind] = way(w->s) / good;
+    return STEIN_OK;
 }
 
 static void draw(const touches *w, study_part *part)
