@@ -315,7 +315,7 @@ $(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(XML_LIBS) -lm -ldl -pthread
 # every allocation made to fail
-$(B)/faults: $(call obj,tests/faults/main.c) $(B)/libsteinlab.a $(B)/libstein.a
+$(B)/faults: $(call obj,$(wildcard tests/faults/*.c)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # fuzz targets, named as the folders of their kept files: with libFuzzer (VARIANT=fuzz, clang), and as
@@ -448,7 +448,7 @@ clean:  ## remove everything that was built
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.c tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.[ch] tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source
