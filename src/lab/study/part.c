@@ -53,6 +53,15 @@ double *study_row(const study_table *t, int row)
     return t->cell + (size_t)row * (size_t)t->ncolumn;
 }
 
+int study_is_labelled(const study_table *t)
+{
+    int labelled = t->label != NULL;
+    for (int i = 0; labelled && i < t->nrow; i++) {
+        labelled = t->label[i] != NULL;
+    }
+    return labelled;
+}
+
 study_chart *study_chart_new(study_part *part, const char *name, int width, int height, int columns)
 {
     study_chart *c = &part->chart[part->nchart < STUDY_CHARTS ? part->nchart++ : STUDY_CHARTS - 1];

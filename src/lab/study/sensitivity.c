@@ -230,7 +230,7 @@ static int fill(const study *s, study_table *t, const study_slope *slope, const 
         row[STEP] = k->step;
         row[AGREES] = k->agrees;
     }
-    return t->label != NULL;
+    return study_is_labelled(t);
 }
 
 static void draw(study_part *part, const study_table *top)

@@ -237,6 +237,8 @@ study_table *study_table_new(study_part *part, const char *name, int nrow, const
 int study_table_copy(study_part *part, const char *name, const study_table *from, const int *column,
                      int n);
 double *study_row(const study_table *t, int row);
+/** Has every row the text of a first column? */
+int study_is_labelled(const study_table *t);
 /** A new picture; panels and curves are added to it. */
 study_chart *study_chart_new(study_part *part, const char *name, int width, int height,
                              int columns);

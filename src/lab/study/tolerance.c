@@ -227,7 +227,7 @@ static int fill_sources(const study *s, const scatter *of, int sources, double t
         t->label[k] = NULL;
     }
     t->nrow = shown;
-    return t->label != NULL;
+    return study_is_labelled(t);
 }
 
 static int moments(const double *height, int n, double *mean, double *deviation)
@@ -267,7 +267,7 @@ static int fill_groups(const double variance[GROUPS], double total, study_table 
         study_row(t, i)[0] = sqrt(variance[order[i]]);
         study_row(t, i)[1] = variance[order[i]] / total;
     }
-    return t->label != NULL;
+    return study_is_labelled(t);
 }
 
 static void fill_bins(const double *height, int n, double mean, double deviation, study_table *t)
