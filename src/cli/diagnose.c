@@ -434,8 +434,7 @@ static int write_results(const job *j)
         path[i] = lab__text("%s/%s", j->folder, name[i]);
         named += path[i] != NULL;
     }
-    int code = named == FILES ? write_files(j, path)
-                              : cli_failed(lab__fail(&err, STEIN_ENOMEM, "out of memory"), &err);
+    int code = named == FILES ? write_files(j, path) : cli_failed(lab__no_memory(&err), &err);
     for (int i = 0; i < FILES; i++) {
         free(path[i]);
     }
@@ -495,7 +494,7 @@ static int run(const cli_args *args)
     stein_err err = {STEIN_OK, ""};
     int code = j.file != NULL && j.held_out != NULL && j.text != NULL
                    ? read_options(&j)
-                   : cli_failed(lab__fail(&err, STEIN_ENOMEM, "out of memory"), &err);
+                   : cli_failed(lab__no_memory(&err), &err);
     if (code == CLI_OK) {
         stein_status status = cli_open(&j.model, args, &err);
         code = status == STEIN_OK ? run_job(&j) : cli_failed(status, &err);

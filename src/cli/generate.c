@@ -24,8 +24,7 @@ static stein_status generate(const cli_args *args, mechanism *m, const char *fol
         return status;
     }
     char *path = lab__text("%s/%s.c", folder, m->name);
-    status =
-        path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory") : lab__folder(folder, err);
+    status = path == NULL ? lab__no_memory(err) : lab__folder(folder, err);
     if (status == STEIN_OK) {
         status = write_source(path, &g, err);
     }

@@ -112,7 +112,7 @@ static stein_status write_files(job *j, stein_err *err)
     stein_status status = lab__folder(j->folder, err);
     for (int i = 0; status == STEIN_OK && i < FILES; i++) {
         j->path[i] = lab__text("%s/%s", j->folder, name[i]);
-        status = j->path[i] != NULL ? status : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = j->path[i] != NULL ? status : lab__no_memory(err);
     }
     for (int i = STROKE; status == STEIN_OK && best_is_usable(j->plan) && i <= RIVAL; i++) {
         status = lab_plan_stroke(j->path[i], best, i == STROKE ? 0 : best->against, model, j->model,

@@ -182,7 +182,7 @@ static stein_status write_table(const job *j, const char *path, stein_err *err)
 {
     char **note = make_notes(j);
     if (note == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = lab_write(path, j->format, j->table, (const char *const *)note, err);
     for (int i = 0; note[i] != NULL; i++) {

@@ -66,7 +66,7 @@ static stein_status simulate(inquiry *s, int threads, stein_err *err)
     s->npoint = lab_study_grid(NULL, 0);
     s->point = calloc((size_t)s->npoint, sizeof *s->point);
     if (s->point == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     lab_study_grid(s->point, s->npoint);
     cli_progress_begin(&s->progress, "strokes over dx");
@@ -148,8 +148,7 @@ static stein_status check_place(const char *folder, int pictures, stein_err *err
     stein_status status = lab__folder(folder, err);
     char *path = lab__text("%s/%s", folder, files[FILES - 1].name);
     if (status == STEIN_OK) {
-        status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                              : lab__file_open(&file, path, err);
+        status = path == NULL ? lab__no_memory(err) : lab__file_open(&file, path, err);
     }
     if (status == STEIN_OK) {
         status = lab__file_close(&file, 0, err);
@@ -171,8 +170,7 @@ static stein_status write_files(const inquiry *s, const char *folder, stein_err 
     for (int i = 0; status == STEIN_OK && i < FILES; i++) {
         lab__file file;
         char *path = lab__text("%s/%s", folder, files[i].name);
-        status = path != NULL ? lab__file_open(&file, path, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = path != NULL ? lab__file_open(&file, path, err) : lab__no_memory(err);
         if (status == STEIN_OK) {
             files[i].write(file.stream, s);
             status = lab__file_close(&file, 1, err);

@@ -72,7 +72,7 @@ static stein_status furnish(seat *s, const stein_model *equations, stein_err *er
     s->p = malloc(sizeof *s->p * (np + 1));
     s->point = -1;
     if (s->params == NULL || s->p == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(s->params, equations->params, sizeof *s->params * np);
     s->model.params = s->params;
@@ -90,7 +90,7 @@ static stein_status set_up(void *ctx, void **bench_, stein_err *err)
         t->status = calloc((size_t)j->lanes, sizeof *t->status);
     }
     if (t == NULL || t->seat == NULL || t->status == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < t->lanes; i++) {
@@ -242,7 +242,7 @@ stein_status lab__batch_run(const lab__batch *batch, stein_err *err)
     job j = {.batch = batch, .equations = lab_equations(batch->model)};
     j.lanes = stein_batch_width(j.equations);
     if (!list_points(&j)) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     int rounds = j.npoint / (j.lanes * HEAPS * (batch->threads > 0 ? batch->threads : 1));
     j.heap = j.lanes * (rounds > 1 ? rounds : 1);

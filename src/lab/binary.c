@@ -56,7 +56,7 @@ static stein_status write_npy(FILE *f, const lab_record *r, stein_err *err)
     int rows = lab__record_rows(r);
     char *head = describe(m, rows);
     if (head == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     size_t used = 10 + strlen(head) + 1, whole = (used + NPY_ALIGN - 1) / NPY_ALIGN * NPY_ALIGN;
     fwrite("\x93NUMPY\x01\x00", 1, 8, f);
@@ -178,7 +178,7 @@ static stein_status write_mat(FILE *f, const lab_record *r, const char *const *n
     const stein_model *m = lab__record_model(r);
     char *text = join(notes);
     if (text == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     fprintf(f, "%-*.*s", MAT_HEAD, MAT_HEAD, "MATLAB 5.0 MAT-file, written by libstein");
     put(f, 0, 8);

@@ -65,7 +65,7 @@ stein_status lab__cache(char **folder, const lab_options *options, stein_err *er
     *folder = lab__text("%s%s/%s-abi%d", strchr(root, '/') == NULL ? "./" : "", root, STEIN_VERSION,
                         STEIN_MODEL_ABI);
     free(root);
-    return *folder != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return *folder != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 static stein_status name_files(job *j, const mechanism *m, const gen_result *equations,
@@ -86,7 +86,7 @@ static stein_status name_files(job *j, const mechanism *m, const gen_result *equ
     int complete = stem != NULL && j->include != NULL && j->header != NULL && j->source != NULL &&
                    j->object != NULL && j->work != NULL;
     free(stem);
-    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return complete ? STEIN_OK : lab__no_memory(err);
 }
 
 static stein_status complain(const job *j, const char *name, const char *cc, int code,
@@ -165,8 +165,7 @@ static stein_status compile_apart(job *j, const char *name, const char *cc, stei
     j->lanes = lab__text("%s/lanes.o", j->work);
     j->log = lab__text("%s/log", j->work);
     int complete = j->fresh != NULL && j->lanes != NULL && j->log != NULL;
-    stein_status status =
-        complete ? make_object(j, name, cc, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = complete ? make_object(j, name, cc, err) : lab__no_memory(err);
     if (complete) {
         unlink(j->fresh);
         unlink(j->lanes);

@@ -47,7 +47,7 @@ static stein_status take_columns(lab_drive *d, const lab_data *data, stein_err *
 {
     d->track = calloc((size_t)data->ncolumn, sizeof *d->track);
     if (d->track == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (d->ntrack = 0; d->ntrack < data->ncolumn; d->ntrack++) {
         const lab_column *c = &data->column[d->ntrack];
@@ -57,7 +57,7 @@ static stein_status take_columns(lab_drive *d, const lab_data *data, stein_err *
         k->u = malloc(sizeof *k->u * ((size_t)c->samples + 1));
         if (k->t == NULL || k->u == NULL) {
             d->ntrack++; // owned all the same
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
         for (int i = 0; i < data->nrow; i++) {
             if (c->present[i]) {
@@ -85,7 +85,7 @@ static stein_status make_splines(lab_drive *d, const char *file, stein_err *err)
         k->spline = gsl_spline_alloc(smooth ? gsl_interp_cspline : gsl_interp_linear, (size_t)k->n);
         if (k->accel == NULL || k->spline == NULL ||
             gsl_spline_init(k->spline, k->t, k->u, (size_t)k->n) != 0) {
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
     }
     return STEIN_OK;
@@ -118,7 +118,7 @@ stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_mod
     }
     lab_drive *d = calloc(1, sizeof *d);
     if (d == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else {
         d->model = model;
         status = take_columns(d, data, err);

@@ -132,8 +132,7 @@ static stein_status draw(const job *j, const char *folder, stein_err *err)
     char *script = lab__text("%s/script", folder), *picture = lab__text("%s/picture", folder),
          *log = lab__text("%s/log", folder);
     int complete = script != NULL && picture != NULL && log != NULL;
-    stein_status status = complete ? write_script(j, script, picture, err)
-                                   : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = complete ? write_script(j, script, picture, err) : lab__no_memory(err);
     if (status == STEIN_OK) {
         status = run_gnuplot(script, log, err);
     }

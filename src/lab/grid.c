@@ -150,7 +150,7 @@ static stein_status read_spec(spec *s, const char *text, stein_err *err)
     }
     s->item = calloc(room, sizeof *s->item);
     if (s->item == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     return strchr(text, ':') != NULL ? read_range(s, text, err) : read_list(s, text, err);
 }
@@ -224,7 +224,7 @@ static stein_status fill_values(lab__axis *a, const spec *s, const char *unit, m
     a->n = s->count > 0 ? s->count : s->n;
     a->value = malloc(sizeof *a->value * ((size_t)a->n + 1));
     if (a->value == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; status == STEIN_OK && i < a->n; i++) {
         double typed = s->count > 0 ? between(s, i) : s->item[i].typed;
@@ -245,7 +245,7 @@ static stein_status write_text(lab__axis *a, const spec *s, const char *unit, st
     size_t room = (size_t)(s->n + 1) * LAB_NUMBER + MECH_UNIT + 2, used = 0;
     a->text = malloc(room);
     if (a->text == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < s->n; i++) {
         char number[LAB_NUMBER];
@@ -297,7 +297,7 @@ stein_status lab__grid_new(lab_grid **grid, stein_err *err)
 {
     *grid = calloc(1, sizeof **grid);
     if (*grid == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     (*grid)->n = 1;
     return STEIN_OK;
@@ -309,7 +309,7 @@ stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, c
     stein_err inner = {STEIN_OK, ""};
     lab__axis *axis = realloc(grid->axis, sizeof *axis * (size_t)(grid->naxis + 1));
     if (axis == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     grid->axis = axis;
     lab__axis *a = &axis[grid->naxis++];

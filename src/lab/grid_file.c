@@ -12,12 +12,6 @@
 
 #include "inner.h"
 
-static stein_status no_memory(stein_err *err)
-{
-    lab__fail(err, STEIN_ENOMEM, "out of memory");
-    return STEIN_ENOMEM;
-}
-
 /* the overrides of `options`, cut in two, with room for one more; text [nset] owns the memory */
 static stein_status cut_sets(mech_set *set, char **text, const lab_options *options, stein_err *err)
 {
@@ -25,7 +19,7 @@ static stein_status cut_sets(mech_set *set, char **text, const lab_options *opti
         size_t length = strcspn(options->set[i], "=");
         text[i] = lab__text("%s", options->set[i]);
         if (text[i] == NULL) {
-            return no_memory(err);
+            return lab__no_memory(err);
         }
         char *value = text[i] + length + (text[i][length] == '=');
         text[i][length] = '\0';
@@ -43,7 +37,7 @@ static stein_status read_with(const char *file, const lab_options *options, cons
     mech_set *set = calloc((size_t)n + 1, sizeof *set);
     mechanism *m = NULL;
     stein_status status =
-        text != NULL && set != NULL ? cut_sets(set, text, options, err) : no_memory(err);
+        text != NULL && set != NULL ? cut_sets(set, text, options, err) : lab__no_memory(err);
     if (status == STEIN_OK) {
         while (at < n && strcmp(set[at].name, name) != 0) {
             at++;
@@ -76,7 +70,7 @@ static stein_status check_name(const char *name, const char *file, const lab_opt
     stein_err why = {STEIN_OK, ""};
     stein_status status = read_with(file, options, name, "1", &why);
     if (status == STEIN_ENOMEM) {
-        return no_memory(err);
+        return lab__no_memory(err);
     }
     if (status != STEIN_OK) {
         return lab__fail(err, STEIN_EINVAL, "vary %s: %s", name, reason(why.msg));
@@ -101,7 +95,7 @@ static stein_status check_axis(const lab__axis *a, const char *file, const lab_o
         stein_err why = {STEIN_OK, ""};
         stein_status status = read_with(file, options, a->name, lab__number(text, end[i]), &why);
         if (status == STEIN_ENOMEM) {
-            return no_memory(err);
+            return lab__no_memory(err);
         }
         if (status != STEIN_OK) {
             return lab__fail(err, STEIN_EINVAL, "vary %s=%.60s: %s %s: %s", a->name, a->text, text,

@@ -28,7 +28,7 @@ static stein_status open_standard(lab_model **model, const char *const *lines, c
     }
     char *text = malloc(size + 1);
     if (text == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     char *to = text;
     for (int i = 0; lines[i] != NULL; i++) {

@@ -68,6 +68,12 @@ extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[];
 
 /** Fill err (nullable) with a printf-like message and return the code. */
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
+/** ENOMEM, and said so. */
+static inline stein_status lab__no_memory(stein_err *err)
+{
+    lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return STEIN_ENOMEM;
+}
 /** A new string from a printf-like format; NULL without memory. The caller frees it. */
 char *lab__text(const char *format, ...);
 /** A text that may come from anywhere (a file's name, a word of the command line) as part of one

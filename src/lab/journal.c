@@ -106,7 +106,7 @@ static stein_status read_all(int fd, const char *path, content *c, stein_err *er
             room = room == 0 ? 65536 : 2 * room;
             char *larger = realloc(c->text, room);
             if (larger == NULL) {
-                return lab__fail(err, STEIN_ENOMEM, "out of memory");
+                return lab__no_memory(err);
             }
             c->text = larger;
         }
@@ -128,7 +128,7 @@ static stein_status read_head(content *c, stein_err *err)
     size_t used = 0;
     char *head = malloc(c->size + 1);
     if (head == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t at = 0; at < c->size;) {
         const char *line = c->text + at, *end = memchr(line, '\n', c->size - at);
@@ -274,7 +274,7 @@ static stein_status take_up(const lab__journal *j, const content *c, lab_table *
     }
     char *head = sealed_head(table->head);
     if (head == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     // only the torn beginning of our own head may be thrown away
     int ours = c->size == 0 || (c->size < strlen(head) && memcmp(c->text, head, c->size) == 0);
@@ -308,7 +308,7 @@ stein_status lab__journal_open(lab__journal *out, const char *path, lab_table *t
                       lab__text("%s", path)};
     stein_status status = STEIN_OK;
     if (j.path == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else if (j.fd < 0 || fstat(j.fd, &st) != 0) {
         status = io_error(err, path, "written", errno);
     } else {
@@ -334,7 +334,7 @@ stein_status lab__journal_add(const lab__journal *j, const char *row, stein_err 
 {
     char *line = sealed(row, strlen(row));
     if (line == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = append(j->fd, j->path, line, strlen(line), err);
     free(line);

@@ -171,7 +171,7 @@ static stein_status choose_axes(picture *p, const char *path, stein_err *err)
     for (int i = 0; i < g->naxis; i++) {
         int wanted = g->axis[i].n > 1 || (varied == 0 && i == 0);
         if (wanted && sort_axis(p, p->naxis++, i) != 0) {
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
     }
     return STEIN_OK;

@@ -67,7 +67,7 @@ static stein_status cut_overrides(overrides *o, const lab_options *options, stei
             o->set[i] = (mech_set){o->text[i], cut + 1};
         }
     }
-    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return memory ? STEIN_OK : lab__no_memory(err);
 }
 
 static const stein_model *built_in(const mechanism *mech)
@@ -121,7 +121,7 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
     model->params = malloc(sizeof *model->params * (np + 1));
     model->values = malloc(sizeof *model->values * (np + 1));
     if (model->params == NULL || model->values == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < found->np; i++) {
         int k = mech_find_param(mech, found->params[i].name, NULL);
@@ -152,7 +152,7 @@ static stein_status open_model(lab_model **out, const char *file, const char *te
     options = options != NULL ? options : &defaults;
     lab_model *model = calloc(1, sizeof *model);
     if (model == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     const stein_model *found = NULL;
     overrides given = {NULL, NULL, 0};

@@ -131,7 +131,7 @@ stein_status lab__text_close(FILE *stream, char **text, stein_err *err)
     }
     free(*text);
     *text = NULL;
-    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return lab__no_memory(err);
 }
 
 char *lab__number(char *text, double value)
@@ -281,7 +281,7 @@ stein_status lab__folder(const char *path, stein_err *err)
 {
     char *part = lab__text("%s", path);
     if (part == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     int failed = 0;
     for (char *at = part + 1; !failed; at++) {
@@ -315,7 +315,7 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
     char *t = malloc(room);
     if (t == NULL) {
         fclose(f);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t got; (got = fread(t + n, 1, room - n - 1, f)) > 0;) {
         n += got;
@@ -324,7 +324,7 @@ stein_status lab__read_file(const char *path, char **text, size_t *size, stein_e
             if (more == NULL) {
                 fclose(f);
                 free(t);
-                return lab__fail(err, STEIN_ENOMEM, "out of memory");
+                return lab__no_memory(err);
             }
             t = more;
         }

@@ -83,9 +83,8 @@ void lab__words_of(lab__words *words, const char *text)
 
 stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err)
 {
-    stein_status status = words->failed || words->n == 0
-                              ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                              : lab__spawn(words->word, log, code, err);
+    stein_status status = words->failed || words->n == 0 ? lab__no_memory(err)
+                                                         : lab__spawn(words->word, log, code, err);
     for (int i = 0; i < words->n; i++) {
         free(words->word[i]);
     }

@@ -26,7 +26,7 @@ stein_status lab_record_create(lab_record **out, const stein_model *model, doubl
     }
     lab_record *record = calloc(1, sizeof *record);
     if (record == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     record->model = model;
     record->every = every;

@@ -257,8 +257,7 @@ static stein_status prepare(run *r, stein_sim *sim, const lab_stroke_def *def, s
     r->lifted = !(lift_time(r) <= r->start + def->until);
     r->hit = malloc(sizeof *r->hit * 3 * (size_t)model->nq);
     r->kept = malloc(stein_state_size(sim));
-    return r->hit != NULL && r->kept != NULL ? STEIN_OK
-                                             : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return r->hit != NULL && r->kept != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* ---- strokes ---- */
@@ -388,7 +387,7 @@ stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def
 {
     run *r = malloc(sizeof *r);
     if (r == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = prepare(r, sim, def, err);
     if (status == STEIN_OK && as_stroke) {

@@ -23,7 +23,7 @@ static stein_status read_axis(lab_table *t, const char *line, size_t length, ste
 {
     char *text = lab__text("%.*s", (int)length, line);
     if (text == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     char *name = text + strlen("# vary "), *unit = strstr(name, " ["),
          *values = strstr(name, "]: ");
@@ -69,14 +69,13 @@ stein_status lab__table_new(lab_table **out, const char *head, stein_err *err)
 {
     lab_table *t = calloc(1, sizeof *t);
     if (t == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     t->head = lab__text("%s", head);
-    stein_status status =
-        t->head != NULL ? read_head(t, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = t->head != NULL ? read_head(t, err) : lab__no_memory(err);
     if (status == STEIN_OK) {
         t->row = calloc((size_t)t->n + 1, sizeof *t->row);
-        status = t->row != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = t->row != NULL ? STEIN_OK : lab__no_memory(err);
     }
     if (status != STEIN_OK) {
         lab_table_destroy(t);
@@ -137,7 +136,7 @@ stein_status lab__table_take(lab_table *t, const char *row, size_t length, stein
     }
     char *copy = malloc(length + 1);
     if (copy == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(copy, row, length);
     copy[length] = '\0';

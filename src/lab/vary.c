@@ -37,12 +37,6 @@ static int is_stroke(const stein_model *m)
     return m->stroke.string >= 0;
 }
 
-static stein_status no_memory(stein_err *err)
-{
-    lab__fail(err, STEIN_ENOMEM, "out of memory");
-    return STEIN_ENOMEM;
-}
-
 /* ---- the head ---- */
 
 /* over the bits of every value that no point replaces, and over where a run starts from */
@@ -117,7 +111,7 @@ static stein_status make_table(sweep *s, stein_err *err)
     char *head = NULL;
     FILE *f = lab__text_open(&head);
     if (f == NULL) {
-        return no_memory(err);
+        return lab__no_memory(err);
     }
     write_head(f, s);
     stein_status status = lab__text_close(f, &head, err);
@@ -199,7 +193,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
     char *row = NULL;
     FILE *f = lab__text_open(&row);
     if (f == NULL) {
-        return no_memory(err);
+        return lab__no_memory(err);
     }
     write_row(f, s, point, status, stroke, sim);
     status = lab__text_close(f, &row, err);
@@ -245,7 +239,7 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
 {
     unsigned char *skip = calloc((size_t)s->grid->n, 1);
     if (skip == NULL) {
-        return no_memory(err);
+        return lab__no_memory(err);
     }
     for (int i = 0; i < s->grid->n; i++) {
         int mine = i % s->def->shards == s->def->shard, done = lab_table_has(s->table, i);
@@ -275,7 +269,7 @@ static stein_status find_params(sweep *s, stein_err *err)
 {
     s->param = malloc(sizeof *s->param * ((size_t)s->grid->naxis + 1));
     if (s->param == NULL) {
-        return no_memory(err);
+        return lab__no_memory(err);
     }
     for (int i = 0; i < s->grid->naxis; i++) {
         s->param[i] = stein_find_param(s->equations, s->grid->axis[i].name);

@@ -319,7 +319,7 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
     }
     stein_status status = STEIN_OK;
     if (r.out == NULL || r.out->file == NULL || r.c == (locale_t)0) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else {
         r.problems.file = r.out->file;
         status = read_file(&r, options, err);
@@ -405,7 +405,7 @@ stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
     lab_dataset *set = calloc(1, sizeof *set);
     if (set == NULL || (set->stroke = calloc((size_t)n, sizeof(lab_data *))) == NULL) {
         lab_dataset_close(set);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
     set->n = n;

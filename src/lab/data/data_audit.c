@@ -263,7 +263,7 @@ stein_status lab_audit_create(lab_audit **audit, const lab_data *data, stein_err
     free(rest);
     if (nomem) {
         lab_audit_destroy(a);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *audit = a;
     return STEIN_OK;
@@ -278,7 +278,7 @@ stein_status lab_data_rest(const lab_data *data, const lab_model *model, double 
     stein_sim *sim = NULL;
     double *p = malloc(sizeof *p * ((size_t)m->np + 1));
     if (p == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
     lab_data_apply(data, p);

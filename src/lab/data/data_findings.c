@@ -245,5 +245,5 @@ stein_status lab_audit_text(const lab_audit *a, lab_report_fn *line, void *ctx, 
     for (int i = 0; i < a->nfinding; i++) {
         put(&o, lab__text("  ! %s", a->finding[i]));
     }
-    return o.nomem ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    return o.nomem ? lab__no_memory(err) : STEIN_OK;
 }

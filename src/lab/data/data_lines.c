@@ -61,7 +61,7 @@ stein_status data__problems_flush(data__problems *p, lab_report_fn *report, void
 {
     stein_status status = STEIN_OK;
     if (p->nomem) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else if (p->n > 0) {
         qsort(p->list, (size_t)p->n, sizeof *p->list, by_place);
         status = lab__fail(err, STEIN_EPARSE, "%s", p->list[0].text);
@@ -115,7 +115,7 @@ stein_status data__lines_open(data__lines *l, const char *file, stein_err *err)
     l->buffer = malloc(DATA_LINE + 2);
     if (l->buffer == NULL) {
         data__lines_close(l);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     return STEIN_OK;
 }

@@ -326,7 +326,7 @@ static stein_status judge_all(check *c, stein_err *err)
     c->y = calloc((size_t)c->p->rows + 1, sizeof *c->y);
     c->misfit = calloc(2 * (size_t)n + 1, sizeof *c->misfit);
     if (c->x == NULL || c->y == NULL || c->misfit == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = fit__bench_make(&c->bench, c->p, err);
     c->bench.force = lose_patience;
@@ -345,7 +345,7 @@ static stein_status judge_all(check *c, stein_err *err)
     }
     fit__bench_free(&c->bench);
     if (status == STEIN_OK && c->failed != STEIN_OK) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     return status == STEIN_OK && c->told > 0
                ? lab__fail(err, STEIN_EPARSE, "%d stroke%s its own settings", c->told,

@@ -135,7 +135,7 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
     compass k = {.m = m, .base = lab_parameters(model)};
     k.p = malloc(sizeof *k.p * (np + 2 * nd + (size_t)*n * nd + 1));
     if (k.p == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     k.d1 = k.p + np, k.d2 = k.d1 + nd, k.way = k.d2 + nd;
     int kept = 0;

@@ -79,7 +79,7 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, begin
     size_t size = diag__room_of(diag__problem(d, s));
     double *room = malloc(sizeof *room * size);
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(room, s->x, sizeof *room * size);
     stein_err why = {STEIN_OK, ""};
@@ -94,7 +94,7 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, begin
         *s = was;
     }
     free(room);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err)

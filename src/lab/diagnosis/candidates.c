@@ -535,7 +535,7 @@ stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *m
     int kinds;
     const lab_effect *effect = lab_effects(&kinds);
     if (make_scales(&b) != 0) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = measure(&b, err);
     for (int i = 0; status == STEIN_OK && i < kinds; i++) {
@@ -543,7 +543,7 @@ stein_status lab__candidates_at(lab_candidate **list, int *n, const lab_model *m
     }
     free(b.s.room);
     if (status == STEIN_OK && b.full) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     status = status == STEIN_OK ? lab__aliases(b.list, &b.n, model, err) : status;
     if (status != STEIN_OK) {
@@ -560,7 +560,7 @@ stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stei
     build b = {.lab = model, .m = lab_equations(model), .p = lab_parameters(model)};
     stein_status status = STEIN_OK;
     if (make_scales(&b) != 0) { // all 0: only the limits come from them
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     if (c->effect->site == LAB_AT_PARAMETER) {
         int param = stein_find_param(b.m, c->place);
@@ -573,7 +573,7 @@ stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stei
         found = strcmp(b.list[i].place, c->place) == 0 ? &b.list[i] : found;
     }
     if (found == NULL) {
-        status = b.full ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+        status = b.full ? lab__no_memory(err)
                         : lab__fail(err, STEIN_ENAME, "%s has no place %s for %s", b.m->name,
                                     c->place, c->effect->kind);
     }

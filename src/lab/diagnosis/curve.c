@@ -60,7 +60,7 @@ static stein_status make_names(const diag *d, diag__curves *w, stein_err *err)
     w->name = malloc(sizeof *w->name * (most + 1));
     w->names = malloc(NAME * (most + 1));
     if (w->name == NULL || w->names == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (; n < d->nname; n++) {
         w->name[n] = d->name[n];
@@ -88,7 +88,7 @@ static stein_status take_null(const diag *d, diag__curves *w, stein_err *err)
     w->x = calloc(nu + rows + 1, sizeof *w->x);
     w->J = malloc(sizeof *w->J * (fit__columns(p) + 1));
     if (w->x == NULL || w->J == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     w->r = w->x + nu;
     memcpy(w->x, d->x, sizeof *w->x * (size_t)d->nname);
@@ -213,7 +213,7 @@ static stein_status hold(const diag *d, const diag__curves *w, diag__curve *c, d
     stein_status status = diag__held_out(&other, NULL, to, &why);
     to->p.def = &w->def;
     c->held = status == STEIN_OK ? to->rmse : (double)NAN;
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 /* ---- results ---- */
@@ -236,7 +236,7 @@ static stein_status note(const diag *d, const diag__curves *w, const diag__curve
                     .at = malloc(sizeof(double) * 5 * n),
                     .seen = malloc(sizeof(int) * n)};
     if (to->at == NULL || to->seen == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     to->value = to->at + n;
     to->lo = to->value + n;
@@ -264,7 +264,7 @@ static stein_status note_values(diag *d, const diag__curves *w, const diag__curv
     lab_diagnosis *o = d->out;
     o->value = calloc((size_t)d->nname + 1, sizeof *o->value);
     if (o->value == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     o->chi2_dof_after = o->law[0].chi2_dof;
     for (int k = 0; k < d->nname; k++) {
@@ -426,7 +426,7 @@ static stein_status conclude(diag *d, diag__curves *w, int n, double before, dia
     stein_status status = judge(d, w, n, &held, err);
     o->law = calloc((size_t)n + 1, sizeof *o->law);
     if (status == STEIN_OK && o->law == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     for (int i = 0; status == STEIN_OK && i < n && c[i].fitted; i++) {
         status = note(d, w, &c[i], &o->law[o->nlaw++], err);
@@ -513,7 +513,7 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, int 
     diag__curves *w = calloc(1, sizeof *w);
     *n = 0;
     if (w == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = diag__sites(d, p, x, &w->site, &w->nsite, err);
     close_curves(d); // p and x may be those of an earlier search
@@ -562,7 +562,7 @@ stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *f
     status =
         status == STEIN_OK && n > 0 ? conclude(d, d->curves, n, before->rmse, f, &why) : status;
     if (status == STEIN_ENOMEM) {
-        return lab__fail(err, status, "out of memory");
+        return lab__no_memory(err);
     }
     if (status != STEIN_OK && d->def->report != NULL) { // a verdict stands without a law
         d->def->report(d->def->ctx, why.msg);

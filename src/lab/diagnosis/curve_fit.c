@@ -47,7 +47,7 @@ static stein_status take_globals(fit__normal *n, const fit__problem *p, globals 
     o->S = gsl_matrix_alloc(np, np);
     o->g = gsl_vector_alloc(np);
     if (o->S == NULL || o->g == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     if (fit__normal_factor(n, p, 0.0) != 0) {
         gsl_matrix_set_identity(n->S); // the factors of the strokes are what is wanted
@@ -115,7 +115,7 @@ static stein_status reduce(const diag__curves *w, const diag__site *s, const glo
     t->X = gsl_matrix_calloc(room, n);
     t->g = gsl_vector_calloc(room);
     if (t->index == NULL || t->F == NULL || t->X == NULL || t->g == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t a = 0; a < m; a++) {
         size_t i = (size_t)t->index[a];
@@ -380,7 +380,7 @@ static stein_status curve_room(const fit__problem *p, diag__curve *c, stein_err 
     c->x = calloc(nu + rows + np + 1, sizeof *c->x);
     c->r = c->x != NULL ? c->x + nu : NULL;
     c->sd = c->x != NULL ? c->r + rows : NULL;
-    return c->x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return c->x != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 static stein_status make_room(fitting *t, stein_err *err)
@@ -393,7 +393,7 @@ static stein_status make_room(fitting *t, stein_err *err)
     t->try_r = t->try_x != NULL ? t->dx + nu : NULL;
     stein_status status = fit__normal_make(&t->n, p, err);
     if (status == STEIN_OK && (t->J == NULL || t->try_x == NULL)) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     return status;
 }
@@ -454,7 +454,7 @@ static stein_status fit(diag__curves *w, diag__curve *c, int anew, stein_err *er
     fit__normal_free(&t.n);
     free(t.J);
     free(t.try_x);
-    return end == STEIN_ENOMEM ? lab__fail(err, end, "out of memory") : status;
+    return end == STEIN_ENOMEM ? lab__no_memory(err) : status;
 }
 
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)

@@ -271,7 +271,7 @@ static stein_status look(job *j, stein_err *err)
     size_t n = (size_t)j->p->nstroke * (size_t)j->nstate;
     j->seen = calloc(n + 1, sizeof *j->seen);
     if (j->seen == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t i = 0; i < n; i++) {
         j->seen[i].stride = 1;
@@ -288,8 +288,7 @@ stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, 
     int points = d->p.samples / (2 * j.nstate); // all curves stand in one problem
     double *v = malloc(sizeof *v * (most + 1));
     diag__site *site = calloc((size_t)j.nstate + 1, sizeof *site);
-    stein_status status =
-        v != NULL && site != NULL ? look(&j, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = v != NULL && site != NULL ? look(&j, err) : lab__no_memory(err);
     *n = 0;
     for (int state = 0; status == STEIN_OK && state < j.nstate; state++) {
         int joint = state < 2 * m->nq, index = joint ? state / 2 : state / 2 - m->nq;

@@ -30,7 +30,7 @@ stein_status lab__table_add(lab__surgery *s, const char *table, const char *word
     char *entry = NULL;
     FILE *f = lab__text_open(&entry);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     fprintf(f, "%s: {%s: %s, of: %s,\nat: ", table, word, place, of);
     write_list(f, at, NULL, n);

@@ -139,7 +139,7 @@ static stein_status add(lab_departure **list, int *n, const lab_departure *row, 
 {
     lab_departure *more = realloc(*list, sizeof *more * (size_t)(*n + 1));
     if (more == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *list = more;
     more[(*n)++] = *row;
@@ -153,7 +153,7 @@ stein_status diag__departures(const fit__problem *p, const double *r, const char
     stein_status status = STEIN_OK;
     double *room = malloc(sizeof *room * (size_t)(p->rows + 1));
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int c = 0; status == STEIN_OK && c < m->nchannel; c++) {
         for (int f = 0; status == STEIN_OK && f < DIAG_PHASES; f++) {
@@ -209,7 +209,7 @@ static stein_status fill_trace(lab_trace *t, const fit__stroke *s, int c, const 
     t->after = malloc(sizeof *t->after * (n + 1));
     t->phase = malloc(sizeof *t->phase * (n + 1));
     if (!t->t || !t->y || !t->before || !t->after || !t->phase) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(t->t, s->data->time, sizeof *t->t * n);
     memcpy(t->y, s->y + at, sizeof *t->y * n);
@@ -228,7 +228,7 @@ stein_status diag__trace(lab_trace **list, int *n, const fit__problem *p, int st
     lab_trace *more = realloc(*list, sizeof *more * (size_t)(*n + s->nch + 1));
     stein_status status = STEIN_OK;
     if (more == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *list = more;
     for (int c = 0; status == STEIN_OK && c < s->nch; c++) {

@@ -57,7 +57,7 @@ static stein_status split(diag *d, const lab_dataset *data, lab_dataset *fit, la
     fit->stroke = calloc(n + 1, sizeof(lab_data *));
     held->stroke = calloc(n + 1, sizeof(lab_data *));
     if (fit->stroke == NULL || held->stroke == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int s = 0; s < data->n; s++) {
         lab_dataset *to = is_held(d, s, data->n) ? held : fit;
@@ -84,7 +84,7 @@ stein_status diag__add_finding(diag *d, char *line, stein_err *err)
     o->finding = more != NULL ? more : o->finding;
     if (line == NULL || more == NULL) {
         free(line);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     o->finding[o->nfinding++] = line;
     return STEIN_OK;
@@ -114,7 +114,7 @@ static stein_status choose_names(diag *d, stein_err *err)
     const stein_model *m = lab_equations(d->model);
     d->name = malloc(sizeof *d->name * (size_t)(m->np + d->def->nfree + 1));
     if (d->name == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
         int known = 1;
@@ -164,9 +164,8 @@ stein_status diag__open_problem(diag *d, stein_err *err)
     d->sd = calloc((size_t)d->p.np + 1, sizeof *d->sd);
     d->J = malloc(sizeof *d->J * (fit__columns(&d->p) + 1));
     d->r = malloc(sizeof *d->r * (rows + 1));
-    return d->x != NULL && d->sd != NULL && d->J != NULL && d->r != NULL
-               ? STEIN_OK
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return d->x != NULL && d->sd != NULL && d->J != NULL && d->r != NULL ? STEIN_OK
+                                                                         : lab__no_memory(err);
 }
 
 void diag__close(diag *d)
@@ -219,7 +218,7 @@ static stein_status traces(diag *d, const fit__problem *p, const double *before,
 {
     size_t size = (size_t)p->rows;
     double *y = malloc(sizeof *y * (2 * size + 1));
-    stein_status status = y != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = y != NULL ? STEIN_OK : lab__no_memory(err);
     for (int k = 0; status == STEIN_OK && k < most && k < p->nstroke; k++) {
         int s = k * p->nstroke / (most < p->nstroke ? most : p->nstroke);
         predict(p, s, before, y);
@@ -244,9 +243,8 @@ static stein_status show(diag *d, const diag__held *before, const diag__found *f
            more = before->x != NULL ? diag__row(&before->p, before->p.nstroke) : 0;
     const char **phase = malloc(sizeof *phase * (frames + more + 1));
     double *time = malloc(sizeof *time * (frames + 1));
-    stein_status status = phase != NULL && time != NULL
-                              ? diag__phases(p, d->x, phase, time, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = phase != NULL && time != NULL ? diag__phases(p, d->x, phase, time, err)
+                                                        : lab__no_memory(err);
     if (status == STEIN_OK && more > 0) {
         status = diag__phases(&before->p, before->x, phase + frames, NULL, err);
     }
@@ -302,7 +300,7 @@ static stein_status conclude(diag *d, stein_err *err)
     stein_err why = {STEIN_OK, ""};
     if (d->held_data->n > 0 && diag__held_out(d, NULL, &before, &why) == STEIN_ENOMEM) {
         diag__held_free(&before);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     status = diag__several(d, &before, &found, err);
     int alone = 0; // the first search has found the only cause
@@ -343,7 +341,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     clock_gettime(CLOCK_MONOTONIC, &begin);
     d.out = calloc(1, sizeof *d.out);
     if (d.out == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     progress(&d, 0.0, "audit");
     stein_status status = diag__check_without(&d, err);

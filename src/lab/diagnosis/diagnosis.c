@@ -28,8 +28,7 @@ stein_status diag__show(lab_diagnosis *d, const fit__problem *p, const double *x
     stein_status status = diag__departures(p, r, phase, &d->departure, &d->ndeparture, err);
     if (status == STEIN_OK && J == NULL) {
         own = malloc(sizeof *own * (fit__columns(p) + 1));
-        status = own != NULL ? fit__sensitivities(p, x, r, own, err)
-                             : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = own != NULL ? fit__sensitivities(p, x, r, own, err) : lab__no_memory(err);
     }
     if (status == STEIN_OK) {
         status = diag__missing_force(p, x, r, J != NULL ? J : own, phase, time, &d->departure,

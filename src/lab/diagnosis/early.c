@@ -113,7 +113,7 @@ static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *e
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     double *room = malloc(sizeof *room * (nu + rows + fit__columns(p) + 1));
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     const diag null = *d; // it waits
     d->x = room;
@@ -130,7 +130,7 @@ static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *e
     d->null_objective = null.null_objective;
     d->p.horizon = INFINITY;
     free(room);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 stein_status diag__look_early(diag *d, stein_err *err)

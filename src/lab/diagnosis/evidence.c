@@ -155,7 +155,7 @@ stein_status diag__gauss_make(diag__gauss *g, int n, int ngroup, stein_err *err)
     *g = (diag__gauss){.n = n, .ngroup = ngroup};
     g->M = calloc(2 * k * k + 3 * k + (size_t)ngroup + 1, sizeof *g->M);
     if (g->M == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     g->cov = g->M + k * k;
     g->c = g->cov + k * k;
@@ -215,7 +215,7 @@ stein_status diag__gauss_solve(diag__gauss *g, stein_err *err)
               .level = calloc((size_t)g->ngroup + 1, sizeof *r.level)};
     stein_status status = STEIN_OK;
     if (!r.M || !r.S || !r.c || !r.f || !r.level) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else {
         extend(g, &r);
         choose(g, &r);

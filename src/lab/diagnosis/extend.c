@@ -201,7 +201,7 @@ static stein_status take_numbers(extension *x, stein_err *err)
     x->sd = calloc(np + 1, sizeof *x->sd);
     x->new = calloc(np + 1, 1);
     if (x->list == NULL || x->p == NULL || x->sd == NULL || x->new == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(x->p, lab_parameters(x->model), sizeof *x->p * np);
     stein_status status = take_values(x, err);
@@ -336,7 +336,7 @@ static stein_status write_all(const extension *x, const char *path, stein_err *e
     }
     stein_status status = list != NULL ? fit__patch(&text, &size, lab__mechanism(x->model), x->text,
                                                     x->size, list, n, FULL_DIGITS, err)
-                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                                       : lab__no_memory(err);
     free(list);
     status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
     if (status == STEIN_OK) {

@@ -63,7 +63,7 @@ static stein_status other_starts(diag *d, fit__problem *p, const double *shared,
     size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
     double *room = malloc(sizeof *room * (nu + rows + 1));
     fit__end t = {.x = room, .r = room != NULL ? room + nu : NULL, .J = e->J};
-    stein_status status = room != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
     for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
         for (double first = -aside; p->unknown[k].kind == FIT__SCATTER && status == STEIN_OK &&
                                     first <= aside && diag__is_stray(p, e->r, 0, middle);
@@ -71,7 +71,7 @@ static stein_status other_starts(diag *d, fit__problem *p, const double *shared,
             stein_err why;
             t.fits = 0;
             status = follow_from(d, p, shared, k, first, &t, &why) == STEIN_ENOMEM
-                         ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                         ? lab__no_memory(err)
                          : STEIN_OK;
             e->fits += t.fits;
             if (status == STEIN_OK && t.objective < e->objective) {
@@ -110,7 +110,7 @@ static stein_status deviance(const fit__problem *p, const fit__end *e, int n, do
         }
         lab__mixed_free(&m);
     }
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 /* strokes that are fitted one by one: in one fit they would wait for the slowest, and one that has
@@ -139,7 +139,7 @@ static stein_status fit_one(void *ctx, int i, fit__pool *pool, stein_err *err)
     double *room =
         status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *room) : NULL;
     if (status == STEIN_OK && room == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
         fit__end e = {.x = room, .J = room + own.nu, .r = r + fit__offset(p, stroke)};
@@ -169,7 +169,7 @@ static stein_status fit_singles(singles *s, const unsigned char *marked, int *fi
     size_t most = (size_t)s->p->nstroke;
     int n = 0, *room = calloc(2 * most + 1, sizeof *room);
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     s->stroke = room;
     s->fits = room + most;
@@ -204,7 +204,7 @@ static stein_status fit_each(diag *d, const double *D, diag__held *to, stein_err
     if (room == NULL || marked == NULL) {
         free(room);
         free(marked);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     singles s = {.d = d, .D = D, .p = p, .x = to->x, .r = to->r};
     s.deviance = room + n;
@@ -241,7 +241,7 @@ stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, ste
     size_t rows = fit__offset(p, p->nstroke);
     to->x = calloc((size_t)p->nu + rows + 1, sizeof *to->x);
     if (to->x == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     to->r = to->x + p->nu;
     memcpy(to->x, s != NULL ? s->x : d->x, sizeof *to->x * (size_t)p->np);
@@ -319,7 +319,7 @@ static int measure(const diag__held *before, const diag__held *after, const char
     double *b = malloc(sizeof *b * (size_t)(2 * p->nstroke + 1));
     double *a = b + (b != NULL ? p->nstroke : 0), sb = 0.0, sa = 0.0, all = 0.0;
     if (b == NULL) {
-        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        *status = lab__no_memory(err);
         return 0;
     }
     for (int s = 0; s < p->nstroke; s++) {
@@ -336,7 +336,7 @@ static int measure(const diag__held *before, const diag__held *after, const char
     g->ratio = sb > 0.0 ? sqrt(sa / sb) : NAN;
     g->lo = g->hi = NAN;
     if (all > 0.0 && interval(b, a, p->nstroke, g) != STEIN_OK) {
-        *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        *status = lab__no_memory(err);
     }
     free(b);
     return g->samples;
@@ -366,7 +366,7 @@ stein_status diag__gain(lab_diagnosis *out, const diag__held *before, const diag
     measure(before, after, phase, -1, NULL, &out->gain, err, &status);
     out->gains = calloc((size_t)m->nchannel * (DIAG_PHASES + 1) + 1, sizeof *out->gains);
     if (out->gains == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int c = 0; status == STEIN_OK && c < m->nchannel; c++) {
         double noise = NAN;

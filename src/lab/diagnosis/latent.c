@@ -118,9 +118,7 @@ static stein_status make_series(series *e, const diag__plan *l, stein_err *err)
     e->same = e->scale + (e->scale != NULL ? n : 0);
     e->push = calloc(n + 1, sizeof *e->push);
     e->memory = calloc(doubles + 1, sizeof *e->memory);
-    return e->group && e->tie && e->scale && e->push && e->memory
-               ? STEIN_OK
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return e->group && e->tie && e->scale && e->push && e->memory ? STEIN_OK : lab__no_memory(err);
 }
 
 static void free_series(series *e)
@@ -147,7 +145,7 @@ static stein_status push_series(series *e, const diag__plan *l, stein_err *err)
     double *at = e->memory;
     diag__push *trial = calloc((size_t)l->njoint + 1, sizeof *trial);
     if (trial == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int k = 0; k < e->nstroke; k++) {
         for (int j = 0; j < l->njoint; j++) {
@@ -251,7 +249,7 @@ static stein_status prepare(const series *e, const diag__plan *l, diag__gauss *g
     size_t nv = nuisance(e, l, last, p->np + p->stroke[e->stroke[last]].own);
     gsl_matrix *B = gsl_matrix_calloc(nv, nv), *C = gsl_matrix_calloc(nv, (size_t)e->n);
     gsl_vector *d = gsl_vector_calloc(nv);
-    stein_status status = B && C && d ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = B && C && d ? STEIN_OK : lab__no_memory(err);
     *squares = 0.0;
     for (int k = 0; status == STEIN_OK && k < e->nstroke; k++) {
         const double *r = l->r + fit__offset(p, e->stroke[k]);
@@ -290,7 +288,7 @@ static stein_status draw(const series *e, const diag__plan *l, const diag__gauss
                         .force = malloc(sizeof(double) * (size_t)n),
                         .sd = malloc(sizeof(double) * (size_t)n)};
     if (!out->t || !out->force || !out->sd) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < n; i++) {
         int a = at + i / BETWEEN, b = i + 1 < n ? a + 1 : a;
@@ -334,7 +332,7 @@ static stein_status solve_series(series *e, const diag__plan *l, diag__gauss *g,
                            ? realloc(*latent, sizeof *list * (size_t)(*n + e->nstroke * l->njoint))
                            : NULL;
     if (list == NULL) {
-        return status == STEIN_OK ? lab__fail(err, STEIN_ENOMEM, "out of memory") : status;
+        return status == STEIN_OK ? lab__no_memory(err) : status;
     }
     *latent = list;
     for (int k = 0; k < e->nstroke; k++) {
@@ -387,9 +385,7 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
         .p = p, .m = lab_equations(p->model), .x = x, .r = r, .J = J, .time = time, .phase = phase};
     l.joint = calloc((size_t)l.m->nq + 1, sizeof *l.joint);
     l.limit = calloc((size_t)l.m->nq + 1, sizeof *l.limit);
-    stein_status status = l.joint != NULL && l.limit != NULL
-                              ? STEIN_OK
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = l.joint != NULL && l.limit != NULL ? STEIN_OK : lab__no_memory(err);
     for (int j = 0; status == STEIN_OK && j < l.m->nq; j++) {
         if (j != l.m->load.body) {
             l.limit[l.njoint] = 1.0;

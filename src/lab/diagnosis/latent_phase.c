@@ -62,7 +62,7 @@ static stein_status make_table(table *t, const diag__plan *l, stein_err *err)
                  .push = calloc(most * ns + 1, sizeof *t->push),
                  .scale = calloc(most + 1, sizeof *t->scale)};
     if (!t->joint || !t->phase || !t->push || !t->scale) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int j = 0; j < l->njoint; j++) {
         for (int f = 0; f < DIAG_PHASES; f++) {
@@ -77,7 +77,7 @@ static stein_status make_table(table *t, const diag__plan *l, stein_err *err)
         }
     }
     t->memory = calloc((size_t)t->n * fit__offset(l->p, l->p->nstroke) + 1, sizeof *t->memory);
-    return t->memory != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return t->memory != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* all pushes; one stroke finds the amplitudes */
@@ -172,7 +172,7 @@ static stein_status fill_mixed(lab__mixed *m, const table *t, const diag__plan *
         lab__mixed_make(m, p->nstroke, p->np, with, nz, zclass, NULL, scatter, nclass, err);
     double *C = malloc(sizeof *C * (size_t)(p->np + with + 1 + nz) * (size_t)p->rows + 1);
     if (status == STEIN_OK && C == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
         fill_columns(t, l, s, nz, C);
@@ -187,8 +187,7 @@ static stein_status eliminate(const lab__mixed *m, double *M, double *c, stein_e
 {
     size_t nf = (size_t)m->nf, nc = (size_t)m->nc, n = (size_t)m->ncol;
     gsl_matrix *S = gsl_matrix_alloc(nf, nf), *T = gsl_matrix_alloc(nf, nc + 1);
-    stein_status status =
-        S != NULL && T != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = S != NULL && T != NULL ? STEIN_OK : lab__no_memory(err);
     gsl_matrix_const_view A = gsl_matrix_const_view_array(m->A, n, n);
     if (status == STEIN_OK) {
         gsl_matrix_const_view F = gsl_matrix_const_submatrix(&A.matrix, 0, 0, nf, nf);
@@ -228,7 +227,7 @@ static stein_status add_rows(const table *t, const diag__plan *l, const diag__ga
 {
     lab_departure *more = realloc(*list, sizeof *more * (size_t)(*n + t->n + 1));
     if (more == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *list = more;
     for (int k = 0; k < t->n; k++) {
@@ -260,9 +259,8 @@ static stein_status solve_table(const table *t, const diag__plan *l, lab__mixed 
     double *beta = calloc(k + (size_t)l->p->np + 2 * k + 1, sizeof *beta);
     int *with = calloc(k + 1, sizeof *with);
     unsigned char *tie = calloc(k + 1, 1);
-    stein_status status = beta != NULL && with != NULL && tie != NULL
-                              ? STEIN_OK
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        beta != NULL && with != NULL && tie != NULL ? STEIN_OK : lab__no_memory(err);
     if (status == STEIN_OK) {
         double *scale = beta + k + l->p->np, *same = scale + k;
         for (int i = 0; i < t->n; i++) {

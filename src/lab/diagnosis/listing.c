@@ -76,7 +76,7 @@ static stein_status run_strokes(void *ctx, stein_status (*look)(void *watch, ste
     double *y = malloc(sizeof *y * ((size_t)p->rows + 1));
     stein_status status = fit__bench_make(&bench, p, err);
     if (y == NULL && status == STEIN_OK) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     bench.watch = show;
     bench.watch_ctx = &v;
@@ -96,7 +96,7 @@ stein_status diag__list(diag *d, lab_candidate **list, stein_err *err)
     size_t size = sizeof(double) * ((size_t)lab_equations(d->model)->np + 1);
     double *p = malloc(size);
     if (p == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(p, lab_parameters(d->model), size - sizeof *p);
     for (int i = 0; i < d->naccepted; i++) {

@@ -75,7 +75,7 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
     m->zclass = calloc(nz + 1, sizeof *m->zclass);
     if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->pick || !m->flat ||
         !m->zclass) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int k = 0; k < nf; k++) {
         m->flat[k] = flat != NULL && flat[k];

@@ -153,7 +153,7 @@ static stein_status make_courses(check *c, stein_err *err)
     c->memory = malloc(sizeof *c->memory * (doubles + 1));
     c->run = calloc((size_t)nrun + 1, sizeof *c->run);
     if (c->runs.course == NULL || c->memory == NULL || c->run == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     double *at = c->memory;
     for (size_t i = 0; i < doubles; i++) {
@@ -275,9 +275,8 @@ static stein_status find_noise(check *c, stein_err *err)
     const diag__way *way = &c->way[0];
     c->noise = calloc(2 * (size_t)p->nstroke + 1, sizeof *c->noise);
     c->input_noise = calloc(first_signal(p, p->nstroke) + 1, sizeof *c->input_noise);
-    stein_status status = c->noise != NULL && c->input_noise != NULL
-                              ? STEIN_OK
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        c->noise != NULL && c->input_noise != NULL ? STEIN_OK : lab__no_memory(err);
     c->decades = c->noise + (c->noise != NULL ? p->nstroke : 0);
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];

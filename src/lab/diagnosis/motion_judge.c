@@ -238,7 +238,7 @@ static stein_status make_blocks(work *w, stein_err *err)
             w->block = calloc(n + 1, sizeof *w->block);
             w->memory = malloc(sizeof *w->memory * (each * n + 1));
             if (w->block == NULL || w->memory == NULL) {
-                return lab__fail(err, STEIN_ENOMEM, "out of memory");
+                return lab__no_memory(err);
             }
             for (size_t i = 0; i < each * n; i++) {
                 w->memory[i] = NAN;
@@ -460,7 +460,7 @@ static stein_status make_rows(const work *w, lab_motion *out, stein_err *err)
 {
     out->row = calloc((size_t)(w->items * (DIAG_PHASES + 1)) + 1, sizeof *out->row);
     if (out->row == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int item = 0; item < w->items; item++) {
         for (int phase = -1; phase < DIAG_PHASES; phase++) {
@@ -504,7 +504,7 @@ static stein_status show_stroke(const work *w, lab_motion *out, stein_err *err)
     const diag__course *b = course(r, MOTION_BEFORE, shown), *a = course(r, MOTION_AFTER, shown);
     out->t = malloc(sizeof *out->t * 5 * (size_t)(n + 1));
     if (out->t == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     out->present = out->t + n;
     out->before = out->present + n;

@@ -203,7 +203,7 @@ stein_status diag__motion_open(const fit__problem *p, fit__problem *with, stein_
         free(at);
         free(with->stroke);
         *with = (fit__problem){.stroke = NULL};
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(with->stroke, p->stroke, sizeof *with->stroke * n);
     for (int s = 0; s < p->nstroke; s++) {

@@ -115,7 +115,7 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
     lab_diagnosis *o = d->out;
     o->suspect = calloc((size_t)(d->n * (f->n + 1)) + FIT__ACCEPTED, sizeof *o->suspect);
     if (o->suspect == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     o->ncause = f->n;
     for (int i = 0; i < f->n; i++) {
@@ -190,7 +190,7 @@ static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
     const double *D = s != NULL ? s->D : end->null_D;
     o->value = calloc((size_t)p->np + 1, sizeof *o->value);
     if (o->value == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int k = 0; k < p->np; k++) {
         diag__note_value(d, p, k, x[k], sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);

@@ -82,7 +82,7 @@ static stein_status judge(diag__suspect *s, const scan *c, double share, double 
         s->start = malloc(sizeof *s->start * nu);
     }
     if (s->start == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(s->start, c->x, sizeof *s->start * nu);
     memset(s->start + s->fit->amount, 0, sizeof *s->start * FIT__NUMBERS);

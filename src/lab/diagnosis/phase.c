@@ -187,11 +187,11 @@ stein_status diag__phases(const fit__problem *p, const double *x, const char **p
 {
     job j = {p, x, phase, time, calloc((size_t)p->nstroke + 1, sizeof *j.failed)};
     if (j.failed == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = fit__parallel(p, p->nstroke, one_stroke, &j, err);
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
-        status = j.failed[s] ? lab__fail(err, STEIN_ENOMEM, "out of memory") : status;
+        status = j.failed[s] ? lab__no_memory(err) : status;
     }
     free(j.failed);
     return status;

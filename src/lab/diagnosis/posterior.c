@@ -23,9 +23,7 @@ static stein_status make(lab_posterior *to, int n, stein_err *err)
     to->number = calloc((size_t)n + 1, sizeof *to->number);
     to->correlation = calloc((size_t)(n * n) + 1, sizeof *to->correlation);
     to->n = n;
-    return to->number != NULL && to->correlation != NULL
-               ? STEIN_OK
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return to->number != NULL && to->correlation != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* @param unknown  [n] of the problem;  cov [n*n] of x */
@@ -68,7 +66,7 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     }
     stein_status status =
         memory ? diag__mixed_at(&m, p, s->x, s->J, s->r, (const double *const *)column, nown, err)
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+               : lab__no_memory(err);
     for (int k = 0; memory && status == STEIN_OK && k < p->np; k++) {
         if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
             unknown[n++] = k;
@@ -109,7 +107,7 @@ static stein_status renew(diag *d, diag__suspect *s, stein_err *err)
     stein_err why = {STEIN_OK, ""};
     double *step = malloc(sizeof *step * (size_t)(p->nu + 1));
     if (step == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(step, p->step, sizeof *step * (size_t)p->nu);
     p->central = 1;
@@ -120,7 +118,7 @@ static stein_status renew(diag *d, diag__suspect *s, stein_err *err)
     memcpy(p->step, step, sizeof *step * (size_t)p->nu);
     p->central = 0;
     free(step);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 stein_status diag__widths(diag *d, stein_err *err)
@@ -223,7 +221,7 @@ static stein_status conditions(diag *d, double excess, stein_err *err)
         c->unsynchronised |= data->trigger == LAB_TRIGGER_UNSYNCHRONISED;
         ok &= note_stroke(c, &d->p.stroke[s], lab_equations(d->model), excess);
     }
-    return ok ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return ok ? STEIN_OK : lab__no_memory(err);
 }
 
 stein_status diag__posteriors(diag *d, int alone, stein_err *err)
@@ -259,7 +257,7 @@ stein_status diag__next(diag *d, stein_err *err)
         }
     }
     lab_plan_destroy(plan);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 void diag__posteriors_free(lab_diagnosis *o)

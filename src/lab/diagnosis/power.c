@@ -183,7 +183,7 @@ static stein_status judge_all(diag *d, const lab__mixed *m, int nown, const int 
     int ne = m->nf + nown;
     gsl_matrix *L = gsl_matrix_alloc((size_t)ne + 1, (size_t)ne + 1);
     if (L == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     gsl_matrix_view v =
         gsl_matrix_submatrix(L, 0, 0, (size_t)(ne > 0 ? ne : 1), (size_t)(ne > 0 ? ne : 1));
@@ -214,7 +214,7 @@ static stein_status at_the_end(diag *d, diag__suspect *lead, const double **colu
     double *own[OWN] = {NULL};
     int nown = own_columns(d, lead, own);
     lab__mixed m = {.nf = 0};
-    stein_status status = nown >= 0 ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = nown >= 0 ? STEIN_OK : lab__no_memory(err);
     for (int i = 0; status == STEIN_OK && i < nown; i++) {
         column[i] = own[i];
     }
@@ -245,7 +245,7 @@ stein_status diag__power(diag *d, int led, stein_err *err)
     int *index = malloc(sizeof *index * (size_t)(d->n + 1));
     stein_status status = column != NULL && index != NULL
                               ? at_the_end(d, led ? &d->suspect[0] : NULL, column, index, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                              : lab__no_memory(err);
     free(column);
     free(index);
     return status;

@@ -67,7 +67,7 @@ static double *beside(const fit__problem *p, const fit__end *e, fit__end *t, ste
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     double *room = malloc(sizeof *room * (nu + rows + fit__columns(p) + 1));
     if (room == NULL) {
-        (void)lab__fail(err, STEIN_ENOMEM, "out of memory");
+        (void)lab__no_memory(err);
         return NULL;
     }
     *t = (fit__end){.x = room, .r = room + nu, .J = room + nu + rows};
@@ -106,7 +106,7 @@ static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, s
         take_over(p, e, &t);
     }
     free(room);
-    *status = tried == STEIN_ENOMEM ? lab__fail(err, tried, "out of memory") : STEIN_OK;
+    *status = fit__forgive(tried, err);
     return e->objective < was - worth_a_recall;
 }
 
@@ -170,5 +170,5 @@ stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err 
         }
     }
     free(room);
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }

@@ -128,10 +128,10 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     *m = (lab__mixed){.nf = 0};
     stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
                                                          scatter, DIAG_CLASSES, err)
-                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                                       : lab__no_memory(err);
     double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));
     if (status == STEIN_OK && C == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
         fill(m, p, &l, s, x, J, r, beta, column, C);
@@ -213,7 +213,7 @@ stein_status diag__likelihood(const fit__problem *p, const double *x, const doub
     for (int i = 0; i < nwith; i++) {
         free(column[i]);
     }
-    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return memory ? STEIN_OK : lab__no_memory(err);
 }
 
 /* unknowns x [nu] at the linear minimum beta, with a candidate whose amount is the last of it or
@@ -307,7 +307,7 @@ static stein_status scores(diag *d, lab__mixed *m, const int *index, const doubl
     if (room == NULL || use == NULL) {
         free(room);
         free(use);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     double *beta = room, *score = beta + m->nf + 2, *epc = score + nc, *info = epc + nc,
            *corr = info + nc, best = 0.0;
@@ -361,7 +361,7 @@ stein_status diag__rank(diag *d, stein_err *err)
     lab__mixed m = {.nf = 0};
     stein_status status = column != NULL && index != NULL
                               ? diag__mixed_at(&m, &d->p, d->x, d->J, d->r, column, n, err)
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                              : lab__no_memory(err);
     status = status == STEIN_OK ? scores(d, &m, index, column, n, err) : status;
     lab__mixed_free(&m);
     free(column);
@@ -387,7 +387,7 @@ static stein_status start_of(diag *d, diag__suspect *s, lab__mixed *m, int k, co
         s->start = malloc(sizeof *s->start * (size_t)d->p.nu);
     }
     int found = s->start != NULL && linear_end(&d->p, m, &k, 1, beta, s->start);
-    return found ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return found ? STEIN_OK : lab__no_memory(err);
 }
 
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
@@ -404,10 +404,10 @@ stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err)
     }
     stein_status status =
         memory ? diag__mixed_at(&m, p, leader->x, leader->J, leader->r, column, n + 1, err)
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+               : lab__no_memory(err);
     beta = malloc(sizeof *beta * (size_t)(m.nf + 2));
     if (status == STEIN_OK && beta == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__suspect *s = &d->suspect[index[k]];

@@ -67,7 +67,7 @@ stein_status diag__make_room(diag *d, diag__suspect *s, stein_err *err)
         s->J = s->x != NULL ? s->r + rows : NULL;
         s->sd = s->x != NULL ? s->J + fit__columns(p) : NULL;
     }
-    return s->x != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return s->x != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* derivatives at hand: those of the base, and the suspect's own column */
@@ -115,7 +115,7 @@ stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *e
     stein_err why = {STEIN_OK, ""};
     stein_status status = diag__fit_on(d, s, renewals, &why);
     if (status == STEIN_ENOMEM) {
-        return lab__fail(err, status, "out of memory");
+        return lab__no_memory(err);
     }
     if (status != STEIN_OK) {
         s->s.why = "it could not be fitted";

@@ -98,7 +98,7 @@ static stein_status keep(diag__found *f, diag *stage, stein_err *err)
     diag **more = realloc(f->stage, sizeof *more * (size_t)(f->nstage + 1));
     if (more == NULL) {
         free(stage);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     f->stage = more;
     f->stage[f->nstage++] = stage;
@@ -111,8 +111,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
                                diag **out, stein_err *err)
 {
     diag *next = calloc(1, sizeof *next);
-    stein_status status =
-        next != NULL ? keep(f, next, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = next != NULL ? keep(f, next, err) : lab__no_memory(err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -155,7 +154,7 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
     if (d->held_data->n < 1 || diag__held_out(d, s, to, &why) != STEIN_ENOMEM) {
         return STEIN_OK;
     }
-    return lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return lab__no_memory(err);
 }
 
 /* do held-out strokes miss a cause? */
@@ -248,7 +247,7 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
             tried = diag__ratio(&held, &f->held, &f->cause[i], &why);
         }
         if (tried == STEIN_ENOMEM) {
-            *status = lab__fail(err, tried, "out of memory");
+            *status = lab__no_memory(err);
         }
         int goes = tried == STEIN_OK && is_needless(f, i, without, &held);
         diag__held_free(&held);
@@ -288,7 +287,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         status = status == STEIN_OK ? diag__suspects(next, &why) : status;
         status = status == STEIN_OK ? diag__search(next, &why) : status;
         if (status != STEIN_OK) { // what was found stays found
-            status = status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+            status = fit__forgive(status, err);
             break;
         }
         d = next;

@@ -67,7 +67,7 @@ stein_status diag__check_step(diag *d, stein_err *err)
     size_t size = (size_t)(t->nch * t->n);
     double *y = malloc(sizeof *y * (2 * size + 1)), off = 0.0;
     if (y == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status fine = predict(d, stroke, 0, y);
     stein_status plain = fine == STEIN_OK ? predict(d, stroke, 1, y + size) : STEIN_OK;
@@ -76,7 +76,7 @@ stein_status diag__check_step(diag *d, stein_err *err)
     }
     free(y);
     if (fine == STEIN_ENOMEM || plain == STEIN_ENOMEM) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     if (plain != STEIN_OK) {
         return tell(d,

@@ -110,9 +110,8 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent
     unsigned char *stray = calloc(n + 1, 1);
     double *room = calloc(n + (size_t)p->rows + 1, sizeof *room);
     double **none = malloc(sizeof *none * (n + 1));
-    stein_status status = stray != NULL && room != NULL && none != NULL
-                              ? STEIN_OK
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        stray != NULL && room != NULL && none != NULL ? STEIN_OK : lab__no_memory(err);
     double middle = status == STEIN_OK ? diag__middle(p, e->r, room) : 0.0;
     *found = status == STEIN_OK ? find(p, e, middle, bent_too, stray) : 0;
     for (size_t i = 0; *found > 0 && i < n; i++) {

@@ -189,7 +189,7 @@ static stein_status write_fragment(lab__surgery *s, const fragment *f, const wor
     char *text = NULL;
     FILE *out = lab__text_open(&text);
     if (out == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (const char *c = f->entry; *c != '\0'; c++) {
         int letter = c[0] == '$' ? (unsigned char)c[1] : 0;
@@ -247,7 +247,7 @@ static stein_status move_beyond(lab__surgery *s, const mechanism *m, int body, c
     int any = 0;
     FILE *f = lab__text_open(text);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < m->npoint; i++) {
         const char *name = m->points[i].name, *last = strchr(name, '.');

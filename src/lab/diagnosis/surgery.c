@@ -67,7 +67,7 @@ stein_status lab__surgery_begin(lab__surgery **out, const char *text, size_t siz
     lab__surgery *s = calloc(1, sizeof *s);
     if (s == NULL || !yaml_parser_initialize(&parser)) {
         free(s);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     s->text = text;
     s->size = size;
@@ -77,8 +77,7 @@ stein_status lab__surgery_begin(lab__surgery **out, const char *text, size_t siz
     yaml_parser_delete(&parser);
     if (!s->composed || !memory || yaml_document_get_root_node(&s->doc) == NULL) {
         lab__surgery_end(s);
-        return memory ? lab__fail(err, STEIN_EPARSE, "the text is no YAML")
-                      : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return memory ? lab__fail(err, STEIN_EPARSE, "the text is no YAML") : lab__no_memory(err);
     }
     *out = s;
     return STEIN_OK;
@@ -325,8 +324,8 @@ stein_status lab__surgery_add(lab__surgery *s, const char *section, const char *
         return outcome(put_section(s, section, entry) != 0, section, err);
     }
     char *whole = lab__text("%s: {%s}", section, entry);
-    stein_status status = whole == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                                        : lab__surgery_add_key(s, "", whole, err);
+    stein_status status =
+        whole == NULL ? lab__no_memory(err) : lab__surgery_add_key(s, "", whole, err);
     free(whole);
     return status;
 }
@@ -337,7 +336,7 @@ stein_status lab__surgery_text(const lab__surgery *s, char **text, size_t *size,
     size_t at = 0, end = byte_of(s, node_of(s, 1)->end_mark);
     FILE *f = lab__text_open(&out);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < s->n; i++) {
         fwrite(s->text + at, 1, s->edit[i].from - at, f);

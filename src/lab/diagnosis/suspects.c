@@ -118,7 +118,7 @@ static stein_status try_all(diag *d, trial *t, int nsuspect, stein_err *err)
     t->square = calloc(jobs + 1, sizeof *t->square);
     d->out->strokes_simulated += (int)jobs;
     return t->failed != NULL && t->square != NULL ? fit__many(t->p, (int)jobs, ask, take, t, err)
-                                                  : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                                                  : lab__no_memory(err);
 }
 
 static void trial_free(trial *t)
@@ -154,7 +154,7 @@ static stein_status size_steps(diag *d, const fit__problem *p, diag__suspect **l
 {
     int middle = p->nstroke / 2;
     diag__suspect **open = malloc(sizeof *open * (size_t)(n + 1));
-    stein_status status = open != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = open != NULL ? STEIN_OK : lab__no_memory(err);
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         open[i] = list[i];
         list[i]->step = list[i]->step > 0.0 ? list[i]->step : list[i]->s.candidate.start;
@@ -186,7 +186,7 @@ static stein_status secants(diag *d, const fit__problem *p, diag__suspect **list
 {
     int *stroke = malloc(sizeof *stroke * (size_t)(p->nstroke + 1));
     if (stroke == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int s = 0; s < p->nstroke; s++) {
         stroke[s] = s;
@@ -216,7 +216,7 @@ static int best_amount(const diag *d, const double *const *column, stein_status 
     if (*status == STEIN_OK) {
         double *beta = malloc(sizeof *beta * (size_t)(m.nf + 1));
         if (beta == NULL) {
-            *status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+            *status = lab__no_memory(err);
         } else {
             lab__mixed_scatter(&m, NULL, 0, SCAN_ROUNDS, beta, NULL);
             lab__mixed_weigh(&m); // of all columns
@@ -243,7 +243,7 @@ static stein_status scan_step(diag *d, const fit__problem *p, diag__suspect *s, 
     size_t rows = fit__offset(p, p->nstroke);
     const double *column[SCANNED];
     double *room = calloc(rows * SCANNED + 1, sizeof *room), kept = s->step;
-    stein_status status = room != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
     for (int k = 0; status == STEIN_OK && k < SCANNED; k++) {
         s->step = (k + 1.0) / SCANNED;
         status = secants(d, p, &s, 1, err);
@@ -265,7 +265,7 @@ static stein_status make_column(double **column, const fit__problem *p, stein_er
     if (*column == NULL) {
         *column = calloc(fit__offset(p, p->nstroke) + 1, sizeof **column);
     }
-    return *column != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return *column != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* ---- numbers that the fit moves anyhow ---- */
@@ -429,7 +429,7 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
     lab_data_options options = lab_data_options_default(lab_equations(model));
     const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
     if (file == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < set->n; i++) {
         file[i] = set->stroke[i]->file;
@@ -456,7 +456,7 @@ static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
                      : STEIN_ENOMEM;
     }
     if (status == STEIN_ENOMEM) {
-        return lab__fail(err, status, "out of memory");
+        return lab__no_memory(err);
     }
     if (status == STEIN_OK && s->fit->nu == d->p.nu) {
         s->fit->tolerance = d->p.tolerance;
@@ -487,7 +487,7 @@ stein_status diag__suspects(diag *d, stein_err *err)
     d->suspect = calloc((size_t)d->n + 1, sizeof *d->suspect);
     if (d->suspect == NULL) {
         free(list);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
@@ -523,8 +523,8 @@ stein_status diag__changes(diag *d, stein_err *err)
             base[nbase++] = s;
         }
     }
-    stein_status status = base != NULL ? change_all(d, &d->p, base, nbase, err)
-                                       : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status =
+        base != NULL ? change_all(d, &d->p, base, nbase, err) : lab__no_memory(err);
     free(base);
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];

@@ -117,7 +117,7 @@ static stein_status set_clocks(fit__problem *p, stein_err *err)
 {
     double *x = calloc((size_t)(p->nu + p->nstroke) + 1, sizeof *x);
     if (x == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     clocks c = {p, x, x + p->nu};
     p->tolerance = 1e-9;
@@ -183,7 +183,7 @@ static stein_status set_scales(fit__problem *p, stein_err *err)
 {
     scales to = {p, calloc((size_t)p->np + 1, sizeof *to.sd)};
     if (to.sd == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = fit__parallel(p, p->np, set_scale, &to, err);
     for (int k = 0; k < p->np; k++) {
@@ -252,8 +252,7 @@ static stein_status conclude(fit__problem *p, lab_fit *fit, const fit__search *s
     const double *x = s->state.x;
     double *r = malloc(sizeof *r * (fit__offset(p, p->nstroke) + 1));
     double *J = malloc(sizeof *J * (fit__columns(p) + 1));
-    stein_status status =
-        r != NULL && J != NULL ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = r != NULL && J != NULL ? STEIN_OK : lab__no_memory(err);
     p->central = 1;
     p->tolerance = 1e-11;
     memcpy(p->step, s->state.step, sizeof *p->step * (size_t)p->nu);
@@ -322,7 +321,7 @@ stein_status lab_fit_run(lab_fit **out, const lab_model *model, const lab_datase
     }
     lab_fit *fit = calloc(1, sizeof *fit);
     if (fit == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     status = fit__problem_make(&p, model, data, def, err);
     status = status == STEIN_OK ? run(&p, fit, err) : status;

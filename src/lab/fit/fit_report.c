@@ -62,7 +62,7 @@ static stein_status describe_stroke(const fit__problem *p, lab_fit *fit, int s, 
     to->file = lab__text("%s", t->data->file);
     to->value = calloc((size_t)t->own + 1, sizeof *to->value);
     if (to->file == NULL || to->value == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < t->nch * t->n; i++) {
         double ri = r[fit__offset(p, s) + (size_t)i];
@@ -81,7 +81,7 @@ static stein_status describe_stroke(const fit__problem *p, lab_fit *fit, int s, 
                              .data_sd = NAN};
         v->name = own_name(p, u, &v->unit);
         if (v->name == NULL) {
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
     }
     return STEIN_OK;
@@ -129,7 +129,7 @@ static stein_status make_lists(const fit__problem *p, lab_fit *fit, stein_err *e
     fit->residual = calloc(residuals + 1, sizeof *fit->residual);
     return fit->value && fit->weakest && fit->covariance && fit->stroke && fit->residual
                ? STEIN_OK
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+               : lab__no_memory(err);
 }
 
 stein_status fit__describe(const fit__problem *p, lab_fit *fit, const double *x, const double *r,

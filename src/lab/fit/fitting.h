@@ -169,6 +169,13 @@ typedef void fit__watch_fn(void *ctx, stein_sim *sim, int i);
 
 typedef struct fit__reader fit__reader;
 
+/** What a trial's failure means for the search that tries: the trial lost, and nothing else. But
+ *  memory that ended ends the search. @return OK, ENOMEM (and said so) */
+static inline stein_status fit__forgive(stein_status trial, stein_err *err)
+{
+    return trial == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
+}
+
 /** What one simulation of strokes needs, one after the other. */
 typedef struct fit__bench {
     stein_sim *sim, *probe; /* probe: only for the ladder */

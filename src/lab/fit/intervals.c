@@ -68,7 +68,7 @@ static stein_status add_pair(lab_fit *fit, int a, int b, double correlation, ste
 {
     lab_fit_pair *more = realloc(fit->pair, sizeof *more * (size_t)(fit->npair + 1));
     if (more == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     fit->pair = more;
     fit->pair[fit->npair++] = (lab_fit_pair){a, b, correlation};
@@ -84,7 +84,7 @@ static stein_status correlations(const fit__problem *p, lab_fit *fit, const gsl_
     size_t weakest = 0;
     gsl_matrix *inverse = gsl_matrix_calloc(np, np);
     if (inverse == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t e = 0; e < np; e++) {
         double l = fmax(gsl_vector_get(lambda, e), 1e-14 * most);
@@ -131,7 +131,7 @@ static stein_status spectrum(const fit__problem *p, lab_fit *fit, gsl_matrix *m,
     gsl_matrix *V = gsl_matrix_alloc(np, np);
     stein_status status = STEIN_OK;
     if (w == NULL || lambda == NULL || V == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else {
         gsl_eigen_symmv(m, lambda, V, w);
         status = correlations(p, fit, lambda, V, err);
@@ -180,7 +180,7 @@ static stein_status last_gain(const fit__problem *p, lab_fit *fit, fit__normal *
 {
     double *dx = malloc(sizeof *dx * (size_t)p->nu);
     if (dx == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     fit__normal_step(n, p, dx);
     fit->gradient = 0.0;
@@ -212,7 +212,7 @@ static stein_status refill(fit__normal *n, const fit__problem *p, const double *
     size_t rows = fit__offset(p, p->nstroke), columns = fit__columns(p);
     double *scaled = malloc(sizeof *scaled * (rows + columns + 1)), factor = 1.0 / sqrt(v);
     if (scaled == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (size_t i = 0; i < rows + columns; i++) {
         scaled[i] = factor * (i < rows ? r[i] : J[i - rows]);
@@ -232,7 +232,7 @@ stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, cons
     stein_status status = fit__normal_make(&n, p, err);
     gsl_matrix *m = gsl_matrix_alloc((size_t)p->np, (size_t)p->np);
     if (status == STEIN_OK && m == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     if (status == STEIN_OK && information(&n, p, x, r, J, m) != 0) {
         status = lab__fail(err, STEIN_ENONFINITE, "a stroke's own unknowns cannot be told apart");

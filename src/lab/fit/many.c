@@ -9,11 +9,6 @@
 
 #include "row.h"
 
-static stein_status no_memory(stein_err *err)
-{
-    return lab__fail(err, STEIN_ENOMEM, "out of memory");
-}
-
 /* ---- one after the other on each thread ---- */
 
 typedef struct gang {
@@ -27,7 +22,7 @@ static stein_status begin(void *ctx, void **bench, stein_err *err)
     const gang *g = ctx;
     fit__bench *b = calloc(1, sizeof *b);
     *bench = b;
-    return b != NULL ? fit__bench_make(b, g->p, err) : no_memory(err);
+    return b != NULL ? fit__bench_make(b, g->p, err) : lab__no_memory(err);
 }
 
 static stein_status work(void *ctx, void *bench, int job, stein_err *err)
@@ -35,7 +30,7 @@ static stein_status work(void *ctx, void *bench, int job, stein_err *err)
     const gang *g = ctx;
     const fit__bench *b = bench;
     g->work(g->ctx, bench, job);
-    return b->no_memory ? no_memory(err) : STEIN_OK;
+    return b->no_memory ? lab__no_memory(err) : STEIN_OK;
 }
 
 static void end(void *bench)
@@ -67,7 +62,7 @@ static stein_status make_row(void *ctx, void **bench, stein_err *err)
     const rows *all = ctx;
     fit__row *r = calloc(1, sizeof *r);
     *bench = r;
-    return r != NULL ? fit__row_make(r, all->p, err) : no_memory(err);
+    return r != NULL ? fit__row_make(r, all->p, err) : lab__no_memory(err);
 }
 
 static void free_row(void *bench)

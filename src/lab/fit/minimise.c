@@ -59,7 +59,7 @@ stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *
             memory = n->B[s] && n->BL[s] && n->C[s] && n->X[s];
         }
     }
-    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return memory ? STEIN_OK : lab__no_memory(err);
 }
 
 void fit__normal_free(fit__normal *n)
@@ -230,7 +230,7 @@ static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
     m->J = malloc(sizeof *m->J * (fit__columns(p) + 1));
     stein_status status = fit__normal_make(&m->normal, p, err);
     if (status == STEIN_OK && (m->r == NULL || m->J == NULL)) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     m->try_r = m->r + (m->r != NULL ? rows : 0);
     m->dx = m->try_r + (m->r != NULL ? rows : 0);
@@ -525,7 +525,7 @@ stein_status fit__descend(fit__problem *p, fit__end *e, int known, double enough
     m.try_x = m.dx + (m.try_r != NULL ? nu : 0);
     stein_status status = fit__normal_make(&m.normal, p, err);
     if (status == STEIN_OK && m.try_r == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     status = status == STEIN_OK ? begin(p, &s, &m, err) : status;
     if (status == STEIN_OK && known) {

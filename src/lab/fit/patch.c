@@ -374,7 +374,7 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
     FILE *f = p.list != NULL ? lab__text_open(&patched) : NULL;
     if (f == NULL) {
         free(p.list);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
@@ -423,7 +423,7 @@ static stein_status cut_sets(mech_set **sets, char **room, const lab_options *o,
     *sets = calloc((size_t)o->nset + 1, sizeof **sets);
     *room = malloc(size);
     if (*sets == NULL || *room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     char *at = *room;
     for (int i = 0; i < o->nset; i++) {
@@ -472,7 +472,7 @@ stein_status lab_fit_write(const char *path, const lab_fit *fit, const char *fil
     mechanism *m = NULL;
     fit__number *list = calloc((size_t)(fit->nvalue + options->nset) + 1, sizeof *list);
     if (list == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = cut_sets(&sets, &room, options, err);
     status = status == STEIN_OK ? lab__read_file(file, &text, &size, err) : status;

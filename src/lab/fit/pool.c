@@ -182,7 +182,7 @@ stein_status fit__together(const fit__problem *p, int n, fit__piece *piece, void
     int locked = pool.row != NULL && pthread_mutex_init(&pool.lock, NULL) == 0;
     int sound = locked && pthread_cond_init(&pool.changed, NULL) == 0;
     if (!sound) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     for (int i = 0; status == STEIN_OK && i < pool.nrow; i++) {
         status = fit__row_make(&pool.row[i].row, p, err);

@@ -417,7 +417,7 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     s->y = calloc(nc * n + 1, sizeof *s->y);
     s->signal = calloc(nc + 1, sizeof *s->signal);
     if (!s->channel || !s->given || !s->delay || !s->noise || !s->y || !s->signal) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     lab_audit *audit = NULL;
     stein_status status = lab_audit_create(&audit, data, err);
@@ -493,7 +493,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     p->group = calloc((size_t)m->np + 1, sizeof *p->group);
     if (p->stroke == NULL || p->unknown == NULL || p->step == NULL || p->group == NULL) {
         p->nstroke = 0;
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     p->clock = stein_find_param(m, "clock.error");
     for (int i = 0; i < m->np; i++) {

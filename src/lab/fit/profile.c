@@ -103,7 +103,7 @@ stein_status fit__profile(fit__problem *p, lab_fit *fit, int k, const double *x,
     }
     double *memory = malloc(sizeof *memory * (3 * nu + 1));
     if (memory == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     m.s.x = memory;
     m.s.step = memory + nu;

@@ -68,7 +68,7 @@ stein_status fit__residuals(const fit__problem *p, const double *x, double *r, i
 {
     job j = {p, x, r, calloc((size_t)p->nstroke, sizeof *j.failed)};
     if (j.failed == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = fit__many(p, p->nstroke, ask, take, &j, err);
     *failed = 0;
@@ -221,7 +221,7 @@ stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *er
 {
     double *room = malloc(sizeof *room * (size_t)(2 * p->rows + 1));
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int k = 0; k < p->nstroke; k++) {
         fit__stroke *s = &p->stroke[k];
@@ -230,7 +230,7 @@ stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *er
         double *w = malloc(sizeof *w * (size + 1));
         if (w == NULL) {
             free(room);
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
         memcpy(plain, r + fit__offset(p, k), sizeof *plain * size);
         for (int c = 0; c < s->nch; c++) {

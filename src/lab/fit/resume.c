@@ -91,7 +91,7 @@ stein_status fit__search_save(const fit__search *s, int nu, const char *path,
     char *text = NULL;
     FILE *f = lab__text_open(&text);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     write_search(f, s, nu, key);
     stein_status status = lab__text_close(f, &text, err);
@@ -198,7 +198,7 @@ stein_status fit__search_load(fit__search *s, int nu, const char *path, unsigned
     FILE *f = status == STEIN_OK && size > 0 ? fmemopen(text, size, "r") : NULL;
     if (status == STEIN_OK && f == NULL) {
         status = size == 0 ? lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path)
-                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                           : lab__no_memory(err);
     }
     if (status == STEIN_OK) {
         status = load(s, nu, path, key, f, is_whole(text, size), err);

@@ -21,7 +21,7 @@ stein_status fit__row_make(fit__row *r, const fit__problem *p, stein_err *err)
     def.integrator = STEIN_DP5;
     *r = (fit__row){.p = p, .n = p->lanes > 0 ? p->lanes : stein_batch_width(m)};
     r->seat = calloc((size_t)r->n, sizeof *r->seat);
-    return r->seat == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+    return r->seat == NULL ? lab__no_memory(err)
                            : stein_batch_create(&r->batch, m, &def, r->n, p->lanes, err);
 }
 
@@ -45,7 +45,7 @@ static stein_status get_up(fit__row *r, int i, int failed, stein_err *err)
     s->taken = 0;
     r->over = s->jobs;
     s->jobs->take(s->jobs->ctx, &s->bench, s->job, failed);
-    return s->bench.no_memory ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    return s->bench.no_memory ? lab__no_memory(err) : STEIN_OK;
 }
 
 /* the next run of a job begins, or the job is over */

@@ -175,7 +175,7 @@ stein_status fit__sensitivities(const fit__problem *p, const double *x, const do
     size_t most = (size_t)p->nstroke * (size_t)p->np + (size_t)(p->nu - p->np);
     task *list = malloc(sizeof *list * (most + 1));
     if (list == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int s = 0; s < p->nstroke; s++) {
         for (int k = 0; k < p->np + p->stroke[s].own; k++) {
@@ -230,7 +230,7 @@ stein_status fit__fine_sensitivities(fit__problem *p, const double *x, const dou
     double coarse = p->tolerance, worst = 0.0;
     double *half = malloc(sizeof *half * (fit__columns(p) + 1));
     if (half == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     p->central = 1;
     p->tolerance = fine;

@@ -145,7 +145,7 @@ static stein_status smooth(fit__signal *s, double noise, double decades, stein_e
     if (rows == NULL || room == NULL) {
         free(rows);
         free(room);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     bands b = {.m = s->n - 3, .t = s->t, .d = rows, .p = rows + n, .q = rows + 2 * n};
     b.z = room;
@@ -169,7 +169,7 @@ static stein_status interpolate(fit__signal *s, stein_err *err)
     int n = s->n;
     double *c = s->c, *upper = calloc((size_t)n, sizeof *upper);
     if (upper == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     double first = (s->t[1] - s->t[0]) / (s->t[2] - s->t[1]);
     double last = (s->t[n - 1] - s->t[n - 2]) / (s->t[n - 2] - s->t[n - 3]);
@@ -205,9 +205,7 @@ static stein_status make_room(fit__signal *s, size_t n, stein_err *err)
     s->t = calloc(n + 1, sizeof *s->t);
     s->g = calloc(n + 1, sizeof *s->g);
     s->c = calloc(n + 1, sizeof *s->c);
-    return s->t != NULL && s->g != NULL && s->c != NULL
-               ? STEIN_OK
-               : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return s->t != NULL && s->g != NULL && s->c != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 /* what runs through the knots */

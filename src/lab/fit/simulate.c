@@ -106,7 +106,7 @@ stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *er
     b->reader = reader_make(p);
     int memory = b->p && b->q && b->qd && b->shown && b->x && b->y && b->reader &&
                  (p->gain <= 0.0 || b->observer);
-    return memory ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return memory ? STEIN_OK : lab__no_memory(err);
 }
 
 void fit__bench_free(fit__bench *b)

@@ -50,7 +50,7 @@ stein_status fit__search_make(fit__search *s, const fit__problem *p, stein_err *
     *s = (fit__search){.stage = 0};
     double *room = calloc(nu * (3 + LAB_FIT_STARTS), sizeof *room);
     if (room == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     s->state.x = room;
     s->state.step = room + nu;
@@ -131,7 +131,7 @@ static stein_status place(const fit__problem *p, int start, double *x, stein_err
     double u[SOBOL_DIMENSIONS];
     gsl_qrng *q = gsl_qrng_alloc(gsl_qrng_sobol, dim);
     if (q == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < start; i++) { // the first point is the middle
         gsl_qrng_get(q, u);
@@ -216,7 +216,7 @@ static stein_status plain_residuals(fit__problem *p, const double *x, double **r
     int failed = 0;
     *r = malloc(sizeof **r * (fit__offset(p, p->nstroke) + 1));
     if (*r == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int s = 0; s < p->nstroke; s++) {
         free(p->stroke[s].weight);

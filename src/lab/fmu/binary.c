@@ -49,7 +49,7 @@ static stein_status put_source(fmu_sources *to, const char *name, char *text, st
     if (own == NULL || text == NULL || to->n == FMU_SOURCES) {
         free(own);
         free(text);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     to->name[to->n] = own;
     to->text[to->n++] = text;
@@ -141,7 +141,7 @@ static stein_status put_values(fmu_sources *to, const fmu_list *list, const char
     char *text;
     FILE *f = lab__text_open(&text);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     write_values(f, list, token);
     stein_status status = lab__text_close(f, &text, err);
@@ -241,7 +241,7 @@ static stein_status name_files(job *j, const fmu_sources *sources, const lab_opt
     j->core = lab__text("%s/core.o", folder);
     j->work = lab__text("%s/work-XXXXXX", folder);
     int complete = j->folder != NULL && j->core != NULL && j->work != NULL;
-    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return complete ? STEIN_OK : lab__no_memory(err);
 }
 
 static stein_status complain(const job *j, int code, stein_err *err)
@@ -275,16 +275,14 @@ static stein_status run(const job *j, lab__words *w, stein_err *err)
 static stein_status write_text(const char *path, const char *text, stein_err *err)
 {
     const char *const lines[] = {text, NULL};
-    return path != NULL ? lab__write_lines(path, lines, err)
-                        : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return path != NULL ? lab__write_lines(path, lines, err) : lab__no_memory(err);
 }
 
 /* what all mechanisms share, into the cache */
 static stein_status write_shared(const job *j, const fmu_sources *sources, stein_err *err)
 {
     char *stein = lab__text("%s/stein", j->folder);
-    stein_status status =
-        stein != NULL ? lab__folder(stein, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = stein != NULL ? lab__folder(stein, err) : lab__no_memory(err);
     free(stein);
     for (int i = 0; status == STEIN_OK && i < sources->n; i++) {
         if (!is_own(sources->name[i])) {
@@ -386,7 +384,7 @@ static stein_status name_work(job *j, stein_err *err)
     j->fresh = lab__text("%s/fresh", j->work);
     j->log = lab__text("%s/log", j->work);
     int complete = j->fresh != NULL && j->log != NULL;
-    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return complete ? STEIN_OK : lab__no_memory(err);
 }
 
 static stein_status write_own(const job *j, const fmu_sources *sources, stein_err *err)

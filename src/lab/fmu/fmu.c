@@ -55,7 +55,7 @@ static stein_status describe(char **text, const parts *p, int version, stein_err
     free(*text);
     FILE *f = lab__text_open(text);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     if (version == 0) {
         fmu__describe_build(f, &p->list, p->sources.compiled);

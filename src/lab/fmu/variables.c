@@ -105,7 +105,7 @@ static stein_status add(fmu_list *list, fmu_variable v, stein_err *err)
     }
     stein_status status = STEIN_OK;
     if (v.name == NULL || v.text == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else if (is_taken(list, v.name)) {
         status = lab__fail(err, STEIN_EINVAL,
                            "two variables of the FMU would be called \"%s\": rename one of them in "
@@ -281,7 +281,7 @@ stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err 
         free(d);
         free(list->v);
         list->v = NULL;
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
     stein_setup(m, lab_parameters(model), d);

@@ -164,7 +164,7 @@ stein_status fmu__zip_create(fmu_zip **out, stein_err *err)
 {
     fmu_zip *z = calloc(1, sizeof *z);
     if (z == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *out = z;
     return STEIN_OK;
@@ -185,7 +185,7 @@ stein_status fmu__zip_write(fmu_zip *z, const char *path, size_t *bytes, stein_e
     put_number(z, b, at, 4);
     put_number(z, b, 0, 2); // comment
     if (z->failed) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = lab__file_open(&file, path, err);
     if (status != STEIN_OK) {

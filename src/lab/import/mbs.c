@@ -29,7 +29,7 @@ static void note(mbs_project *p, const char *format, ...)
     p->note = more != NULL ? more : p->note;
     if (more == NULL || copy == NULL) {
         free(copy);
-        p->status = lab__fail(p->err, STEIN_ENOMEM, "out of memory");
+        p->status = lab__no_memory(p->err);
         return;
     }
     p->note[p->nnote++] = copy;

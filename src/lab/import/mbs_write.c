@@ -144,7 +144,7 @@ stein_status mbs_text(const mbs_project *p, char **text, size_t *size, stein_err
 {
     FILE *f = lab__text_open(text);
     if (f == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     write_all(f, p);
     stein_status status = lab__text_close(f, text, err);

@@ -103,7 +103,7 @@ static stein_status hash_run(const lab_model *model, char hash[LAB_HASH], stein_
     size_t size = status == STEIN_OK ? stein_state_size(sim) : 0;
     unsigned char *state = malloc(size + 1);
     if (status == STEIN_OK && state == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
         stein_save(sim, state);
@@ -118,7 +118,7 @@ static stein_status describe(char **json, const lab_model *model, const char *ha
 {
     FILE *stream = lab__text_open(json);
     if (stream == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     page__describe(stream, model, hash);
     return lab__text_close(stream, json, err);

@@ -88,7 +88,7 @@ static stein_status name_files(job *j, const stein_model *equations, const lab_o
     j->model = equations->name;
     int complete = j->folder != NULL && j->core != NULL && j->equations != NULL &&
                    j->module != NULL && j->work != NULL && j->sysroot != NULL;
-    return complete ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return complete ? STEIN_OK : lab__no_memory(err);
 }
 
 /* ---- what a machine may lack ---- */
@@ -244,7 +244,7 @@ static stein_status write_sources(const job *j, stein_err *err)
     for (const lab__source *f = lab__core_files; status == STEIN_OK && f->name != NULL; f++) {
         char *path = lab__text("%s/%s", j->folder, f->name), *slash = NULL;
         if (path == NULL) {
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
         slash = strrchr(path, '/');
         *slash = '\0';
@@ -278,8 +278,7 @@ static stein_status compile_apart(job *j, const lab_model *model, stein_err *err
     j->fresh = lab__text("%s/module", j->work);
     j->log = lab__text("%s/log", j->work);
     int memory = j->fresh != NULL && j->log != NULL;
-    stein_status status =
-        memory ? write_sources(j, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = memory ? write_sources(j, err) : lab__no_memory(err);
     if (status == STEIN_OK) {
         status = write_equations(j, model, err);
     }

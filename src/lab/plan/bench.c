@@ -233,8 +233,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
     double *p = calloc((size_t)own->np + 1, sizeof *p);
     stein_sim *sim = NULL;
     int memory = b->p && b->low && l.joint && l.range && l.channel && p;
-    stein_status status = memory ? lab_sim(cause->model, NULL, &sim, err)
-                                 : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = memory ? lab_sim(cause->model, NULL, &sim, err) : lab__no_memory(err);
     if (memory && status == STEIN_OK) {
         b->high = b->low + nq;
         b->rest = b->high + nq;

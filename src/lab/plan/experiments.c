@@ -373,7 +373,7 @@ stein_status plan__experiments(const plan__bench *b, const plan__side *side, int
     masses(&l, side, nside);
     if (l.nomem) {
         free(l.e);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     *out = l.e;
     *n = l.n;

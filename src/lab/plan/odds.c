@@ -51,7 +51,7 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
         free(X);
         free(Z);
         return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
-                              : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                              : lab__no_memory(err);
     }
     for (size_t i = 0; i < (size_t)a->nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
@@ -320,7 +320,7 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
     if (room == NULL || d.E == NULL || d.rng == NULL) {
         free(room);
         draw_free(&d);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     d.g = room + n * n;
     d.other = d.g + n;
@@ -354,5 +354,5 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
     }
     draw_free(&d);
     free(room);
-    return a >= 0 && b >= 0 ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return a >= 0 && b >= 0 ? STEIN_OK : lab__no_memory(err);
 }

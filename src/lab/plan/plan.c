@@ -72,7 +72,7 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     for (int k = 0; k < p->nside; k++) {
         plan__view_free(&view[k]);
     }
-    return status == STEIN_ENOMEM ? lab__fail(err, status, "out of memory") : STEIN_OK;
+    return fit__forgive(status, err);
 }
 
 /* a is no more worth than b */
@@ -180,7 +180,7 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     struct timespec begin, end;
     clock_gettime(CLOCK_MONOTONIC, &begin);
     if (plan == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     plan->wanted = p.def->wanted;
     plan->most = MOST;

@@ -92,7 +92,7 @@ static stein_status blank_make(blank *b, const plan__bench *bench, const stein_m
     b->time = calloc(3 * n, sizeof *b->time);
     b->present = malloc(n);
     if (!b->column || !b->setting || !b->time || !b->present) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     b->value = b->time + n;
     b->zero = b->value + n;
@@ -208,7 +208,7 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
     if (at == NULL || C == NULL) {
         free(at);
         gsl_matrix_free(C);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < p->np; i++) {
         if (of[i] >= 0) {
@@ -268,7 +268,7 @@ static stein_status view_make(plan__view *v, const plan__bench *b, const fit__pr
     v->Z = calloc(n * (size_t)v->nz + 1, sizeof *v->Z);
     v->time = calloc((size_t)v->rows + 1, sizeof *v->time);
     if (!v->y || !v->P || !v->Z || !v->time) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     memcpy(v->time, t->data->time, sizeof *v->time * (size_t)v->rows);
     return STEIN_OK;
@@ -295,7 +295,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     if (of == NULL || x == NULL) {
         free(of);
         free(x);
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     int np = unknowns(p, q, of);
     stein_status status = view_make(v, b, p, np, err);
@@ -310,8 +310,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     if (status == STEIN_OK && !only_y) {
         J = malloc(sizeof *J * (fit__columns(p) + 1));
         b->strokes += 2 * (np + v->nz);
-        status = J != NULL ? fit__sensitivities(p, x, v->y, J, err)
-                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = J != NULL ? fit__sensitivities(p, x, v->y, J, err) : lab__no_memory(err);
     }
     if (status == STEIN_OK && J != NULL) {
         status = spread(v, p, q, of, J, err);
@@ -337,7 +336,7 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     *v = (plan__view){.y = NULL};
     stein_status status = blank_make(&stroke, b, m, e, err);
     if (status == STEIN_OK && name == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     }
     lab_fit_def def = lab_fit_def_default();
     for (int i = 0; name != NULL && i < q->n; i++) {

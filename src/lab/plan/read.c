@@ -45,8 +45,7 @@ static void bad(reader *r, const yaml_node_t *at, const char *format, ...)
 
 static void no_memory(reader *r)
 {
-    r->status =
-        r->status == STEIN_OK ? lab__fail(r->err, STEIN_ENOMEM, "out of memory") : r->status;
+    r->status = r->status == STEIN_OK ? lab__no_memory(r->err) : r->status;
 }
 
 /* the value of a key. @return NULL: it is missing, which is a failure */
@@ -354,8 +353,7 @@ stein_status lab_diagnosis_read(lab_diagnosis **out, const char *path, const lab
     char *text = NULL;
     size_t size = 0;
     lab_diagnosis *d = calloc(1, sizeof *d);
-    r.status = d != NULL ? lab__read_file(path, &text, &size, err)
-                         : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    r.status = d != NULL ? lab__read_file(path, &text, &size, err) : lab__no_memory(err);
     if (r.status == STEIN_OK && size > LARGEST) {
         r.status = lab__fail(err, STEIN_EPARSE, "%s: larger than any diagnosis.json", path);
     }

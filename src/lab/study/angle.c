@@ -177,8 +177,8 @@ stein_status study_angle(const study *s, study_part *part, stein_err *err)
         return STEIN_OK;
     }
     w.t = study_table_new(part, "notch_angle", ANGLES, head);
-    stein_status status = w.t == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                                      : study_each(s, "notch angles", ANGLES, look, &w, err);
+    stein_status status =
+        w.t == NULL ? lab__no_memory(err) : study_each(s, "notch angles", ANGLES, look, &w, err);
     if (status == STEIN_OK) {
         draw(part, w.t);
         say(&w, part);

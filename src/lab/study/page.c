@@ -83,8 +83,8 @@ static stein_status write_charts(FILE *f, const study_part *part, const char *fo
         char *path = lab__text("%s/%s.svg", folder, part->chart[i].name);
         char *text = NULL;
         size_t size = 0;
-        stein_status status = path != NULL ? lab__read_file(path, &text, &size, err)
-                                           : lab__fail(err, STEIN_ENOMEM, "out of memory");
+        stein_status status =
+            path != NULL ? lab__read_file(path, &text, &size, err) : lab__no_memory(err);
         free(path);
         if (status != STEIN_OK) {
             return status;
@@ -147,8 +147,7 @@ stein_status study_page(const study *s, const study_report *report, const char *
 {
     lab__file file;
     char *path = lab__text("%s/study.html", folder);
-    stein_status status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                                       : lab__file_open(&file, path, err);
+    stein_status status = path == NULL ? lab__no_memory(err) : lab__file_open(&file, path, err);
     if (status == STEIN_OK) {
         status = write_page(file.stream, s, report, folder, err);
         stein_status closed = lab__file_close(&file, status == STEIN_OK, err);

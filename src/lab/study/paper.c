@@ -59,7 +59,7 @@ static stein_status fill(const study *s, study_part *part, study_still *still, s
                                        NULL};
     study_table *t = study_table_new(part, "", s->npoint, head);
     if (t == NULL) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     for (int i = 0; i < s->npoint; i++) {
         double *row = study_row(t, i);
@@ -85,7 +85,7 @@ static stein_status fill(const study *s, study_part *part, study_still *still, s
     int made = study_table_copy(part, "figure11", t, figure11, 5) &&
                study_table_copy(part, "figure12", t, figure12, 4) &&
                study_table_copy(part, "figure13", t, figure13, 3);
-    return made ? STEIN_OK : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    return made ? STEIN_OK : lab__no_memory(err);
 }
 
 /* straight line through the finite points of column y with from <= dx <= to; the number of points
@@ -263,8 +263,7 @@ static stein_status record_reference(const study *s, study_part *part, stein_err
     int dip = stein_find_channel(m, "key_dip"), n = (int)(0.15 / recorded_every + 0.5) + 1;
     study_table *t = study_table_new(part, "figure09", n, head);
     stein_sim *sim = NULL;
-    stein_status status =
-        t != NULL ? study_sim(s, &sim, err) : lab__fail(err, STEIN_ENOMEM, "out of memory");
+    stein_status status = t != NULL ? study_sim(s, &sim, err) : lab__no_memory(err);
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         double *row = study_row(t, i);
         status = stein_run(sim, i * recorded_every, err);
@@ -308,7 +307,7 @@ stein_status study_paper(const study *s, study_part *part, stein_err *err)
         return status;
     }
     w.still = calloc((size_t)s->npoint + 1, sizeof *w.still);
-    status = w.still == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+    status = w.still == NULL ? lab__no_memory(err)
                              : study_each(s, "static heights", s->npoint, press, &w, err);
     if (status == STEIN_OK) {
         status = fill(s, part, w.still, err);

@@ -52,8 +52,7 @@ static stein_status work(void *ctx, void *sim, int i, stein_err *err)
 {
     const crew *c = ctx;
     stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
-    return c->job(c->ctx, sim, i) == STEIN_ENOMEM ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                                                  : STEIN_OK;
+    return c->job(c->ctx, sim, i) == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
 }
 
 static void drop_sim(void *sim)

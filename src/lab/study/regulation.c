@@ -199,7 +199,7 @@ stein_status study_regulation(const study *s, study_part *part, stein_err *err)
     for (int k = 0; k < WAYS; k++) {
         w.table[k] = study_table_new(part, file[k], POINTS, head[k]);
         if (w.table[k] == NULL) {
-            return lab__fail(err, STEIN_ENOMEM, "out of memory");
+            return lab__no_memory(err);
         }
     }
     stein_status status = study_each(s, "regulations", 2 * WAYS, find_end, &w, err);

@@ -280,7 +280,7 @@ stein_status study_repetition(const study *s, study_part *part, stein_err *err)
     w.t = study_table_new(part, "repetition", TOUCHES, head);
     const stein_sim_def def = study_def_controlled(s);
     stein_status status =
-        w.t == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+        w.t == NULL ? lab__no_memory(err)
                     : study_each_by(s, &def, "repetition", 2 * TOUCHES + 1, look, &w, err);
     if (status == STEIN_OK) {
         draw(part, w.t);

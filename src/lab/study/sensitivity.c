@@ -175,7 +175,7 @@ stein_status study_slopes(const study *s, study_slope *slope, int *n, stein_err 
     study_bend *bend = calloc(2 * (size_t)*n + 1, sizeof *bend);
     double(*y)[STUDY_RESPONSES] = calloc(2 * (size_t)*n + 1, sizeof *y);
     stein_status status = bend != NULL && y != NULL ? halve(&finer, slope, *n, bend, y, y + *n, err)
-                                                    : lab__fail(err, STEIN_ENOMEM, "out of memory");
+                                                    : lab__no_memory(err);
     free(bend);
     free(y);
     return status;
@@ -296,7 +296,7 @@ stein_status study_sensitivity(const study *s, study_part *part, stein_err *err)
     part->title = "Sensitivity";
     stein_status status = STEIN_OK;
     if (order == NULL) {
-        status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+        status = lab__no_memory(err);
     } else {
         double largest[STUDY_RESPONSES] = {1e-300, 1e-300, 1e-300};
         for (int i = 0; i < n; i++) {
@@ -317,7 +317,7 @@ stein_status study_sensitivity(const study *s, study_part *part, stein_err *err)
             draw(part, top);
             say(s, part, slope, order, n);
         } else {
-            status = lab__fail(err, STEIN_ENOMEM, "out of memory");
+            status = lab__no_memory(err);
         }
     }
     free(order);

@@ -19,8 +19,7 @@ stein_status study_run(study *s, study_report *report, stein_err *err)
         return status;
     }
     study_slope *slope = calloc((size_t)lab_equations(s->model)->np + 1, sizeof *slope);
-    status = slope == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                           : study_slopes(s, slope, &s->nslope, err);
+    status = slope == NULL ? lab__no_memory(err) : study_slopes(s, slope, &s->nslope, err);
     s->slope = slope;
     for (int i = 0; status == STEIN_OK && i < NPARTS; i++) {
         status = parts[i](s, &report->part[report->npart++], err);
@@ -42,20 +41,19 @@ void study_report_free(study_report *report)
 static stein_status write_part(const study *s, const study_part *part, const char *folder,
                                stein_err *err)
 {
-    stein_status status = part->lost ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    stein_status status = part->lost ? lab__no_memory(err) : STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < part->ntable; i++) {
         if (part->table[i].name[0] == '\0') {
             continue;
         }
         char *path = lab__text("%s/%s.csv", folder, part->table[i].name);
-        status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                              : study_write_csv(s, &part->table[i], path, err);
+        status =
+            path == NULL ? lab__no_memory(err) : study_write_csv(s, &part->table[i], path, err);
         free(path);
     }
     for (int i = 0; status == STEIN_OK && i < part->nchart; i++) {
         char *path = lab__text("%s/%s.svg", folder, part->chart[i].name);
-        status = path == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory")
-                              : study_draw(&part->chart[i], path, err);
+        status = path == NULL ? lab__no_memory(err) : study_draw(&part->chart[i], path, err);
         free(path);
     }
     return status;

@@ -159,7 +159,7 @@ static stein_status monte_carlo(const study *s, const scatter *of, int sources, 
 stein_status study_monte_carlo(const study *s, double scale, double *height, stein_err *err)
 {
     scatter *of = calloc((size_t)lab_equations(s->model)->np + 1, sizeof *of);
-    stein_status status = of == NULL ? lab__fail(err, STEIN_ENOMEM, "out of memory") : STEIN_OK;
+    stein_status status = of == NULL ? lab__no_memory(err) : STEIN_OK;
     if (status == STEIN_OK) {
         status = monte_carlo(s, of, find_scatter(s, of), scale, height, err);
     }
@@ -354,7 +354,7 @@ static stein_status report(const study *s, study_part *part, const scatter *of, 
     study_table *each = study_table_new(part, "tolerance_parameters", sources, source_head);
     if (groups == NULL || samples == NULL || bins == NULL || each == NULL ||
         !fill_groups(variance, total, groups) || !fill_sources(s, of, sources, total, each)) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = monte_carlo(s, of, sources, 1.0, height, err);
     o.works = moments(height, s->samples, &o.mean, &o.deviation);
@@ -390,7 +390,7 @@ stein_status study_tolerance(const study *s, study_part *part, stein_err *err)
     scatter *of = calloc((size_t)lab_equations(s->model)->np + 1, sizeof *of);
     double *height = calloc((size_t)s->samples + 1, sizeof *height);
     stein_status status = of == NULL || height == NULL
-                              ? lab__fail(err, STEIN_ENOMEM, "out of memory")
+                              ? lab__no_memory(err)
                               : report(s, part, of, find_scatter(s, of), height, err);
     free(of);
     free(height);

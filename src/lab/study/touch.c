@@ -292,7 +292,7 @@ stein_status study_touches(const study *s, study_part *part, stein_err *err)
         complete = complete && w.t[1] != NULL && w.t[2] != NULL;
     }
     if (!complete) {
-        return lab__fail(err, STEIN_ENOMEM, "out of memory");
+        return lab__no_memory(err);
     }
     stein_status status = study_each(s, "loads", LOADS, fall, &w, err);
     if (status == STEIN_OK && s->input >= 0) {
