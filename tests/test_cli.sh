@@ -218,6 +218,9 @@ for figure in figure09 figure11 figure12 figure13 notch_angle repetition sensiti
     if [ -s "$dir/study/$figure.svg" ] && [ -s "$dir/study/$figure.csv" ]; then pass; else
         fail "$figure with its data"; fi
 done
+for table in notch_angle regulation_stop regulation_stiffness regulation_angle repetition tolerance; do
+    if grep -v '^#' "$dir/study/$table.csv" | grep -q -e ',,' -e ',$'; then fail "$table: a cell is empty"; else pass; fi
+done
 shows "compares with the paper" 'escapement height at dx = 0 *2.2 mm *[0-9.]* mm'
 cp "$dir/study/facts.json" "$dir/out"
 json "facts.json holds the facts" "len(v) > 10 and all({'fact','paper','simulated','ok'} == set(f) for f in v)"

@@ -63,16 +63,21 @@ static stein_status look(void *ctx, stein_sim *sim, int i)
     play.until = 0.5;
     play.release = 0.2;
     study_shoot(w->s, sim, &play, NULL, &shot);
+    if (shot.status == STEIN_ENOMEM) {
+        return shot.status;
+    }
     row[HEIGHT] = shot.stroke.escape_height;
     row[WORK] = shot.slip_work;
     row[SLIP] = shot.slip_time;
     row[REARM] = shot.rearm_time;
     row[MARGIN] = shot.rearm_margin;
     row[FORCE] = shot.stroke.peak_string_force;
-    return shot.status;
     row[SPEED] = shot.stroke.impact_speed;
     play = (study_play){STUDY_STEADY, slow, 1.0, slow, NAN};
     study_shoot(w->s, sim, &play, NULL, &shot);
+    if (shot.status == STEIN_ENOMEM) {
+        return shot.status;
+    }
     row[LETOFF] = shot.status == STEIN_OK ? shot.key_force : NAN;
 
     // forced: the stop too far right, the hammer is on the string before it escapes
@@ -80,6 +85,7 @@ static stein_status look(void *ctx, stein_sim *sim, int i)
     play = study_play_default();
     study_shoot(w->s, sim, &play, NULL, &shot);
     row[FORCED] = shot.status == STEIN_OK ? shot.forced_force : NAN;
+    return shot.status;
 }
 
 static void draw(study_part *part, const study_table *t)
