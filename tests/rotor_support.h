@@ -1,24 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * rotor_support.h - a wheel on a spiral spring, let go from an angle, for tests of the diagnosis:
- * strokes with noise take milliseconds, and at one angle its drags look alike.
+ * rotor_support.h - strokes of the wheel of rotor.h with noise, and their diagnosis.
  */
 #ifndef ROTOR_SUPPORT_H
 #define ROTOR_SUPPORT_H
 
 #include "fit_support.h"
+#include "rotor.h"
 #include "stein/diagnose.h"
-
-static const char rotor_text[] = "mechanism: rotor\n"
-                                 "bodies:\n"
-                                 "  wheel:\n"
-                                 "    joint: R y\n"
-                                 "    mass: 0.4 kg\n"
-                                 "    inertia: {yy: 2.1e-3 kg m^2 +- 1 %}\n"
-                                 "    spring: {k: 0.83 N m/rad +- 1 %}\n"
-                                 "    initial: {position: 0.2 rad}\n"
-                                 "outputs:\n"
-                                 "  angle: {joint: wheel, read: position}\n"
-                                 "simulation: {dt: 0.2 ms, until: 0.7 s}\n";
 
 enum { ROTOR_STROKES = 6 };
 

@@ -170,8 +170,7 @@ static stein_status call_open(uint64_t *result, stein_err *err)
 static stein_status call_compiled(uint64_t *result, stein_err *err)
 {
     lab_model *model = NULL;
-    lab_options options = lab_options_default();
-    options.cache = thing->folder;
+    lab_options options = files_options();
     stein_status status = lab_open(&model, thing->rotor_yaml, &options, err);
     *result = status == STEIN_OK ? (uint64_t)lab_equations(model)->np : 0;
     lab_close(model);

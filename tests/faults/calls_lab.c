@@ -79,28 +79,41 @@ static stein_status call_write(uint64_t *result, stein_err *err)
 
 /* ---- sweeps ---- */
 
-static stein_status call_sweep(uint64_t *result, stein_err *err)
+enum { POINTS = 3 };
+
+/* strokes at three places of the stop, and what they say of the published facts */
+static stein_status sweep(lab_point point[POINTS], lab_fact *fact, int *nfact, stein_err *err)
 {
-    enum { POINTS = 3 };
-    lab_point point[POINTS] = {{.dx = -1e-3}, {.dx = -0.5e-3}, {.dx = 0.0}};
-    lab_fact fact[LAB_FACTS_MAX];
+    for (int i = 0; i < POINTS; i++) {
+        point[i] = (lab_point){.dx = -1e-3 + 0.5e-3 * i};
+    }
     stein_status status = lab_sweep(thing->action, point, POINTS, 1, NULL, NULL, err);
-    *result = STEIN_HASH;
     for (int i = 0; status == STEIN_OK && i < POINTS; i++) {
         if (point[i].status != STEIN_OK) { // memory that ended within is an error of the sweep
-            return lab__fail(err, point[i].status, "point %d", i);
+            status = lab__fail(err, point[i].status, "point %d", i);
         }
-        *result = stein_hash_numbers(*result, &point[i].stroke.impact_time, 1);
     }
-    if (status == STEIN_OK) {
-        *result += (uint64_t)lab_facts(fact, point, POINTS);
+    *nfact = status == STEIN_OK ? lab_facts(fact, point, POINTS) : 0;
+    return status;
+}
+
+static stein_status call_sweep(uint64_t *result, stein_err *err)
+{
+    lab_point point[POINTS];
+    lab_fact fact[LAB_FACTS_MAX];
+    int nfact = 0;
+    stein_status status = sweep(point, fact, &nfact, err);
+    *result = lab__hash(STEIN_HASH, &nfact, sizeof nfact);
+    for (int i = 0; status == STEIN_OK && i < POINTS; i++) {
+        *result = stein_hash_numbers(*result, &point[i].stroke.impact_time, 1);
     }
     return status;
 }
 
+static const char *const vary[] = {"rod.mass=0.2:0.3:3kg", "rod.damping=1e-4,2e-4"};
+
 static stein_status call_vary(uint64_t *result, stein_err *err)
 {
-    static const char *const vary[] = {"rod.mass=0.2:0.3:3kg", "rod.damping=1e-4,2e-4"};
     lab_grid *grid = NULL;
     lab_table *table = NULL;
     unlink(thing->journal);
@@ -133,13 +146,11 @@ static stein_status call_merge(uint64_t *result, stein_err *err)
 /* the numbers of a map, as the file would accept them, and the map */
 static stein_status call_map(uint64_t *result, stein_err *err)
 {
-    static const char *const vary[] = {"rod.mass=0.2:0.3:3kg", "rod.damping=1e-4,2e-4"};
     lab_grid *grid = NULL;
     lab_table *table = NULL;
     char picture[FILES_PATH + 8];
     lab_vary_def def = lab_vary_def_default(thing->pendulum);
-    lab_options options = lab_options_default();
-    options.cache = thing->folder;
+    lab_options options = files_options();
     def.until = 0.005;
     snprintf(picture, sizeof picture, "%s.svg", thing->out);
     stein_status status =
@@ -205,11 +216,10 @@ static stein_status call_diagnose(uint64_t *result, stein_err *err)
     const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
     static const unsigned char held_out[] = {0, 0, 1};
     lab_data_options data = lab_data_options_default(lab_equations(thing->pendulum));
-    lab_options options = lab_options_default();
+    lab_options options = files_options();
     lab_diagnose_def def = lab_diagnose_def_default();
     lab_dataset *set = NULL;
     lab_diagnosis *found = NULL;
-    options.cache = thing->folder;
     def.options = &options;
     def.held_out = held_out;
     def.threads = 1;
@@ -229,9 +239,8 @@ static stein_status call_diagnose(uint64_t *result, stein_err *err)
 static stein_status call_candidates(uint64_t *result, stein_err *err)
 {
     lab_candidate *list = NULL;
-    lab_options options = lab_options_default();
+    lab_options options = files_options();
     int n = 0;
-    options.cache = thing->folder;
     stein_status status = lab_candidates(&list, &n, thing->rotor, err);
     *result = (uint64_t)n;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
@@ -249,11 +258,10 @@ static stein_status call_candidates(uint64_t *result, stein_err *err)
 /* the next experiment of a diagnosis that is read back */
 static stein_status call_plan(uint64_t *result, stein_err *err)
 {
-    lab_options options = lab_options_default();
+    lab_options options = files_options();
     lab_plan_def def = lab_plan_def_default();
     lab_diagnosis *found = NULL;
     lab_plan *plan = NULL;
-    options.cache = thing->folder;
     def.options = &options;
     def.quick = 1;
     def.threads = 1;
@@ -279,10 +287,9 @@ static stein_status call_plan(uint64_t *result, stein_err *err)
 /* with a compiler that writes a line; what is in an FMU is tested elsewhere */
 static stein_status call_fmu(uint64_t *result, stein_err *err)
 {
-    lab_options options = lab_options_default();
+    lab_options options = files_options();
     lab_fmu_facts facts;
     options.cc = thing->cc;
-    options.cache = thing->folder;
     stein_status status = lab_fmu(thing->out, thing->pendulum, 3, &options, &facts, err);
     *result = status == STEIN_OK ? files_hash(thing->out) : 0;
     return status;
@@ -302,8 +309,7 @@ static stein_status call_import(uint64_t *result, stein_err *err)
 static stein_status call_page(uint64_t *result, stein_err *err)
 {
     char remove[2 * FILES_PATH];
-    lab_options options = lab_options_default();
-    options.cache = thing->folder;
+    lab_options options = files_options();
     snprintf(remove, sizeof remove, "rm -rf %s/*/page-*", thing->folder);
     if (system(remove) != 0) {
         return lab__fail(err, STEIN_EIO, "%s: failed", remove);
@@ -316,8 +322,7 @@ static stein_status call_page(uint64_t *result, stein_err *err)
 /* the study and its files: of three places of the stop the paper's figures, or all parts */
 static stein_status do_study(int all, uint64_t *result, stein_err *err)
 {
-    enum { POINTS = 3 };
-    lab_point point[POINTS] = {{.dx = -1e-3}, {.dx = -0.5e-3}, {.dx = 0.0}};
+    lab_point point[POINTS];
     lab_fact fact[LAB_FACTS_MAX];
     char page[FILES_PATH + 16];
     study_report report = {.npart = 0};
@@ -328,8 +333,7 @@ static stein_status do_study(int all, uint64_t *result, stein_err *err)
                .point = point,
                .npoint = POINTS,
                .fact = fact};
-    stein_status status = lab_sweep(thing->action, point, POINTS, 1, NULL, NULL, err);
-    s.nfact = status == STEIN_OK ? lab_facts(fact, point, POINTS) : 0;
+    stein_status status = sweep(point, fact, &s.nfact, err);
     if (status == STEIN_OK && all) {
         status = study_run(&s, &report, err);
     } else if (status == STEIN_OK) {

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * faults.h - what the files of this folder share.
  *
- *   memory.c  malloc and its kin, which can be told to fail      main.c  one failure after the
- * other files.c   what the calls read                                calls.c, calls_lab.c  the
- * calls
+ *   main.c       one failure after the other
+ *   memory.c     malloc and its kin, which can be told to fail
+ *   files.c      what the calls read
+ *   calls.c      the calls: core, reader, generator
+ *   calls_lab.c  the laboratory
  */
 #ifndef FAULTS_H
 #define FAULTS_H
@@ -56,6 +58,8 @@ extern const things *const thing;
 void files_make(void);
 /** @return 0 when the folder is gone */
 int files_remove(void);
+/** Defaults, with the cache in that folder. */
+lab_options files_options(void);
 /** Of a file, without memory: the call is over. */
 uint64_t files_hash(const char *path);
 

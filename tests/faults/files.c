@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "../rotor.h"
 #include "faults.h"
 #include "stein/diagnose.h"
 #include "stein/identity.h"
@@ -28,6 +29,13 @@ uint64_t files_hash(const char *path)
         fclose(f);
     }
     return hash;
+}
+
+lab_options files_options(void)
+{
+    lab_options options = lab_options_default();
+    options.cache = all.folder;
+    return options;
 }
 
 static void need(stein_status status, const stein_err *err)
@@ -111,29 +119,18 @@ static void film_pendulum(void)
 /* A wheel let go at one angle, whose drags look alike, and what a diagnosis says of it. */
 static void diagnose_rotor(void)
 {
-    static const char text[] = "mechanism: rotor\n"
-                               "bodies:\n"
-                               "  wheel:\n"
-                               "    joint: R y\n"
-                               "    mass: 0.4 kg\n"
-                               "    inertia: {yy: 2.1e-3 kg m^2 +- 1 %}\n"
-                               "    spring: {k: 0.83 N m/rad +- 1 %}\n"
-                               "    initial: {position: 0.2 rad}\n"
-                               "outputs: {angle: {joint: wheel, read: position}}\n"
-                               "simulation: {dt: 0.2 ms, until: 0.7 s}\n";
     stein_err err = {STEIN_OK, ""};
     stein_sim *sim = NULL;
     lab_model *rotor = NULL;
     lab_dataset *set = NULL;
     lab_diagnosis *found = NULL;
-    lab_options options = lab_options_default();
+    lab_options options = files_options();
     lab_diagnose_def def = lab_diagnose_def_default();
     double drag = 1e-4;
     const char *file[3];
     FILE *f = begin(all.rotor_yaml, "rotor.yaml");
-    fputs(text, f);
+    fputs(rotor_text, f);
     fclose(f);
-    options.cache = all.folder;
     need(lab_open(&rotor, all.rotor_yaml, &options, &err), &err);
     all.rotor = rotor;
     need(lab_sim(rotor, NULL, &sim, &err), &err);

@@ -62,17 +62,22 @@ static long fail_each(const call_entry *c, int good, uint64_t expected)
     return n;
 }
 
-/* the first ones of every so many-th place. @return how many */
-static long fail_places(const call_entry *c, int good, int stride, uint64_t expected)
+/* the places that ask for memory in a call, *first allocation of each. @return how many */
+static int find_places(const call_entry *c, const long **first)
 {
     stein_err err;
     uint64_t result;
-    const long *first;
-    long n = 0;
     memory_note();
     c->call(&result, &err);
     memory_calm();
-    int places = memory_places(&first);
+    return memory_places(first);
+}
+
+/* the first allocation of every so many-th place. @return how many */
+static long fail_places(const call_entry *c, int good, const long *first, int places, int stride,
+                        uint64_t expected)
+{
+    long n = 0;
     for (int k = 0; k < places; k += stride, n++) {
         if (!try_one(c, first[k], good, expected)) {
             complain(c->name, first[k], good, "nobody asks for it any more");
@@ -92,9 +97,11 @@ static void fail_all(const call_entry *c, int stride)
         wrong++;
         return;
     }
+    const long *first = NULL;
+    int places = c->by_place > 0 ? find_places(c, &first) : 0;
     for (int good = 0; good < 2; good++) {
-        n +=
-            c->by_place > 0 ? fail_places(c, good, stride, expected) : fail_each(c, good, expected);
+        n += first != NULL ? fail_places(c, good, first, places, stride, expected)
+                           : fail_each(c, good, expected);
     }
     printf("faults: %-9s %5ld allocations failed\n", c->name, n);
 }
