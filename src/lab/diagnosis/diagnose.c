@@ -315,6 +315,10 @@ static stein_status conclude(diag *d, stein_err *err)
         status = diag__unknown_law(d, &before, &found, err);
         alone = alone && found.n == 1;
     }
+    if (status == STEIN_OK && found.n > 0 && found.leader != NULL) {
+        progress(d, 0.9, "what of the strokes can be predicted");
+        status = diag__settle(found.end, found.leader, err);
+    }
     diag *last = found.n > 0 ? found.from[found.n - 1] : d;
     status = status == STEIN_OK ? diag__power(last, found.n > 0, err) : status;
     status = status == STEIN_OK ? diag__note(d, &found, err) : status;

@@ -279,7 +279,8 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
             }
         }
         for (int c = 0; c < m->nclass; c++) {
-            double D = known[c] > 1e-9 ? sum[c] / known[c] : m->D[c];
+            double all = known[c] + m->worth;
+            double D = all > 1e-9 ? (sum[c] + m->worth * m->limit[c].first) / all : m->D[c];
             m->D[c] = fmin(fmax(D, least_scatter), m->limit[c].most);
         }
         weigh_with(m, with, nwith);

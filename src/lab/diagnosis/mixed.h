@@ -22,10 +22,11 @@ typedef struct lab__mixed {
     int *flat;   /* [nf] 1: no prior; 0: N(0, 1) */
     lab__scatter limit[LAB_SCATTERS];
     double D[LAB_SCATTERS]; /* present variances */
-    double *Q, *QZ, *ZZ;    /* per stroke: C'C, Z'C, Z'Z with C = [F G r] */
-    double *A;              /* [ncol*ncol] sum C' V^-1 C, of the columns weighed last */
-    double *W;              /* per stroke (D^-1 + Z'Z)^-1 */
-    double logdet;          /* sum log |V| */
+    double worth;        /* of what is known of them before, in columns of Z: lab__mixed_scatter */
+    double *Q, *QZ, *ZZ; /* per stroke: C'C, Z'C, Z'Z with C = [F G r] */
+    double *A;           /* [ncol*ncol] sum C' V^-1 C, of the columns weighed last */
+    double *W;           /* per stroke (D^-1 + Z'Z)^-1 */
+    double logdet;       /* sum log |V| */
     double *work;
     int *pick; /* [ncol] the columns weighed last */
 } lab__mixed;
@@ -47,7 +48,8 @@ double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double 
  *  variances. @param beta  as above */
 double lab__mixed_least(lab__mixed *m, const int *with, int nwith, double *beta);
 /** lab__mixed_solve with the variances estimated in at most `rounds` rounds, and A and W there; A
- * of these columns and r alone. */
+ * of these columns and r alone. With a worth w they are those of the prior (limit.first) to the
+ * share that w columns more would have: a few strokes may look as if nothing differed. */
 double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds, double *beta,
                           double *cov);
 /** Expected random effects of a stroke at beta, u [nz] out. */

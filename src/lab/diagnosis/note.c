@@ -67,8 +67,9 @@ static void note_suspect(diag *d, diag__suspect *s)
     if (!s->s.refitted || !isfinite(s->objective)) {
         return;
     }
+    diag__numbers told = diag__numbers_of(d, s);
     fit__problem_try(p, &given);
-    note_numbers(p, &s->s, &p->unknown[p->amount], s->x + p->amount, s->sd + p->amount,
+    note_numbers(p, &s->s, &p->unknown[p->amount], told.x + p->amount, told.sd + p->amount,
                  sqrt(diag__excess(d, s)));
     fit__problem_try(p, NULL);
 }
@@ -186,16 +187,18 @@ static stein_status note_values(diag *d, const diag__found *f, stein_err *err)
     diag__suspect *s = f->n > 0 ? f->leader : NULL;
     diag *end = f->n > 0 ? f->end : d;
     const fit__problem *p = s != NULL ? diag__problem(end, s) : &end->p;
-    const double *x = s != NULL ? s->x : end->x, *sd = s != NULL ? s->sd : end->sd;
-    const double *D = s != NULL ? s->D : end->null_D;
+    diag__numbers told = {end->x, end->sd, end->J, end->null_D};
+    if (s != NULL) {
+        told = diag__numbers_of(end, s);
+    }
     o->value = calloc((size_t)p->np + 1, sizeof *o->value);
     if (o->value == NULL) {
         return lab__no_memory(err);
     }
     for (int k = 0; k < p->np; k++) {
-        diag__note_value(d, p, k, x[k], sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);
+        diag__note_value(d, p, k, told.x[k], told.sd[k], f->n > 0 ? sqrt(f->excess) : 1.0);
     }
-    diag__note_scatter(d, D);
+    diag__note_scatter(d, told.D);
     return STEIN_OK;
 }
 

@@ -27,8 +27,8 @@ static stein_status make(lab_posterior *to, int n, stein_err *err)
 }
 
 /* @param unknown  [n] of the problem;  cov [n*n] of x */
-static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *p,
-                 const int *unknown, const double *cov, double wide)
+static void note(lab_posterior *to, const double *x, const fit__problem *p, const int *unknown,
+                 const double *cov, double wide)
 {
     int n = to->n;
     for (int i = 0; cov != NULL && i < n; i++) {
@@ -39,7 +39,7 @@ static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *
                                        : fit__number_name[1 + u->index]);
         double sd = sqrt(fmax(0.0, wide * cov[i * n + i]));
         q->logarithmic = u->log;
-        q->value = fit__value(u, s->x[unknown[i]]);
+        q->value = fit__value(u, x[unknown[i]]);
         q->sd = u->sd * (u->prior ? fmin(1.0, sd) : sd);
         for (int k = 0; k < n; k++) {
             double size = sqrt(cov[i * n + i] * cov[k * n + k]);
@@ -51,6 +51,7 @@ static void note(lab_posterior *to, const diag__suspect *s, const fit__problem *
 static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
+    const diag__numbers told = diag__numbers_of(d, s);
     lab__mixed m = {.nf = 0};
     int own[FIT__NUMBERS], with[FIT__NUMBERS], nown = 0, n = 0;
     int *unknown = malloc(sizeof *unknown * (size_t)(p->np + 1));
@@ -61,12 +62,12 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
         if (i == 0 || s->s.candidate.side[i - 1].param >= 0) {
             with[nown] = nown;
             own[nown] = p->amount + i;
-            memory &= (column[nown++] = diag__column(p, s->J, p->amount + i)) != NULL;
+            memory &= (column[nown++] = diag__column(p, told.J, p->amount + i)) != NULL;
         }
     }
-    stein_status status =
-        memory ? diag__mixed_at(&m, p, s->x, s->J, s->r, (const double *const *)column, nown, err)
-               : lab__no_memory(err);
+    stein_status status = memory ? diag__mixed_at(&m, p, told.x, told.J, s->r,
+                                                  (const double *const *)column, nown, err)
+                                 : lab__no_memory(err);
     for (int k = 0; memory && status == STEIN_OK && k < p->np; k++) {
         if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
             unknown[n++] = k;
@@ -78,11 +79,11 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
     status = status == STEIN_OK ? make(to, n, err) : status;
     double *beta = malloc(sizeof *beta * (size_t)(n + 1));
     if (status == STEIN_OK && beta != NULL) {
-        memcpy(m.D, s->D, sizeof m.D);
+        memcpy(m.D, told.D, sizeof m.D);
         lab__mixed_weigh(&m);
         fit__problem_try(p, &s->s.candidate);
         if (isfinite(lab__mixed_solve(&m, with, nown, beta, cov))) {
-            note(to, s, p, unknown, cov, diag__excess(d, s));
+            note(to, told.x, p, unknown, cov, diag__excess(d, s));
         } else {
             to->n = 0;
         }

@@ -6,6 +6,7 @@
  *   listing.c     candidates of the mechanism as it stands
  *   suspects.c    what each of them would change
  *   pursue.c      the null fit, along the strokes
+ *   likelihood.c  the strokes of a problem as a mixed model
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   early.c       the same where the strokes begin, or where numbers are believed
  *   refine.c      the best suspects fitted in full
@@ -14,6 +15,7 @@
  *   strays.c      single strokes that a fit has lost
  *   parts.c       how much of a part could stand in a leader's place
  *   power.c       which of the others could have been seen
+ *   settle.c      the numbers of a cause, from what of its strokes can be predicted
  *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
@@ -24,6 +26,8 @@
  */
 #ifndef SEARCHING_H
 #define SEARCHING_H
+
+#include <gsl/gsl_rng.h>
 
 #include "diagnosing.h"
 #include "mixed.h"
@@ -53,9 +57,11 @@ typedef struct diag__suspect {
     int begun;              /* it was fitted from the file's own numbers, too */
     double
         early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
-    double swap;   /* predicted objective in the leader's place */
-    double near;   /* the same, when a fit from there has been made, too */
-    double *start; /* and unknowns */
+    double swap;     /* predicted objective in the leader's place */
+    double near;     /* the same, when a fit from there has been made, too */
+    double *start;   /* and unknowns */
+    double *settled; /* [nu + np + columns of J] x, sd and J of settle.c; NULL: it was not asked */
+    double settled_D[LAB_SCATTERS];
 } diag__suspect;
 
 enum { DIAG_CLASSES = 3 }; /* kinds of scatter: joints, contacts, drive */
@@ -149,10 +155,14 @@ stein_status diag__pursue(diag *d, stein_err *err);
  *  @return OK (also when it fails), ENOMEM */
 stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err *err);
 
-/* ---- rank.c ---- */
+/* ---- likelihood.c ---- */
 
-/** Scores of all suspects at the null fit: s.score, s.amount, s.possible; sorted. */
-stein_status diag__rank(diag *d, stein_err *err);
+/** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;
+ *  lab__mixed_free in any case. @return OK, ENOMEM */
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err);
+/** The column of unknown k < np over all rows, freed by the caller; NULL: out of memory. */
+double *diag__column(const fit__problem *p, const double *J, int k);
 /** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated: as
  *  Laplace has it, with the sum of squares that is reached, not what derivatives promise beyond.
  *  @param D   variances of scatter, out
@@ -162,16 +172,50 @@ stein_status diag__rank(diag *d, stein_err *err);
 stein_status diag__likelihood(const fit__problem *p, const double *x, const double *J,
                               const double *r, double *D, double *sd, double *objective,
                               double *promised, stein_err *err);
+/** The mixed model around x with the numbers of the effect on trial among its columns. */
+typedef struct diag__local {
+    lab__mixed m;
+    int n, with[FIT__NUMBERS], unknown[FIT__NUMBERS]; /* those numbers */
+    double *column[FIT__NUMBERS];
+    int nfree, *free;   /* the other unknowns that are of all strokes */
+    double *beta, *cov; /* [nfree + n], its square */
+} diag__local;
+/** @return OK, ENOMEM; diag__local_close in any case */
+stein_status diag__local_open(diag__local *l, const fit__problem *p, const double *x,
+                              const double *J, const double *r, stein_err *err);
+void diag__local_close(diag__local *l);
+/** Standard deviations of the unknowns of all strokes, sd [np]; l is solved. */
+void diag__deviations(const diag__local *l, const fit__problem *p, double *sd);
+/** Sum of squares at x with residuals r, all priors included, at the present variances. */
+double diag__squares(const diag__local *l, const fit__problem *p, const double *x, const double *r);
+/** Somewhere near x, as the linear posterior has it: `to` [nu] is eps times as far from x as a draw
+ *  from it. l is solved. @return OK, ENOMEM, EINVAL: there is no such thing */
+stein_status diag__draw(const diag__local *l, const fit__problem *p, double eps, gsl_rng *rng,
+                        const double *x, double *to, stein_err *err);
+/** Unknowns x [nu] at beta, the numbers `with` of an effect among it, and the expected differences
+ *  of the strokes that go with it; what is idle stays. */
+void diag__linear_end(const fit__problem *p, const lab__mixed *m, const int *with, int nwith,
+                      const double *beta, double *x);
+
+/* ---- rank.c ---- */
+
+/** Scores of all suspects at the null fit: s.score, s.amount, s.possible; sorted. */
+stein_status diag__rank(diag *d, stein_err *err);
 /** Scores of all suspects in the place of the leader, at its end: swap and start.
  *  diag__changes was called there. */
 stein_status diag__in_place(diag *d, diag__suspect *leader, stein_err *err);
 
-/** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;
- *  lab__mixed_free in any case. @return OK, ENOMEM */
-stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
-                            const double *r, const double *const *column, int nc, stein_err *err);
-/** The column of unknown k < np over all rows, freed by the caller; NULL: out of memory. */
-double *diag__column(const fit__problem *p, const double *J, int k);
+/* ---- settle.c ---- */
+
+/** The numbers of a suspect once more, from what of its strokes can be predicted. J holds central
+ *  derivatives at x. All else of the suspect stays where its search has ended.
+ *  @return OK (also when it stays there), ENOMEM */
+stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err);
+/** What is told about a suspect: where it has settled, else where its search has ended. */
+typedef struct diag__numbers {
+    const double *x, *sd, *J, *D;
+} diag__numbers;
+diag__numbers diag__numbers_of(const diag *d, const diag__suspect *s);
 
 /* ---- power.c ---- */
 

@@ -316,17 +316,17 @@ void diag__found_free(diag__found *f)
 
 const fit__unknown *diag__amount(const diag__found *f, int i, double *x, double *sd)
 {
-    const double *at = f->leader != NULL ? f->leader->x : f->end->x;
-    const double *sds = f->leader != NULL ? f->leader->sd : f->end->sd;
+    diag__numbers told = {.x = f->end->x, .sd = f->end->sd};
     int k = amount_of(f->end, f->leader, &f->cause[i].candidate);
     fit__problem *p = &f->end->p;
     if (f->leader != NULL) {
         p = diag__problem(f->end, f->leader);
         fit__problem_try(p, &f->leader->s.candidate);
+        told = diag__numbers_of(f->end, f->leader);
     }
     for (int j = 0; j < FIT__NUMBERS; j++) {
-        x[j] = at[k + j];
-        sd[j] = sds[k + j];
+        x[j] = told.x[k + j];
+        sd[j] = told.sd[k + j];
     }
     return &p->unknown[k];
 }

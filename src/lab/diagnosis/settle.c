@@ -1,0 +1,341 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * settle.c - the numbers of a cause, from what of its strokes can be predicted.
+ *
+ * A bounce more or less, a pawl that catches just so: behind such an event a stroke answers to its
+ * numbers more finely than anything is known about them. A fit goes through there by luck, chi2
+ * around its end is ragged, no step leads on, and derivatives tell of knowledge that nobody has. So
+ * the search ends somewhere near, which is good enough to tell one cause from another, and too far
+ * for an interval.
+ *
+ *   1. draws from the linear posterior, a tenth of it, are simulated:
+ *
+ *          x' = x + eps (dbeta, du),    dbeta ~ N(0, cov),  du | dbeta ~ N(W Z'F dbeta, W)
+ *
+ *      A stroke ends where all of it that went another way than its derivatives say,
+ *
+ *          sum (r(x') - r(x) - J (x' - x))^2,
+ *
+ *      reaches `unpredicted`: curvature that an interval can bear is a hundredth of that.
+ *   2. least squares with what is left of the strokes, to their end (Levenberg-Marquardt)
+ *   3. again from there, until no stroke ends earlier
+ *   4. Gauss-Newton steps of the mixed model: the variances of what differs from stroke to stroke
+ *      are those that the strokes show and the prior together. The prior is worth four strokes:
+ *      80 % of chi2/4 is between 0.5^2 and 2^2 of it to the deviation, and so strokes of real
+ *      actions scatter, by 3 to 10 % where the prior says 5 and 8 (fit.h). A dozen strokes that
+ * happen to be alike would else have numbers that are too sure.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { DRAWS = 8, ROUNDS = 6, RENEWALS = 3, STEPS = 4, HALVINGS = 3, SCATTER_ROUNDS = 40 };
+static const double eps = 0.1;         /* of the posterior's width */
+static const double unpredicted = 0.1; /* of a stroke's chi2 */
+static const double settled = 0.05;    /* of the sum of squares */
+static const double worth = 4.0;       /* of the prior of the scatter, in strokes */
+
+typedef struct settling {
+    fit__problem *p;
+    double *x, *to;  /* [nu] */
+    double *r, *end; /* residuals at x and at `to` */
+    double *J, *sd;  /* at x */
+    double *weight;  /* of all samples, stroke behind stroke */
+    int *until;      /* [nstroke] samples that can be predicted */
+    diag__local l;
+    gsl_rng *rng;
+} settling;
+
+/* ---- what cannot be predicted ---- */
+
+/* r(x') - r(x) - J (x' - x) of a sample */
+static double strange(const settling *g, int stroke, size_t i)
+{
+    const fit__problem *p = g->p;
+    const fit__stroke *t = &p->stroke[stroke];
+    size_t at = fit__offset(p, stroke) + i;
+    double sum = g->end[at] - g->r[at];
+    for (int k = 0; k < p->np + t->own; k++) {
+        int u = k < p->np ? k : t->first + k - p->np;
+        sum -= g->J[fit__column(p, stroke, k) + i] * (g->to[u] - g->x[u]);
+    }
+    return sum;
+}
+
+/* the stroke ends where too much of it went another way. @return does it end earlier than before?
+ */
+static int cut(settling *g, int stroke)
+{
+    const fit__stroke *t = &g->p->stroke[stroke];
+    double *weight = g->weight + fit__offset(g->p, stroke), sum = 0.0;
+    int n = 0, before = g->until[stroke];
+    for (; n < before && sum < unpredicted; n++) {
+        for (int c = 0; c < t->nch; c++) {
+            double e = strange(g, stroke, (size_t)(c * t->n + n));
+            sum += e * e;
+        }
+    }
+    g->until[stroke] = n;
+    for (int i = n; i < before; i++) {
+        for (int c = 0; c < t->nch; c++) {
+            weight[c * t->n + i] = 0.0;
+        }
+    }
+    return n < before;
+}
+
+/* @return how many strokes end earlier than before */
+static int foresee(settling *g, stein_status *status, stein_err *err)
+{
+    fit__problem *p = g->p;
+    int earlier = 0;
+    *status = diag__local_open(&g->l, p, g->x, g->J, g->r, err);
+    g->l.m.worth = worth;
+    if (*status == STEIN_OK) {
+        lab__mixed_scatter(&g->l.m, g->l.with, g->l.n, SCATTER_ROUNDS, g->l.beta, g->l.cov);
+    }
+    for (int n = 0; *status == STEIN_OK && n < DRAWS; n++) {
+        int failed = 0;
+        *status = diag__draw(&g->l, p, eps, g->rng, g->x, g->to, err);
+        *status = *status == STEIN_OK ? fit__residuals(p, g->to, g->end, &failed, err) : *status;
+        for (int s = 0; *status == STEIN_OK && failed == 0 && s < p->nstroke; s++) {
+            earlier += cut(g, s);
+        }
+    }
+    diag__local_close(&g->l);
+    return earlier;
+}
+
+/* ---- least squares ---- */
+
+/* r and J without what cannot be predicted */
+static void blank(settling *g)
+{
+    const fit__problem *p = g->p;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        size_t left = sizeof *g->r * (size_t)(t->n - g->until[s]);
+        for (int c = 0; c < t->nch; c++) {
+            size_t from = (size_t)(c * t->n + g->until[s]);
+            memset(g->r + fit__offset(p, s) + from, 0, left);
+            for (int k = 0; k < p->np + t->own; k++) {
+                memset(g->J + fit__column(p, s, k) + from, 0, left);
+            }
+        }
+    }
+}
+
+/* to the least squares of what is left of the strokes, and central derivatives there */
+static stein_status descend(settling *g, stein_err *err)
+{
+    fit__problem *p = g->p;
+    fit__end e = {.x = g->x, .J = g->J, .r = g->r};
+    p->central = 0;
+    stein_status status = fit__descend(p, &e, 1, settled, RENEWALS, err);
+    p->central = 1;
+    return status == STEIN_OK ? fit__sensitivities(p, g->x, g->r, g->J, err) : status;
+}
+
+/* ---- with the scatter that the strokes show ---- */
+
+static int is_thinkable(const fit__problem *p, const double *x)
+{
+    return p->effect == NULL || p->effect->effect->both_signs || x[p->amount] > 0.0;
+}
+
+/* a step from x to where l has its minimum, or part of it. @return 1: it was one */
+static int step(settling *g, stein_status *status, stein_err *err)
+{
+    fit__problem *p = g->p;
+    const diag__local *l = &g->l;
+    double here = diag__squares(l, p, g->x, g->r);
+    memcpy(g->to, g->x, sizeof *g->to * (size_t)p->nu);
+    diag__linear_end(p, &l->m, l->with, l->n, l->beta, g->to);
+    for (int k = 0; k < HALVINGS; k++) {
+        int failed = !is_thinkable(p, g->to);
+        *status = failed ? STEIN_OK : fit__residuals(p, g->to, g->end, &failed, err);
+        if (*status != STEIN_OK) {
+            return 0;
+        }
+        if (!failed && diag__squares(l, p, g->to, g->end) < here - settled) {
+            memcpy(g->x, g->to, sizeof *g->x * (size_t)p->nu);
+            memcpy(g->r, g->end, sizeof *g->r * fit__offset(p, p->nstroke));
+            return 1;
+        }
+        for (int i = 0; i < p->nu; i++) {
+            g->to[i] = 0.5 * (g->to[i] + g->x[i]);
+        }
+    }
+    return 0;
+}
+
+static stein_status balance(settling *g, double *D, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int moved = 1;
+    for (int n = 0; moved && status == STEIN_OK && n < STEPS; n++) {
+        diag__local *l = &g->l;
+        status = diag__local_open(l, g->p, g->x, g->J, g->r, err);
+        l->m.worth = worth;
+        moved = 0;
+        if (status == STEIN_OK) {
+            lab__mixed_scatter(&l->m, l->with, l->n, SCATTER_ROUNDS, l->beta, l->cov);
+            memcpy(D, l->m.D, sizeof l->m.D);
+            diag__deviations(l, g->p, g->sd);
+            moved = step(g, &status, err);
+        }
+        diag__local_close(l);
+    }
+    return status;
+}
+
+/* ---- the whole ---- */
+
+static stein_status settle(settling *g, double *D, stein_err *err)
+{
+    int failed = 0, earlier = 1;
+    stein_status status = fit__residuals(g->p, g->x, g->r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+    }
+    for (int n = 0; earlier > 0 && status == STEIN_OK && n < ROUNDS; n++) {
+        earlier = foresee(g, &status, err);
+        if (status == STEIN_OK && earlier > 0) {
+            blank(g);
+            status = descend(g, err);
+        }
+    }
+    return status == STEIN_OK ? balance(g, D, err) : status;
+}
+
+/* the weights of the strokes, those of the settling for theirs */
+static void swap_weights(settling *g, double **other)
+{
+    for (int s = 0; s < g->p->nstroke; s++) {
+        double *mine = g->p->stroke[s].weight;
+        g->p->stroke[s].weight = other[s];
+        other[s] = mine;
+    }
+}
+
+static void end(settling *g, double **weight, double *steps)
+{
+    free(weight);
+    free(steps);
+    free(g->until);
+    free(g->x);
+    free(g->J);
+    if (g->rng != NULL) {
+        gsl_rng_free(g->rng);
+    }
+}
+
+static int make(settling *g, fit__problem *p, const diag__suspect *s, double **weight)
+{
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    g->p = p;
+    g->x = malloc(sizeof *g->x * (2 * nu + 3 * rows + (size_t)p->np + 1));
+    g->J = malloc(sizeof *g->J * (fit__columns(p) + 1));
+    g->until = malloc(sizeof *g->until * (size_t)(p->nstroke + 1));
+    g->rng = gsl_rng_alloc(gsl_rng_mt19937);
+    if (g->x == NULL || g->J == NULL || g->until == NULL || g->rng == NULL) {
+        return 0;
+    }
+    g->to = g->x + nu;
+    g->r = g->to + nu;
+    g->end = g->r + rows;
+    g->weight = g->end + rows;
+    g->sd = g->weight + rows;
+    memcpy(g->x, s->x, sizeof *g->x * nu);
+    memcpy(g->J, s->J, sizeof *g->J * fit__columns(p));
+    gsl_rng_set(g->rng, 1788);
+    for (int a = 0; a < p->nstroke; a++) {
+        const fit__stroke *t = &p->stroke[a];
+        weight[a] = g->weight + fit__offset(p, a);
+        g->until[a] = t->n;
+        for (int i = 0; i < t->nch * t->n; i++) {
+            weight[a][i] = t->weight != NULL ? t->weight[i] : 1.0;
+        }
+    }
+    return 1;
+}
+
+/* how many strokes end earlier than they were filmed, and which is the first */
+static stein_status tell(diag *d, const settling *g, stein_err *err)
+{
+    const fit__problem *p = g->p;
+    double earliest = INFINITY;
+    int n = 0, which = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        double last = g->until[s] < t->n ? t->data->time[g->until[s]] : (double)INFINITY;
+        n += isfinite(last);
+        which = last < earliest ? s : which;
+        earliest = fmin(earliest, last);
+    }
+    if (n == 0) {
+        return STEIN_OK;
+    }
+    char *line = lab__text("%d of %d strokes cannot be predicted to their end, %s from %.3g ms on: "
+                           "what was found has its numbers from what comes before",
+                           n, p->nstroke, p->stroke[which].data->file, 1e3 * earliest);
+    return diag__add_finding(d, line, err);
+}
+
+/* x, sd and J where it has settled become those of the suspect */
+static stein_status keep(const settling *g, diag__suspect *s, const double *D, stein_err *err)
+{
+    size_t nu = (size_t)g->p->nu, np = (size_t)g->p->np, nJ = fit__columns(g->p);
+    s->settled = malloc(sizeof *s->settled * (nu + np + nJ));
+    if (s->settled == NULL) {
+        return lab__no_memory(err);
+    }
+    memcpy(s->settled, g->x, sizeof *g->x * nu);
+    memcpy(s->settled + nu, g->sd, sizeof *g->sd * np);
+    memcpy(s->settled + nu + np, g->J, sizeof *g->J * nJ);
+    memcpy(s->settled_D, D, sizeof s->settled_D);
+    return STEIN_OK;
+}
+
+stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    settling g = {.x = NULL};
+    double D[LAB_SCATTERS];
+    stein_err why = {STEIN_OK, ""};
+    double **weight = malloc(sizeof *weight * (size_t)(p->nstroke + 1));
+    double *steps = malloc(sizeof *steps * (size_t)(p->nu + 1));
+    if (weight == NULL || steps == NULL || !make(&g, p, s, weight)) {
+        end(&g, weight, steps);
+        return lab__no_memory(err);
+    }
+    memcpy(steps, p->step, sizeof *steps * (size_t)p->nu);
+    p->central = 1;
+    fit__problem_try(p, &s->s.candidate);
+    fit__choose_steps(p, s->J);
+    swap_weights(&g, weight);
+    stein_status status = settle(&g, D, &why);
+    swap_weights(&g, weight);
+    fit__problem_try(p, NULL);
+    p->central = 0;
+    memcpy(p->step, steps, sizeof *steps * (size_t)p->nu);
+    if (status != STEIN_OK) {
+        end(&g, weight, steps);
+        return fit__forgive(status, err);
+    }
+    status = keep(&g, s, D, err);
+    status = status == STEIN_OK ? tell(d, &g, err) : status;
+    end(&g, weight, steps);
+    return status;
+}
+
+diag__numbers diag__numbers_of(const diag *d, const diag__suspect *s)
+{
+    const fit__problem *p = s->fit != NULL ? s->fit : &d->p;
+    const double *x = s->settled;
+    if (x == NULL) {
+        return (diag__numbers){s->x, s->sd, s->J, s->D};
+    }
+    return (diag__numbers){x, x + p->nu, x + p->nu + p->np, s->settled_D};
+}
