@@ -48,6 +48,7 @@
     X(several)       \
     X(motion_check)  \
     X(curve)         \
+    X(settle)        \
     X(coupling)      \
     X(show)          \
     X(report)        \

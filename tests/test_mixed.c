@@ -194,6 +194,32 @@ START_TEST(an_effect_is_found_in_scattering_strokes)
 }
 END_TEST
 
+/* strokes that happen to be alike say that nothing differs; a prior that is worth as many as they
+ * are leaves at least its half, and widens what depends on it */
+START_TEST(a_prior_of_the_scatter_counts_as_so_many_strokes)
+{
+    enum { W = 12 };
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    for (int set = 0; set < SETS / 5; set++) {
+        lab__mixed m;
+        double beta[NF], alone[NF * NF], with[NF * NF], D;
+        make_set(C, rng, 0, -1, 0.0);
+        fill(&m, C, 1);
+        lab__mixed_scatter(&m, NULL, 0, 200, beta, alone);
+        D = m.D[0];
+        m.D[0] = m.limit[0].first;
+        m.worth = W;
+        lab__mixed_scatter(&m, NULL, 0, 200, beta, with);
+        ck_assert_double_gt(m.D[0], D);
+        ck_assert_double_gt(m.D[0], W / (W + STROKES + 1e-3) * m.limit[0].first);
+        ck_assert_double_lt(m.D[0], m.limit[0].first);
+        ck_assert_double_gt(with[0], alone[0]);
+        lab__mixed_free(&m);
+    }
+    gsl_rng_free(rng);
+}
+END_TEST
+
 START_TEST(candidates_that_say_the_same_cost_nothing)
 {
     double same[4] = {1.0, 1.0, 1.0, 1.0}, apart[4] = {1.0, 0.0, 0.0, 1.0};
@@ -214,6 +240,7 @@ Suite *mixed_suite(void)
     tcase_add_test(tc, variance_of_the_scatter_is_found);
     tcase_add_test(tc, scatter_is_not_taken_for_an_effect);
     tcase_add_test(tc, an_effect_is_found_in_scattering_strokes);
+    tcase_add_test(tc, a_prior_of_the_scatter_counts_as_so_many_strokes);
     tcase_add_test(tc, candidates_that_say_the_same_cost_nothing);
     suite_add_tcase(suite, tc);
     return suite;

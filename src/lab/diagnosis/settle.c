@@ -15,7 +15,8 @@
  *
  *          sum (r(x') - r(x) - J (x' - x))^2,
  *
- *      reaches `unpredicted`: curvature that an interval can bear is a hundredth of that.
+ *      reaches `unpredicted`: curvature that an interval can bear is a hundredth of that. So it
+ *      does where the error of the integration alone has grown to as much.
  *   2. least squares with what is left of the strokes, to their end (Levenberg-Marquardt)
  *   3. again from there, until no stroke ends earlier
  *   4. Gauss-Newton steps of the mixed model: the variances of what differs from stroke to stroke
@@ -33,6 +34,7 @@
 enum { DRAWS = 8, ROUNDS = 6, RENEWALS = 3, STEPS = 4, HALVINGS = 3, SCATTER_ROUNDS = 40 };
 static const double eps = 0.1;         /* of the posterior's width */
 static const double unpredicted = 0.1; /* of a stroke's chi2 */
+static const double coarser = 10.0;    /* tolerance of the steps, to see what they do */
 static const double settled = 0.05;    /* of the sum of squares */
 static const double worth = 4.0;       /* of the prior of the scatter, in strokes */
 
@@ -49,7 +51,7 @@ typedef struct settling {
 
 /* ---- what cannot be predicted ---- */
 
-/* r(x') - r(x) - J (x' - x) of a sample */
+/* r(x') - r(x) - J (x' - x) of a sample; `to` is x' */
 static double strange(const settling *g, int stroke, size_t i)
 {
     const fit__problem *p = g->p;
@@ -63,16 +65,16 @@ static double strange(const settling *g, int stroke, size_t i)
     return sum;
 }
 
-/* the stroke ends where too much of it went another way. @return does it end earlier than before?
- */
-static int cut(settling *g, int stroke)
+/* The stroke ends where too much of it went another way.
+ * @param share  of the way that counts  @return does it end earlier than before? */
+static int cut(settling *g, int stroke, double share)
 {
     const fit__stroke *t = &g->p->stroke[stroke];
     double *weight = g->weight + fit__offset(g->p, stroke), sum = 0.0;
     int n = 0, before = g->until[stroke];
     for (; n < before && sum < unpredicted; n++) {
         for (int c = 0; c < t->nch; c++) {
-            double e = strange(g, stroke, (size_t)(c * t->n + n));
+            double e = share * strange(g, stroke, (size_t)(c * t->n + n));
             sum += e * e;
         }
     }
@@ -85,23 +87,37 @@ static int cut(settling *g, int stroke)
     return n < before;
 }
 
+/* the strokes at `to`. @return how many end earlier than before */
+static int compare(settling *g, double share, stein_status *status, stein_err *err)
+{
+    int failed = 0, earlier = 0;
+    *status = fit__residuals(g->p, g->to, g->end, &failed, err);
+    for (int s = 0; *status == STEIN_OK && failed == 0 && s < g->p->nstroke; s++) {
+        earlier += cut(g, s, share);
+    }
+    return earlier;
+}
+
 /* @return how many strokes end earlier than before */
 static int foresee(settling *g, stein_status *status, stein_err *err)
 {
     fit__problem *p = g->p;
-    int earlier = 0;
+    double tolerance = p->tolerance;
+    memcpy(g->to, g->x, sizeof *g->to * (size_t)p->nu);
+    p->tolerance = coarser * tolerance;
+    int earlier = compare(g, 1.0 / (coarser - 1.0), status, err);
+    p->tolerance = tolerance;
+    if (*status != STEIN_OK) {
+        return 0;
+    }
     *status = diag__local_open(&g->l, p, g->x, g->J, g->r, err);
     g->l.m.worth = worth;
     if (*status == STEIN_OK) {
         lab__mixed_scatter(&g->l.m, g->l.with, g->l.n, SCATTER_ROUNDS, g->l.beta, g->l.cov);
     }
     for (int n = 0; *status == STEIN_OK && n < DRAWS; n++) {
-        int failed = 0;
         *status = diag__draw(&g->l, p, eps, g->rng, g->x, g->to, err);
-        *status = *status == STEIN_OK ? fit__residuals(p, g->to, g->end, &failed, err) : *status;
-        for (int s = 0; *status == STEIN_OK && failed == 0 && s < p->nstroke; s++) {
-            earlier += cut(g, s);
-        }
+        earlier += *status == STEIN_OK ? compare(g, 1.0, status, err) : 0;
     }
     diag__local_close(&g->l);
     return earlier;
