@@ -138,7 +138,9 @@ typedef enum {
 const char *lab_verdict_text(lab_verdict verdict);
 
 /** One number of a cause [SI] with its 95 % interval: Student's where strokes scatter by
- * themselves, because how much they do is known from no more than these strokes. */
+ * themselves, because how much they do is known from no more than these strokes. The numbers of a
+ * cause come from what of the strokes can be predicted; where one ends earlier the audit says so.
+ */
 typedef struct lab_cause_number {
     char name[LAB_PLACE]; /* as lab_effect.size and .side name it: "T", "range" */
     const char *unit;

@@ -292,6 +292,9 @@ double diag__squares(const diag__local *l, const fit__problem *p, const double *
  */
 static int add_draw(double *a, int n, double eps, gsl_rng *rng, double *to)
 {
+    if (n == 0) {
+        return 1;
+    }
     gsl_matrix_view m = gsl_matrix_view_array(a, (size_t)n, (size_t)n);
     if (gsl_linalg_cholesky_decomp1(&m.matrix) != 0) {
         return 0;
