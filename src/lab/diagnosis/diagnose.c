@@ -90,6 +90,20 @@ stein_status diag__add_finding(diag *d, char *line, stein_err *err)
     return STEIN_OK;
 }
 
+stein_status diag__tell(diag *d, char *line, stein_err *err)
+{
+    if (line != NULL && d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    stein_status status = diag__add_finding(d, line, err);
+    lab_diagnosis *o = d->out;
+    if (status == STEIN_OK) {
+        memmove(o->finding + 1, o->finding, sizeof *o->finding * (size_t)(o->nfinding - 1));
+        o->finding[0] = line;
+    }
+    return status;
+}
+
 static stein_status audit(diag *d, const lab_dataset *data, stein_err *err)
 {
     stein_status status = STEIN_OK;

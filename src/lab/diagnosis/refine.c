@@ -419,7 +419,7 @@ static stein_status doubt(diag *d, stein_err *err)
 }
 
 /* what could stand in the leader's place, until nobody else leads */
-static stein_status settle(diag *d, stein_err *err)
+static stein_status contest(diag *d, stein_err *err)
 {
     stein_status status = polish(d, err);
     for (int round = 0, changed = 1; status == STEIN_OK && changed && round < ROUNDS; round++) {
@@ -454,7 +454,7 @@ static stein_status believe(diag *d, stein_err *err)
         }
     }
     diag__sort(d);
-    return status == STEIN_OK && d->suspect[0].objective < objective ? settle(d, err) : status;
+    return status == STEIN_OK && d->suspect[0].objective < objective ? contest(d, err) : status;
 }
 
 stein_status diag__refit(diag *d, stein_err *err)
@@ -472,7 +472,7 @@ stein_status diag__refit(diag *d, stein_err *err)
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
         status = diag__early_ones(d, 0, err);
     }
-    status = status == STEIN_OK ? settle(d, err) : status;
+    status = status == STEIN_OK ? contest(d, err) : status;
     if (status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !leaves_noise(d) &&
         diag__is_strained(d)) {
         status = believe(d, err);

@@ -99,6 +99,8 @@ stein_status diag__search(diag *d, stein_err *err);
 /** A line for the findings of the audit, which takes it over. @return OK, ENOMEM (line NULL, too)
  */
 stein_status diag__add_finding(diag *d, char *line, stein_err *err);
+/** The same of all strokes: it is told at once, and stands before those of single files. */
+stein_status diag__tell(diag *d, char *line, stein_err *err);
 /** What a search owns. */
 void diag__close(diag *d);
 

@@ -296,7 +296,7 @@ static stein_status tell(diag *d, const settling *g, stein_err *err)
     char *line = lab__text("%d of %d strokes cannot be predicted to their end, %s from %.3g ms on: "
                            "what was found has its numbers from what comes before",
                            n, p->nstroke, p->stroke[which].data->file, 1e3 * earliest);
-    return diag__add_finding(d, line, err);
+    return diag__tell(d, line, err);
 }
 
 /* x, sd and J where it has settled become those of the suspect */

@@ -17,14 +17,6 @@
 
 static const double visible = 0.3; /* of the noise */
 
-static stein_status tell(diag *d, char *line, stein_err *err)
-{
-    if (line != NULL && d->def->report != NULL) {
-        d->def->report(d->def->ctx, line);
-    }
-    return diag__add_finding(d, line, err);
-}
-
 /* predictions of a stroke with the file's numbers. @return OK, ENOMEM; else it cannot be simulated
  */
 static stein_status predict(const diag *d, int stroke, int plain, double *y)
@@ -79,14 +71,15 @@ stein_status diag__check_step(diag *d, stein_err *err)
         return lab__no_memory(err);
     }
     if (plain != STEIN_OK) {
-        return tell(d,
-                    lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
-                              "is too coarse; the diagnosis takes finer ones",
-                              t->data->file, m->dt),
-                    err);
+        return diag__tell(
+            d,
+            lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
+                      "is too coarse; the diagnosis takes finer ones",
+                      t->data->file, m->dt),
+            err);
     }
     return off > visible
-               ? tell(
+               ? diag__tell(
                      d,
                      lab__text("%s: the file's own step of %g s is too coarse: it moves %s by %.2g "
                                "of its noise; the diagnosis takes finer ones, other commands do "
