@@ -191,4 +191,17 @@ static inline void ck_assert_status(const lab_fit *fit, lab_fit_status status)
                   lab_fit_status_text(status));
 }
 
+/* a diagnosis of these strokes, and the data it refers to */
+static inline void examine(const char *file, const lab_model *model, const char *const *path, int n,
+                           lab_dataset **data, lab_diagnosis **d)
+{
+    lab_options options = cache_here(NULL);
+    lab_data_options o = lab_data_options_default(lab_equations(model));
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    def.threads = 2;
+    ck_assert_stein(lab_dataset_open(data, path, n, &o, err));
+    ck_assert_stein(lab_diagnose(d, file, model, *data, &def, err));
+}
+
 #endif

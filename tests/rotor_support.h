@@ -50,12 +50,7 @@ static inline rotor rotor_diagnosed(const char *truth, const char *const *start,
     }
     lab_options options = cache_here(NULL);
     ck_assert_stein(lab_open(&r.model, file, &options, err));
-    lab_data_options how = lab_data_options_default(lab_equations(r.model));
-    ck_assert_stein(lab_dataset_open(&r.data, path, ROTOR_STROKES, &how, err));
-    lab_diagnose_def def = lab_diagnose_def_default();
-    def.options = &options;
-    def.threads = 2;
-    ck_assert_stein(lab_diagnose(&r.d, file, r.model, r.data, &def, err));
+    examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
     return r;
 }
 

@@ -97,12 +97,7 @@ static void open_dance(dance *c, double strength, int samples, int seed)
         make_stroke(c, s, &random);
         path[s] = c->path[s];
     }
-    lab_data_options o = lab_data_options_default(lab_equations(c->model));
-    lab_diagnose_def def = lab_diagnose_def_default();
-    def.options = &options;
-    def.threads = 2;
-    ck_assert_stein(lab_dataset_open(&c->data, path, STROKES, &o, err));
-    ck_assert_stein(lab_diagnose(&c->d, file, c->model, c->data, &def, err));
+    examine(file, c->model, path, STROKES, &c->data, &c->d);
 }
 
 static void close_dance(dance *c)

@@ -205,8 +205,7 @@ stein_status diag__local_open(diag__local *l, const fit__problem *p, const doubl
     return l->beta == NULL ? lab__no_memory(err) : status;
 }
 
-/* the unknown of number i of beta */
-static int unknown_of(const diag__local *l, int i)
+int diag__unknown_of(const diag__local *l, int i)
 {
     return i < l->nfree ? l->free[i] : l->unknown[i - l->nfree];
 }
@@ -216,7 +215,7 @@ void diag__deviations(const diag__local *l, const fit__problem *p, double *sd)
     int n = l->nfree + l->n;
     memset(sd, 0, sizeof *sd * (size_t)p->np);
     for (int i = 0; i < n; i++) {
-        sd[unknown_of(l, i)] = sqrt(fmax(0.0, l->cov[i * n + i]));
+        sd[diag__unknown_of(l, i)] = sqrt(fmax(0.0, l->cov[i * n + i]));
     }
 }
 
@@ -272,7 +271,7 @@ double diag__squares(const diag__local *l, const fit__problem *p, const double *
     slots all;
     double sum = fit__chi2(p, r);
     for (int i = 0; i < l->nfree + l->n; i++) {
-        sum += x[unknown_of(l, i)] * x[unknown_of(l, i)];
+        sum += x[diag__unknown_of(l, i)] * x[diag__unknown_of(l, i)];
     }
     find_slots(&all, p);
     for (int s = 0; s < p->nstroke; s++) {
@@ -323,7 +322,7 @@ stein_status diag__draw(const diag__local *l, const fit__problem *p, double eps,
     ok = add_draw(a, n, eps, rng, beta);
     memcpy(to, x, sizeof *to * (size_t)p->nu);
     for (int i = 0; i < n; i++) {
-        to[unknown_of(l, i)] += beta[i] - l->beta[i];
+        to[diag__unknown_of(l, i)] += beta[i] - l->beta[i];
     }
     find_slots(&all, p);
     for (int s = 0; ok && s < p->nstroke; s++) {

@@ -26,20 +26,21 @@ static stein_status make(lab_posterior *to, int n, stein_err *err)
     return to->number != NULL && to->correlation != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
-/* @param unknown  [n] of the problem;  cov [n*n] of x */
-static void note(lab_posterior *to, const double *x, const fit__problem *p, const int *unknown,
-                 const double *cov, double wide)
+static void note(lab_posterior *to, const double *x, const fit__problem *p, const diag__local *l,
+                 double wide)
 {
+    const double *cov = l->cov;
     int n = to->n;
-    for (int i = 0; cov != NULL && i < n; i++) {
-        const fit__unknown *u = &p->unknown[unknown[i]];
+    for (int i = 0; i < n; i++) {
+        int at = diag__unknown_of(l, i);
+        const fit__unknown *u = &p->unknown[at];
         struct lab_uncertain *q = &to->number[i];
         snprintf(q->name, sizeof q->name, "%s",
                  u->kind == FIT__PARAM ? lab_equations(p->model)->params[u->index].name
                                        : fit__number_name[1 + u->index]);
         double sd = sqrt(fmax(0.0, wide * cov[i * n + i]));
         q->logarithmic = u->log;
-        q->value = fit__value(u, x[unknown[i]]);
+        q->value = fit__value(u, x[at]);
         q->sd = u->sd * (u->prior ? fmin(1.0, sd) : sd);
         for (int k = 0; k < n; k++) {
             double size = sqrt(cov[i * n + i] * cov[k * n + k]);
@@ -52,50 +53,21 @@ static stein_status posterior(diag *d, diag__suspect *s, lab_posterior *to, stei
 {
     fit__problem *p = diag__problem(d, s);
     const diag__numbers told = diag__numbers_of(d, s);
-    lab__mixed m = {.nf = 0};
-    int own[FIT__NUMBERS], with[FIT__NUMBERS], nown = 0, n = 0;
-    int *unknown = malloc(sizeof *unknown * (size_t)(p->np + 1));
-    double *column[FIT__NUMBERS] = {NULL};
-    double *cov = malloc(sizeof *cov * (size_t)((p->np + 1) * (p->np + 1)));
-    int memory = unknown != NULL && cov != NULL;
-    for (int i = 0; i < FIT__NUMBERS; i++) {
-        if (i == 0 || s->s.candidate.side[i - 1].param >= 0) {
-            with[nown] = nown;
-            own[nown] = p->amount + i;
-            memory &= (column[nown++] = diag__column(p, told.J, p->amount + i)) != NULL;
-        }
-    }
-    stein_status status = memory ? diag__mixed_at(&m, p, told.x, told.J, s->r,
-                                                  (const double *const *)column, nown, err)
-                                 : lab__no_memory(err);
-    for (int k = 0; memory && status == STEIN_OK && k < p->np; k++) {
-        if (!p->unknown[k].idle && p->unknown[k].kind == FIT__PARAM) {
-            unknown[n++] = k;
-        }
-    }
-    for (int k = 0; memory && status == STEIN_OK && k < nown; k++) {
-        unknown[n++] = own[k];
-    }
-    status = status == STEIN_OK ? make(to, n, err) : status;
-    double *beta = malloc(sizeof *beta * (size_t)(n + 1));
-    if (status == STEIN_OK && beta != NULL) {
-        memcpy(m.D, told.D, sizeof m.D);
-        lab__mixed_weigh(&m);
-        fit__problem_try(p, &s->s.candidate);
-        if (isfinite(lab__mixed_solve(&m, with, nown, beta, cov))) {
-            note(to, told.x, p, unknown, cov, diag__excess(d, s));
+    diag__local l;
+    fit__problem_try(p, &s->s.candidate);
+    stein_status status = diag__local_open(&l, p, told.x, told.J, s->r, err);
+    status = status == STEIN_OK ? make(to, l.nfree + l.n, err) : status;
+    if (status == STEIN_OK) {
+        memcpy(l.m.D, told.D, sizeof l.m.D);
+        lab__mixed_weigh(&l.m);
+        if (isfinite(lab__mixed_solve(&l.m, l.with, l.n, l.beta, l.cov))) {
+            note(to, told.x, p, &l, diag__excess(d, s));
         } else {
             to->n = 0;
         }
-        fit__problem_try(p, NULL);
     }
-    free(beta);
-    free(cov);
-    for (int i = 0; i < nown; i++) {
-        free(column[i]);
-    }
-    free(unknown);
-    lab__mixed_free(&m);
+    diag__local_close(&l);
+    fit__problem_try(p, NULL);
     return status;
 }
 

@@ -186,6 +186,8 @@ typedef struct diag__local {
 stein_status diag__local_open(diag__local *l, const fit__problem *p, const double *x,
                               const double *J, const double *r, stein_err *err);
 void diag__local_close(diag__local *l);
+/** The unknown of number i of beta. */
+int diag__unknown_of(const diag__local *l, int i);
 /** Standard deviations of the unknowns of all strokes, sd [np]; l is solved. */
 void diag__deviations(const diag__local *l, const fit__problem *p, double *sd);
 /** Sum of squares at x with residuals r, all priors included, at the present variances. */

@@ -15,15 +15,14 @@
  *
  *          sum (r(x') - r(x) - J (x' - x))^2,
  *
- *      reaches `unpredicted`: curvature that an interval can bear is a hundredth of that. So it
+ *      reaches `unpredicted`: curvature that an interval can bear is a thousandth of that. So it
  *      does where the error of the integration alone has grown to as much.
- *   2. least squares with what is left of the strokes, to their end (Levenberg-Marquardt)
+ *   2. least squares with what is left of the strokes, to their end (fit__descend)
  *   3. again from there, until no stroke ends earlier
  *   4. Gauss-Newton steps of the mixed model: the variances of what differs from stroke to stroke
  *      are those that the strokes show and the prior together. The prior is worth four strokes:
- *      80 % of chi2/4 is between 0.5^2 and 2^2 of it to the deviation, and so strokes of real
- *      actions scatter, by 3 to 10 % where the prior says 5 and 8 (fit.h). A dozen strokes that
- * happen to be alike would else have numbers that are too sure.
+ * with 1/variance as chi2/4 the deviation lies within 0.7 and 1.9 of the prior's in four of five
+ *      cases. A dozen strokes that happen to be alike would else have numbers that are too sure.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -48,6 +47,18 @@ typedef struct settling {
     diag__local l;
     gsl_rng *rng;
 } settling;
+
+/* the mixed model at x, solved; diag__local_close in any case */
+static stein_status linearise(settling *g, stein_err *err)
+{
+    diag__local *l = &g->l;
+    stein_status status = diag__local_open(l, g->p, g->x, g->J, g->r, err);
+    l->m.worth = worth;
+    if (status == STEIN_OK) {
+        lab__mixed_scatter(&l->m, l->with, l->n, SCATTER_ROUNDS, l->beta, l->cov);
+    }
+    return status;
+}
 
 /* ---- what cannot be predicted ---- */
 
@@ -110,11 +121,7 @@ static int foresee(settling *g, stein_status *status, stein_err *err)
     if (*status != STEIN_OK) {
         return 0;
     }
-    *status = diag__local_open(&g->l, p, g->x, g->J, g->r, err);
-    g->l.m.worth = worth;
-    if (*status == STEIN_OK) {
-        lab__mixed_scatter(&g->l.m, g->l.with, g->l.n, SCATTER_ROUNDS, g->l.beta, g->l.cov);
-    }
+    *status = linearise(g, err);
     for (int n = 0; *status == STEIN_OK && n < DRAWS; n++) {
         *status = diag__draw(&g->l, p, eps, g->rng, g->x, g->to, err);
         earlier += *status == STEIN_OK ? compare(g, 1.0, status, err) : 0;
@@ -191,17 +198,14 @@ static stein_status balance(settling *g, double *D, stein_err *err)
     stein_status status = STEIN_OK;
     int moved = 1;
     for (int n = 0; moved && status == STEIN_OK && n < STEPS; n++) {
-        diag__local *l = &g->l;
-        status = diag__local_open(l, g->p, g->x, g->J, g->r, err);
-        l->m.worth = worth;
+        status = linearise(g, err);
         moved = 0;
         if (status == STEIN_OK) {
-            lab__mixed_scatter(&l->m, l->with, l->n, SCATTER_ROUNDS, l->beta, l->cov);
-            memcpy(D, l->m.D, sizeof l->m.D);
-            diag__deviations(l, g->p, g->sd);
+            memcpy(D, g->l.m.D, sizeof g->l.m.D);
+            diag__deviations(&g->l, g->p, g->sd);
             moved = step(g, &status, err);
         }
-        diag__local_close(l);
+        diag__local_close(&g->l);
     }
     return status;
 }
@@ -210,11 +214,8 @@ static stein_status balance(settling *g, double *D, stein_err *err)
 
 static stein_status settle(settling *g, double *D, stein_err *err)
 {
-    int failed = 0, earlier = 1;
-    stein_status status = fit__residuals(g->p, g->x, g->r, &failed, err);
-    if (status == STEIN_OK && failed > 0) {
-        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
-    }
+    stein_status status = STEIN_OK;
+    int earlier = 1;
     for (int n = 0; earlier > 0 && status == STEIN_OK && n < ROUNDS; n++) {
         earlier = foresee(g, &status, err);
         if (status == STEIN_OK && earlier > 0) {
@@ -264,6 +265,7 @@ static int make(settling *g, fit__problem *p, const diag__suspect *s, double **w
     g->weight = g->end + rows;
     g->sd = g->weight + rows;
     memcpy(g->x, s->x, sizeof *g->x * nu);
+    memcpy(g->r, s->r, sizeof *g->r * rows);
     memcpy(g->J, s->J, sizeof *g->J * fit__columns(p));
     gsl_rng_set(g->rng, 1788);
     for (int a = 0; a < p->nstroke; a++) {
