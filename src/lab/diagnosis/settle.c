@@ -320,7 +320,7 @@ stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
     settling g = {.x = NULL};
-    double D[LAB_SCATTERS];
+    double D[LAB_SCATTERS] = {0};
     stein_err why = {STEIN_OK, ""};
     double **weight = malloc(sizeof *weight * (size_t)(p->nstroke + 1));
     double *steps = malloc(sizeof *steps * (size_t)(p->nu + 1));
