@@ -7,6 +7,7 @@
  * when it is better:
  *
  *   - from the file's own numbers along the strokes, with the effect in the model (pursue.c)
+ *   - from the end of a race up to an early horizon, along the strokes (race.c)
  *   - without the strokes that it has lost (strays.c)
  */
 #include <math.h>
@@ -28,17 +29,28 @@ static const double worth_starts = 0.7; /* of the best gain: worth more than one
 typedef struct beginning {
     double amount, first; /* in limits; the first number beside the amount, in its quarters */
 } beginning;
-static const beginning as_it_is = {NAN, NAN};
 
-/* Another start: s->x, from which all is fitted with new derivatives. `found` 0: there is none. */
-typedef stein_status another_start(diag *d, diag__suspect *s, beginning at, int *found,
-                                   stein_err *err);
+/* along the strokes from s->x, with the effect in the model */
+static stein_status along(diag *d, diag__suspect *s, int *found, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    fit__problem_try(p, &s->s.candidate);
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
+    diag__pursuit c = {.null = &d->null_marks};
+    stein_status status = diag__follow(d, p, &e, &c, err);
+    d->out->fits += e.fits;
+    fit__problem_try(p, NULL);
+    s->unknown_J = 0;
+    *found = !c.given_up;
+    return status;
+}
 
 /* Along the strokes from the file's own numbers, with the effect in the model: a null fit without
  * it has bent parameters so far that no step leads back. */
-static stein_status from_the_file(diag *d, diag__suspect *s, beginning at, int *found,
+static stein_status from_the_file(diag *d, diag__suspect *s, const void *ctx, int *found,
                                   stein_err *err)
 {
+    const beginning at = *(const beginning *)ctx;
     fit__problem *p = diag__problem(d, s);
     double number[FIT__NUMBERS];
     memcpy(number, s->x + p->amount, sizeof number);
@@ -49,31 +61,34 @@ static stein_status from_the_file(diag *d, diag__suspect *s, beginning at, int *
     }
     s->x[p->amount] = isfinite(at.amount) ? at.amount : s->x[p->amount];
     s->x[p->side] = isfinite(at.first) ? at.first : s->x[p->side];
-    fit__problem_try(p, &s->s.candidate);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    stein_status status = diag__follow(d, p, &e, err);
-    d->out->fits += e.fits;
-    fit__problem_try(p, NULL);
-    *found = 1;
-    return status;
+    return along(d, s, found, err);
 }
 
-static stein_status without_strays(diag *d, diag__suspect *s, beginning at, int *found,
+/* from where it has ended in the race */
+static stein_status from_the_race(diag *d, diag__suspect *s, const void *ctx, int *found,
+                                  stein_err *err)
+{
+    (void)ctx;
+    memcpy(s->x, s->start, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
+    return along(d, s, found, err);
+}
+
+static stein_status without_strays(diag *d, diag__suspect *s, const void *ctx, int *found,
                                    stein_err *err)
 {
-    (void)at;
+    (void)ctx;
     fit__problem *p = diag__problem(d, s);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     fit__problem_try(p, &s->s.candidate);
     stein_status status = diag__recall_strays(d, p, &e, 1, found, err);
     d->out->fits += e.fits;
     fit__problem_try(p, NULL);
+    s->unknown_J = 1;
     return status;
 }
 
-/* a fit from another start, kept when it is better */
-static stein_status again(diag *d, diag__suspect *s, another_start *start, beginning at,
-                          stein_err *err)
+stein_status diag__again(diag *d, diag__suspect *s, diag__start *start, const void *ctx,
+                         stein_err *err)
 {
     const diag__suspect was = *s;
     size_t size = diag__room_of(diag__problem(d, s));
@@ -84,12 +99,11 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, begin
     memcpy(room, s->x, sizeof *room * size);
     stein_err why = {STEIN_OK, ""};
     int found = 0;
-    stein_status status = start(d, s, at, &found, &why);
+    stein_status status = start(d, s, ctx, &found, &why);
     if (status == STEIN_OK && found) {
-        s->unknown_J = start != from_the_file;
         status = diag__fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
     }
-    if (found && (status != STEIN_OK || !(s->objective < was.objective))) {
+    if (!found || status != STEIN_OK || !(s->objective < was.objective)) {
         memcpy(s->x, room, sizeof *room * size);
         *s = was;
     }
@@ -97,29 +111,40 @@ static stein_status again(diag *d, diag__suspect *s, another_start *start, begin
     return fit__forgive(status, err);
 }
 
-stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err)
+/* along the strokes, then to the end */
+static stein_status follow(diag *d, diag__suspect *s, diag__start *start, const void *ctx,
+                           stein_err *err)
 {
     stein_status status = diag__make_room(d, s, err);
     if (status == STEIN_OK && !s->s.refitted) {
         memcpy(s->x, d->x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
         s->objective = INFINITY;
     }
-    status = status == STEIN_OK
-                 ? again(d, s, from_the_file, (beginning){.amount = amount, .first = NAN}, err)
-                 : status;
+    status = status == STEIN_OK ? diag__again(d, s, start, ctx, err) : status;
+    s->begun = 1;
     return status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
 }
 
-/* until the fit has ended or new derivatives bring nothing any more */
+stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err)
+{
+    return follow(d, s, from_the_file, &(beginning){amount, NAN}, err);
+}
+
+/* is it at least that much better than where something has brought nothing? */
+static int has_moved(const diag__suspect *s, double in_vain)
+{
+    return in_vain - s->objective > worth_a_try;
+}
+
 stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    double was = INFINITY;
     for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
-                    was - s->objective > worth_a_try;
+                    has_moved(s, s->stuck);
          k++) {
-        was = s->objective;
+        double was = s->objective;
         status = diag__attempt(d, s, RENEW_LAST, err);
+        s->stuck = was - s->objective > worth_a_try ? s->stuck : was;
     }
     return status;
 }
@@ -132,16 +157,15 @@ int diag__leaves_more(diag *d, const diag__suspect *s)
            (diag__is_off(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
 }
 
-/* without the strays of where it is, and once more when that has brought something */
 stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    double was = INFINITY;
-    for (int k = 0; status == STEIN_OK && k < TRIES && diag__leaves_more(d, s) &&
-                    was - s->objective > worth_a_try;
+    for (int k = 0;
+         status == STEIN_OK && k < TRIES && diag__leaves_more(d, s) && has_moved(s, s->unheeded);
          k++) {
-        was = s->objective;
-        status = again(d, s, without_strays, as_it_is, err);
+        double was = s->objective;
+        status = diag__again(d, s, without_strays, NULL, err);
+        s->unheeded = was - s->objective > worth_a_try ? s->unheeded : was;
     }
     return status;
 }
@@ -163,7 +187,7 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
         }
         d->anew++;
         was = s->objective;
-        status = again(d, s, from_the_file, (beginning){NAN, first[k]}, err);
+        status = diag__again(d, s, from_the_file, &(beginning){NAN, first[k]}, err);
         status = status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
         status = status == STEIN_OK ? diag__recall(d, s, err) : status;
     }
@@ -171,20 +195,29 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
+/* the early one that left least, and of equals the first. @return NULL: none is left */
+static diag__suspect *next_early(diag *d)
+{
+    diag__suspect *next = NULL;
+    for (int i = 0; i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        next = isfinite(s->early) && (next == NULL || s->early_left < next->early_left) ? s : next;
+    }
+    return next;
+}
+
 stein_status diag__early_ones(diag *d, int relatives, stein_err *err)
 {
-    stein_status status = STEIN_OK;
+    stein_status status = relatives ? STEIN_OK : diag__race(d, err);
     const diag__suspect *end = NULL; // leaves but noise
-    for (int i = 0; status == STEIN_OK && i < d->n; i++) {
-        diag__suspect *s = &d->suspect[i];
-        int asked = end == NULL || (relatives && diag__related(&s->s.candidate, &end->s.candidate));
-        if (!isfinite(s->early) || !asked) {
+    diag__suspect *s;
+    while (status == STEIN_OK && (s = next_early(d)) != NULL) {
+        beginning at = {s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early, NAN};
+        s->early = NAN;
+        if (end != NULL && !(relatives && diag__related(&s->s.candidate, &end->s.candidate))) {
             continue;
         }
-        double amount = s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early;
-        status = diag__from_the_file(d, s, amount, err);
-        s->begun = 1;
-        s->early = NAN;
+        status = follow(d, s, relatives ? from_the_file : from_the_race, &at, err);
         int ends = isfinite(s->objective) && !diag__is_off(d, s->s.chi2_dof) &&
                    !diag__has_bent(diag__problem(d, s), s->x);
         end = end == NULL && ends ? s : end;

@@ -190,6 +190,7 @@ void diag__close(diag *d)
     free(d->J);
     free(d->r);
     free(d->sd);
+    free(d->early.x);
 }
 
 /* ---- the search ---- */

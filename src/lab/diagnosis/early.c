@@ -5,8 +5,8 @@
  * decides that, its parameters are bent until the bounces look right, and linear scores at its end
  * rank what is missing among the last. But until the first of these events the model is near the
  * data, and what is missing shows there already, if only a little. So the strokes are fitted up to
- * the first horizon at which more than noise is left, and the suspects are ranked there. Those that
- * lead are fitted along the strokes from the file's own numbers (refine.c).
+ * the first horizon at which clearly more than noise is left, and the suspects are ranked there.
+ * Those that lead run a race (race.c).
  *
  * Some effects are there from the first event to the last and still hide: a null fit that may move
  * numbers out of their tolerances takes them over, almost. Where it ends with such numbers, the
@@ -18,55 +18,70 @@
 
 #include "searching.h"
 
-enum { EARLY = 4, RENEWALS = 4, FOREMOST = 3, RELATIVES = 3 }; /* EARLY: of the horizons */
-static const double enough = 0.3;                              /* of the objective */
-static const double off = 3.0;    /* sd of chi2/dof: more than noise is left */
-static const double worth = 16.0; /* score */
-static const double within = 1.0; /* tolerances */
-static const double near = 0.2;   /* of the best score: worth it at the same place */
+enum { EARLY = 6 }; /* horizons */
+enum { RENEWALS = 4, FOREMOST = 3, RELATIVES = 3 };
+static const double enough = 0.3;  /* of the objective */
+static const double off = 3.0;     /* sd of chi2: more than noise */
+static const double clearly = 1.2; /* chi2/dof */
+static const double worth = 16.0;  /* score */
+static const double within = 1.0;  /* tolerances */
+static const double near = 0.2;    /* of the best score: worth it at the same place */
 
-/* samples up to the horizon */
-static double samples(const fit__problem *p)
+/* the horizon counts where the null fit is furthest from noise so far */
+static int is_furthest(diag *d, double objective, double z)
 {
-    double n = 0.0;
-    for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int i = 0; i < t->nch * t->n; i++) {
-            n += isfinite(t->y[i]) && t->data->time[i % t->n] - t->origin <= p->horizon;
-        }
+    if (z < off || z < d->early.z) {
+        return 0;
     }
-    return n;
+    d->early.z = z;
+    d->early.horizon = d->p.horizon;
+    d->early.objective = objective;
+    memcpy(d->early.x, d->x, sizeof *d->x * (size_t)d->p.nu);
+    return 1;
 }
 
-/* from the file's own numbers to the first horizon at which more than noise is left. @return is
- * there one? */
+/* From the file's own numbers to the first horizon at which clearly more than noise is left, or to
+ * the one that leaves most. @return is there one? */
 static int find(diag *d, stein_status *status, stein_err *err)
 {
     fit__problem *p = &d->p;
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     double T = diag__longest(p);
+    int failed = 0;
     memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
     fit__problem_try(p, NULL);
     for (int h = 0; h < EARLY; h++) {
         p->horizon = diag__horizon[h] * T;
         *status = fit__descend(p, &e, 0, enough, RENEWALS, err);
+        if (*status != STEIN_OK) {
+            return 0;
+        }
         d->out->fits++;
-        double dof = fmax(1.0, samples(p) - p->nu);
-        if (*status != STEIN_OK || fit__chi2(p, d->r) > dof + off * sqrt(2.0 * dof)) {
-            return *status == STEIN_OK;
+        double dof = fmax(1.0, diag__samples(p) - p->nu), chi2 = fit__chi2(p, d->r);
+        int counts = is_furthest(d, e.objective, (chi2 - dof) / sqrt(2.0 * dof));
+        if (counts && chi2 > clearly * dof) {
+            return 1;
         }
     }
-    return 0;
+    if (!(d->early.z > 0.0)) {
+        return 0;
+    }
+    p->horizon = d->early.horizon;
+    memcpy(d->x, d->early.x, sizeof *d->x * (size_t)p->nu);
+    *status = fit__residuals(p, d->x, d->r, &failed, err);
+    return *status == STEIN_OK && failed == 0;
 }
 
 /* the first ones count, and more of those at the place of the first one */
-static void choose(diag *d, int relatives)
+static void choose(diag *d, int foremost, int relatives)
 {
     const diag__suspect *best = NULL;
     for (int i = 0, n = 0, related = 0; i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
+        s->early = NAN;
+        s->early_left = 0.0;
         int can = s->never == NULL && s->G != NULL && s->s.possible && s->s.score > worth;
-        int first = n < FOREMOST;
+        int first = n < foremost;
         int here = best != NULL && related < relatives && s->s.score > near * best->s.score &&
                    diag__related(&s->s.candidate, &best->s.candidate);
         if (can && (first || here)) {
@@ -78,15 +93,11 @@ static void choose(diag *d, int relatives)
     }
 }
 
-static stein_status rank(diag *d, int relatives, stein_err *err)
+static stein_status rank(diag *d, stein_err *err)
 {
     stein_status status = fit__sensitivities(&d->p, d->x, d->r, d->J, err);
     status = status == STEIN_OK ? diag__changes(d, err) : status;
-    status = status == STEIN_OK ? diag__rank(d, err) : status;
-    if (status == STEIN_OK) {
-        choose(d, relatives);
-    }
-    return status;
+    return status == STEIN_OK ? diag__rank(d, err) : status;
 }
 
 /* a null fit whose numbers stay within their tolerances */
@@ -98,7 +109,7 @@ static int believe(diag *d, stein_status *status, stein_err *err)
     memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
     fit__problem_try(p, NULL);
     p->limit = within;
-    *status = diag__follow(d, p, &e, err);
+    *status = diag__follow(d, p, &e, NULL, err);
     d->out->fits += e.fits;
     p->limit = limit;
     return *status == STEIN_OK;
@@ -107,7 +118,7 @@ static int believe(diag *d, stein_status *status, stein_err *err)
 /* where to look: a fit of the strokes to d->x. @return is anything to be seen there? */
 typedef int look(diag *d, stein_status *status, stein_err *err);
 
-static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *err)
+static stein_status look_at(diag *d, look *make_fit, int foremost, int relatives, stein_err *err)
 {
     const fit__problem *p = &d->p;
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
@@ -122,7 +133,10 @@ static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *e
     stein_err why = {STEIN_OK, ""};
     stein_status status = STEIN_OK;
     if (make_fit(d, &status, &why)) {
-        status = rank(d, relatives, &why);
+        status = rank(d, &why);
+        if (status == STEIN_OK) {
+            choose(d, foremost, relatives);
+        }
     }
     d->x = null.x;
     d->r = null.r;
@@ -135,10 +149,11 @@ static stein_status look_at(diag *d, look *make_fit, int relatives, stein_err *e
 
 stein_status diag__look_early(diag *d, stein_err *err)
 {
-    return look_at(d, find, 0, err);
+    d->early.x = calloc((size_t)d->p.nu + 1, sizeof *d->early.x);
+    return d->early.x != NULL ? look_at(d, find, DIAG_RACE, 0, err) : lab__no_memory(err);
 }
 
 stein_status diag__look_believing(diag *d, stein_err *err)
 {
-    return look_at(d, believe, RELATIVES, err);
+    return look_at(d, believe, FOREMOST, RELATIVES, err);
 }

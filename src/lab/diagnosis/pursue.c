@@ -21,6 +21,8 @@ const double diag__horizon[DIAG_HORIZONS] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1
 static const double enough = 0.3;
 static const double near = 12.0;           /* RMS [noise] */
 static const double worth_a_recall = 10.0; /* of the objective */
+static const double off = 3.0;             /* sd of chi2: more than noise is left */
+static const double worth_it = 0.1;        /* share of that */
 
 double diag__longest(const fit__problem *p)
 {
@@ -110,21 +112,64 @@ static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, s
     return e->objective < was - worth_a_recall;
 }
 
-stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err)
+double diag__samples(const fit__problem *p)
+{
+    double n = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int i = 0; i < t->nch * t->n; i++) {
+            n += isfinite(t->y[i]) && t->data->time[i % t->n] - t->origin <= p->horizon;
+        }
+    }
+    return n;
+}
+
+/* Is a fit lost where it stands? Either it is further from the data already than it may be at its
+ * end. Or the null fit left more than noise at this horizon, and what is on trial has explained
+ * nothing of it: something that is missing shows before, and this is not it.
+ * @param where  0: before strays are called back, 1: after */
+static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end *e, int h,
+                   int where)
+{
+    if (c == NULL) {
+        return 0;
+    }
+    double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
+    double excess = null - n, gain = null - e->objective;
+    return (c->bound > 0.0 && e->objective > c->bound) ||
+           (excess > off * sqrt(2.0 * n) && gain < worth_it * excess);
+}
+
+/* notes where it stands, or that it is lost */
+static int goes_on(diag__pursuit *c, const fit__problem *p, const fit__end *e, int h, int where)
+{
+    if (c != NULL && c->reached != NULL) {
+        c->reached->at[h][where] = e->objective;
+    }
+    if (is_lost(c, p, e, h, where)) {
+        c->given_up = 1;
+        return 0;
+    }
+    return 1;
+}
+
+stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err)
 {
     double T = diag__longest(p), most = p->horizon;
     stein_status status = STEIN_OK;
-    for (int h = -1, last = 0; status == STEIN_OK && !last;) {
+    for (int h = -1, last = 0, on = 1; status == STEIN_OK && !last && on;) {
         h = next_horizon(p, e, h, T, err);
         last = h + 1 == DIAG_HORIZONS || diag__horizon[h] * T >= most;
         p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
         e->fits++;
-        for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK; k++) {
+        on = status == STEIN_OK && (last || goes_on(c, p, e, h, 0));
+        for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK && on; k++) {
             if (!recall(d, p, e, &status, err)) {
                 break;
             }
         }
+        on = on && status == STEIN_OK && (last || goes_on(c, p, e, h, 1));
     }
     p->horizon = INFINITY;
     return status;
@@ -134,7 +179,8 @@ stein_status diag__pursue(diag *d, stein_err *err)
 {
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     fit__problem_try(&d->p, NULL);
-    stein_status status = diag__follow(d, &d->p, &e, err);
+    diag__pursuit c = {.reached = &d->null_marks};
+    stein_status status = diag__follow(d, &d->p, &e, &c, err);
     d->out->fits += e.fits;
     d->ended = e.ended;
     // from the last derivatives to where they led is a short way

@@ -229,6 +229,23 @@ static diag__suspect *next_part(diag *d)
     return next;
 }
 
+/* where it was scored in the leader's place: a part without derivatives, a number with those of the
+ * leader */
+static stein_status from_place(diag *d, diag__suspect *s, const void *ctx, int *found,
+                               stein_err *err)
+{
+    const diag__suspect *leader = ctx;
+    const fit__problem *p = diag__problem(d, s);
+    (void)err;
+    memcpy(s->x, s->start, sizeof *s->x * (size_t)p->nu);
+    s->unknown_J = s->model != NULL;
+    if (!s->unknown_J) {
+        borrow(p, leader->J, s->G, s->J);
+    }
+    *found = 1;
+    return STEIN_OK;
+}
+
 /* the parts that do what the leader does, each from the amount that does it best */
 static stein_status parts_in_place(diag *d, stein_err *err)
 {
@@ -238,13 +255,9 @@ static stein_status parts_in_place(diag *d, stein_err *err)
         int was_fitted = s->s.refitted && isfinite(s->objective) && s->ended;
         s->swap = INFINITY;
         status = was_fitted ? STEIN_OK : diag__make_room(d, s, err);
-        if (status != STEIN_OK || was_fitted) {
-            continue;
+        if (status == STEIN_OK && !was_fitted) {
+            status = diag__again(d, s, from_place, NULL, err);
         }
-        const fit__problem *p = diag__problem(d, s);
-        memcpy(s->x, s->start, sizeof *s->x * (size_t)p->nu);
-        s->unknown_J = 1;
-        status = diag__attempt(d, s, RENEW_LEADERS, err);
     }
     return status;
 }
@@ -267,12 +280,8 @@ static stein_status numbers_in_place(diag *d, stein_err *err)
             break;
         }
         status = diag__make_room(d, next, err);
-        if (status == STEIN_OK) {
-            const fit__problem *p = diag__problem(d, next);
-            memcpy(next->x, next->start, sizeof *next->x * (size_t)p->nu);
-            borrow(p, d->suspect[0].J, next->G, next->J);
-            status = diag__attempt(d, next, 1, err);
-        }
+        status =
+            status == STEIN_OK ? diag__again(d, next, from_place, &d->suspect[0], err) : status;
         next->swap = INFINITY;
         n++;
     }
@@ -373,7 +382,6 @@ static stein_status hear(diag *d, stein_err *err)
             break;
         }
         status = diag__from_the_file(d, next, diag__least_amount(next), err);
-        next->begun = 1;
         diag__sort(d);
     }
     return status;
@@ -391,9 +399,7 @@ static stein_status polish(diag *d, stein_err *err)
         if (!s->s.refitted || !isfinite(s->objective) || behind) {
             continue;
         }
-        if (!s->ended) {
-            status = diag__attempt(d, s, RENEW_LAST, err);
-        }
+        status = diag__to_the_end(d, s, err);
         if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && !s->begun) {
             status = diag__recall(d, s, err);
             status = status == STEIN_OK ? diag__begin_anew(d, s, err) : status;

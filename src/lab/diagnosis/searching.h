@@ -9,10 +9,12 @@
  *   likelihood.c  the strokes of a problem as a mixed model
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
  *   early.c       the same where the strokes begin, or where numbers are believed
+ *   race.c        who explains how the strokes begin
  *   refine.c      the best suspects fitted in full
  *   anew.c        the same from other starts
  *   order.c       in the order of what they have reached
  *   strays.c      single strokes that a fit has lost
+ *   singles.c     strokes that are fitted one by one
  *   parts.c       how much of a part could stand in a leader's place
  *   power.c       which of the others could have been seen
  *   settle.c      the numbers of a cause, from what of its strokes can be predicted
@@ -53,16 +55,33 @@ typedef struct diag__suspect {
     int promising;          /* its linear gain is a share of the best one */
     double alike;           /* that gain; 0 when it would need an amount below 0 */
     int ended;              /* the refit has */
+    double stuck;           /* objective from which new derivatives brought nothing; INFINITY */
+    double unheeded;        /* and from which strays were called back in vain */
     int unknown_J;          /* derivatives of a refit are to be taken first */
     int begun;              /* it was fitted from the file's own numbers, too */
     double
         early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
-    double swap;     /* predicted objective in the leader's place */
-    double near;     /* the same, when a fit from there has been made, too */
-    double *start;   /* and unknowns */
+    double early_left; /* what it left in their race; 0: there was none */
+    double swap;       /* predicted objective in the leader's place */
+    double near;       /* the same, when a fit from there has been made, too */
+    double *start;     /* and unknowns */
     double *settled; /* [nu + np + columns of J] x, sd and J of settle.c; NULL: it was not asked */
     double settled_D[LAB_SCATTERS];
 } diag__suspect;
+
+/** Where a fit along the strokes stops on its way, in shares of the longest one (diag__horizon). */
+enum { DIAG_HORIZONS = 7 };
+/** chi2 + priors at each of them, before and after strays are called back; 0: it did not stop there
+ */
+typedef struct diag__marks {
+    double at[DIAG_HORIZONS][2];
+} diag__marks;
+
+/** Where a null fit up to a horizon has ended that leaves more than noise. */
+typedef struct diag__early {
+    double *x;                    /* NULL: it was not looked for */
+    double horizon, objective, z; /* [s], chi2 + priors, chi2 in sd from noise; 0: there is none */
+} diag__early;
 
 enum { DIAG_CLASSES = 3 }; /* kinds of scatter: joints, contacts, drive */
 
@@ -77,9 +96,11 @@ typedef struct diag {
     lab_candidate accepted[FIT__ACCEPTED]; /* causes that earlier searches have found: they act */
     int naccepted;
     fit__problem p;
-    double *x, *J, *r; /* null fit: nothing hidden */
-    int ended;         /* it found its minimum */
-    double *sd;        /* [np] of the free unknowns, in x */
+    double *x, *J, *r;      /* null fit: nothing hidden */
+    diag__marks null_marks; /* of the first search's */
+    diag__early early;
+    int ended;  /* it found its minimum */
+    double *sd; /* [np] of the free unknowns, in x */
     double null_objective, null_D[LAB_SCATTERS];
     diag__suspect *suspect;
     int n;
@@ -141,15 +162,23 @@ fit__problem *diag__problem(diag *d, const diag__suspect *s);
 
 /* ---- pursue.c ---- */
 
-/** Where a fit along the strokes stops on its way, in shares of the longest one. */
-enum { DIAG_HORIZONS = 7 };
 extern const double diag__horizon[DIAG_HORIZONS];
 
 /** Time of the last sample of the longest stroke [s]. */
 double diag__longest(const fit__problem *p);
+/** Samples up to the problem's horizon. */
+double diag__samples(const fit__problem *p);
+/** What a fit along the strokes is held against on its way. */
+typedef struct diag__pursuit {
+    double bound;            /* of the objective at the end; 0: none */
+    const diag__marks *null; /* of the null fit; NULL: none */
+    diag__marks *reached;    /* out; NULL: not wanted */
+    int given_up;            /* out: it was lost before its end */
+} diag__pursuit;
 /** A fit from e->x over growing horizons up to p->horizon, which is INFINITY then, with whatever
- *  effect the problem has on trial; strays are called back on the way. */
-stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, stein_err *err);
+ *  effect the problem has on trial; strays are called back on the way.
+ *  @param c  NULL: it is never given up */
+stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err);
 /** The null fit over growing horizons: x, J, r, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
 /** Once more from where a leader has ended, without it: if that leads lower it is the null fit, and
@@ -266,16 +295,27 @@ stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *e
 
 /* ---- anew.c: all of these keep what is better, and return OK or ENOMEM ---- */
 
+/** Another start of a suspect's fit: s->x, and s->J or that it is unknown. `found` 0: there is
+ * none.
+ */
+typedef stein_status diag__start(diag *d, diag__suspect *s, const void *ctx, int *found,
+                                 stein_err *err);
+/** A fit from there. */
+stein_status diag__again(diag *d, diag__suspect *s, diag__start *start, const void *ctx,
+                         stein_err *err);
 /** From the file's own numbers and an amount [limits] along the strokes, then to the end. */
 stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err);
-/** Until the fit has ended or new derivatives bring nothing any more. */
+/** Until the fit has ended or new derivatives bring nothing any more; not again from where they
+ *  have brought nothing. */
 stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err);
-/** Without the strays of where it is, and once more when that has brought something. */
+/** Without the strays of where it is, and once more when that has brought something; not again from
+ *  where it has brought nothing. */
 stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err);
 /** From the file's own numbers and other amounts, until one of the starts leads to noise. */
 stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err);
-/** Those that lead early, from the file's own numbers, until one leaves but noise.
- *  @param relatives  1: then those at its place, too */
+/** Those that lead early along the strokes, until one leaves but noise: from where their race has
+ *  ended, or
+ *  @param relatives  1: from the file's own numbers, and then those at its place, too */
 stein_status diag__early_ones(diag *d, int relatives, stein_err *err);
 /** Does it leave more than noise and gain enough to be worth a search, or have strokes of it
  *  numbers that nobody believes? */
@@ -288,6 +328,13 @@ int diag__leaves_more(diag *d, const diag__suspect *s);
 stein_status diag__look_early(diag *d, stein_err *err);
 /** The same where the numbers of the file stay within their tolerances. */
 stein_status diag__look_believing(diag *d, stein_err *err);
+
+/* ---- race.c ---- */
+
+enum { DIAG_RACE = 40 }; /* suspects */
+/** Those that lead early are fitted up to that horizon: where the ones have ended that explain most
+ *  of what is left there is their start, and the others are early no more. @return OK, ENOMEM */
+stein_status diag__race(diag *d, stein_err *err);
 
 /* ---- strays.c ---- */
 
@@ -307,6 +354,32 @@ int diag__has_bent(const fit__problem *p, const double *x);
 stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
                                  stein_err *err);
 
+/* ---- singles.c ---- */
+
+/** A problem of some strokes in which only their own unknowns move.
+ *  @param effect  on trial, NULL: none
+ *  @param D       variances of what differs from stroke to stroke, in those of the prior
+ *  @return OK, ENOMEM, a failure; free it in any case */
+stein_status diag__own_problem(diag *d, const lab_model *model, const lab_dataset *data,
+                               const lab_candidate *effect, const double *D, fit__problem *p,
+                               stein_err *err);
+/** Strokes that are fitted one by one, what they share as it is. */
+typedef struct diag__singles {
+    diag *d;
+    const fit__problem *p; /* of all strokes, with the effect that is on trial in it */
+    const double *D;       /* as of diag__own_problem */
+    double *x, *r;         /* of all strokes: in, and where the fits have ended */
+    double middle;         /* chi2 per sample of the stroke that strays are measured by; NAN: the
+                              one in the middle */
+    int fits;              /* out: how many were made */
+} diag__singles;
+/** The own unknowns of the marked strokes (NULL: of all) from 0 along their course up to the
+ *  problem's horizon, and those of strays from other starts, too. @return OK, ENOMEM, a failure */
+stein_status diag__fit_singles(diag__singles *s, const unsigned char *marked, stein_err *err);
+/** -2 log likelihood of all strokes at x, what is a stroke's own marginalised. @return OK, ENOMEM
+ */
+stein_status diag__deviance(const diag__singles *s, double *sum, stein_err *err);
+
 /* ---- heldout.c ---- */
 
 /** Held-out strokes as a model predicts them, each with its own unknowns fitted. */
@@ -319,13 +392,6 @@ typedef struct diag__held {
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
 void diag__held_free(diag__held *h);
-/** The own unknowns in e->x of the strokes of a problem that are marked, each by itself: anew along
- *  its course up to the problem's horizon, all shared ones as they are, and its e->r; from several
- *  starts while it is a stray.
- *  @param middle  chi2 per sample of the stroke in the middle
- *  @return OK, ENOMEM, a numerical failure */
-stein_status diag__fit_strokes(diag *d, const fit__problem *p, const unsigned char *marked,
-                               double middle, fit__end *e, stein_err *err);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes.
  *  @return OK, ENOMEM */
 stein_status diag__ratio(const diag__held *without, const diag__held *with, lab_suspect *cause,

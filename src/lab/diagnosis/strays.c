@@ -100,7 +100,11 @@ static stein_status recall(diag *d, fit__problem *p, fit__end *e, double middle,
     exchange(p, stray, none);
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, err);
     exchange(p, stray, none);
-    return status == STEIN_OK ? diag__fit_strokes(d, p, stray, middle, e, err) : status;
+    static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
+    diag__singles s = {.d = d, .p = p, .D = as_stated, .x = e->x, .r = e->r, .middle = middle};
+    status = status == STEIN_OK ? diag__fit_singles(&s, stray, err) : status;
+    e->fits += s.fits;
+    return status;
 }
 
 stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,

@@ -500,7 +500,7 @@ stein_status diag__suspects(diag *d, stein_err *err)
                              .own_lo = NAN,
                              .own_hi = NAN};
         s->never = untestable(d, &list[i]);
-        s->objective = s->swap = s->near = INFINITY;
+        s->objective = s->swap = s->near = s->stuck = s->unheeded = INFINITY;
         s->early = NAN;
         if (s->never == NULL && list[i].effect->needs != NULL) {
             status = open_part(d, s, err);

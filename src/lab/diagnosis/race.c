@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * race.c - who explains how the strokes begin?
+ *
+ * Where what is missing changes events, linear scores mislead, and to fit every suspect along all
+ * strokes takes minutes. But the null fit leaves more than noise at a horizon already that is a
+ * share of the strokes (early.c), and a fit up to there costs a share of that. What is missing
+ * leaves noise there, and what is not leaves about what the null fit left: a race of few steps
+ * tells.
+ *
+ *      all that score there --> one step --> a dozen --> to their ends --> three --> along the
+ *                                                                          strokes (anew.c)
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
+static const double enough = 0.3; /* of the objective */
+static const double share = 0.1;  /* of what more than noise there is: worth it */
+
+typedef struct runner {
+    diag__suspect *s;
+    double *x;
+    double left; /* chi2 + priors at x; INFINITY: it cannot be fitted */
+} runner;
+
+/* on from x, up to the early horizon */
+static stein_status run(diag *d, runner *r, int renewals, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, r->s);
+    double *room = malloc(sizeof *room * (fit__offset(p, p->nstroke) + fit__columns(p) + 1));
+    if (room == NULL) {
+        return lab__no_memory(err);
+    }
+    fit__end e = {.x = r->x, .r = room, .J = room + fit__offset(p, p->nstroke)};
+    stein_err why = {STEIN_OK, ""};
+    p->horizon = d->early.horizon;
+    fit__problem_try(p, &r->s->s.candidate);
+    stein_status status = fit__descend(p, &e, 0, enough, renewals, &why);
+    fit__problem_try(p, NULL);
+    p->horizon = INFINITY;
+    r->left = status == STEIN_OK ? e.objective : (double)INFINITY;
+    d->out->fits++;
+    free(room);
+    return fit__forgive(status, err);
+}
+
+static int by_what_is_left(const void *a, const void *b)
+{
+    const runner *x = a, *y = b;
+    return (x->left > y->left) - (x->left < y->left);
+}
+
+static stein_status heat(diag *d, runner *all, int n, int renewals, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        status = isfinite(all[i].left) ? run(d, &all[i], renewals, err) : STEIN_OK;
+    }
+    qsort(all, (size_t)n, sizeof *all, by_what_is_left);
+    return status;
+}
+
+/* those that lead, from where the null fit has ended, with the amounts that were predicted there */
+static int line_up(diag *d, runner *all, double *x)
+{
+    int n = 0;
+    for (int i = 0; i < d->n && n < DIAG_RACE; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (isfinite(s->early)) {
+            const fit__problem *p = diag__problem(d, s);
+            memcpy(x, d->early.x, sizeof *x * (size_t)p->nu);
+            x[p->amount] = s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early;
+            all[n++] = (runner){.s = s, .x = x};
+            x += p->nu;
+        }
+    }
+    return n;
+}
+
+static stein_status place(diag *d, const runner *r, int on, stein_err *err)
+{
+    diag__suspect *s = r->s;
+    const fit__problem *p = diag__problem(d, s);
+    size_t size = sizeof *r->x * (size_t)p->nu;
+    s->early = on ? r->x[p->amount] : (double)NAN;
+    s->early_left = r->left;
+    if (on && s->start == NULL) {
+        s->start = malloc(size);
+    }
+    if (on && s->start == NULL) {
+        return lab__no_memory(err);
+    }
+    if (on) {
+        memcpy(s->start, r->x, size);
+    }
+    return STEIN_OK;
+}
+
+stein_status diag__race(diag *d, stein_err *err)
+{
+    runner all[DIAG_RACE];
+    double *x = malloc(sizeof *x * DIAG_RACE * (size_t)d->p.nu);
+    if (x == NULL) {
+        return lab__no_memory(err);
+    }
+    int n = line_up(d, all, x);
+    stein_status status = heat(d, all, n, 0, err);
+    status = status == STEIN_OK ? heat(d, all, n < FINAL ? n : FINAL, RENEWALS, err) : status;
+    d->p.horizon = d->early.horizon;
+    double most = d->early.objective - share * (d->early.objective - diag__samples(&d->p));
+    d->p.horizon = INFINITY;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        status = place(d, &all[i], i < FOREMOST && all[i].left < most, err);
+    }
+    free(x);
+    return status;
+}
