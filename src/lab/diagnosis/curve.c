@@ -20,7 +20,9 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, ROUNDS = 2, NAME = 2 * MECH_NAME };
+enum { FITTED = 4, JUDGED = 3, BEGUN_ANEW = 2, ROUNDS = 2, RENEWALS = 4, NAME = 2 * MECH_NAME };
+static const double enough = 0.3;    /* of the objective */
+static const double believed = 3.0;  /* of a stroke's own number, in sd */
 static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, as in verdict.c */
 static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
@@ -100,7 +102,8 @@ static stein_status take_null(const diag *d, diag__curves *w, stein_err *err)
         double was = u->sd;
         u->sd *=
             u->kind == FIT__SCATTER ? sqrt(fmax(d->null_D[u->index - FIT__JOINTS], 1e-6)) : 1.0;
-        w->x[p->np + k] = d->x[d->p.np + k] * was / u->sd;
+        double x = d->x[d->p.np + k] * was / u->sd;
+        w->x[p->np + k] = u->kind == FIT__SCATTER ? fmin(fmax(x, -believed), believed) : x;
         p->step[p->np + k] = d->p.step[d->p.np + k] * was / u->sd;
     }
     for (int i = 0; i < w->nsite; i++) {
@@ -109,7 +112,6 @@ static stein_status take_null(const diag *d, diag__curves *w, stein_err *err)
             u->prior = u->log = 0;
             u->start = 0.0;
             u->sd = 1.0;
-            u->idle = k < w->site[i].pinned;
         }
     }
     return STEIN_OK;
@@ -180,14 +182,25 @@ static void one_size(void *ctx, fit__bench *b, int job)
     free(x);
 }
 
+/* all values of curves stay, or but those at the pins do */
+static void hold_curves(diag__curves *w, int all)
+{
+    for (int i = 0; i < w->nsite; i++) {
+        for (int k = 0; k < w->site[i].n; k++) {
+            w->p.unknown[w->site[i].first + k].idle = all || k < w->site[i].pinned;
+        }
+    }
+}
+
+/* The null fit with the variances that it has found: a stroke's own number that is beyond them
+ * would be a gain of any curve. */
 static stein_status look(diag__curves *w, stein_err *err)
 {
-    int failed = 0;
-    stein_status status = fit__residuals(&w->p, w->x, w->r, &failed, err);
-    if (status == STEIN_OK && failed > 0) {
-        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
-    }
-    w->objective = fit__chi2(&w->p, w->r) + fit__priors(&w->p, w->x);
+    fit__end e = {.x = w->x, .J = w->J, .r = w->r};
+    hold_curves(w, 1);
+    stein_status status = fit__descend(&w->p, &e, 0, enough, RENEWALS, err);
+    hold_curves(w, 0);
+    w->objective = e.objective;
     sizing z = {w, w->p.nstroke / 2};
     status = status == STEIN_OK ? fit__parallel(&w->p, w->nsite, one_size, &z, err) : status;
     return status == STEIN_OK ? fit__sensitivities(&w->p, w->x, w->r, w->J, err) : status;
