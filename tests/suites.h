@@ -46,6 +46,7 @@
     X(measured_laws) \
     X(order)         \
     X(several)       \
+    X(race)          \
     X(motion_check)  \
     X(curve)         \
     X(settle)        \

@@ -7,34 +7,7 @@
 #include "searching.h"
 #include "stein/diagnose.h"
 #include "suites.h"
-
-enum { SWINGS = 9 };
-static const char pendulum[] = "models/pendulum.yaml";
-
-/* @param model  the file that is fitted; the swings are those of models/pendulum.yaml */
-static void open_swings(fitted *f, const char *model, const char *const *truth,
-                        unsigned long long seed)
-{
-    static char kept[SWINGS][200];
-    const char *data[SWINGS + 1] = {NULL};
-    for (int i = 0; i < SWINGS; i++) {
-        char start[60], name[40];
-        snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
-        const char *const told[] = {start, NULL};
-        film m = {.model = pendulum,
-                  .truth = truth,
-                  .told = told,
-                  .channels = "angle",
-                  .rate = 100.0,
-                  .until = 4.0,
-                  .noise = 1e-3,
-                  .seed = seed + (unsigned long long)i};
-        snprintf(name, sizeof name, "swing%d.csv", i);
-        snprintf(kept[i], sizeof kept[i], "%s", take(name, &m));
-        data[i] = kept[i];
-    }
-    open_fit(f, model, NULL, data);
-}
+#include "swings.h"
 
 static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
                                unsigned long long seed)

@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_race.c - what shortens a search: a race to an early horizon, fits that are given up on their
+ * way, nothing twice from where it brought nothing, strokes that are fitted one by one; and a law
+ * gains nothing by what a null fit has left where it should not be.
+ */
+#include <string.h>
+
+#include "curve.h"
+#include "fit_support.h"
+#include "searching.h"
+#include "suites.h"
+#include "swings.h"
+
+typedef struct bench {
+    fitted f;
+    lab_options options;
+    lab_diagnosis out;
+    lab_diagnose_def def;
+    diag d;
+} bench;
+
+/* the swings with their suspects and the null fit; the mechanism's numbers are known */
+static void open_bench(bench *b, const char *const *truth, int threads, unsigned long long seed)
+{
+    memset(b, 0, sizeof *b);
+    open_swings(&b->f, pendulum, truth, seed);
+    b->options = cache_here(NULL);
+    b->def = lab_diagnose_def_default();
+    b->def.options = &b->options;
+    b->out.nfit = SWINGS;
+    b->d = (diag){.file = pendulum,
+                  .model = b->f.model,
+                  .def = &b->def,
+                  .fit_data = b->f.data,
+                  .held_data = b->f.data,
+                  .out = &b->out};
+    b->d.fit_def = lab_fit_def_default();
+    b->d.fit_def.offset = 1e-3;
+    b->d.fit_def.scatter = 1;
+    b->d.fit_def.threads = threads;
+    ck_assert_stein(diag__open_problem(&b->d, err));
+    b->d.p.tolerance = 1e-9;
+    ck_assert_stein(diag__suspects(&b->d, err));
+    ck_assert_stein(diag__pursue(&b->d, err));
+    ck_assert_stein(diag__changes(&b->d, err));
+    ck_assert_stein(diag__rank(&b->d, err));
+}
+
+static void close_bench(bench *b)
+{
+    diag__close(&b->d);
+    drop(&b->f);
+}
+
+static diag__suspect *suspect(diag *d, const char *kind)
+{
+    for (int i = 0; i < d->n; i++) {
+        if (strcmp(d->suspect[i].s.candidate.effect->kind, kind) == 0) {
+            return &d->suspect[i];
+        }
+    }
+    ck_abort_msg("no suspect %s", kind);
+    return NULL;
+}
+
+static const char *const friction[] = {"rod.coulomb.T=0.5 mN m", NULL};
+static const char *const nothing[] = {"rod.coulomb.T=0 N m", NULL};
+
+START_TEST(what_is_missing_wins_the_race)
+{
+    bench b;
+    open_bench(&b, friction, 1, 2100);
+    diag *d = &b.d;
+    ck_assert_stein(diag__look_early(d, err));
+    ck_assert_double_gt(d->early.z, 3.0);
+    ck_assert_double_lt(d->early.horizon, 0.7 * diag__longest(&d->p));
+    int lined_up = 0, on = 0;
+    for (int i = 0; i < d->n; i++) {
+        lined_up += isfinite(d->suspect[i].early);
+    }
+    ck_assert_stein(diag__race(d, err));
+    diag__suspect *s = suspect(d, "coulomb_friction");
+    d->p.horizon = d->early.horizon;
+    double n = diag__samples(&d->p), shown = s->early * s->s.candidate.limit;
+    d->p.horizon = INFINITY;
+    printf("race of %d to %.2f s: the null fit leaves %.0f of %.0f, friction of %.3f mN m %.0f\n",
+           lined_up, d->early.horizon, d->early.objective, n, 1e3 * shown, s->early_left);
+    ck_assert_double_gt(d->early.objective, 1.2 * n);
+    ck_assert_double_lt(s->early_left, n + 5.0 * sqrt(2.0 * n));
+    ck_assert_double_eq_tol(shown, 0.5e-3, 0.2e-3);
+    ck_assert_double_eq(s->start[d->p.amount], s->early);
+    for (int i = 0; i < d->n; i++) {
+        on += isfinite(d->suspect[i].early);
+        ck_assert(!isfinite(d->suspect[i].early) || d->suspect[i].early_left >= s->early_left);
+    }
+    ck_assert(on >= 1 && on <= 3 && lined_up > on);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(a_fit_that_explains_nothing_of_what_shows_early_is_given_up)
+{
+    bench b;
+    open_bench(&b, friction, 1, 2200);
+    diag *d = &b.d;
+    const diag__suspect *s = suspect(d, "coulomb_friction");
+    size_t nu = (size_t)d->p.nu, rows = fit__offset(&d->p, d->p.nstroke);
+    double *room = malloc(sizeof *room * (nu + rows + fit__columns(&d->p)));
+    int last[2];
+    for (int missing = 0; missing < 2; missing++) {
+        diag__pursuit c = {.null = &d->null_marks};
+        fit__end e = {.x = room, .r = room + nu, .J = room + nu + rows};
+        memset(e.x, 0, sizeof *e.x * nu);
+        fit__problem_try(&d->p, missing ? &s->s.candidate : NULL);
+        ck_assert_stein(diag__follow(d, &d->p, &e, &c, err));
+        ck_assert_int_eq(c.given_up, !missing);
+        ck_assert(d->p.horizon == (double)INFINITY);
+        last[missing] = e.fits;
+    }
+    ck_assert_int_lt(last[0], last[1]);
+
+    diag__pursuit near = {.bound = 10.0}; // nothing ends as near as that
+    fit__end e = {.x = room, .r = room + nu, .J = room + nu + rows};
+    memset(e.x, 0, sizeof *e.x * nu);
+    ck_assert_stein(diag__follow(d, &d->p, &e, &near, err));
+    ck_assert_int_eq(near.given_up, 1);
+    ck_assert_int_eq(e.fits, 1);
+    fit__problem_try(&d->p, NULL);
+    free(room);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(what_has_brought_nothing_is_not_done_again_from_there)
+{
+    bench b;
+    open_bench(&b, friction, 1, 2300);
+    diag *d = &b.d;
+    diag__suspect *s = suspect(d, "viscous_friction"); // explains some of it, and leaves more
+    ck_assert_stein(diag__from_the_file(d, s, 0.1, err));
+    ck_assert_int_eq(s->s.refitted, 1);
+    s->ended = 0;
+    s->stuck = s->unheeded = s->objective;
+    int fits = b.out.fits;
+    ck_assert_stein(diag__to_the_end(d, s, err));
+    ck_assert_stein(diag__recall(d, s, err));
+    ck_assert_int_eq(b.out.fits, fits);
+    s->stuck = s->objective + 100.0;
+    ck_assert_stein(diag__to_the_end(d, s, err));
+    ck_assert_int_gt(b.out.fits, fits);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(strokes_one_by_one_end_where_they_end_whoever_is_beside_them)
+{
+    double kept[400];
+    int fits = 0;
+    for (int threads = 1; threads <= 2; threads++) {
+        bench b;
+        open_bench(&b, nothing, threads, 2400);
+        diag *d = &b.d;
+        static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
+        double *x = calloc((size_t)d->p.nu + fit__offset(&d->p, SWINGS) + 1, sizeof *x);
+        memcpy(x, d->x, sizeof *x * (size_t)d->p.nu);
+        // by that measure every one is a stray, and is asked from all starts
+        diag__singles s = {
+            .d = d, .p = &d->p, .D = as_stated, .x = x, .r = x + d->p.nu, .middle = 0.1};
+        ck_assert_stein(diag__fit_singles(&s, NULL, err));
+        double deviance = 0.0;
+        ck_assert_stein(diag__deviance(&s, &deviance, err));
+        ck_assert(isfinite(deviance));
+        int starts = 0;
+        for (int k = d->p.np; k < d->p.nu; k++) {
+            starts += 2 * (d->p.unknown[k].kind == FIT__SCATTER);
+        }
+        ck_assert_int_ge(starts, 2 * SWINGS);
+        ck_assert_int_ge(s.fits, SWINGS + starts);
+        ck_assert_int_le(d->p.nu, 400);
+        ck_assert_double_lt(fit__chi2(&d->p, s.r), 1.2 * d->p.samples);
+        if (threads == 1) {
+            memcpy(kept, x, sizeof *x * (size_t)d->p.nu);
+            fits = s.fits;
+        }
+        ck_assert_mem_eq(kept, x, sizeof *x * (size_t)d->p.nu);
+        ck_assert_int_eq(s.fits, fits);
+        free(x);
+        close_bench(&b);
+    }
+}
+END_TEST
+
+/* A null fit found a stroke's friction two sd off and yet no scatter: with the variances it says,
+ * that number costs millions, and any curve would gain them by letting it go. */
+START_TEST(a_law_gains_nothing_by_numbers_beyond_their_variances)
+{
+    bench b;
+    open_bench(&b, nothing, 1, 2500);
+    diag *d = &b.d;
+    int k = d->p.np;
+    while (d->p.unknown[k].kind != FIT__SCATTER) {
+        k++;
+    }
+    d->x[k] = 2.0;
+    for (int i = 0; i < LAB_SCATTERS; i++) {
+        d->null_D[i] = 1e-9;
+    }
+    diag__held before = {.rmse = 1.0};
+    diag__found found = {.n = 0, .end = d};
+    ck_assert_stein(diag__unknown_law(d, &before, &found, err));
+    ck_assert_ptr_nonnull(d->curves);
+    ck_assert_int_gt(d->curves->nsite, 0);
+    printf("the best curve gains %.1f\n", d->curves->curve[0].gain);
+    ck_assert_double_lt(d->curves->curve[0].gain, 30.0);
+    diag__held_free(&found.held);
+    close_bench(&b);
+}
+END_TEST
+
+Suite *race_suite(void)
+{
+    Suite *suite = suite_create("race");
+    TCase *tc = tcase_create("race");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 60);
+    tcase_add_test(tc, what_is_missing_wins_the_race);
+    tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
+    tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
+    tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
+    tcase_add_test(tc, a_law_gains_nothing_by_numbers_beyond_their_variances);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
