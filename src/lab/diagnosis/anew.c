@@ -130,21 +130,24 @@ stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein
     return follow(d, s, from_the_file, &(beginning){amount, NAN}, err);
 }
 
-/* is it at least that much better than where something has brought nothing? */
+/* is it elsewhere than where something has brought nothing? */
 static int has_moved(const diag__suspect *s, double in_vain)
 {
-    return in_vain - s->objective > worth_a_try;
+    return !(fabs(in_vain - s->objective) <= worth_a_try);
 }
 
+/* A fit that has become worse, as likelihoods may while chi2 falls, has moved as well; that ends a
+ * round, and the next one goes on from there. */
 stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
 {
     stein_status status = STEIN_OK;
+    double was = INFINITY;
     for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
-                    has_moved(s, s->stuck);
+                    was - s->objective > worth_a_try && has_moved(s, s->stuck);
          k++) {
-        double was = s->objective;
+        was = s->objective;
         status = diag__attempt(d, s, RENEW_LAST, err);
-        s->stuck = was - s->objective > worth_a_try ? s->stuck : was;
+        s->stuck = fabs(was - s->objective) <= worth_a_try ? s->objective : s->stuck;
     }
     return status;
 }
@@ -165,7 +168,7 @@ stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
          k++) {
         double was = s->objective;
         status = diag__again(d, s, without_strays, NULL, err);
-        s->unheeded = was - s->objective > worth_a_try ? s->unheeded : was;
+        s->unheeded = was - s->objective > worth_a_try ? s->unheeded : s->objective;
     }
     return status;
 }

@@ -22,6 +22,7 @@ static const double enough = 0.3;
 static const double near = 12.0;           /* RMS [noise] */
 static const double worth_a_recall = 10.0; /* of the objective */
 static const double off = 3.0;             /* sd of chi2: more than noise is left */
+static const double clearly = 1.2;         /* per sample */
 static const double worth_it = 0.1;        /* share of that */
 
 double diag__longest(const fit__problem *p)
@@ -125,9 +126,11 @@ double diag__samples(const fit__problem *p)
 }
 
 /* Is a fit lost where it stands? Either it is further from the data already than it may be at its
- * end. Or the null fit left more than noise at this horizon, and what is on trial has explained
- * nothing of it: something that is missing shows before, and this is not it.
- * @param where  0: before strays are called back, 1: after */
+ * end. Or the null fit clearly left more than noise at this horizon, and what is on trial has
+ * explained nothing of it: something that is missing shows before, and this is not it. (Where the
+ * null fit left a little, that may be a stroke which one of the two has lost.)
+ * @param where  0: before strays are called back, where only one that stands as the null fit did is
+ *               lost; 1: after */
 static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end *e, int h,
                    int where)
 {
@@ -135,9 +138,10 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
         return 0;
     }
     double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
-    double excess = null - n, gain = null - e->objective;
+    double excess = null - n, gain = null - e->objective, least = worth_it * excess;
+    int nothing = gain < least && (where > 0 || gain > -least);
     return (c->bound > 0.0 && e->objective > c->bound) ||
-           (excess > off * sqrt(2.0 * n) && gain < worth_it * excess);
+           (null > clearly * n && excess > off * sqrt(2.0 * n) && nothing);
 }
 
 /* notes where it stands, or that it is lost */

@@ -3,7 +3,8 @@
  *
  *   1. every suspect that the linear scores do not rule out is fitted with all other unknowns,
  *      first with the derivatives of the null fit, the leading ones with new ones until they end;
- *      a leader that does not end near the data begins anew from the file's own numbers
+ *      where the leader does not end near the data, those that explain how the strokes begin are
+ *      followed along them (race.c), and the leading ones begin anew from the file's own numbers
  *   2. at the end of the leader - there the model describes the data, so linear predictions are as
  *      good as they can be - all suspects are scored again, each in the leader's place, and those
  *      that come near are fitted from there
