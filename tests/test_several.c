@@ -106,29 +106,18 @@ static void with_line(const char *path, const char *begins, const char *instead)
  * to swing by 1 % */
 static lab_diagnosis *with_mean(double mean, fitted *f)
 {
-    static char path[200], kept[SWINGS][200];
+    static char path[200];
     const char *data[SWINGS + 1] = {NULL};
     unsigned long long seed = 4711;
     snprintf(path, sizeof path, "%s", in_folder("friction.yaml"));
     with_line(path, "    damping:",
               "    damping: 1.5e-4 N m s/rad\n    coulomb: {T: 2 mN m, w: 0.05 rad/s}\n");
     for (int i = 0; i < SWINGS; i++) {
-        char start[60], friction[60], name[40];
-        snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
+        char friction[60];
         snprintf(friction, sizeof friction, "rod.coulomb.T=%.9g mN m",
                  2.0 * mean * (1.0 + 0.01 * gauss(&seed)));
-        const char *const told[] = {start, NULL}, *const truth[] = {friction, NULL};
-        film m = {.model = path,
-                  .truth = truth,
-                  .told = told,
-                  .channels = "angle",
-                  .rate = 100.0,
-                  .until = 4.0,
-                  .noise = 1e-3,
-                  .seed = 900 + (unsigned long long)i};
-        snprintf(name, sizeof name, "mean%d.csv", i);
-        snprintf(kept[i], sizeof kept[i], "%s", take(name, &m));
-        data[i] = kept[i];
+        const char *const truth[] = {friction, NULL};
+        data[i] = film_swing(i, path, truth, 900);
     }
     open_fit(f, path, NULL, data);
     lab_options options = cache_here(NULL);

@@ -36,6 +36,7 @@ static int is_furthest(diag *d, double objective, double z)
     d->early.z = z;
     d->early.horizon = d->p.horizon;
     d->early.objective = objective;
+    d->early.samples = diag__samples(&d->p);
     memcpy(d->early.x, d->x, sizeof *d->x * (size_t)d->p.nu);
     return 1;
 }

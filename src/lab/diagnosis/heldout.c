@@ -18,7 +18,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "functions.h"
 #include "searching.h"
 
 enum { DRAWS = 2000 };

@@ -109,9 +109,7 @@ stein_status diag__race(diag *d, stein_err *err)
     int n = line_up(d, all, x);
     stein_status status = heat(d, all, n, 0, err);
     status = status == STEIN_OK ? heat(d, all, n < FINAL ? n : FINAL, RENEWALS, err) : status;
-    d->p.horizon = d->early.horizon;
-    double most = d->early.objective - share * (d->early.objective - diag__samples(&d->p));
-    d->p.horizon = INFINITY;
+    double most = d->early.objective - share * (d->early.objective - d->early.samples);
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         status = place(d, &all[i], i < FOREMOST && all[i].left < most, err);
     }

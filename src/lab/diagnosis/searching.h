@@ -79,8 +79,9 @@ typedef struct diag__marks {
 
 /** Where a null fit up to a horizon has ended that leaves more than noise. */
 typedef struct diag__early {
-    double *x;                    /* NULL: it was not looked for */
-    double horizon, objective, z; /* [s], chi2 + priors, chi2 in sd from noise; 0: there is none */
+    double *x;                 /* NULL: it was not looked for */
+    double horizon, objective; /* [s], chi2 + priors */
+    double samples, z;         /* up to there; chi2 in sd from noise, 0: there is none */
 } diag__early;
 
 enum { DIAG_CLASSES = 3 }; /* kinds of scatter: joints, contacts, drive */
@@ -295,9 +296,7 @@ stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *e
 
 /* ---- anew.c: all of these keep what is better, and return OK or ENOMEM ---- */
 
-/** Another start of a suspect's fit: s->x, and s->J or that it is unknown. `found` 0: there is
- * none.
- */
+/** Another start of a suspect's fit: s->x, and s->J or unknown_J. `found` 0: there is none. */
 typedef stein_status diag__start(diag *d, diag__suspect *s, const void *ctx, int *found,
                                  stein_err *err);
 /** A fit from there. */

@@ -20,9 +20,9 @@
  *   2. least squares with what is left of the strokes, to their end (fit__descend)
  *   3. again from there, until no stroke ends earlier
  *   4. Gauss-Newton steps of the mixed model: the variances of what differs from stroke to stroke
- *      are those that the strokes show and the prior together. The prior is worth four strokes:
- * with 1/variance as chi2/4 the deviation lies within 0.7 and 1.9 of the prior's in four of five
- *      cases. A dozen strokes that happen to be alike would else have numbers that are too sure.
+ *      are those that the strokes show and the prior together. The prior is worth four strokes
+ *      (with 1/variance as chi2/4 the deviation is 0.7 to 1.9 of the prior's in four of five
+ *      cases): a dozen that happen to be alike would else have numbers that are too sure.
  */
 #include <math.h>
 #include <stdlib.h>
