@@ -107,6 +107,10 @@ typedef struct stein_pace {
  * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest
  * trial steps: it is too stiff */
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
+/** Trial steps of controlled error that a simulation has made since it was created, alone or in a
+ *  batch: those that passed and those that were too coarse; one repeated up to an event counts
+ * once. Who makes one motion of many runs bounds its cost with it. */
+long long stein_trials(const stein_sim *sim);
 double stein_time(const stein_sim *sim);
 /** Length of a whole step [s], as the definition set it. */
 double stein_dt(const stein_sim *sim);

@@ -129,7 +129,7 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
     return status;
 }
 
-stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stein__pacer *p,
+stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                               stein_err *err)
 {
     p->h = 0.0;
@@ -141,6 +141,7 @@ stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stei
                            "the motion is too stiff: steps of %g s at t = %g s would never end",
                            pace->h, sim->head->t);
     }
+    sim->trials++;
     double left = p->t_end - sim->head->t;
     p->t = sim->head->t;
     p->wanted = fmin(pace->h, pace->longest);
@@ -239,6 +240,11 @@ void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end)
     while (pace->look != NULL && pace->next <= t_end) {
         pace->next = pace->look(pace->ctx, sim);
     }
+}
+
+long long stein_trials(const stein_sim *sim)
+{
+    return sim->trials;
 }
 
 stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)

@@ -130,6 +130,7 @@ struct stein_sim {
     spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
     real *Q;          /* [nq] */
     int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
+    long long trials; /* of steps of controlled error, since it was created */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
@@ -424,7 +425,7 @@ typedef struct stein__pacer {
 } stein__pacer;
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err);
-stein_status stein__pace_next(const stein_sim *sim, const stein_pace *pace, stein__pacer *p,
+stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                               stein_err *err);
 /* a trial of p->h; who makes it elsewhere grades it, too, unless it is a repeated one */
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
