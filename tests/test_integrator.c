@@ -215,7 +215,9 @@ START_TEST(controlled_steps_refuse_what_makes_no_sense)
     stein_pace pace = pace_of(1e-9, NULL, NULL);
     ck_assert_int_eq(stein_run_adaptive(rk4, 0.1, &pace, NULL), STEIN_EINVAL);
     ck_assert_int_eq(stein_run_adaptive(sim, NAN, &pace, NULL), STEIN_EINVAL);
+    ck_assert_int_eq(stein_trials(sim), 0);
     ck_assert_stein(stein_run_adaptive(sim, 0.1, &pace, err));
+    ck_assert_int_gt(stein_trials(sim), 0);
     ck_assert_int_eq(stein_run_adaptive(sim, 0.05, &pace, NULL), STEIN_EINVAL);
     pace.tolerance = 0.0;
     ck_assert_int_eq(stein_run_adaptive(sim, 0.2, &pace, NULL), STEIN_EINVAL);

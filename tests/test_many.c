@@ -89,6 +89,7 @@ START_TEST(runs_that_take_turns_in_lanes_have_the_bits_of_runs_alone)
         ck_assert(stein_time(a->sim) == stein_time(b->sim));
         ck_assert(memcmp(stein_q(a->sim), stein_q(b->sim), size) == 0);
         ck_assert(memcmp(stein_qd(a->sim), stein_qd(b->sim), size) == 0);
+        ck_assert_int_eq(stein_trials(a->sim), stein_trials(b->sim));
         ck_assert(a->pace.h == b->pace.h && a->pace.next == b->pace.next && a->n == b->n);
         ck_assert(memcmp(a->seen, b->seen, sizeof a->seen) == 0);
         ck_assert(i == 7 || a->n > 12);
@@ -250,6 +251,37 @@ START_TEST(strokes_with_a_recorded_input_are_what_they_were)
 }
 END_TEST
 
+START_TEST(a_stroke_of_many_stiff_runs_cannot_be_simulated)
+{
+    static const char *const names[] = {"rod.damping", NULL};
+    const char *data[] = {pushed("a.csv", 0.3), NULL};
+    fit__problem p;
+    fitted f;
+    fit__bench b;
+    stein_err why;
+    open_fit(&f, "models/pendulum.yaml", NULL, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
+    double *x = calloc((size_t)p.nu + 1, sizeof *x);
+    p.gain = _i == 0 ? 0.0 : 0.4; // down the ladder
+    ck_assert_stein(fit__bench_make(&b, &p, err));
+    ck_assert_stein(fit__simulate(&p, &b, 0, x, b.y, err));
+    long long usual = stein_trials(b.sim);
+    const fit__unknown *u = &p.unknown[0];
+    x[0] = ((u->log ? log(5e3) : 5e3) - u->start) / u->sd; // N m s/rad
+    ck_assert_int_eq(fit__simulate(&p, &b, 0, x, b.y, &why), STEIN_ECHATTER);
+    ck_assert_msg(strstr(why.msg, "the stroke is too stiff: steps of ") != NULL, "%s", why.msg);
+    ck_assert(stein_time(b.sim) > 0.05); // no single run was too much
+    ck_assert_int_gt(stein_trials(b.sim), 20 * usual);
+    x[0] = 0.0;
+    ck_assert_stein(fit__simulate(&p, &b, 0, x, b.y, err)); // the next stroke has its own limit
+    fit__bench_free(&b);
+    free(x);
+    fit__problem_free(&p);
+    drop(&f);
+}
+END_TEST
+
 /* an action whose key goes down and stays there */
 static const char *led(const char *name, double time)
 {
@@ -384,6 +416,7 @@ Suite *many_suite(void)
     tcase_add_loop_test(fit, strokes_of_a_fit_are_the_same_alone_and_side_by_side, 0, 2);
     tcase_add_test(fit, strokes_with_a_recorded_input_are_what_they_were);
     tcase_add_test(fit, so_are_those_with_a_recorded_motion);
+    tcase_add_loop_test(fit, a_stroke_of_many_stiff_runs_cannot_be_simulated, 0, 2);
     tcase_add_test(fit, fits_that_share_seats_have_the_bits_of_fits_alone);
     tcase_add_test(fit, lanes_that_the_processor_lacks_are_refused);
     tcase_set_timeout(fit, 60);
