@@ -7,8 +7,7 @@
 
 enum { NQ = 3, MOST = 256 };
 
-/* a real among doubles; memcpy would go in halves, which to load as a whole means to wait */
-typedef stein_real loose __attribute__((aligned(8), may_alias));
+typedef stein_real wide __attribute__((may_alias)); /* reals among doubles */
 
 extern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, piano3);
 static real constants[MOST], zero[3 * NQ];
@@ -20,26 +19,34 @@ static void prepare(const double *d, int nd)
     }
 }
 
-static void mass_bias(const double *q, const double *qd, int n, double *M, double *c)
+static inline void evaluate(const wide *q, const wide *qd, wide *M, wide *c)
 {
-    const stein_lanes *e = &STEIN_LANES_NAME(STEIN_LANES, piano3);
-    for (int g = 0; g < n / STEIN_LANES; g++) {
-        real x[NQ], v[NQ], sc[2 * NQ], m[NQ * NQ], b[NQ];
-        for (int j = 0; j < NQ; j++) {
-            x[j] = *(const loose *)(q + (g * NQ + j) * STEIN_LANES);
-            v[j] = *(const loose *)(qd + (g * NQ + j) * STEIN_LANES);
-            stein__sincos(x[j], &sc[2 * j], &sc[2 * j + 1]);
-        }
-        e->mass_bias(x, v, sc, constants, zero, zero, m, b);
-        for (int k = 0; k < NQ * NQ; k++) {
-            *(loose *)(M + (g * NQ * NQ + k) * STEIN_LANES) = m[k];
-        }
-        for (int k = 0; k < NQ; k++) {
-            *(loose *)(c + (g * NQ + k) * STEIN_LANES) = b[k];
-        }
+    real sc[2 * NQ];
+    for (int j = 0; j < NQ; j++) {
+        stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
     }
+    STEIN_LANES_NAME(STEIN_LANES, piano3).mass_bias(q, qd, sc, constants, zero, zero, M, c);
+}
+
+static void mass_bias(const double *q, const double *qd, double *M, double *c)
+{
+    evaluate((const wide *)q, (const wide *)qd, (wide *)M, (wide *)c);
+}
+
+static double sum(const double *q, const double *qd, int n)
+{
+    real of = same(0.0), M[NQ * NQ], c[NQ];
+    double all = 0.0;
+    for (int i = 0; i < NQ * n; i += NQ * STEIN_LANES) {
+        evaluate((const wide *)(q + i), (const wide *)(qd + i), M, c);
+        of += M[0] + M[1] + M[8] + c[0] + c[1] + c[2];
+    }
+    for (int k = 0; k < STEIN_LANES; k++) {
+        all += of[k];
+    }
+    return all;
 }
 
 #define JOIN(a, b)      a##b
 #define EQUATIONS_OF(n) JOIN(equations, n)
-const equations_in_lanes EQUATIONS_OF(STEIN_LANES) = {STEIN_LANES, prepare, mass_bias};
+const equations_in_lanes EQUATIONS_OF(STEIN_LANES) = {STEIN_LANES, prepare, mass_bias, sum};

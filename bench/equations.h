@@ -8,9 +8,12 @@ typedef struct equations_in_lanes {
     int lanes;
     /** Derived constants [nd] into all lanes, kept for the next calls. */
     void (*prepare)(const double *d, int nd);
-    /** n states, a multiple of `lanes`: component k of lane l in group g is at [(g * size + k) *
-     * lanes + l]. */
-    void (*mass_bias)(const double *q, const double *qd, int n, double *M, double *c);
+    /** `lanes` states: component k of lane l is at [k * lanes + l]. Every array begins at a
+     * multiple of 64 bytes. */
+    void (*mass_bias)(const double *q, const double *qd, double *M, double *c);
+    /** The same of n states, a multiple of `lanes`, group behind group. @return the sum of what the
+     *  simple tree has in M and c, which are kept no longer than a state's alone */
+    double (*sum)(const double *q, const double *qd, int n);
 } equations_in_lanes;
 
 extern const equations_in_lanes equations2, equations4, equations8;
