@@ -45,7 +45,7 @@ static inline mask ask(const stein_sim *sim, int i, real t, real u[3])
     mask asked = both(sim->asked, sim->bound[i]);
     u[0] = u[1] = u[2] = same(0.0);
     for (int k = 0; k < STEIN_LANES; k++) {
-        if (asked[k]) {
+        if (lanes_of(asked) >> k & 1) {
             double alone[3] = {0.0};
             sim->signal[STEIN_LANES * i + k](sim->signal_ctx[STEIN_LANES * i + k], t[k], alone);
             for (int n = 0; n < 3; n++) {

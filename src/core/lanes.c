@@ -31,7 +31,7 @@ INNER stein_status stein__evaluate(stein_sim *sim, real t, const real *q, const 
     }
     turn_joints(sim->model, sim->xq, sim->sc);
     stein__forces(sim);
-    sim->bad |= stein__accelerate(sim, qdd);
+    sim->bad |= unsolved(stein__accelerate(sim, qdd));
     return STEIN_OK;
 }
 
@@ -66,7 +66,7 @@ static void put_signals(stein_sim *sim, int lane, const stein__rider *from)
     for (int i = 0; i < sim->model->ninput; i++) {
         sim->signal[STEIN_LANES * i + lane] = from->signal[i];
         sim->signal_ctx[STEIN_LANES * i + lane] = from->signal_ctx[i];
-        sim->bound[i][lane] = -(long long)(from->signal[i] != NULL);
+        put_flag(&sim->bound[i], lane, from->signal[i] != NULL);
         put_numbers(sim->ustate + 3 * i, lane, (const double[3]){0.0}, 3);
     }
 }
@@ -79,11 +79,11 @@ static void put(void *wide, int lane, const stein__rider *from, int with_d)
     put_numbers(sim->qd, lane, from->qd, model->nq);
     put_numbers(sim->qdd, lane, from->qdd, model->nq);
     for (int i = 0; i < sim->nguard; i++) {
-        sim->mode[i][lane] = -(long long)(from->mode[i] != 0);
+        put_flag(&sim->mode[i], lane, from->mode[i]);
     }
-    sim->head->load_present[lane] = -(long long)(from->load_present != 0);
+    put_flag(&sim->head->load_present, lane, from->load_present);
     if (model->load.body >= 0) {
-        sim->held[model->load.body][lane] = -(long long)(from->load_present == 0);
+        put_flag(&sim->held[model->load.body], lane, !from->load_present);
     }
     if (with_d) {
         put_numbers(sim->d, lane, from->d, model->nd);
@@ -117,15 +117,6 @@ static real numbers(const double *from)
     real x;
     memcpy(&x, from, sizeof x);
     return x;
-}
-
-static mask mask_from(unsigned bits)
-{
-    mask m = {0};
-    for (int k = 0; k < STEIN_LANES; k++) {
-        m[k] = -(long long)(bits >> k & 1);
-    }
-    return m;
 }
 
 /* a trial step of h in all lanes, from where they are; @return those wanted that ended with numbers

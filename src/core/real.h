@@ -117,9 +117,15 @@ static inline mask has_bit(word w, int k)
 
 #elif STEIN_LANES > 1
 
-typedef stein_mask mask;
 typedef unsigned long long word __attribute__((vector_size(8 * STEIN_LANES)));
-typedef stein_mask flag;
+#if STEIN_LANES == 8 && defined __AVX512DQ__
+#define MASK_OF_BITS 1
+typedef unsigned char mask; /* a bit a lane: how these processors compare and choose */
+#else
+#define MASK_OF_BITS 0
+typedef stein_mask mask;
+#endif
+typedef mask flag;
 
 #define INNER  static inline
 #define INLINE static inline __attribute__((always_inline))
@@ -142,8 +148,8 @@ static inline mask no(mask m)
 /* one bit a lane */
 static inline unsigned lanes_of(mask m)
 {
-#if defined __AVX512DQ__ && STEIN_LANES == 8
-    return (unsigned)_mm512_movepi64_mask((__m512i)m);
+#if MASK_OF_BITS
+    return m;
 #elif defined __AVX2__ && STEIN_LANES == 4
     return (unsigned)_mm256_movemask_pd((__m256d)m);
 #elif defined __SSE2__ && STEIN_LANES == 2
@@ -154,6 +160,36 @@ static inline unsigned lanes_of(mask m)
         bits |= (unsigned)(m[k] & 1) << k;
     }
     return bits;
+#endif
+}
+
+/* and back */
+static inline mask mask_from(unsigned bits)
+{
+#if MASK_OF_BITS
+    return (mask)bits;
+#else
+    mask m = {0};
+    for (int k = 0; k < STEIN_LANES; k++) {
+        m[k] = -(long long)(bits >> k & 1);
+    }
+    return m;
+#endif
+}
+
+/* what holds in a lane becomes known */
+static inline void put_flag(flag *f, int lane, int holds)
+{
+    *f = mask_from((lanes_of(*f) & ~(1u << lane)) | (unsigned)(holds != 0) << lane);
+}
+
+/* lanes in which equations could not be solved, as generated text says it */
+static inline mask unsolved(stein_solved bad)
+{
+#if MASK_OF_BITS
+    return (mask)_mm512_movepi64_mask((__m512i)bad);
+#else
+    return bad;
 #endif
 }
 
@@ -169,8 +205,8 @@ static inline int every(mask m)
 
 static inline real sel(mask m, real yes, real no_)
 {
-#if defined __AVX512DQ__ && STEIN_LANES == 8
-    return (real)_mm512_mask_blend_pd(_mm512_movepi64_mask((__m512i)m), (__m512d)no_, (__m512d)yes);
+#if MASK_OF_BITS
+    return (real)_mm512_mask_blend_pd(m, (__m512d)no_, (__m512d)yes);
 #elif defined __AVX2__ && STEIN_LANES == 4
     return (real)_mm256_blendv_pd((__m256d)no_, (__m256d)yes, (__m256d)m);
 #else
@@ -195,7 +231,7 @@ static inline real with_sign_of(real x, real sign)
 
 static inline real root_of(real x)
 {
-#if defined __AVX512DQ__ && STEIN_LANES == 8
+#if MASK_OF_BITS
     return (real)_mm512_sqrt_pd((__m512d)x);
 #elif defined __AVX2__ && STEIN_LANES == 4
     return (real)_mm256_sqrt_pd((__m256d)x);
@@ -212,19 +248,27 @@ static inline real root_of(real x)
 static inline real alone(double (*f)(double), mask asked, real x)
 {
     for (int k = 0; k < STEIN_LANES; k++) {
-        x[k] = asked[k] ? f(x[k]) : x[k];
+        x[k] = lanes_of(asked) >> k & 1 ? f(x[k]) : x[k];
     }
     return x;
 }
 
 static inline real only(mask wanted, real x)
 {
+#if MASK_OF_BITS
+    return (real)_mm512_maskz_mov_pd(wanted, (__m512d)x);
+#else
     return (real)(wanted & (mask)x);
+#endif
 }
 
 static inline mask has_bit(word w, int k)
 {
+#if MASK_OF_BITS
+    return (mask)_mm512_test_epi64_mask((__m512i)w, _mm512_set1_epi64(1LL << k));
+#else
     return (mask)((w >> k & 1) != 0);
+#endif
 }
 
 #endif
@@ -232,6 +276,13 @@ static inline mask has_bit(word w, int k)
 /* comparisons; a side may be a plain number, hence no functions */
 #if STEIN_LANES == 0
 #include "tangent.h"
+#elif STEIN_LANES > 1 && MASK_OF_BITS
+#define COMPARED(a, b, how) \
+    ((mask)_mm512_cmp_pd_mask((__m512d)STEIN_ALL(a), (__m512d)STEIN_ALL(b), how))
+#define less(a, b)    COMPARED(a, b, _CMP_LT_OQ)
+#define more(a, b)    COMPARED(a, b, _CMP_GT_OQ)
+#define at_most(a, b) COMPARED(a, b, _CMP_LE_OQ)
+#define differ(a, b)  COMPARED(a, b, _CMP_NEQ_UQ)
 #else
 #define less(a, b)    ((mask)((a) < (b)))
 #define more(a, b)    ((mask)((a) > (b)))

@@ -15,11 +15,13 @@
  */
 #include "core.h"
 
-/* the number, or condition, of lane k */
+/* the number of lane k */
 #if STEIN_LANES > 1
-#define LANE(k, x) ((x)[k])
+#define LANE(k, x)       ((x)[k])
+#define IS_LESS(k, x, y) ((x)[k] < (y)[k])
 #else
-#define LANE(k, x) (x)
+#define LANE(k, x)       (x)
+#define IS_LESS(k, x, y) less(x, y)
 #endif
 
 static inline real secant(const real *at, const real *value, int i)
@@ -53,7 +55,7 @@ static inline span span_of(int n, const real *at, const real *value, const real 
         int lo = 0, hi = n - 1;
         while (hi - lo > 1) {
             int middle = (lo + hi) / 2;
-            int *end = LANE(k, less(x, at[middle])) ? &hi : &lo;
+            int *end = IS_LESS(k, x, at[middle]) ? &hi : &lo;
             *end = middle;
         }
         LANE(k, s.x0) = LANE(k, at[lo]);
