@@ -540,14 +540,14 @@ void dyn_mass_bias(walk *ps, ex *out)
     dyn_end(&y);
 }
 
-void dyn_inverse(walk *ps, ex *out)
+static void inverse(walk *ps, int moves, ex *out)
 {
     dyn y;
     int n = ps->t->n;
     if (dyn_begin(&y, ps)) {
         return;
     }
-    forward(&y, 1);
+    forward(&y, moves);
     slid_children(&y);
     ex *M = calloc((size_t)n * (size_t)n, sizeof *M);
     if (M && ps->ch->gravity >= 2) {
@@ -558,4 +558,14 @@ void dyn_inverse(walk *ps, ex *out)
     free(M);
     backward(&y, out);
     dyn_end(&y);
+}
+
+void dyn_inverse(walk *ps, ex *out)
+{
+    inverse(ps, 1, out);
+}
+
+void dyn_bias(walk *ps, ex *out)
+{
+    inverse(ps, 0, out);
 }

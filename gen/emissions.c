@@ -17,6 +17,11 @@ static void target_inverse(const tree *t, int i, char out[64])
     snprintf(out, 64, "Q[%d]", i);
 }
 
+static void target_articulated(const tree *t, int i, char out[64])
+{
+    snprintf(out, 64, i < t->n ? "qdd[%d]" : "pivot[%d]", i % t->n);
+}
+
 static void target_pose(const tree *t, int i, char out[64])
 {
     static const char *const field[7] = {"x", "z", "c", "s", "vx", "vz", "w"};
@@ -77,6 +82,22 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
                    [EX_NVAR] = "d",
                    [EX_NVAR + 1] = "sc"},
         .target = target_mass_bias};
+    static const emission articulated = {
+        .name = "articulated",
+        .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
+                     "                        const stein_real *d, const stein_real *frc,\n"
+                     "                        const stein_real *trq, const stein_real *Q,\n"
+                     "                        stein_real *qdd, stein_real *pivot",
+        .note = "qdd of M qdd + c = Q, and the pivots of M less what counts as 0",
+        .type = "stein_real",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_TAU] = "Q",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_articulated};
     static const emission pose = {
         .name = "pose",
         .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
@@ -87,15 +108,20 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .target = target_pose};
     emit_func(x, t, l, &f->mass_bias, &mass_bias);
     emit_solve(x, t);
+    if (f->articulated.nout) {
+        emit_func(x, t, l, &f->articulated, &articulated);
+    }
     if (t->ncarrier) {
         emit_func(x, t, l, &f->pose, &pose);
     }
     text_add(x,
              "#if STEIN_LANES > 1\nextern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s);\n",
              t->m->name);
-    text_add(
-        x, "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {mass_bias, %s, %s};\n#else\n\n",
-        t->m->name, emit_solves(t) ? "solve" : "NULL", t->ncarrier ? "pose" : "NULL");
+    text_add(x,
+             "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {mass_bias, %s, %s, %s};\n"
+             "#else\n\n",
+             t->m->name, emit_solves(t) ? "solve" : "NULL",
+             f->articulated.nout ? "articulated" : "NULL", t->ncarrier ? "pose" : "NULL");
 }
 
 void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)

@@ -157,8 +157,8 @@ static void claim(printer *p, ex e, const char *wanted)
 
 static void leaf_symbol(printer *p, ex e)
 {
-    static const char *const var[EX_NVAR] = {"p",   "q",  "qd", "qdd", "frc",
-                                             "trq", "dp", "dq", "dqd", "dd"};
+    static const char *const var[EX_NVAR] = {"p", "q",  "qd", "qdd", "frc", "trq",
+                                             "Q", "dp", "dq", "dqd", "dd"};
     const ex_node *nd = &p->g->node[e];
     char name[SYMBOL];
     if (nd->op == EX_VAR) {
@@ -396,6 +396,8 @@ static void heading(const printer *p, int pass, int body)
                                                  "forward kinematics",
                                                  "backward dynamics",
                                                  "composite bodies",
+                                                 "articulated bodies",
+                                                 "accelerations",
                                                  "point",
                                                  "by the position",
                                                  "by the speed",

@@ -47,6 +47,7 @@ typedef enum {
     EX_QDD,
     EX_FRC,
     EX_TRQ,
+    EX_TAU, /* forces in the joints */
     EX_DP,
     EX_DQ,
     EX_DQD,

@@ -295,3 +295,39 @@ sym rotate_sym(walk *ps, sym k, int from, int to)
     r.x[place[a][c]] = ex_dot2(g, sine, ab, cosine, ac);
     return r;
 }
+
+/* The symmetric half turns as rotate_sym does, with the sum of both sides for twice one of them;
+ * the difference of the two stays. */
+mat rotate_mat(walk *ps, mat m, int from, int to)
+{
+    const tree *t = ps->t;
+    if (from == to) {
+        return m;
+    }
+    int deep = from > to ? from : to, high = from > to ? to : from;
+    if (!within_group(t, deep, high)) {
+        int base = t->body[deep].base;
+        return rotate_mat(ps, rotate_mat(ps, m, from, base), base, to);
+    }
+    ex_graph *g = ps->g;
+    int a = t->body[deep].axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    ex sine, cosine;
+    angle_trig(ps, deep, high, &sine, &cosine);
+    if (to == deep) {
+        sine = ex_neg(g, sine);
+    }
+    ex bb = m.x[b][b], cc = m.x[c][c], bc = m.x[b][c], cb = m.x[c][b];
+    ex both = ex_mul(g, cosine, ex_add(g, bc, cb));
+    ex w = ex_add(g, ex_mul(g, sine, ex_sub(g, bb, cc)), both);
+    ex sw = ex_mul(g, sine, w), cw = ex_mul(g, cosine, w);
+    mat r = m;
+    r.x[b][b] = ex_sub(g, bb, sw);
+    r.x[c][c] = ex_add(g, cc, sw);
+    r.x[b][c] = ex_sub(g, cw, cb);
+    r.x[c][b] = ex_sub(g, cw, bc);
+    r.x[a][b] = ex_det2(g, cosine, m.x[a][b], sine, m.x[a][c]);
+    r.x[a][c] = ex_dot2(g, sine, m.x[a][b], cosine, m.x[a][c]);
+    r.x[b][a] = ex_det2(g, cosine, m.x[b][a], sine, m.x[c][a]);
+    r.x[c][a] = ex_dot2(g, sine, m.x[b][a], cosine, m.x[c][a]);
+    return r;
+}

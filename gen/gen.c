@@ -197,6 +197,28 @@ static int make_slopes(funcs *f, const tree *t)
            func_like(&f->pose_along, t, &f->pose, along_pose, 7 * t->ncarrier);
 }
 
+static int all_of(stein_ops o)
+{
+    return o.add + o.mul + o.neg + o.div + o.trig;
+}
+
+/** qdd by articulated bodies, where that is less work than M and its solution. */
+static int make_route(funcs *f, const tree *t)
+{
+    func *a = &f->articulated;
+    if (!dyn_articulates(t)) {
+        return 0;
+    }
+    if (func_search(a, t, dyn_articulated, 2 * t->n)) {
+        return -1;
+    }
+    if (all_of(a->ops) >= all_of(f->mass_bias.ops) + all_of(solve_ops(t))) {
+        func_free(a);
+        *a = (func){.nout = 0};
+    }
+    return 0;
+}
+
 static int make_functions(funcs *f, const tree *t)
 {
     int n = t->n, np = t->m->npoint;
@@ -204,7 +226,7 @@ static int make_functions(funcs *f, const tree *t)
            func_search(&f->inverse, t, dyn_inverse, n) ||
            func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
-           func_search(&f->energy, t, kin_energy, 2) || make_slopes(f, t);
+           func_search(&f->energy, t, kin_energy, 2) || make_slopes(f, t) || make_route(f, t);
 }
 
 static void make_layout(layout *l, const tree *t, const funcs *f)
@@ -214,6 +236,9 @@ static void make_layout(layout *l, const tree *t, const funcs *f)
     layout_add_func(l, t, &f->pose);
     layout_add_func(l, t, &f->point);
     layout_add_func(l, t, &f->energy);
+    if (f->articulated.nout) {
+        layout_add_func(l, t, &f->articulated);
+    }
     if (f->slopes.nout) {
         layout_add_func(l, t, &f->slopes);
     }
@@ -254,7 +279,9 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .point = f->point.ops,
                         .energy = f->energy.ops,
                         .slopes = f->slopes.ops,
-                        .along = f->along.ops};
+                        .along = f->along.ops,
+                        .articulated = f->articulated.ops,
+                        .solve = solve_ops(t)};
     memcpy(out->equations, hash, sizeof hash);
     return STEIN_OK;
 }
@@ -278,6 +305,7 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
         }
     }
     func_free(&f.mass_bias);
+    func_free(&f.articulated);
     func_free(&f.inverse);
     func_free(&f.pose);
     func_free(&f.point);

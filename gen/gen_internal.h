@@ -111,11 +111,14 @@ void emit_func(text *x, const tree *t, const layout *l, const func *f, const emi
 
 /* solve.c: M x = b as a function of its own, for trees that are not too large */
 int emit_solves(const tree *t);
+/** What M x = b costs, whoever solves it. */
+stein_ops solve_ops(const tree *t);
 void emit_solve(text *x, const tree *t);
 
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
-    func slopes; /* of a large tree there is none: nout is 0 */
+    func articulated; /* only where it costs less than M and its solution: nout is 0 else */
+    func slopes;      /* of a large tree there is none: nout is 0 */
     func along, pose_along;
     stein_ops setup;
 } funcs;

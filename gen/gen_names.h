@@ -12,6 +12,9 @@
 #define angle_trig       gen__angle_trig
 #define derive_along     gen__derive_along
 #define derive_by_state  gen__derive_by_state
+#define dyn_articulated  gen__dyn_articulated
+#define dyn_articulates  gen__dyn_articulates
+#define dyn_bias         gen__dyn_bias
 #define dyn_inverse      gen__dyn_inverse
 #define dyn_mass_bias    gen__dyn_mass_bias
 #define emit_func        gen__emit_func
@@ -51,9 +54,11 @@
 #define layout_find      gen__layout_find
 #define layout_free      gen__layout_free
 #define rotate           gen__rotate
+#define rotate_mat       gen__rotate_mat
 #define rotate_sym       gen__rotate_sym
 #define same_group       gen__same_group
 #define slope_inverse    gen__slope_inverse
+#define solve_ops        gen__solve_ops
 #define sym_add          gen__sym_add
 #define sym_add_cross    gen__sym_add_cross
 #define sym_apply        gen__sym_apply

@@ -43,6 +43,24 @@ static int has_beyond(const tree *t, int i)
     return any;
 }
 
+stein_ops solve_ops(const tree *t)
+{
+    stein_ops o = {0};
+    for (int i = 0; i < t->n; i++) {
+        int above = 0, beyond = 0;
+        for (int j = t->body[i].parent; j >= 0; j = t->body[j].parent) {
+            above++;
+        }
+        for (int k = i + 1; k < t->n; k++) {
+            beyond += is_beyond(t, k, i);
+        }
+        o.div += above + 1;
+        o.mul += beyond * (above + 2) + above;
+        o.add += beyond * (above + 2) + above;
+    }
+    return o;
+}
+
 /* what stands for A_ij: an entry of M where no joint is beyond i */
 static void entry(const tree *t, int i, int j, char out[NAME])
 {

@@ -95,6 +95,9 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
         " (a sine or cosine counts 1; signs of outputs are free)\n",
         text_safe(m->name), text_safe(base_name(m->file)), text_safe(m->input_hash), structure);
     ops_line(x, "M and c", &f->mass_bias.ops);
+    if (f->articulated.nout) {
+        ops_line(x, "articulated", &f->articulated.ops);
+    }
     ops_line(x, "inverse", &f->inverse.ops);
     ops_line(x, "pose", &f->pose.ops);
     ops_line(x, "point", &f->point.ops);
@@ -389,6 +392,7 @@ static void model_tables(text *x, const tree *t, const funcs *f)
     pointer_field(x, "setup", 1);
     pointer_field(x, "mass_bias", 1);
     pointer_field(x, "solve", emit_solves(t));
+    pointer_field(x, "articulated", f->articulated.nout);
     pointer_field(x, "inverse", 1);
     pointer_field(x, "pose", t->ncarrier);
     pointer_field(x, "point", m->npoint);

@@ -20,6 +20,11 @@ typedef struct sym {
     ex x[6];
 } sym;
 
+/** Any 3x3, by rows. */
+typedef struct mat {
+    ex x[3][3];
+} mat;
+
 /** A body after recombination (recombine.c). All in nodes of the setup graph, in body axes. */
 typedef struct rbody {
     int parent, turns; /* turns: 1 revolute, 0 prismatic */
@@ -54,6 +59,8 @@ enum {
     PASS_FORWARD,
     PASS_BACKWARD,
     PASS_MASS,
+    PASS_ARTICULATED,
+    PASS_RATES, /* accelerations, from the root to the leaves */
     PASS_POINT,
     PASS_BY_Q, /* derivatives by the position and the speed of a joint */
     PASS_BY_QD,
@@ -123,6 +130,7 @@ void walk_frames(walk *ps);
 /** Sine and cosine of the angle from orientation `to` up to orientation `from` (same group). */
 vec rotate(walk *ps, vec v, int from, int to);
 sym rotate_sym(walk *ps, sym a, int from, int to);
+mat rotate_mat(walk *ps, mat a, int from, int to);
 /** 1 when both orientations differ by turns about `axis` only. */
 int same_group(const tree *t, int a, int b, int axis);
 /** Sum of the joint angles from orientation `top` down to `o` as sine and cosine. */
@@ -131,6 +139,14 @@ void angle_trig(walk *ps, int o, int top, ex *s, ex *c);
 /* dyn.c */
 void dyn_mass_bias(walk *ps, ex *out);
 void dyn_inverse(walk *ps, ex *out);
+/** c alone: the same at qdd = 0. */
+void dyn_bias(walk *ps, ex *out);
+
+/* articulated.c */
+/** 1: all joints of the tree turn, so that it has this way to qdd. */
+int dyn_articulates(const tree *t);
+/** qdd [n] and pivots [n] from EX_TAU = Q. */
+void dyn_articulated(walk *ps, ex *out);
 
 /* kin.c */
 /** Outputs in the order of the C arrays: 7 numbers a pose; x, v, J, jdqd; kinetic, potential. */

@@ -37,7 +37,8 @@ static void assert_same(const char *what, const double *a, const double *b, int 
 /* ---- equations by the graph evaluator ------------------------------------------------------- */
 
 /** Evaluate one function's graph at the parameter values of m. */
-static void evaluate(const tree *t, builder *build, int nout, const ref_state *s, double *result)
+static void evaluate_under(const tree *t, builder *build, int nout, const ref_state *s,
+                           const double *tau, double *result)
 {
     func f = {.out = NULL};
     ck_assert_int_eq(func_search(&f, t, build, nout), 0);
@@ -47,8 +48,8 @@ static void evaluate(const tree *t, builder *build, int nout, const ref_state *s
         p[i] = t->m->params[i].value;
     }
     const double *const pvar[EX_NVAR] = {[EX_P] = p};
-    const double *const var[EX_NVAR] = {
-        [EX_Q] = s->q, [EX_QD] = s->qd, [EX_QDD] = s->qdd, [EX_FRC] = s->frc, [EX_TRQ] = s->trq};
+    const double *const var[EX_NVAR] = {[EX_Q] = s->q,     [EX_QD] = s->qd,   [EX_QDD] = s->qdd,
+                                        [EX_FRC] = s->frc, [EX_TRQ] = s->trq, [EX_TAU] = tau};
     ex_eval(t->setup, pvar, NULL, k);
     ex_eval(&f.g, var, k, v);
     for (int i = 0; i < nout; i++) {
@@ -58,6 +59,11 @@ static void evaluate(const tree *t, builder *build, int nout, const ref_state *s
     free(p);
     free(k);
     free(v);
+}
+
+static void evaluate(const tree *t, builder *build, int nout, const ref_state *s, double *result)
+{
+    evaluate_under(t, build, nout, s, NULL, result);
 }
 
 /** M qdd + c of a reference. */
@@ -134,6 +140,50 @@ START_TEST(graphs_agree_with_lagrange_on_a_six_axis_arm)
     mechanism *m = ref_arm("arm6", "zyyxyx", &seed);
     check_by_graph(m, &seed);
     ref_tree_free(m);
+}
+END_TEST
+
+/* trees of which every joint turns, in space and in the plane, with branches and parallel joints */
+START_TEST(articulated_bodies_agree_with_lagrange)
+{
+    for (int k = 0; k < TREES; k += 3) {
+        unsigned long long seed;
+        mechanism *m = tree_number(k + _i, &seed);
+        int n = m->nbody, planar = (k + _i) % 3 == 0;
+        for (int i = 0; i < n; i++) {
+            m->bodies[i].type = 'R';
+            m->bodies[i].axis = planar ? 'y' : m->bodies[i].axis;
+            for (int l = 0; l < 3; l++) { // what slides needs no inertia
+                mech_scalar *own = &m->bodies[i].inertia[l];
+                if (own->kind == MECH_ZERO) {
+                    *own = (mech_scalar){MECH_PARAM, m->nparam, 0.7};
+                    m->params[m->nparam++].value = 0.7;
+                }
+            }
+        }
+        ref_out r = ref_out_new(n, m->npoint);
+        ref_state s = ref_state_random(n, &seed);
+        double *Q = numbers_new((size_t)n), *y = numbers_new(2 * (size_t)n);
+        ex_graph setup;
+        tree t;
+        ck_assert(ex_graph_init(&setup, NULL) == 0 && tree_build(&t, m, &setup) == 0);
+        ref_evaluate(m, &s, &r);
+        inverse_of(&r, &s, n, Q);
+        ck_assert(dyn_articulates(&t));
+        evaluate_under(&t, dyn_articulated, 2 * n, &s, Q, y);
+        assert_same("qdd", y, s.qdd, n, 1e-9);
+        for (int i = 0; i < n; i++) {
+            ck_assert(y[n + i] > 0.0);
+        }
+        tree_free(&t);
+        ex_graph_free(&setup);
+        ref_out_free(&r);
+        ref_state_free(&s);
+        ref_tree_free(m);
+        free(Q);
+        free(y);
+    }
+    printf("qdd by articulated bodies: worst %.1e relative\n", worst);
 }
 END_TEST
 
@@ -405,6 +455,72 @@ START_TEST(compiled_trees_agree_with_lagrange)
 }
 END_TEST
 
+/* qdd without M, alone and in a simulation */
+static void check_articulated(const stein_model *model, const mechanism *m,
+                              unsigned long long *seed)
+{
+    int n = m->nbody;
+    ref_out r = ref_out_new(n, m->npoint);
+    ref_state s = ref_state_random(n, seed);
+    double *d = numbers_new((size_t)model->nd), *sc = numbers_new(2 * (size_t)n);
+    double *p = numbers_new((size_t)m->nparam), *Q = numbers_new((size_t)n);
+    double *qdd = numbers_new((size_t)n), *pivot = numbers_new((size_t)n);
+    stein_sim *sim;
+    stein_err why;
+    for (int i = 0; i < m->nparam; i++) {
+        p[i] = model->params[i].value;
+    }
+    ref_evaluate(m, &s, &r);
+    inverse_of(&r, &s, n, Q);
+    stein_setup(model, p, d);
+    stein_turn(model, s.q, sc);
+    ck_assert(model->articulated != NULL);
+    model->articulated(s.q, s.qd, sc, d, s.frc, s.trq, Q, qdd, pivot);
+    assert_same("qdd", qdd, s.qdd, n, 1e-9);
+    ck_assert_stein(stein_sim_create(&sim, model, NULL, err));
+    ck_assert_stein(stein_acceleration(sim, 0.0, s.q, s.qd, qdd, err));
+    memset(s.frc, 0, sizeof *s.frc * 3 * (size_t)n);
+    memset(s.trq, 0, sizeof *s.trq * 3 * (size_t)n);
+    model->inverse(s.q, s.qd, qdd, sc, d, s.frc, s.trq, Q);
+    for (int i = 0; i < n; i++) {
+        ck_assert_double_eq_tol(Q[i], 0.0, 1e-9);
+    }
+    const mech_body *leaf = &m->bodies[n - 1];
+    p[leaf->mass.index] = 0.0;
+    for (int k = 0; k < 6; k++) {
+        p[leaf->inertia[k].index] = 0.0;
+    }
+    ck_assert_stein(stein_try_all(sim, p, err));
+    ck_assert_int_eq(stein_acceleration(sim, 0.0, s.q, s.qd, qdd, &why), STEIN_ESINGULAR);
+    ck_assert_msg(strstr(why.msg, model->bodies[n - 1].name) != NULL, "%s", why.msg);
+    stein_sim_destroy(sim);
+    ref_out_free(&r);
+    ref_state_free(&s);
+    double *const all[] = {d, sc, p, Q, qdd, pivot};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        free(all[i]);
+    }
+}
+
+START_TEST(long_chains_have_articulated_bodies)
+{
+    static const char *const axes[] = {"zyxzyxzyxzyxzyxzyx", "yyyyyyyyyyyyyyyyyyyyyyyy"};
+    workshop w = workshop_open();
+    mechanism *m[2];
+    unsigned long long seed = 1983;
+    for (int k = 0; k < 2; k++) {
+        m[k] = ref_arm(k == 0 ? "winding" : "hanging", axes[k], &seed);
+        workshop_add(&w, m[k]);
+    }
+    workshop_build(&w, 0);
+    for (int k = 0; k < 2; k++) {
+        check_articulated(workshop_model(&w, m[k]->name), m[k], &seed);
+        ref_tree_free(m[k]);
+    }
+    workshop_close(&w);
+}
+END_TEST
+
 /** Names of the model files in `dir`, in file order. */
 static int model_files(const char *dir, char (*path)[300], int n)
 {
@@ -562,10 +678,12 @@ Suite *generator_suite(void)
           *trees = tcase_create("trees"), *compiled = tcase_create("compiled");
     generator_graph_cases(s);
     tcase_add_test(arm, graphs_agree_with_lagrange_on_a_six_axis_arm);
+    tcase_add_loop_test(arm, articulated_bodies_agree_with_lagrange, 0, 3);
     tcase_add_test(arm, formulas_are_what_the_reader_works_out);
     suite_add_tcase(s, arm);
     tcase_set_timeout(models, 300);
     tcase_add_test(models, compiled_models_agree_with_lagrange);
+    tcase_add_test(models, long_chains_have_articulated_bodies);
     tcase_add_test(models, descriptor_holds_every_part_of_the_file);
     suite_add_tcase(s, models);
     tcase_set_timeout(trees, 300);

@@ -81,6 +81,27 @@ START_TEST(six_axis_arm_stays_cheap)
     ck_assert_int_le(r.inverse.add, 319);
     ck_assert_int_le(r.mass_bias.mul, 411);
     ck_assert_int_le(r.mass_bias.add, 414);
+    // Pinocchio's algorithms written out by CasADi: 1408 + 10 for M and c, 1815 + 10 for qdd
+    ck_assert_int_eq(total(&r.articulated), 0);
+    ck_assert_int_lt(total(&r.mass_bias), 1408 + 10);
+    ck_assert_int_lt(total(&r.mass_bias) + total(&r.solve), 1815 + 10);
+    gen_free(&r);
+    ref_tree_free(m);
+}
+END_TEST
+
+/* the same peer's 30 joints: 15257 + 58, and 12283 + 58 by articulated bodies */
+START_TEST(long_chain_stays_cheap)
+{
+    unsigned long long seed = 30;
+    mechanism *m = ref_arm("chain30", "zyxzyxzyxzyxzyxzyxzyxzyxzyxzyx", &seed);
+    m->npoint = 0;
+    gen_result r = generate(m);
+    printf("chain30: M and c %d, solution %d, qdd by articulated bodies %d\n", total(&r.mass_bias),
+           total(&r.solve), total(&r.articulated));
+    ck_assert_int_lt(total(&r.mass_bias), 15257 + 58);
+    ck_assert_int_gt(total(&r.articulated), 0);
+    ck_assert_int_lt(total(&r.articulated), 12283 + 58);
     gen_free(&r);
     ref_tree_free(m);
 }
@@ -493,6 +514,7 @@ void generator_text_cases(Suite *suite)
     tcase_set_timeout(t, 300);
     tcase_add_loop_test(t, counts_are_below_robotrans, 0, (int)(sizeof counts / sizeof *counts));
     tcase_add_test(t, six_axis_arm_stays_cheap);
+    tcase_add_test(t, long_chain_stays_cheap);
     tcase_add_test(t, planar_cost_is_the_same_about_every_axis);
     tcase_add_test(t, pendulum_is_generated_as_the_golden_file_says);
     tcase_add_test(t, other_texts_are_those_that_were_accepted);

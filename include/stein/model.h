@@ -38,7 +38,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 6
+#define STEIN_MODEL_ABI 7
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -314,12 +314,15 @@ typedef stein_mask stein_solved; /* the lanes in which one vanished */
 #define STEIN_PIVOTS                stein_mask bad = {0};
 #define STEIN_PIVOT(is_good, joint) bad |= ~(stein_mask)(is_good);
 #define STEIN_SOLVED                bad
-/** mass_bias, solve and pose of a model, as they are there, in lanes. */
+/** What an evaluation needs of a model, as it is there, in lanes. */
 typedef struct stein_lanes {
     void (*mass_bias)(const stein_real *q, const stein_real *qd, const stein_real *sc,
                       const stein_real *d, const stein_real *frc, const stein_real *trq,
                       stein_real *M, stein_real *c);
     stein_solved (*solve)(const stein_real *M, stein_real *b);
+    void (*articulated)(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                        const stein_real *d, const stein_real *frc, const stein_real *trq,
+                        const stein_real *Q, stein_real *qdd, stein_real *pivot);
     void (*pose)(const stein_real *q, const stein_real *qd, const stein_real *sc,
                  const stein_real *d, stein_pose *pose);
 } stein_lanes;
@@ -411,6 +414,12 @@ typedef struct stein_model {
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
      * joint whose pivot vanishes. NULL for a large tree. */
     int (*solve)(const double *M, double *b);
+    /** qdd [nq] of M qdd + c = Q by articulated bodies, without M; pivot [nq], one of them not > 0
+     *  where M is singular. NULL where M and its solution are less work, as in all but long chains.
+     */
+    void (*articulated)(const double *q, const double *qd, const double *sc, const double *d,
+                        const double *frc, const double *trq, const double *Q, double *qdd,
+                        double *pivot);
     /** Q = M qdd + c without forming M. */
     void (*inverse)(const double *q, const double *qd, const double *qdd, const double *sc,
                     const double *d, const double *frc, const double *trq, double *Q);

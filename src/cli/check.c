@@ -73,11 +73,14 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 7 };
+enum { COUNTED = 9 };
 static const char *const counted_key[COUNTED] = {
-    "M_c", "inverse_dynamics", "setup", "poses", "points", "energy", "derivatives"};
+    "M_c",   "solution", "articulated", "inverse_dynamics", "setup",
+    "poses", "points",   "energy",      "derivatives"};
 static const char *const counted_note[COUNTED] = {"every evaluation",
-                                                  "every evaluation",
+                                                  "of M qdd = Q - c",
+                                                  "qdd without M, in place of both",
+                                                  "without M",
                                                   "once a parameter set",
                                                   "bodies with contacts",
                                                   "all named points, with Jacobians",
@@ -86,8 +89,8 @@ static const char *const counted_note[COUNTED] = {"every evaluation",
 
 static stein_ops counted(const gen_result *g, int i)
 {
-    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup, g->pose,
-                                    g->point,     g->energy,  g->slopes};
+    const stein_ops ops[COUNTED] = {g->mass_bias, g->solve, g->articulated, g->inverse, g->setup,
+                                    g->pose,      g->point, g->energy,      g->slopes};
     return ops[i];
 }
 

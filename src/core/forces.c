@@ -154,9 +154,27 @@ INNER void stein__forces(stein_sim *sim)
 
 #if STEIN_LANES > 0
 
+/* qdd without M. Its diagonal has the pivots, as after a solution. */
+static stein_solved articulate(stein_sim *sim, real *qdd)
+{
+    int nq = sim->model->nq;
+    real *pivot = sim->c;
+    STEIN_PIVOTS
+    EQUATIONS(sim)->articulated(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->Q,
+                                qdd, pivot);
+    for (int j = nq - 1; j >= 0; j--) {
+        sim->M[j * nq + j] = pivot[j];
+        STEIN_PIVOT(pivot[j] > 0.0, j)
+    }
+    return STEIN_SOLVED;
+}
+
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
 {
     int nq = sim->model->nq;
+    if (EQUATIONS(sim)->articulated != NULL && !stein__prescribes(sim)) {
+        return articulate(sim, qdd);
+    }
     EQUATIONS(sim)->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M,
                               sim->c);
     for (int j = 0; j < nq; j++) {

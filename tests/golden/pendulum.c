@@ -166,7 +166,7 @@ static stein_solved solve(const stein_real *M, stein_real *b)
 
 #if STEIN_LANES > 1
 extern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum);
-const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum) = {mass_bias, solve, NULL};
+const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum) = {mass_bias, solve, NULL, NULL};
 #else
 
 /* Q = M qdd + c */
@@ -474,6 +474,7 @@ const stein_model stein_model_pendulum = {
     .setup = setup,
     .mass_bias = mass_bias,
     .solve = solve,
+    .articulated = NULL,
     .inverse = inverse,
     .pose = NULL,
     .point = point,
@@ -484,6 +485,6 @@ const stein_model stein_model_pendulum = {
     .pose_along = NULL,
     .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "e07e5dba25aee844",
+    .equations = "61e3b7b94f13b373",
 };
 #endif
