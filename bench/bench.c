@@ -70,6 +70,9 @@ int main(int argc, char **argv)
     derivative_add();
     bench_measure();
     bench_print_cases(csv);
+    if (has_part(&o, "operations")) {
+        operations_rows();
+    }
     closed_rows();
     runtime_rows();
     derivative_rows();

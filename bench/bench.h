@@ -3,6 +3,7 @@
  *
  *   bench.c       options, order, CSV
  *   timing.c      cases, rounds, ratios
+ *   operations.c  equations counted, against those of other generators
  *   closed.c      equations by hand against generated ones
  *   equations.c   the same in lanes
  *   runtime.c     qdd, steps, strokes, batches
@@ -78,6 +79,7 @@ typedef struct bench_states {
 void bench_fill_states(bench_states *s, const stein_sim *sim);
 
 /* the parts: cases first, ratios when they have been measured */
+void operations_rows(void);
 void closed_add(void);
 void closed_rows(void);
 void runtime_add(void);
