@@ -19,7 +19,8 @@
  *
  * c by the recursion of dyn.c costs less than velocities in here would. The work grows with n where
  * M and its factors grow with n^2 and n^3: from some dozen joints in a chain on it is less
- * (emit_route). A slide would need the masses that were handed on; trees with one have M.
+ * (gen.c, make_route). Trees with a slide, which would need the masses that were handed on, have M,
+ * and those with a joint that may follow a motion or be held: it is taken out of M.
  *
  * D is the pivot of the factors of M: where one is not well above 0, M is singular. What is handed
  * out is D less 1e-13 of the inertias beyond the joint.
@@ -170,11 +171,14 @@ static void accelerate(walk *ps, int i, part *s, const part *p, ex *qdd)
 
 int dyn_articulates(const tree *t)
 {
-    int turns = 1;
+    int can = t->m->load_body < 0;
     for (int i = 0; i < t->n; i++) {
-        turns &= t->body[i].turns;
+        can &= t->body[i].turns;
     }
-    return turns;
+    for (int i = 0; i < t->m->ninput; i++) {
+        can &= t->m->inputs[i].kind != STEIN_INPUT_MOTION;
+    }
+    return can;
 }
 
 void dyn_articulated(walk *ps, ex *out)

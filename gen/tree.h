@@ -143,7 +143,7 @@ void dyn_inverse(walk *ps, ex *out);
 void dyn_bias(walk *ps, ex *out);
 
 /* articulated.c */
-/** 1: all joints of the tree turn, so that it has this way to qdd. */
+/** 1: all joints turn, and none of them is ever given. */
 int dyn_articulates(const tree *t);
 /** qdd [n] and pivots [n] from EX_TAU = Q. */
 void dyn_articulated(walk *ps, ex *out);

@@ -168,6 +168,79 @@ START_TEST(so_do_tables_and_what_is_held)
 }
 END_TEST
 
+/* ---- a chain, which finds qdd by articulated bodies ---- */
+
+enum { LINKS = 13 };
+
+static char *chain_text(void)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    fprintf(f, "mechanism: rope\nbodies:\n");
+    for (int i = 0; i < LINKS; i++) {
+        fprintf(f, "  l%d:\n    joint: R %sy\n", i, i % 3 ? "-" : "");
+        if (i > 0) {
+            fprintf(f, "    parent: l%d\n    at: [0, 0, -0.1]\n", i - 1);
+        }
+        fprintf(f,
+                "    mass: 0.02\n    centre: [0.003, 0, -0.05]\n    inertia: {yy: 2e-5}\n"
+                "    initial: {position: %g}\n",
+                0.3 - 0.05 * i);
+    }
+    fprintf(f, "inputs:\n  push: {torque: l4}\n"
+               "outputs:\n  kinetic: {energy: kinetic}\n  potential: {energy: potential}\n");
+    ck_assert_int_eq(fclose(f), 0);
+    return text;
+}
+
+static void hang(stein_sim *sim, int i)
+{
+    double q[LINKS], qd[LINKS];
+    hands[i] = (hand){.rate = 41.0 + 3.7 * i};
+    for (int j = 0; j < LINKS; j++) {
+        q[j] = stein_q(sim)[j] * (1.0 + 0.1 * i);
+        qd[j] = 0.3 * (j % 4) - 0.1 * i;
+    }
+    set(sim, "l3.mass", 0.02 + 0.003 * i);
+    if (i % 2) {
+        ck_assert_stein(stein_drive(sim, "push", push, &hands[i], err));
+    }
+    ck_assert_stein(stein_set_state(sim, 0.0, q, qd, err));
+}
+
+START_TEST(so_do_chains_that_have_no_mass_matrix)
+{
+    char *text = chain_text();
+    lab_model *model = open_text(text, NULL, 0);
+    const stein_model *m = lab_equations(model);
+    ck_assert(m->articulated != NULL);
+    for (int w = 0; w < 4; w++) {
+        twins t;
+        if (has_width(m, widths[w])) {
+            make_twins(&t, m, w % 2 ? STEIN_RK4 : STEIN_DP5, widths[w], hang);
+            run_twins(&t, 0.031, 0.3e-3);
+            drop_twins(&t);
+        }
+    }
+    stein_sim *sim = make_sim(m, STEIN_DP5, 1e-3);
+    double before[2], after[2], swung = 0.0;
+    for (int k = 0; k < 500; k++) {
+        for (int e = 0; e < 2; e++) {
+            ck_assert_stein(stein_read_name(sim, e ? "potential" : "kinetic", &after[e], err));
+            before[e] = k == 0 ? after[e] : before[e];
+        }
+        swung = fmax(swung, after[0]);
+        ck_assert_double_eq_tol(after[0] + after[1], before[0] + before[1], 3e-8); // J
+        ck_assert_stein(stein_step(sim, err));
+    }
+    ck_assert(swung > 1e-3);
+    stein_sim_destroy(sim);
+    lab_close(model);
+    free(text);
+}
+END_TEST
+
 Suite *driven_suite(void)
 {
     Suite *s = suite_create("driven");
@@ -177,6 +250,7 @@ Suite *driven_suite(void)
     tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, so_do_tables_and_what_is_held);
+    tcase_add_test(tc, so_do_chains_that_have_no_mass_matrix);
     suite_add_tcase(s, tc);
     return s;
 }

@@ -415,8 +415,8 @@ typedef struct stein_model {
      * joint whose pivot vanishes. NULL for a large tree. */
     int (*solve)(const double *M, double *b);
     /** qdd [nq] of M qdd + c = Q by articulated bodies, without M; pivot [nq], one of them not > 0
-     *  where M is singular. NULL where M and its solution are less work, as in all but long chains.
-     */
+     *  where M is singular. NULL where M and its solution are less work, as in all but long chains,
+     *  and where a joint slides or can be given a motion. */
     void (*articulated)(const double *q, const double *qd, const double *sc, const double *d,
                         const double *frc, const double *trq, const double *Q, double *qdd,
                         double *pivot);

@@ -312,7 +312,6 @@ INNER void stein__drive(stein_sim *sim, real t);
 /* signals have changed: what has to be asked about in an evaluation */
 INNER void stein__wire(stein_sim *sim);
 /* joints that follow what is given out of the unknowns of M x = b */
-INNER int stein__prescribes(const stein_sim *sim);
 INNER void stein__prescribe(stein_sim *sim, real *M, real *b);
 #endif
 #if STEIN_LANES == 1

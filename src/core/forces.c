@@ -172,7 +172,7 @@ static stein_solved articulate(stein_sim *sim, real *qdd)
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
 {
     int nq = sim->model->nq;
-    if (EQUATIONS(sim)->articulated != NULL && !stein__prescribes(sim)) {
+    if (EQUATIONS(sim)->articulated != NULL) {
         return articulate(sim, qdd);
     }
     EQUATIONS(sim)->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M,

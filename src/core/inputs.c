@@ -126,16 +126,11 @@ static inline void prescribe(int n, real *M, real *b, int j, mask on, real value
     b[j] = sel(on, value, b[j]);
 }
 
-INNER int stein__prescribes(const stein_sim *sim)
-{
-    int load = sim->model->load.body; // only the load is ever held
-    return sim->motions || (load >= 0 && any(mask_of(sim->held[load])));
-}
-
 INNER void stein__prescribe(stein_sim *sim, real *M, real *b)
 {
-    int nq = sim->model->nq, some = stein__prescribes(sim);
-    for (int j = 0; some && j < nq; j++) { // mostly there are none
+    int nq = sim->model->nq, load = sim->model->load.body;
+    int held = load >= 0 && any(mask_of(sim->held[load]));   // only the load is ever held
+    for (int j = 0; (held || sim->motions) && j < nq; j++) { // mostly there are none
         real value;
         mask on = is_given(sim, j, &value);
         if (any(on)) {
