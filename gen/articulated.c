@@ -1,26 +1,25 @@
 /* SPDX-License-Identifier: MIT
  * articulated.c - forward dynamics without M: articulated bodies (Featherstone 2008, chapter 7).
  *
- * With b = Q - c the joints of a tree at rest are driven by b alone. Seen from joint i, the body
- * and all that hangs on it resist an angular acceleration w of its origin and a linear one a with
+ * qdd is how a tree at rest begins to move under r = Q - c, with c from the recursion of dyn.c.
+ * Seen from joint i, the body and all that hangs on it resist the angular acceleration w and the
+ * linear one a of its origin with
  *
  *      moment = J w + H a + n        force = H' w + B a + f
  *
- * where own parts are K, the cross product of the first moment b~, and no mass: the mass is part of
- * the parent's K and b (recombine.c), which leaves M, and so all that follows, as it is. From the
- * leaves to the root, with axis e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = b_i - e.n:
+ * Its own parts are K in J, the cross product of b in H, and no mass: that is part of the parent's
+ * K and b (recombine.c), which leaves M, and so all that follows, as it is. From the leaves to the
+ * root, with axis e, arm d and u_n = J e, u_f = H' e, D = e.J e, t = r_i - e.n:
  *
- *      J -= u_n u_n' / D     H -= u_n u_f' / D     B -= u_f u_f' / D     (the joint gives way)
- *      n += u_n t / D        f += u_f t / D
- *      H += d~ B     J += (d~ H0')' + d~ H'     n += d x f               (about the parent's
- * origin)
+ *      the joint gives way     J -= u_n u_n' / D    H -= u_n u_f' / D    B -= u_f u_f' / D
+ *                              n += u_n t / D       f += u_f t / D
+ *      the parent's origin     H+ = H + d~ B    J += (d~ H')' + d~ H+'    n += d x f
  *
  * and back from the root: a += w x d, qdd = t / D - (u_n.w + u_f.a) / D, w += e qdd.
  *
- * c by the recursion of dyn.c costs less than velocities in here would. The work grows with n where
- * M and its factors grow with n^2 and n^3: from some dozen joints in a chain on it is less
- * (gen.c, make_route). Trees with a slide, which would need the masses that were handed on, have M,
- * and those with a joint that may follow a motion or be held: it is taken out of M.
+ * The work grows with n, where M and its factors grow with n^2 and n^3: from a dozen joints in a
+ * chain on it is less (gen.c, make_route). Trees with a slide, which would need the masses that
+ * were handed on, have M, and so have those with a joint that may be given: it is taken out of M.
  *
  * D is the pivot of the factors of M: where one is not well above 0, M is singular. What is handed
  * out is D less 1e-13 of the inertias beyond the joint.
@@ -71,14 +70,16 @@ static void own_inertia(walk *ps, int i, part *s)
     }
 }
 
-/* The joint gives way. What is left of J and H has no part along its axis. */
+/* The joint gives way to b_i, its drive. J and H have no part along its axis then, and the moment
+ * along it is the drive. */
 static void give_way(walk *ps, int i, part *s, ex drive, ex *pivot)
 {
     ex_graph *g = ps->g;
     const rbody *b = &ps->t->body[i];
     int e = b->axis;
     vec un = sym_column(s->turning, e), uf = row(s->mixed, e);
-    ex D = un.x[e], t = ex_sub(g, b->sign > 0 ? drive : ex_neg(g, drive), s->moment.x[e]);
+    ex along = b->sign > 0 ? drive : ex_neg(g, drive);
+    ex D = un.x[e], t = ex_sub(g, along, s->moment.x[e]);
     ex_name(g, D, "D%d", i + 1);
     ex least = ex_mul(ps->t->setup, ex_num(ps->t->setup, tiny), s->scale);
     *pivot = ex_sub(g, D, ex_const(g, least));
@@ -99,8 +100,7 @@ static void give_way(walk *ps, int i, part *s, ex drive, ex *pivot)
             s->mixed.x[k][l] =
                 k == e ? 0 : ex_sub(g, s->mixed.x[k][l], ex_mul(g, s->un.x[k], uf.x[l]));
         }
-        s->moment.x[k] = k == e ? (b->sign > 0 ? drive : ex_neg(g, drive))
-                                : ex_add(g, s->moment.x[k], ex_mul(g, s->un.x[k], t));
+        s->moment.x[k] = k == e ? along : ex_add(g, s->moment.x[k], ex_mul(g, s->un.x[k], t));
         s->force.x[k] = ex_add(g, s->force.x[k], ex_mul(g, s->uf.x[k], t));
     }
 }
@@ -118,7 +118,7 @@ static sym moved_inertia(ex_graph *g, sym J, vec d, mat before, mat after, int e
         }
     }
     for (int k = 0; k < 3; k++) {
-        int i = k == 0 ? e : (e + k) % 3, j = (i + 1) % 3;
+        int i = (e + k) % 3, j = (i + 1) % 3;
         int from = j == e ? j : i, to = j == e ? i : j; // the axis comes first
         *entry(&J, k, k) = ex_add(g, ex_add(g, *entry(&J, k, k), x.x[k][k]), y.x[k][k]);
         ex sum = ex_add(g, *entry(&J, from, to), x.x[to][from]);
@@ -160,7 +160,7 @@ static void accelerate(walk *ps, int i, part *s, const part *p, ex *qdd)
         s->spin = rotate(ps, p->spin, there, here);
         s->acc = rotate(ps, a, there, here);
     }
-    ex lost = ex_add(g, vec_dot(g, s->un, s->spin), vec_dot(g, s->uf, s->acc));
+    ex turned = vec_dot(g, s->un, s->spin), lost = ex_add(g, turned, vec_dot(g, s->uf, s->acc));
     ex faster = ex_sub(g, s->share, lost); // of the body along e
     ex of_joint = ex_sub(g, faster, s->spin.x[b->axis]);
     s->spin.x[b->axis] = faster;
