@@ -150,11 +150,13 @@ static void pass_up(walk *ps, int i, const part *s, part *p)
     p->scale = ex_add(ps->t->setup, p->scale, s->scale);
 }
 
-static void accelerate(walk *ps, int i, part *s, const part *p, ex *qdd)
+static void accelerate(walk *ps, int i, part *all, ex *qdd)
 {
     ex_graph *g = ps->g;
     const rbody *b = &ps->t->body[i];
+    part *s = &all[i];
     if (b->parent >= 0) {
+        const part *p = &all[b->parent];
         int here = ps->frame[i], there = ps->frame[b->parent];
         vec a = vec_add(g, p->acc, vec_cross(g, p->spin, s->arm));
         s->spin = rotate(ps, p->spin, there, here);
@@ -205,10 +207,9 @@ void dyn_articulated(walk *ps, ex *out)
             }
         }
         for (int i = 0; i < n; i++) {
-            int up = t->body[i].parent;
             g->pass = PASS_RATES;
             g->body = i;
-            accelerate(ps, i, &s[i], up >= 0 ? &s[up] : NULL, &out[i]);
+            accelerate(ps, i, s, &out[i]);
         }
     }
     free(s);
