@@ -73,15 +73,15 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 9 };
-static const char *const counted_key[COUNTED] = {
-    "M_c",   "solution", "articulated", "inverse_dynamics", "setup",
-    "poses", "points",   "energy",      "derivatives"};
+enum { COUNTED = 9, ALWAYS = 3 };
+static const char *const counted_key[COUNTED] = {"M_c",      "inverse_dynamics", "setup",
+                                                 "solution", "articulated",      "poses",
+                                                 "points",   "energy",           "derivatives"};
 static const char *const counted_note[COUNTED] = {"every evaluation",
+                                                  "every evaluation",
+                                                  "once a parameter set",
                                                   "of M qdd = Q - c",
                                                   "qdd without M, in place of both",
-                                                  "without M",
-                                                  "once a parameter set",
                                                   "bodies with contacts",
                                                   "all named points, with Jacobians",
                                                   "kinetic and potential",
@@ -89,8 +89,8 @@ static const char *const counted_note[COUNTED] = {"every evaluation",
 
 static stein_ops counted(const gen_result *g, int i)
 {
-    const stein_ops ops[COUNTED] = {g->mass_bias, g->solve, g->articulated, g->inverse, g->setup,
-                                    g->pose,      g->point, g->energy,      g->slopes};
+    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup,  g->solve, g->articulated,
+                                    g->pose,      g->point,   g->energy, g->slopes};
     return ops[i];
 }
 
@@ -246,7 +246,7 @@ static void print_operations(const gen_result *g)
            "", "add", "mul", "neg", "div", "trig", "total");
     for (int i = 0; i < COUNTED; i++) {
         stein_ops o = counted(g, i);
-        if (total(o) > 0 || i < 3) {
+        if (total(o) > 0 || i < ALWAYS) {
             printf("  %-18s %6d %6d %6d %6d %6d %7d   %s\n", counted_key[i], o.add, o.mul, o.neg,
                    o.div, o.trig, total(o), counted_note[i]);
         }
