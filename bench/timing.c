@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "bench.h"
+#include "gen.h"
 
 enum { MAX_CASES = 96, MAX_ROWS = 48 };
 
@@ -149,7 +150,7 @@ void bench_print_cases(FILE *csv)
         printf("%-16s %-44s %12.1f %12.1f", c->subject, c->what, best, median);
         if (c->ops != NULL) {
             const stein_ops *o = c->ops;
-            total = o->add + o->mul + o->neg + o->div + o->trig;
+            total = gen_total(*o);
             printf("   %d %d %d %d %d = %d", o->add, o->mul, o->neg, o->div, o->trig, total);
         }
         printf("\n");

@@ -48,12 +48,6 @@ static vec row(mat a, int i)
     return (vec){{a.x[i][0], a.x[i][1], a.x[i][2]}};
 }
 
-static ex *entry(sym *a, int i, int j)
-{
-    static const int place[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-    return &a->x[place[i][j]];
-}
-
 /* what a body resists with by itself: K and b~ */
 static void own_inertia(walk *ps, int i, part *s)
 {
@@ -92,7 +86,7 @@ static void give_way(walk *ps, int i, part *s, ex drive, ex *pivot)
     }
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++) {
-            ex *J = entry(&s->turning, k, l), *B = entry(&s->moving, k, l);
+            ex *J = sym_entry(&s->turning, k, l), *B = sym_entry(&s->moving, k, l);
             if (k <= l) {
                 *J = k == e || l == e ? 0 : ex_sub(g, *J, ex_mul(g, un.x[k], s->un.x[l]));
                 *B = ex_sub(g, *B, ex_mul(g, uf.x[k], s->uf.x[l]));
@@ -120,9 +114,9 @@ static sym moved_inertia(ex_graph *g, sym J, vec d, mat before, mat after, int e
     for (int k = 0; k < 3; k++) {
         int i = (e + k) % 3, j = (i + 1) % 3;
         int from = j == e ? j : i, to = j == e ? i : j; // the axis comes first
-        *entry(&J, k, k) = ex_add(g, ex_add(g, *entry(&J, k, k), x.x[k][k]), y.x[k][k]);
-        ex sum = ex_add(g, *entry(&J, from, to), x.x[to][from]);
-        *entry(&J, from, to) = ex_add(g, sum, y.x[from][to]);
+        *sym_entry(&J, k, k) = ex_add(g, ex_add(g, *sym_entry(&J, k, k), x.x[k][k]), y.x[k][k]);
+        ex sum = ex_add(g, *sym_entry(&J, from, to), x.x[to][from]);
+        *sym_entry(&J, from, to) = ex_add(g, sum, y.x[from][to]);
     }
     return J;
 }

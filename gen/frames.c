@@ -84,6 +84,11 @@ void vec_name(ex_graph *g, vec a, const char *symbol, int body, int column)
 
 static const int place[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
+ex *sym_entry(sym *a, int i, int j)
+{
+    return &a->x[place[i][j]];
+}
+
 sym sym_const(ex_graph *g, sym k)
 {
     sym r;
@@ -235,27 +240,39 @@ void angle_trig(walk *ps, int o, int top, ex *s, ex *c)
     ps->g->body = body;
 }
 
+/* the axis of the one turn between two orientations; -1: on the way is *base, where another begins
+ */
+static int turn_between(const tree *t, int from, int to, int *base)
+{
+    int deep = from > to ? from : to, high = from > to ? to : from;
+    *base = t->body[deep].base;
+    return within_group(t, deep, high) ? t->body[deep].axis : -1;
+}
+
+/* its sine and cosine */
+static void turn_trig(walk *ps, int from, int to, ex *sine, ex *cosine)
+{
+    int down = to > from;
+    angle_trig(ps, down ? to : from, down ? from : to, sine, cosine);
+    *sine = down ? ex_neg(ps->g, *sine) : *sine;
+}
+
 vec rotate(walk *ps, vec v, int from, int to)
 {
-    const tree *t = ps->t;
     if (from == to || vec_is_zero(v)) {
         return v;
     }
-    int deep = from > to ? from : to, high = from > to ? to : from;
-    if (!within_group(t, deep, high)) {
-        int base = t->body[deep].base;
+    int base, a = turn_between(ps->t, from, to, &base);
+    if (a < 0) {
         return rotate(ps, rotate(ps, v, from, base), base, to);
     }
     ex_graph *g = ps->g;
-    int a = t->body[deep].axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    int b = (a + 1) % 3, c = (a + 2) % 3;
     if (v.x[b] == 0 && v.x[c] == 0) {
         return v;
     }
     ex sine, cosine;
-    angle_trig(ps, deep, high, &sine, &cosine);
-    if (to == deep) {
-        sine = ex_neg(g, sine);
-    }
+    turn_trig(ps, from, to, &sine, &cosine);
     vec r;
     r.x[a] = v.x[a];
     r.x[b] = ex_det2(g, cosine, v.x[b], sine, v.x[c]);
@@ -266,22 +283,17 @@ vec rotate(walk *ps, vec v, int from, int to)
 /* with w = S (bb - cc) + 2 C bc:  bb' = bb - S w, cc' = cc + S w, bc' = C w - bc */
 sym rotate_sym(walk *ps, sym k, int from, int to)
 {
-    const tree *t = ps->t;
     if (from == to) {
         return k;
     }
-    int deep = from > to ? from : to, high = from > to ? to : from;
-    if (!within_group(t, deep, high)) {
-        int base = t->body[deep].base;
+    int base, a = turn_between(ps->t, from, to, &base);
+    if (a < 0) {
         return rotate_sym(ps, rotate_sym(ps, k, from, base), base, to);
     }
     ex_graph *g = ps->g;
-    int a = t->body[deep].axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    int b = (a + 1) % 3, c = (a + 2) % 3;
     ex sine, cosine;
-    angle_trig(ps, deep, high, &sine, &cosine);
-    if (to == deep) {
-        sine = ex_neg(g, sine);
-    }
+    turn_trig(ps, from, to, &sine, &cosine);
     ex bb = k.x[b], cc = k.x[c], bc = k.x[place[b][c]];
     ex ab = k.x[place[a][b]], ac = k.x[place[a][c]];
     ex twice = ex_mul(g, cosine, ex_add(g, bc, bc));
@@ -300,22 +312,17 @@ sym rotate_sym(walk *ps, sym k, int from, int to)
  * the difference of the two stays. */
 mat rotate_mat(walk *ps, mat m, int from, int to)
 {
-    const tree *t = ps->t;
     if (from == to) {
         return m;
     }
-    int deep = from > to ? from : to, high = from > to ? to : from;
-    if (!within_group(t, deep, high)) {
-        int base = t->body[deep].base;
+    int base, a = turn_between(ps->t, from, to, &base);
+    if (a < 0) {
         return rotate_mat(ps, rotate_mat(ps, m, from, base), base, to);
     }
     ex_graph *g = ps->g;
-    int a = t->body[deep].axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    int b = (a + 1) % 3, c = (a + 2) % 3;
     ex sine, cosine;
-    angle_trig(ps, deep, high, &sine, &cosine);
-    if (to == deep) {
-        sine = ex_neg(g, sine);
-    }
+    turn_trig(ps, from, to, &sine, &cosine);
     ex bb = m.x[b][b], cc = m.x[c][c], bc = m.x[b][c], cb = m.x[c][b];
     ex both = ex_mul(g, cosine, ex_add(g, bc, cb));
     ex w = ex_add(g, ex_mul(g, sine, ex_sub(g, bb, cc)), both);

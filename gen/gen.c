@@ -197,11 +197,6 @@ static int make_slopes(funcs *f, const tree *t)
            func_like(&f->pose_along, t, &f->pose, along_pose, 7 * t->ncarrier);
 }
 
-static int all_of(stein_ops o)
-{
-    return o.add + o.mul + o.neg + o.div + o.trig;
-}
-
 /** qdd by articulated bodies, where that is less work than M and its solution. */
 static int make_route(funcs *f, const tree *t)
 {
@@ -212,7 +207,7 @@ static int make_route(funcs *f, const tree *t)
     if (func_search(a, t, dyn_articulated, 2 * t->n)) {
         return -1;
     }
-    if (all_of(a->ops) >= all_of(f->mass_bias.ops) + all_of(solve_ops(t))) {
+    if (gen_total(a->ops) >= gen_total(f->mass_bias.ops) + gen_total(solve_ops(t))) {
         func_free(a);
         *a = (func){.nout = 0};
     }
@@ -317,6 +312,11 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
     tree_free(&t);
     ex_graph_free(&setup);
     return status ? fail(err, status, "%s: out of memory", m->name) : STEIN_OK;
+}
+
+int gen_total(stein_ops o)
+{
+    return o.add + o.mul + o.neg + o.div + o.trig;
 }
 
 void gen_free(gen_result *r)

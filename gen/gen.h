@@ -26,6 +26,9 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err);
 
 void gen_free(gen_result *r);
 
+/** All operations, a sine or cosine counts 1. */
+int gen_total(stein_ops o);
+
 /** Hash of everything in a mechanism that its equations depend on: where it is equal, so is
  *  gen_result.equations, and nothing need be generated to know that. The text has it in its head.
  *  @param out  16 hexadecimal digits */

@@ -65,6 +65,7 @@
 #define sym_column       gen__sym_column
 #define sym_const        gen__sym_const
 #define sym_cross        gen__sym_cross
+#define sym_entry        gen__sym_entry
 #define sym_point        gen__sym_point
 #define text_add         gen__text_add
 #define text_init        gen__text_init

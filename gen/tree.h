@@ -124,6 +124,7 @@ sym sym_add_cross(ex_graph *g, sym a, vec u, vec v);
 sym sym_point(ex_graph *g, ex mass, vec v);
 sym sym_const(ex_graph *g, sym setup_nodes);
 sym sym_add(ex_graph *g, sym a, sym b);
+ex *sym_entry(sym *a, int i, int j);
 vec sym_column(sym a, int axis);
 vec sym_apply(ex_graph *g, sym a, vec v);
 void walk_frames(walk *ps);

@@ -94,11 +94,6 @@ static stein_ops counted(const gen_result *g, int i)
     return ops[i];
 }
 
-static int total(stein_ops o)
-{
-    return o.add + o.mul + o.neg + o.div + o.trig;
-}
-
 /* has this entry of a law an effect? */
 static int acts(const mech_scalar *law, int entry)
 {
@@ -246,9 +241,9 @@ static void print_operations(const gen_result *g)
            "", "add", "mul", "neg", "div", "trig", "total");
     for (int i = 0; i < COUNTED; i++) {
         stein_ops o = counted(g, i);
-        if (total(o) > 0 || i < ALWAYS) {
+        if (gen_total(o) > 0 || i < ALWAYS) {
             printf("  %-18s %6d %6d %6d %6d %6d %7d   %s\n", counted_key[i], o.add, o.mul, o.neg,
-                   o.div, o.trig, total(o), counted_note[i]);
+                   o.div, o.trig, gen_total(o), counted_note[i]);
         }
     }
 }
@@ -417,7 +412,7 @@ static void json_operations(lab__json *j, const gen_result *g)
         lab__json_int(j, "neg", o.neg);
         lab__json_int(j, "div", o.div);
         lab__json_int(j, "trig", o.trig);
-        lab__json_int(j, "total", total(o));
+        lab__json_int(j, "total", gen_total(o));
         lab__json_close(j);
     }
     lab__json_close(j);
