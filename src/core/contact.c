@@ -83,11 +83,15 @@ INNER void stein__spot_forces(stein_sim *sim)
     for (int i = 0; i < n; i++) {
         spot_force *f = &sim->spot[i];
         if (!inside) { // else gap and guard are asked for at the end of the step
-            real guard;
-            f->gap = -apart(sim, i, &guard);
+            real guard, depth = apart(sim, i, &guard);
+            if (TELLS_FORCES) {
+                f->gap = -depth;
+            }
             sim->guard[i] = sel(is_lifted(sim, sim->site[i].pair.index), same(-1.0), guard);
         }
-        f->depth = f->normal = f->tangent = same(0.0);
+        if (TELLS_FORCES) {
+            f->depth = f->normal = f->tangent = same(0.0);
+        }
         mask on = mask_of(sim->mode[i]);
         if (any(on)) {
             press_spot(sim, i, on);

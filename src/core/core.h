@@ -53,6 +53,10 @@ typedef struct spot_force {
     real depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
 } spot_force;
 
+/* Who asks for the forces of a place between steps asks a simulation that is alone: out of a lane
+ * come states only, and what nobody asks for is not written there. */
+enum { TELLS_FORCES = STEIN_LANES <= 1 };
+
 /** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */
 typedef struct wrench {
     real x, z, m;

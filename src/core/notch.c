@@ -132,7 +132,9 @@ INNER void stein__notch_forces(stein_sim *sim)
             real *guard = sim->guard + sim->model->nspot + NOTCH_GUARDS * i;
             stein__notch_guards(sim, i, guard, &f->gap);
         }
-        f->depth = f->normal = f->tangent = same(0.0);
+        if (TELLS_FORCES) {
+            f->depth = f->normal = f->tangent = same(0.0);
+        }
         if (any(either(on[NOTCH_TIP], either(on[NOTCH_CORNER], on[NOTCH_FACE])))) {
             press_notch(sim, i, on);
         }

@@ -65,7 +65,7 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
 #if STEIN_LANES == 1
-    if (depth > f->depth) { // for who asks between steps: nobody asks a lane
+    if (depth > f->depth) {
         f->depth = depth;
         f->rate = rate;
     }
@@ -75,9 +75,11 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
     t->at = at;
     t->n = n;
     t->normal = only(on, normal);
-    t->depth = depth;
-    t->rate = rate;
-    t->sum = f;
+    if (TELLS_FORCES) {
+        t->depth = depth;
+        t->rate = rate;
+        t->sum = f;
+    }
     sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
 }
 
@@ -90,8 +92,10 @@ static void push(stein_sim *sim, const touch *p, real mu)
     if (p->pair->frame[1] >= 0) {
         apply(sim, p->pair->frame[1], p->at, (vec2){-force.x, -force.z});
     }
-    p->sum->normal += normal;
-    p->sum->tangent += tangent;
+    if (TELLS_FORCES) {
+        p->sum->normal += normal;
+        p->sum->tangent += tangent;
+    }
 }
 
 INNER void stein__rub(stein_sim *sim)
