@@ -1,15 +1,22 @@
 /* SPDX-License-Identifier: MIT
  * batch_run.c - steps and runs of a batch: what is done in lanes, what alone.
  */
+#include <limits.h>
 #include <string.h>
 
 #include "batch_inner.h"
 
-/* a step that is to be tried */
+/* steps that are to be tried */
 typedef struct aim {
-    double target; /* [s] */
-    int whole;     /* it ends on the grid */
+    stein__grid grid;
+    long most; /* so many of them for sure */
+    int whole; /* they are on the grid of the simulation */
 } aim;
+
+static double end_of(const aim *to, long i)
+{
+    return to->grid.t0 + (to->grid.taken + (double)i) * to->grid.dt;
+}
 
 /* a failure of place i; the first one is told */
 static void fail_place(stein_batch *b, int i, stein_status status, const stein_err *why,
@@ -25,13 +32,14 @@ static void fail_place(stein_batch *b, int i, stein_status status, const stein_e
     }
 }
 
-static void step_alone(stein_batch *b, int i, const aim *to, stein_err *err)
+/* step `nth` of the aim */
+static void step_alone(stein_batch *b, int i, const aim *to, long nth, stein_err *err)
 {
     berth *p = &b->place[i];
     stein_err why;
     stein__batch_fetch(b, i);
     p->seat = p->seat == SEEN ? MOVED : p->seat;
-    stein_status status = stein__advance(p->sim, to->target, &why);
+    stein_status status = stein__advance(p->sim, end_of(to, nth), &why);
     if (status == STEIN_OK) {
         p->sim->head->step += to->whole;
     } else {
@@ -48,30 +56,50 @@ static int count(unsigned bits)
     return n;
 }
 
-/* the places of group g that are wanted (one bit each), each to its aim */
-static void step_group(stein_batch *b, int g, const aim *to, unsigned wanted, stein_err *err)
+/* steps that a lane took are the simulation's; the rest of its state comes when it is asked for */
+static void step_away(berth *p, const aim *to, long n, double t)
+{
+    if (n > 0) {
+        p->sim->head->t = t;
+        p->sim->head->step += n * to->whole;
+        p->sim->fresh = STALE;
+        p->seat = AWAY;
+    }
+}
+
+/* The same number of steps for all places of group g that are wanted (one bit each), each to its
+ * aims: as many as all of them are sure of, or to the first one that somebody took alone, which is
+ * where events are. @return that number */
+static long step_group(stein_batch *b, int g, const aim *to, unsigned wanted, stein_err *err)
 {
     int first = g * b->lanes;
+    long n = 1, most = LONG_MAX;
     unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
-    if (count(riders) > 1) {
-        double t[MAX_LANES] = {0.0}, h[MAX_LANES] = {0.0};
+    riders = count(riders) > 1 ? riders : 0;
+    if (riders != 0) {
+        double t[MAX_LANES] = {0.0};
+        stein__grid grid[MAX_LANES] = {{0.0, 0.0, 0.0}};
         for (int k = 0; k < b->lanes; k++) {
-            t[k] = riders >> k & 1 ? b->place[first + k].sim->head->t : 0.0;
-            h[k] = riders >> k & 1 ? to[k].target - t[k] : 0.0;
+            if (riders >> k & 1) {
+                t[k] = b->place[first + k].sim->head->t;
+                grid[k] = to[k].grid;
+                most = to[k].most < most ? to[k].most : most;
+            }
         }
-        done = b->width->step(b->wide[g], t, h, riders);
+        most = riders == wanted ? most : 1;
+        done = b->width->steps(b->wide[g], grid, t, riders, most, &n);
+        for (int k = 0; k < b->lanes; k++) {
+            if (riders >> k & 1) {
+                step_away(&b->place[first + k], &to[k], n - !(done >> k & 1), t[k]);
+            }
+        }
     }
     for (int k = 0; k < b->lanes; k++) {
-        if (done >> k & 1) {
-            berth *p = &b->place[first + k];
-            p->sim->head->t = to[k].target;
-            p->sim->head->step += to[k].whole;
-            p->sim->fresh = STALE;
-            p->seat = AWAY;
-        } else if (wanted >> k & 1) {
-            step_alone(b, first + k, &to[k], err);
+        if ((wanted & ~done) >> k & 1) {
+            step_alone(b, first + k, &to[k], n, err);
         }
     }
+    return n;
 }
 
 static stein_status finish(const stein_batch *b, stein_status *status)
@@ -86,29 +114,54 @@ static stein_status finish(const stein_batch *b, stein_status *status)
     return first;
 }
 
-stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *err)
+static stein__grid grid_of(const stein_sim *sim)
+{
+    return (stein__grid){sim->head->t0, (double)sim->head->step, sim->def.dt};
+}
+
+stein_status stein_batch_steps(stein_batch *b, long most, long *taken, stein_status *status,
+                               stein_err *err)
 {
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
+    *taken = 1;
     for (int g = 0; g < b->ngroup; g++) {
         aim to[MAX_LANES];
         unsigned wanted = 0;
         for (int k = 0, i = g * b->lanes; k < b->lanes && i < b->n; k++, i++) {
             const stein_sim *sim = b->place[i].sim;
             if (sim != NULL) {
-                to[k] = (aim){stein__next_on_grid(sim), 1};
+                // groups go on together: several of them step by step
+                to[k] = (aim){grid_of(sim), b->ngroup == 1 ? most : 1, 1};
                 wanted |= 1u << k;
             }
         }
-        step_group(b, g, to, wanted, err);
+        *taken = step_group(b, g, to, wanted, err);
     }
     return finish(b, status);
 }
 
-/* the next step of a run to t_end, as stein_run takes it; 0 when there is none */
+stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *err)
+{
+    long taken;
+    return stein_batch_steps(b, 1, &taken, status, err);
+}
+
+/* Steps of the grid that end before t_end for sure, as stein_run takes them: rounding may hide the
+ * last one. */
+static long surely_whole(const stein_sim *sim, double t_end)
+{
+    double n = (t_end - sim->head->t0) / sim->def.dt - (double)sim->head->step - 2.0;
+    return n < 1.0 ? 1 : n < 1e6 ? (long)n : 1000000;
+}
+
+/* the next steps of a run to t_end, as stein_run takes them; 0 when there is none */
 static int next_aim(const stein_sim *sim, double t_end, aim *to)
 {
-    to->whole = stein__next_end(sim, t_end, &to->target);
-    return sim->head->t < to->target;
+    double target;
+    to->whole = stein__next_end(sim, t_end, &target);
+    to->grid = to->whole ? grid_of(sim) : (stein__grid){target, 0.0, 0.0};
+    to->most = to->whole ? surely_whole(sim, t_end) : 1;
+    return sim->head->t < target;
 }
 
 static void run_group(stein_batch *b, int g, const double *t_end, stein_err *err)
@@ -125,7 +178,7 @@ static void run_group(stein_batch *b, int g, const double *t_end, stein_err *err
             }
         }
         if (wanted != 0) {
-            step_group(b, g, to, wanted, err);
+            (void)step_group(b, g, to, wanted, err);
         }
     } while (wanted != 0);
     for (int i = first; i < first + b->lanes && i < b->n; i++) {

@@ -18,6 +18,12 @@ typedef struct stein__rider {
     void *const *signal_ctx;
 } stein__rider;
 
+/** Steps of a lane: the one with the number i = 1, 2, .. ends at t0 + (taken + i) dt; with dt = 0 a
+ *  single one at t0. */
+typedef struct stein__grid {
+    double t0, taken, dt;
+} stein__grid;
+
 /** Code for one number of lanes. `wide` is what make() returned. */
 typedef struct stein__width {
     int lanes;
@@ -28,10 +34,14 @@ typedef struct stein__width {
      *  next trial. */
     void (*put)(void *wide, int lane, const stein__rider *from, int with_d);
     void (*ready)(void *wide);
-    /** One trial step of h [lanes] from t [lanes] in all lanes. Those that are wanted (one bit
-     * each) and meet no event and no trouble have it for their state now. Signals of others are not
-     *  asked. @return these */
-    unsigned (*step)(void *wide, const double *t, const double *h, unsigned wanted);
+    /** Steps of their grids [lanes] in all lanes, from t [lanes], up to `most`, or to the first one
+     *  that not all of the wanted (one bit each) take: a lane that meets an event or trouble does
+     *  not. Signals of lanes that are not wanted are not asked.
+     *  @param t      in and out: of the states
+     *  @param tried  out: steps that those took that are returned; the others wanted took one less
+     *  @return lanes that took the last one */
+    unsigned (*steps)(void *wide, const stein__grid *grid, double *t, unsigned wanted, long most,
+                      long *tried);
     /** State of a lane: q, qd, qdd [nq], and the error estimates of its last step. */
     void (*take)(const void *wide, int lane, double *q, double *qd, double *qdd, double error[2]);
     /** The trial step without taking it. @return those wanted that ended with numbers */

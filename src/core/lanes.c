@@ -121,17 +121,17 @@ static real numbers(const double *from)
 
 /* a trial step of h in all lanes, from where they are; @return those wanted that ended with numbers
  */
-static mask try_step(stein_sim *sim, const double *t, const double *h, unsigned wanted)
+static mask try_step(stein_sim *sim, real t, real h, mask wanted)
 {
     sim->bad = (mask){0};
-    sim->asked = mask_from(wanted);
-    (void)stein__trial(sim, numbers(t), numbers(h), NULL);
-    return both(finite(sim), sim->asked);
+    sim->asked = wanted;
+    (void)stein__trial(sim, t, h, NULL);
+    return both(finite(sim), wanted);
 }
 
 static unsigned trial(void *wide, const double *t, const double *h, unsigned wanted)
 {
-    return lanes_of(try_step(wide, t, h, wanted));
+    return lanes_of(try_step(wide, numbers(t), numbers(h), mask_from(wanted)));
 }
 
 static void outcome(const void *wide, int lane, double *q1, double *qd1, double *qdd1,
@@ -177,9 +177,9 @@ static unsigned grazes(void *wide, const double *h)
     return lanes_of(crossed(sim));
 }
 
-static unsigned step(void *wide, const double *t, const double *h, unsigned wanted)
+/* @return lanes that took it */
+static mask step(stein_sim *sim, real t, real h, mask wanted)
 {
-    stein_sim *sim = wide;
     mask good = try_step(sim, t, h, wanted);
     good = both(good, no(crossed(sim)));
     for (int j = 0; j < sim->model->nq; j++) {
@@ -189,7 +189,30 @@ static unsigned step(void *wide, const double *t, const double *h, unsigned want
     }
     sim->eq_taken = sel(good, sim->eq, sim->eq_taken);
     sim->eqd_taken = sel(good, sim->eqd, sim->eqd_taken);
-    return lanes_of(good);
+    return good;
+}
+
+static unsigned steps(void *wide, const stein__grid *grid, double *t, unsigned wanted, long most,
+                      long *tried)
+{
+    real now = numbers(t), t0, taken, dt;
+    for (int k = 0; k < STEIN_LANES; k++) {
+        t0[k] = grid[k].t0;
+        taken[k] = grid[k].taken;
+        dt[k] = grid[k].dt;
+    }
+    unsigned good;
+    *tried = 0;
+    do {
+        taken += 1.0;
+        real end = t0 + taken * dt;
+        mask took = step(wide, now, end - now, mask_from(wanted));
+        now = sel(took, end, now);
+        good = lanes_of(took);
+        ++*tried;
+    } while (good == wanted && *tried < most);
+    memcpy(t, &now, sizeof now);
+    return good;
 }
 
 static void take(const void *wide, int lane, double *q, double *qd, double *qdd, double error[2])
@@ -207,7 +230,7 @@ static void take(const void *wide, int lane, double *q, double *qd, double *qdd,
 #define JOIN(a, b)  a##b
 #define WIDTH_OF(n) JOIN(stein__width, n)
 
-const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size,  make,    put,   ready, step,
+const stein__width WIDTH_OF(STEIN_LANES) = {STEIN_LANES, size,  make,    put,   ready, steps,
                                             take,        trial, outcome, grade, grazes};
 
 #endif

@@ -7,8 +7,8 @@
  * simulation costs one allocation, nothing beside a stroke.
  *
  * A thread takes points in heaps. Each of its seats, one a lane, has a run that says what its
- * simulation is to do next; where that is one step, all of them do it at once. A seat whose run is
- * over takes the next point of the heap.
+ * simulation is to do next; where that is a step or more, all of them do it at once. A seat whose
+ * run is over takes the next point of the heap.
  */
 #include <math.h>
 #include <pthread.h>
@@ -172,10 +172,11 @@ static stein_status go_on(bench *t, int i, stein_status status, int *over, stein
     return status;
 }
 
-/* fill empty seats from the heap, let everyone go on; those that are over make room at once */
-static stein_status go_round(job *j, bench *t, int *next, int end, int *riding, stein_err *err)
+/* fill empty seats from the heap, let everyone go on; those that are over make room at once.
+ * @param steps  out: so many are next for all; 0: nobody is left */
+static stein_status go_round(job *j, bench *t, int *next, int end, long *steps, stein_err *err)
 {
-    *riding = 0;
+    *steps = 0;
     for (int i = 0; i < t->lanes;) {
         seat *s = &t->seat[i];
         stein_status status = t->status[i];
@@ -199,7 +200,8 @@ static stein_status go_round(job *j, bench *t, int *next, int end, int *riding, 
                 return status;
             }
         } else {
-            (*riding)++;
+            long wanted = lab__play_steps(s->play);
+            *steps = *steps == 0 || wanted < *steps ? wanted : *steps;
             i++;
         }
     }
@@ -211,15 +213,16 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
 {
     job *j = ctx;
     bench *t = bench_;
-    int next = heap * j->heap, end = next + j->heap, riding;
+    int next = heap * j->heap, end = next + j->heap;
+    long steps;
     end = end > j->npoint ? j->npoint : end;
     stein_status status;
     do {
-        status = go_round(j, t, &next, end, &riding, err);
-        if (status == STEIN_OK && riding > 0) {
-            (void)stein_batch_step(t->side_by_side, t->status, NULL);
+        status = go_round(j, t, &next, end, &steps, err);
+        if (status == STEIN_OK && steps > 0) {
+            (void)stein_batch_steps(t->side_by_side, steps, &steps, t->status, NULL);
         }
-    } while (status == STEIN_OK && riding > 0);
+    } while (status == STEIN_OK && steps > 0);
     return status;
 }
 

@@ -333,6 +333,9 @@ stein_status lab__play_new(lab__play **play, stein_sim *sim, const lab_stroke_de
                            int as_stroke, stein_err *err);
 void lab__play_drop(lab__play *play);
 lab__need lab__play_needs(const lab__play *play);
+/** Steps that may be taken in one go before lab__play_next is called, as long as there is no event
+ *  on the way; 1 at least. */
+long lab__play_steps(const lab__play *play);
 /** Between steps. @param status  of what was done last, OK at the beginning
  *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over
  *  @return OK, or why it is over */

@@ -164,6 +164,9 @@ static void note_force(run *r)
 {
     sample3 now = {stein_time(r->sim), read_plain(r->sim, r->force)};
     r->stroke.peak_string_force = fmax(r->stroke.peak_string_force, now.f);
+    if (r->nlast > 0 && r->last[r->nlast - 1].f == 0.0) {
+        r->last[r->nlast - 1].t = now.t - r->dt; // nobody looks at every step without a force
+    }
     if (r->nlast == 3) {
         memmove(r->last, r->last + 1, 2 * sizeof *r->last);
         r->nlast = 2;
@@ -411,6 +414,13 @@ void lab__play_drop(lab__play *r)
         free(r->kept);
         free(r);
     }
+}
+
+long lab__play_steps(const lab__play *r)
+{
+    double end = r->phase == REARMING ? fmin(r->look, r->rearmed) : stop_of(r);
+    double n = (end - stein_time(r->sim)) / r->dt - 1.0; // rounding may hide the last one
+    return lab__play_needs(r) != LAB_NOTHING || n < 1.0 ? 1 : n < 1e6 ? (long)n : 1000000;
 }
 
 static int whole_step_left(const lab__play *r)
