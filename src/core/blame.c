@@ -43,14 +43,15 @@ static double rate_of(stein_sim *sim, const touch *t)
 {
     static const double little = 1e-9, slow = 1e-6; /* m, m/s */
     const double *law = t->pair->normal;
-    double x = t->sum->depth, xdot = t->sum->rate, f = stein__normal(law, x, xdot);
+    int parts = t->pair->parts;
+    double x = t->sum->depth, xdot = t->sum->rate, f = stein__normal(law, parts, x, xdot);
     double along = mobility(sim, t, t->n), across = mobility(sim, t, (vec2){t->n.z, -t->n.x});
-    double k = (stein__normal(law, x + little, xdot) - f) / little;
-    double b = (stein__normal(law, x, xdot + slow) - f) / slow;
+    double k = (stein__normal(law, parts, x + little, xdot) - f) / little;
+    double b = (stein__normal(law, parts, x, xdot + slow) - f) / slow;
     const double *friction = t->pair->friction;
     double u = sim->slip[t - sim->touch], du = 1e-3; // in units of its turning speed
-    double slope = (stein__mu(friction, u + du, stein__tanh(u + du)) -
-                    stein__mu(friction, u - du, stein__tanh(u - du))) /
+    double slope = (stein__mu(friction, parts, u + du, stein__tanh(u + du)) -
+                    stein__mu(friction, parts, u - du, stein__tanh(u - du))) /
                    (2.0 * du);
     double rub = fabs(t->normal * slope * t->pair->inverse_vt);
     return fmax(sqrt(fmax(k * along, 0.0)), fmax(fabs(b) * along, rub * across / 5.0));

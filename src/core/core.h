@@ -67,6 +67,7 @@ typedef struct pair {
     int index;    /* of the contact; ncontact + that of the notch */
     int frame[2]; /* the second one may be fixed, -1 */
     const real *normal, *friction;
+    int parts;       /* of both laws */
     real inverse_vt; /* of its friction [s/m] */
 } pair;
 
@@ -123,6 +124,7 @@ struct stein_sim {
     int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
     int *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
+    int *joint_parts; /* [nq] of the laws of the joints */
     real *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
     site *site;       /* [nspot] */
     pair *catch;      /* [nnotch] beak and catcher */

@@ -106,6 +106,7 @@ INNER void stein__joints_prepare(stein_sim *sim)
         if (stein__joint_acts(law)) {
             sim->acting[sim->nacting++] = j;
         }
+        sim->joint_parts[j] = stein__joint_parts(law);
         sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
     }
 }
@@ -115,10 +116,10 @@ static void joint_forces(stein_sim *sim)
     const stein_model *model = sim->model;
     const real *slip = sim->slip + sim->ntouch, *grip = sim->grip + sim->ntouch;
     for (int k = 0; k < sim->nacting; k++) {
-        int j = sim->acting[k];
+        int j = sim->acting[k], parts = sim->joint_parts[j];
         const real *law = sim->d + model->bodies[j].joint;
-        real mu = stein__mu(law + STEIN_JOINT_FRICTION, slip[k], grip[k]);
-        sim->Q[j] += stein__joint(law, sim->xq[j], sim->xqd[j], mu);
+        real mu = stein__mu(law + STEIN_JOINT_FRICTION, parts, slip[k], grip[k]);
+        sim->Q[j] += stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
     }
     if (sim->ntable_on > 0) {
         stein__tables_joints(sim);

@@ -5,7 +5,7 @@
 
 double stein_normal_force(const double *law, double x, double xdot)
 {
-    return stein__normal(law, x, xdot);
+    return stein__normal(law, stein__normal_parts(law), x, xdot);
 }
 
 double stein_friction(const double law[4], double v)
@@ -14,12 +14,13 @@ double stein_friction(const double law[4], double v)
         return 0.0;
     }
     double u = v / law[STEIN_FRICTION_VT];
-    return stein__mu(law, u, stein__tanh(u));
+    return stein__mu(law, stein__friction_parts(law), u, stein__tanh(u));
 }
 
 double stein_joint_force(const double *law, double q, double qd)
 {
-    return stein__joint(law, q, qd, stein_friction(law + STEIN_JOINT_FRICTION, qd));
+    double friction = stein_friction(law + STEIN_JOINT_FRICTION, qd);
+    return stein__joint(law, stein__joint_parts(law), q, qd, friction);
 }
 
 double stein_link_force(const double *law, double length, double rate, double z)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * laws.h - the laws of law.h where every evaluation needs them: inline, for any number of lanes.
- * What a law leaves at its neutral value is not worked out.
+ * What a law leaves at its neutral value is not worked out: its parts say what there is.
  */
 #ifndef STEIN_LAWS_H
 #define STEIN_LAWS_H
@@ -42,29 +42,70 @@ static inline real stein__within(const real *law, real x)
 static const double stein__felt_unit = 1e-4;  /* m, where the exponent is neutral */
 static const double stein__turn_speed = 0.01; /* m/s, loading turns into unloading within it */
 
-static inline real stein__normal(const real *law, real x, real xdot)
+/* Parts of a law beyond the usual ones, as it has them in any lane: asked once for a set of
+ * parameters (stein__normal_parts and so on), not in every evaluation. */
+enum {
+    STEIN__ADHESIVE = 1,
+    STEIN__POWERED = 2,
+    STEIN__LOSSY = 4,
+    STEIN__BUMPED = 8,
+    STEIN__LOPSIDED = 16,
+    STEIN__DRY = 32,
+    STEIN__STOPPED = 64
+};
+
+static inline int stein__part(int part, real number)
+{
+    return any(differ(number, 0.0)) ? part : 0;
+}
+
+static inline int stein__normal_parts(const real *law)
+{
+    return stein__part(STEIN__ADHESIVE, law[STEIN_NORMAL_RANGE]) |
+           stein__part(STEIN__POWERED, law[STEIN_NORMAL_EXPONENT]) |
+           stein__part(STEIN__LOSSY, law[STEIN_NORMAL_HYSTERESIS]);
+}
+
+static inline int stein__friction_parts(const real *law)
+{
+    return stein__part(STEIN__BUMPED, law[STEIN_FRICTION_B1]);
+}
+
+static inline int stein__joint_parts(const real *law)
+{
+    return stein__part(STEIN__LOPSIDED, law[STEIN_JOINT_ASYMMETRY]) |
+           stein__part(STEIN__DRY, law[STEIN_JOINT_DRY]) |
+           stein__part(STEIN__STOPPED, law[STEIN_JOINT_STOP_K]) |
+           stein__friction_parts(law + STEIN_JOINT_FRICTION);
+}
+
+/* what pulls at a depth x <= 0 */
+static inline real stein__adhesion(const real *law, real x)
+{
+    real u = sel(more(law[STEIN_NORMAL_RANGE], 0.0), -x / law[STEIN_NORMAL_RANGE], same(1.0));
+    return sel(less(u, 1.0), -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u), same(0.0));
+}
+
+static inline real stein__normal(const real *law, int parts, real x, real xdot)
 {
     mask deep = more(x, 0.0);
     real apart = same(0.0);
-    if (!every(deep)) {
-        real u = sel(more(law[STEIN_NORMAL_RANGE], 0.0), -x / law[STEIN_NORMAL_RANGE], same(1.0));
-        apart = sel(less(u, 1.0), -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u), same(0.0));
-        if (!any(deep)) {
-            return apart;
-        }
-        x = sel(deep, x, same(stein__felt_unit));
+    if (parts & STEIN__ADHESIVE && !every(deep)) {
+        apart = stein__adhesion(law, x);
+    }
+    if (!any(deep)) {
+        return apart;
     }
     real f = ((law[STEIN_NORMAL_A] * x + law[STEIN_NORMAL_B]) * x + law[STEIN_NORMAL_C]) * x;
-    mask powered = differ(law[STEIN_NORMAL_EXPONENT], 0.0);
-    if (any(powered)) {
-        real power = stein__raised(x / stein__felt_unit, law[STEIN_NORMAL_EXPONENT]);
-        f = sel(powered, f * power, f);
+    if (parts & STEIN__POWERED) {
+        real units = sel(deep, x, same(stein__felt_unit)) / stein__felt_unit;
+        real power = stein__raised(units, law[STEIN_NORMAL_EXPONENT]);
+        f = sel(differ(law[STEIN_NORMAL_EXPONENT], 0.0), f * power, f);
     }
     f = (f + law[STEIN_NORMAL_PRELOAD]) * (1.0 + law[STEIN_NORMAL_D] * xdot);
-    mask lossy = differ(law[STEIN_NORMAL_HYSTERESIS], 0.0);
-    if (any(lossy)) {
+    if (parts & STEIN__LOSSY) {
         real loss = 1.0 + law[STEIN_NORMAL_HYSTERESIS] * stein__tanh(xdot / stein__turn_speed);
-        f = sel(lossy, f * loss, f);
+        f = sel(differ(law[STEIN_NORMAL_HYSTERESIS], 0.0), f * loss, f);
     }
     return sel(deep, sel(more(f, 0.0), f, same(0.0)), apart);
 }
@@ -76,39 +117,37 @@ static inline real stein__inverse_vt(const real *law)
 }
 
 /* mu at u = v / vt, whose tanh is known */
-static inline real stein__mu(const real *law, real u, real tanh_u)
+static inline real stein__mu(const real *law, int parts, real u, real tanh_u)
 {
     real mu = tanh_u;
-    mask bumped = differ(law[STEIN_FRICTION_B1], 0.0);
-    if (any(bumped)) {
+    if (parts & STEIN__BUMPED) {
         real u2 = u * u;
         real bump = law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
-        mu = sel(bumped, mu + bump, mu);
+        mu = sel(differ(law[STEIN_FRICTION_B1], 0.0), mu + bump, mu);
     }
     return law[STEIN_FRICTION_A] * mu;
 }
 
 /* friction: mu(qd) of the friction in the joint */
-static inline real stein__joint(const real *law, real q, real qd, real friction)
+static inline real stein__joint(const real *law, int parts, real q, real qd, real friction)
 {
     real x = q - law[STEIN_JOINT_Q0];
     real b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
     real f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
-    mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
-    if (any(lopsided)) {
+    if (parts & STEIN__LOPSIDED) {
         real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+        mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
         b = sel(lopsided, b * (1.0 + law[STEIN_JOINT_ASYMMETRY] * grip), b);
     }
     f -= (b + law[STEIN_JOINT_DRAG] * magnitude(qd)) * qd;
-    mask dry = differ(law[STEIN_JOINT_DRY], 0.0);
-    if (any(dry)) {
+    if (parts & STEIN__DRY) {
         real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
         real level = law[STEIN_JOINT_DRY] * (1.0 + law[STEIN_JOINT_DRY_ASYMMETRY] * grip);
-        f = sel(dry, f - level * grip, f);
+        f = sel(differ(law[STEIN_JOINT_DRY], 0.0), f - level * grip, f);
     }
     f -= friction;
-    mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));
-    if (any(stopped)) {
+    if (parts & STEIN__STOPPED) {
+        mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));
         real side = sel(more(q, 0.0), same(1.0), same(-1.0));
         f = sel(stopped, f - law[STEIN_JOINT_STOP_K] * (magnitude(q) - gap) * side, f);
     }

@@ -68,6 +68,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->table_on = carve(a, sizeof *s->table_on * (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
+    s->joint_parts = carve(a, sizeof *s->joint_parts * (size_t)nq);
     s->inverse_vt = reals(a, nq);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);

@@ -174,7 +174,7 @@ static void add_touch(stein_derivative *s, int i, carrier by, double radius, dou
     c.V = relative(s, &c, a, b);
     stein__normal_slopes(p->normal, k->depth, k->rate, &c.by_depth, &c.by_rate);
     if (p->inverse_vt != 0.0) {
-        c.mu = stein__mu(p->friction, sim->slip[i], sim->grip[i]);
+        c.mu = stein__mu(p->friction, p->parts, sim->slip[i], sim->grip[i]);
         c.by_speed = p->inverse_vt * stein__mu_slope(p->friction, sim->slip[i], sim->grip[i]);
     }
     c.ft = c.fn > 0.0 ? -c.fn * c.mu : 0.0;

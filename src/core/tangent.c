@@ -163,21 +163,24 @@ void stein__normal_slopes(const double *law, double x, double xdot, double *by_x
 {
     BLOCK(block, law, STEIN_NORMAL_SIZE)
     x = __real__ stein__within(block, same(x));
-    *by_x = slope_of(stein__normal(block, with_slope(x, 1.0), same(xdot)));
-    *by_xdot = slope_of(stein__normal(block, same(x), with_slope(xdot, 1.0)));
+    int parts = stein__normal_parts(block);
+    *by_x = slope_of(stein__normal(block, parts, with_slope(x, 1.0), same(xdot)));
+    *by_xdot = slope_of(stein__normal(block, parts, same(x), with_slope(xdot, 1.0)));
 }
 
 double stein__mu_slope(const double *law, double u, double tanh_u)
 {
     BLOCK(block, law, STEIN_FRICTION_SIZE)
-    return slope_of(
-        stein__mu(block, with_slope(u, 1.0), with_slope(tanh_u, 1.0 - tanh_u * tanh_u)));
+    real grip = with_slope(tanh_u, 1.0 - tanh_u * tanh_u);
+    return slope_of(stein__mu(block, stein__friction_parts(block), with_slope(u, 1.0), grip));
 }
 
 void stein__joint_slopes(const double *law, double q, double qd, double friction, double *by_q,
                          double *by_qd)
 {
     BLOCK(block, law, STEIN_JOINT_SIZE)
-    *by_q = slope_of(stein__joint(block, with_slope(q, 1.0), same(qd), same(0.0)));
-    *by_qd = slope_of(stein__joint(block, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
+    int parts = stein__joint_parts(block);
+    *by_q = slope_of(stein__joint(block, parts, with_slope(q, 1.0), same(qd), same(0.0)));
+    *by_qd =
+        slope_of(stein__joint(block, parts, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
 }

@@ -36,15 +36,19 @@ INNER void stein__gather(stein_sim *sim)
     }
 }
 
+static void prepare_pair(pair *p)
+{
+    p->parts = stein__normal_parts(p->normal) | stein__friction_parts(p->friction);
+    p->inverse_vt = stein__inverse_vt(p->friction);
+}
+
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nspot; i++) {
-        pair *p = &sim->site[i].pair;
-        p->inverse_vt = stein__inverse_vt(p->friction);
+        prepare_pair(&sim->site[i].pair);
     }
     for (int i = 0; i < sim->model->nnotch; i++) {
-        pair *p = &sim->catch[i];
-        p->inverse_vt = stein__inverse_vt(p->friction);
+        prepare_pair(&sim->catch[i]);
     }
 }
 
@@ -60,7 +64,8 @@ INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
 #if STEIN_LANES == 0
     depth = stein__within(p->normal, depth);
 #endif
-    real rate = -(v.x * n.x + v.z * n.z), normal = stein__normal(p->normal, depth, rate);
+    real rate = -(v.x * n.x + v.z * n.z);
+    real normal = stein__normal(p->normal, p->parts, depth, rate);
     if (sim->ntable_on > 0) {
         normal = stein__tables_normal(sim, p->index, normal, depth, rate);
     }
@@ -111,6 +116,6 @@ INNER void stein__rub(stein_sim *sim)
     }
     for (int i = 0; i < n; i++) {
         const touch *p = &sim->touch[i];
-        push(sim, p, stein__mu(p->pair->friction, slip[i], grip[i]));
+        push(sim, p, stein__mu(p->pair->friction, p->pair->parts, slip[i], grip[i]));
     }
 }
