@@ -49,9 +49,11 @@ enum {
     STEIN__POWERED = 2,
     STEIN__LOSSY = 4,
     STEIN__BUMPED = 8,
-    STEIN__LOPSIDED = 16,
-    STEIN__DRY = 32,
-    STEIN__STOPPED = 64
+    STEIN__SPRUNG = 16,
+    STEIN__DAMPED = 32,
+    STEIN__LOPSIDED = 64,
+    STEIN__DRY = 128,
+    STEIN__STOPPED = 256
 };
 
 static inline int stein__part(int part, real number)
@@ -73,7 +75,11 @@ static inline int stein__friction_parts(const real *law)
 
 static inline int stein__joint_parts(const real *law)
 {
-    return stein__part(STEIN__LOPSIDED, law[STEIN_JOINT_ASYMMETRY]) |
+    return stein__part(STEIN__SPRUNG, law[STEIN_JOINT_K]) |
+           stein__part(STEIN__SPRUNG, law[STEIN_JOINT_K3]) |
+           stein__part(STEIN__DAMPED, law[STEIN_JOINT_B]) |
+           stein__part(STEIN__DAMPED, law[STEIN_JOINT_DRAG]) |
+           stein__part(STEIN__LOPSIDED, law[STEIN_JOINT_ASYMMETRY]) |
            stein__part(STEIN__DRY, law[STEIN_JOINT_DRY]) |
            stein__part(STEIN__STOPPED, law[STEIN_JOINT_STOP_K]) |
            stein__friction_parts(law + STEIN_JOINT_FRICTION);
@@ -131,15 +137,20 @@ static inline real stein__mu(const real *law, int parts, real u, real tanh_u)
 /* friction: mu(qd) of the friction in the joint */
 static inline real stein__joint(const real *law, int parts, real q, real qd, real friction)
 {
-    real x = q - law[STEIN_JOINT_Q0];
-    real b = law[STEIN_JOINT_B], gap = law[STEIN_JOINT_STOP_GAP];
-    real f = law[STEIN_JOINT_PRELOAD] - (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
-    if (parts & STEIN__LOPSIDED) {
-        real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
-        mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
-        b = sel(lopsided, b * (1.0 + law[STEIN_JOINT_ASYMMETRY] * grip), b);
+    real f = law[STEIN_JOINT_PRELOAD];
+    if (parts & STEIN__SPRUNG) {
+        real x = q - law[STEIN_JOINT_Q0];
+        f -= (law[STEIN_JOINT_K] + law[STEIN_JOINT_K3] * x * x) * x;
     }
-    f -= (b + law[STEIN_JOINT_DRAG] * magnitude(qd)) * qd;
+    if (parts & STEIN__DAMPED) {
+        real b = law[STEIN_JOINT_B];
+        if (parts & STEIN__LOPSIDED) {
+            real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+            mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
+            b = sel(lopsided, b * (1.0 + law[STEIN_JOINT_ASYMMETRY] * grip), b);
+        }
+        f -= (b + law[STEIN_JOINT_DRAG] * magnitude(qd)) * qd;
+    }
     if (parts & STEIN__DRY) {
         real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
         real level = law[STEIN_JOINT_DRY] * (1.0 + law[STEIN_JOINT_DRY_ASYMMETRY] * grip);
@@ -147,6 +158,7 @@ static inline real stein__joint(const real *law, int parts, real q, real qd, rea
     }
     f -= friction;
     if (parts & STEIN__STOPPED) {
+        real gap = law[STEIN_JOINT_STOP_GAP];
         mask stopped = both(differ(law[STEIN_JOINT_STOP_K], 0.0), more(magnitude(q), gap));
         real side = sel(more(q, 0.0), same(1.0), same(-1.0));
         f = sel(stopped, f - law[STEIN_JOINT_STOP_K] * (magnitude(q) - gap) * side, f);
