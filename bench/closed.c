@@ -12,7 +12,7 @@
  * with the hinge at L on the key and all centres at s on the axes.
  *
  * 20 operations and 5 sines and cosines: nothing is left to simplify. M is written in full, as the
- * generated function does; the generated one keeps an external force and moment on every body.
+ * generated function does. None of them has external forces.
  */
 #include <math.h>
 #include <string.h>
@@ -105,8 +105,6 @@ static double run_hand(void *ctx, long n)
     return sum;
 }
 
-static const double zero[9];
-
 static double run_generated(void *ctx, long n)
 {
     const stein_model *model = ctx;
@@ -114,7 +112,7 @@ static double run_generated(void *ctx, long n)
     for (long i = 0; i < n; i++) {
         const double *x = q[i % BENCH_STATES], *v = qd[i % BENCH_STATES];
         stein_turn(model, x, sc);
-        model->mass_bias(x, v, sc, d, zero, zero, M, c);
+        model->unloaded(x, v, sc, d, M, c);
         sum += sum_of(M, c);
     }
     return sum;
@@ -128,7 +126,7 @@ static double run_forward(void *ctx, long n)
     for (long i = 0; i < n; i++) {
         const double *x = q[i % BENCH_STATES], *v = qd[i % BENCH_STATES];
         stein_turn(model, x, sc);
-        model->mass_bias(x, v, sc, d, zero, zero, M, c);
+        model->unloaded(x, v, sc, d, M, c);
         model->solve(M, c);
         sum += c[0] + c[1] + c[2];
     }
@@ -157,7 +155,7 @@ static int other_bits(int i, int n, const double *lane_M, const double *lane_c)
     double sc[6], M[9], c[3];
     int wrong = 0;
     stein_turn(&stein_model_piano3, q[i], sc);
-    stein_model_piano3.mass_bias(q[i], qd[i], sc, d, zero, zero, M, c);
+    stein_model_piano3.unloaded(q[i], qd[i], sc, d, M, c);
     for (int k = 0; k < 9; k++) {
         wrong += memcmp(&M[k], &lane_M[k * n + i % n], sizeof *M) != 0;
     }
@@ -257,7 +255,7 @@ void closed_add(void)
     of_generated =
         bench_add("closed", name, "M and c, generated", run_generated, (void *)(size_t)model);
     if (of_generated != NULL) {
-        of_generated->ops = &model->ops_mass_bias;
+        of_generated->ops = &model->ops_unloaded;
     }
     bench_add("closed", name, "forward dynamics, generated", run_forward, (void *)(size_t)model);
     const equations_in_lanes *e = equations_of_width(stein_batch_width(&stein_model_stein1788));

@@ -10,7 +10,7 @@ enum { NQ = 3, MOST = 256 };
 typedef stein_real wide __attribute__((may_alias)); /* reals among doubles */
 
 extern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, piano3);
-static real constants[MOST], zero[3 * NQ];
+static real constants[MOST];
 
 static void prepare(const double *d, int nd)
 {
@@ -25,7 +25,7 @@ static inline void evaluate(const wide *q, const wide *qd, wide *M, wide *c)
     for (int j = 0; j < NQ; j++) {
         stein__sincos(q[j], &sc[2 * j], &sc[2 * j + 1]);
     }
-    STEIN_LANES_NAME(STEIN_LANES, piano3).mass_bias(q, qd, sc, constants, zero, zero, M, c);
+    STEIN_LANES_NAME(STEIN_LANES, piano3).unloaded(q, qd, sc, constants, M, c);
 }
 
 static void mass_bias(const double *q, const double *qd, double *M, double *c)

@@ -231,7 +231,7 @@ void runtime_add(void)
         const stein_model *model = stein_models[i];
         bench_case *c = add("equations", model, "M and c", run_mass_bias, STEIN_RK4);
         if (c != NULL) {
-            c->ops = &model->ops_mass_bias;
+            c->ops = &model->ops_unloaded;
         }
         c = add("equations", model, "inverse dynamics", run_inverse, STEIN_RK4);
         if (c != NULL) {

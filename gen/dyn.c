@@ -540,6 +540,12 @@ void dyn_mass_bias(walk *ps, ex *out)
     dyn_end(&y);
 }
 
+void dyn_unloaded(walk *ps, ex *out)
+{
+    ps->unloaded = 1;
+    dyn_mass_bias(ps, out);
+}
+
 static void inverse(walk *ps, int moves, ex *out)
 {
     dyn y;

@@ -68,19 +68,13 @@ static void target_energy(const tree *t, int i, char out[64])
 /** What a derivative needs: it also exists in lanes. */
 static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
 {
-    static const emission mass_bias = {
-        .name = "mass_bias",
+    static const emission unloaded = {
+        .name = "unloaded",
         .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
-                     "                      const stein_real *d, const stein_real *frc,\n"
-                     "                      const stein_real *trq, stein_real *M, stein_real *c",
-        .note = "M(q) and c(q, qd, frc, trq)",
+                     "                     const stein_real *d, stein_real *M, stein_real *c",
+        .note = "M(q) and c(q, qd) without external forces: what a simulation evaluates",
         .type = "stein_real",
-        .unused = {[EX_Q] = "q",
-                   [EX_QD] = "qd",
-                   [EX_FRC] = "frc",
-                   [EX_TRQ] = "trq",
-                   [EX_NVAR] = "d",
-                   [EX_NVAR + 1] = "sc"},
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_mass_bias};
     static const emission articulated = {
         .name = "articulated",
@@ -106,7 +100,7 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .type = "stein_real",
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_pose};
-    emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    emit_func(x, t, l, &f->unloaded, &unloaded);
     emit_solve(x, t);
     if (f->articulated.nout) {
         emit_func(x, t, l, &f->articulated, &articulated);
@@ -118,7 +112,7 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
              "#if STEIN_LANES > 1\nextern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s);\n",
              t->m->name);
     text_add(x,
-             "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {mass_bias, %s, %s, %s};\n"
+             "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {unloaded, %s, %s, %s};\n"
              "#else\n\n",
              t->m->name, emit_solves(t) ? "solve" : "NULL",
              f->articulated.nout ? "articulated" : "NULL", t->ncarrier ? "pose" : "NULL");
@@ -180,6 +174,20 @@ void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
 
 void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
 {
+    static const emission mass_bias = {
+        .name = "mass_bias",
+        .arguments = "const double *q, const double *qd, const double *sc,\n"
+                     "                      const double *d, const double *frc,\n"
+                     "                      const double *trq, double *M, double *c",
+        .note = "M(q) and c(q, qd, frc, trq)",
+        .type = "double",
+        .unused = {[EX_Q] = "q",
+                   [EX_QD] = "qd",
+                   [EX_FRC] = "frc",
+                   [EX_TRQ] = "trq",
+                   [EX_NVAR] = "d",
+                   [EX_NVAR + 1] = "sc"},
+        .target = target_mass_bias};
     static const emission inverse = {
         .name = "inverse",
         .arguments =
@@ -212,6 +220,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_energy};
     emit_rates(x, t, l, f);
+    emit_func(x, t, l, &f->mass_bias, &mass_bias);
     emit_func(x, t, l, &f->inverse, &inverse);
     if (t->m->npoint) {
         emit_func(x, t, l, &f->point, &point);

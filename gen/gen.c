@@ -218,6 +218,7 @@ static int make_functions(funcs *f, const tree *t)
 {
     int n = t->n, np = t->m->npoint;
     return func_search(&f->mass_bias, t, dyn_mass_bias, n * n + n) ||
+           func_like(&f->unloaded, t, &f->mass_bias, dyn_unloaded, n * n + n) ||
            func_search(&f->inverse, t, dyn_inverse, n) ||
            func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
@@ -227,6 +228,7 @@ static int make_functions(funcs *f, const tree *t)
 static void make_layout(layout *l, const tree *t, const funcs *f)
 {
     layout_add_func(l, t, &f->mass_bias);
+    layout_add_func(l, t, &f->unloaded);
     layout_add_func(l, t, &f->inverse);
     layout_add_func(l, t, &f->pose);
     layout_add_func(l, t, &f->point);
@@ -269,6 +271,7 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .size = head.n,
                         .setup = f->setup,
                         .mass_bias = f->mass_bias.ops,
+                        .unloaded = f->unloaded.ops,
                         .inverse = f->inverse.ops,
                         .pose = f->pose.ops,
                         .point = f->point.ops,
@@ -300,6 +303,7 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
         }
     }
     func_free(&f.mass_bias);
+    func_free(&f.unloaded);
     func_free(&f.articulated);
     func_free(&f.inverse);
     func_free(&f.pose);

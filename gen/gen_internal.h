@@ -117,6 +117,7 @@ void emit_solve(text *x, const tree *t);
 
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
+    func unloaded;    /* mass_bias without external forces, in the same frames */
     func articulated; /* only where it costs less than M and its solution: nout is 0 else */
     func slopes;      /* of a large tree there is none: nout is 0 */
     func along, pose_along;

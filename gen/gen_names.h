@@ -17,6 +17,7 @@
 #define dyn_bias         gen__dyn_bias
 #define dyn_inverse      gen__dyn_inverse
 #define dyn_mass_bias    gen__dyn_mass_bias
+#define dyn_unloaded     gen__dyn_unloaded
 #define emit_func        gen__emit_func
 #define emit_functions   gen__emit_functions
 #define emit_header      gen__emit_header

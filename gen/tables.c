@@ -95,6 +95,7 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
         " (a sine or cosine counts 1; signs of outputs are free)\n",
         text_safe(m->name), text_safe(base_name(m->file)), text_safe(m->input_hash), structure);
     ops_line(x, "M and c", &f->mass_bias.ops);
+    ops_line(x, "unloaded", &f->unloaded.ops);
     if (f->articulated.nout) {
         ops_line(x, "articulated", &f->articulated.ops);
     }
@@ -391,6 +392,7 @@ static void model_tables(text *x, const tree *t, const funcs *f)
     pointer_field(x, "channels", 1);
     pointer_field(x, "setup", 1);
     pointer_field(x, "mass_bias", 1);
+    pointer_field(x, "unloaded", 1);
     pointer_field(x, "solve", emit_solves(t));
     pointer_field(x, "articulated", f->articulated.nout);
     pointer_field(x, "inverse", 1);
@@ -427,6 +429,7 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     }
     ops_field(x, "setup", &f->setup);
     ops_field(x, "mass_bias", &f->mass_bias.ops);
+    ops_field(x, "unloaded", &f->unloaded.ops);
     ops_field(x, "inverse", &f->inverse.ops);
     ops_field(x, "pose", &f->pose.ops);
     ops_field(x, "point", &f->point.ops);

@@ -139,6 +139,8 @@ void angle_trig(walk *ps, int o, int top, ex *s, ex *c);
 
 /* dyn.c */
 void dyn_mass_bias(walk *ps, ex *out);
+/** The same without external forces and moments. */
+void dyn_unloaded(walk *ps, ex *out);
 void dyn_inverse(walk *ps, ex *out);
 /** c alone: the same at qdd = 0. */
 void dyn_bias(walk *ps, ex *out);

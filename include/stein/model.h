@@ -38,7 +38,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 7
+#define STEIN_MODEL_ABI 8
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -316,9 +316,8 @@ typedef stein_mask stein_solved; /* the lanes in which one vanished */
 #define STEIN_SOLVED                bad
 /** What an evaluation needs of a model, as it is there, in lanes. */
 typedef struct stein_lanes {
-    void (*mass_bias)(const stein_real *q, const stein_real *qd, const stein_real *sc,
-                      const stein_real *d, const stein_real *frc, const stein_real *trq,
-                      stein_real *M, stein_real *c);
+    void (*unloaded)(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                     const stein_real *d, stein_real *M, stein_real *c);
     stein_solved (*solve)(const stein_real *M, stein_real *b);
     void (*articulated)(const stein_real *q, const stein_real *qd, const stein_real *sc,
                         const stein_real *d, const stein_real *frc, const stein_real *trq,
@@ -401,7 +400,7 @@ typedef struct stein_model {
     int settle;                /* 1 = start from static equilibrium near q0 */
     int integrator;            /* 0 RK4, 1 Dormand-Prince 5 */
     double dt, until;          /* default step and duration [s] */
-    stein_ops ops_setup, ops_mass_bias, ops_inverse, ops_pose, ops_point, ops_energy, ops_slopes,
+    stein_ops ops_setup, ops_mass_bias, ops_unloaded, ops_inverse, ops_pose, ops_point, ops_energy, ops_slopes,
         ops_along;
     const struct stein_lanes
         *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
@@ -411,6 +410,10 @@ typedef struct stein_model {
     /** Mass matrix and nonlinear vector. */
     void (*mass_bias)(const double *q, const double *qd, const double *sc, const double *d,
                       const double *frc, const double *trq, double *M, double *c);
+    /** The same with frc = trq = 0, which is less work: what a simulation evaluates, as all its
+     *  forces act in Q. */
+    void (*unloaded)(const double *q, const double *qd, const double *sc, const double *d,
+                     double *M, double *c);
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
      * joint whose pivot vanishes. NULL for a large tree. */
     int (*solve)(const double *M, double *b);

@@ -73,12 +73,13 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 9, ALWAYS = 3 };
-static const char *const counted_key[COUNTED] = {"M_c",      "inverse_dynamics", "setup",
-                                                 "solution", "articulated",      "poses",
-                                                 "points",   "energy",           "derivatives"};
-static const char *const counted_note[COUNTED] = {"every evaluation",
+enum { COUNTED = 10, ALWAYS = 4 };
+static const char *const counted_key[COUNTED] = {
+    "M_c",         "M_c_unloaded", "inverse_dynamics", "setup",  "solution",
+    "articulated", "poses",        "points",           "energy", "derivatives"};
+static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
+                                                  "likewise with forces and moments",
                                                   "once a parameter set",
                                                   "of M qdd = Q - c",
                                                   "qdd without M, in place of both",
@@ -89,8 +90,8 @@ static const char *const counted_note[COUNTED] = {"every evaluation",
 
 static stein_ops counted(const gen_result *g, int i)
 {
-    const stein_ops ops[COUNTED] = {g->mass_bias, g->inverse, g->setup,  g->solve, g->articulated,
-                                    g->pose,      g->point,   g->energy, g->slopes};
+    const stein_ops ops[COUNTED] = {g->mass_bias,   g->unloaded, g->inverse, g->setup,  g->solve,
+                                    g->articulated, g->pose,     g->point,   g->energy, g->slopes};
     return ops[i];
 }
 

@@ -27,7 +27,7 @@ static double mobility(stein_sim *sim, const touch *t, vec2 direction)
     apply(sim, t->pair->frame[0], t->at, direction);
     apply(sim, t->pair->frame[1], t->at, (vec2){-direction.x, -direction.z});
     stein__wrenches_to_joints(sim);
-    model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M, sim->c);
+    model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
     memcpy(a, sim->Q, sizeof *a * nq);
     if (stein__solved(sim, a) >= 0) {
         return 0.0;

@@ -215,7 +215,7 @@ static void solve(stein_derivative *s, double *b)
         moved |= s->driver[j] != STEIN__FREE && s->dqdd[j] != 0.0;
     }
     if (moved) { // the columns of M that have been taken out of it
-        s->model->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, s->M, s->c);
+        s->model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, s->M, s->c);
         for (int j = 0; j < n; j++) {
             for (int i = 0; s->driver[j] != STEIN__FREE && i < n; i++) {
                 b[i] -= s->M[i * n + j] * s->dqdd[j];

@@ -176,8 +176,7 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
     if (EQUATIONS(sim)->articulated != NULL) {
         return articulate(sim, qdd);
     }
-    EQUATIONS(sim)->mass_bias(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->M,
-                              sim->c);
+    EQUATIONS(sim)->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }

@@ -363,8 +363,13 @@ static const double *turned(stein_sim *sim, const double *q)
 void stein_mass_bias(stein_sim *sim, const double *q, const double *qd, const double *frc,
                      const double *trq, double *M, double *c)
 {
-    sim->model->mass_bias(q, qd, turned(sim, q), sim->d, frc != NULL ? frc : sim->zero,
-                          trq != NULL ? trq : sim->zero, M, c);
+    const double *sc = turned(sim, q);
+    if (frc == NULL && trq == NULL) {
+        sim->model->unloaded(q, qd, sc, sim->d, M, c);
+    } else {
+        sim->model->mass_bias(q, qd, sc, sim->d, frc != NULL ? frc : sim->zero,
+                              trq != NULL ? trq : sim->zero, M, c);
+    }
 }
 
 void stein_inverse(stein_sim *sim, const double *q, const double *qd, const double *qdd,
