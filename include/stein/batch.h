@@ -54,8 +54,8 @@ stein_sim *stein_batch_look(stein_batch *batch, int i);
  *  @param err     of the first that fails
  *  @return OK, or the first failure in the order of the places; the others went on */
 stein_status stein_batch_step(stein_batch *batch, stein_status *status, stein_err *err);
-/** The same several times in one go, which costs less: up to `most` steps, at least one. It ends with
- *  the first step that a simulation took alone - there are its events -, or that failed.
+/** The same several times in one go, which costs less: up to `most` steps, at least one. It ends
+ * with the first step that a simulation took alone - there are its events -, or that failed.
  *  @param taken  out: steps, the same number for every place */
 stein_status stein_batch_steps(stein_batch *batch, long most, long *taken, stein_status *status,
                                stein_err *err);

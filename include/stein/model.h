@@ -400,8 +400,8 @@ typedef struct stein_model {
     int settle;                /* 1 = start from static equilibrium near q0 */
     int integrator;            /* 0 RK4, 1 Dormand-Prince 5 */
     double dt, until;          /* default step and duration [s] */
-    stein_ops ops_setup, ops_mass_bias, ops_unloaded, ops_inverse, ops_pose, ops_point, ops_energy, ops_slopes,
-        ops_along;
+    stein_ops ops_setup, ops_mass_bias, ops_unloaded, ops_inverse, ops_pose, ops_point, ops_energy,
+        ops_slopes, ops_along;
     const struct stein_lanes
         *lanes[3]; /* the same in 2, 4 and 8 lanes, NULL where there are none */
 

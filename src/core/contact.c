@@ -38,27 +38,29 @@ static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
                   sel(is_apart, r.z / distance, same(1.0))};
 }
 
-/* deformation x; < 0 apart; a line has no radius */
-static inline real depth_of(const site *s, vec2 r, vec2 n)
-{
-    return s->a[STEIN_SHAPE_R] + s->b[STEIN_SHAPE_R] - s->pair.normal[STEIN_NORMAL_GAP] -
-           (r.x * n.x + r.z * n.z);
-}
+/* how the two sides are to each other; a line has no radius */
+typedef struct meeting {
+    vec2 centre, r, n; /* centre of side 0, that from centre of side 1, unit normal on side 0 */
+    real depth;        /* deformation x; < 0 apart */
+} meeting;
 
-/* What is asked of a spot that may be apart: its depth, and its guard, > 0 where forces may act -
- * depth and adhesion's range, within the line's ends. */
-static real apart(const stein_sim *sim, int i, real *guard)
+ALWAYS meeting meet(const stein_sim *sim, const site *s)
 {
-    const site *s = &sim->site[i];
     vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
     vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
-    real depth = depth_of(s, r, n), along = r.x * n.z - r.z * n.x;
-    *guard = depth + s->pair.normal[STEIN_NORMAL_RANGE];
+    return (meeting){pa, r, n, s->reach - (r.x * n.x + r.z * n.z)};
+}
+
+/* the guard of a spot, > 0 where forces may act: depth and adhesion's range, within the line's ends
+ */
+ALWAYS real guard_of(const site *s, const meeting *m)
+{
+    real guard = m->depth + s->pair.normal[STEIN_NORMAL_RANGE];
     if (s->line) {
-        *guard =
-            smaller(*guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
+        real along = m->r.x * m->n.z - m->r.z * m->n.x;
+        guard = smaller(guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
     }
-    return depth;
+    return guard;
 }
 
 /* the contact of the free load is gone with it */
@@ -67,51 +69,55 @@ static inline mask is_lifted(const stein_sim *sim, int contact)
     return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
 
-static void press_spot(stein_sim *sim, int i, mask on)
+ALWAYS void press_spot(stein_sim *sim, int i, mask on, const meeting *m)
 {
     const site *s = &sim->site[i];
-    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
-    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
-    real radius = s->a[STEIN_SHAPE_R];
-    vec2 at = {pa.x - radius * n.x, pa.z - radius * n.z};
-    stein__press(sim, &s->pair, on, at, n, depth_of(s, r, n), &sim->spot[i]);
+    vec2 at = m->centre;
+    if (s->round) {
+        real radius = s->a[STEIN_SHAPE_R];
+        at = (vec2){at.x - radius * m->n.x, at.z - radius * m->n.z};
+    }
+    stein__press(sim, &s->pair, on, at, m->n, m->depth, &sim->spot[i]);
 }
 
 INNER void stein__spot_forces(stein_sim *sim)
 {
     int n = sim->model->nspot, inside = sim->inside;
     for (int i = 0; i < n; i++) {
+        const site *s = &sim->site[i];
         spot_force *f = &sim->spot[i];
-        if (!inside) { // else gap and guard are asked for at the end of the step
-            real guard, depth = apart(sim, i, &guard);
-            if (TELLS_FORCES) {
-                f->gap = -depth;
-            }
-            sim->guard[i] = sel(is_lifted(sim, sim->site[i].pair.index), same(-1.0), guard);
-        }
+        mask on = mask_of(sim->mode[i]);
         if (TELLS_FORCES) {
             f->depth = f->normal = f->tangent = same(0.0);
         }
-        mask on = mask_of(sim->mode[i]);
+        if (inside && !any(on)) {
+            continue; // gap and guard are asked for at the end of the step
+        }
+        meeting m = meet(sim, s);
+        if (!inside) {
+            if (TELLS_FORCES) {
+                f->gap = -m.depth;
+            }
+            sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m));
+        }
         if (any(on)) {
-            press_spot(sim, i, on);
+            press_spot(sim, i, on, &m);
         }
     }
 }
 
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {
-    real guard;
-    (void)apart(sim, i, &guard);
-    return sel(is_lifted(sim, sim->site[i].pair.index), same(-1.0), guard);
+    const site *s = &sim->site[i];
+    meeting m = meet(sim, s);
+    return sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m));
 }
 
 #if STEIN_LANES == 1
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {
-    double guard;
-    return -apart(sim, i, &guard);
+    return -meet(sim, &sim->site[i]).depth;
 }
 
 int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot)

@@ -84,7 +84,9 @@ typedef struct touch {
 typedef struct site {
     pair pair;
     int line;          /* 1: the second side is a line, 0: a circle */
+    int round;         /* 1: the first side has a radius */
     const real *a, *b; /* both sides */
+    real reach;        /* where the deformation begins: both radii less the gap [m] */
 } site;
 
 /** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */

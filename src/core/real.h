@@ -32,6 +32,9 @@
 
 typedef stein_real real;
 
+/* where numbers that go in and out would be written and read again, in lanes all of them */
+#define ALWAYS static inline __attribute__((always_inline))
+
 #if STEIN_LANES <= 1
 
 typedef int mask;
@@ -128,7 +131,7 @@ typedef stein_mask mask;
 typedef mask flag;
 
 #define INNER  static inline
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE ALWAYS
 
 static inline mask both(mask a, mask b)
 {

@@ -140,7 +140,8 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
     stein_sim *sim = tangent;
     turn_to(sim, way);
     for (int i = 0; i < sim->model->nspot; i++) {
-        (void)apart(sim, i, &sim->guard[i]);
+        meeting m = meet(sim, &sim->site[i]);
+        sim->guard[i] = guard_of(&sim->site[i], &m);
     }
     for (int i = 0; i < sim->model->nnotch; i++) {
         real overlap;
@@ -181,6 +182,6 @@ void stein__joint_slopes(const double *law, double q, double qd, double friction
     BLOCK(block, law, STEIN_JOINT_SIZE)
     int parts = stein__joint_parts(block);
     *by_q = slope_of(stein__joint(block, parts, with_slope(q, 1.0), same(qd), same(0.0)));
-    *by_qd =
-        slope_of(stein__joint(block, parts, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
+    *by_qd = slope_of(
+        stein__joint(block, parts, same(q), with_slope(qd, 1.0), with_slope(0.0, friction)));
 }

@@ -45,7 +45,10 @@ static void prepare_pair(pair *p)
 INNER void stein__pairs_prepare(stein_sim *sim)
 {
     for (int i = 0; i < sim->model->nspot; i++) {
-        prepare_pair(&sim->site[i].pair);
+        site *s = &sim->site[i];
+        prepare_pair(&s->pair);
+        s->round = any(differ(s->a[STEIN_SHAPE_R], 0.0));
+        s->reach = s->a[STEIN_SHAPE_R] + s->b[STEIN_SHAPE_R] - s->pair.normal[STEIN_NORMAL_GAP];
     }
     for (int i = 0; i < sim->model->nnotch; i++) {
         prepare_pair(&sim->catch[i]);
