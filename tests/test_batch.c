@@ -307,6 +307,53 @@ START_TEST(a_place_is_filled_again_while_others_go_on)
 }
 END_TEST
 
+START_TEST(several_steps_in_one_go_end_with_the_first_event)
+{
+    const stein_model *model = &stein_model_stein1788;
+    enum { MOST = 700, ALL = 4200 };
+    long taken, all = 0, calls = 0;
+    stein_batch *batch = NULL;
+    twins t;
+    if (!has_width(model, widths[_i])) {
+        return;
+    }
+    int n = widths[_i];
+    make_twins(&t, model, STEIN_RK4, n, regulate);
+    ck_assert_stein(stein_batch_create(&batch, model, NULL, n, n, err));
+    for (int i = 0; i < n; i++) {
+        ck_assert_stein(stein_batch_put(t.batch, i, NULL, err));
+        ck_assert_stein(stein_batch_put(batch, i, t.rider[i], err));
+    }
+    for (; all < ALL; all += taken, calls++) {
+        ck_assert_stein(stein_batch_steps(batch, MOST, &taken, NULL, err));
+        ck_assert(taken >= 1 && taken <= MOST);
+        for (int i = 0; i < n; i++) {
+            int heard_of = t.of_alone[i].n;
+            for (long k = 0; k < taken; k++) {
+                ck_assert_int_eq(t.of_alone[i].n, heard_of); // none but in the last one
+                ck_assert_stein(stein_step(t.alone[i], err));
+            }
+        }
+    }
+    ck_assert(n == 1 ? calls == ALL : calls >= ALL / MOST && calls < ALL / 10);
+    for (int i = 0; i < n; i++) {
+        ck_assert_stein(stein_batch_put(batch, i, NULL, err));
+        ck_assert_stein(stein_batch_put(t.batch, i, t.rider[i], err));
+    }
+    compare_twins(&t);
+    stein_batch_destroy(batch);
+
+    // several groups go on together
+    ck_assert_stein(stein_batch_steps(t.batch, MOST, &taken, NULL, err));
+    ck_assert_int_eq(taken, 1);
+    for (int i = 0; i < PLACES; i++) {
+        ck_assert_stein(stein_step(t.alone[i], err));
+    }
+    compare_twins(&t);
+    drop_twins(&t);
+}
+END_TEST
+
 START_TEST(looking_on_changes_nothing_and_what_was_changed_counts)
 {
     twins t;
@@ -447,6 +494,7 @@ Suite *batch_suite(void)
     tcase_add_loop_test(tc, angles_of_any_size_turn_in_lanes_as_alone, 0, 4);
     tcase_add_loop_test(tc, those_that_cannot_ride_run_alone_beside_those_that_can, 0, 4);
     tcase_add_test(tc, a_place_is_filled_again_while_others_go_on);
+    tcase_add_loop_test(tc, several_steps_in_one_go_end_with_the_first_event, 0, 4);
     tcase_add_loop_test(tc, looking_on_changes_nothing_and_what_was_changed_counts, 0, 4);
     tcase_add_loop_test(tc, a_simulation_that_fails_fails_alone_with_the_words_it_always_has, 0, 4);
     tcase_add_test(tc, a_batch_is_one_block_and_refuses_what_does_not_fit);

@@ -425,6 +425,12 @@ static void check_compiled(const stein_model *model, const mechanism *m, unsigne
         check_derived(model, &s, seed);
         worst = seen;
     }
+    memset(s.frc, 0, sizeof *s.frc * 3 * (size_t)n);
+    memset(s.trq, 0, sizeof *s.trq * 3 * (size_t)n);
+    ref_evaluate(m, &s, &r);
+    model->unloaded(s.q, s.qd, sc, d, y.M, y.c);
+    assert_same("M unloaded", y.M, r.M, n * n, 1e-12);
+    assert_same("c unloaded", y.c, r.c, n, 1e-12);
     ref_out_free(&r);
     ref_out_free(&y);
     ref_state_free(&s);

@@ -8,6 +8,7 @@
  *
  * operations (a sine or cosine counts 1; signs of outputs are free)
  *   M and c        2 add     2 mul    0 neg    0 div    1 sin/cos = 5
+ *   unloaded       0 add     1 mul    0 neg    0 div    1 sin/cos = 2
  *   inverse        3 add     3 mul    0 neg    0 div    1 sin/cos = 7
  *   pose           0 add     0 mul    0 neg    0 div    0 sin/cos = 0
  *   point          0 add     7 mul    0 neg    0 div    2 sin/cos = 9
@@ -129,22 +130,20 @@ static void setup(const double *p, double *d, const stein_functions *f)
 }
 #endif
 
-/* M(q) and c(q, qd, frc, trq) */
-static void mass_bias(const stein_real *q, const stein_real *qd, const stein_real *sc,
-                      const stein_real *d, const stein_real *frc,
-                      const stein_real *trq, stein_real *M, stein_real *c)
+/* M(q) and c(q, qd) without external forces: what a simulation evaluates */
+static void unloaded(const stein_real *q, const stein_real *qd, const stein_real *sc,
+                     const stein_real *d, stein_real *M, stein_real *c)
 {
     (void)q;
     (void)qd;
     const stein_real K221 = d[56]; /* inertia 22 of rod, recombined */
-    const stein_real p2 = d[57]; /* rod.centre.z */
     const stein_real k58 = d[58]; /* gravity.z*mb31 */
 
     /* trigonometric terms */
     const stein_real S1 = sc[0];
 
     /* backward dynamics: rod */
-    const stein_real CF21 = trq[1] + p2*frc[0] + k58*S1;
+    const stein_real CF21 = k58*S1;
 
     /* outputs */
     M[0] = K221;
@@ -166,8 +165,30 @@ static stein_solved solve(const stein_real *M, stein_real *b)
 
 #if STEIN_LANES > 1
 extern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum);
-const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum) = {mass_bias, solve, NULL, NULL};
+const stein_lanes STEIN_LANES_NAME(STEIN_LANES, pendulum) = {unloaded, solve, NULL, NULL};
 #else
+
+/* M(q) and c(q, qd, frc, trq) */
+static void mass_bias(const double *q, const double *qd, const double *sc,
+                      const double *d, const double *frc,
+                      const double *trq, double *M, double *c)
+{
+    (void)q;
+    (void)qd;
+    const double K221 = d[56]; /* inertia 22 of rod, recombined */
+    const double p2 = d[57]; /* rod.centre.z */
+    const double k58 = d[58]; /* gravity.z*mb31 */
+
+    /* trigonometric terms */
+    const double S1 = sc[0];
+
+    /* backward dynamics: rod */
+    const double CF21 = trq[1] + p2*frc[0] + k58*S1;
+
+    /* outputs */
+    M[0] = K221;
+    c[0] = CF21;
+}
 
 /* Q = M qdd + c */
 static void inverse(const double *q, const double *qd, const double *qdd, const double *sc,
@@ -455,6 +476,7 @@ const stein_model stein_model_pendulum = {
     .load = {-1, -1}, .stroke = {-1, -1}, .initial = 0, .clock = 2,
     .ops_setup = {2, 9, 0, 2, 0},
     .ops_mass_bias = {2, 2, 0, 0, 1},
+    .ops_unloaded = {0, 1, 0, 0, 1},
     .ops_inverse = {3, 3, 0, 0, 1},
     .ops_pose = {0, 0, 0, 0, 0},
     .ops_point = {0, 7, 0, 0, 2},
@@ -473,6 +495,7 @@ const stein_model stein_model_pendulum = {
     .channels = channels,
     .setup = setup,
     .mass_bias = mass_bias,
+    .unloaded = unloaded,
     .solve = solve,
     .articulated = NULL,
     .inverse = inverse,
@@ -485,6 +508,6 @@ const stein_model stein_model_pendulum = {
     .pose_along = NULL,
     .lanes = STEIN_LANES_OF(pendulum),
     .settle = 0, .integrator = 0, .dt = 0.001, .until = 10.0,
-    .equations = "61e3b7b94f13b373",
+    .equations = "566866df8ab6e200",
 };
 #endif
