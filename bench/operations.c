@@ -59,7 +59,7 @@ static counts count(const char *file, int mass_too)
     c.mass_bias = r.mass_bias;
     c.inverse = r.inverse;
     c.qdd = gen_total(r.articulated);
-    c.qdd = c.qdd > 0 ? c.qdd : gen_total(r.mass_bias) + gen_total(r.solve);
+    c.qdd = c.qdd > 0 ? c.qdd : gen_total(r.unloaded) + gen_total(r.solve);
     if (mass_too) {
         c.mass = mass_of(m);
     }

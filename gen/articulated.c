@@ -186,6 +186,7 @@ void dyn_articulated(walk *ps, ex *out)
     ex *c = calloc((size_t)n, sizeof *c);
     g->failed |= !s || !c;
     if (s && c) {
+        ps->unloaded = 1;
         dyn_bias(ps, c);
         for (int i = n - 1; i >= 0; i--) {
             int up = t->body[i].parent;

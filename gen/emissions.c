@@ -79,15 +79,12 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
     static const emission articulated = {
         .name = "articulated",
         .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
-                     "                        const stein_real *d, const stein_real *frc,\n"
-                     "                        const stein_real *trq, const stein_real *Q,\n"
+                     "                        const stein_real *d, const stein_real *Q,\n"
                      "                        stein_real *qdd, stein_real *pivot",
         .note = "qdd of M qdd + c = Q, and the pivots of M less what counts as 0",
         .type = "stein_real",
         .unused = {[EX_Q] = "q",
                    [EX_QD] = "qd",
-                   [EX_FRC] = "frc",
-                   [EX_TRQ] = "trq",
                    [EX_TAU] = "Q",
                    [EX_NVAR] = "d",
                    [EX_NVAR + 1] = "sc"},

@@ -197,7 +197,7 @@ static int make_slopes(funcs *f, const tree *t)
            func_like(&f->pose_along, t, &f->pose, along_pose, 7 * t->ncarrier);
 }
 
-/** qdd by articulated bodies, where that is less work than M and its solution. */
+/** qdd by articulated bodies, where that is less work than M, c and the solution. */
 static int make_route(funcs *f, const tree *t)
 {
     func *a = &f->articulated;
@@ -207,7 +207,7 @@ static int make_route(funcs *f, const tree *t)
     if (func_search(a, t, dyn_articulated, 2 * t->n)) {
         return -1;
     }
-    if (gen_total(a->ops) >= gen_total(f->mass_bias.ops) + gen_total(solve_ops(t))) {
+    if (gen_total(a->ops) >= gen_total(f->unloaded.ops) + gen_total(solve_ops(t))) {
         func_free(a);
         *a = (func){.nout = 0};
     }

@@ -148,7 +148,7 @@ void dyn_bias(walk *ps, ex *out);
 /* articulated.c */
 /** 1: all joints turn, and none of them is ever given. */
 int dyn_articulates(const tree *t);
-/** qdd [n] and pivots [n] from EX_TAU = Q. */
+/** qdd [n] and pivots [n] from EX_TAU = Q, without external forces and moments. */
 void dyn_articulated(walk *ps, ex *out);
 
 /* kin.c */

@@ -320,8 +320,8 @@ typedef struct stein_lanes {
                      const stein_real *d, stein_real *M, stein_real *c);
     stein_solved (*solve)(const stein_real *M, stein_real *b);
     void (*articulated)(const stein_real *q, const stein_real *qd, const stein_real *sc,
-                        const stein_real *d, const stein_real *frc, const stein_real *trq,
-                        const stein_real *Q, stein_real *qdd, stein_real *pivot);
+                        const stein_real *d, const stein_real *Q, stein_real *qdd,
+                        stein_real *pivot);
     void (*pose)(const stein_real *q, const stein_real *qd, const stein_real *sc,
                  const stein_real *d, stein_pose *pose);
 } stein_lanes;
@@ -417,12 +417,11 @@ typedef struct stein_model {
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
      * joint whose pivot vanishes. NULL for a large tree. */
     int (*solve)(const double *M, double *b);
-    /** qdd [nq] of M qdd + c = Q by articulated bodies, without M; pivot [nq], one of them not > 0
+    /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq], one of them not > 0
      *  where M is singular. NULL where M and its solution are less work, as in all but long chains,
      *  and where a joint slides or can be given a motion. */
     void (*articulated)(const double *q, const double *qd, const double *sc, const double *d,
-                        const double *frc, const double *trq, const double *Q, double *qdd,
-                        double *pivot);
+                        const double *Q, double *qdd, double *pivot);
     /** Q = M qdd + c without forming M. */
     void (*inverse)(const double *q, const double *qd, const double *qdd, const double *sc,
                     const double *d, const double *frc, const double *trq, double *Q);

@@ -161,8 +161,7 @@ static stein_solved articulate(stein_sim *sim, real *qdd)
     int nq = sim->model->nq;
     real *pivot = sim->c;
     STEIN_PIVOTS
-    EQUATIONS(sim)->articulated(sim->xq, sim->xqd, sim->sc, sim->d, sim->zero, sim->zero, sim->Q,
-                                qdd, pivot);
+    EQUATIONS(sim)->articulated(sim->xq, sim->xqd, sim->sc, sim->d, sim->Q, qdd, pivot);
     for (int j = nq - 1; j >= 0; j--) {
         sim->M[j * nq + j] = pivot[j];
         STEIN_PIVOT(pivot[j] > 0.0, j)
