@@ -195,7 +195,7 @@ static mask step(stein_sim *sim, real t, real h, mask wanted)
 static unsigned steps(void *wide, const stein__grid *grid, double *t, unsigned wanted, long most,
                       long *tried)
 {
-    real now = numbers(t), t0, taken, dt;
+    real now = numbers(t), t0 = now, taken = now, dt = now;
     for (int k = 0; k < STEIN_LANES; k++) {
         t0[k] = grid[k].t0;
         taken[k] = grid[k].taken;
