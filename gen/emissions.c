@@ -83,11 +83,8 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
                      "                        stein_real *qdd, stein_real *pivot",
         .note = "qdd of M qdd + c = Q, and the pivots of M less what counts as 0",
         .type = "stein_real",
-        .unused = {[EX_Q] = "q",
-                   [EX_QD] = "qd",
-                   [EX_TAU] = "Q",
-                   [EX_NVAR] = "d",
-                   [EX_NVAR + 1] = "sc"},
+        .unused =
+            {[EX_Q] = "q", [EX_QD] = "qd", [EX_TAU] = "Q", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_articulated};
     static const emission pose = {
         .name = "pose",

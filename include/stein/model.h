@@ -417,9 +417,9 @@ typedef struct stein_model {
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
      * joint whose pivot vanishes. NULL for a large tree. */
     int (*solve)(const double *M, double *b);
-    /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq], one of them not > 0
-     *  where M is singular. NULL where M and its solution are less work, as in all but long chains,
-     *  and where a joint slides or can be given a motion. */
+    /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq],
+     * one of them not > 0 where M is singular. NULL where M and its solution are less work, as in
+     * all but long chains, and where a joint slides or can be given a motion. */
     void (*articulated)(const double *q, const double *qd, const double *sc, const double *d,
                         const double *Q, double *qdd, double *pivot);
     /** Q = M qdd + c without forming M. */
