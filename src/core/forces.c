@@ -103,10 +103,10 @@ INNER void stein__joints_prepare(stein_sim *sim)
     sim->nacting = 0;
     for (int j = 0; j < sim->model->nq; j++) {
         const real *law = sim->d + sim->model->bodies[j].joint;
-        if (stein__joint_acts(law)) {
+        sim->joint_parts[j] = stein__joint_parts(law);
+        if (stein__joint_acts(sim->joint_parts[j])) {
             sim->acting[sim->nacting++] = j;
         }
-        sim->joint_parts[j] = stein__joint_parts(law);
         sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
     }
 }

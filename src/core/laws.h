@@ -48,12 +48,14 @@ enum {
     STEIN__ADHESIVE = 1,
     STEIN__POWERED = 2,
     STEIN__LOSSY = 4,
-    STEIN__BUMPED = 8,
-    STEIN__SPRUNG = 16,
-    STEIN__DAMPED = 32,
-    STEIN__LOPSIDED = 64,
-    STEIN__DRY = 128,
-    STEIN__STOPPED = 256
+    STEIN__RUBBING = 8,
+    STEIN__BUMPED = 16,
+    STEIN__PRELOADED = 32,
+    STEIN__SPRUNG = 64,
+    STEIN__DAMPED = 128,
+    STEIN__LOPSIDED = 256,
+    STEIN__DRY = 512,
+    STEIN__STOPPED = 1024
 };
 
 static inline int stein__part(int part, real number)
@@ -70,12 +72,14 @@ static inline int stein__normal_parts(const real *law)
 
 static inline int stein__friction_parts(const real *law)
 {
-    return stein__part(STEIN__BUMPED, law[STEIN_FRICTION_B1]);
+    return stein__part(STEIN__RUBBING, law[STEIN_FRICTION_A]) |
+           stein__part(STEIN__BUMPED, law[STEIN_FRICTION_B1]);
 }
 
 static inline int stein__joint_parts(const real *law)
 {
-    return stein__part(STEIN__SPRUNG, law[STEIN_JOINT_K]) |
+    return stein__part(STEIN__PRELOADED, law[STEIN_JOINT_PRELOAD]) |
+           stein__part(STEIN__SPRUNG, law[STEIN_JOINT_K]) |
            stein__part(STEIN__SPRUNG, law[STEIN_JOINT_K3]) |
            stein__part(STEIN__DAMPED, law[STEIN_JOINT_B]) |
            stein__part(STEIN__DAMPED, law[STEIN_JOINT_DRAG]) |
@@ -182,18 +186,10 @@ static inline real stein__tension(const real *law, real length, real rate, real 
     return f;
 }
 
-/* can the joint's law be anything but 0, in any lane? */
-static inline int stein__joint_acts(const real *law)
+/* can the law of a joint with these parts be anything but 0? */
+static inline int stein__joint_acts(int parts)
 {
-    static const int effect[] = {STEIN_JOINT_PRELOAD, STEIN_JOINT_K,
-                                 STEIN_JOINT_K3,      STEIN_JOINT_B,
-                                 STEIN_JOINT_DRAG,    STEIN_JOINT_DRY,
-                                 STEIN_JOINT_STOP_K,  STEIN_JOINT_FRICTION + STEIN_FRICTION_A};
-    int acts = 0;
-    for (int i = 0; i < (int)(sizeof effect / sizeof *effect); i++) {
-        acts |= any(differ(law[effect[i]], 0.0));
-    }
-    return acts;
+    return (parts & ~(STEIN__BUMPED | STEIN__LOPSIDED)) != 0; // which only shape others
 }
 
 #endif
