@@ -32,7 +32,7 @@
 
 typedef stein_real real;
 
-/* where numbers that go in and out would be written and read again, in lanes all of them */
+/* for functions whose arguments and results would go through memory, in lanes every one of them */
 #define ALWAYS static inline __attribute__((always_inline))
 
 #if STEIN_LANES <= 1
