@@ -2,6 +2,7 @@
  * batch_run.c - steps and runs of a batch: what is done in lanes, what alone.
  */
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #include "batch_inner.h"
@@ -123,7 +124,6 @@ stein_status stein_batch_steps(stein_batch *b, long most, long *taken, stein_sta
                                stein_err *err)
 {
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
-    *taken = 1;
     for (int g = 0; g < b->ngroup; g++) {
         aim to[MAX_LANES];
         unsigned wanted = 0;
@@ -151,7 +151,7 @@ stein_status stein_batch_step(stein_batch *b, stein_status *status, stein_err *e
 static long surely_whole(const stein_sim *sim, double t_end)
 {
     double n = (t_end - sim->head->t0) / sim->def.dt - (double)sim->head->step - 2.0;
-    return n < 1.0 ? 1 : n < 1e6 ? (long)n : 1000000;
+    return (long)fmin(fmax(n, 1.0), 1e6);
 }
 
 /* the next steps of a run to t_end, as stein_run takes them; 0 when there is none */

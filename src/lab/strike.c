@@ -420,7 +420,7 @@ long lab__play_steps(const lab__play *r)
 {
     double end = r->phase == REARMING ? fmin(r->look, r->rearmed) : stop_of(r);
     double n = (end - stein_time(r->sim)) / r->dt - 1.0; // rounding may hide the last one
-    return lab__play_needs(r) != LAB_NOTHING || n < 1.0 ? 1 : n < 1e6 ? (long)n : 1000000;
+    return lab__play_needs(r) == LAB_NOTHING ? (long)fmin(fmax(n, 1.0), 1e6) : 1;
 }
 
 static int whole_step_left(const lab__play *r)
