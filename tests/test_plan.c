@@ -128,15 +128,21 @@ static const char *const truth[] = {"wheel.drag=1e-4 N m s^2/rad^2",
 static const char *const kind[] = {"quadratic_drag", "viscous_friction"};
 static const char *const start[] = {"wheel.initial.position=0.2 rad", NULL};
 
-static lab_plan *planned(const rotor *r, const lab_diagnosis *d)
+static lab_plan *planned_for(const rotor *r, const lab_diagnosis *d, double odds)
 {
     lab_plan *plan = NULL;
     lab_options options = cache_here(NULL);
     lab_plan_def def = lab_plan_def_default();
     def.threads = 2;
+    def.wanted = odds;
     def.options = &options;
     ck_assert_stein(lab_plan_make(&plan, in_folder("rotor.yaml"), r->model, d, &def, err));
     return plan;
+}
+
+static lab_plan *planned(const rotor *r, const lab_diagnosis *d)
+{
+    return planned_for(r, d, lab_plan_def_default().wanted);
 }
 
 static const lab_experiment *named(const lab_plan *plan, const char *name)
@@ -183,6 +189,32 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
     ck_assert_int_eq(r.d->nrival, 0);
     ck_assert_str_eq(r.d->suspect[0].candidate.effect->kind, kind[_i]);
     ck_assert_ptr_null(r.d->next);
+    rotor_free(&r);
+}
+END_TEST
+
+START_TEST(where_one_stroke_is_not_enough_the_best_are_filmed_faster_too)
+{
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    lab_plan *plan = planned_for(&r, r.d, INFINITY);
+    int combined = 0;
+    ck_assert_int_ne(plan->experiment[0].repeats, 1);
+    for (int i = 0; i < plan->n; i++) {
+        const lab_experiment *e = &plan->experiment[i], *plain = NULL;
+        for (int k = 0; k < plan->n; k++) {
+            const lab_experiment *o = &plan->experiment[k];
+            size_t n = strlen(o->name);
+            plain = strncmp(e->name, o->name, n) == 0 && e->name[n] == ',' ? o : plain;
+        }
+        if (e->faster > 1 && plain != NULL) {
+            ck_assert_int_eq(plain->faster, 1);
+            ck_assert_double_gt(e->odds, plain->odds);
+            combined++;
+        }
+    }
+    ck_assert_int_eq(combined, 3);
+    ck_assert_int_gt(plan->experiment[0].faster, 1);
+    lab_plan_destroy(plan);
     rotor_free(&r);
 }
 END_TEST
@@ -246,6 +278,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, odds_of_draws_are_those_of_dense_algebra);
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
+    tcase_add_test(tc, where_one_stroke_is_not_enough_the_best_are_filmed_faster_too);
     tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);
     tcase_add_test(tc, a_diagnosis_is_planned_for_from_its_file_as_from_memory);
     suite_add_tcase(s, tc);

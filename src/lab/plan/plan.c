@@ -15,7 +15,7 @@
 #include "functions.h"
 #include "planning.h"
 
-enum { MOST = 64 };
+enum { MOST = 64, COMBINED = 3 };
 
 lab_plan_def lab_plan_def_default(void)
 {
@@ -115,15 +115,16 @@ static int by_worth(const void *a, const void *b)
     return !x->feasible ? 0 : less(x, y) ? 1 : less(y, x) ? -1 : 0;
 }
 
-static stein_status judge_all(planner *p, lab_plan *plan, stein_err *err)
+/* the experiments from `first` on, then all by their worth */
+static stein_status judge_from(planner *p, lab_plan *plan, int first, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < plan->n; i++) {
+    for (int i = first; status == STEIN_OK && i < plan->n; i++) {
         lab_experiment *e = &plan->experiment[i];
         if (p->def->progress != NULL) {
             p->def->progress(p->def->ctx, (double)i / plan->n, "experiments");
         }
-        if (i == 0 || !same_motion(e, &plan->experiment[i - 1])) {
+        if (i == first || !same_motion(e, &plan->experiment[i - 1])) {
             status = predict(p, e, err);
         }
         status = status == STEIN_OK ? judge(p, e, err) : status;
@@ -131,6 +132,25 @@ static stein_status judge_all(planner *p, lab_plan *plan, stein_err *err)
     forget(p);
     qsort(plan->experiment, (size_t)plan->n, sizeof *plan->experiment, by_worth);
     return status;
+}
+
+/* Two things at once: the best strokes in more frames. Where one stroke tells, nobody needs that.
+ */
+static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
+{
+    int n = plan->n, repeats = n > 0 ? plan->experiment[0].repeats : 1;
+    lab_experiment *more =
+        repeats == 1 ? NULL : realloc(plan->experiment, sizeof *more * (size_t)(n + COMBINED));
+    if (repeats == 1 || more == NULL) {
+        return repeats == 1 ? STEIN_OK : lab__no_memory(err);
+    }
+    plan->experiment = more;
+    for (int i = 0; i < n && plan->n < n + COMBINED; i++) {
+        if (more[i].feasible && more[i].faster == 1) {
+            plan__film_faster(&more[plan->n++], &more[i]);
+        }
+    }
+    return judge_from(p, plan, n, err);
 }
 
 /* the cause and the first rivals whose numbers are known */
@@ -194,7 +214,8 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     if (status == STEIN_OK) {
         status = plan__experiments(&p.bench, p.side, p.nside, &plan->experiment, &plan->n, err);
     }
-    status = status == STEIN_OK ? judge_all(&p, plan, err) : status;
+    status = status == STEIN_OK ? judge_from(&p, plan, 0, err) : status;
+    status = status == STEIN_OK ? combine(&p, plan, err) : status;
     plan->strokes = p.bench.strokes;
     plan__bench_free(&p.bench);
     for (int k = 0; k < p.nside; k++) {
