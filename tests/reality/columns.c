@@ -7,6 +7,8 @@
 
 #include "refit.h"
 
+static const double known_sd = 0.5; /* of the known law, in its limit */
+
 void refit_change(const refit *r, const film *a, const film *b, double factor, double *out)
 {
     for (int j = 0; j < r->camera.seen; j++) {
@@ -28,19 +30,21 @@ int refit_film(const refit *r, const block *b, const double *common, const doubl
     size_t size = sizeof(double) * (size_t)r->w->m->nparam;
     double *p = malloc(size);
     setting s = b->at;
+    effect known = r->known;
     if (p == NULL) {
         f->y = f->yd = NULL;
         return -1;
     }
     memcpy(p, r->w->p, size);
-    for (int k = 0; k < r->ncommon; k++) {
+    for (int k = 0; k < r->nparam; k++) {
         p[r->common[k]] += common[k] * r->w->m->params[r->common[k]].tolerance;
     }
+    known.amount = known_sd * common[r->nparam];
     s.trigger += own[N_TRIGGER] * trigger_sd(r);
     s.drive += own[N_DRIVE] * r->d->drive_scatter;
     s.joint_friction += own[N_JOINTS] * r->d->joint_scatter;
     s.contact_friction += own[N_CONTACTS] * r->d->contact_scatter;
-    int status = film_take(f, r->w, NULL, p, &s, &r->camera);
+    int status = film_take(f, r->w, known.kind != NULL ? &known : NULL, p, &s, &r->camera);
     free(p);
     return status;
 }
@@ -115,8 +119,9 @@ static int take(const refit *r, const block *b, const numbers *at, int is_first,
     if (status == 0) {
         direct_columns(r, &f, c);
     }
-    for (int i = 0; status == 0 && i < r->ncommon + 3; i++) {
-        int k = i < r->ncommon ? i : r->ncommon + moved[i - r->ncommon];
+    int common = r->nparam + (r->known.kind != NULL);
+    for (int i = 0; status == 0 && i < common + 3; i++) {
+        int k = i < common ? i : r->ncommon + moved[i - common];
         status = difference(r, b, *at, k, is_first ? NULL : &f, column(r, c, k));
     }
     if (status == 0) {
@@ -169,6 +174,20 @@ int columns_create(refit *r)
         }
     }
     return 0;
+}
+
+int columns_known(refit *r)
+{
+    const numbers none = {{0.0}, {0.0}};
+    int status = 0;
+    for (int i = 0; status == 0 && i < FIT; i++) {
+        block *b = &r->block[i];
+        if (r->like[i] == i) {
+            status = difference(r, b, none, r->nparam, NULL, column(r, &b->first, r->nparam));
+            products(r, &b->first);
+        }
+    }
+    return status;
 }
 
 int columns_renew(refit *r)

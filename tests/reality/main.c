@@ -328,7 +328,8 @@ static int hide(const options *o, world *w, answer *a, gsl_rng *rng)
     for (int i = 0; i < tries; i++) {
         draw(o, &e, w->m, a->d->touch, rng);
         a->reached = 0.0;
-        const char *why = refit_scale(r, &e, a->target, &a->reached);
+        const char *why = refit_beside(r, &e) == 0 ? refit_scale(r, &e, a->target, &a->reached)
+                                                   : "the laws of its place cannot be refitted";
         if (why == NULL && within_tolerance(w, &e)) {
             why = "within its tolerance";
         }

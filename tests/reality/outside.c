@@ -81,6 +81,11 @@ static int is(const effect *e, const char *name)
     return strcmp(e->kind->name, name) == 0;
 }
 
+const char *outside_limit(const effect *e)
+{
+    return is(e, "relaxing_contact") ? "contact_stiffness" : NULL;
+}
+
 /* what a draw says in shares, in units */
 void outside_sides(effect *e)
 {

@@ -316,6 +316,8 @@ typedef struct known_law {
     double at[LAW_POINTS], value[LAW_POINTS];
 } known_law;
 int effect_is_outside(const effect *e);
+/** The kind in the table that an effect outside of it is at one end of its range, NULL: none. */
+const char *outside_limit(const effect *e);
 void outside_sides(effect *e);
 double outside_unit(const effect *e);
 void outside_on_action(const effect *e, action *a, double size);
@@ -392,6 +394,9 @@ int film_frames(const camera *c);
 typedef struct refit refit;
 refit *refit_create(const world *w, const design *d);
 void refit_free(refit *r);
+/** The law of the table that an effect outside of it may be is refitted beside it.
+ *  @return 0, -1: it cannot be simulated */
+int refit_beside(refit *r, const effect *e);
 /** RMS change [noise of a sample] of the channel that shows the effect most, after refitting. The
  *  refit begins where the one that was kept ends, in proportion. Sizes from a quarter to three
  * times `target` are good, others show only that they are less or more. @return 0, -1: not

@@ -25,6 +25,10 @@
  *   (X'X + 1 + lambda diag X'X) du = X' r - u
  *
  * with X taken anew where the numbers have moved by more than half a standard deviation.
+ * A law that is in no table may be one that is, where the strokes go: a contact that has relaxed
+ * once and for all is a softer one. That one is refitted, too (known), so that what remains is
+ * outside of the table.
+ *
  * `Everything else`: the effect's own parameter, when it has one, is not refitted - neither are the
  * drive under a wrong load or input, the friction of contacts under a wrong friction, a marker's
  * offset under a wrong offset.
@@ -59,9 +63,12 @@ refit *refit_create(const world *w, const design *d)
         r->camera.accuracy = accurate_enough;
     }
     for (int i = 0; status == 0 && i < w->m->nparam; i++) {
-        if (w->m->params[i].tolerance > 0.0 && r->ncommon < MAX_COMMON) {
-            r->common[r->ncommon++] = i;
+        if (w->m->params[i].tolerance > 0.0 && r->nparam < MAX_COMMON - 1) {
+            r->common[r->nparam++] = i;
         }
+    }
+    if (status == 0) {
+        r->ncommon = r->nparam + 1;
     }
     if (status == 0 && (status = columns_create(r)) == 0) {
         r->r = calloc((size_t)FIT * (size_t)r->rows, sizeof *r->r);
@@ -97,7 +104,8 @@ static int allowed(const refit *r, const effect *e, int k)
 {
     const char *kind = e->kind->name;
     if (k < r->ncommon) {
-        return r->common[k] != effect_own_parameter(e, r->w->m);
+        return k < r->nparam ? r->common[k] != effect_own_parameter(e, r->w->m)
+                             : r->known.kind != NULL;
     }
     switch (k - r->ncommon) {
     case N_TRIGGER: return 1;
@@ -309,6 +317,14 @@ static double begin(refit *r, double amount)
         memcpy(r->r, r->before, sizeof *r->r * readings);
     }
     return fmin(moved, unmoved);
+}
+
+int refit_beside(refit *r, const effect *e)
+{
+    const char *known = outside_limit(e);
+    r->known = *e; // its place
+    r->known.kind = known != NULL ? effect_find(known) : NULL;
+    return known != NULL ? columns_known(r) : 0;
 }
 
 void refit_forget(refit *r)

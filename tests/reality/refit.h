@@ -37,15 +37,17 @@ struct refit {
     const world *w;
     const design *d;
     camera camera;
-    int ncommon, common[MAX_COMMON]; /* parameter indices */
-    int rows;                        /* per stroke: frames times channels */
-    int like[FIT];                   /* repeats share films and columns: the first such stroke */
-    block block[FIT];                /* of the first ones */
-    double at[MAX_COMMON];           /* common numbers where the columns are taken */
-    int use[MAX_COMMON + OWN];       /* columns that may be used against the effect */
-    double *r, *before;              /* [FIT][rows] residuals, and those before a step */
-    double *u, *low;                 /* [unknowns] where the refit stands, where it begins */
-    double amount;                   /* of the effect that `low` is of, 0: of none */
+    int nparam, common[MAX_COMMON]; /* parameter indices */
+    effect known;                   /* what one outside of the table may be; kind NULL: nothing */
+    int ncommon;                    /* parameters and `known` */
+    int rows;                       /* per stroke: frames times channels */
+    int like[FIT];                  /* repeats share films and columns: the first such stroke */
+    block block[FIT];               /* of the first ones */
+    double at[MAX_COMMON];          /* common numbers where the columns are taken */
+    int use[MAX_COMMON + OWN];      /* columns that may be used against the effect */
+    double *r, *before;             /* [FIT][rows] residuals, and those before a step */
+    double *u, *low;                /* [unknowns] where the refit stands, where it begins */
+    double amount;                  /* of the effect that `low` is of, 0: of none */
 };
 
 /** The columns that count. */
@@ -83,6 +85,8 @@ int refit_film(const refit *r, const block *b, const double *common, const doubl
 int columns_create(refit *r);
 /** Columns of every stroke at r->u. @return 0, -1: as they were */
 int columns_renew(refit *r);
+/** The column of the known law beside those that are there. */
+int columns_known(refit *r);
 /** Those at the true parameters again. */
 void columns_reset(refit *r);
 void columns_free(block *b);
