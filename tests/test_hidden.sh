@@ -328,8 +328,20 @@ esac
 grep -q '^| right cause and place first |' "$dir/table" && grep -q '12 draws are not there' "$dir/table"
 ok "a table of nothing says what is missing" $?
 
+# ---- each into its own place of a document
+for levels in L1 X1; do
+    printf '<!-- hidden %s: begin, written by make hidden-readme -->\n<!-- hidden: end -->\n' $levels
+done >"$dir/document"
+"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --draws 3 --levels X1 >"$dir/out" 2>&1
+test "$(sed -n 2p "$dir/document")" = '<!-- hidden: end -->' &&
+    sed 1,3d "$dir/document" | grep -q '^| figure | bar (L1 / L2) | X1 |$'
+ok "a table goes where its levels are named" $?
+"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --levels L2 >"$dir/out" 2>&1
+test $? -ne 0 && grep -q 'no place for the table between' "$dir/out" && grep -q 'hidden L2: begin' "$dir/out"
+ok "a document without that place is told what it lacks" $?
+
 # ---- its place in the README
-grep -qx '<!-- hidden: begin, written by make hidden-readme -->' README.md &&
+grep -qx '<!-- hidden L1,L2,null: begin, written by make hidden-readme -->' README.md &&
     grep -qx '<!-- hidden: end -->' README.md
 ok "README.md has the place for the table" $?
 

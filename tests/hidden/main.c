@@ -5,7 +5,8 @@
  *       make, diagnose and judge what is not judged yet, then print the table
  *   hidden sets ...                     only make the sets
  *   hidden table ...                    the table of what is judged, also by a run that goes on
- *   hidden readme FILE ...              the table into a document, between its two marker lines
+ *   hidden readme FILE ...              the table into a document, between the two marker lines of
+ *                                       these levels
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
  * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
  * --record FILE.csv: results that are kept. Draws that are in it are not made again; run and table

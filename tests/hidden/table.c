@@ -398,8 +398,19 @@ int table_confusions(const char *path, const setup *s)
 
 /* ---- into a document ---- */
 
-static const char begin_mark[] = "<!-- hidden: begin, written by make hidden-readme -->\n";
+enum { MARK = 8 * NAME + 80 };
+
 static const char end_mark[] = "<!-- hidden: end -->\n";
+
+/* the line before the table of these levels: a document may have several tables */
+static void begin_mark(char mark[MARK], const setup *s)
+{
+    int n = snprintf(mark, MARK, "<!-- hidden ");
+    for (int k = 0; k < s->nlevel; k++) {
+        n += snprintf(mark + n, (size_t)(MARK - n), "%s%s", k > 0 ? "," : "", s->level[k]);
+    }
+    snprintf(mark + n, (size_t)(MARK - n), ": begin, written by make hidden-readme -->\n");
+}
 
 static char *read_all(const char *path)
 {
@@ -418,12 +429,13 @@ static char *read_all(const char *path)
 
 int table_into(const char *path, const setup *s)
 {
-    char part[PATH + 8];
+    char part[PATH + 8], mark[MARK];
     char *text = read_all(path);
-    char *begin = text != NULL ? strstr(text, begin_mark) : NULL;
+    begin_mark(mark, s);
+    char *begin = text != NULL ? strstr(text, mark) : NULL;
     char *end = begin != NULL ? strstr(begin, end_mark) : NULL;
     if (end == NULL) {
-        fprintf(stderr, "hidden: %s has no place for the table between\n%s%s", path, begin_mark,
+        fprintf(stderr, "hidden: %s has no place for the table between\n%s%s", path, mark,
                 end_mark);
         free(text);
         return -1;
@@ -432,7 +444,7 @@ int table_into(const char *path, const setup *s)
     FILE *f = fopen(part, "wb");
     int ok = f != NULL;
     if (ok) {
-        fwrite(text, 1, (size_t)(begin - text) + strlen(begin_mark), f);
+        fwrite(text, 1, (size_t)(begin - text) + strlen(mark), f);
         fputc('\n', f);
         table_print(f, s);
         fputc('\n', f);
