@@ -167,9 +167,11 @@ START_TEST(strokes_one_by_one_end_where_they_end_whoever_is_beside_them)
         diag__singles s = {
             .d = d, .p = &d->p, .D = as_stated, .x = x, .r = x + d->p.nu, .middle = 0.1};
         ck_assert_stein(diag__fit_singles(&s, NULL, err));
-        double deviance = 0.0;
-        ck_assert_stein(diag__deviance(&s, &deviance, err));
-        ck_assert(isfinite(deviance));
+        double deviance[SWINGS];
+        ck_assert_stein(diag__deviance(&s, deviance, err));
+        for (int i = 0; i < SWINGS; i++) {
+            ck_assert(isfinite(deviance[i]));
+        }
         int starts = 0;
         for (int k = d->p.np; k < d->p.nu; k++) {
             starts += 2 * (d->p.unknown[k].kind == FIT__SCATTER);
@@ -217,6 +219,44 @@ START_TEST(a_law_gains_nothing_by_numbers_beyond_their_variances)
 }
 END_TEST
 
+/* as in a fit of numbers (strays.c), with a curve beside them */
+START_TEST(a_swing_that_the_fit_of_a_law_has_lost_is_called_back)
+{
+    enum { LOST = 4 };
+    bench b;
+    open_bench(&b, nothing, 1, 2600);
+    diag *d = &b.d;
+    diag__held before = {.rmse = 1.0};
+    diag__found found = {.n = 0, .end = d};
+    ck_assert_stein(diag__unknown_law(d, &before, &found, err));
+    diag__curves *w = d->curves;
+    diag__curve *c = &w->curve[0];
+    ck_assert(c->fitted);
+    ck_assert_double_lt(diag__curve_chi2_dof(d, w, c), 1.2);
+
+    int k = w->p.stroke[LOST].first, failed = 0;
+    while (w->p.unknown[k].kind != FIT__OFFSET) {
+        k++;
+    }
+    double kept = c->x[k];
+    c->x[k] += 5.0;
+    ck_assert_stein(fit__residuals(&w->p, c->x, c->r, &failed, err));
+    ck_assert_double_gt(diag__curve_chi2_dof(d, w, c), 1.5);
+    c->gain -= 1000.0; // of where it stands now
+    double lost = c->gain;
+    ck_assert_stein(diag__curve_recall(d, w, c, err));
+    ck_assert_double_lt(fabs(c->x[k] - kept), 1.0);
+    ck_assert_double_lt(diag__curve_chi2_dof(d, w, c), 1.2);
+    ck_assert_double_gt(c->gain, lost);
+
+    double gain = c->gain; // nobody is lost now
+    ck_assert_stein(diag__curve_recall(d, w, c, err));
+    ck_assert(c->gain == gain);
+    diag__held_free(&found.held);
+    close_bench(&b);
+}
+END_TEST
+
 Suite *race_suite(void)
 {
     Suite *suite = suite_create("race");
@@ -227,6 +267,7 @@ Suite *race_suite(void)
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
+    tcase_add_test(tc, a_swing_that_the_fit_of_a_law_has_lost_is_called_back);
     tcase_add_test(tc, a_law_gains_nothing_by_numbers_beyond_their_variances);
     suite_add_tcase(suite, tc);
     return suite;

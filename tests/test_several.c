@@ -6,22 +6,28 @@
 #include "fit_support.h"
 #include "searching.h"
 #include "stein/diagnose.h"
+#include "structure.h"
 #include "suites.h"
 #include "swings.h"
 
-static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
-                               unsigned long long seed)
+static lab_diagnosis *diagnosed(fitted *f, const char *model, const char *what)
 {
-    open_swings(f, model, truth, seed);
     lab_options options = cache_here(NULL);
     lab_diagnose_def def = lab_diagnose_def_default();
     def.threads = 2;
     def.options = &options;
     lab_diagnosis *d = NULL;
     ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
-    printf("%s: %s, chi2/dof %.3f -> %.3f\n", truth[0], d->reason, d->chi2_dof_before,
+    printf("%s: %s, chi2/dof %.3f -> %.3f\n", what, d->reason, d->chi2_dof_before,
            d->chi2_dof_after);
     return d;
+}
+
+static lab_diagnosis *diagnose(fitted *f, const char *model, const char *const *truth,
+                               unsigned long long seed)
+{
+    open_swings(f, model, truth, seed);
+    return diagnosed(f, model, truth[0]);
 }
 
 /* one of the causes is that kind, its number is right and the held-out swings need it */
@@ -67,6 +73,107 @@ START_TEST(two_effects_at_once_are_both_found)
     }
     lab_close(both);
     free(path);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+/* A constant loss and one that grows with the square of speed look like viscous friction together,
+ * which alone explains most and is found first. */
+START_TEST(what_was_found_first_gives_way_to_what_does_better_beside_the_others)
+{
+    static const char *const truth[] = {"rod.coulomb.T=2 mN m", "rod.drag=0.5 mN m s^2/rad^2",
+                                        NULL};
+    fitted f;
+    lab_diagnosis *d = diagnose(&f, pendulum, truth, 1500);
+    ck_assert_int_eq(d->ncause, 2);
+    ck_assert_cause(d, "coulomb_friction", 2e-3, 1);
+    ck_assert_cause(d, "quadratic_drag", 0.5e-3, 1);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+/* a key that a load presses down onto its felt */
+static const char lever[] =
+    "mechanism: lever\n"
+    "bodies:\n"
+    "  key:\n"
+    "    joint: R y\n"
+    "    mass: 70 g +- 0.3 g\n"
+    "    centre: [-32 mm, 0, 0]\n"
+    "    inertia: {yy: 4.4e-4 kg m^2 +- 3 %}\n"
+    "    points: {front: [181 mm, 0, 10 mm], rear: [-150 mm, 0, -10 mm],\n"
+    "      below: [181 mm, 0, -10 mm]}\n"
+    "load: {mass: 100 g, on: key.front, normal: {c: 55 kN/m, D: 17 s/m}}\n"
+    "contacts:\n"
+    "  rest:\n"
+    "    between: [{point: key.rear},\n"
+    "      {line: {on: frame, at: [-150 mm, 0, -10 mm], facing: 90 deg}}]\n"
+    "    normal: {c: 4 kN/m, D: 5 s/m}\n"
+    "  dip:\n"
+    "    between: [{point: key.below},\n"
+    "      {line: {on: frame, at: [181 mm, 0, -17 mm], facing: 90 deg}}]\n"
+    "    normal: {c: 12 kN/m, D: 5 s/m}\n"
+    "outputs: {key_dip: {point: key.front, read: z, sign: -1, zero: rest}}\n"
+    "simulation: {dt: 20 us, until: 0.15 s}\n";
+
+/* the lever whose felt lies on a board that gives way, in a file of its own */
+static void on_a_board(char path[200], const char *file, double compliance)
+{
+    lab_model *model = NULL;
+    lab_candidate *list = NULL;
+    lab_options options = cache_here(NULL);
+    char *with = NULL;
+    size_t size = 0;
+    int n = 0, k = 0;
+    ck_assert_stein(lab_open(&model, file, &options, err));
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    while (k < n && !(strcmp(list[k].effect->kind, "compliant_partner") == 0 &&
+                      strcmp(list[k].place, "dip") == 0)) {
+        k++;
+    }
+    ck_assert_int_lt(k, n);
+    ck_assert_stein(lab__structure_text(&list[k], compliance, lab__mechanism(model), lever,
+                                        strlen(lever), &with, &size, err));
+    snprintf(path, 200, "%s", write_file("board.yaml", with));
+    free(list);
+    free(with);
+    lab_close(model);
+}
+
+START_TEST(a_part_is_found_beside_another_cause)
+{
+    static const double compliance = 5e-6;
+    static const char *const truth[] = {"key.coulomb.T=30 mN m", NULL};
+    static char data_path[SWINGS][200];
+    char file[200], board[200];
+    const char *data[SWINGS + 1] = {NULL};
+    snprintf(file, sizeof file, "%s", write_file("lever.yaml", lever));
+    on_a_board(board, file, compliance);
+    for (int i = 0; i < SWINGS; i++) {
+        char name[40], load[40];
+        snprintf(name, sizeof name, "press%d.csv", i);
+        snprintf(load, sizeof load, "load.mass=%d g", 60 + 20 * i);
+        const char *const told[] = {load, NULL};
+        film m = {.model = board,
+                  .truth = truth,
+                  .told = told,
+                  .channels = "key_dip",
+                  .rate = 2000.0,
+                  .until = 0.1,
+                  .noise = 1e-5,
+                  .seed = 1700 + (unsigned long long)i};
+        snprintf(data_path[i], sizeof data_path[i], "%s", take(name, &m));
+        data[i] = data_path[i];
+    }
+    fitted f;
+    open_fit(&f, file, NULL, data);
+    lab_diagnosis *d = diagnosed(&f, file, "lever");
+    ck_assert_int_eq(d->ncause, 2);
+    ck_assert_str_eq(d->suspect[1].candidate.effect->kind, "compliant_partner");
+    ck_assert_cause(d, "coulomb_friction", 3e-2, 1);
+    ck_assert_cause(d, "compliant_partner", compliance, 1);
     lab_diagnosis_destroy(d);
     drop(&f);
 }
@@ -322,6 +429,8 @@ Suite *several_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, two_effects_at_once_are_both_found);
+    tcase_add_test(tc, what_was_found_first_gives_way_to_what_does_better_beside_the_others);
+    tcase_add_test(tc, a_part_is_found_beside_another_cause);
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
     tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it);

@@ -389,7 +389,8 @@ typedef struct lab_diagnosis {
     lab_motion motion; /* the same asked of forces */
     int fits, strokes_simulated;
     double seconds;
-    lab_model *extended_model; /* NULL: nothing to extend by */
+    lab_model **kept; /* mechanisms with parts, to which names and units belong */
+    int nkept;
 } lab_diagnosis;
 
 /** How to diagnose. Start from lab_diagnose_def_default(). */

@@ -308,6 +308,11 @@ stein_status lab__journal_read(lab_table **table, const char *path, int *damaged
 /** lab_open of a text in memory; `name` stands for the file. */
 stein_status lab__open_text(lab_model **out, const char *name, const char *text, size_t size,
                             const lab_options *options, stein_err *err);
+/** The text that a model was opened from, freed by the caller.
+ *  @param file  where it is when that was no text in memory
+ *  @return OK, EIO, ENOMEM */
+stein_status lab__model_text(const lab_model *model, const char *file, char **text, size_t *size,
+                             stein_err *err);
 /** The file behind a model. */
 const mechanism *lab__mechanism(const lab_model *model);
 

@@ -24,6 +24,8 @@ struct lab_model {
     double *values;        /* [np] */
     mechanism *mech;       /* owns the texts of names and units in use */
     stein_library *library;
+    char *text; /* it was opened from, NULL: its file */
+    size_t size;
 };
 
 lab_options lab_options_default(void)
@@ -144,6 +146,18 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
     return STEIN_OK;
 }
 
+static stein_status copy_text(const char *text, size_t size, char **to, size_t *nto, stein_err *err)
+{
+    *to = malloc(size + 1);
+    if (*to == NULL) {
+        return lab__no_memory(err);
+    }
+    memcpy(*to, text, size);
+    (*to)[size] = '\0';
+    *nto = size;
+    return STEIN_OK;
+}
+
 /* text NULL: the file's */
 static stein_status open_model(lab_model **out, const char *file, const char *text, size_t size,
                                const lab_options *options, stein_err *err)
@@ -163,6 +177,9 @@ static stein_status open_model(lab_model **out, const char *file, const char *te
     } else if (status == STEIN_OK) {
         status = mech_read_text(&model->mech, file, text, size, given.set, given.n, options->report,
                                 options->ctx, err);
+    }
+    if (status == STEIN_OK && text != NULL) {
+        status = copy_text(text, size, &model->text, &model->size, err);
     }
     if (status == STEIN_OK) {
         status = find_equations(model, &found, options, err);
@@ -190,6 +207,13 @@ stein_status lab__open_text(lab_model **out, const char *name, const char *text,
     return open_model(out, name, text, size, options, err);
 }
 
+stein_status lab__model_text(const lab_model *model, const char *file, char **text, size_t *size,
+                             stein_err *err)
+{
+    return model->text != NULL ? copy_text(model->text, model->size, text, size, err)
+                               : lab__read_file(file, text, size, err);
+}
+
 const mechanism *lab__mechanism(const lab_model *model)
 {
     return model->mech;
@@ -204,6 +228,7 @@ void lab_close(lab_model *model)
         }
         free(model->params);
         free(model->values);
+        free(model->text);
         free(model);
     }
 }

@@ -43,29 +43,54 @@ stein_status lab_candidate_bind(lab_candidate *c, const lab_model *model, stein_
                                     : lab__bind_parameters(c, model, err);
 }
 
-stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *file,
-                                const lab_options *options, stein_err *err)
+stein_status lab__candidate_open_in(lab_candidate *c, lab_model **out, const lab_model *in,
+                                    const char *file, const lab_options *options, stein_err *err)
 {
-    lab_model *whole = NULL, *model = NULL;
+    lab_model *model = NULL;
     char *text = NULL, *extended = NULL;
     size_t size = 0, more = 0;
-    stein_status status = lab_open(&whole, file, options, err);
-    if (status == STEIN_OK && c->effect->needs != NULL) {
-        status = lab__read_file(file, &text, &size, err);
-        status = status == STEIN_OK
-                     ? lab__structure_text(
-                           c, lab_effect_is_compliance(c->effect) ? c->start * c->limit : 0.0,
-                           lab__mechanism(whole), text, size, &extended, &more, err)
-                     : status;
-        status = status == STEIN_OK ? lab__open_text(&model, file, extended, more, options, err)
-                                    : status;
-        lab_close(whole);
-    } else {
-        model = whole;
-    }
+    double amount = lab_effect_is_compliance(c->effect) ? c->start * c->limit : 0.0;
+    stein_status status = lab__model_text(in, file, &text, &size, err);
+    status = status == STEIN_OK ? lab__structure_text(c, amount, lab__mechanism(in), text, size,
+                                                      &extended, &more, err)
+                                : status;
+    status =
+        status == STEIN_OK ? lab__open_text(&model, file, extended, more, options, err) : status;
     status = status == STEIN_OK ? lab_candidate_bind(c, model, err) : status;
     free(text);
     free(extended);
+    if (status != STEIN_OK) {
+        lab_close(model);
+        return status;
+    }
+    *out = model;
+    return STEIN_OK;
+}
+
+stein_status lab__open_with(lab_model **out, const char *file, const lab_candidate *list, int n,
+                            const lab_options *options, stein_err *err)
+{
+    lab_model *model = NULL;
+    stein_status status = lab_open(&model, file, options, err);
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        lab_candidate c = list[i];
+        lab_model *next = NULL;
+        if (c.effect->needs != NULL) {
+            status = lab__candidate_open_in(&c, &next, model, file, options, err);
+            lab_close(model);
+            model = next;
+        }
+    }
+    *out = status == STEIN_OK ? model : NULL;
+    return status;
+}
+
+stein_status lab_candidate_open(lab_candidate *c, lab_model **out, const char *file,
+                                const lab_options *options, stein_err *err)
+{
+    lab_model *model = NULL;
+    stein_status status = lab__open_with(&model, file, c, 1, options, err);
+    status = status == STEIN_OK ? lab_candidate_bind(c, model, err) : status;
     if (status != STEIN_OK) {
         lab_close(model);
         return status;

@@ -6,6 +6,7 @@
  *   curve_text.c   a mechanism file with tables in it
  *   curve_prior.c  a curve as a Gaussian process: how large, how smooth
  *   curve_fit.c    a curve and all other unknowns, by penalised least squares
+ *   curve_judge.c  is it believed, and what is said of it
  *   curve_show.c   the law in diagnosis.json and report.html
  */
 #ifndef CURVE_H
@@ -37,6 +38,7 @@ typedef struct diag__curve {
     double *x, *r; /* [nu], [rows]; one block */
     double *sd;    /* [np] of the parameters, in x */
     double gain;   /* linear; then of the fit: fall of -2 ln marginal likelihood */
+    double price;  /* of the fit's freedom: what of -2 ln p is the curve's prior and logdet */
     double cov[CURVE_POINTS * CURVE_POINTS];
     double excess; /* factor on variances where nobody stated the noise */
     double held;   /* RMSE on held-out strokes */
@@ -56,6 +58,7 @@ typedef struct diag__curves {
     double *x, *r, *J;  /* null fit in it */
     double objective;   /* there, chi2 and priors */
     diag__curve *curve; /* [nsite], the best first */
+    diag__held held;    /* held-out strokes with the first one, when it is judged */
 } diag__curves;
 
 /* ---- curve_site.c ---- */
@@ -111,6 +114,24 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
 /** A fit that ended far from the data once more, from the file's own numbers and along the strokes
  *  as the null fit did (pursue.c): without the law that has bent them. Kept when it is better. */
 stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err);
+/** A fit that has lost single strokes, with them called back (strays.c); kept when it is better.
+ *  @return OK, ENOMEM */
+stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, stein_err *err);
+
+/* ---- curve_judge.c ---- */
+
+/** The largest gain first. */
+void diag__curve_sort(diag__curve *c, int n);
+/** As of the null fit: how many degrees of freedom a curve takes is its prior's business. */
+double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c);
+/** The laws of the first n curves, which were tried, into d->out, by the held-out strokes.
+ *  @param before  RMSE of the held-out strokes without a law, NAN: there are none
+ *  @return OK, ENOMEM */
+stein_status diag__curve_judge(diag *d, diag__curves *w, int n, double before, stein_err *err);
+/** What is said of the first law, and the law in the place of the causes where it is believed.
+ *  @return OK, ENOMEM */
+stein_status diag__curve_conclude(diag *d, diag__curves *w, double before, diag__found *f,
+                                  stein_err *err);
 
 /* ---- curve_show.c ---- */
 

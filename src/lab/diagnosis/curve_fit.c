@@ -398,9 +398,16 @@ static stein_status make_room(fitting *t, stein_err *err)
     return status;
 }
 
-static double gain_of(const fitting *t)
+static void weigh(fitting *t)
 {
-    return t->w->objective / t->c->excess - t->objective - t->q.logdet;
+    diag__curve *c = t->c;
+    double f[N];
+    for (int i = 0; i < t->q.n; i++) {
+        f[i] = c->x[t->q.index[i]];
+    }
+    c->price = c->fitted ? diag__curve_penalty(&t->q, f) + t->q.logdet : 0.0;
+    c->gain =
+        c->fitted ? t->w->objective / c->excess - t->objective - t->q.logdet : -(double)INFINITY;
 }
 
 /* rounds over the samples up to a horizon. @return how it ended */
@@ -450,7 +457,7 @@ static stein_status fit(diag__curves *w, diag__curve *c, int anew, stein_err *er
         end = rounds_to(&t, INFINITY, ROUNDS, !anew, &why);
     }
     c->fitted = status == STEIN_OK && end == STEIN_OK;
-    c->gain = c->fitted ? gain_of(&t) : -(double)INFINITY;
+    weigh(&t);
     fit__normal_free(&t.n);
     free(t.J);
     free(t.try_x);
@@ -483,4 +490,55 @@ stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err)
         free(other.x);
     }
     return status;
+}
+
+/* rounds without the strays, for strays.c */
+static stein_status others_fitted(void *ctx, fit__end *e, stein_err *err)
+{
+    fitting *t = ctx;
+    (void)e; // its x and r are those of the curve
+    return rounds_to(t, INFINITY, ROUNDS, 0, err);
+}
+
+/* the strays of a fit called back, then all together */
+static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int *found, stein_err *err)
+{
+    fitting t = {.w = w, .c = c};
+    diag in_tables = *d;
+    in_tables.fit_def = w->def;
+    fit__end e = {.x = c->x, .r = c->r};
+    diag__fitter f = {.d = &in_tables, .p = &w->p, .D = d->null_D, .fit = others_fitted, .ctx = &t};
+    stein_status status = make_room(&t, err);
+    e.J = t.J;
+    free_only(w, c->site);
+    status = status == STEIN_OK ? diag__recall_by(&f, &e, 0, found, err) : status;
+    if (status == STEIN_OK && *found > 0) {
+        status = rounds_to(&t, INFINITY, ROUNDS, 0, err);
+        c->fitted = status == STEIN_OK;
+        weigh(&t);
+    }
+    d->out->fits += e.fits;
+    fit__normal_free(&t.n);
+    free(t.J);
+    free(t.try_x);
+    return status;
+}
+
+stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, stein_err *err)
+{
+    const fit__problem *p = &w->p;
+    size_t size = (size_t)p->nu + fit__offset(p, p->nstroke) + (size_t)p->np;
+    diag__curve other = *c;
+    stein_err why = {STEIN_OK, ""};
+    int found = 0;
+    stein_status status = curve_room(p, &other, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    memcpy(other.x, c->x, sizeof *c->x * size);
+    status = recall(d, w, &other, &found, &why);
+    int better = status == STEIN_OK && found > 0 && other.gain > c->gain;
+    free(better ? c->x : other.x);
+    *c = better ? other : *c;
+    return fit__forgive(status, err);
 }

@@ -8,7 +8,7 @@
  *   rank        whom the residual looks like (rank.c)
  *   refit       the best ones in full, then what could stand in their place (refine.c)
  *   held out    is anything gained where nothing was fitted (heldout.c), and is there more
- *               to be found (several.c)
+ *               to be found (several.c); where much is left, a law is asked for first (curve.c)
  *   verdict     (verdict.c), numbers (note.c)
  *   law         of an unknown effect, as a curve (curve.c)
  *   show        where the model departs, and the force it lacks (departure.c, latent.c)
@@ -27,6 +27,7 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* of integration steps: a stroke is right to 0.4 um and derivatives by differences to 0.5 %, while
  * differences to one side are up to 13 % off by themselves; 1e-8 leaves 4 um and 2 % */
 static const double tolerance = 1e-9;
+static const double much = 1.3; /* chi2/dof */
 
 lab_diagnose_def lab_diagnose_def_default(void)
 {
@@ -191,6 +192,9 @@ void diag__close(diag *d)
     free(d->r);
     free(d->sd);
     free(d->early.x);
+    lab_dataset_close(d->own_fit);
+    lab_dataset_close(d->own_held);
+    lab_close(d->own_model);
 }
 
 /* ---- the search ---- */
@@ -198,7 +202,7 @@ void diag__close(diag *d)
 stein_status diag__search(diag *d, stein_err *err)
 {
     progress(d, d->naccepted > 0 ? 0.85 : 0.35, "what every candidate would change");
-    int early = d->naccepted == 0 && diag__is_off(d, fit__chi2_dof(&d->p, d->r));
+    int early = diag__is_off(d, fit__chi2_dof(&d->p, d->r));
     stein_status status = early ? diag__look_early(d, err) : STEIN_OK;
     status = status == STEIN_OK ? diag__changes(d, err) : status;
     status = status == STEIN_OK ? diag__rank(d, err) : status;
@@ -282,21 +286,76 @@ static stein_status show(diag *d, const diag__held *before, const diag__found *f
     return status;
 }
 
-/* the mechanism with a part stays: causes and rivals have their units from it */
-static void keep_part(diag *d, const diag__found *f)
+/* a model of a search goes to the diagnosis, if it is the search's own */
+static void keep_of(lab_diagnosis *o, diag *search, const lab_model *model)
 {
-    for (int i = 0; i < d->n; i++) {
-        const lab_model *model = d->suspect[i].model;
-        int used = f->leader == &d->suspect[i];
-        for (int k = 0; k < f->nstage; k++) {
-            used |= f->stage[k]->model == model;
-        }
-        if (model != NULL && used) {
-            d->out->extended_model = d->suspect[i].model;
-            d->suspect[i].model = NULL;
-            return;
+    lab_model **owner = search->own_model == model ? &search->own_model : NULL;
+    for (int i = 0; owner == NULL && i < search->n; i++) {
+        owner = search->suspect[i].model == model ? &search->suspect[i].model : NULL;
+    }
+    if (owner != NULL) {
+        o->kept[o->nkept++] = *owner;
+        *owner = NULL;
+    }
+}
+
+/* mechanisms with parts stay: causes and rivals have their units from them */
+static stein_status keep_parts(diag *d, const diag__found *f, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    o->kept = calloc((size_t)f->nstage + 2, sizeof(lab_model *));
+    if (o->kept == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int k = 0; k <= f->nstage; k++) {
+        const lab_model *model = k < f->nstage       ? f->stage[k]->model
+                                 : f->leader != NULL ? f->leader->model
+                                                     : NULL;
+        for (int i = -1; model != NULL && i < f->nstage; i++) {
+            keep_of(o, i < 0 ? d : f->stage[i], model);
         }
     }
+    return STEIN_OK;
+}
+
+/* Does the best candidate leave far more than the noise that the data state? Then a law is asked
+ * for before it is searched for more causes: where one law explains all, causes in other places do
+ * not. */
+static int leaves_much(const diag *d)
+{
+    const diag__suspect *s = d->n > 0 ? &d->suspect[0] : NULL;
+    int led = s != NULL && s->s.refitted && isfinite(s->objective);
+    return fit__noise_given(&d->p) && (led ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r)) > much;
+}
+
+/* causes or a law */
+static stein_status explain(diag *d, const diag__held *before, diag__found *f, stein_err *err)
+{
+    static const char law[] = "the law of what is in no table";
+    stein_status status = STEIN_OK;
+    d->out->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
+    *f = (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
+    if (leaves_much(d)) {
+        progress(d, 0.82, law);
+        status = diag__try_laws(d, before, err);
+    }
+    int all = status == STEIN_OK && diag__law_is_all(d), known = !all;
+    if (all && d->n > 0) { // two causes in the place of the law may be what it is
+        d->only = d->out->law[0].place;
+        known = strcmp(d->suspect[0].s.candidate.place, d->only) == 0;
+    }
+    if (status == STEIN_OK && known) {
+        status = diag__several(d, before, f, err);
+    }
+    if (status == STEIN_OK && known) {
+        d->out->gain.ratio = f->held.rmse / before->rmse;
+        diag__verdict(d, f);
+    }
+    if (status == STEIN_OK && (all || diag__asks_for_law(d, f))) {
+        progress(d, 0.88, law);
+        status = diag__unknown_law(d, before, f, err);
+    }
+    return status;
 }
 
 static stein_status conclude(diag *d, stein_err *err)
@@ -317,18 +376,11 @@ static stein_status conclude(diag *d, stein_err *err)
         diag__held_free(&before);
         return lab__no_memory(err);
     }
-    status = diag__several(d, &before, &found, err);
     int alone = 0; // the first search has found the only cause
+    status = explain(d, &before, &found, err);
     if (status == STEIN_OK) {
-        o->gain.ratio = found.held.rmse / before.rmse;
-        diag__verdict(d, &found);
         alone = found.n == 1 && found.leader == d->suspect;
         status = found.n > 0 && found.leader != NULL ? diag__widths(found.end, err) : STEIN_OK;
-    }
-    if (status == STEIN_OK && diag__asks_for_law(d, &found)) {
-        progress(d, 0.88, "the law of what is in no table");
-        status = diag__unknown_law(d, &before, &found, err);
-        alone = alone && found.n == 1;
     }
     if (status == STEIN_OK && found.n > 0 && found.leader != NULL) {
         progress(d, 0.9, "what of the strokes can be predicted");
@@ -340,7 +392,8 @@ static stein_status conclude(diag *d, stein_err *err)
     status = status == STEIN_OK ? diag__posteriors(d, alone, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, &before, &found, err) : status;
-    keep_part(d, &found);
+    stein_status kept = keep_parts(d, &found, err);
+    status = status == STEIN_OK ? kept : status;
     if (status == STEIN_OK && alone && o->nrival > 0) {
         progress(d, 0.95, "the next experiment");
         status = diag__next(d, err);

@@ -77,6 +77,9 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
     free(d->trace);
     free(d->departure);
     free(d->latent);
-    lab_close(d->extended_model);
+    for (int i = 0; i < d->nkept; i++) {
+        lab_close(d->kept[i]);
+    }
+    free(d->kept);
     free(d);
 }

@@ -41,15 +41,24 @@ static int is_furthest(diag *d, double objective, double z)
     return 1;
 }
 
+/* the file's own numbers, and the amounts of the causes that act already */
+static void believe_file(diag *d, const double *null_x)
+{
+    const fit__problem *p = &d->p;
+    size_t first = (size_t)p->first_accepted, n = (size_t)(p->naccepted * FIT__NUMBERS);
+    memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
+    memcpy(d->x + first, null_x + first, sizeof *d->x * n);
+}
+
 /* From the file's own numbers to the first horizon at which clearly more than noise is left, or to
  * the one that leaves most. @return is there one? */
-static int find(diag *d, stein_status *status, stein_err *err)
+static int find(diag *d, const double *null_x, stein_status *status, stein_err *err)
 {
     fit__problem *p = &d->p;
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     double T = diag__longest(p);
     int failed = 0;
-    memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
+    believe_file(d, null_x);
     fit__problem_try(p, NULL);
     for (int h = 0; h < EARLY; h++) {
         p->horizon = diag__horizon[h] * T;
@@ -102,12 +111,12 @@ static stein_status rank(diag *d, stein_err *err)
 }
 
 /* a null fit whose numbers stay within their tolerances */
-static int believe(diag *d, stein_status *status, stein_err *err)
+static int believe(diag *d, const double *null_x, stein_status *status, stein_err *err)
 {
     fit__problem *p = &d->p;
     fit__end e = {.x = d->x, .J = d->J, .r = d->r};
     double limit = p->limit;
-    memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
+    believe_file(d, null_x);
     fit__problem_try(p, NULL);
     p->limit = within;
     *status = diag__follow(d, p, &e, NULL, err);
@@ -116,8 +125,9 @@ static int believe(diag *d, stein_status *status, stein_err *err)
     return *status == STEIN_OK;
 }
 
-/* where to look: a fit of the strokes to d->x. @return is anything to be seen there? */
-typedef int look(diag *d, stein_status *status, stein_err *err);
+/* where to look: a fit of the strokes to d->x, beside the null fit's. @return is anything to be
+ * seen there? */
+typedef int look(diag *d, const double *null_x, stein_status *status, stein_err *err);
 
 static stein_status look_at(diag *d, look *make_fit, int foremost, int relatives, stein_err *err)
 {
@@ -133,7 +143,7 @@ static stein_status look_at(diag *d, look *make_fit, int foremost, int relatives
     d->J = d->r + rows;
     stein_err why = {STEIN_OK, ""};
     stein_status status = STEIN_OK;
-    if (make_fit(d, &status, &why)) {
+    if (make_fit(d, null.x, &status, &why)) {
         status = rank(d, &why);
         if (status == STEIN_OK) {
             choose(d, foremost, relatives);

@@ -9,9 +9,15 @@
  * that differs to one side in every stroke. Whether a cause pays is therefore asked of the
  * likelihood, in which differences have their price.
  *
+ * A stroke that is lost although the others are at their noise - it escapes a moment too late, and
+ * none of its own numbers leads back - says nothing about who is right: the comparison leaves it
+ * out. What is told of the error has it.
+ *
  * The gain is the ratio of two such errors. Its interval is a bootstrap over strokes: frames of
  * one stroke are no independent witnesses.
  */
+#include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
 #include <gsl/gsl_rng.h>
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -20,35 +26,69 @@
 
 #include "searching.h"
 
-enum { DRAWS = 2000 };
+enum { DRAWS = 2000, LOST_MOST = 3 }; /* a third of the strokes at most */
+
+/* which strokes are lost while the others are at their noise; none where too many are */
+static void find_lost(diag__held *h)
+{
+    const fit__problem *p = &h->p;
+    double middle = diag__middle(p, h->r, h->lost);
+    int n = 0;
+    for (int s = 0; s < p->nstroke; s++) {
+        h->lost[s] = !diag__is_far(middle) && diag__is_stray(p, h->r, s, middle);
+        n += h->lost[s] > 0.0;
+    }
+    for (int s = 0; n > p->nstroke / LOST_MOST && s < p->nstroke; s++) {
+        h->lost[s] = 0.0;
+    }
+}
 
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
 {
     const double *D = s != NULL ? s->D : d->null_D;
-    const lab_model *model = s != NULL && s->model != NULL ? s->model : d->model;
+    const fit__problem *like = s != NULL ? diag__problem(d, s) : &d->p;
     const lab_candidate *effect = s != NULL ? &s->s.candidate : NULL;
-    *to = (diag__held){.rmse = NAN, .deviance = NAN};
-    const lab_dataset *data = model != d->model ? s->held_data : d->held_data;
-    stein_status status = diag__own_problem(d, model, data, effect, D, &to->p, err);
+    *to = (diag__held){.rmse = NAN};
+    const lab_dataset *data = like != &d->p ? s->held_data : d->held_data;
+    stein_status status = diag__own_problem(d, like, data, effect, D, &to->p, err);
     if (status != STEIN_OK) {
         return status;
     }
     fit__problem *p = &to->p;
     size_t rows = fit__offset(p, p->nstroke);
-    to->x = calloc((size_t)p->nu + rows + 1, sizeof *to->x);
+    to->x = calloc((size_t)p->nu + rows + 2 * (size_t)p->nstroke + 1, sizeof *to->x);
     if (to->x == NULL) {
         return lab__no_memory(err);
     }
     to->r = to->x + p->nu;
+    to->deviance = to->r + rows;
+    to->lost = to->deviance + p->nstroke;
     memcpy(to->x, s != NULL ? s->x : d->x, sizeof *to->x * (size_t)p->np);
     diag__singles each = {.d = d, .p = p, .D = D, .x = to->x, .r = to->r, .middle = NAN};
     status = diag__fit_singles(&each, NULL, err);
-    status = status == STEIN_OK ? diag__deviance(&each, &to->deviance, err) : status;
+    status = status == STEIN_OK ? diag__deviance(&each, to->deviance, err) : status;
     d->out->fits += each.fits;
     if (status == STEIN_OK) {
         to->rmse = sqrt(fit__chi2(p, to->r) / fmax(1.0, p->samples));
+        find_lost(to);
     }
     return status;
+}
+
+void diag__compare(const diag__held *without, const diag__held *with, int likely, double *before,
+                   double *after)
+{
+    const fit__problem *p = &with->p;
+    int known = isfinite(without->rmse) && isfinite(with->rmse);
+    *before = *after = known ? 0.0 : (double)NAN;
+    for (int s = 0; known && s < p->nstroke; s++) {
+        size_t at = fit__offset(p, s), n = fit__offset(p, s + 1) - at;
+        if (!(with->lost[s] > 0.0)) {
+            *before +=
+                likely ? without->deviance[s] : gsl_pow_2(cblas_dnrm2((int)n, without->r + at, 1));
+            *after += likely ? with->deviance[s] : gsl_pow_2(cblas_dnrm2((int)n, with->r + at, 1));
+        }
+    }
 }
 
 void diag__held_free(diag__held *h)

@@ -29,11 +29,11 @@ stein_status diag__check_without(const diag *d, stein_err *err)
     return STEIN_OK;
 }
 
-static int is_left_out(const diag *d, const lab_effect *e)
+static int is_left_out(const diag *d, const lab_candidate *c)
 {
-    int out = 0;
+    int out = d->only != NULL && strcmp(c->place, d->only) != 0;
     for (int i = 0; i < d->def->nwithout; i++) {
-        out |= lab_effect_is(e, d->def->without[i]);
+        out |= lab_effect_is(c->effect, d->def->without[i]);
     }
     return out;
 }
@@ -109,7 +109,7 @@ stein_status diag__list(diag *d, lab_candidate **list, stein_err *err)
     free(p);
     int left = 0;
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
-        if (!is_left_out(d, (*list)[i].effect)) {
+        if (!is_left_out(d, &(*list)[i])) {
             (*list)[left++] = (*list)[i];
         }
     }

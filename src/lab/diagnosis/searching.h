@@ -40,6 +40,7 @@ typedef struct diag__suspect {
     lab_model *model;                  /* extended mechanism; NULL: the one diagnosed */
     lab_dataset *fit_data, *held_data; /* the strokes in it */
     fit__problem *fit;                 /* of the extended mechanism; NULL: the base's */
+    lab_candidate *beside;             /* the accepted causes in it; NULL: of no part */
     const char *never;                 /* the data cannot show it, because ... */
     const char *unseen;                /* G says nothing, because ...; NULL: it does */
     double step;                       /* amount that G was made with, in limits */
@@ -94,8 +95,11 @@ typedef struct diag {
     const char **name; /* free parameters */
     int nname;
     const lab_dataset *fit_data, *held_data;
+    lab_model *own_model; /* these three where they are nobody else's; NULL: they are */
+    lab_dataset *own_fit, *own_held;
     lab_candidate accepted[FIT__ACCEPTED]; /* causes that earlier searches have found: they act */
     int naccepted;
+    const char *only; /* place of all candidates of further searches; NULL: anywhere */
     fit__problem p;
     double *x, *J, *r;      /* null fit: nothing hidden */
     diag__marks null_marks; /* of the first search's */
@@ -108,6 +112,7 @@ typedef struct diag {
     double p_value, z_by_chance; /* of the best score; score with a p_value of 0.01 */
     int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
+    int laws_tried;
     lab_diagnosis *out;
 } diag;
 
@@ -341,25 +346,39 @@ stein_status diag__race(diag *d, stein_err *err);
 double diag__middle(const fit__problem *p, const double *r, double *room);
 /** Is a stroke further from its data than the one in the middle, and not by chance? */
 int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle);
+/** Is that more than noise for a stroke in the middle? */
+int diag__is_far(double middle);
 /** Are there some strokes, a third at most, with numbers of their own that nobody believes? */
 int diag__has_bent(const fit__problem *p, const double *x);
+/** Who fits the strokes that are not lost. */
+typedef struct diag__fitter {
+    diag *d;
+    fit__problem *p; /* with the effect that is on trial in it */
+    const double *D; /* variances that p's scatter is in, in those of the prior; NULL: those */
+    /* from e->x to an end, strays weigh nothing; NULL: least squares */
+    stein_status (*fit)(void *ctx, fit__end *e, stein_err *err);
+    void *ctx;
+} diag__fitter;
 /** Single strokes that a fit has lost: the others fitted without them, and their own numbers anew.
  *  x is a start for a fit of all then; J and r are not those of x.
- *  @param p      with the effect that is on trial in it
  *  @param e      where its fit has ended
  *  @param bent_too  also those with numbers that nobody believes
  *  @param found  how many; 0: x, J and r are as they were
  *  @return OK, ENOMEM, a numerical failure (x, J, r are lost) */
+stein_status diag__recall_by(const diag__fitter *f, fit__end *e, int bent_too, int *found,
+                             stein_err *err);
+/** The same by least squares. */
 stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
                                  stein_err *err);
 
 /* ---- singles.c ---- */
 
 /** A problem of some strokes in which only their own unknowns move.
+ *  @param like    one of the same mechanism and accepted causes
  *  @param effect  on trial, NULL: none
  *  @param D       variances of what differs from stroke to stroke, in those of the prior
  *  @return OK, ENOMEM, a failure; free it in any case */
-stein_status diag__own_problem(diag *d, const lab_model *model, const lab_dataset *data,
+stein_status diag__own_problem(diag *d, const fit__problem *like, const lab_dataset *data,
                                const lab_candidate *effect, const double *D, fit__problem *p,
                                stein_err *err);
 /** Strokes that are fitted one by one, what they share as it is. */
@@ -375,21 +394,26 @@ typedef struct diag__singles {
 /** The own unknowns of the marked strokes (NULL: of all) from 0 along their course up to the
  *  problem's horizon, and those of strays from other starts, too. @return OK, ENOMEM, a failure */
 stein_status diag__fit_singles(diag__singles *s, const unsigned char *marked, stein_err *err);
-/** -2 log likelihood of all strokes at x, what is a stroke's own marginalised. @return OK, ENOMEM
- */
-stein_status diag__deviance(const diag__singles *s, double *sum, stein_err *err);
+/** -2 log likelihood of each stroke at x, what is its own marginalised. @return OK, ENOMEM */
+stein_status diag__deviance(const diag__singles *s, double *each, stein_err *err);
 
 /* ---- heldout.c ---- */
 
 /** Held-out strokes as a model predicts them, each with its own unknowns fitted. */
 typedef struct diag__held {
     fit__problem p;
-    double *x, *r;   /* unknowns, weighted residuals */
-    double rmse;     /* in units of noise */
-    double deviance; /* -2 log likelihood, what is a stroke's own marginalised */
+    double *x, *r;    /* unknowns, weighted residuals */
+    double rmse;      /* in units of noise */
+    double *deviance; /* [nstroke] -2 log likelihood, what is a stroke's own marginalised */
+    double *lost;     /* [nstroke] 1: it is lost while the others are at their noise */
 } diag__held;
 /** @param s  NULL: nothing found  @return OK, ENOMEM, a numerical failure; free in any case */
 stein_status diag__held_out(diag *d, const diag__suspect *s, diag__held *to, stein_err *err);
+/** Sums of squared residuals of two models on the same strokes, but those that the second one has
+ *  lost; NAN: one of them has none.
+ *  @param likely  1: of deviances instead */
+void diag__compare(const diag__held *without, const diag__held *with, int likely, double *before,
+                   double *after);
 void diag__held_free(diag__held *h);
 /** Error with a cause over that without it: own_ratio, own_lo, own_hi. NAN without strokes.
  *  @return OK, ENOMEM */
@@ -440,6 +464,12 @@ const fit__unknown *diag__amount(const diag__found *found, int cause, double *x,
 /** After the verdict: is there an unknown effect, or does what was found leave more than the noise
  *  that the data state? */
 int diag__asks_for_law(const diag *d, const diag__found *found);
+/** The laws that an unknown effect could have, into d->out; nothing where that was done.
+ *  @param before  the held-out strokes without them
+ *  @return OK (also when there is none), ENOMEM */
+stein_status diag__try_laws(diag *d, const diag__held *before, stein_err *err);
+/** Is nothing but the stated noise left to the best one of those that were tried? */
+int diag__law_is_all(const diag *d);
 /** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise
  *  give way to a law that predicts better: then the verdict is an unknown effect.
  *  @param before  the held-out strokes without it

@@ -11,15 +11,17 @@
  *
  *      L(without) - L(with all) is nothing to speak of, or the held-out strokes do not miss it
  *
- * and one cause is not called two.
+ * and one cause is not called two. Before that each but the last is searched for again with the
+ * others in the model: another one may do better in its place.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "searching.h"
+#include "structure.h"
 
-enum { RENEWALS = 6 };
+enum { RENEWALS = 6, EXCHANGES = 4 };
 static const double enough = 0.3;     /* of the objective */
 static const double no_worse = 1.005; /* ratio of held-out errors */
 
@@ -54,17 +56,57 @@ static int take_causes(diag *next, const diag *from, const diag__suspect *leader
     return next->naccepted = n;
 }
 
-/* the mechanism and the strokes in it: with its part where a cause needs one */
-static void take_model(diag *next, const diag *first, const diag *from, const diag__suspect *leader)
+static int parts_of(const lab_candidate *list, int n)
 {
-    const diag *has = first;
-    for (int i = 0; i < next->naccepted; i++) {
-        has = next->accepted[i].effect->needs != NULL ? from : has;
+    int parts = 0;
+    for (int i = 0; i < n; i++) {
+        parts += list[i].effect->needs != NULL;
     }
-    int part = has == from && leader != NULL && leader->model != NULL;
-    next->model = part ? leader->model : has->model;
-    next->fit_data = part ? leader->fit_data : has->fit_data;
-    next->held_data = part ? leader->held_data : has->held_data;
+    return parts;
+}
+
+static void take_strokes(diag *next, const lab_model *model, const lab_dataset *fit_data,
+                         const lab_dataset *held_data)
+{
+    next->model = model;
+    next->fit_data = fit_data;
+    next->held_data = held_data;
+}
+
+/* a mechanism that no search has had: a part less than the last one's */
+static stein_status open_model(diag *next, const diag *first, stein_err *err)
+{
+    stein_status status = lab__open_with(&next->own_model, first->file, next->accepted,
+                                         next->naccepted, first->def->options, err);
+    status = status == STEIN_OK
+                 ? diag__read_again(first->fit_data, next->own_model, &next->own_fit, err)
+                 : status;
+    status = status == STEIN_OK
+                 ? diag__read_again(first->held_data, next->own_model, &next->own_held, err)
+                 : status;
+    take_strokes(next, next->own_model, next->own_fit, next->own_held);
+    return status;
+}
+
+/* the mechanism with the parts that the causes need, and the strokes in it */
+static stein_status take_model(diag *next, const diag *first, const diag *from,
+                               const diag__suspect *leader, const lab_candidate *without,
+                               stein_err *err)
+{
+    int parts = parts_of(next->accepted, next->naccepted),
+        had = parts_of(from->accepted, from->naccepted),
+        more = leader != NULL && leader->model != NULL &&
+               (without == NULL || !is_same(&leader->s.candidate, without));
+    if (parts == 0) {
+        take_strokes(next, first->model, first->fit_data, first->held_data);
+    } else if (parts < had + more) {
+        return open_model(next, first, err);
+    } else if (more) {
+        take_strokes(next, leader->model, leader->fit_data, leader->held_data);
+    } else {
+        take_strokes(next, from->model, from->fit_data, from->held_data);
+    }
+    return STEIN_OK;
 }
 
 /* unknown of `from` (at a leader's end) that an effect's amount is, -1: it does not act there */
@@ -119,8 +161,9 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     next->def = first->def;
     next->fit_def = first->fit_def;
     next->out = first->out;
+    next->only = first->only;
     take_causes(next, from, leader, without);
-    take_model(next, first, from, leader);
+    status = take_model(next, first, from, leader, without, err);
     for (int i = 0; status == STEIN_OK && i < next->naccepted; i++) {
         status = lab_candidate_bind(&next->accepted[i], next->model, err);
     }
@@ -128,6 +171,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     if (status != STEIN_OK) {
         return status;
     }
+    next->held_data = next->held_data != NULL ? next->held_data : first->held_data; // none
     next->p.tolerance = first->p.tolerance;
     carry_over(next, from, leader);
     fit__end e = {.x = next->x, .J = next->J, .r = next->r};
@@ -150,7 +194,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
 static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
-    *to = (diag__held){.rmse = NAN, .deviance = NAN};
+    *to = (diag__held){.rmse = NAN};
     if (d->held_data->n < 1 || diag__held_out(d, s, to, &why) != STEIN_ENOMEM) {
         return STEIN_OK;
     }
@@ -160,9 +204,30 @@ static stein_status judge(diag *d, const diag__suspect *s, diag__held *to, stein
 /* do held-out strokes miss a cause? */
 static int is_missed(const diag__held *without, const diag__held *with, diag__asked asked)
 {
-    return asked == DIAG_LIKELIHOOD  ? with->deviance < without->deviance
-           : asked == DIAG_TOLERANCE ? with->rmse < no_worse * without->rmse
-                                     : with->rmse < without->rmse;
+    double before, after, most = asked == DIAG_TOLERANCE ? no_worse * no_worse : 1.0;
+    diag__compare(without, with, asked == DIAG_LIKELIHOOD, &before, &after);
+    return after < most * before;
+}
+
+/* the leader of that search is the last cause, and all of them act at its end */
+static void lead(diag__found *f, diag *d, diag__asked asked)
+{
+    f->asked[f->n] = asked;
+    f->cause[f->n] = d->suspect[0].s;
+    f->from[f->n++] = d;
+    f->end = d;
+    f->leader = &d->suspect[0];
+    f->chi2_dof = d->suspect[0].s.chi2_dof;
+}
+
+static void drop(diag__found *f, int i)
+{
+    for (int k = i; k + 1 < f->n; k++) {
+        f->cause[k] = f->cause[k + 1];
+        f->from[k] = f->from[k + 1];
+        f->asked[k] = f->asked[k + 1];
+    }
+    f->n--;
 }
 
 /* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
@@ -183,20 +248,16 @@ static int accept(diag__found *f, diag *d, const diag__held *before, stein_statu
                                                    : DIAG_ERROR;
     int pays = d->held_data->n < 1 || is_missed(before, &after, asked) ||
                (isfinite(after.rmse) && best->s.chi2_dof > diag__most_noise(d));
-    double fell = (before->rmse * before->rmse - after.rmse * after.rmse) * after.p.samples;
-    int seen = diag__is_seen(d) || asked != DIAG_ERROR || fell > diag__convincing;
+    double had, has;
+    diag__compare(before, &after, 0, &had, &has);
+    int seen = diag__is_seen(d) || asked != DIAG_ERROR || had - has > diag__convincing;
     if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
         diag__held_free(&after);
         return 0;
     }
     diag__held_free(&f->held);
     f->held = after;
-    f->asked[f->n] = asked;
-    f->cause[f->n] = best->s;
-    f->from[f->n++] = d;
-    f->end = d;
-    f->leader = best;
-    f->chi2_dof = best->s.chi2_dof;
+    lead(f, d, asked);
     return 1;
 }
 
@@ -240,7 +301,7 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
 {
     for (int i = 0; i < f->n && *status == STEIN_OK; i++) {
         diag *without = NULL;
-        diag__held held = {.rmse = NAN, .deviance = NAN};
+        diag__held held = {.rmse = NAN};
         stein_err why = {STEIN_OK, ""};
         stein_status tried = leave_out(f, first, i, &without, &held, &why);
         if (tried == STEIN_OK) { // else it cannot be simulated without: it is needed
@@ -252,17 +313,80 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
         int goes = tried == STEIN_OK && is_needless(f, i, without, &held);
         diag__held_free(&held);
         if (goes) {
-            for (int k = i; k + 1 < f->n; k++) {
-                f->cause[k] = f->cause[k + 1];
-                f->from[k] = f->from[k + 1];
-                f->asked[k] = f->asked[k + 1];
-            }
-            f->n--;
+            drop(f, i);
             *status = end_at(f, without, err);
             return 1;
         }
     }
     return 0;
+}
+
+static stein_status prune_all(diag__found *f, const diag *first, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
+    }
+    return status;
+}
+
+/* ---- would another one do better in its place? ---- */
+
+/* the causes of a search that the data prefer take the place of those so far, its leader that of
+ * cause i */
+static stein_status take_over(diag__found *f, diag *d, int i, stein_err *err)
+{
+    diag__suspect *best = &d->suspect[0];
+    diag__held after;
+    stein_status status = judge(d, best, &after, err);
+    if (status != STEIN_OK ||
+        (isfinite(f->held.rmse) && !is_missed(&f->held, &after, DIAG_TOLERANCE))) {
+        diag__held_free(&after);
+        return status;
+    }
+    best->s.held_out = after.rmse;
+    diag__held_free(&f->held);
+    f->held = after;
+    drop(f, i);
+    lead(f, d, DIAG_ERROR);
+    return STEIN_OK;
+}
+
+/* The search for cause i again, with the others in the model. @param changed  1: it is another one
+ */
+static stein_status search_again(diag__found *f, const diag *first, int i, int *changed,
+                                 stein_err *err)
+{
+    const lab_candidate was = f->cause[i].candidate;
+    double objective = diag__objective(f);
+    diag *d = NULL;
+    stein_status status = open_stage(f, first, f->end, f->leader, &was, &d, err);
+    status = status == STEIN_OK ? diag__suspects(d, err) : status;
+    status = status == STEIN_OK ? diag__search(d, err) : status;
+    const diag__suspect *best = status == STEIN_OK && d->n > 0 ? &d->suspect[0] : NULL;
+    *changed = 0;
+    if (best == NULL || !best->s.refitted || !isfinite(best->objective) || !best->s.possible ||
+        is_same(&best->s.candidate, &was) ||
+        !(best->objective < objective - diag__convincing * f->excess)) {
+        return status;
+    }
+    status = take_over(f, d, i, err);
+    *changed = f->end == d;
+    return status;
+}
+
+/* The first cause was found while all that came after was missing, and may have been chosen by
+ * that. So each but the last is searched for again beside the others, until none gives way. */
+static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
+{
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = STEIN_OK;
+    int kept = 1; // searches in a row that have changed nothing; the last cause is new
+    for (int n = 0; status == STEIN_OK && n < EXCHANGES && kept < f->n; n++) {
+        int changed;
+        status = search_again(f, first, kept - 1, &changed, &why);
+        kept = changed ? 1 : kept + 1;
+    }
+    return fit__forgive(status, err);
 }
 
 /* ---- the whole ---- */
@@ -271,10 +395,13 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
 {
     stein_status status = STEIN_OK;
     diag *d = first;
-    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN, .deviance = NAN}};
+    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
     while (accept(f, d, f->n > 0 ? &f->held : before, &status, err)) {
         f->excess = diag__excess(d, f->leader);
-        if (f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
+        status = !diag__is_more(first, f->chi2_dof) ? prune_all(f, first, err) : STEIN_OK;
+        status = status == STEIN_OK ? exchange(f, first, err) : status;
+        d = f->end;
+        if (status != STEIN_OK || f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
             break;
         }
         stein_err why = {STEIN_OK, ""};
@@ -292,8 +419,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         }
         d = next;
     }
-    while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
-    }
+    status = status == STEIN_OK ? prune_all(f, first, err) : status;
     if (f->n > 0 && isfinite(before->rmse) && !is_missed(before, &f->held, f->asked[f->n - 1])) {
         f->n = 0; // all of them together do not pay
         f->end = first;

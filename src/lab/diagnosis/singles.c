@@ -29,12 +29,13 @@ typedef struct single {
     int fits;
 } single;
 
-stein_status diag__own_problem(diag *d, const lab_model *model, const lab_dataset *data,
+stein_status diag__own_problem(diag *d, const fit__problem *like, const lab_dataset *data,
                                const lab_candidate *effect, const double *D, fit__problem *p,
                                stein_err *err)
 {
+    const lab_candidate *accepted = like->naccepted > 0 ? like->accepted[0] : NULL;
     stein_status status =
-        fit__problem_make_with(p, model, data, &d->fit_def, d->accepted, d->naccepted, err);
+        fit__problem_make_with(p, like->model, data, &d->fit_def, accepted, like->naccepted, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -60,7 +61,7 @@ static stein_status open_one(const diag__singles *s, int stroke, fit__pool *pool
 {
     lab_dataset one = {1, &s->p->data->stroke[stroke]};
     *x = NULL;
-    stein_status status = diag__own_problem(s->d, s->p->model, &one, s->p->effect, s->D, own, err);
+    stein_status status = diag__own_problem(s->d, s->p, &one, s->p->effect, s->D, own, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -276,18 +277,8 @@ static stein_status judge_one(void *ctx, int i, fit__pool *pool, stein_err *err)
     return status;
 }
 
-stein_status diag__deviance(const diag__singles *s, double *sum, stein_err *err)
+stein_status diag__deviance(const diag__singles *s, double *each, stein_err *err)
 {
-    int n = s->p->nstroke;
-    judged j = {s, calloc((size_t)n + 1, sizeof *j.deviance)};
-    if (j.deviance == NULL) {
-        return lab__no_memory(err);
-    }
-    stein_status status = fit__together(s->p, n, judge_one, &j, err);
-    *sum = 0.0;
-    for (int i = 0; status == STEIN_OK && i < n; i++) {
-        *sum += j.deviance[i];
-    }
-    free(j.deviance);
-    return status;
+    judged j = {s, each};
+    return fit__together(s->p, s->p->nstroke, judge_one, &j, err);
 }

@@ -43,10 +43,16 @@ double diag__middle(const fit__problem *p, const double *r, double *room)
     return room[(p->nstroke - 1) / 2];
 }
 
+int diag__is_far(double middle)
+{
+    return !(middle < settled);
+}
+
 int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle)
 {
     double own = misfit(p, r, stroke), n = fmax(1.0, p->stroke[stroke].samples);
-    return middle < settled ? own - middle > by_chance * sqrt(2.0 / n) : own > far_lost * middle;
+    return !diag__is_far(middle) ? own - middle > by_chance * sqrt(2.0 / n)
+                                 : own > far_lost * middle;
 }
 
 static int is_bent(const fit__problem *p, const double *x, int stroke)
@@ -94,22 +100,30 @@ static void exchange(fit__problem *p, const unsigned char *stray, double **weigh
 
 /* a fit of the others, and of each stray's own numbers to that; derivatives are not those of the
  * end */
-static stein_status recall(diag *d, fit__problem *p, fit__end *e, double middle,
+static stein_status recall(const diag__fitter *f, fit__end *e, double middle,
                            const unsigned char *stray, double **none, stein_err *err)
 {
-    exchange(p, stray, none);
-    stein_status status = fit__descend(p, e, 0, enough, RENEWALS, err);
-    exchange(p, stray, none);
     static const double as_stated[DIAG_CLASSES] = {1.0, 1.0, 1.0};
-    diag__singles s = {.d = d, .p = p, .D = as_stated, .x = e->x, .r = e->r, .middle = middle};
+    fit__problem *p = f->p;
+    exchange(p, stray, none);
+    stein_status status =
+        f->fit != NULL ? f->fit(f->ctx, e, err) : fit__descend(p, e, 0, enough, RENEWALS, err);
+    exchange(p, stray, none);
+    diag__singles s = {.d = f->d,
+                       .p = p,
+                       .D = f->D != NULL ? f->D : as_stated,
+                       .x = e->x,
+                       .r = e->r,
+                       .middle = middle};
     status = status == STEIN_OK ? diag__fit_singles(&s, stray, err) : status;
     e->fits += s.fits;
     return status;
 }
 
-stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
-                                 stein_err *err)
+stein_status diag__recall_by(const diag__fitter *f, fit__end *e, int bent_too, int *found,
+                             stein_err *err)
 {
+    const fit__problem *p = f->p;
     size_t n = (size_t)p->nstroke;
     unsigned char *stray = calloc(n + 1, 1);
     double *room = calloc(n + (size_t)p->rows + 1, sizeof *room);
@@ -121,9 +135,15 @@ stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent
     for (size_t i = 0; *found > 0 && i < n; i++) {
         none[i] = room + n; // weights 0, of any stroke
     }
-    status = *found > 0 ? recall(d, p, e, middle, stray, none, err) : status;
+    status = *found > 0 ? recall(f, e, middle, stray, none, err) : status;
     free(stray);
     free(room);
     free(none);
     return status;
+}
+
+stein_status diag__recall_strays(diag *d, fit__problem *p, fit__end *e, int bent_too, int *found,
+                                 stein_err *err)
+{
+    return diag__recall_by(&(diag__fitter){.d = d, .p = p}, e, bent_too, found, err);
 }

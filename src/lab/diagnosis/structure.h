@@ -115,6 +115,16 @@ void lab__size_link(lab_candidate *c, const stein_model *m, const double *p);
 /** Is an effect a share of something that is not there with parameters p? */
 int lab__is_share_of_nothing(const stein_model *m, const lab_effect *e, const char *place,
                              const double *p);
+/** A model with the part of a candidate in it, beside all that another model has, and the candidate
+ *  bound to it.
+ *  @param file  of both
+ *  @return OK, or a failure of what it is made of */
+stein_status lab__candidate_open_in(lab_candidate *c, lab_model **out, const lab_model *in,
+                                    const char *file, const lab_options *options, stein_err *err);
+/** The mechanism of a file with the parts of those candidates that need one, one after the other.
+ */
+stein_status lab__open_with(lab_model **out, const char *file, const lab_candidate *list, int n,
+                            const lab_options *options, stein_err *err);
 /** lab_candidate_bind of an effect that is a parameter. */
 stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stein_err *err);
 /** Leave out every candidate whose direction is that of an earlier one, or nothing at all, and note

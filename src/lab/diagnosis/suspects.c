@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "searching.h"
+#include "structure.h"
 
 static const double wanted = 1.0;    /* RMS change [noise] */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
@@ -417,9 +418,6 @@ static const char *untestable(const diag *d, const lab_candidate *c)
             return "it was found already";
         }
     }
-    if (d->naccepted > 0 && c->effect->needs != NULL) {
-        return "parts are tried in the mechanism of the file only";
-    }
     return NULL;
 }
 
@@ -439,21 +437,37 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
     return status;
 }
 
-/* the mechanism with the part, and the strokes in it */
+/* the accepted causes in the mechanism with a part of its own */
+static stein_status bind_accepted(const diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    s->beside = malloc(sizeof *s->beside * FIT__ACCEPTED);
+    if (s->beside == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; status == STEIN_OK && i < d->naccepted; i++) {
+        s->beside[i] = d->accepted[i];
+        status = lab_candidate_bind(&s->beside[i], s->model, err);
+    }
+    return status;
+}
+
+/* the mechanism with the part, beside all that it has, and the strokes in it */
 static stein_status open_part(diag *d, diag__suspect *s, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
-    stein_status status =
-        lab_candidate_open(&s->s.candidate, &s->model, d->file, d->def->options, &why);
+    stein_status status = lab__candidate_open_in(&s->s.candidate, &s->model, d->model, d->file,
+                                                 d->def->options, &why);
+    status = status == STEIN_OK ? bind_accepted(d, s, &why) : status;
     status =
         status == STEIN_OK ? diag__read_again(d->fit_data, s->model, &s->fit_data, &why) : status;
     status =
         status == STEIN_OK ? diag__read_again(d->held_data, s->model, &s->held_data, &why) : status;
     if (status == STEIN_OK) {
         s->fit = calloc(1, sizeof *s->fit);
-        status = s->fit != NULL
-                     ? fit__problem_make_open(s->fit, s->model, s->fit_data, &d->fit_def, &why)
-                     : STEIN_ENOMEM;
+        status = s->fit != NULL ? fit__problem_make_with(s->fit, s->model, s->fit_data, &d->fit_def,
+                                                         s->beside, d->naccepted, &why)
+                                : STEIN_ENOMEM;
     }
     if (status == STEIN_ENOMEM) {
         return lab__no_memory(err);
@@ -550,6 +564,7 @@ void diag__suspects_free(diag *d)
         lab_dataset_close(s->fit_data);
         lab_dataset_close(s->held_data);
         lab_close(s->model);
+        free(s->beside);
         free(s->G);
         free(s->small);
         free(s->x);

@@ -40,10 +40,11 @@ static const double by_chance_mean = 1e-3; /* for each of the few whose mean is 
 static const double no_nearer = 0.9995;    /* ratio of held-out errors */
 static const double far = 1.3;             /* chi2/dof that is more than noise, stated or not */
 static const double by_chance = 0.01;
-static const double sure = 150.0; /* of gain: not by chance, whatever the linear scores say */
-static const double slack = 0.05; /* of chi2/dof */
-static const double crumb = 0.3;  /* share of what is more than noise */
-static const double twice = 2.0;  /* standard deviations of noise: more is no chance */
+static const double sure = 150.0;   /* of gain: not by chance, whatever the linear scores say */
+static const double slack = 0.05;   /* of chi2/dof */
+static const double crumb = 0.3;    /* share of what is more than noise */
+static const double by_noise = 3.0; /* standard deviations: what is left counts as more */
+static const double twice = 2.0;    /* standard deviations of noise: more is no chance */
 
 double diag__excess(const diag *d, const diag__suspect *s)
 {
@@ -84,11 +85,16 @@ static void say_causes(diag *d, const diag__found *f)
     }
 }
 
-static void unexplained(diag *d, const char *what)
+/* has the null fit ended, or its best suspect near the data? */
+static int ended(const diag *d)
+{
+    const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
+    return d->ended || (best != NULL && best->ended && best->s.chi2_dof < 2.0);
+}
+
+static void unexplained(diag *d, const char *what, int ended)
 {
     lab_diagnosis *o = d->out;
-    const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
-    int ended = d->ended || (best != NULL && best->ended && best->s.chi2_dof < 2.0);
     o->verdict = ended ? LAB_VERDICT_UNKNOWN_EFFECT : LAB_VERDICT_NOT_CONVERGED;
     snprintf(o->reason, sizeof o->reason, "%s%s", what,
              ended ? "" : " The fits have not converged: this says nothing about physics yet.");
@@ -234,7 +240,7 @@ int diag__spoken(const diag *d)
 
 int diag__is_more(const diag *d, double chi2_dof)
 {
-    return !fit__noise_given(&d->p) || chi2_dof > diag__most_noise(d);
+    return !fit__noise_given(&d->p) || chi2_dof > 1.0 + by_noise * diag__noise_sd(d);
 }
 
 /* @return does the diagnosis end without a cause? */
@@ -248,7 +254,7 @@ static int is_unexplained(diag *d, double chi2_dof)
                            ? "The best candidate leaves more than noise."
                            : NULL;
     if (what != NULL) {
-        unexplained(d, what);
+        unexplained(d, what, ended(d));
     }
     return what != NULL;
 }
@@ -266,12 +272,18 @@ void diag__verdict(diag *d, diag__found *f)
         o->verdict = LAB_VERDICT_EXPLAINED;
         say_nothing_found(o);
     } else if (!spoken) {
-        unexplained(d, "The residual is more than noise, and no candidate explains it.");
+        unexplained(d, "The residual is more than noise, and no candidate explains it.", ended(d));
     } else if (is_unexplained(d, o->chi2_dof_after)) {
         f->n = 0;
+    } else if (f->n > 1 && o->chi2_dof_after > diag__most_noise(d)) {
+        int ended = f->leader != NULL ? f->leader->ended : f->end->ended;
+        unexplained(d, "Several causes together leave more than noise.", d->ended || ended);
+        f->n = 0;
     } else if (f->n < 1 && o->chi2_dof_before > diag__most_noise(d)) {
-        unexplained(d, "The residual is more than noise, and the best candidate does not predict "
-                       "the held-out strokes better.");
+        unexplained(d,
+                    "The residual is more than noise, and the best candidate does not predict "
+                    "the held-out strokes better.",
+                    ended(d));
     } else if (f->n < 1) {
         o->verdict = LAB_VERDICT_EXPLAINED;
         snprintf(o->reason, sizeof o->reason,
