@@ -332,12 +332,12 @@ ok "a table of nothing says what is missing" $?
 for levels in L1 X1; do
     printf '<!-- hidden %s: begin, written by make hidden-readme -->\n<!-- hidden: end -->\n' $levels
 done >"$dir/document"
-"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --draws 3 --levels X1 >"$dir/out" 2>&1
+"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --draws 3 --levels X1 >"$dir/told" 2>&1
 test "$(sed -n 2p "$dir/document")" = '<!-- hidden: end -->' &&
     sed 1,3d "$dir/document" | grep -q '^| figure | bar (L1 / L2) | X1 |$'
 ok "a table goes where its levels are named" $?
-"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --levels L2 >"$dir/out" 2>&1
-test $? -ne 0 && grep -q 'no place for the table between' "$dir/out" && grep -q 'hidden L2: begin' "$dir/out"
+"$B/hidden" readme "$dir/document" --build "$B" -o "$dir/sets" --levels L2 >"$dir/told" 2>&1
+test $? -ne 0 && grep -q 'no place for the table between' "$dir/told" && grep -q 'hidden L2: begin' "$dir/told"
 ok "a document without that place is told what it lacks" $?
 
 # ---- its place in the README

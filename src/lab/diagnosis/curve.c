@@ -19,11 +19,12 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, BEGUN_ANEW = 2, ROUNDS = 2, RENEWALS = 4, NAME = 2 * MECH_NAME };
+enum { FITTED = 4, BEGUN_ANEW = 2, RECALLS = 3, ROUNDS = 2, RENEWALS = 4, NAME = 2 * MECH_NAME };
 static const double enough = 0.3;    /* of the objective */
 static const double believed = 3.0;  /* of a stroke's own number, in sd */
 static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
+static const double worth_it = 0.75; /* share of the best gain from which on a fit goes on */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
@@ -214,8 +215,10 @@ static int is_near(const diag__curves *w, const diag__curve *c, int n)
     return 0;
 }
 
-/* the best curves by first order, in full */
-static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
+/* the best curves by first order, in full
+ * @param bound  chi2/dof that one of them has to stay below before the slow fits are made; out n: 0
+ *               when none does */
+static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
 {
     diag__curve *c = w->curve;
     diag__curve_sort(c, w->nsite);
@@ -229,12 +232,18 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
         ++*n;
     }
     diag__curve_sort(c, *n);
+    if (status == STEIN_OK && !(diag__curve_chi2_dof(d, w, &c[0]) < bound)) {
+        *n = 0;
+    }
+    best = c[0].gain;
     for (int i = 0; status == STEIN_OK && i < *n && i < BEGUN_ANEW && !is_near(w, c, *n); i++) {
         status = diag__curve_anew(w, &c[i], err);
     }
     for (int i = 0; status == STEIN_OK && i < *n; i++) {
-        if (c[i].fitted && diag__is_off(d, diag__curve_chi2_dof(d, w, &c[i]))) {
-            status = diag__curve_recall(d, w, &c[i], err);
+        int on = c[i].fitted && c[i].gain > worth_it * best;
+        for (int k = 0; k < RECALLS && status == STEIN_OK && on; k++) {
+            on = diag__is_off(d, diag__curve_chi2_dof(d, w, &c[i]));
+            status = on ? diag__curve_recall(d, w, &c[i], &on, err) : status;
         }
     }
     diag__curve_sort(c, *n);
@@ -266,7 +275,8 @@ static void close_curves(diag *d)
 }
 
 /* the best curves with their points where the strokes go in a fit: p, x. @param n  fitted, out */
-static stein_status search(diag *d, const fit__problem *p, const double *x, int *n, stein_err *err)
+static stein_status search(diag *d, const fit__problem *p, const double *x, double bound, int *n,
+                           stein_err *err)
 {
     diag__curves *w = calloc(1, sizeof *w);
     *n = 0;
@@ -281,7 +291,7 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, int 
         status = w->curve != NULL ? open_model(d, w, err) : STEIN_ENOMEM;
         status = status == STEIN_OK ? look(w, err) : status;
         status = status == STEIN_OK ? diag__curve_scores(w, w->curve, err) : status;
-        status = status == STEIN_OK ? fit_best(d, w, n, err) : status;
+        status = status == STEIN_OK ? fit_best(d, w, bound, n, err) : status;
     }
     return status;
 }
@@ -309,7 +319,7 @@ static int is_misplaced(const diag *d, int n, stein_status *status, stein_err *e
     return off;
 }
 
-stein_status diag__try_laws(diag *d, const diag__held *before, stein_err *err)
+stein_status diag__try_laws(diag *d, const diag__held *before, double bound, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
     int n = 0;
@@ -317,9 +327,13 @@ stein_status diag__try_laws(diag *d, const diag__held *before, stein_err *err)
         return STEIN_OK;
     }
     d->laws_tried = 1;
-    stein_status status = search(d, &d->p, d->x, &n, &why);
+    stein_status status = search(d, &d->p, d->x, bound, &n, &why);
+    if (status == STEIN_OK && n == 0) {
+        d->laws_tried = 0; // it may be asked for again, at any price
+        close_curves(d);
+    }
     for (int i = 0; i < ROUNDS && status == STEIN_OK && is_misplaced(d, n, &status, &why); i++) {
-        status = search(d, &d->curves->p, d->curves->curve[0].x, &n, &why);
+        status = search(d, &d->curves->p, d->curves->curve[0].x, INFINITY, &n, &why);
     }
     status = status == STEIN_OK && n > 0 ? diag__curve_judge(d, d->curves, n, before->rmse, &why)
                                          : status;
@@ -334,7 +348,7 @@ stein_status diag__try_laws(diag *d, const diag__held *before, stein_err *err)
 
 stein_status diag__unknown_law(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
-    stein_status status = diag__try_laws(d, before, err);
+    stein_status status = diag__try_laws(d, before, INFINITY, err);
     return status == STEIN_OK && d->curves != NULL
                ? diag__curve_conclude(d, d->curves, before->rmse, f, err)
                : status;

@@ -114,9 +114,11 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
 /** A fit that ended far from the data once more, from the file's own numbers and along the strokes
  *  as the null fit did (pursue.c): without the law that has bent them. Kept when it is better. */
 stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err);
-/** A fit that has lost single strokes, with them called back (strays.c); kept when it is better.
+/** A fit goes on; single strokes that it has lost are called back before (strays.c).
+ *  @param better  1: it is, and kept
  *  @return OK, ENOMEM */
-stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, stein_err *err);
+stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, int *better,
+                                stein_err *err);
 
 /* ---- curve_judge.c ---- */
 

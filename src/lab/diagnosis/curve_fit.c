@@ -500,9 +500,10 @@ static stein_status others_fitted(void *ctx, fit__end *e, stein_err *err)
     return rounds_to(t, INFINITY, ROUNDS, 0, err);
 }
 
-/* the strays of a fit called back, then all together */
-static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int *found, stein_err *err)
+/* the strays of a fit called back, if there are any, then all together */
+static stein_status recall(diag *d, diag__curves *w, diag__curve *c, stein_err *err)
 {
+    int found = 0;
     fitting t = {.w = w, .c = c};
     diag in_tables = *d;
     in_tables.fit_def = w->def;
@@ -511,8 +512,8 @@ static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int *found,
     stein_status status = make_room(&t, err);
     e.J = t.J;
     free_only(w, c->site);
-    status = status == STEIN_OK ? diag__recall_by(&f, &e, 0, found, err) : status;
-    if (status == STEIN_OK && *found > 0) {
+    status = status == STEIN_OK ? diag__recall_by(&f, &e, 0, &found, err) : status;
+    if (status == STEIN_OK) {
         status = rounds_to(&t, INFINITY, ROUNDS, 0, err);
         c->fitted = status == STEIN_OK;
         weigh(&t);
@@ -524,21 +525,22 @@ static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int *found,
     return status;
 }
 
-stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, stein_err *err)
+stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, int *better,
+                                stein_err *err)
 {
     const fit__problem *p = &w->p;
     size_t size = (size_t)p->nu + fit__offset(p, p->nstroke) + (size_t)p->np;
     diag__curve other = *c;
     stein_err why = {STEIN_OK, ""};
-    int found = 0;
     stein_status status = curve_room(p, &other, err);
+    *better = 0;
     if (status != STEIN_OK) {
         return status;
     }
     memcpy(other.x, c->x, sizeof *c->x * size);
-    status = recall(d, w, &other, &found, &why);
-    int better = status == STEIN_OK && found > 0 && other.gain > c->gain;
-    free(better ? c->x : other.x);
-    *c = better ? other : *c;
+    status = recall(d, w, &other, &why);
+    *better = status == STEIN_OK && other.gain > c->gain + little;
+    free(*better ? c->x : other.x);
+    *c = *better ? other : *c;
     return fit__forgive(status, err);
 }

@@ -318,26 +318,26 @@ static stein_status keep_parts(diag *d, const diag__found *f, stein_err *err)
     return STEIN_OK;
 }
 
-/* Does the best candidate leave far more than the noise that the data state? Then a law is asked
- * for before it is searched for more causes: where one law explains all, causes in other places do
- * not. */
-static int leaves_much(const diag *d)
+/* chi2/dof of the best candidate, or of the null fit */
+static double left(const diag *d)
 {
     const diag__suspect *s = d->n > 0 ? &d->suspect[0] : NULL;
     int led = s != NULL && s->s.refitted && isfinite(s->objective);
-    return fit__noise_given(&d->p) && (led ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r)) > much;
+    return led ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r);
 }
 
-/* causes or a law */
+/* Causes or a law. Where the best candidate leaves far more than the noise that the data state, a
+ * law is asked for before it is searched for more causes: where one law explains all, causes in
+ * other places do not. */
 static stein_status explain(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
     static const char law[] = "the law of what is in no table";
     stein_status status = STEIN_OK;
     d->out->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
     *f = (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
-    if (leaves_much(d)) {
+    if (fit__noise_given(&d->p) && left(d) > much) {
         progress(d, 0.82, law);
-        status = diag__try_laws(d, before, err);
+        status = diag__try_laws(d, before, left(d), err);
     }
     int all = status == STEIN_OK && diag__law_is_all(d), known = !all;
     if (all && d->n > 0) { // two causes in the place of the law may be what it is

@@ -464,13 +464,28 @@ static stein_status believe(diag *d, stein_err *err)
     return status == STEIN_OK && d->suspect[0].objective < objective ? contest(d, err) : status;
 }
 
-stein_status diag__refit(diag *d, stein_err *err)
+/* how much the null fit's residual looks like each of them */
+static void note_alike(diag *d)
 {
     for (int i = 0; i < d->n; i++) {
         const lab_suspect *s = &d->suspect[i].s;
         int has_sign = s->candidate.effect->both_signs || s->amount > 0.0;
         d->suspect[i].alike = has_sign && isfinite(s->score) ? s->score : 0.0;
     }
+}
+
+stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err)
+{
+    note_alike(d);
+    s->unknown_J = 1;
+    stein_status status = diag__attempt(d, s, RENEW_LEADERS, err);
+    diag__sort(d);
+    return status == STEIN_OK ? contest(d, err) : status;
+}
+
+stein_status diag__refit(diag *d, stein_err *err)
+{
+    note_alike(d);
     stein_status status = from_null(d, err);
     status = status == STEIN_OK ? doubt(d, err) : status;
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {

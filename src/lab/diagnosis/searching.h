@@ -269,6 +269,9 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 
 /** Full fits of the best suspects; the best first. */
 stein_status diag__refit(diag *d, stein_err *err);
+/** What could stand in the place of one that describes the strokes.
+ *  @param s  ranked, with room, and s->x where it does */
+stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);
 
 /* ---- order.c ---- */
 
@@ -466,8 +469,9 @@ const fit__unknown *diag__amount(const diag__found *found, int cause, double *x,
 int diag__asks_for_law(const diag *d, const diag__found *found);
 /** The laws that an unknown effect could have, into d->out; nothing where that was done.
  *  @param before  the held-out strokes without them
+ *  @param bound   chi2/dof: where no law comes below it in a few steps, none is tried
  *  @return OK (also when there is none), ENOMEM */
-stein_status diag__try_laws(diag *d, const diag__held *before, stein_err *err);
+stein_status diag__try_laws(diag *d, const diag__held *before, double bound, stein_err *err);
 /** Is nothing but the stated noise left to the best one of those that were tried? */
 int diag__law_is_all(const diag *d);
 /** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise

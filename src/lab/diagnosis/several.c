@@ -120,19 +120,23 @@ static int amount_of(const diag *from, const diag__suspect *leader, const lab_ca
     return leader != NULL && is_same(&leader->s.candidate, c) ? from->p.amount : -1;
 }
 
-static void carry_over(diag *next, const diag *from, const diag__suspect *leader)
+/* where a search has ended as unknowns of another one; @param c  on trial there, NULL: nothing */
+static void carry_over(const diag *next, const diag *from, const diag__suspect *leader,
+                       const lab_candidate *c, double *to)
 {
     const double *x = leader != NULL ? leader->x : from->x;
-    const fit__problem *to = &next->p, *p = &from->p;
-    memcpy(next->x, x, sizeof *x * (size_t)to->first_accepted);
-    for (int i = 0; i < next->naccepted; i++) {
-        int at = amount_of(from, leader, &next->accepted[i]),
-            k = to->first_accepted + FIT__NUMBERS * i;
+    const fit__problem *q = &next->p, *p = &from->p;
+    memset(to, 0, sizeof *to * (size_t)q->nu);
+    memcpy(to, x, sizeof *x * (size_t)q->first_accepted);
+    for (int i = 0; i <= next->naccepted; i++) {
+        const lab_candidate *one = i < next->naccepted ? &next->accepted[i] : c;
+        int at = one != NULL ? amount_of(from, leader, one) : -1,
+            k = i < next->naccepted ? q->first_accepted + FIT__NUMBERS * i : q->amount;
         for (int j = 0; at >= 0 && j < FIT__NUMBERS; j++) {
-            next->x[k + j] = x[at + j];
+            to[k + j] = x[at + j];
         }
     }
-    memcpy(next->x + to->np, x + p->np, sizeof *x * (size_t)(p->nu - p->np));
+    memcpy(to + q->np, x + p->np, sizeof *x * (size_t)(p->nu - p->np));
 }
 
 static stein_status keep(diag__found *f, diag *stage, stein_err *err)
@@ -173,7 +177,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     }
     next->held_data = next->held_data != NULL ? next->held_data : first->held_data; // none
     next->p.tolerance = first->p.tolerance;
-    carry_over(next, from, leader);
+    carry_over(next, from, leader, NULL, next->x);
     fit__end e = {.x = next->x, .J = next->J, .r = next->r};
     status = fit__descend(&next->p, &e, 0, enough, RENEWALS, err);
     status =
@@ -351,6 +355,30 @@ static stein_status take_over(diag__found *f, diag *d, int i, stein_err *err)
     return STEIN_OK;
 }
 
+/* What could stand in the place of a cause that is a number where all of them leave but noise:
+ * linear predictions are good there, and no search from the null fit is needed. (Numbers are not
+ * predicted in the place of a part.) */
+static stein_status search_in_place(const diag__found *f, diag *d, const lab_candidate *cause,
+                                    stein_err *err)
+{
+    stein_status status = diag__changes(d, err);
+    status = status == STEIN_OK ? diag__rank(d, err) : status;
+    diag__suspect *s = NULL;
+    for (int i = 0; i < d->n && s == NULL; i++) {
+        int here = is_same(&d->suspect[i].s.candidate, cause) && d->suspect[i].never == NULL;
+        s = here ? &d->suspect[i] : NULL;
+    }
+    if (status != STEIN_OK || s == NULL) {
+        return status;
+    }
+    status = diag__make_room(d, s, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    carry_over(d, f->end, f->leader, cause, s->x);
+    return diag__refit_from(d, s, err);
+}
+
 /* The search for cause i again, with the others in the model. @param changed  1: it is another one
  */
 static stein_status search_again(diag__found *f, const diag *first, int i, int *changed,
@@ -361,7 +389,10 @@ static stein_status search_again(diag__found *f, const diag *first, int i, int *
     diag *d = NULL;
     stein_status status = open_stage(f, first, f->end, f->leader, &was, &d, err);
     status = status == STEIN_OK ? diag__suspects(d, err) : status;
-    status = status == STEIN_OK ? diag__search(d, err) : status;
+    int in_place = was.effect->needs == NULL && !diag__is_more(first, f->chi2_dof);
+    if (status == STEIN_OK) {
+        status = in_place ? search_in_place(f, d, &was, err) : diag__search(d, err);
+    }
     const diag__suspect *best = status == STEIN_OK && d->n > 0 ? &d->suspect[0] : NULL;
     *changed = 0;
     if (best == NULL || !best->s.refitted || !isfinite(best->objective) || !best->s.possible ||
