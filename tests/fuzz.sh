@@ -41,7 +41,10 @@ if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_
 else
     what=FAILED
     failed=1
-    grep -m 3 -E '^SUMMARY|does not hold|Test unit written' "$B/$target.log"
+    # the input, and what is said about it by a second run that may write
+    grep -m 3 -E '^SUMMARY|Test unit written|^Base64' "$B/$target.log"
+    input=$(sed -n 's/.*Test unit written to //p' "$B/$target.log")
+    [ -z "$input" ] || "$B/fuzz-$target" "$input" 2>&1 | grep -m 3 -E 'does not hold|ERROR|runtime error'
 fi
 runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$B/$target.log")
 echo "$target,${runs:-0},$failed" >"$B/$target.count"

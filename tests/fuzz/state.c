@@ -53,10 +53,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         data += n;
         size -= n;
     }
+    // an input with the sum that its own changes need has forged a block, which is no damage; libFuzzer
+    // finds such sums, as it sees what is compared
+    unsigned char *const sum_at = block + offsetof(state_head, sum);
     int same = memcmp(block, saved, whole) == 0;
-    must((stein_restore_from(sim, block, whole, NULL) == STEIN_OK) == same, "damage is noticed");
+    int summed = memcmp(sum_at, saved + offsetof(state_head, sum), sizeof(uint64_t)) != 0;
+    int taken = stein_restore_from(sim, block, whole, NULL) == STEIN_OK;
+    must(taken || !same, "what was saved is taken");
+    must(!taken || same || summed, "damage is noticed");
     uint64_t sum = sum_of(block, whole);
-    memcpy(block + offsetof(state_head, sum), &sum, sizeof sum);
+    memcpy(sum_at, &sum, sizeof sum);
     if (stein_restore_from(sim, block, whole, NULL) == STEIN_OK) {
         go_on(sim, sum % 64 == 0);
     }
