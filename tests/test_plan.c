@@ -86,13 +86,18 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
         expected = fmin(expected, sum);
     }
     ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
-    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, &e, err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
     printf("odds: %.3f by draws, %.3f by dense algebra, worst %.3f, %d repeats\n", e.odds, expected,
            e.odds_worst, e.repeats);
     fflush(stdout);
     ck_assert_close(e.odds, expected, 0.1, 0.1);
     ck_assert(e.odds_worst < e.odds);
     ck_assert_int_gt(e.repeats, 1);
+    lab_experiment of_four = e; // nobody of four may be left, nine times of ten
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 4, &of_four, err));
+    ck_assert(of_four.odds == e.odds);
+    ck_assert(of_four.odds_worst < e.odds_worst);
+    ck_assert_int_ge(of_four.repeats, e.repeats);
     plan__pair_free(&pair);
     for (int m = 0; m < 2; m++) {
         gsl_matrix_free(V[m]);
@@ -114,7 +119,7 @@ START_TEST(models_that_predict_the_same_are_never_told_apart)
     }
     v[1].P = P[0];
     ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
-    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, &e, err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
     ck_assert(fabs(e.odds) < 0.05);
     ck_assert_int_eq(e.repeats, 0);
     plan__pair_free(&pair);
@@ -219,6 +224,68 @@ START_TEST(where_one_stroke_is_not_enough_the_best_are_filmed_faster_too)
 }
 END_TEST
 
+/* experiments of the piano action, driven by forces between these */
+static lab_experiment *experiments_of(const lab_model *model, double lo, double hi, int *n)
+{
+    const char *file = "models/stein1788.yaml";
+    lab_used eye = {.name = "string_distance", .unit = "m", .hi = 0.04, .noise = 1e-5};
+    lab_used finger = {.name = "finger", .unit = "N", .lo = lo, .hi = hi};
+    lab_diagnosis d = {.conditions = {.from = 0.0,
+                                      .until = 0.12,
+                                      .interval = 2.5e-4,
+                                      .nchannel = 1,
+                                      .channel = &eye,
+                                      .ninput = 1,
+                                      .input = &finger}};
+    lab_suspect s = {.gain = NAN};
+    lab_candidate *candidate = NULL;
+    int ncandidate = 0;
+    plan__bench b = {.threads = 1};
+    plan__side side;
+    lab_experiment *list = NULL;
+    ck_assert_stein(lab_candidates(&candidate, &ncandidate, model, err));
+    for (int i = 0; i < ncandidate; i++) {
+        int it = strcmp(candidate[i].effect->kind, "viscous_friction") == 0 &&
+                 strcmp(candidate[i].place, "hammer") == 0;
+        s.candidate = it || i == 0 ? candidate[i] : s.candidate;
+    }
+    free(candidate);
+    ck_assert_str_eq(s.candidate.effect->kind, "viscous_friction");
+    ck_assert_stein(plan__side_open(&side, &s, file, model, NULL, err));
+    ck_assert_stein(plan__bench_make(&b, &side, &d, lab_equations(model), err));
+    ck_assert_stein(plan__experiments(&b, &side, 1, &list, n, err));
+    plan__bench_free(&b);
+    plan__side_close(&side);
+    return list;
+}
+
+START_TEST(what_is_asked_for_can_be_done)
+{
+    static const char *const with_sensor[] = {"string_force", "dip_force", "hammer_angle"};
+    static const char *const between_parts[] = {"notch_force", "load_force"};
+    int n = 0, seen = 0;
+    lab_model *model = NULL;
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", NULL, err));
+    lab_experiment *list =
+        experiments_of(model, -0.005, 1.2, &n); // noise around 0 pulls at nothing
+    for (int i = 0; i < n; i++) {
+        ck_assert_int_ne(list[i].shape, LAB_SHAPE_SWING);
+        for (int k = 0; k < 3; k++) {
+            seen += strcmp(list[i].channel, with_sensor[k]) == 0;
+        }
+        for (int k = 0; k < 2; k++) {
+            ck_assert_str_ne(list[i].channel, between_parts[k]);
+        }
+    }
+    ck_assert_int_eq(seen, 3);
+    free(list);
+    list = experiments_of(model, -1.1, 1.2, &n);
+    ck_assert_int_eq(list[0].shape, LAB_SHAPE_SWING);
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(the_report_names_the_next_experiment_and_lists_what_could_have_been_seen)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
@@ -279,6 +346,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_the_best_are_filmed_faster_too);
+    tcase_add_test(tc, what_is_asked_for_can_be_done);
     tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);
     tcase_add_test(tc, a_diagnosis_is_planned_for_from_its_file_as_from_memory);
     suite_add_tcase(s, tc);

@@ -284,10 +284,10 @@ typedef struct lab_experiment {
     int faster;              /* frames per frame so far */
     int feasible;            /* 0: it cannot be simulated */
     double odds;             /* expected 2 ln of the odds that one stroke gives, whoever is right */
-    double odds_worst;       /* what 9 of 10 strokes exceed */
-    int repeats;             /* strokes after which 9 of 10 times the odds wanted are reached; 0:
-                                more than can be asked for */
-    int against;             /* suspect of the diagnosis that is hardest to tell from the cause */
+    double odds_worst;       /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
+    int repeats; /* strokes after which 9 of 10 times the odds wanted are reached against
+                    every rival; 0: more than can be asked for */
+    int against; /* suspect of the diagnosis that is hardest to tell from the cause */
 } lab_experiment;
 
 /** A law recovered from the strokes, as a curve with its 95 % band: what acts somewhere beside the

@@ -53,8 +53,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         data += n;
         size -= n;
     }
-    // an input with the sum that its own changes need has forged a block, which is no damage; libFuzzer
-    // finds such sums, as it sees what is compared
+    // an input with the sum that its own changes need has forged a block, which is no damage;
+    // libFuzzer finds such sums, as it sees what is compared
     unsigned char *const sum_at = block + offsetof(state_head, sum);
     int same = memcmp(block, saved, whole) == 0;
     int summed = memcmp(sum_at, saved + offsetof(state_head, sum), sizeof(uint64_t)) != 0;

@@ -12,6 +12,7 @@ enum { LOOKS = 400 };
 static const double marker_arm = 0.1;   /* of an angle seen as a place [m] */
 static const double force_error = 0.01; /* of a force sensor, of the largest force */
 static const double nearly_all = 0.9;   /* of a travel, for its time */
+static const double both_ways = 0.2;    /* of the larger way; less is noise of what was recorded */
 
 double plan__rounded(double value)
 {
@@ -65,7 +66,7 @@ static void middle(plan__bench *b)
     if (k >= 0) {
         const stein_input *input = &b->m->inputs[k];
         double lo = c->input[0].lo, hi = c->input[0].hi;
-        int both = input->kind != STEIN_INPUT_MOTION && lo * hi < 0.0;
+        int both = input->kind != STEIN_INPUT_MOTION && fmin(-lo, hi) > both_ways * fmax(-lo, hi);
         snprintf(e->input, sizeof e->input, "%s", input->name);
         e->shape = both ? LAB_SHAPE_SWING : LAB_SHAPE_RISE;
         e->zero = both || input->kind != STEIN_INPUT_MOTION ? 0.0 : lo;
@@ -172,7 +173,15 @@ static stein_status run_base(look *l, stein_sim *sim, const double *p, stein_err
     return status;
 }
 
-static int could_see(const stein_channel *c)
+/* A force can be weighed where something stands on the ground: at a stop, at a string. Between two
+ * things that move there is no room for a load cell. */
+static int stands(const stein_model *m, int contact)
+{
+    const stein_spot *spot = &m->spots[m->contacts[contact].first_spot];
+    return spot->side[0].frame < 0 || spot->side[1].frame < 0;
+}
+
+static int could_see(const stein_model *m, const stein_channel *c)
 {
     switch (c->read) {
     case STEIN_READ_POSITION:
@@ -180,8 +189,7 @@ static int could_see(const stein_channel *c)
     case STEIN_READ_Y:
     case STEIN_READ_Z:
     case STEIN_READ_GAP: return 1;
-    case STEIN_READ_FORCE:
-    case STEIN_READ_NOTCH_FORCE: return 2;
+    case STEIN_READ_FORCE: return stands(m, c->index) ? 2 : 0;
     default: return 0;
     }
 }
@@ -201,7 +209,7 @@ static void eyes(plan__bench *b, const double *range)
         for (int k = 0; k < b->m->nchannel && b->neye < PLAN_EYES; k++) {
             const stein_channel *channel = &b->m->channels[k];
             const lab_used *u = plan__used(c->channel, c->nchannel, channel->name);
-            int angle = strcmp(channel->unit, "rad") == 0, kind = could_see(channel);
+            int angle = strcmp(channel->unit, "rad") == 0, kind = could_see(b->m, channel);
             double noise = u != NULL   ? u->noise
                            : kind == 1 ? length / (angle ? marker_arm : 1.0)
                            : kind == 2 ? force_error * range[k]

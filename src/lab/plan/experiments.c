@@ -12,7 +12,8 @@
  *   forces     every input that is a force: to the largest force so far, or the load's weight
  *   removed    the string of the stroke
  *   mass       half as much again on a body that moves, weighed together
- *   channel    an output that nobody measured: a place as exactly as the others, a force to 1 %
+ *   channel    an output that nobody measured: a place as exactly as the others, a force
+ *              on the ground to 1 %
  *   camera     four frames for one; also of the best of all those
  *
  * What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.

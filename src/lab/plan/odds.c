@@ -18,7 +18,9 @@
  *
  * So whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
  * Buzzi-Ferraris and Forzatti 1984). Strokes are drawn from either model: the mean and the worst
- * tenth of 2 ln odds, the lesser one of both truths. A draw needs no vector as long as a stroke:
+ * tenth of 2 ln odds, the lesser one of both truths. Of k rivals each has to go in all but a k-th
+ * of that tenth, so that all of them are gone in nine of ten. A draw needs no vector as long as a
+ * stroke:
  * with X = [y_A - y_B, P_A, Z_A, P_B, Z_B] and K = X'X, X'v follows from w, u and X'e ~ N(0, K).
  */
 #include <gsl/gsl_blas.h>
@@ -258,8 +260,8 @@ static double one_draw(draw *d, int truth, int repeats)
     return sum - model_learnt(b) + model_learnt(a);
 }
 
-/* mean and worst tenth, of the truth that fares worse */
-static void draws(draw *d, int repeats, double *mean, double *worst)
+/* mean and worst, of the truth that fares worse */
+static void draws(draw *d, int repeats, int rivals, double *mean, double *worst)
 {
     double value[DRAWS];
     int n = repeats > MANY ? DRAWS_MANY : DRAWS;
@@ -277,7 +279,7 @@ static void draws(draw *d, int repeats, double *mean, double *worst)
         }
         gsl_sort(value, 1, (size_t)n);
         *mean = fmin(*mean, sum / n);
-        *worst = fmin(*worst, value[n / 10]);
+        *worst = fmin(*worst, value[n / (10 * rivals)]);
     }
 }
 
@@ -310,7 +312,7 @@ static void draw_free(draw *d)
 }
 
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
-                        lab_experiment *e, stein_err *err)
+                        int rivals, lab_experiment *e, stein_err *err)
 {
     static const int repeats[] = {1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64};
     size_t n = (size_t)pair->n;
@@ -337,11 +339,11 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
     e->odds = e->odds_worst = 0.0;
     e->repeats = 0;
     if (a > 0 && b > 0 && noise_factor(&d)) {
-        draws(&d, 1, &e->odds, &e->odds_worst);
+        draws(&d, 1, rivals, &e->odds, &e->odds_worst);
         double mean = e->odds, worst = e->odds_worst;
         for (size_t i = 0; i < sizeof repeats / sizeof *repeats && repeats[i] <= most; i++) {
             if (repeats[i] > 1) {
-                draws(&d, repeats[i], &mean, &worst);
+                draws(&d, repeats[i], rivals, &mean, &worst);
             }
             if (worst >= wanted) {
                 e->repeats = repeats[i];

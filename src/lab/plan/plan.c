@@ -99,7 +99,8 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
         lab_experiment one = *e;
         one.against = p->suspect[k + 1];
-        status = plan__odds(&p->pair[k], use, 2.0 * stein__log_of(p->def->wanted), MOST, &one, err);
+        status = plan__odds(&p->pair[k], use, 2.0 * stein__log_of(p->def->wanted), MOST,
+                            p->nside - 1, &one, err);
         worst = k == 0 || less(&one, &worst) ? one : worst;
     }
     *e = worst;

@@ -109,8 +109,9 @@ void plan__pair_free(plan__pair *pair);
  *  @param use     [neye]
  *  @param wanted  2 ln of the odds wanted
  *  @param most    repeats at most
+ *  @param rivals  there are so many, 1..LAB_PLAN_RIVALS, of which none may be left
  *  @return OK, ENOMEM */
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
-                        lab_experiment *e, stein_err *err);
+                        int rivals, lab_experiment *e, stein_err *err);
 
 #endif
