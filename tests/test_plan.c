@@ -29,8 +29,14 @@ static void make_views(double Y[2][ROWS], double P[2][NP * ROWS], double Z[2][NZ
             Z[m][i] = 30.0;
             Z[m][ROWS + i] = 0.8 * exp(-2.0 * t);
         }
-        v[m] = (plan__view){
-            .rows = ROWS, .neye = 1, .np = NP, .nz = NZ, .y = Y[m], .P = P[m], .Z = Z[m]};
+        v[m] = (plan__view){.rows = ROWS,
+                            .until = ROWS,
+                            .neye = 1,
+                            .np = NP,
+                            .nz = NZ,
+                            .y = Y[m],
+                            .P = P[m],
+                            .Z = Z[m]};
     }
 }
 
@@ -103,6 +109,30 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
         gsl_matrix_free(V[m]);
         gsl_matrix_free(W[m]);
     }
+}
+END_TEST
+
+START_TEST(what_cannot_be_predicted_tells_nothing)
+{
+    static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
+    plan__view v[2];
+    plan__pair pair;
+    const unsigned char use[] = {1};
+    lab_experiment e[3];
+    make_views(Y, P, Z, v);
+    for (int k = 0; k < 3; k++) {
+        v[0].until = k == 0 ? ROWS : ROWS / 2; // of both models the one that ends earlier
+        for (int i = ROWS / 2; k == 2 && i < ROWS; i++) {
+            Y[0][i] += 1e3;
+        }
+        e[k] = (lab_experiment){.faster = 1};
+        ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+        ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e[k], err));
+        plan__pair_free(&pair);
+    }
+    ck_assert(e[1].odds < e[0].odds);
+    ck_assert(e[2].odds == e[1].odds);
+    ck_assert(e[2].odds_worst == e[1].odds_worst);
 }
 END_TEST
 
@@ -343,6 +373,7 @@ Suite *plan_suite(void)
     tcase_set_timeout(tc, 240);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, odds_of_draws_are_those_of_dense_algebra);
+    tcase_add_test(tc, what_cannot_be_predicted_tells_nothing);
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_the_best_are_filmed_faster_too);

@@ -45,9 +45,10 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
 {
     int n = 1 + a->np + a->nz + b->np + b->nz;
     size_t rows = (size_t)a->rows, all = rows * (size_t)a->neye, size = (size_t)n * (size_t)n;
+    size_t until = (size_t)(a->until < b->until ? a->until : b->until);
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
-    double *X = malloc(sizeof *X * ((size_t)n * rows + 1));
+    double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
     double *Z = malloc(sizeof *Z * ((size_t)a->nz * all + 1));
     if (pair->K == NULL || X == NULL || Z == NULL || a->nz != b->nz) {
         free(X);
@@ -60,14 +61,14 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
     }
     for (int c = 0; c < a->neye; c++) {
         size_t at = rows * (size_t)c, k = 1;
-        for (size_t i = 0; i < rows; i++) {
+        for (size_t i = 0; i < until; i++) {
             X[i] = a->y[at + i] - b->y[at + i];
         }
         const double *block[] = {a->P, Z, b->P, Z};
         const int count[] = {a->np, a->nz, b->np, b->nz};
         for (int part = 0; part < 4; part++) {
             for (int i = 0; i < count[part]; i++, k++) {
-                memcpy(X + k * rows, block[part] + (size_t)i * all + at, sizeof *X * rows);
+                memcpy(X + k * rows, block[part] + (size_t)i * all + at, sizeof *X * until);
             }
         }
         gsl_matrix_const_view x = gsl_matrix_const_view_array(X, (size_t)n, rows);

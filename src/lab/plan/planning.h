@@ -77,6 +77,7 @@ void plan__film_faster(lab_experiment *to, const lab_experiment *e);
  *  and a stroke's own ones (Z) do, each column by one standard deviation. */
 typedef struct plan__view {
     int rows, neye; /* rows of one channel; channels */
+    int until;      /* rows that can be predicted */
     int np, nz;
     double *y;    /* [neye*rows] */
     double *P;    /* [np][neye*rows] */

@@ -21,6 +21,10 @@ static const double tolerance = 1e-10;     /* of integration steps */
 static const double unknown_start = 100.0; /* of an initial speed without prior, in its scale */
 static const double least_step = 1e-6, most_step = 0.05; /* of differences, in prior sd */
 
+enum { WAYS = 6 };
+static const double small = 0.1;       /* part of what is uncertain */
+static const double unpredicted = 0.1; /* of a stroke's chi2, as where the numbers come from */
+
 double lab_shape_at(lab_shape shape, double time, double t)
 {
     static const double pi = 3.14159265358979323846;
@@ -198,9 +202,10 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
     }
 }
 
-/* P: columns of J times the Cholesky factor of the posterior's covariance */
+/* P: columns of J times the Cholesky factor of the posterior's covariance; way [np][p->np]: what
+ * each of them moves */
 static stein_status spread(plan__view *v, const fit__problem *p, const lab_posterior *q,
-                           const int *of, const double *J, stein_err *err)
+                           const int *of, const double *J, double *way, stein_err *err)
 {
     size_t n = (size_t)v->neye * (size_t)v->rows, np = (size_t)v->np;
     int *at = calloc((size_t)p->np + 1, sizeof *at), k = 0;
@@ -226,10 +231,11 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
     for (size_t b = 0; b < np; b++) {
         for (size_t a = ok ? b : np; a < np; a++) { // L is lower
             double sd = q->number[of[at[a]]].sd / p->unknown[at[a]].sd;
-            double by = -sd * gsl_matrix_get(C, a, b);
+            double by = sd * gsl_matrix_get(C, a, b);
             const double *j = J + fit__column(p, 0, at[a]);
+            way[b * (size_t)p->np + (size_t)at[a]] = by;
             for (size_t i = 0; i < n; i++) {
-                v->P[b * n + i] += by * j[i];
+                v->P[b * n + i] -= by * j[i];
             }
         }
     }
@@ -255,13 +261,74 @@ static void own_columns(plan__view *v, const fit__problem *p, const double *scat
     }
 }
 
+/* ---- what can be predicted ---- */
+
+/* +1 or -1, of a Walsh function */
+static double sign_of(int way, int column)
+{
+    int bits = way & column, odd = 0;
+    for (; bits != 0; bits >>= 1) {
+        odd ^= bits & 1;
+    }
+    return odd ? -1.0 : 1.0;
+}
+
+/* the first row by which r has left y and P, a small way along all columns, for good */
+static int leaves(const plan__view *v, const plan__bench *b, int way, const double *r)
+{
+    size_t n = (size_t)v->neye * (size_t)v->rows;
+    double sum = 0.0;
+    for (int i = 0; i < v->rows; i++) {
+        for (int c = 0; c < v->neye; c++) {
+            size_t at = (size_t)c * (size_t)v->rows + (size_t)i;
+            double e = b->eye[c].measured ? r[at] - v->y[at] : 0.0;
+            for (int k = 0; b->eye[c].measured && k < v->np; k++) {
+                e += small * sign_of(way, k) * v->P[(size_t)k * n + at];
+            }
+            sum += e * e;
+        }
+        if (!(sum < unpredicted)) {
+            return i;
+        }
+    }
+    return v->rows;
+}
+
+/* Behind an event that may as well not happen - a bounce more, a pawl that just catches - a stroke
+ * answers to its numbers more finely than anybody knows them, and what a model says of it tells
+ * nothing about the model: it ends where a small part of what is uncertain makes it go another way
+ * than its derivatives say. The numbers have been found from strokes that end so (settle.c). */
+static stein_status foresee(plan__view *v, plan__bench *b, const fit__problem *p, const double *x,
+                            const double *way, stein_err *err)
+{
+    size_t n = (size_t)v->rows * (size_t)v->neye;
+    double *to = malloc(sizeof *to * ((size_t)p->nu + 1)), *r = malloc(sizeof *r * (n + 1));
+    stein_status status = to != NULL && r != NULL ? STEIN_OK : lab__no_memory(err);
+    for (int w = 0; status == STEIN_OK && w < WAYS; w++) {
+        int failed = 0;
+        memcpy(to, x, sizeof *to * (size_t)p->nu);
+        for (int k = 0; k < v->np; k++) {
+            for (int i = 0; i < p->np; i++) {
+                to[i] += small * sign_of(w, k) * way[k * p->np + i];
+            }
+        }
+        b->strokes++;
+        status = fit__residuals(p, to, r, &failed, err);
+        int until = status != STEIN_OK || failed > 0 ? 0 : leaves(v, b, w, r);
+        v->until = until < v->until ? until : v->until;
+    }
+    free(to);
+    free(r);
+    return status;
+}
+
 /* ---- predicting ---- */
 
 static stein_status view_make(plan__view *v, const plan__bench *b, const fit__problem *p, int np,
                               stein_err *err)
 {
     const fit__stroke *t = &p->stroke[0];
-    *v = (plan__view){.rows = t->n, .neye = b->neye, .np = np, .nz = t->own};
+    *v = (plan__view){.rows = t->n, .until = t->n, .neye = b->neye, .np = np, .nz = t->own};
     size_t n = (size_t)v->rows * (size_t)v->neye;
     v->y = calloc(n + 1, sizeof *v->y);
     v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
@@ -288,7 +355,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
 {
     const lab_posterior *q = &side->s->posterior;
     int *of = calloc((size_t)p->np + 1, sizeof *of), failed = 0;
-    double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL;
+    double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL, *way = NULL;
     p->tolerance = tolerance;
     p->central = !b->quick;
     fit__problem_try(p, &side->candidate);
@@ -310,11 +377,14 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     if (status == STEIN_OK && !only_y) {
         J = malloc(sizeof *J * (fit__columns(p) + 1));
         b->strokes += 2 * (np + v->nz);
-        status = J != NULL ? fit__sensitivities(p, x, v->y, J, err) : lab__no_memory(err);
+        way = calloc((size_t)(np * p->np) + 1, sizeof *way);
+        status =
+            J != NULL && way != NULL ? fit__sensitivities(p, x, v->y, J, err) : lab__no_memory(err);
     }
     if (status == STEIN_OK && J != NULL) {
-        status = spread(v, p, q, of, J, err);
+        status = spread(v, p, q, of, J, way, err);
         own_columns(v, p, b->d->scatter, J);
+        status = status == STEIN_OK ? foresee(v, b, p, x, way, err) : status;
     }
     for (int i = 0; status == STEIN_OK && i < v->rows * v->neye; i++) {
         v->y[i] = -v->y[i]; // the residual of nothing
@@ -322,6 +392,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     free(of);
     free(x);
     free(J);
+    free(way);
     return status;
 }
 
