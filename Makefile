@@ -278,17 +278,18 @@ $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/ele
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
-# the benchmark: a mechanism of its own, alone and in lanes; CVODE where it is installed
+# the benchmark: a mechanism of its own, alone and in lanes; CVODE and MuJoCo where they are installed
 BENCH_SRC := $(filter-out bench/equations.c,$(wildcard bench/*.c))
 BENCH_OBJ := $(call obj,$(BENCH_SRC)) $(B)/obj/bench/piano3.o \
              $(foreach w,$(WIDTHS),$(B)/obj/bench/lanes$w/equations.o $(B)/obj/bench/lanes$w/piano3.o)
 ifneq ($(filter $(B)/bench bench $(B)/bench-libm bench-libm,$(MAKECMDGOALS)),)
 HAS_CVODE := $(shell $(CC) -E -include cvode/cvode.h -x c /dev/null >/dev/null 2>&1 && echo 1)
+HAS_MUJOCO := $(shell $(CC) -E -include mujoco/mujoco.h -x c /dev/null >/dev/null 2>&1 && echo 1)
 endif
-CVODE_LIBS := $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
+PEER_LIBS := $(if $(HAS_MUJOCO),-lmujoco) $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
 $(B)/bench: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) $(CVODE_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) $(PEER_LIBS) -lm
 $(BENCH_OBJ): | $(B)/include/stein/models.h
 $(B)/bench_models/piano3.c: bench/piano3.yaml $(B)/steingen
 	@mkdir -p $(@D) && echo "  GEN   $<"
@@ -296,7 +297,7 @@ $(B)/bench_models/piano3.c: bench/piano3.yaml $(B)/steingen
 $(B)/obj/bench/piano3.o: $(B)/bench_models/piano3.c
 	$(compile)
 $(B)/obj/bench/%.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS)) \
-  -DBENCH_FLAGS='"$(CC) $(OPT) $(EXACT)"' $(if $(HAS_CVODE),-DBENCH_CVODE)
+  -DBENCH_FLAGS='"$(CC) $(OPT) $(EXACT)"' $(if $(HAS_CVODE),-DBENCH_CVODE) $(if $(HAS_MUJOCO),-DBENCH_MUJOCO)
 define wide_bench
 $(B)/obj/bench/lanes$(1)/%.o: ALL_CPPFLAGS += -DSTEIN_LANES=$(1)
 $(B)/obj/bench/lanes$(1)/%.o: ALL_CFLAGS += $(WIDE_$(1))
@@ -340,7 +341,7 @@ $(B)/obj/libm/%.o: src/core/%.c bench/libm.h
 $(B)/bench-libm: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a \
     $(patsubst src/core/%.c,$(B)/obj/libm/%.o,$(filter-out src/core/elementary.c src/core/identity.c $(LANE_SRC),$(wildcard src/core/*.c)))
 	@echo "  LD    $@"
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(CVODE_LIBS) -lm
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(PEER_LIBS) -lm
 
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where

@@ -5,6 +5,7 @@
  *   timing.c      cases, rounds, ratios
  *   operations.c  equations counted, against those of other generators
  *   closed.c      equations by hand against generated ones
+ *   mujoco.c      the same by MuJoCo
  *   equations.c   the same in lanes
  *   runtime.c     qdd, steps, strokes, batches
  *   derivative.c  qdd by q, qd and parameters

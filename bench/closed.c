@@ -20,6 +20,7 @@
 #include "bench.h"
 #include "elementary.h"
 #include "equations.h"
+#include "mujoco.h"
 
 extern const stein_model stein_model_piano3;
 
@@ -167,7 +168,8 @@ static int other_bits(int i, int n, const double *lane_M, const double *lane_c)
 
 static void check_lanes(const equations_in_lanes *e)
 {
-    double M[9 * WIDEST] __attribute__((aligned(64))), c[3 * WIDEST] __attribute__((aligned(64)));
+    double M[9 * WIDEST] __attribute__((aligned(64))) = {0.0};
+    double c[3 * WIDEST] __attribute__((aligned(64))) = {0.0};
     int n = e->lanes, wrong = 0;
     for (int i = 0; i < BENCH_STATES; i++) {
         for (int j = 0; j < 3; j++) {
@@ -221,7 +223,7 @@ const equations_in_lanes *equations_of_width(int lanes)
     return NULL;
 }
 
-static bench_case *of_libm, *of_ours, *of_generated, *of_lanes;
+static bench_case *of_libm, *of_ours, *of_generated, *of_forward, *of_lanes;
 
 void closed_add(void)
 {
@@ -257,7 +259,9 @@ void closed_add(void)
     if (of_generated != NULL) {
         of_generated->ops = &model->ops_unloaded;
     }
-    bench_add("closed", name, "forward dynamics, generated", run_forward, (void *)(size_t)model);
+    of_forward = bench_add("closed", name, "forward dynamics, generated", run_forward,
+                           (void *)(size_t)model);
+    mujoco_add(sim, (const double(*)[3])q, (const double(*)[3])qd, BENCH_STATES);
     const equations_in_lanes *e = equations_of_width(stein_batch_width(&stein_model_stein1788));
     if (e != NULL) {
         check_lanes(e);
@@ -276,6 +280,7 @@ void closed_rows(void)
                 of_ours, 1.0, 1.05, 0);
     bench_ratio("M+c of the simple tree, generated : by hand with sines of libm", of_generated,
                 of_libm, 1.0, 1.05, 0);
+    mujoco_rows(of_generated, of_forward);
     const equations_in_lanes *e = equations_of_width(stein_batch_width(&stein_model_stein1788));
     if (e != NULL) {
         snprintf(what, sizeof what, "M+c of the simple tree, a state in %d lanes : alone",
