@@ -35,7 +35,7 @@ static void mass_bias(const double *q, const double *qd, double *M, double *c)
 
 static double sum(const double *q, const double *qd, int n)
 {
-    real of = same(0.0), M[NQ * NQ], c[NQ];
+    real of = same(0.0), M[NQ * NQ] = {same(0.0)}, c[NQ] = {same(0.0)};
     double all = 0.0;
     for (int i = 0; i < NQ * n; i += NQ * STEIN_LANES) {
         evaluate((const wide *)(q + i), (const wide *)(qd + i), M, c);

@@ -11,6 +11,13 @@ static void target_mass_bias(const tree *t, int i, char out[64])
     snprintf(out, 64, i < n * n ? "M[%d]" : "c[%d]", i < n * n ? i : i - n * n);
 }
 
+/* all but the diagonal of M, where a joint with a prescribed motion has its 1 */
+static int beside_diagonal(const tree *t, int i)
+{
+    int n = t->n;
+    return i >= n * n || i / n != i % n;
+}
+
 static void target_inverse(const tree *t, int i, char out[64])
 {
     (void)t;
@@ -27,6 +34,12 @@ static void target_pose(const tree *t, int i, char out[64])
     static const char *const field[7] = {"x", "z", "c", "s", "vx", "vz", "w"};
     (void)t;
     snprintf(out, 64, "pose[%d].%s", i / 7, field[i % 7]);
+}
+
+static int always(const tree *t, int i)
+{
+    (void)t, (void)i;
+    return 1;
 }
 
 static void target_point(const tree *t, int i, char out[64])
@@ -75,7 +88,8 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .note = "M(q) and c(q, qd) without external forces: what a simulation evaluates",
         .type = "stein_real",
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
-        .target = target_mass_bias};
+        .target = target_mass_bias,
+        .stays = beside_diagonal};
     static const emission articulated = {
         .name = "articulated",
         .arguments = "const stein_real *q, const stein_real *qd, const stein_real *sc,\n"
@@ -93,7 +107,8 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .note = "planar poses of the bodies that have a frame",
         .type = "stein_real",
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
-        .target = target_pose};
+        .target = target_pose,
+        .stays = always};
     emit_func(x, t, l, &f->unloaded, &unloaded);
     emit_solve(x, t);
     if (f->articulated.nout) {

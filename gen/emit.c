@@ -531,7 +531,9 @@ void emit_func(text *x, const tree *t, const layout *l, const func *f, const emi
         for (int i = 0; i < f->nout; i++) {
             char left[64];
             e->target(t, i, left);
-            if (is_number(&p, f->out[i])) {
+            if (f->out[i] == 0 && e->stays && e->stays(t, i)) {
+                text_add(x, "    STEIN_ZERO(%s);\n", left);
+            } else if (is_number(&p, f->out[i])) {
                 print_all(&p, left, f->out[i]);
             } else {
                 print_line(&p, left, f->out[i], "");

@@ -102,6 +102,7 @@ typedef struct emission {
     const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
     const char *unused[EX_NVAR + 2];     /* argument names by ex_var_kind, then d, sc */
     target_name *target;
+    int (*stays)(const tree *t, int i); /* nobody else writes to output i; NULL: somebody may */
 } emission;
 
 void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops);

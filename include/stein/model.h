@@ -11,22 +11,29 @@
  *      d  [nd]  derived constants, all that the equations and the runtime read
  *
  * Signs, frames and shapes, once for the whole library:
- *   M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
- *   q, qd, qdd  [nq]  one coordinate a joint [rad or m], in the order of the bodies
- *   sc          [2*nq] sine and cosine of every turning joint's q, for all functions at that q;
- *                      entries of sliding joints are not read
- *   M           [nq*nq] row-major, full symmetric;  c [nq] holds gravity, gyroscopic and applied
- * terms Q           [nq]  generalised forces in the joints [N m or N] frc, trq    [3*nbody]
- * external force [N] and moment [N m] on each body at its centre of mass, components in that body's
- * own axes Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or
- * slides against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane
- * (x to the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a
- * joint about +y turns clockwise as drawn.
+ *
+ *      M(q) qdd + c(q, qd, frc, trq) = Q(q, qd)
+ *
+ *   - q, qd, qdd [nq]: one coordinate a joint [rad or m], in the order of the bodies
+ *   - sc [2*nq]: sine and cosine of every turning joint's q, for all functions at that q; entries
+ *     of sliding joints are not read
+ *   - M [nq*nq]: row-major, full, symmetric
+ *   - c [nq]: holds gravity, gyroscopic and applied terms
+ *   - Q [nq]: generalised forces in the joints [N m or N]
+ *   - frc, trq [3*nbody]: external force [N] and moment [N m] on each body at its centre of mass,
+ *     components in that body's own axes
+ *
+ * Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
+ * against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane (x to
+ * the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a joint
+ * about +y turns clockwise as drawn.
  *
  * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
  * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
  * of each of as many simulations, and the file exports `const stein_lanes stein__lanes4_<name>` in
  * place of the descriptor: the same operations in the same order, so the same bits in each lane.
+ * What is always 0 off the diagonal of M, in c and in the poses is not written in lanes: it is 0 in
+ * the memory that they are given.
  */
 #ifndef STEIN_MODEL_H
 #define STEIN_MODEL_H
@@ -58,6 +65,13 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #define STEIN_ALL(x) (x)
 #else
 #define STEIN_ALL(x) ((x) - (stein_real){0})
+#endif
+
+/** An output that is always 0. In lanes it is not written: it is 0 from the beginning. */
+#if STEIN_LANES <= 1
+#define STEIN_ZERO(x) ((x) = 0.0)
+#else
+#define STEIN_ZERO(x) ((void)&(x))
 #endif
 
 /** What a parameter can be by its nature; each range lies within the one before it. */
