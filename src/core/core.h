@@ -1,23 +1,27 @@
 /* SPDX-License-Identifier: MIT
  * core.h - what the files of the core share. Not installed.
  *
- *   sim.c       create, parameters                       settle.c   static equilibrium, reset
- *   state.c     the state as a block                     blame.c    why a motion ended
- * * layout.c    memory                                   step.c     fixed steps, located events
- *   dynamics.c  (t, q, qd) -> qdd                        adapt.c    steps of controlled error
- * * inputs.c    what drives it from outside            * trial.c    RK4, DP5
- * * forces.c    all other forces, qdd                    batch*.c   many simulations in lanes
- * * contact.c   spots: where and how deep                processor.c  how many lanes there are
- * * touch.c     forces of all that touches and rubs      tangent.c  derivatives of forces
- * * notch.c     the notch and its memory                 slopes.c   the same for what touches
- * * table.c     laws given by points                     derivative.c  derivatives of qdd
- *   channel.c   output channels                          sensitivity.c  derivatives of a motion
- *   identity.c  one hash of all that computes            law.c, linalg.c, status.c
- *   handover.c  parameters from another thread           elementary.c  far and rare functions
- * * laws.h      the laws, inline                       * elementary.h  sine, cosine, tanh, exp, log
+ *   of a simulation alone
+ *      sim.c       create, parameters                  settle.c    static equilibrium, reset
+ *      state.c     the state as a block                blame.c     why a motion ended
+ *      dynamics.c  (t, q, qd) -> qdd                   step.c      fixed steps, located events
+ *      channel.c   output channels                     adapt.c     steps of controlled error
+ *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
+ *      law.c       the laws for others                 elementary.c  far and rare functions
+ *      status.c    errors                              identity.c  one hash of all that computes
  *
- * Files marked * are written in the words of real.h; lanes.c compiles them once more for each
- * number of lanes, with a stein_sim whose every real is a vector.
+ *   in the words of real.h, once more for each number of lanes
+ *      layout.c    memory                              contact.c   spots: where and how deep
+ *      inputs.c    what drives it from outside         notch.c     the notch and its memory
+ *      forces.c    all other forces, qdd               touch.c     forces of what touches and rubs
+ *      trial.c     RK4, DP5                            table.c     laws given by points
+ *      inside.c    within a trial step                 laws.h, elementary.h  inline
+ *
+ *   of many, and of derivatives
+ *      lanes.c     trial steps in lanes                tangent.c   derivatives of forces
+ *      batch*.c    many simulations in lanes           slopes.c    the same for what touches
+ *      processor.c how many lanes there are            derivative.c  derivatives of qdd
+ *                                                      sensitivity.c  derivatives of a motion
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
