@@ -9,7 +9,7 @@
 #include "bench.h"
 #include "gen.h"
 
-enum { MAX_CASES = 96, MAX_ROWS = 48 };
+enum { MAX_CASES = 96, MAX_ROWS = 64 };
 
 typedef struct row {
     char what[96];
