@@ -121,19 +121,21 @@ static void take_down(void *ctx, fit__bench *b, int index, int failed)
     differ(j, t, b->y);
 }
 
-/* columns that are known: -1/noise for the channel of an offset, 0 for what is idle */
-static void known_column(const fit__problem *p, int stroke, int k, double *J)
+/* columns that are known: -1/noise for the channel of an offset, 0 for what is idle; a sample that
+ * does not count, behind the horizon, say, has no residual */
+static void known_column(const fit__problem *p, int stroke, int k, const double *r, double *J)
 {
     const fit__stroke *s = &p->stroke[stroke];
     const fit__unknown *u = &p->unknown[unknown_of(p, stroke, k)];
     double *column = J + fit__column(p, stroke, k);
+    r += fit__offset(p, stroke);
     if (u->idle) {
         memset(column, 0, sizeof *column * (size_t)(s->nch * s->n));
         return;
     }
     for (int i = 0; i < s->nch * s->n; i++) {
         double w = s->weight != NULL ? s->weight[i] : 1.0;
-        int on = i / s->n == u->index && isfinite(s->y[i]);
+        int on = i / s->n == u->index && r[i] != 0.0;
         column[i] = on ? -w * u->sd / s->noise[u->index] : 0.0;
     }
 }
@@ -182,7 +184,7 @@ stein_status fit__sensitivities(const fit__problem *p, const double *x, const do
             if (is_simulated(p, s, k)) {
                 list[n++] = (task){.stroke = s, .k = k};
             } else {
-                known_column(p, s, k, J);
+                known_column(p, s, k, r, J);
             }
         }
     }
