@@ -299,12 +299,14 @@ void fit__choose_steps(fit__problem *p, const double *J);
 
 /* ---- minimise.c ---- */
 
-/** Normal equations, nuisances eliminated: arrow matrix of globals and strokes. */
+/** Normal equations, nuisances eliminated: arrow matrix of globals and strokes. Globals are those
+ *  parameters that move: a search for a law has hundreds that stay. */
 typedef struct fit__normal {
     int np, nu, nstroke;
-    gsl_matrix *A;        /* [np x np] globals */
+    int n, *moving, *row; /* globals; the unknown of each; [np] which of them, -1: it stays */
+    gsl_matrix *A;        /* [n x n] globals */
     gsl_matrix **B, **C;  /* per stroke: own x own, own x globals; NULL: none */
-    double *g;            /* [nu] half the gradient */
+    double *g;            /* [nu] half the gradient; 0 of what stays */
     double *product;      /* [nu] workspace */
     gsl_matrix *S;        /* Schur complement, then its Cholesky factor */
     gsl_matrix **BL, **X; /* factors of B and B^-1 C at the present damping */
@@ -315,7 +317,7 @@ void fit__normal_free(fit__normal *n);
 void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
                       const double *J, int prior);
 /** Factor with mu diag added. @return 0, or -1 when not positive definite */
-int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu);
+int fit__normal_factor(fit__normal *n, double mu);
 /** dx [nu] = -(A + mu D)^-1 g. */
 void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx);
 

@@ -30,8 +30,14 @@ static int information(fit__normal *n, const fit__problem *p, const double *x, c
                        const double *J, gsl_matrix *m)
 {
     fit__normal_fill(n, p, x, r, J, 0);
-    gsl_matrix_memcpy(m, n->A);
-    if (fit__normal_factor(n, p, 0.0) != 0) { // S may well be singular, the strokes' blocks are not
+    gsl_matrix_set_identity(m); // of what stays
+    for (int i = 0; i < n->n; i++) {
+        for (int k = 0; k < n->n; k++) {
+            gsl_matrix_set(m, (size_t)n->moving[i], (size_t)n->moving[k],
+                           gsl_matrix_get(n->A, (size_t)i, (size_t)k));
+        }
+    }
+    if (fit__normal_factor(n, 0.0) != 0) { // S may well be singular, the strokes' blocks are not
         for (int s = 0; s < p->nstroke; s++) {
             if (n->B[s] != NULL && !(gsl_matrix_get(n->BL[s], 0, 0) > 0.0)) {
                 return -1;
@@ -39,13 +45,14 @@ static int information(fit__normal *n, const fit__problem *p, const double *x, c
         }
     }
     for (int s = 0; s < p->nstroke; s++) {
-        for (size_t i = 0; n->B[s] != NULL && i < m->size1; i++) {
-            for (size_t k = 0; k < m->size1; k++) {
+        for (int i = 0; n->B[s] != NULL && i < n->n; i++) {
+            for (int k = 0; k < n->n; k++) {
                 double sum = 0.0;
                 for (size_t a = 0; a < n->C[s]->size1; a++) {
-                    sum += gsl_matrix_get(n->C[s], a, i) * gsl_matrix_get(n->X[s], a, k);
+                    sum += gsl_matrix_get(n->C[s], a, (size_t)i) *
+                           gsl_matrix_get(n->X[s], a, (size_t)k);
                 }
-                *gsl_matrix_ptr(m, i, k) -= sum;
+                *gsl_matrix_ptr(m, (size_t)n->moving[i], (size_t)n->moving[k]) -= sum;
             }
         }
     }
@@ -193,13 +200,17 @@ static stein_status last_gain(const fit__problem *p, lab_fit *fit, fit__normal *
 
 static void covariances(const fit__problem *p, lab_fit *fit, const double *x, fit__normal *n)
 {
-    gsl_linalg_cholesky_invert(n->S);
+    if (n->n > 0) {
+        gsl_linalg_cholesky_invert(n->S);
+    }
     for (int i = 0; i < p->np; i++) {
-        take_interval(&fit->value[i], &p->unknown[i], x[i],
-                      gsl_matrix_get(n->S, (size_t)i, (size_t)i));
         for (int k = 0; k < p->np; k++) {
-            fit->covariance[i * p->np + k] =
-                gsl_matrix_get(n->S, (size_t)i, (size_t)k) * p->unknown[i].sd * p->unknown[k].sd;
+            int moves = n->row[i] >= 0 && n->row[k] >= 0; // what stays is as sure as before
+            double v = moves ? gsl_matrix_get(n->S, (size_t)n->row[i], (size_t)n->row[k]) : i == k;
+            fit->covariance[i * p->np + k] = v * p->unknown[i].sd * p->unknown[k].sd;
+            if (i == k) {
+                take_interval(&fit->value[i], &p->unknown[i], x[i], v);
+            }
         }
     }
     own_intervals(p, fit, x, n, n->S);
@@ -219,7 +230,7 @@ static stein_status refill(fit__normal *n, const fit__problem *p, const double *
     }
     fit__normal_fill(n, p, x, scaled, scaled + rows, 1);
     free(scaled);
-    return fit__normal_factor(n, p, 0.0) == 0
+    return fit__normal_factor(n, 0.0) == 0
                ? STEIN_OK
                : lab__fail(err, STEIN_ENONFINITE, "the information matrix is not positive");
 }

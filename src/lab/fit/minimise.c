@@ -44,8 +44,10 @@ stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *
     n->S = gsl_matrix_alloc(np, np);
     n->g = calloc((size_t)p->nu + 1, sizeof *n->g);
     n->product = calloc((size_t)p->nu + 1, sizeof *n->product);
+    n->moving = calloc(2 * np + 1, sizeof *n->moving);
+    n->row = n->moving + (n->moving != NULL ? np : 0);
     n->B = calloc(4 * ns + 1, sizeof *n->B);
-    int memory = n->A && n->S && n->g && n->product && n->B;
+    int memory = n->A && n->S && n->g && n->product && n->moving && n->B;
     n->C = n->B + (memory ? ns : 0);
     n->BL = n->C + (memory ? ns : 0);
     n->X = n->BL + (memory ? ns : 0);
@@ -72,20 +74,60 @@ void fit__normal_free(fit__normal *n)
     free(n->B);
     free(n->g);
     free(n->product);
+    free(n->moving);
 }
 
-/* the products of column a with those before it, and itself, into its place */
-static void fill_row(fit__normal *n, const fit__problem *p, int s, int a, const double *product)
+/* a matrix whose block has room for more */
+static void shape(gsl_matrix *m, size_t rows, size_t columns)
 {
-    size_t i = (size_t)(a < p->np ? a : a - p->np);
+    m->size1 = rows;
+    m->size2 = m->tda = columns;
+}
+
+/* what moves, and matrices of that size, of zeros */
+static void begin_fill(fit__normal *n, const fit__problem *p)
+{
+    n->n = 0;
+    for (int u = 0; u < p->np; u++) {
+        int moves = u != p->fixed && !p->unknown[u].idle;
+        n->row[u] = moves ? n->n : -1;
+        n->moving[n->n] = moves ? u : n->moving[n->n];
+        n->n += moves;
+    }
+    size_t m = (size_t)n->n;
+    shape(n->A, m, m);
+    shape(n->S, m, m);
+    gsl_matrix_set_zero(n->A);
+    for (int s = 0; s < p->nstroke; s++) {
+        if (n->B[s] != NULL) {
+            shape(n->C[s], (size_t)p->stroke[s].own, m);
+            shape(n->X[s], (size_t)p->stroke[s].own, m);
+            gsl_matrix_set_zero(n->B[s]);
+            gsl_matrix_set_zero(n->C[s]);
+        }
+    }
+    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
+}
+
+/* column a of a stroke's derivatives with those before it, and itself, into its place: globals come
+ * first, then its own */
+static void fill_row(fit__normal *n, int s, int a, const double *product)
+{
+    size_t i = (size_t)(a < n->n ? a : a - n->n);
     for (int b = 0; b <= a; b++) {
-        size_t k = (size_t)(b < p->np ? b : b - p->np);
-        gsl_matrix *m = a < p->np ? n->A : b < p->np ? n->C[s] : n->B[s];
+        size_t k = (size_t)(b < n->n ? b : b - n->n);
+        gsl_matrix *m = a < n->n ? n->A : b < n->n ? n->C[s] : n->B[s];
         gsl_matrix_set(m, i, k, gsl_matrix_get(m, i, k) + product[b]);
         if (m != n->C[s] && i != k) {
             gsl_matrix_set(m, k, i, gsl_matrix_get(m, i, k));
         }
     }
+}
+
+/* where column a is in the derivatives of a stroke */
+static int column_of(const fit__normal *n, int a)
+{
+    return a < n->n ? n->moving[a] : n->np + a - n->n;
 }
 
 static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const double *r,
@@ -95,62 +137,45 @@ static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const doub
     const double *first = J + fit__column(p, s, 0);
     size_t size = (size_t)(t->nch * t->n);
     r += fit__offset(p, s);
-    for (int a = 0; a < p->np + t->own; a++) {
-        const double *column = first + size * (size_t)a;
-        n->g[a < p->np ? a : t->first + a - p->np] += lab__dot(column, r, size);
-        lab__dots(column, first, size, a + 1, n->product);
-        fill_row(n, p, s, a, n->product);
+    for (int a = 0; a < n->n + t->own; a++) {
+        const double *column = first + size * (size_t)column_of(n, a);
+        n->g[a < n->n ? n->moving[a] : t->first + a - n->n] += lab__dot(column, r, size);
+        for (int b = 0, run; b <= a; b += run) { // columns beside each other at once
+            run = 1;
+            while (b + run <= a && column_of(n, b + run) == column_of(n, b) + run) {
+                run++;
+            }
+            lab__dots(column, first + size * (size_t)column_of(n, b), size, run, n->product + b);
+        }
+        fill_row(n, s, a, n->product);
     }
 }
 
+/* NULL: it stays */
 static double *diagonal(const fit__normal *n, const fit__problem *p, int u)
 {
     if (u < p->np) {
-        return gsl_matrix_ptr(n->A, (size_t)u, (size_t)u);
+        size_t row = (size_t)n->row[u];
+        return n->row[u] >= 0 ? gsl_matrix_ptr(n->A, row, row) : NULL;
     }
     int s = p->unknown[u].stroke;
     size_t i = (size_t)(u - p->stroke[s].first);
     return gsl_matrix_ptr(n->B[s], i, i);
 }
 
-/* an unknown that stays: its row and column become those of 1 */
-static void pin(fit__normal *n, int u)
-{
-    for (size_t i = 0; i < (size_t)n->np; i++) {
-        gsl_matrix_set(n->A, (size_t)u, i, 0.0);
-        gsl_matrix_set(n->A, i, (size_t)u, 0.0);
-    }
-    for (int s = 0; s < n->nstroke; s++) {
-        for (size_t i = 0; n->C[s] != NULL && i < n->C[s]->size1; i++) {
-            gsl_matrix_set(n->C[s], i, (size_t)u, 0.0);
-        }
-    }
-    gsl_matrix_set(n->A, (size_t)u, (size_t)u, 1.0);
-    n->g[u] = 0.0;
-}
-
 void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
                       const double *J, int prior)
 {
-    gsl_matrix_set_zero(n->A);
-    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
+    begin_fill(n, p);
     for (int s = 0; s < p->nstroke; s++) {
-        if (n->B[s] != NULL) {
-            gsl_matrix_set_zero(n->B[s]);
-            gsl_matrix_set_zero(n->C[s]);
-        }
         fill_stroke(n, p, s, r, J);
     }
     for (int u = 0; u < p->nu; u++) {
         // own priors always count: without them the data would be asked what a marker's offset is
-        if (p->unknown[u].prior && u != p->flat && (prior || u >= p->np)) {
-            *diagonal(n, p, u) += 1.0;
+        double *d = diagonal(n, p, u);
+        if (d != NULL && p->unknown[u].prior && u != p->flat && (prior || u >= p->np)) {
+            *d += 1.0;
             n->g[u] += x[u];
-        }
-    }
-    for (int u = 0; u < p->np; u++) {
-        if (u == p->fixed || p->unknown[u].idle) {
-            pin(n, u);
         }
     }
 }
@@ -166,11 +191,11 @@ static int factor(gsl_matrix *f, const gsl_matrix *m, double mu)
     return gsl_linalg_cholesky_decomp1(f) == 0 ? 0 : -1;
 }
 
-int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu)
+int fit__normal_factor(fit__normal *n, double mu)
 {
     gsl_matrix_memcpy(n->S, n->A);
-    for (int i = 0; i < p->np; i++) {
-        double *d = gsl_matrix_ptr(n->S, (size_t)i, (size_t)i);
+    for (size_t i = 0; i < (size_t)n->n; i++) {
+        double *d = gsl_matrix_ptr(n->S, i, i);
         *d += mu * *d + 1e-12;
     }
     for (int s = 0; s < n->nstroke; s++) {
@@ -180,23 +205,26 @@ int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu)
         if (factor(n->BL[s], n->B[s], mu) != 0) {
             return -1;
         }
+        if (n->n == 0) {
+            continue;
+        }
         gsl_matrix_memcpy(n->X[s], n->C[s]);
-        for (size_t k = 0; k < (size_t)p->np; k++) {
+        for (size_t k = 0; k < (size_t)n->n; k++) {
             gsl_vector_view column = gsl_matrix_column(n->X[s], k);
             gsl_linalg_cholesky_svx(n->BL[s], &column.vector);
         }
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, n->C[s], n->X[s], 1.0, n->S);
     }
-    return gsl_linalg_cholesky_decomp1(n->S) == 0 ? 0 : -1;
+    return n->n == 0 || gsl_linalg_cholesky_decomp1(n->S) == 0 ? 0 : -1;
 }
 
-void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
+/* of the globals, in n->product */
+static gsl_vector_view step_of_globals(const fit__normal *n, const fit__problem *p)
 {
-    size_t np = (size_t)p->np;
-    for (int u = 0; u < p->nu; u++) {
-        dx[u] = -n->g[u];
+    gsl_vector_view dp = gsl_vector_view_array(n->product, (size_t)n->n);
+    for (int i = 0; i < n->n; i++) {
+        n->product[i] = -n->g[n->moving[i]];
     }
-    gsl_vector_view dp = gsl_vector_view_array(dx, np);
     for (int s = 0; s < n->nstroke; s++) {
         if (n->B[s] != NULL) {
             gsl_vector_const_view g =
@@ -205,12 +233,29 @@ void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
         }
     }
     gsl_linalg_cholesky_svx(n->S, &dp.vector);
+    return dp;
+}
+
+void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
+{
+    gsl_vector_view dp;
+    for (int u = 0; u < p->nu; u++) {
+        dx[u] = u < p->np ? 0.0 : -n->g[u];
+    }
+    if (n->n > 0) {
+        dp = step_of_globals(n, p);
+    }
+    for (int i = 0; i < n->n; i++) {
+        dx[n->moving[i]] = gsl_vector_get(&dp.vector, (size_t)i);
+    }
     for (int s = 0; s < n->nstroke; s++) {
         if (n->B[s] != NULL) {
             gsl_vector_view dn =
                 gsl_vector_view_array(dx + p->stroke[s].first, (size_t)p->stroke[s].own);
             gsl_linalg_cholesky_svx(n->BL[s], &dn.vector); // -B^-1 g
-            gsl_blas_dgemv(CblasNoTrans, -1.0, n->X[s], &dp.vector, 1.0, &dn.vector);
+            if (n->n > 0) {
+                gsl_blas_dgemv(CblasNoTrans, -1.0, n->X[s], &dp.vector, 1.0, &dn.vector);
+            }
         }
     }
 }
@@ -248,7 +293,7 @@ static void room_free(room *m)
 /* what a full step without damping would gain */
 static double decrement(room *m, const fit__problem *p)
 {
-    if (fit__normal_factor(&m->normal, p, 0.0) != 0) {
+    if (fit__normal_factor(&m->normal, 0.0) != 0) {
         return INFINITY;
     }
     fit__normal_step(&m->normal, p, m->dx);
@@ -260,7 +305,7 @@ static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
                     stein_status *status, stein_err *err)
 {
     double longest = 0.0, scale = 1.0, predicted = 0.0;
-    if (fit__normal_factor(&m->normal, p, s->mu) != 0) {
+    if (fit__normal_factor(&m->normal, s->mu) != 0) {
         return 0;
     }
     fit__normal_step(&m->normal, p, m->dx);
@@ -269,8 +314,9 @@ static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
     }
     scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
+        const double *d = diagonal(&m->normal, p, u);
         m->try_x[u] = s->x[u] + scale * m->dx[u];
-        predicted += m->dx[u] * (s->mu * *diagonal(&m->normal, p, u) * m->dx[u] - m->normal.g[u]);
+        predicted += d != NULL ? m->dx[u] * (s->mu * *d * m->dx[u] - m->normal.g[u]) : 0.0;
     }
     int failed = 0;
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
@@ -330,16 +376,15 @@ static void new_gradient(room *m, const fit__problem *p, const double *x, const 
     memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        for (int a = 0; a < p->np + t->own; a++) {
-            n->g[a < p->np ? a : t->first + a - p->np] +=
-                lab__dot(J + fit__column(p, s, a), r + fit__offset(p, s), (size_t)(t->nch * t->n));
+        for (int a = 0; a < n->n + t->own; a++) {
+            n->g[a < n->n ? n->moving[a] : t->first + a - n->n] +=
+                lab__dot(J + fit__column(p, s, column_of(n, a)), r + fit__offset(p, s),
+                         (size_t)(t->nch * t->n));
         }
     }
     for (int u = 0; u < p->nu; u++) {
-        n->g[u] += p->unknown[u].prior && u != p->flat ? m->prior * x[u] : 0.0;
-        if (u < p->np && (u == p->fixed || p->unknown[u].idle)) {
-            n->g[u] = 0.0;
-        }
+        int moves = u >= p->np || n->row[u] >= 0;
+        n->g[u] += moves && p->unknown[u].prior && u != p->flat ? m->prior * x[u] : 0.0;
     }
 }
 
@@ -417,9 +462,9 @@ static void temper(const fit__problem *p, const fit__state *s, room *m)
 {
     m->prior = fmax(1.0, fit__chi2_dof(p, m->r));
     for (int u = 0; u < p->nu; u++) {
-        int pinned = u < p->np && (u == p->fixed || p->unknown[u].idle);
-        if (p->unknown[u].prior && u != p->flat && !pinned) {
-            *diagonal(&m->normal, p, u) += m->prior - 1.0;
+        double *d = diagonal(&m->normal, p, u);
+        if (d != NULL && p->unknown[u].prior && u != p->flat) {
+            *d += m->prior - 1.0;
             m->normal.g[u] += (m->prior - 1.0) * s->x[u];
         }
     }
@@ -431,10 +476,10 @@ static int solve_damped(const fit__problem *p, const fit__state *s, room *m)
 {
     fit__normal_fill(&m->normal, p, s->x, m->r, m->J, 1);
     temper(p, s, m);
-    for (int u = 0; u < p->np; u++) {
-        *diagonal(&m->normal, p, u) += s->mu;
+    for (size_t i = 0; i < (size_t)m->normal.n; i++) {
+        *gsl_matrix_ptr(m->normal.A, i, i) += s->mu;
     }
-    if (fit__normal_factor(&m->normal, p, 0.0) != 0) {
+    if (fit__normal_factor(&m->normal, 0.0) != 0) {
         return -1;
     }
     fit__normal_step(&m->normal, p, m->dx);
