@@ -49,6 +49,7 @@
     X(race)          \
     X(motion_check)  \
     X(curve)         \
+    X(law_search)    \
     X(settle)        \
     X(coupling)      \
     X(show)          \

@@ -245,13 +245,13 @@ START_TEST(a_swing_that_the_fit_of_a_law_has_lost_is_called_back)
     c->gain -= 1000.0; // of where it stands now
     double lost = c->gain;
     int better = 0;
-    ck_assert_stein(diag__curve_recall(d, w, c, &better, err));
+    ck_assert_stein(diag__curve_recall(d, w, c, INFINITY, 1, &better, err));
     ck_assert_int_eq(better, 1);
     ck_assert_double_lt(fabs(c->x[k] - kept), 1.0);
     ck_assert_double_lt(diag__curve_chi2_dof(d, w, c), 1.2);
     ck_assert_double_gt(c->gain, lost);
 
-    ck_assert_stein(diag__curve_recall(d, w, c, &better, err));
+    ck_assert_stein(diag__curve_recall(d, w, c, INFINITY, 1, &better, err));
     ck_assert_int_eq(better, 0); // nobody is lost now, and it has ended
     diag__held_free(&found.held);
     close_bench(&b);

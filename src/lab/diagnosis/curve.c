@@ -6,10 +6,12 @@
  *
  * model    the mechanism with a table of zeros at each of them: one more compilation, none a site
  *
- * scores   marginal likelihood of every curve to first order at the null fit
+ * scores   marginal likelihood of every curve to first order where the strokes first show that
+ *          something is missing, and at the null fit (curve_stand.c)
  *
- * fits     the best ones in full, everything else refitted (curve_fit.c); once more with the points
- *          where the strokes go then, if that is elsewhere
+ * fits     the best ones in full, everything else refitted: along the strokes (curve_outline.c,
+ *          curve_follow.c), and where that leaves more than noise from the null fit (curve_fit.c);
+ *          once more with the points where the strokes go then, if that is elsewhere
  *
  * judge    the best of those by marginal likelihood, on the held-out strokes (curve_judge.c)
  */
@@ -19,10 +21,8 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, BEGUN_ANEW = 2, RECALLS = 3, ROUNDS = 2, RENEWALS = 4, NAME = 2 * MECH_NAME };
-static const double enough = 0.3;    /* of the objective */
-static const double believed = 3.0;  /* of a stroke's own number, in sd */
-static const double far = 1.3;       /* chi2/dof from which on a fit begins anew */
+enum { FITTED = 4, RECALLS = 3, ROUNDS = 2, NAME = 2 * MECH_NAME };
+static const double as_noise = 1.1;  /* chi2/dof up to which nothing else is asked */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
 static const double worth_it = 0.75; /* share of the best gain from which on a fit goes on */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
@@ -39,7 +39,7 @@ static stein_status make_text(const diag *d, const diag__curves *w, char **text,
     double zero[CURVE_POINTS] = {0.0};
     stein_status status = lab__read_file(d->file, &old, &nold, err);
     status = status == STEIN_OK ? lab__surgery_begin(&s, old, nold, err) : status;
-    for (int i = 0; status == STEIN_OK && i < w->nsite; i++) {
+    for (int i = 0; status == STEIN_OK && i < 2 * w->nsite; i++) {
         const diag__site *o = &w->site[i];
         status = lab__table_add(s, o->table, diag__site_word(o->kind, m, o->index), o->place,
                                 diag__site_of(o->kind), diag__site_what(o), o->n, o->at, zero, NULL,
@@ -54,7 +54,7 @@ static stein_status make_text(const diag *d, const diag__curves *w, char **text,
 /* free: the null fit's numbers, then all values of all tables in their order */
 static stein_status make_names(const diag *d, diag__curves *w, stein_err *err)
 {
-    size_t most = (size_t)d->nname + (size_t)w->nsite * CURVE_POINTS;
+    size_t most = (size_t)d->nname + 2 * (size_t)w->nsite * CURVE_POINTS;
     int n = 0;
     w->name = malloc(sizeof *w->name * (most + 1));
     w->names = malloc(NAME * (most + 1));
@@ -64,7 +64,7 @@ static stein_status make_names(const diag *d, diag__curves *w, stein_err *err)
     for (; n < d->nname; n++) {
         w->name[n] = d->name[n];
     }
-    for (int i = 0; i < w->nsite; i++) {
+    for (int i = 0; i < 2 * w->nsite; i++) {
         diag__site *s = &w->site[i];
         s->first = n;
         for (int k = 0; k < s->n; k++) {
@@ -76,41 +76,6 @@ static stein_status make_names(const diag *d, diag__curves *w, stein_err *err)
     w->def = d->fit_def;
     w->def.free = w->name;
     w->def.nfree = n;
-    return STEIN_OK;
-}
-
-/* where the null fit stands, in the new problem */
-static stein_status take_null(const diag *d, diag__curves *w, stein_err *err)
-{
-    fit__problem *p = &w->p;
-    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
-    w->x = calloc(nu + rows + 1, sizeof *w->x);
-    w->J = malloc(sizeof *w->J * (fit__columns(p) + 1));
-    if (w->x == NULL || w->J == NULL) {
-        return lab__no_memory(err);
-    }
-    w->r = w->x + nu;
-    memcpy(w->x, d->x, sizeof *w->x * (size_t)d->nname);
-    for (int k = 0; k < d->nname; k++) {
-        p->step[k] = d->p.step[k];
-    }
-    for (int k = 0; k < p->nu - p->np; k++) {
-        fit__unknown *u = &p->unknown[p->np + k];
-        double was = u->sd;
-        u->sd *=
-            u->kind == FIT__SCATTER ? sqrt(fmax(d->null_D[u->index - FIT__JOINTS], 1e-6)) : 1.0;
-        double x = d->x[d->p.np + k] * was / u->sd;
-        w->x[p->np + k] = u->kind == FIT__SCATTER ? fmin(fmax(x, -believed), believed) : x;
-        p->step[p->np + k] = d->p.step[d->p.np + k] * was / u->sd;
-    }
-    for (int i = 0; i < w->nsite; i++) {
-        for (int k = 0; k < w->site[i].n; k++) {
-            fit__unknown *u = &p->unknown[w->site[i].first + k];
-            u->prior = u->log = 0;
-            u->start = 0.0;
-            u->sd = 1.0;
-        }
-    }
     return STEIN_OK;
 }
 
@@ -134,95 +99,52 @@ static stein_status open_model(const diag *d, diag__curves *w, stein_err *err)
         status = lab__fail(err, STEIN_EINVAL, "tables make other strokes of the data");
     }
     w->p.tolerance = d->p.tolerance;
-    return status == STEIN_OK ? take_null(d, w, err) : status;
+    return status;
 }
 
-/* ---- derivatives at the null fit ---- */
-
-/* a value that changes the strokes by about a third of the noise, to begin with: by one stroke */
-typedef struct sizing {
-    diag__curves *w;
-    int stroke;
-} sizing;
-
-static void one_size(void *ctx, fit__bench *b, int job)
+/* single strokes that the best fits have lost are called back */
+static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int n, stein_err *err)
 {
-    enum { TRIES = 8 };
-    sizing *z = ctx;
-    fit__problem *p = &z->w->p;
-    const diag__site *site = &z->w->site[job];
-    const fit__stroke *s = &p->stroke[z->stroke];
-    size_t n = (size_t)(s->nch * s->n);
-    double *x = malloc(sizeof *x * ((size_t)p->nu + n + 1)), value = 1e-4;
-    for (int k = 0; x != NULL && k < TRIES; k++) {
-        double *y = x + p->nu, sum = 0.0;
-        memcpy(x, z->w->x, sizeof *x * (size_t)p->nu);
-        for (int i = site->pinned; i < site->n; i++) {
-            x[site->first + i] = value;
-        }
-        int bad = fit__simulate(p, b, z->stroke, x, y, NULL) != STEIN_OK;
-        fit__weigh(s, y);
-        for (size_t i = 0; !bad && i < n; i++) {
-            double change = y[i] - z->w->r[fit__offset(p, z->stroke) + i];
-            sum += change * change;
-        }
-        double moved = bad ? (double)INFINITY : sqrt(sum / fmax(1.0, s->samples));
-        if (moved > 0.3 && moved < 3.0) {
-            break;
-        }
-        double factor = isfinite(moved) ? 1.0 / fmax(moved, 1e-3) : 1e-2;
-        value = fmin(value * fmax(factor, 1e-4), 1e6);
-    }
-    for (int i = 0; i < site->n; i++) {
-        p->step[site->first + i] = value;
-    }
-    free(x);
-}
-
-/* all values of curves stay, or but those at the pins do */
-static void hold_curves(diag__curves *w, int all)
-{
-    for (int i = 0; i < w->nsite; i++) {
-        for (int k = 0; k < w->site[i].n; k++) {
-            w->p.unknown[w->site[i].first + k].idle = all || k < w->site[i].pinned;
+    stein_status status = STEIN_OK;
+    double best = n > 0 ? c[0].gain : 0.0;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        int on = c[i].fitted && c[i].gain > worth_it * best;
+        for (int k = 0; k < RECALLS && status == STEIN_OK && on; k++) {
+            on = diag__is_off(d, diag__curve_chi2_dof(d, w, &c[i]));
+            status = on ? diag__curve_recall(d, w, &c[i], INFINITY, 1, &on, err) : status;
         }
     }
+    diag__curve_sort(c, n);
+    return status;
 }
 
-/* The null fit with the variances that it has found: a stroke's own number that is beyond them
- * would be a gain of any curve. */
-static stein_status look(diag__curves *w, stein_err *err)
+/* those whose outlines explain how the strokes begin, where there is such a place
+ * @param c  [OUTLINES]; n out */
+static stein_status fit_early(diag *d, diag__curves *w, diag__curve *c, int *n, stein_err *err)
 {
-    fit__end e = {.x = w->x, .J = w->J, .r = w->r};
-    hold_curves(w, 1);
-    stein_status status = fit__descend(&w->p, &e, 0, enough, RENEWALS, err);
-    hold_curves(w, 0);
-    w->objective = e.objective;
-    sizing z = {w, w->p.nstroke / 2};
-    status = status == STEIN_OK ? fit__parallel(&w->p, w->nsite, one_size, &z, err) : status;
-    return status == STEIN_OK ? fit__sensitivities(&w->p, w->x, w->r, w->J, err) : status;
-}
-
-/* does one of them describe the data? */
-static int is_near(const diag__curves *w, const diag__curve *c, int n)
-{
-    double dof = fmax(1.0, w->p.samples - w->p.nu);
-    for (int i = 0; i < n; i++) {
-        if (c[i].fitted && fit__chi2(&w->p, c[i].r) < far * dof) {
-            return 1;
-        }
+    *n = 0;
+    if (w->early.x == NULL) {
+        return STEIN_OK;
     }
-    return 0;
+    stein_status status = diag__curve_scores(w, &w->early, w->curve, err);
+    if (status == STEIN_OK) {
+        diag__curve_sort(w->curve, w->nsite);
+        status = diag__curve_outlines(d, w, w->curve, w->nsite, c, n, err);
+    }
+    if (status == STEIN_OK) {
+        diag__curve_sort(c, *n);
+        status = recall(d, w, c, *n, err);
+    }
+    return status;
 }
 
-/* the best curves by first order, in full
- * @param bound  chi2/dof that one of them has to stay below before the slow fits are made; out n: 0
- *               when none does */
-static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
+/* the best curves by first order at the null fit, in full. @param n  out */
+static stein_status fit_late(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
 {
     diag__curve *c = w->curve;
+    stein_status status = diag__stand_derived(w, err);
+    status = status == STEIN_OK ? diag__curve_scores(w, &w->null, c, err) : status;
     diag__curve_sort(c, w->nsite);
-    stein_status status = STEIN_OK;
     double best = c[0].gain;
     *n = 0;
     while (status == STEIN_OK && *n < FITTED && *n < w->nsite &&
@@ -235,18 +157,52 @@ static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, ste
     if (status == STEIN_OK && !(diag__curve_chi2_dof(d, w, &c[0]) < bound)) {
         *n = 0;
     }
-    best = c[0].gain;
-    for (int i = 0; status == STEIN_OK && i < *n && i < BEGUN_ANEW && !is_near(w, c, *n); i++) {
-        status = diag__curve_anew(w, &c[i], err);
+    return status == STEIN_OK ? recall(d, w, c, *n, err) : status;
+}
+
+/* a fit among those of w->curve, in the place of a worse one of the same curve */
+static void put(diag__curves *w, diag__curve *fit, int *n)
+{
+    diag__curve *c = w->curve;
+    int i = 0;
+    while (c[i].site != fit->site) {
+        i++;
     }
-    for (int i = 0; status == STEIN_OK && i < *n; i++) {
-        int on = c[i].fitted && c[i].gain > worth_it * best;
-        for (int k = 0; k < RECALLS && status == STEIN_OK && on; k++) {
-            on = diag__is_off(d, diag__curve_chi2_dof(d, w, &c[i]));
-            status = on ? diag__curve_recall(d, w, &c[i], &on, err) : status;
-        }
+    if (i < *n && c[i].fitted && !(c[i].gain < fit->gain)) {
+        free(fit->x);
+        return;
     }
-    diag__curve_sort(c, *n);
+    free(c[i].x);
+    if (i >= *n) {
+        c[i] = c[*n];
+        i = (*n)++;
+    }
+    c[i] = *fit;
+}
+
+/* The best curves: along the strokes, and where that leaves more than noise from the null fit, too.
+ * @param bound  chi2/dof that one of them has to stay below; n out: 0 when none does */
+static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
+{
+    diag__curve early[OUTLINES];
+    int nearly = 0;
+    for (int i = 0; i < w->nsite; i++) {
+        w->curve[i] = (diag__curve){.site = &w->site[i], .gain = -(double)INFINITY, .held = NAN};
+    }
+    *n = 0;
+    stein_status status = fit_early(d, w, early, &nearly, err);
+    int describes = nearly > 0 && diag__curve_chi2_dof(d, w, &early[0]) < as_noise;
+    if (status == STEIN_OK && !describes) {
+        stein_status late = fit_late(d, w, bound, n, err);
+        status = nearly > 0 ? fit__forgive(late, err) : late;
+    }
+    for (int i = 0; i < nearly; i++) {
+        put(w, &early[i], n);
+    }
+    diag__curve_sort(w->curve, *n);
+    if (*n > 0 && !(diag__curve_chi2_dof(d, w, &w->curve[0]) < bound)) {
+        *n = 0;
+    }
     return status;
 }
 
@@ -266,8 +222,8 @@ static void close_curves(diag *d)
         free(w->site);
         free(w->name);
         free(w->names);
-        free(w->x);
-        free(w->J);
+        free(w->null.x);
+        free(w->early.x);
         diag__held_free(&w->held);
         free(w);
     }
@@ -289,8 +245,8 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, doub
     if (status == STEIN_OK && w->nsite > 0) {
         w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
         status = w->curve != NULL ? open_model(d, w, err) : STEIN_ENOMEM;
-        status = status == STEIN_OK ? look(w, err) : status;
-        status = status == STEIN_OK ? diag__curve_scores(w, w->curve, err) : status;
+        status = status == STEIN_OK ? diag__stand_null(d, w, err) : status;
+        status = status == STEIN_OK ? diag__stand_early(d, w, err) : status;
         status = status == STEIN_OK ? fit_best(d, w, bound, n, err) : status;
     }
     return status;

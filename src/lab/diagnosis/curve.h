@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * curve.h - what the files of the search for an unknown law share. Not installed.
  *
- *   curve.c        places and states, one after the other: which law explains what is left
- *   curve_site.c   where a law could sit, and the states that the strokes visit there
- *   curve_text.c   a mechanism file with tables in it
- *   curve_prior.c  a curve as a Gaussian process: how large, how smooth
- *   curve_fit.c    a curve and all other unknowns, by penalised least squares
- *   curve_judge.c  is it believed, and what is said of it
- *   curve_show.c   the law in diagnosis.json and report.html
+ *   curve.c          places and states, one after the other: which law explains what is left
+ *   curve_site.c     where a law could sit, and the states that the strokes visit there
+ *   curve_text.c     a mechanism file with tables in it
+ *   curve_stand.c    where curves begin: fits without a law
+ *   curve_prior.c    a curve as a Gaussian process: how large, how smooth
+ *   curve_outline.c  few points of it, where the strokes begin
+ *   curve_fitting.h  a curve and all other unknowns, by penalised least squares
+ *   curve_judge.c    is it believed, and what is said of it
+ *   curve_show.c     the law in diagnosis.json and report.html
  */
 #ifndef CURVE_H
 #define CURVE_H
@@ -17,7 +19,9 @@
 #include "searching.h"
 #include "structure.h"
 
-enum { CURVE_POINTS = 25, CURVE_CONTACT_POINTS = 13 };
+enum { CURVE_POINTS = 25, CURVE_CONTACT_POINTS = 25 };
+/* and those of its outline */
+enum { OUTLINE_POINTS = 13, OUTLINE_CONTACT_POINTS = 9 };
 
 /** A place and a state of it: the points of the curve that may act there. */
 typedef struct diag__site {
@@ -45,9 +49,16 @@ typedef struct diag__curve {
     int fitted;
 } diag__curve;
 
+/** A fit without a law, in the mechanism with tables: where curves begin. */
+typedef struct diag__stand {
+    double *x, *r, *J; /* one block; J by all curves, too */
+    double objective;  /* chi2 and priors */
+    double horizon;    /* [s] up to which it has been fitted */
+} diag__stand;
+
 /** The mechanism with a table of zeros at every site, and the strokes in it. */
 typedef struct diag__curves {
-    diag__site *site;
+    diag__site *site; /* [2*nsite] the curves, then their outlines */
     int nsite;
     lab_model *model;
     lab_dataset *fit_data, *held_data;
@@ -55,8 +66,8 @@ typedef struct diag__curves {
     const char **name; /* free: those of the null fit, then all values */
     char *names;
     fit__problem p;
-    double *x, *r, *J;  /* null fit in it */
-    double objective;   /* there, chi2 and priors */
+    diag__stand null;   /* of all samples */
+    diag__stand early;  /* to where more than noise is left first; x NULL: there is no such place */
     diag__curve *curve; /* [nsite], the best first */
     diag__held held;    /* held-out strokes with the first one, when it is judged */
 } diag__curves;
@@ -101,24 +112,66 @@ typedef struct diag__reduced {
 } diag__reduced;
 /** Prior of the largest marginal likelihood, then f, cov, logdet, gained from M and c. */
 void diag__curve_choose(const diag__site *s, diag__reduced *q);
+/** f and cov from M and c of q with the prior of another one. */
+void diag__curve_solve(const diag__reduced *prior, diag__reduced *q);
 /** f'(tau^2 K)^-1 f of values f [n]. */
 double diag__curve_penalty(const diag__reduced *q, const double *f);
 
+/* ---- curve_stand.c ---- */
+
+/** w->null: from the null fit, with the variances that it has found; no derivatives yet.
+ *  @return OK, ENOMEM, or the failure of a stroke */
+stein_status diag__stand_null(const diag *d, diag__curves *w, stein_err *err);
+/** Those. @return OK, ENOMEM, or the failure of a stroke */
+stein_status diag__stand_derived(diag__curves *w, stein_err *err);
+/** w->early: from the file's own numbers along the strokes, to where a fit without a law first
+ *  clearly leaves more than noise; its x NULL: it does so nowhere. @return OK, ENOMEM */
+stein_status diag__stand_early(const diag *d, diag__curves *w, stein_err *err);
+
+/* ---- curve_reduce.c ---- */
+
+/** Gains of all curves (c[i] of site i) to first order where a fit without a law stands.
+ *  @return OK, ENOMEM */
+stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, diag__curve *c,
+                                stein_err *err);
+
 /* ---- curve_fit.c ---- */
 
-/** Gains of all curves (c[i] of site i) to first order at the null fit. */
-stein_status diag__curve_scores(const diag__curves *w, diag__curve *c, stein_err *err);
+enum { CURVE_ROUNDS = 5 };
 /** Fit one curve with everything else in a few rounds from the null fit. A stroke that cannot be
  *  simulated ends it where it is. @return OK, ENOMEM */
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
-/** A fit that ended far from the data once more, from the file's own numbers and along the strokes
- *  as the null fit did (pursue.c): without the law that has bent them. Kept when it is better. */
-stein_status diag__curve_anew(diag__curves *w, diag__curve *c, stein_err *err);
-/** A fit goes on; single strokes that it has lost are called back before (strays.c).
- *  @param better  1: it is, and kept
- *  @return OK, ENOMEM */
-stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, int *better,
+/** A fit goes on up to a horizon; single strokes that it has lost are called back before
+ *  (strays.c). Kept when it is better: c->gain has been weighed up to the same horizon.
+ *  @param anyway  1: also when none was lost
+ *  @param better  out  @return OK, ENOMEM */
+stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, double horizon,
+                                int anyway, int *better, stein_err *err);
+/** The end of a fit that describes the data: differences to both sides and fine integration tell
+ *  numbers apart that do nearly the same, a curve's offset and a spring's preload, say; with coarse
+ *  ones such a pair seems known. @return OK (also where it stays), ENOMEM */
+stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err);
+
+/* ---- curve_follow.c ---- */
+
+/** From unknowns x [nu] that are good up to w->early.horizon, along the strokes. A stroke that
+ *  cannot be simulated ends it. @return OK, ENOMEM */
+stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag__curve *c,
                                 stein_err *err);
+
+/* ---- curve_rounds.c ---- */
+
+/** Only the curve of this site moves, or its outline. */
+void diag__curve_free_only(diag__curves *w, const diag__site *s);
+
+/* ---- curve_outline.c ---- */
+
+enum { OUTLINES = 2 };
+/** Of the curves c [n], sorted by how they score at w->early, those whose outlines explain most of
+ *  how the strokes begin, fitted along the strokes.
+ *  @param to  [OUTLINES]; found of them, out, to be freed  @return OK, ENOMEM */
+stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c, int n,
+                                  diag__curve *to, int *found, stein_err *err);
 
 /* ---- curve_judge.c ---- */
 

@@ -18,10 +18,11 @@
 #include "functions.h"
 
 enum { JUDGED = 3 };
-static const double explained = 2.0; /* chi2/dof of a fit that can be trusted, as in verdict.c */
-static const double as_well = 1.25;  /* held-out errors that are no different */
-static const double less = 0.5;      /* of what is left */
-static const double certain = 4.0;   /* sd of a chi2/dof that is no chance */
+static const double explained = 2.0;  /* chi2/dof of a fit that can be trusted, as in verdict.c */
+static const double near_noise = 1.2; /* the same of one whose derivatives are worth the care */
+static const double as_well = 1.25;   /* held-out errors that are no different */
+static const double less = 0.5;       /* of what is left */
+static const double certain = 4.0;    /* sd of a chi2/dof that is no chance */
 
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c)
 {
@@ -308,7 +309,9 @@ stein_status diag__curve_judge(diag *d, diag__curves *w, int n, double before, s
     diag__curve *c = w->curve;
     w->held = (diag__held){.x = NULL, .rmse = NAN};
     diag__curve_sort(c, n);
-    stein_status status = judge(d, w, n, &w->held, err);
+    int describes = n > 0 && c[0].fitted && diag__curve_chi2_dof(d, w, &c[0]) < near_noise;
+    stein_status status = describes ? diag__curve_settle(w, &c[0], err) : STEIN_OK;
+    status = status == STEIN_OK ? judge(d, w, n, &w->held, err) : status;
     o->law = calloc((size_t)n + 1, sizeof *o->law);
     if (status == STEIN_OK && o->law == NULL) {
         status = lab__no_memory(err);

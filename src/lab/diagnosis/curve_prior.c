@@ -6,6 +6,7 @@
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_linalg.h>
 #include <math.h>
+#include <string.h>
 
 #include "functions.h"
 #include "curve.h"
@@ -146,6 +147,15 @@ void diag__curve_choose(const diag__site *s, diag__reduced *q)
     if (q->tau > 0.0 && prior_factor(s, q, q->kind, q->tau, q->length, q->L) == 0) {
         q->gained = solve(q, q->L);
     }
+}
+
+void diag__curve_solve(const diag__reduced *prior, diag__reduced *q)
+{
+    q->tau = prior->tau;
+    q->length = prior->length;
+    q->kind = prior->kind;
+    memcpy(q->L, prior->L, sizeof q->L);
+    q->gained = solve(q, q->L);
 }
 
 /* f'(tau^2 K)^-1 f */

@@ -218,6 +218,20 @@ static int place_points(diag__site *s, const double *v, int n, int most)
     return 0;
 }
 
+/* even points over the same range */
+static diag__site outline_of(const diag__site *s)
+{
+    diag__site o = *s;
+    int points = s->kind <= STEIN_TABLE_SPEED ? OUTLINE_POINTS : OUTLINE_CONTACT_POINTS;
+    o.n = s->n < points ? s->n : points;
+    for (int k = 0; k < o.n; k++) {
+        double lo = s->at[0], hi = s->at[s->n - 1];
+        o.at[k] = k + 1 == o.n ? hi : rounded(lo + (hi - lo) * k / (o.n - 1), hi - lo);
+    }
+    snprintf(o.table, sizeof o.table, "%.23s_outline", s->table);
+    return o;
+}
+
 /* ---- the list ---- */
 
 static int is_taken(const stein_model *m, const char *name)
@@ -287,7 +301,7 @@ stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, 
     size_t most = (size_t)d->p.nstroke * MOST_VISITS;
     int points = d->p.samples / (2 * j.nstate); // all curves stand in one problem
     double *v = malloc(sizeof *v * (most + 1));
-    diag__site *site = calloc((size_t)j.nstate + 1, sizeof *site);
+    diag__site *site = calloc(2 * (size_t)j.nstate + 1, sizeof *site);
     stein_status status = v != NULL && site != NULL ? look(&j, err) : lab__no_memory(err);
     *n = 0;
     for (int state = 0; status == STEIN_OK && state < j.nstate; state++) {
@@ -299,6 +313,9 @@ stein_status diag__sites(const diag *d, const fit__problem *p, const double *x, 
         site[*n] = new_site(m, (stein_table_kind)kind, index);
         *n += place_points(&site[*n], v, gather(&j, state, v),
                            points > FEWEST_POINTS ? points : FEWEST_POINTS) == 0;
+    }
+    for (int i = 0; i < *n; i++) {
+        site[*n + i] = outline_of(&site[i]);
     }
     free(v);
     free(j.seen);

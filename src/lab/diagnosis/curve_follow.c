@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve_follow.c - a curve along the strokes.
+ *
+ * A stroke's end depends on how it escaped and where it bounced; a curve that is nearly right has
+ * whole strokes wrong from one of these on, and no step of it leads back. So it is fitted up to a
+ * horizon, single strokes that it has lost there are called back, and the horizon goes on - as far
+ * as the curve predicts the strokes well enough to be corrected by small steps.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve_fitting.h"
+
+enum { CALLS = 2, ON_THE_WAY = 8, TO_THE_END = 40 };
+static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
+static const double well = 1.7; /* chi2 per sample of a prediction that can be corrected */
+static const double lost = 1.2; /* and of a fit that is not on its way any more */
+
+/* what is predicted up to a horizon, in c->r. @return chi2 per sample, INFINITY: a stroke fails */
+static double predict(diag__fitting *t, double horizon, stein_status *status, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    int failed = 0;
+    p->horizon = horizon;
+    *status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
+    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
+    p->horizon = INFINITY;
+    return failed > 0 ? (double)INFINITY : chi2;
+}
+
+/* @param done  share of the strokes that has been fitted. @return the share to fit next */
+static double next_share(diag__fitting *t, double done, stein_status *status, stein_err *err)
+{
+    double T = diag__longest(&t->w->p), step = stride;
+    while (*status == STEIN_OK && predict(t, (done + step) * T, status, err) > well &&
+           step > shortest) {
+        step *= 0.5;
+    }
+    return done + step;
+}
+
+static stein_status call_back(diag *d, diag__fitting *t, double horizon, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int better = 1;
+    diag__fitting_weigh(t, STEIN_OK);
+    for (int k = 0; k < CALLS && status == STEIN_OK && better; k++) {
+        status = diag__curve_recall(d, t->w, t->c, horizon, 0, &better, err);
+    }
+    return status;
+}
+
+static double left(const diag__fitting *t, double horizon)
+{
+    fit__problem *p = &t->w->p;
+    p->horizon = horizon;
+    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
+    p->horizon = INFINITY;
+    return chi2;
+}
+
+/* strays up to a horizon, rounds, strays */
+static stein_status go_to(diag *d, diag__fitting *t, double horizon, int rounds, stein_err *err)
+{
+    stein_status status = call_back(d, t, horizon, err);
+    status = status == STEIN_OK ? diag__rounds(t, horizon, rounds, 0, err) : status;
+    return status == STEIN_OK ? call_back(d, t, horizon, err) : status;
+}
+
+/* from c->x, which is good up to where the fit without a law leaves more than noise */
+static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
+    p->horizon = horizon;
+    stein_status status = diag__look_around(t, err);
+    p->horizon = INFINITY;
+    status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
+    while (status == STEIN_OK && share < whole && left(t, horizon) < lost) {
+        share = next_share(t, share, &status, err);
+        horizon = share * T;
+        status =
+            status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;
+    }
+    if (status == STEIN_OK) {
+        predict(t, INFINITY, &status, err);
+    }
+    int rounds = share < whole ? CURVE_ROUNDS : TO_THE_END;
+    return status == STEIN_OK ? go_to(d, t, INFINITY, rounds, err) : status;
+}
+
+stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag__curve *c,
+                                stein_err *err)
+{
+    diag__fitting t;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = diag__curve_room(&w->p, c, err), end;
+    status = status == STEIN_OK ? diag__fitting_begin(&t, w, c, err) : status;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    memcpy(c->x, x, sizeof *c->x * (size_t)w->p.nu);
+    end = follow(d, &t, &why);
+    if (end != STEIN_OK) {
+        diag__fitting_weigh(&t, end);
+    }
+    diag__fitting_end(&t);
+    return fit__forgive(end, err);
+}

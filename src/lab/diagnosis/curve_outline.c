@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve_outline.c - few points of a law, where the strokes begin.
+ *
+ * Where a law is missing that decides about events the null fit ends far from the data, and a curve
+ * of many points that is fitted from there goes astray: its linear prediction promises the whole
+ * misfit, for zigzags that no step of it keeps. So it is asked where the strokes first show that
+ * something is missing. Up to there a curve of few points, evenly apart, is fitted at every place
+ * that scores. Where it explains most the curve of many points begins from its outline:
+ *
+ *      all that score there --> outlines --> two along the strokes (curve_follow.c)
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve.h"
+#include "stein/law.h"
+
+enum { RUNNERS = 5, RENEWALS = 5 };
+static const double enough = 0.3;   /* of the objective */
+static const double near = 0.15;    /* share of the best score from which on a curve runs */
+static const double as_noise = 1.1; /* chi2/dof of a law that needs no rival */
+static const double worth =
+    0.95; /* share of what the best one explains from which on one goes on */
+
+typedef struct runner {
+    diag__curve curve;
+    double *x;   /* [nu] */
+    double left; /* chi2 and priors; INFINITY: it cannot be fitted */
+} runner;
+
+static const diag__site *outline_of(const diag__curves *w, const diag__site *s)
+{
+    return s + w->nsite;
+}
+
+static int by_what_is_left(const void *a, const void *b)
+{
+    const runner *x = a, *y = b;
+    return (x->left > y->left) - (x->left < y->left);
+}
+
+/* up to the early horizon */
+static stein_status run(diag__curves *w, runner *r, fit__end *e, stein_err *err)
+{
+    fit__problem *p = &w->p;
+    stein_err why = {STEIN_OK, ""};
+    e->x = r->x;
+    memcpy(r->x, w->early.x, sizeof *r->x * (size_t)p->nu);
+    diag__curve_free_only(w, outline_of(w, r->curve.site));
+    p->horizon = w->early.horizon;
+    stein_status status = fit__descend(p, e, 0, enough, RENEWALS, &why);
+    p->horizon = INFINITY;
+    r->left = status == STEIN_OK ? e->objective : (double)INFINITY;
+    return fit__forgive(status, err);
+}
+
+/* the curve where its outline is, which becomes 0 */
+static void take_outline(const diag__curves *w, const diag__site *s, double *x)
+{
+    const diag__site *o = outline_of(w, s);
+    double value[CURVE_POINTS], slope[CURVE_POINTS];
+    for (int k = 0; k < o->n; k++) {
+        value[k] = fit__value(&w->p.unknown[o->first + k], x[o->first + k]);
+        x[o->first + k] = 0.0;
+    }
+    stein_table_slopes(o->n, o->at, value, slope);
+    for (int k = s->pinned; k < s->n; k++) {
+        x[s->first + k] = stein_table_value(o->n, o->at, value, slope, s->at[k]);
+    }
+}
+
+stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c, int n,
+                                  diag__curve *to, int *found, stein_err *err)
+{
+    const fit__problem *p = &w->p;
+    size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
+    runner all[RUNNERS];
+    double *room = malloc(sizeof *room * (RUNNERS * nu + rows + fit__columns(p) + 1));
+    stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
+    int running = 0;
+    *found = 0;
+    for (; status == STEIN_OK && running < RUNNERS && running < n &&
+           c[running].gain > near * c[0].gain;
+         running++) {
+        fit__end e = {.r = room + RUNNERS * nu, .J = room + RUNNERS * nu + rows};
+        all[running] = (runner){.curve = {.site = c[running].site, .held = NAN},
+                                .x = room + (size_t)running * nu};
+        status = run(w, &all[running], &e, err);
+        d->out->fits += e.fits;
+    }
+    qsort(all, (size_t)running, sizeof *all, by_what_is_left);
+    int done = 0;
+    for (int i = 0; status == STEIN_OK && i < running && *found < OUTLINES && !done; i++) {
+        double explained = w->early.objective - all[i].left;
+        if (explained > worth * (w->early.objective - all[0].left)) {
+            take_outline(w, all[i].curve.site, all[i].x);
+            to[*found] = all[i].curve;
+            status = diag__curve_follow(d, w, all[i].x, &to[*found], err);
+            done = status == STEIN_OK && to[*found].fitted &&
+                   diag__curve_chi2_dof(d, w, &to[*found]) < as_noise;
+            *found += to[*found].x != NULL;
+        }
+    }
+    free(room);
+    return status;
+}

@@ -1,0 +1,336 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_law_search.c - the steps of the search for a law: where it begins, what its outline says,
+ * how it goes along the strokes, how it ends; and normal equations of which most unknowns stay.
+ *
+ * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go
+ * over. Without it no fit is anywhere near the swings.
+ */
+#include <gsl/gsl_linalg.h>
+#include <string.h>
+
+#include "curve_fitting.h"
+#include "fit_support.h"
+#include "suites.h"
+#include "swings.h"
+
+enum { HUMP_POINTS = 25 };
+static const double height = 0.006, middle = 0.1, width = 0.2; /* J, rad */
+
+/* torque of the hump */
+static double hump(double q)
+{
+    double u = (q - middle) / width;
+    return 2.0 * height / width * u * exp(-u * u);
+}
+
+/* the pendulum with it. @return the file's path */
+static const char *humped(void)
+{
+    char *text = NULL, list[2][HUMP_POINTS * 24] = {"", ""};
+    size_t size = 0;
+    for (int k = 0; k < HUMP_POINTS; k++) {
+        double q = middle + 0.05 * (k - HUMP_POINTS / 2);
+        char word[2][24];
+        snprintf(word[0], sizeof word[0], "%s%.4f rad", k > 0 ? ", " : "", q);
+        snprintf(word[1], sizeof word[1], "%s%.8f N m", k > 0 ? ", " : "", hump(q));
+        strcat(list[0], word[0]);
+        strcat(list[1], word[1]);
+    }
+    ck_assert_stein(lab__read_file(pendulum, &text, &size, err));
+    const char *path = in_folder("humped.yaml");
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "%s\ntables:\n  hump: {joint: rod, of: position, at: [%s], torque: [%s]}\n", text,
+            list[0], list[1]);
+    ck_assert_int_eq(fclose(f), 0);
+    free(text);
+    return path;
+}
+
+/** The swings over the hump, and the search for what is missing in the file without it. */
+typedef struct bench {
+    fitted f;
+    lab_options options;
+    lab_diagnosis *out;
+    lab_diagnose_def def;
+    diag d;
+    diag__found found;
+} bench;
+
+static void open_bench(bench *b, int threads)
+{
+    const char *data[SWINGS + 1] = {NULL};
+    char with[200];
+    memset(b, 0, sizeof *b);
+    snprintf(with, sizeof with, "%s", humped());
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, with, NULL, 2700);
+    }
+    open_fit(&b->f, pendulum, NULL, data);
+    b->options = cache_here(NULL);
+    b->def = lab_diagnose_def_default();
+    b->def.options = &b->options;
+    b->out = calloc(1, sizeof *b->out);
+    b->out->nfit = SWINGS;
+    b->d = (diag){.file = pendulum,
+                  .model = b->f.model,
+                  .def = &b->def,
+                  .fit_data = b->f.data,
+                  .held_data = b->f.data,
+                  .out = b->out};
+    b->d.fit_def = lab_fit_def_default();
+    b->d.fit_def.offset = 1e-3;
+    b->d.fit_def.scatter = 1;
+    b->d.fit_def.threads = threads;
+    ck_assert_stein(diag__open_problem(&b->d, err));
+    b->d.p.tolerance = 1e-9;
+    ck_assert_stein(diag__suspects(&b->d, err));
+    ck_assert_stein(diag__pursue(&b->d, err));
+    diag__held before = {.rmse = 3.0};
+    b->found = (diag__found){.n = 0, .end = &b->d};
+    for (int i = 0; i < LAB_SCATTERS; i++) {
+        b->d.null_D[i] = 1.0;
+    }
+    ck_assert_stein(diag__unknown_law(&b->d, &before, &b->found, err));
+    ck_assert_ptr_nonnull(b->d.curves);
+}
+
+static void close_bench(bench *b)
+{
+    diag__held_free(&b->found.held);
+    diag__law_free(&b->d);
+    diag__close(&b->d);
+    lab_diagnosis_destroy(b->out);
+    drop(&b->f);
+}
+
+static const diag__site *rod_position(const diag__curves *w)
+{
+    for (int i = 0; i < w->nsite; i++) {
+        if (w->site[i].kind == STEIN_TABLE_POSITION) {
+            return &w->site[i];
+        }
+    }
+    ck_abort_msg("no site");
+    return NULL;
+}
+
+START_TEST(a_law_that_decides_where_strokes_go_is_found_from_where_they_begin)
+{
+    bench b;
+    open_bench(&b, 1);
+    diag__curves *w = b.d.curves;
+    const diag__curve *c = &w->curve[0];
+    double dof = w->p.samples - b.d.p.nu, worst = 0.0;
+    printf("null fit %.0f of %.0f; more than noise up to %.2f s of %.2f\n", w->null.objective, dof,
+           w->early.horizon, diag__longest(&w->p));
+    ck_assert_double_gt(w->null.objective, 20.0 * dof);
+    ck_assert_ptr_nonnull(w->early.x);
+    ck_assert_double_lt(w->early.horizon, 0.5 * diag__longest(&w->p));
+    ck_assert(c->fitted && c->site == rod_position(w));
+    ck_assert_double_lt(diag__curve_chi2_dof(&b.d, w, c), 1.15);
+    for (int k = 0; k < c->site->n; k++) {
+        double is = fit__value(&w->p.unknown[c->site->first + k], c->x[c->site->first + k]);
+        worst = fmax(worst, fabs(is - hump(c->site->at[k])));
+    }
+    printf("the law is off by %.4f of %.4f N m at most\n", worst, hump(middle + 0.7 * width));
+    ck_assert_double_lt(worst, 0.05 * hump(middle + 0.7 * width));
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(an_outline_explains_how_strokes_begin_at_one_place_and_at_no_other)
+{
+    bench b;
+    open_bench(&b, 1);
+    diag__curves *w = b.d.curves;
+    diag__curve score[40], to[OUTLINES];
+    int found = 0;
+    ck_assert_int_le(w->nsite, 40);
+    ck_assert_stein(diag__curve_scores(w, &w->early, score, err));
+    diag__curve_sort(score, w->nsite);
+    ck_assert_double_gt(score[0].gain, 30.0);
+    ck_assert_stein(diag__curve_outlines(&b.d, w, score, w->nsite, to, &found, err));
+    ck_assert_int_ge(found, 1);
+    ck_assert(to[0].site == rod_position(w) && to[0].fitted);
+    ck_assert_double_lt(diag__curve_chi2_dof(&b.d, w, &to[0]), 1.15);
+    for (int i = 0; i < found; i++) {
+        free(to[i].x);
+    }
+    ck_assert(w->p.horizon == (double)INFINITY);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was)
+{
+    bench b;
+    open_bench(&b, 1);
+    diag__curves *w = b.d.curves;
+    diag__curve *c = &w->curve[0];
+    double tolerance = w->p.tolerance, gain = c->gain, chi2 = diag__curve_chi2_dof(&b.d, w, c);
+    size_t size = sizeof *w->p.step * (size_t)w->p.nu;
+    double *step = malloc(size);
+    memcpy(step, w->p.step, size);
+    ck_assert_stein(diag__curve_settle(w, c, err));
+    ck_assert(c->fitted);
+    ck_assert_double_eq(w->p.tolerance, tolerance);
+    ck_assert_int_eq(w->p.central, 0);
+    ck_assert_mem_eq(step, w->p.step, size);
+    ck_assert_double_lt(fabs(c->gain - gain), 5.0); // it had been settled
+    ck_assert_double_eq_tol(diag__curve_chi2_dof(&b.d, w, c), chi2, 0.01);
+    free(step);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(samples_behind_a_horizon_have_no_derivative)
+{
+    bench b;
+    open_bench(&b, 1);
+    const fit__problem *p = &b.d.curves->p;
+    const diag__stand *s = &b.d.curves->early;
+    int counted = 0, offsets = 0;
+    for (int k = 0; k < p->nstroke; k++) {
+        const fit__stroke *t = &p->stroke[k];
+        for (int i = 0; i < t->nch * t->n; i++) {
+            int counts = s->r[fit__offset(p, k) + (size_t)i] != 0.0;
+            counted += counts;
+            for (int u = 0; u < p->np + t->own; u++) {
+                double dr = s->J[fit__column(p, k, u) + (size_t)i];
+                int offset = u >= p->np && p->unknown[t->first + u - p->np].kind == FIT__OFFSET;
+                ck_assert(counts || dr == 0.0);
+                ck_assert(!counts || !offset || dr != 0.0);
+                offsets += counts && offset;
+            }
+        }
+    }
+    ck_assert_int_gt(counted, 0);
+    ck_assert_int_lt(counted, p->samples / 10);
+    ck_assert_int_eq(offsets, counted);
+    close_bench(&b);
+}
+END_TEST
+
+/* H dx = -g of the unknowns that move, once in full */
+START_TEST(normal_equations_are_those_of_what_moves)
+{
+    bench b;
+    open_bench(&b, 1);
+    fit__problem *p = &b.d.curves->p;
+    const diag__stand *s = &b.d.curves->early;
+    const diag__site *o = rod_position(b.d.curves);
+    int at[200], n = 0, rows = (int)fit__offset(p, p->nstroke);
+    diag__curve_free_only(b.d.curves, o);
+    for (int u = 0; u < p->nu; u++) {
+        if (!p->unknown[u].idle) {
+            ck_assert_int_lt(n, 200);
+            at[n++] = u;
+        }
+    }
+    ck_assert_int_lt(n, p->nu - 20);
+    fit__normal normal;
+    ck_assert_stein(fit__normal_make(&normal, p, err));
+    fit__normal_fill(&normal, p, s->x, s->r, s->J, 1);
+    double *dx = malloc(sizeof *dx * (size_t)p->nu);
+    for (int u = 0; u < p->np; u++) { // or a curve without a prior has no solution
+        if (normal.row[u] >= 0) {
+            *gsl_matrix_ptr(normal.A, (size_t)normal.row[u], (size_t)normal.row[u]) += 1.0;
+        }
+    }
+    ck_assert_int_eq(fit__normal_factor(&normal, 0.0), 0);
+    fit__normal_step(&normal, p, dx);
+
+    gsl_matrix *H = gsl_matrix_calloc((size_t)n, (size_t)n),
+               *J = gsl_matrix_calloc((size_t)rows, (size_t)n);
+    gsl_vector *g = gsl_vector_calloc((size_t)n);
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < p->nstroke; k++) {
+            const fit__stroke *t = &p->stroke[k];
+            int own = at[i] - t->first, column = at[i] < p->np ? at[i] : p->np + own;
+            for (int j = 0; (at[i] < p->np || (own >= 0 && own < t->own)) && j < t->nch * t->n;
+                 j++) {
+                gsl_matrix_set(J, fit__offset(p, k) + (size_t)j, (size_t)i,
+                               s->J[fit__column(p, k, column) + (size_t)j]);
+            }
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        const fit__unknown *u = &p->unknown[at[i]];
+        double sum = u->prior ? s->x[at[i]] : 0.0;
+        for (int j = 0; j < rows; j++) {
+            sum += gsl_matrix_get(J, (size_t)j, (size_t)i) * s->r[j];
+        }
+        gsl_vector_set(g, (size_t)i, -sum);
+        for (int k = 0; k < n; k++) {
+            double h = i == k ? (double)(u->prior != 0) + (at[i] < p->np) : 0.0;
+            for (int j = 0; j < rows; j++) {
+                h += gsl_matrix_get(J, (size_t)j, (size_t)i) *
+                     gsl_matrix_get(J, (size_t)j, (size_t)k);
+            }
+            gsl_matrix_set(H, (size_t)i, (size_t)k, h);
+        }
+    }
+    ck_assert_int_eq(gsl_linalg_cholesky_decomp1(H), 0);
+    gsl_linalg_cholesky_svx(H, g);
+    double most = 0.0;
+    for (int i = 0; i < n; i++) {
+        most = fmax(most, fabs(gsl_vector_get(g, (size_t)i)));
+    }
+    ck_assert_double_gt(most, 0.1);
+    for (int i = 0, u = 0; u < p->nu; u++) {
+        double is = i < n && at[i] == u ? gsl_vector_get(g, (size_t)i++) : 0.0;
+        ck_assert_double_eq_tol(dx[u], is, 1e-6 * most);
+    }
+    gsl_matrix_free(H);
+    gsl_matrix_free(J);
+    gsl_vector_free(g);
+    fit__normal_free(&normal);
+    free(dx);
+    close_bench(&b);
+}
+END_TEST
+
+/* a fit in which nothing of all strokes moves at all */
+START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
+{
+    bench b;
+    open_bench(&b, 1);
+    fit__problem *p = &b.d.curves->p;
+    const diag__stand *s = &b.d.curves->early;
+    for (int u = 0; u < p->np; u++) {
+        p->unknown[u].idle = 1;
+    }
+    fit__normal normal;
+    ck_assert_stein(fit__normal_make(&normal, p, err));
+    fit__normal_fill(&normal, p, s->x, s->r, s->J, 1);
+    ck_assert_int_eq(normal.n, 0);
+    double *dx = malloc(sizeof *dx * (size_t)p->nu), moved = 0.0;
+    ck_assert_int_eq(fit__normal_factor(&normal, 0.0), 0);
+    fit__normal_step(&normal, p, dx);
+    for (int u = 0; u < p->nu; u++) {
+        ck_assert(isfinite(dx[u]) && (u >= p->np || dx[u] == 0.0));
+        moved = fmax(moved, fabs(dx[u]));
+    }
+    ck_assert_double_gt(moved, 0.0);
+    fit__normal_free(&normal);
+    free(dx);
+    close_bench(&b);
+}
+END_TEST
+
+Suite *law_search_suite(void)
+{
+    Suite *suite = suite_create("law_search");
+    TCase *tc = tcase_create("law_search");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 60);
+    tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found_from_where_they_begin);
+    tcase_add_test(tc, an_outline_explains_how_strokes_begin_at_one_place_and_at_no_other);
+    tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
+    tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);
+    tcase_add_test(tc, normal_equations_are_those_of_what_moves);
+    tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
+    suite_add_tcase(suite, tc);
+    return suite;
+}
