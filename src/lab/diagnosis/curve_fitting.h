@@ -2,6 +2,7 @@
  * curve_fitting.h - what the fits of a curve share. Not installed.
  *
  *   curve_reduce.c  a curve with all other unknowns eliminated
+ *   curve_same.c    numbers that move a stroke exactly as a curve does
  *   curve_rounds.c  damped steps, and the derivatives they need
  *   curve_fit.c     from where the null fit stands; the end of a fit
  *   curve_follow.c  along the strokes
@@ -40,6 +41,13 @@ void diag__others_free(diag__others *o);
 /** Factor on variances at residuals r where nobody stated the noise; 1: somebody did. */
 double diag__curve_excess(const fit__problem *p, const double *r);
 void diag__temper(diag__reduced *q, double excess);
+
+/* ---- curve_same.c ---- */
+
+/** Derivatives J at x where a parameter does what the curve of a joint does: those of the curve.
+ *  @return OK, ENOMEM */
+stein_status diag__same_as_curve(const diag__curves *w, const diag__site *s, const double *x,
+                                 double *J, stein_err *err);
 
 /* ---- curve_rounds.c ---- */
 

@@ -177,7 +177,7 @@ stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, di
                                 stein_err *err)
 {
     fit__normal n;
-    diag__globals o = {NULL};
+    diag__globals o = {.S = NULL};
     double excess = diag__curve_excess(&w->p, at->r);
     stein_status status = fit__normal_make(&n, &w->p, err);
     if (status == STEIN_OK) {

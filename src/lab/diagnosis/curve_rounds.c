@@ -216,7 +216,7 @@ static double follow_own(diag__fitting *t, double there, stein_status *status, s
 static int go(diag__fitting *t, double mu, stein_status *status, stein_err *err)
 {
     fit__problem *p = &t->w->p;
-    diag__globals g = {NULL};
+    diag__globals g = {.S = NULL};
     diag__others o = {.n = 0};
     diag__reduced q;
     double there = (double)INFINITY;
@@ -323,7 +323,7 @@ stein_status diag__look_around(diag__fitting *t, stein_err *err)
 static int one_round(diag__fitting *t, int first, stein_status *status, stein_err *err)
 {
     fit__problem *p = &t->w->p;
-    diag__globals g = {NULL};
+    diag__globals g = {.S = NULL};
     diag__others o = {.n = 0};
     double before = t->objective;
     int better = 0;
@@ -331,6 +331,9 @@ static int one_round(diag__fitting *t, int first, stein_status *status, stein_er
         memcpy(t->J, t->w->null.J, sizeof *t->J * fit__columns(p));
     } else {
         *status = derive(t, err);
+    }
+    if (*status == STEIN_OK) {
+        *status = diag__same_as_curve(t->w, t->c->site, t->c->x, t->J, err);
     }
     if (*status == STEIN_OK) {
         fit__normal_fill(&t->n, p, t->c->x, t->c->r, t->J, 1);
