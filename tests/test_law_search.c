@@ -57,28 +57,25 @@ typedef struct bench {
     diag__found found;
 } bench;
 
-static void open_bench(bench *b, int threads)
+/* @param name  [n] free numbers of the file */
+static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
 {
-    const char *data[SWINGS + 1] = {NULL};
-    char with[200];
-    memset(b, 0, sizeof *b);
-    snprintf(with, sizeof with, "%s", humped());
-    for (int i = 0; i < SWINGS; i++) {
-        data[i] = film_swing(i, with, NULL, 2700);
-    }
-    open_fit(&b->f, pendulum, NULL, data);
     b->options = cache_here(NULL);
     b->def = lab_diagnose_def_default();
     b->def.options = &b->options;
     b->out = calloc(1, sizeof *b->out);
     b->out->nfit = SWINGS;
-    b->d = (diag){.file = pendulum,
+    b->d = (diag){.file = file,
                   .model = b->f.model,
                   .def = &b->def,
                   .fit_data = b->f.data,
                   .held_data = b->f.data,
+                  .name = name,
+                  .nname = n,
                   .out = b->out};
     b->d.fit_def = lab_fit_def_default();
+    b->d.fit_def.free = name;
+    b->d.fit_def.nfree = n;
     b->d.fit_def.offset = 1e-3;
     b->d.fit_def.scatter = 1;
     b->d.fit_def.threads = threads;
@@ -93,6 +90,19 @@ static void open_bench(bench *b, int threads)
     }
     ck_assert_stein(diag__unknown_law(&b->d, &before, &b->found, err));
     ck_assert_ptr_nonnull(b->d.curves);
+}
+
+static void open_bench(bench *b, int threads)
+{
+    const char *data[SWINGS + 1] = {NULL};
+    char with[200];
+    memset(b, 0, sizeof *b);
+    snprintf(with, sizeof with, "%s", humped());
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, with, NULL, 2700);
+    }
+    open_fit(&b->f, pendulum, NULL, data);
+    search_bench(b, pendulum, NULL, 0, threads);
 }
 
 static void close_bench(bench *b)
@@ -319,6 +329,90 @@ START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
 }
 END_TEST
 
+/* a pendulum with a spring, both of whose numbers are asked for, as its damping is */
+static const char *sprung(void)
+{
+    static const char spring[] = "    spring: {k: 0.02 N m/rad +- 5 %, theta0: 0.5 rad}\n"
+                                 "    damping: 1.5e-4 N m s/rad +- 0.2e-4 N m s/rad\n";
+    char *text = NULL;
+    size_t size = 0;
+    ck_assert_stein(lab__read_file(pendulum, &text, &size, err));
+    char *damping = strstr(text, "    damping:");
+    ck_assert_ptr_nonnull(damping);
+    const char *path = in_folder("sprung.yaml");
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "%.*s%s%s", (int)(damping - text), text, spring, strchr(damping, '\n') + 1);
+    ck_assert_int_eq(fclose(f), 0);
+    free(text);
+    return path;
+}
+
+/* dr/dp = sum_k dT/dp dr/df_k of every stroke, and it has been that nearly when it was simulated */
+static void check_same(const fit__problem *p, const diag__site *s, int u, const double *weight,
+                       const double *was, const double *is, int changes)
+{
+    for (int i = 0; i < p->nstroke; i++) {
+        int n = p->stroke[i].nch * p->stroke[i].n;
+        double off = 0.0, apart = 0.0, all = 0.0;
+        for (int j = 0; j < n; j++) {
+            double sum = 0.0, now = is[fit__column(p, i, u) + (size_t)j];
+            double then = was[fit__column(p, i, u) + (size_t)j];
+            for (int k = 0; k < s->n; k++) {
+                sum += weight[k] * is[fit__column(p, i, s->first + k) + (size_t)j];
+            }
+            off += changes ? (now - sum) * (now - sum) : (now - then) * (now - then);
+            apart += (now - then) * (now - then);
+            all += now * now;
+        }
+        ck_assert_double_gt(all, 0.0);
+        ck_assert_double_le(off, 1e-16 * all);
+        ck_assert_double_lt(apart, 1e-3 * all);
+        ck_assert(!changes || apart > 0.0);
+    }
+}
+
+START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
+{
+    static const char *name[] = {"rod.spring.k", "rod.damping"};
+    const char *data[SWINGS + 1] = {NULL};
+    bench b;
+    memset(&b, 0, sizeof b);
+    char file[200];
+    snprintf(file, sizeof file, "%s", sprung());
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, file, NULL, 2800);
+    }
+    open_fit(&b.f, file, NULL, data);
+    search_bench(&b, file, name, 2, 1);
+    diag__curves *w = b.d.curves;
+    fit__problem *p = &w->p;
+    double *J = malloc(2 * sizeof *J * fit__columns(p)), *was = J + fit__columns(p);
+    for (int kind = STEIN_TABLE_POSITION; kind <= STEIN_TABLE_SPEED; kind++) {
+        const diag__site *s = &w->site[0];
+        while (s->kind != (stein_table_kind)kind) {
+            s++;
+            ck_assert(s < w->site + w->nsite);
+        }
+        double weight[CURVE_POINTS], *x = w->null.x;
+        for (int k = 0; k < s->n; k++) {
+            double of_k = fit__value(&p->unknown[0], x[0]) * p->unknown[0].sd; // of logarithms
+            double of_b = fit__value(&p->unknown[1], x[1]) * p->unknown[1].sd;
+            weight[k] = kind == STEIN_TABLE_POSITION ? -(s->at[k] - 0.5) * of_k : -s->at[k] * of_b;
+        }
+        ck_assert(p->unknown[0].log && p->unknown[1].log);
+        diag__curve_free_only(w, s);
+        ck_assert_stein(fit__sensitivities(p, x, w->null.r, J, err));
+        memcpy(was, J, sizeof *J * fit__columns(p));
+        ck_assert_stein(diag__same_as_curve(w, s, x, J, err));
+        check_same(p, s, kind == STEIN_TABLE_POSITION ? 0 : 1, weight, was, J, 1);
+        check_same(p, s, kind == STEIN_TABLE_POSITION ? 1 : 0, weight, was, J, 0);
+    }
+    free(J);
+    close_bench(&b);
+}
+END_TEST
+
 Suite *law_search_suite(void)
 {
     Suite *suite = suite_create("law_search");
@@ -328,6 +422,7 @@ Suite *law_search_suite(void)
     tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found_from_where_they_begin);
     tcase_add_test(tc, an_outline_explains_how_strokes_begin_at_one_place_and_at_no_other);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
+    tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
     tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);
     tcase_add_test(tc, normal_equations_are_those_of_what_moves);
     tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
