@@ -117,7 +117,7 @@ stein_status diag__same_as_curve(const diag__curves *w, const diag__site *s, con
     if (room == NULL) {
         return lab__no_memory(err);
     }
-    double *d1 = room + np, *d2 = d1 + nd, weight[CURVE_POINTS];
+    double *d1 = room + np, *d2 = d1 + nd, weight[CURVE_POINTS] = {0.0};
     int law = m->bodies[s->index].joint;
     for (int u = 0; u < w->site[0].first; u++) {
         if (p->unknown[u].kind != FIT__PARAM || p->unknown[u].idle) {
