@@ -274,7 +274,7 @@ START_TEST(bands_hold_the_truth_about_as_often_as_they_say)
         close_case(&second);
     }
     printf("bands: %d of %d points of the truth are in them\n", inside, all);
-    ck_assert_double_ge(inside, 0.88 * all); // 152 of 152 when this was written
+    ck_assert_double_ge(inside, 0.88 * all); // 200 of 200 when this was written
 }
 END_TEST
 

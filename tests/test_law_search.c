@@ -9,9 +9,8 @@
 #include <string.h>
 
 #include "curve_fitting.h"
-#include "fit_support.h"
 #include "suites.h"
-#include "swings.h"
+#include "swing_bench.h"
 
 enum { HUMP_POINTS = 25 };
 static const double height = 0.006, middle = 0.1, width = 0.2; /* J, rad */
@@ -47,43 +46,12 @@ static const char *humped(void)
     return path;
 }
 
-/** The swings over the hump, and the search for what is missing in the file without it. */
-typedef struct bench {
-    fitted f;
-    lab_options options;
-    lab_diagnosis *out;
-    lab_diagnose_def def;
-    diag d;
-    diag__found found;
-} bench;
-
-/* @param name  [n] free numbers of the file */
+/* and the search for what is missing in the file
+ * @param name  [n] free numbers of it */
 static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
 {
-    b->options = cache_here(NULL);
-    b->def = lab_diagnose_def_default();
-    b->def.options = &b->options;
-    b->out = calloc(1, sizeof *b->out);
-    b->out->nfit = SWINGS;
-    b->d = (diag){.file = file,
-                  .model = b->f.model,
-                  .def = &b->def,
-                  .fit_data = b->f.data,
-                  .held_data = b->f.data,
-                  .name = name,
-                  .nname = n,
-                  .out = b->out};
-    b->d.fit_def = lab_fit_def_default();
-    b->d.fit_def.free = name;
-    b->d.fit_def.nfree = n;
-    b->d.fit_def.offset = 1e-3;
-    b->d.fit_def.scatter = 1;
-    b->d.fit_def.threads = threads;
-    ck_assert_stein(diag__open_problem(&b->d, err));
-    b->d.p.tolerance = 1e-9;
-    ck_assert_stein(diag__suspects(&b->d, err));
-    ck_assert_stein(diag__pursue(&b->d, err));
     diag__held before = {.rmse = 3.0};
+    begin_bench(b, file, name, n, threads);
     b->found = (diag__found){.n = 0, .end = &b->d};
     for (int i = 0; i < LAB_SCATTERS; i++) {
         b->d.null_D[i] = 1.0;
@@ -92,6 +60,7 @@ static void search_bench(bench *b, const char *file, const char **name, int n, i
     ck_assert_ptr_nonnull(b->d.curves);
 }
 
+/* the swings over the hump */
 static void open_bench(bench *b, int threads)
 {
     const char *data[SWINGS + 1] = {NULL};
@@ -103,15 +72,6 @@ static void open_bench(bench *b, int threads)
     }
     open_fit(&b->f, pendulum, NULL, data);
     search_bench(b, pendulum, NULL, 0, threads);
-}
-
-static void close_bench(bench *b)
-{
-    diag__held_free(&b->found.held);
-    diag__law_free(&b->d);
-    diag__close(&b->d);
-    lab_diagnosis_destroy(b->out);
-    drop(&b->f);
 }
 
 static const diag__site *rod_position(const diag__curves *w)
@@ -149,7 +109,7 @@ START_TEST(a_law_that_decides_where_strokes_go_is_found_from_where_they_begin)
 }
 END_TEST
 
-START_TEST(an_outline_explains_how_strokes_begin_at_one_place_and_at_no_other)
+START_TEST(the_outline_that_explains_how_strokes_begin_leads_to_the_law)
 {
     bench b;
     open_bench(&b, 1);
@@ -329,7 +289,7 @@ START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
 }
 END_TEST
 
-/* a pendulum with a spring, both of whose numbers are asked for, as its damping is */
+/* a pendulum with a spring whose stiffness is asked for, as its damping is */
 static const char *sprung(void)
 {
     static const char spring[] = "    spring: {k: 0.02 N m/rad +- 5 %, theta0: 0.5 rad}\n"
@@ -420,7 +380,7 @@ Suite *law_search_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60);
     tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found_from_where_they_begin);
-    tcase_add_test(tc, an_outline_explains_how_strokes_begin_at_one_place_and_at_no_other);
+    tcase_add_test(tc, the_outline_that_explains_how_strokes_begin_leads_to_the_law);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
     tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
     tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);

@@ -6,53 +6,17 @@
 #include <string.h>
 
 #include "curve.h"
-#include "fit_support.h"
-#include "searching.h"
 #include "suites.h"
-#include "swings.h"
-
-typedef struct bench {
-    fitted f;
-    lab_options options;
-    lab_diagnosis *out;
-    lab_diagnose_def def;
-    diag d;
-} bench;
+#include "swing_bench.h"
 
 /* the swings with their suspects and the null fit; the mechanism's numbers are known */
 static void open_bench(bench *b, const char *const *truth, int threads, unsigned long long seed)
 {
     memset(b, 0, sizeof *b);
     open_swings(&b->f, pendulum, truth, seed);
-    b->options = cache_here(NULL);
-    b->def = lab_diagnose_def_default();
-    b->def.options = &b->options;
-    b->out = calloc(1, sizeof *b->out);
-    b->out->nfit = SWINGS;
-    b->d = (diag){.file = pendulum,
-                  .model = b->f.model,
-                  .def = &b->def,
-                  .fit_data = b->f.data,
-                  .held_data = b->f.data,
-                  .out = b->out};
-    b->d.fit_def = lab_fit_def_default();
-    b->d.fit_def.offset = 1e-3;
-    b->d.fit_def.scatter = 1;
-    b->d.fit_def.threads = threads;
-    ck_assert_stein(diag__open_problem(&b->d, err));
-    b->d.p.tolerance = 1e-9;
-    ck_assert_stein(diag__suspects(&b->d, err));
-    ck_assert_stein(diag__pursue(&b->d, err));
+    begin_bench(b, pendulum, NULL, 0, threads);
     ck_assert_stein(diag__changes(&b->d, err));
     ck_assert_stein(diag__rank(&b->d, err));
-}
-
-static void close_bench(bench *b)
-{
-    diag__law_free(&b->d);
-    diag__close(&b->d);
-    lab_diagnosis_destroy(b->out);
-    drop(&b->f);
 }
 
 static diag__suspect *suspect(diag *d, const char *kind)
@@ -214,7 +178,7 @@ START_TEST(a_law_gains_nothing_by_numbers_beyond_their_variances)
     ck_assert_int_gt(d->curves->nsite, 0);
     printf("the best curve gains %.1f\n", d->curves->curve[0].gain);
     ck_assert_double_lt(d->curves->curve[0].gain, 30.0);
-    diag__held_free(&found.held);
+    b.found = found;
     close_bench(&b);
 }
 END_TEST
@@ -253,7 +217,7 @@ START_TEST(a_swing_that_the_fit_of_a_law_has_lost_is_called_back)
 
     ck_assert_stein(diag__curve_recall(d, w, c, INFINITY, 1, &better, err));
     ck_assert_int_eq(better, 0); // nobody is lost now, and it has ended
-    diag__held_free(&found.held);
+    b.found = found;
     close_bench(&b);
 }
 END_TEST

@@ -22,7 +22,6 @@
 #include "curve.h"
 
 enum { FITTED = 4, RECALLS = 3, ROUNDS = 2, NAME = 2 * MECH_NAME };
-static const double as_noise = 1.1;  /* chi2/dof up to which nothing else is asked */
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
 static const double worth_it = 0.75; /* share of the best gain from which on a fit goes on */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
@@ -191,7 +190,7 @@ static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, ste
     }
     *n = 0;
     stein_status status = fit_early(d, w, early, &nearly, err);
-    int describes = nearly > 0 && diag__curve_chi2_dof(d, w, &early[0]) < as_noise;
+    int describes = nearly > 0 && diag__curve_describes(d, w, &early[0]);
     if (status == STEIN_OK && !describes) {
         stein_status late = fit_late(d, w, bound, n, err);
         status = nearly > 0 ? fit__forgive(late, err) : late;

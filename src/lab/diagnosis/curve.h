@@ -128,6 +128,11 @@ stein_status diag__stand_derived(diag__curves *w, stein_err *err);
  *  clearly leaves more than noise; its x NULL: it does so nowhere. @return OK, ENOMEM */
 stein_status diag__stand_early(const diag *d, diag__curves *w, stein_err *err);
 
+/** J at x with residuals r. What one stroke bears may be too much for another one: then differences
+ *  by unknowns first .. end - 1 are shorter. @return as fit__sensitivities */
+stein_status diag__curve_derive(fit__problem *p, int first, int end, const double *x,
+                                const double *r, double *J, stein_err *err);
+
 /* ---- curve_reduce.c ---- */
 
 /** Gains of all curves (c[i] of site i) to first order where a fit without a law stands.
@@ -179,6 +184,8 @@ stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c
 void diag__curve_sort(diag__curve *c, int n);
 /** As of the null fit: how many degrees of freedom a curve takes is its prior's business. */
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c);
+/** Does it leave no more than noise, so that no other one is asked? */
+int diag__curve_describes(const diag *d, const diag__curves *w, const diag__curve *c);
 /** The laws of the first n curves, which were tried, into d->out, by the held-out strokes.
  *  @param before  RMSE of the held-out strokes without a law, NAN: there are none
  *  @return OK, ENOMEM */

@@ -15,12 +15,10 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 {
     diag__fitting t;
     stein_err why = {STEIN_OK, ""};
-    stein_status status = diag__curve_room(&w->p, c, err), end;
-    status = status == STEIN_OK ? diag__fitting_begin(&t, w, c, err) : status;
+    stein_status status = diag__fitting_begin_at(&t, w, c, w->null.x, err), end;
     if (status != STEIN_OK) {
         return status;
     }
-    memcpy(c->x, w->null.x, sizeof *c->x * (size_t)w->p.nu);
     memcpy(c->r, w->null.r, sizeof *c->r * fit__offset(&w->p, w->p.nstroke));
     end = diag__rounds(&t, INFINITY, CURVE_ROUNDS, 1, &why);
     diag__fitting_weigh(&t, end);

@@ -65,6 +65,10 @@ typedef struct diag__fitting {
 } diag__fitting;
 /** Room, and nothing but this curve moves. @return OK, ENOMEM: there is nothing to end */
 stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve *c, stein_err *err);
+/** The same of a new fit from unknowns x [nu], in c->x. @return OK, ENOMEM: there is nothing to end
+ */
+stein_status diag__fitting_begin_at(diag__fitting *t, diag__curves *w, diag__curve *c,
+                                    const double *x, stein_err *err);
 /** What the fit is worth: c->fitted, gain and price. */
 void diag__fitting_weigh(diag__fitting *t, stein_status end);
 void diag__fitting_end(diag__fitting *t);

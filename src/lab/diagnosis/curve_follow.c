@@ -17,6 +17,16 @@ static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the lo
 static const double well = 1.7; /* chi2 per sample of a prediction that can be corrected */
 static const double lost = 1.2; /* and of a fit that is not on its way any more */
 
+/* chi2 per sample up to a horizon of c->r */
+static double left(const diag__fitting *t, double horizon)
+{
+    fit__problem *p = &t->w->p;
+    p->horizon = horizon;
+    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
+    p->horizon = INFINITY;
+    return chi2;
+}
+
 /* what is predicted up to a horizon, in c->r. @return chi2 per sample, INFINITY: a stroke fails */
 static double predict(diag__fitting *t, double horizon, stein_status *status, stein_err *err)
 {
@@ -24,9 +34,8 @@ static double predict(diag__fitting *t, double horizon, stein_status *status, st
     int failed = 0;
     p->horizon = horizon;
     *status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
-    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
     p->horizon = INFINITY;
-    return failed > 0 ? (double)INFINITY : chi2;
+    return failed > 0 ? (double)INFINITY : left(t, horizon);
 }
 
 /* @param done  share of the strokes that has been fitted. @return the share to fit next */
@@ -49,15 +58,6 @@ static stein_status call_back(diag *d, diag__fitting *t, double horizon, stein_e
         status = diag__curve_recall(d, t->w, t->c, horizon, 0, &better, err);
     }
     return status;
-}
-
-static double left(const diag__fitting *t, double horizon)
-{
-    fit__problem *p = &t->w->p;
-    p->horizon = horizon;
-    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
-    p->horizon = INFINITY;
-    return chi2;
 }
 
 /* strays up to a horizon, rounds, strays */
@@ -95,12 +95,10 @@ stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag_
 {
     diag__fitting t;
     stein_err why = {STEIN_OK, ""};
-    stein_status status = diag__curve_room(&w->p, c, err), end;
-    status = status == STEIN_OK ? diag__fitting_begin(&t, w, c, err) : status;
+    stein_status status = diag__fitting_begin_at(&t, w, c, x, err), end;
     if (status != STEIN_OK) {
         return status;
     }
-    memcpy(c->x, x, sizeof *c->x * (size_t)w->p.nu);
     end = follow(d, &t, &why);
     if (end != STEIN_OK) {
         diag__fitting_weigh(&t, end);

@@ -19,6 +19,7 @@
 
 enum { JUDGED = 3 };
 static const double explained = 2.0;  /* chi2/dof of a fit that can be trusted, as in verdict.c */
+static const double as_noise = 1.1;   /* the same of one that leaves nothing */
 static const double near_noise = 1.2; /* the same of one whose derivatives are worth the care */
 static const double as_well = 1.25;   /* held-out errors that are no different */
 static const double less = 0.5;       /* of what is left */
@@ -27,6 +28,11 @@ static const double certain = 4.0;    /* sd of a chi2/dof that is no chance */
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c)
 {
     return fit__chi2(&w->p, c->r) / fmax(1.0, w->p.samples - d->p.nu);
+}
+
+int diag__curve_describes(const diag *d, const diag__curves *w, const diag__curve *c)
+{
+    return c->fitted && diag__curve_chi2_dof(d, w, c) < as_noise;
 }
 
 /* ---- judging ---- */

@@ -17,9 +17,8 @@
 #include "stein/law.h"
 
 enum { RUNNERS = 5, RENEWALS = 5 };
-static const double enough = 0.3;   /* of the objective */
-static const double near = 0.15;    /* share of the best score from which on a curve runs */
-static const double as_noise = 1.1; /* chi2/dof of a law that needs no rival */
+static const double enough = 0.3; /* of the objective */
+static const double near = 0.15;  /* share of the best score from which on a curve runs */
 static const double worth =
     0.95; /* share of what the best one explains from which on one goes on */
 
@@ -97,8 +96,7 @@ stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c
             take_outline(w, all[i].curve.site, all[i].x);
             to[*found] = all[i].curve;
             status = diag__curve_follow(d, w, all[i].x, &to[*found], err);
-            done = status == STEIN_OK && to[*found].fitted &&
-                   diag__curve_chi2_dof(d, w, &to[*found]) < as_noise;
+            done = status == STEIN_OK && diag__curve_describes(d, w, &to[*found]);
             *found += to[*found].x != NULL;
         }
     }

@@ -20,12 +20,11 @@
 
 #include "curve_fitting.h"
 
-enum { N = CURVE_POINTS, SHORTER = 3, DAMPINGS = 8, CORRECTIONS = 3 };
+enum { N = CURVE_POINTS, DAMPINGS = 8, CORRECTIONS = 3 };
 static const double wanted = 0.3;   /* RMS change of differences [noise] */
 static const double longer = 30.0;  /* most of a difference, in that of the round before */
 static const double of_size = 0.3;  /* most of a difference, in what the curve's values are like */
 static const double of_most = 0.03; /* the same to begin with, of the largest value */
-static const double shorter = 0.1;  /* differences where a stroke cannot be simulated */
 static const double little = 0.5;   /* gain of a round */
 static const double less = 0.2, more = 4.0, least = 1e-4; /* damping */
 
@@ -61,6 +60,17 @@ stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve 
     t->was_r = t->try_r + rows;
     diag__curve_free_only(w, c->site);
     return STEIN_OK;
+}
+
+stein_status diag__fitting_begin_at(diag__fitting *t, diag__curves *w, diag__curve *c,
+                                    const double *x, stein_err *err)
+{
+    stein_status status = diag__curve_room(&w->p, c, err);
+    status = status == STEIN_OK ? diag__fitting_begin(t, w, c, err) : status;
+    if (status == STEIN_OK) {
+        memcpy(c->x, x, sizeof *x * (size_t)w->p.nu);
+    }
+    return status;
 }
 
 void diag__fitting_end(diag__fitting *t)
@@ -281,20 +291,11 @@ static void note_cov(diag__fitting *t)
 
 /* ---- rounds ---- */
 
-/* Derivatives where the curve stands. What one stroke bears may be too much for another one: then
- * differences are shorter. */
+/* where the curve stands */
 static stein_status derive(diag__fitting *t, stein_err *err)
 {
-    fit__problem *p = &t->w->p;
     const diag__site *s = t->c->site;
-    stein_status status = fit__sensitivities(p, t->c->x, t->c->r, t->J, err);
-    for (int n = 0; status != STEIN_OK && status != STEIN_ENOMEM && n < SHORTER; n++) {
-        for (int k = s->first; k < s->first + s->n; k++) {
-            p->step[k] *= shorter;
-        }
-        status = fit__sensitivities(p, t->c->x, t->c->r, t->J, err);
-    }
-    return status;
+    return diag__curve_derive(&t->w->p, s->first, s->first + s->n, t->c->x, t->c->r, t->J, err);
 }
 
 stein_status diag__look_around(diag__fitting *t, stein_err *err)

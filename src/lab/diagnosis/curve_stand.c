@@ -156,18 +156,25 @@ static stein_status size(diag__curves *w, const diag__stand *s, stein_err *err)
     return status;
 }
 
-/* J by all curves, too; what one stroke bears may be too much for another one */
+stein_status diag__curve_derive(fit__problem *p, int first, int end, const double *x,
+                                const double *r, double *J, stein_err *err)
+{
+    stein_status status = fit__sensitivities(p, x, r, J, err);
+    for (int n = 0; status != STEIN_OK && status != STEIN_ENOMEM && n < SHORTER; n++) {
+        for (int k = first; k < end; k++) {
+            p->step[k] *= shorter;
+        }
+        status = fit__sensitivities(p, x, r, J, err);
+    }
+    return status;
+}
+
+/* J by all curves, too */
 static stein_status derive(diag__curves *w, diag__stand *s, stein_err *err)
 {
     fit__problem *p = &w->p;
     p->horizon = s->horizon;
-    stein_status status = fit__sensitivities(p, s->x, s->r, s->J, err);
-    for (int n = 0; status != STEIN_OK && status != STEIN_ENOMEM && n < SHORTER; n++) {
-        for (int k = w->site[0].first; k < p->amount; k++) {
-            p->step[k] *= shorter;
-        }
-        status = fit__sensitivities(p, s->x, s->r, s->J, err);
-    }
+    stein_status status = diag__curve_derive(p, w->site[0].first, p->amount, s->x, s->r, s->J, err);
     p->horizon = INFINITY;
     return status;
 }

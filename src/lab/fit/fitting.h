@@ -10,6 +10,7 @@
  *   pool.c         several fits at once, in the same lanes
  *   residuals.c    weighted residuals of all strokes
  *   sensitivity.c  their derivatives
+ *   normal.c       normal equations of what moves
  *   minimise.c     Levenberg-Marquardt, and descent with derivatives at hand
  *   starts.c       ladder, several starts
  *   resume.c       state, safe from kill -9
@@ -297,7 +298,7 @@ stein_status fit__fine_sensitivities(fit__problem *p, const double *x, const dou
 /** Steps for the next differences from the change the last ones made. */
 void fit__choose_steps(fit__problem *p, const double *J);
 
-/* ---- minimise.c ---- */
+/* ---- normal.c ---- */
 
 /** Normal equations, nuisances eliminated: arrow matrix of globals and strokes. Globals are those
  *  parameters that move: a search for a law has hundreds that stay. */
@@ -320,6 +321,13 @@ void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, co
 int fit__normal_factor(fit__normal *n, double mu);
 /** dx [nu] = -(A + mu D)^-1 g. */
 void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx);
+/** Diagonal element of an unknown; NULL: it stays. */
+double *fit__normal_diagonal(const fit__normal *n, const fit__problem *p, int u);
+/** g at another point with the same derivatives. @param prior  weight of the priors */
+void fit__normal_gradient(fit__normal *n, const fit__problem *p, const double *x, const double *r,
+                          const double *J, double prior);
+
+/* ---- minimise.c ---- */
 
 /** Exact state of a search, between two iterations. */
 typedef struct fit__state {

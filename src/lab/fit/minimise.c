@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * minimise.c - Levenberg-Marquardt on normal equations whose nuisances are eliminated.
  *
- * With x = (p, n_1 ... n_S), free parameters and each stroke's own, J'J is an arrow:
- *
- *      | A   C_1' ... C_S' | dp  |       |g_p|     S = A - sum C_s' B_s^-1 C_s       (Schur)
- *      | C_1 B_1           | dn_1|  = -  |g_1|     S dp = -g_p + sum C_s' B_s^-1 g_s
- *      | C_S          B_S  | dn_S|       |g_S|     dn_s = -B_s^-1 (g_s + C_s dp)
- *
- * with the priors' 1 on the diagonal (x counts prior standard deviations) and mu diag(J'J) for the
- * damping (Marquardt 1963), mu by Nielsen's rule (Madsen, Nielsen & Tingleff 2004, 3.2).
+ * The equations are those of normal.c with mu diag(J'J) for the damping (Marquardt 1963), mu by
+ * Nielsen's rule (Madsen, Nielsen & Tingleff 2004, 3.2).
  *
  * Why not GSL's multifit_nlinear: its dense J holds a column for every nuisance of every stroke
  * (100 strokes x 4 nuisances x 10^5 rows); a stroke that cannot be simulated has no residual to
@@ -21,8 +15,6 @@
  * is a hundredth of a standard deviation in the direction that is furthest off. With one-sided
  * differences it also ends when a step has gained less than ten times the figure.
  */
-#include <gsl/gsl_blas.h>
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -33,234 +25,6 @@ enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
 static const double far_off = 30.0;          /* objective, from where no chord leads back */
 static const double least_compliance = 3e-4; /* limits */
 static const double longest_step = 3.0;      /* of an unknown with a prior, in its sd */
-
-/* ---- the arrow ---- */
-
-stein_status fit__normal_make(fit__normal *n, const fit__problem *p, stein_err *err)
-{
-    size_t np = (size_t)p->np, ns = (size_t)p->nstroke;
-    *n = (fit__normal){.np = p->np, .nu = p->nu, .nstroke = p->nstroke};
-    n->A = gsl_matrix_alloc(np, np);
-    n->S = gsl_matrix_alloc(np, np);
-    n->g = calloc((size_t)p->nu + 1, sizeof *n->g);
-    n->product = calloc((size_t)p->nu + 1, sizeof *n->product);
-    n->moving = calloc(2 * np + 1, sizeof *n->moving);
-    n->row = n->moving + (n->moving != NULL ? np : 0);
-    n->B = calloc(4 * ns + 1, sizeof *n->B);
-    int memory = n->A && n->S && n->g && n->product && n->moving && n->B;
-    n->C = n->B + (memory ? ns : 0);
-    n->BL = n->C + (memory ? ns : 0);
-    n->X = n->BL + (memory ? ns : 0);
-    for (size_t s = 0; memory && s < ns; s++) {
-        size_t own = (size_t)p->stroke[s].own;
-        if (own > 0) {
-            n->B[s] = gsl_matrix_alloc(own, own);
-            n->BL[s] = gsl_matrix_alloc(own, own);
-            n->C[s] = gsl_matrix_alloc(own, np);
-            n->X[s] = gsl_matrix_alloc(own, np);
-            memory = n->B[s] && n->BL[s] && n->C[s] && n->X[s];
-        }
-    }
-    return memory ? STEIN_OK : lab__no_memory(err);
-}
-
-void fit__normal_free(fit__normal *n)
-{
-    gsl_matrix_free(n->A);
-    gsl_matrix_free(n->S);
-    for (int i = 0; n->B != NULL && i < 4 * n->nstroke; i++) {
-        gsl_matrix_free(n->B[i]);
-    }
-    free(n->B);
-    free(n->g);
-    free(n->product);
-    free(n->moving);
-}
-
-/* a matrix whose block has room for more */
-static void shape(gsl_matrix *m, size_t rows, size_t columns)
-{
-    m->size1 = rows;
-    m->size2 = m->tda = columns;
-}
-
-/* what moves, and matrices of that size, of zeros */
-static void begin_fill(fit__normal *n, const fit__problem *p)
-{
-    n->n = 0;
-    for (int u = 0; u < p->np; u++) {
-        int moves = u != p->fixed && !p->unknown[u].idle;
-        n->row[u] = moves ? n->n : -1;
-        n->moving[n->n] = moves ? u : n->moving[n->n];
-        n->n += moves;
-    }
-    size_t m = (size_t)n->n;
-    shape(n->A, m, m);
-    shape(n->S, m, m);
-    gsl_matrix_set_zero(n->A);
-    for (int s = 0; s < p->nstroke; s++) {
-        if (n->B[s] != NULL) {
-            shape(n->C[s], (size_t)p->stroke[s].own, m);
-            shape(n->X[s], (size_t)p->stroke[s].own, m);
-            gsl_matrix_set_zero(n->B[s]);
-            gsl_matrix_set_zero(n->C[s]);
-        }
-    }
-    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
-}
-
-/* column a of a stroke's derivatives with those before it, and itself, into its place: globals come
- * first, then its own */
-static void fill_row(fit__normal *n, int s, int a, const double *product)
-{
-    size_t i = (size_t)(a < n->n ? a : a - n->n);
-    for (int b = 0; b <= a; b++) {
-        size_t k = (size_t)(b < n->n ? b : b - n->n);
-        gsl_matrix *m = a < n->n ? n->A : b < n->n ? n->C[s] : n->B[s];
-        gsl_matrix_set(m, i, k, gsl_matrix_get(m, i, k) + product[b]);
-        if (m != n->C[s] && i != k) {
-            gsl_matrix_set(m, k, i, gsl_matrix_get(m, i, k));
-        }
-    }
-}
-
-/* where column a is in the derivatives of a stroke */
-static int column_of(const fit__normal *n, int a)
-{
-    return a < n->n ? n->moving[a] : n->np + a - n->n;
-}
-
-static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const double *r,
-                        const double *J)
-{
-    const fit__stroke *t = &p->stroke[s];
-    const double *first = J + fit__column(p, s, 0);
-    size_t size = (size_t)(t->nch * t->n);
-    r += fit__offset(p, s);
-    for (int a = 0; a < n->n + t->own; a++) {
-        const double *column = first + size * (size_t)column_of(n, a);
-        n->g[a < n->n ? n->moving[a] : t->first + a - n->n] += lab__dot(column, r, size);
-        for (int b = 0, run; b <= a; b += run) { // columns beside each other at once
-            run = 1;
-            while (b + run <= a && column_of(n, b + run) == column_of(n, b) + run) {
-                run++;
-            }
-            lab__dots(column, first + size * (size_t)column_of(n, b), size, run, n->product + b);
-        }
-        fill_row(n, s, a, n->product);
-    }
-}
-
-/* NULL: it stays */
-static double *diagonal(const fit__normal *n, const fit__problem *p, int u)
-{
-    if (u < p->np) {
-        size_t row = (size_t)n->row[u];
-        return n->row[u] >= 0 ? gsl_matrix_ptr(n->A, row, row) : NULL;
-    }
-    int s = p->unknown[u].stroke;
-    size_t i = (size_t)(u - p->stroke[s].first);
-    return gsl_matrix_ptr(n->B[s], i, i);
-}
-
-void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
-                      const double *J, int prior)
-{
-    begin_fill(n, p);
-    for (int s = 0; s < p->nstroke; s++) {
-        fill_stroke(n, p, s, r, J);
-    }
-    for (int u = 0; u < p->nu; u++) {
-        // own priors always count: without them the data would be asked what a marker's offset is
-        double *d = diagonal(n, p, u);
-        if (d != NULL && p->unknown[u].prior && u != p->flat && (prior || u >= p->np)) {
-            *d += 1.0;
-            n->g[u] += x[u];
-        }
-    }
-}
-
-/* Cholesky factor of (m with mu added to its diagonal) in f; -1 when it is not positive */
-static int factor(gsl_matrix *f, const gsl_matrix *m, double mu)
-{
-    gsl_matrix_memcpy(f, m);
-    for (size_t i = 0; i < m->size1; i++) {
-        double d = gsl_matrix_get(m, i, i);
-        gsl_matrix_set(f, i, i, d + mu * d + 1e-12);
-    }
-    return gsl_linalg_cholesky_decomp1(f) == 0 ? 0 : -1;
-}
-
-int fit__normal_factor(fit__normal *n, double mu)
-{
-    gsl_matrix_memcpy(n->S, n->A);
-    for (size_t i = 0; i < (size_t)n->n; i++) {
-        double *d = gsl_matrix_ptr(n->S, i, i);
-        *d += mu * *d + 1e-12;
-    }
-    for (int s = 0; s < n->nstroke; s++) {
-        if (n->B[s] == NULL) {
-            continue;
-        }
-        if (factor(n->BL[s], n->B[s], mu) != 0) {
-            return -1;
-        }
-        if (n->n == 0) {
-            continue;
-        }
-        gsl_matrix_memcpy(n->X[s], n->C[s]);
-        for (size_t k = 0; k < (size_t)n->n; k++) {
-            gsl_vector_view column = gsl_matrix_column(n->X[s], k);
-            gsl_linalg_cholesky_svx(n->BL[s], &column.vector);
-        }
-        gsl_blas_dgemm(CblasTrans, CblasNoTrans, -1.0, n->C[s], n->X[s], 1.0, n->S);
-    }
-    return n->n == 0 || gsl_linalg_cholesky_decomp1(n->S) == 0 ? 0 : -1;
-}
-
-/* of the globals, in n->product */
-static gsl_vector_view step_of_globals(const fit__normal *n, const fit__problem *p)
-{
-    gsl_vector_view dp = gsl_vector_view_array(n->product, (size_t)n->n);
-    for (int i = 0; i < n->n; i++) {
-        n->product[i] = -n->g[n->moving[i]];
-    }
-    for (int s = 0; s < n->nstroke; s++) {
-        if (n->B[s] != NULL) {
-            gsl_vector_const_view g =
-                gsl_vector_const_view_array(n->g + p->stroke[s].first, (size_t)p->stroke[s].own);
-            gsl_blas_dgemv(CblasTrans, 1.0, n->X[s], &g.vector, 1.0, &dp.vector);
-        }
-    }
-    gsl_linalg_cholesky_svx(n->S, &dp.vector);
-    return dp;
-}
-
-void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx)
-{
-    gsl_vector_view dp;
-    for (int u = 0; u < p->nu; u++) {
-        dx[u] = u < p->np ? 0.0 : -n->g[u];
-    }
-    if (n->n > 0) {
-        dp = step_of_globals(n, p);
-    }
-    for (int i = 0; i < n->n; i++) {
-        dx[n->moving[i]] = gsl_vector_get(&dp.vector, (size_t)i);
-    }
-    for (int s = 0; s < n->nstroke; s++) {
-        if (n->B[s] != NULL) {
-            gsl_vector_view dn =
-                gsl_vector_view_array(dx + p->stroke[s].first, (size_t)p->stroke[s].own);
-            gsl_linalg_cholesky_svx(n->BL[s], &dn.vector); // -B^-1 g
-            if (n->n > 0) {
-                gsl_blas_dgemv(CblasNoTrans, -1.0, n->X[s], &dp.vector, 1.0, &dn.vector);
-            }
-        }
-    }
-}
-
-/* ---- the search ---- */
 
 typedef struct room {
     fit__normal normal;
@@ -314,7 +78,7 @@ static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
     }
     scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
-        const double *d = diagonal(&m->normal, p, u);
+        const double *d = fit__normal_diagonal(&m->normal, p, u);
         m->try_x[u] = s->x[u] + scale * m->dx[u];
         predicted += d != NULL ? m->dx[u] * (s->mu * *d * m->dx[u] - m->normal.g[u]) : 0.0;
     }
@@ -366,26 +130,6 @@ static stein_status begin(const fit__problem *p, fit__state *s, room *m, stein_e
     }
     s->objective = fit__chi2(p, m->r) + fit__priors(p, s->x);
     return status;
-}
-
-/* the gradient at another point, with the same derivatives and weight of the priors */
-static void new_gradient(room *m, const fit__problem *p, const double *x, const double *r)
-{
-    fit__normal *n = &m->normal;
-    const double *J = m->J;
-    memset(n->g, 0, sizeof *n->g * (size_t)p->nu);
-    for (int s = 0; s < p->nstroke; s++) {
-        const fit__stroke *t = &p->stroke[s];
-        for (int a = 0; a < n->n + t->own; a++) {
-            n->g[a < n->n ? n->moving[a] : t->first + a - n->n] +=
-                lab__dot(J + fit__column(p, s, column_of(n, a)), r + fit__offset(p, s),
-                         (size_t)(t->nch * t->n));
-        }
-    }
-    for (int u = 0; u < p->nu; u++) {
-        int moves = u >= p->np || n->row[u] >= 0;
-        n->g[u] += moves && p->unknown[u].prior && u != p->flat ? m->prior * x[u] : 0.0;
-    }
 }
 
 /* numbers of the mechanism and those beside an effect's amount stay within some prior sd */
@@ -441,7 +185,7 @@ static int chord(fit__problem *p, fit__state *s, room *m, double *x, stein_statu
             break;
         }
         last = there;
-        new_gradient(m, p, x, m->try_r);
+        fit__normal_gradient(&m->normal, p, x, m->try_r, m->J, m->prior);
         fit__normal_step(&m->normal, p, m->dx);
     }
     return s->objective < start;
@@ -462,7 +206,7 @@ static void temper(const fit__problem *p, const fit__state *s, room *m)
 {
     m->prior = fmax(1.0, fit__chi2_dof(p, m->r));
     for (int u = 0; u < p->nu; u++) {
-        double *d = diagonal(&m->normal, p, u);
+        double *d = fit__normal_diagonal(&m->normal, p, u);
         if (d != NULL && p->unknown[u].prior && u != p->flat) {
             *d += m->prior - 1.0;
             m->normal.g[u] += (m->prior - 1.0) * s->x[u];
