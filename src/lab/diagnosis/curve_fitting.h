@@ -38,8 +38,10 @@ typedef struct diag__others {
 stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag__globals *o,
                           const double *x, diag__others *t, diag__reduced *q, stein_err *err);
 void diag__others_free(diag__others *o);
-/** Factor on variances at residuals r where nobody stated the noise; 1: somebody did. */
-double diag__curve_excess(const fit__problem *p, const double *r);
+/** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve that stands at x with
+ *  residuals r. @return factor on variances that goes with it: 1 where somebody stated the noise */
+double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, const double *x,
+                                const double *r, diag__reduced *q);
 void diag__temper(diag__reduced *q, double excess);
 
 /* ---- curve_same.c ---- */

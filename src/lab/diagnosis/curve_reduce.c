@@ -27,6 +27,7 @@
 #include <stdlib.h>
 
 #include "curve_fitting.h"
+#include "functions.h"
 
 /* ---- eliminating everything else ---- */
 
@@ -153,13 +154,17 @@ stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag
     return STEIN_OK;
 }
 
-/* ---- noise that nobody stated ---- */
-
-double diag__curve_excess(const fit__problem *p, const double *r)
-{
-    return fit__noise_given(p) ? 1.0
-                               : fmax(1.0, fit__chi2_dof(p, r)) * fmax(1.0, fit__inflation(p, r));
-}
+/* ---- noise that nobody stated ----
+ *
+ * Then the noise is an unknown, too: variances are larger than the records show by a factor e = v i,
+ * i for what is alike from sample to sample, and with N = samples / i of them that count
+ *
+ *      -2 ln p = chi2 / e + N ln v - gained
+ *
+ * has a minimum where the law is worth nothing (v: what is left now) and another where it explains
+ * most (v: what it would leave). The lower one is taken. Where a fall of 47 m misses the air by a
+ * hundred times the noise, no curve is worth anything as long as that counts as noise.
+ */
 
 void diag__temper(diag__reduced *q, double excess)
 {
@@ -171,6 +176,49 @@ void diag__temper(diag__reduced *q, double excess)
     }
 }
 
+/* chi2 that the law of q would leave, of what is left at x; M and c of q without an excess */
+static double predicted(const diag__reduced *q, const double *f, const double *x, double chi2)
+{
+    for (int i = 0; i < q->n; i++) {
+        double Md = 0.0, Mx = 0.0;
+        for (int j = 0; j < q->n; j++) {
+            Md += q->M[i * q->n + j] * (f[j] - x[q->index[j]]);
+            Mx += q->M[i * q->n + j] * x[q->index[j]];
+        }
+        chi2 -= (f[i] - x[q->index[i]]) * (2.0 * (q->c[i] - Mx) - Md);
+    }
+    return fmax(0.0, chi2);
+}
+
+/* the law at a factor on variances */
+static diag__reduced at_noise(const diag__site *s, const diag__reduced *q, double excess)
+{
+    diag__reduced tempered = *q;
+    diag__temper(&tempered, excess);
+    diag__curve_choose(s, &tempered);
+    return tempered;
+}
+
+double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, const double *x,
+                                const double *r, diag__reduced *q)
+{
+    const fit__problem *p = &w->p;
+    if (fit__noise_given(p)) {
+        diag__curve_choose(s, q);
+        return 1.0;
+    }
+    int values = p->amount - w->site[0].first; // of all curves, of which one moves
+    double dof = fmax(1.0, p->samples - (p->nu - values)), chi2 = fit__chi2(p, r);
+    double alike = fmax(1.0, fit__inflation(p, r)), now = fmax(1.0, chi2 / dof);
+    diag__reduced all = at_noise(s, q, alike);
+    double then = fmin(now, fmax(1.0, predicted(q, all.f, x, chi2) / dof));
+    diag__reduced little = at_noise(s, q, now * alike), much = at_noise(s, q, then * alike);
+    double of_little = (chi2 / now + dof * stein__log_of(now)) / alike - little.gained;
+    double of_much = (chi2 / then + dof * stein__log_of(then)) / alike - much.gained;
+    *q = of_much < of_little ? much : little;
+    return (of_much < of_little ? then : now) * alike;
+}
+
 /* ---- to first order ---- */
 
 stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, diag__curve *c,
@@ -178,7 +226,6 @@ stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, di
 {
     fit__normal n;
     diag__globals o = {.S = NULL};
-    double excess = diag__curve_excess(&w->p, at->r);
     stein_status status = fit__normal_make(&n, &w->p, err);
     if (status == STEIN_OK) {
         fit__normal_fill(&n, &w->p, at->x, at->r, at->J, 1);
@@ -187,11 +234,10 @@ stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, di
     for (int i = 0; status == STEIN_OK && i < w->nsite; i++) {
         diag__others t;
         diag__reduced q;
-        c[i] = (diag__curve){.site = &w->site[i], .gain = -INFINITY, .held = NAN, .excess = excess};
+        c[i] = (diag__curve){.site = &w->site[i], .gain = -INFINITY, .held = NAN};
         status = diag__reduce(w, &w->site[i], &o, at->x, &t, &q, err);
         if (status == STEIN_OK) {
-            diag__temper(&q, excess);
-            diag__curve_choose(&w->site[i], &q);
+            c[i].excess = diag__curve_choose_noise(w, &w->site[i], at->x, at->r, &q);
             c[i].gain = q.gained;
         }
         diag__others_free(&t);

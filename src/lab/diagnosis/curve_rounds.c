@@ -344,9 +344,7 @@ static int one_round(diag__fitting *t, int first, stein_status *status, stein_er
         *status = diag__reduce(t->w, t->c->site, &g, t->c->x, &o, &t->q, err);
     }
     if (*status == STEIN_OK) {
-        t->c->excess = diag__curve_excess(p, t->c->r);
-        diag__temper(&t->q, t->c->excess);
-        diag__curve_choose(t->c->site, &t->q);
+        t->c->excess = diag__curve_choose_noise(t->w, t->c->site, t->c->x, t->c->r, &t->q);
         if (!p->central) { // those are long already
             choose_steps(t);
         }

@@ -171,6 +171,7 @@ stein_status diag__open_problem(diag *d, stein_err *err)
 {
     stein_status status = fit__problem_make_with(&d->p, d->model, d->fit_data, &d->fit_def,
                                                  d->accepted, d->naccepted, err);
+    status = status == STEIN_OK ? fit__check_samples(&d->p, err) : status;
     if (status != STEIN_OK) {
         return status;
     }

@@ -139,10 +139,12 @@ typedef struct fit__problem {
     struct fit__pool *pool;      /* where its strokes are simulated instead; NULL: nowhere else */
 } fit__problem;
 
+/** All of its unknowns move at once: fewer samples than that are refused. */
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err);
 /** The same with room for an effect: FIT__NUMBERS more unknowns behind the parameters, idle until
- *  fit__problem_try. def->nfree may be 0. */
+ *  fit__problem_try. def->nfree may be 0. Samples may be few: which unknowns move at once is up to
+ *  the caller, who asks fit__check_samples where they all do. */
 stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
                                     const lab_dataset *data, const lab_fit_def *def,
                                     stein_err *err);
@@ -155,6 +157,8 @@ stein_status fit__problem_make_with(fit__problem *p, const lab_model *model,
 /** Put an effect on trial (NULL: none). Its amount counts in limits, the numbers beside it from
  *  where they begin in quarters of their range. */
 void fit__problem_try(fit__problem *p, const lab_candidate *effect);
+/** @return EINVAL unless there are more samples than unknowns */
+stein_status fit__check_samples(const fit__problem *p, stein_err *err);
 void fit__problem_free(fit__problem *p);
 /** Does the stroke state this parameter itself (# set)? */
 int fit__is_set(const lab_data *data, int param);

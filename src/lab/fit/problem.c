@@ -510,22 +510,27 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         own_unknowns(p, s);
     }
-    if (status == STEIN_OK && p->samples <= p->nu) {
-        return lab__fail(err, STEIN_EINVAL,
-                         "%d samples cannot determine %d unknowns (%d free parameters, %d of the "
-                         "strokes' own)",
-                         p->samples, p->nu, p->np, p->nu - p->np);
-    }
     for (int k = 0; k < p->nu; k++) {
         p->step[k] = 1e-2;
     }
     return status;
 }
 
+stein_status fit__check_samples(const fit__problem *p, stein_err *err)
+{
+    return p->samples > p->nu
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EINVAL,
+                           "%d samples cannot determine %d unknowns (%d free parameters, %d of the "
+                           "strokes' own)",
+                           p->samples, p->nu, p->np, p->nu - p->np);
+}
+
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err)
 {
-    return make(p, model, data, def, NULL, -1, err);
+    stein_status status = make(p, model, data, def, NULL, -1, err);
+    return status == STEIN_OK ? fit__check_samples(p, err) : status;
 }
 
 stein_status fit__problem_make_open(fit__problem *p, const lab_model *model,
