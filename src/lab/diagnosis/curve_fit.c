@@ -20,7 +20,8 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
         return status;
     }
     memcpy(c->r, w->null.r, sizeof *c->r * fit__offset(&w->p, w->p.nstroke));
-    int rounds = fit__noise_given(&w->p) ? CURVE_ROUNDS : NOISE_ROUNDS; // each learns the noise anew
+    int rounds =
+        fit__noise_given(&w->p) ? CURVE_ROUNDS : NOISE_ROUNDS; // each learns the noise anew
     end = diag__rounds(&t, INFINITY, rounds, 1, &why);
     diag__fitting_weigh(&t, end);
     diag__fitting_end(&t);

@@ -38,8 +38,9 @@ typedef struct diag__others {
 stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag__globals *o,
                           const double *x, diag__others *t, diag__reduced *q, stein_err *err);
 void diag__others_free(diag__others *o);
-/** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve that stands at x with
- *  residuals r. @return factor on variances that goes with it: 1 where somebody stated the noise */
+/** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve that stands at x
+ * with residuals r. @return factor on variances that goes with it: 1 where somebody stated the
+ * noise */
 double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, const double *x,
                                 const double *r, diag__reduced *q);
 void diag__temper(diag__reduced *q, double excess);

@@ -156,8 +156,8 @@ stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag
 
 /* ---- noise that nobody stated ----
  *
- * Then the noise is an unknown, too: variances are larger than the records show by a factor e = v i,
- * i for what is alike from sample to sample, and with N = samples / i of them that count
+ * Then the noise is an unknown, too: variances are larger than the records show by a factor e = v
+ * i, i for what is alike from sample to sample, and with N = samples / i of them that count
  *
  *      -2 ln p = chi2 / e + N ln v - gained
  *
