@@ -24,9 +24,9 @@ static inline void rotor_free(rotor *r)
     lab_close(r->model);
 }
 
-/** Strokes with `truth` ("NAME=VALUE") in them, diagnosed. @param start
+/** Strokes with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed. @param start
  * "wheel.initial.position=..." of stroke s is start[s % n] */
-static inline rotor rotor_diagnosed(const char *truth, const char *const *start, int n)
+static inline rotor rotor_with(const char *const *truth, const char *const *start, int n)
 {
     rotor r = {NULL, NULL, NULL};
     char file[100];
@@ -34,11 +34,11 @@ static inline rotor rotor_diagnosed(const char *truth, const char *const *start,
     const char *path[ROTOR_STROKES];
     char kept[ROTOR_STROKES][100];
     for (int s = 0; s < ROTOR_STROKES; s++) {
-        const char *truths[] = {truth, NULL}, *told[] = {start[s % n], NULL};
+        const char *told[] = {start[s % n], NULL};
         char name[20];
         snprintf(name, sizeof name, "s%d.csv", s);
         film m = {.model = file,
-                  .truth = truths,
+                  .truth = truth,
                   .told = told,
                   .channels = "angle",
                   .rate = 200.0,
@@ -52,6 +52,13 @@ static inline rotor rotor_diagnosed(const char *truth, const char *const *start,
     ck_assert_stein(lab_open(&r.model, file, &options, err));
     examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
     return r;
+}
+
+/** The same with one thing in them. */
+static inline rotor rotor_diagnosed(const char *truth, const char *const *start, int n)
+{
+    const char *one[] = {truth, NULL};
+    return rotor_with(one, start, n);
 }
 
 /** A suspect by its kind. */

@@ -228,34 +228,129 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
 }
 END_TEST
 
-START_TEST(where_one_stroke_is_not_enough_the_best_are_filmed_faster_too)
+static int things(const lab_experiment *e)
+{
+    int n = 1;
+    for (const char *c = e->name; *c != '\0'; c++) {
+        n += c[0] == ',' && strncmp(c, ", too", 5) != 0 && strncmp(c, ", then", 6) != 0;
+    }
+    return n;
+}
+
+/* the same numbers set, in whatever order, before the same camera */
+static int are_same(const lab_experiment *a, const lab_experiment *b)
+{
+    int same = a->nset == b->nset && a->faster == b->faster && strcmp(a->channel, b->channel) == 0;
+    for (int i = 0; same && i < a->nset; i++) {
+        int found = 0;
+        for (int k = 0; k < b->nset; k++) {
+            found |=
+                strcmp(a->set[i].name, b->set[k].name) == 0 && a->set[i].value == b->set[k].value;
+        }
+        same = found;
+    }
+    return same;
+}
+
+START_TEST(where_one_stroke_is_not_enough_things_are_done_at_once)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
     lab_plan *plan = planned_for(&r, r.d, INFINITY);
-    int combined = 0;
+    double alone = 0.0;
+    int most = 1;
     ck_assert_int_ne(plan->experiment[0].repeats, 1);
     for (int i = 0; i < plan->n; i++) {
-        const lab_experiment *e = &plan->experiment[i], *plain = NULL;
-        for (int k = 0; k < plan->n; k++) {
-            const lab_experiment *o = &plan->experiment[k];
-            size_t n = strlen(o->name);
-            plain = strncmp(e->name, o->name, n) == 0 && e->name[n] == ',' ? o : plain;
-        }
-        if (e->faster > 1 && plain != NULL) {
-            ck_assert_int_eq(plain->faster, 1);
-            ck_assert_double_gt(e->odds, plain->odds);
-            combined++;
+        const lab_experiment *e = &plan->experiment[i];
+        int n = things(e);
+        alone = n == 1 ? fmax(alone, e->odds) : alone;
+        most = n > most ? n : most;
+        for (int k = 0; k < i; k++) {
+            ck_assert_msg(!are_same(e, &plan->experiment[k]), "%s twice", e->name);
         }
     }
-    ck_assert_int_eq(combined, 3);
-    ck_assert_int_gt(plan->experiment[0].faster, 1);
+    ck_assert_int_eq(most, 3);
+    ck_assert_int_gt(things(&plan->experiment[0]), 1);
+    ck_assert_double_gt(plan->experiment[0].odds, 1.2 * alone);
     lab_plan_destroy(plan);
     rotor_free(&r);
 }
 END_TEST
 
+START_TEST(what_two_experiments_change_is_changed_at_once)
+{
+    lab_experiment base = {.faster = 1}, a, b, to;
+    plan__set(&base, "load.mass", "kg", 0.1);
+    plan__set(&base, "stop", "m", 0.0);
+    a = b = base;
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0); // b is the base
+    plan__set(&a, "load.mass", "kg", 0.2);
+    plan__set(&b, "stop", "m", 1e-3);
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 1);
+    ck_assert_double_eq(to.set[0].value, 0.2);
+    ck_assert_double_eq(to.set[1].value, 1e-3);
+    plan__set(&b, "load.mass", "kg", 0.3);
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0); // both set the load
+    b = base;
+    snprintf(b.input, sizeof b.input, "finger");
+    b.shape = LAB_SHAPE_BACK;
+    b.size = 2.0;
+    b.faster = 10;
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 1);
+    ck_assert_str_eq(to.input, "finger");
+    ck_assert_double_eq(to.size, 2.0);
+    ck_assert_double_eq(to.set[0].value, 0.2);
+    ck_assert_int_eq(to.faster, 10);
+    ck_assert_int_eq(plan__together(&to, &to, &b, &base), 0); // one finger, one camera
+    b = a = base;
+    snprintf(a.channel, sizeof a.channel, "angle");
+    snprintf(b.channel, sizeof b.channel, "height");
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0);
+}
+END_TEST
+
+START_TEST(a_plan_begins_where_the_numbers_of_a_rival_were_found)
+{
+    static const char *const loose[] = {"wheel.backlash.k=0.3 N m/rad",
+                                        "wheel.backlash.gap=0.09 rad", NULL};
+    rotor r = rotor_with(loose, start, 1);
+    int sides = 0;
+    for (int i = 0; i < r.d->ncause + r.d->nrival; i++) {
+        const lab_suspect *s = &r.d->suspect[i];
+        for (int k = 0; k < s->posterior.n; k++) {
+            if (strcmp(s->posterior.number[k].name, "side") == 0) {
+                ck_assert_int_gt(s->nnumber, 1);
+                ck_assert_double_eq_tol(s->posterior.number[k].value, s->number[1].value,
+                                        1e-9 * fabs(s->number[1].value));
+                ck_assert_double_eq(s->candidate.side[0].value, s->number[1].value);
+                sides++;
+            }
+        }
+    }
+    ck_assert_int_gt(sides, 0);
+    rotor_free(&r);
+}
+END_TEST
+
+START_TEST(an_instrument_that_is_no_output_is_refused)
+{
+    static const char *const no[] = {"thermometer"};
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    lab_plan *plan = NULL;
+    stein_err why = {STEIN_OK, ""};
+    lab_plan_def def = lab_plan_def_default();
+    def.instrument = no;
+    def.ninstrument = 1;
+    ck_assert_int_eq(lab_plan_make(&plan, in_folder("rotor.yaml"), r.model, r.d, &def, &why),
+                     STEIN_ENAME);
+    ck_assert_ptr_nonnull(strstr(why.msg, "thermometer"));
+    ck_assert_ptr_null(plan);
+    rotor_free(&r);
+}
+END_TEST
+
 /* experiments of the piano action, driven by forces between these */
-static lab_experiment *experiments_of(const lab_model *model, double lo, double hi, int *n)
+static lab_experiment *experiments_of(const lab_model *model, double lo, double hi,
+                                      const lab_plan_def *def, int *n)
 {
     const char *file = "models/stein1788.yaml";
     lab_used eye = {.name = "string_distance", .unit = "m", .hi = 0.04, .noise = 1e-5};
@@ -270,7 +365,7 @@ static lab_experiment *experiments_of(const lab_model *model, double lo, double 
     lab_suspect s = {.gain = NAN};
     lab_candidate *candidate = NULL;
     int ncandidate = 0;
-    plan__bench b = {.threads = 1};
+    plan__bench b;
     plan__side side;
     lab_experiment *list = NULL;
     ck_assert_stein(lab_candidates(&candidate, &ncandidate, model, err));
@@ -282,7 +377,7 @@ static lab_experiment *experiments_of(const lab_model *model, double lo, double 
     free(candidate);
     ck_assert_str_eq(s.candidate.effect->kind, "viscous_friction");
     ck_assert_stein(plan__side_open(&side, &s, file, model, NULL, err));
-    ck_assert_stein(plan__bench_make(&b, &side, &d, lab_equations(model), err));
+    ck_assert_stein(plan__bench_make(&b, &side, &d, lab_equations(model), def, err));
     ck_assert_stein(plan__experiments(&b, &side, 1, &list, n, err));
     plan__bench_free(&b);
     plan__side_close(&side);
@@ -295,9 +390,10 @@ START_TEST(what_is_asked_for_can_be_done)
     static const char *const between_parts[] = {"notch_force", "load_force"};
     int n = 0, seen = 0;
     lab_model *model = NULL;
+    lab_plan_def def = lab_plan_def_default();
     ck_assert_stein(lab_open(&model, "models/stein1788.yaml", NULL, err));
     lab_experiment *list =
-        experiments_of(model, -0.005, 1.2, &n); // noise around 0 pulls at nothing
+        experiments_of(model, -0.005, 1.2, &def, &n); // noise around 0 pulls at nothing
     for (int i = 0; i < n; i++) {
         ck_assert_int_ne(list[i].shape, LAB_SHAPE_SWING);
         for (int k = 0; k < 3; k++) {
@@ -309,9 +405,21 @@ START_TEST(what_is_asked_for_can_be_done)
     }
     ck_assert_int_eq(seen, 3);
     free(list);
-    list = experiments_of(model, -1.1, 1.2, &n);
+    list = experiments_of(model, -1.1, 1.2, &def, &n);
     ck_assert_int_eq(list[0].shape, LAB_SHAPE_SWING);
     free(list);
+    for (def.ninstrument = 0; def.ninstrument < 2; def.ninstrument++) {
+        def.instrument = &with_sensor[2];
+        seen = 0;
+        list = experiments_of(model, -1.1, 1.2, &def, &n);
+        for (int i = 0; i < n; i++) {
+            int measured = list[i].channel[0] != '\0';
+            ck_assert(!measured || strcmp(list[i].channel, with_sensor[2]) == 0);
+            seen += measured;
+        }
+        ck_assert_int_eq(seen, def.ninstrument);
+        free(list);
+    }
     lab_close(model);
 }
 END_TEST
@@ -376,7 +484,10 @@ Suite *plan_suite(void)
     tcase_add_test(tc, what_cannot_be_predicted_tells_nothing);
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
-    tcase_add_test(tc, where_one_stroke_is_not_enough_the_best_are_filmed_faster_too);
+    tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
+    tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
+    tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);
+    tcase_add_test(tc, an_instrument_that_is_no_output_is_refused);
     tcase_add_test(tc, what_is_asked_for_can_be_done);
     tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);
     tcase_add_test(tc, a_diagnosis_is_planned_for_from_its_file_as_from_memory);

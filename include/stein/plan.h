@@ -37,6 +37,9 @@ typedef struct lab_plan_def {
     int rivals;    /* at most so many, default LAB_PLAN_RIVALS */
     int quick;     /* 1: differences to one side, half of the strokes; odds are right to some % */
     int threads;   /* results do not depend on it */
+    /** Channels that there are instruments for, besides those that were measured; NULL: for all. */
+    const char *const *instrument;
+    int ninstrument;
     const lab_options *options; /* for rivals that need a part; NULL: defaults */
     lab_fit_progress_fn *progress;
     void *ctx;

@@ -18,6 +18,8 @@ typedef struct job {
     lab_plan *plan;
     lab_plan_def def;
     cli_progress progress;
+    char *names;
+    const char *instrument[CLI_NAMES];
     const char *folder;
     char *path[FILES];
 } job;
@@ -37,6 +39,18 @@ static int read_options(job *j)
             return cli_misuse(j->args->command, "--odds %s: expected a number from 1 to 1e6", odds);
         }
         j->def.wanted = value;
+    }
+    const char *instruments = cli_value(j->args, "instruments");
+    if (instruments != NULL) {
+        int none = strcmp(instruments, "none") == 0;
+        j->def.instrument = j->instrument;
+        j->def.ninstrument = none ? 0 : cli_names(instruments, &j->names, j->instrument);
+        if (j->def.ninstrument < 0) {
+            return cli_misuse(j->args->command,
+                              "--instruments %s: expected names of outputs separated by commas, or "
+                              "none",
+                              instruments);
+        }
     }
     return cli_threads(j->args, &j->def.threads);
 }
@@ -177,6 +191,7 @@ static int run(const cli_args *args)
     for (int i = 0; i < FILES; i++) {
         free(j.path[i]);
     }
+    free(j.names);
     lab_plan_destroy(j.plan);
     lab_diagnosis_destroy(j.diagnosis);
     lab_close(j.model);
@@ -185,6 +200,10 @@ static int run(const cli_args *args)
 
 static const cli_option options[] = {
     {"output", 'o', "DIR", "Write plan.json and the best experiment's strokes into this folder."},
+    {"instruments", 0, "NAMES",
+     "Channels that can be measured besides those that were, separated by commas, or none; "
+     "default: "
+     "every place, angle and force on the ground that the file reads."},
     {"odds", 0, "N", "Odds wanted between the cause and its rivals; default 100."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     CLI_COMMON};
@@ -202,7 +221,8 @@ const cli_command cli_plan = {
         "numbers it was fitted with: other settings of what the strokes set, another load, "
         "another\n"
         "start, a prescribed motion, half a stroke, a force, the string removed, a mass added,\n"
-        "another channel, a faster camera. What a refit of uncertain numbers, of the trigger, of\n"
+        "another channel, a faster camera; up to three of these at once. What a refit of uncertain "
+        "numbers, of the trigger, of\n"
         "offsets and of the strokes' own scatter could imitate counts for nothing. The best\n"
         "experiment needs the fewest strokes against the rival that is hardest to tell.\n"
         "\n"
@@ -220,6 +240,7 @@ const cli_command cli_plan = {
         "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.",
     .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
                 "stein plan models/stein1788.yaml out/diagnosis.json -o next\n"
-                "stein plan models/stein1788.yaml out/diagnosis.json --odds 20 --json",
+                "stein plan models/stein1788.yaml out/diagnosis.json --odds 20 --json\n"
+                "stein plan models/stein1788.yaml out/diagnosis.json --instruments hammer_angle",
     .run = run,
 };

@@ -119,7 +119,8 @@ static const tree *plan(const setup *s, const char *out, tree **whole)
     snprintf(folder, sizeof folder, "%s-plan", out);
     snprintf(log, sizeof log, "%s-plan.log", out);
     snprintf(file, sizeof file, "%s-plan/plan.json", out);
-    char *argv[] = {program, "plan", (char *)s->model, diagnosis, "-j", "1", "-o", folder, NULL};
+    char *argv[] = {program,        "plan", (char *)s->model, diagnosis, "-j", "1", "--instruments",
+                    "hammer_angle", "-o",   folder,           NULL};
     *whole = process_run(argv, log, 0.0, NULL) == 0 ? tree_read(file) : NULL;
     const tree *list = tree_get(*whole, "experiments");
     return list != NULL ? list->child : NULL;

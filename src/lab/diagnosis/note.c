@@ -50,7 +50,7 @@ static void note_numbers(const fit__problem *p, lab_suspect *s, const fit__unkno
     for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
         double own = fmin(1.0, wide * sd[1 + k]), at = x[1 + k];
         n = next_number(s, c->side[k].name, c->side[k].unit);
-        n->value = s->candidate.side[k].value = fit__value(&u[1 + k], at);
+        n->value = fit__value(&u[1 + k], at);
         n->sd = 0.5 * fabs(fit__value(&u[1 + k], at + own) - fit__value(&u[1 + k], at - own));
         n->lo = fit__value(&u[1 + k], at - half * own);
         n->hi = fit__value(&u[1 + k], at + half * own);
@@ -61,14 +61,13 @@ static void note_numbers(const fit__problem *p, lab_suspect *s, const fit__unkno
 static void note_suspect(diag *d, diag__suspect *s)
 {
     fit__problem *p = diag__problem(d, s);
-    const lab_candidate given = s->s.candidate;
     double gain = s->s.refitted ? s->s.gain : s->s.score, most = d->suspect[0].s.gain;
     s->s.likeness = most > 0.0 && gain > 0.0 ? fmin(1.0, sqrt(gain / most)) : 0.0;
     if (!s->s.refitted || !isfinite(s->objective)) {
         return;
     }
     diag__numbers told = diag__numbers_of(d, s);
-    fit__problem_try(p, &given);
+    fit__problem_try(p, &s->s.candidate);
     note_numbers(p, &s->s, &p->unknown[p->amount], told.x + p->amount, told.sd + p->amount,
                  sqrt(diag__excess(d, s)));
     fit__problem_try(p, NULL);
@@ -99,13 +98,24 @@ static int is_listed(const lab_diagnosis *o, const lab_suspect *s)
     return 0;
 }
 
+/* Its numbers where they were found. In the search they stay where they begin: x counts from there.
+ */
+static void list(lab_diagnosis *o, const lab_suspect *s)
+{
+    lab_suspect *to = &o->suspect[o->nsuspect++];
+    *to = *s;
+    for (int k = 1; k < to->nnumber; k++) {
+        to->candidate.side[k - 1].value = to->number[k].value;
+    }
+}
+
 /* those of the search that has found a cause which the data cannot tell from it */
 static void list_rivals(lab_diagnosis *o, const diag *d)
 {
     int n = diag__rivals(d);
     for (int i = 1; i <= n; i++) {
         if (!is_listed(o, &d->suspect[i].s)) {
-            o->suspect[o->nsuspect++] = d->suspect[i].s;
+            list(o, &d->suspect[i].s);
             o->nrival++;
         }
     }
@@ -121,7 +131,7 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
     o->ncause = f->n;
     for (int i = 0; i < f->n; i++) {
         note_cause(d, f, i);
-        o->suspect[o->nsuspect++] = f->cause[i];
+        list(o, &f->cause[i]);
     }
     for (int k = -1; k < f->nstage; k++) {
         diag *stage = k < 0 ? d : f->stage[k];
@@ -135,7 +145,7 @@ static stein_status note_suspects(diag *d, diag__found *f, stein_err *err)
     const diag *last = f->n > 0 ? f->from[f->n - 1] : d;
     for (int i = 0; i < last->n; i++) {
         if (!is_listed(o, &last->suspect[i].s)) {
-            o->suspect[o->nsuspect++] = last->suspect[i].s;
+            list(o, &last->suspect[i].s);
         }
     }
     o->p = d->p_value;

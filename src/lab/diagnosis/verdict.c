@@ -202,8 +202,8 @@ int diag__is_mean(const diag *d, const diag__suspect *s)
     return s->s.gain > 0.0 && 2.0 * gsl_cdf_tdist_Q(t, d->p.nstroke - 1) < by_chance_mean;
 }
 
-/* Where the fit of a rival would end if its strokes kept what their derivatives promise: a valley
- * that no step follows (a backlash closes in one stroke more) is no evidence, if it is not deep. */
+/* Where a fit would end if its strokes kept what their derivatives promise: a valley that no step
+ * follows (a backlash closes in one stroke more) is no evidence, if it is not deep. */
 static double promise(const diag__suspect *s, double excess)
 {
     return s->objective - fmin(s->objective - s->promised, forgiven * excess);
@@ -221,7 +221,9 @@ int diag__rivals(const diag *d)
         if (!s->s.refitted || !s->s.possible || (asked && !diag__is_mean(d, s))) {
             break;
         }
-        n = promise(s, excess) < best->objective + diag__convincing * excess ? i : n;
+        double behind = fmin(s->objective - best->objective,
+                             promise(s, excess) - promise(best, excess)); // by like measures
+        n = behind < diag__convincing * excess ? i : n;
     }
     return n;
 }

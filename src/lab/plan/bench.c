@@ -31,6 +31,16 @@ const lab_used *plan__used(const lab_used *list, int n, const char *name)
     return NULL;
 }
 
+const lab_planned_set *plan__set_of(const lab_experiment *e, const char *name)
+{
+    for (int i = 0; i < e->nset; i++) {
+        if (strcmp(e->set[i].name, name) == 0) {
+            return &e->set[i];
+        }
+    }
+    return NULL;
+}
+
 int plan__set(lab_experiment *e, const char *name, const char *unit, double value)
 {
     for (int i = 0; i < e->nset; i++) {
@@ -225,12 +235,11 @@ static void eyes(plan__bench *b, const double *range)
 }
 
 stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
-                              const stein_model *m, stein_err *err)
+                              const stein_model *m, const lab_plan_def *def, stein_err *err)
 {
     const stein_model *own = lab_equations(cause->model);
     size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel;
-    int threads = b->threads, one_sided = b->quick;
-    *b = (plan__bench){.d = d, .m = m, .threads = threads, .quick = one_sided};
+    *b = (plan__bench){.d = d, .m = m, .def = def, .threads = def->threads, .quick = def->quick};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
     b->low = calloc(5 * nq + 1, sizeof *b->low);
     look l = {.b = b,

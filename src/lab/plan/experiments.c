@@ -11,10 +11,12 @@
  *              quicker; half of it and back (a half stroke)
  *   forces     every input that is a force: to the largest force so far, or the load's weight
  *   removed    the string of the stroke
- *   mass       half as much again on a body that moves, weighed together
- *   channel    an output that nobody measured: a place as exactly as the others, a force
- *              on the ground to 1 %
- *   camera     four frames for one; also of the best of all those
+ *   mass       half as much again on a body that moves, or more than twice, weighed together
+ *   channel    an output that nobody measured and that there is an instrument for: a place as
+ *              exactly as the others, a force on the ground to 1 %
+ *   camera     ten frames for one
+ *
+ * and two or three of these at once, as long as that tells more (plan.c).
  *
  * What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.
  */
@@ -26,13 +28,14 @@
 #include "data_inner.h"
 #include "planning.h"
 
-enum { FASTER = 4 };
-static const char fast_camera[] = "a camera four times as fast";
-static const double beyond = 0.3;        /* of a range */
-static const double more_mass = 0.5;     /* of a body's */
-static const double least_travel = 1e-4; /* of a joint that moves [rad or m] */
-static const double nearly_all = 0.9;    /* of a travel */
-static const double quick = 0.5, slow = 2.0, half = 0.5;
+enum { FASTER = 10 };
+static const char fast_camera[] = "a camera ten times as fast";
+static const double beyond = 0.3;                     /* of a range */
+static const double more_mass = 0.5, much_mass = 1.5; /* of a body's */
+static const double least_travel = 1e-4;              /* of a joint that moves [rad or m] */
+static const double nearly_all = 0.9;                 /* of a travel */
+static const double quick = 0.5, slow = 2.0, half = 0.5, hard = 2.0, very_hard = 4.0, heavy = 3.0;
+static const double least_load = 0.1; /* that is heavy when it is so much more [kg] */
 
 /* ---- the list ---- */
 
@@ -100,6 +103,13 @@ static void vary(list *l, const lab_used *u)
     }
 }
 
+/* a load is soon heavier, and presses what a light one hardly touches */
+static void weigh_down(list *l, const lab_used *u)
+{
+    double value = plan__rounded(heavy * fmax(u->hi, least_load));
+    add_setting(l, u->name, u->unit, value, "a heavy load");
+}
+
 static void corners(list *l)
 {
     const lab_conditions *c = &l->b->d->conditions;
@@ -133,10 +143,14 @@ static void vary_load(list *l)
         snprintf(name, sizeof name, "%s.mass", b->m->bodies[b->m->load.body].name);
     }
     int i = stein_find_param(b->m, name);
-    if (i >= 0 && b->m->params[i].stated && plan__used(c->setting, c->nsetting, name) == NULL) {
+    const lab_used *set = plan__used(c->setting, c->nsetting, name);
+    if (set != NULL) {
+        weigh_down(l, set);
+    } else if (i >= 0 && b->m->params[i].stated) {
         lab_used u = {.unit = b->m->params[i].unit, .lo = b->p[i], .hi = b->p[i]};
         snprintf(u.name, sizeof u.name, "%s", name);
         vary(l, &u);
+        weigh_down(l, &u);
     }
 }
 
@@ -252,6 +266,10 @@ static void forces(list *l)
         size = plan__rounded(size);
         drive(l, input, "a force that stays", LAB_SHAPE_RISE, 0.0, size, time);
         drive(l, input, "half of the force", LAB_SHAPE_RISE, 0.0, plan__rounded(half * size), time);
+        drive(l, input, "twice the force", LAB_SHAPE_RISE, 0.0, plan__rounded(hard * size), time);
+        drive(l, input, "a hard short push", LAB_SHAPE_BACK, 0.0, plan__rounded(hard * size), time);
+        drive(l, input, "a blow", LAB_SHAPE_BACK, 0.0, plan__rounded(very_hard * size),
+              plan__rounded(quick * time));
         drive(l, input, "a short push", LAB_SHAPE_BACK, 0.0, size, time);
         drive(l, input, "a long push, half as strong", LAB_SHAPE_BACK, 0.0,
               plan__rounded(half * size), plan__rounded(slow * time));
@@ -323,15 +341,28 @@ static void masses(list *l, const plan__side *side, int nside)
             fabs(plan__travel(b, j)) < least_travel || moves(side, nside, name)) {
             continue;
         }
-        double extra = plan__rounded(more_mass * b->p[i]), whole = plan__rounded(b->p[i] + extra);
-        lab_experiment *e =
-            add(l, "put on at its centre of mass; weigh both together", "%s with %s more: %s = %s",
-                m->bodies[j].name, data__quantity(text[0], extra, "kg"), name,
-                data__quantity(text[1], whole, "kg"));
-        if (e != NULL && !plan__set(e, name, "kg", whole)) {
-            l->n--;
+        for (int much = 0; much < 2; much++) {
+            double extra = plan__rounded((much ? much_mass : more_mass) * b->p[i]);
+            double whole = plan__rounded(b->p[i] + extra);
+            lab_experiment *e = add(l, "put on at its centre of mass; weigh both together",
+                                    "%s with %s more: %s = %s", m->bodies[j].name,
+                                    data__quantity(text[0], extra, "kg"), name,
+                                    data__quantity(text[1], whole, "kg"));
+            if (e != NULL && !plan__set(e, name, "kg", whole)) {
+                l->n--;
+            }
         }
     }
+}
+
+/* is there an instrument for that channel? */
+static int is_there(const lab_plan_def *def, const char *channel)
+{
+    int there = def->instrument == NULL;
+    for (int i = 0; !there && i < def->ninstrument; i++) {
+        there = strcmp(def->instrument[i], channel) == 0;
+    }
+    return there;
 }
 
 static void instruments(list *l)
@@ -340,7 +371,7 @@ static void instruments(list *l)
     for (int i = 0; i < b->neye; i++) {
         const plan__eye *eye = &b->eye[i];
         char text[DATA_SHOWN], why[LAB_PLAN_TEXT];
-        if (eye->measured) {
+        if (eye->measured || !is_there(b->def, eye->name)) {
             continue;
         }
         const char *unit = b->m->channels[stein_find_channel(b->m, eye->name)].unit;
@@ -358,11 +389,53 @@ static void instruments(list *l)
     }
 }
 
-void plan__film_faster(lab_experiment *to, const lab_experiment *e)
+/* ---- two at once ---- */
+
+/* is that number another one in the experiment than in the base? */
+static int sets(const lab_experiment *e, const lab_experiment *base, const char *name)
 {
-    *to = *e;
-    to->faster = FASTER;
-    snprintf(to->name, sizeof to->name, "%.*s, %s", LAB_PLAN_TEXT - 40, e->name, fast_camera);
+    const lab_planned_set *now = plan__set_of(e, name), *was = plan__set_of(base, name);
+    return now != NULL && (was == NULL || now->value != was->value);
+}
+
+static int drives(const lab_experiment *e, const lab_experiment *base)
+{
+    return strcmp(e->input, base->input) != 0 || e->shape != base->shape || e->zero != base->zero ||
+           e->size != base->size || e->time != base->time;
+}
+
+int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experiment *b,
+                   const lab_experiment *base)
+{
+    int changes = drives(b, base) || b->channel[0] != '\0' || b->faster > 1;
+    *to = *a;
+    for (int i = 0; i < b->nset; i++) {
+        const lab_planned_set *s = &b->set[i];
+        if (sets(b, base, s->name)) {
+            if (sets(a, base, s->name) || !plan__set(to, s->name, s->unit, s->value)) {
+                return 0;
+            }
+            changes = 1;
+        }
+    }
+    if (drives(b, base)) {
+        memcpy(to->input, b->input, sizeof to->input);
+        to->shape = b->shape;
+        to->zero = b->zero;
+        to->size = b->size;
+        to->time = b->time;
+    }
+    if (b->channel[0] != '\0') {
+        memcpy(to->channel, b->channel, sizeof to->channel);
+        to->noise = b->noise;
+    }
+    to->faster = b->faster > a->faster ? b->faster : a->faster;
+    snprintf(to->name, sizeof to->name, "%.*s, %.*s", LAB_PLAN_TEXT / 2 - 2, a->name,
+             LAB_PLAN_TEXT / 2 - 2, b->name);
+    snprintf(to->why, sizeof to->why, "%.*s; %.*s", LAB_PLAN_TEXT / 2 - 2, a->why,
+             LAB_PLAN_TEXT / 2 - 2, b->why);
+    return changes && !(drives(a, base) && drives(b, base)) &&
+           !(a->channel[0] != '\0' && b->channel[0] != '\0') && !(a->faster > 1 && b->faster > 1);
 }
 
 stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,

@@ -15,7 +15,7 @@
 #include "functions.h"
 #include "planning.h"
 
-enum { MOST = 64, COMBINED = 3 };
+enum { MOST = 64, AT_ONCE = 3, BASES = 3, COMBINED = 10, FEW = 4 };
 
 lab_plan_def lab_plan_def_default(void)
 {
@@ -40,7 +40,8 @@ static int same_motion(const lab_experiment *a, const lab_experiment *b)
                a->zero == b->zero && a->size == b->size && a->time == b->time &&
                a->faster == b->faster;
     for (int i = 0; same && i < a->nset; i++) {
-        same = strcmp(a->set[i].name, b->set[i].name) == 0 && a->set[i].value == b->set[i].value;
+        const lab_planned_set *s = plan__set_of(b, a->set[i].name);
+        same = s != NULL && s->value == a->set[i].value;
     }
     return same;
 }
@@ -135,23 +136,65 @@ static stein_status judge_from(planner *p, lab_plan *plan, int first, stein_err 
     return status;
 }
 
-/* Two things at once: the best strokes in more frames. Where one stroke tells, nobody needs that.
- */
-static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
+static int is_planned(const lab_plan *plan, const lab_experiment *e)
 {
-    int n = plan->n, repeats = n > 0 ? plan->experiment[0].repeats : 1;
-    lab_experiment *more =
-        repeats == 1 ? NULL : realloc(plan->experiment, sizeof *more * (size_t)(n + COMBINED));
-    if (repeats == 1 || more == NULL) {
-        return repeats == 1 ? STEIN_OK : lab__no_memory(err);
-    }
-    plan->experiment = more;
-    for (int i = 0; i < n && plan->n < n + COMBINED; i++) {
-        if (more[i].feasible && more[i].faster == 1) {
-            plan__film_faster(&more[plan->n++], &more[i]);
+    for (int i = 0; i < plan->n; i++) {
+        const lab_experiment *o = &plan->experiment[i];
+        if (same_motion(o, e) && strcmp(o->channel, e->channel) == 0) {
+            return 1;
         }
     }
-    return judge_from(p, plan, n, err);
+    return 0;
+}
+
+/* one of the best with each of the best single things [n], `most` of them, behind the others */
+static void add_to(planner *p, lab_plan *plan, const lab_experiment *base,
+                   const lab_experiment *one, int n, int most)
+{
+    for (int i = 0; i < n && most > 0; i++) {
+        lab_experiment *e = &plan->experiment[plan->n];
+        if (one[i].feasible && plan__together(e, base, &one[i], &p->bench.base) &&
+            !is_planned(plan, e)) {
+            plan->n++;
+            most--;
+        }
+    }
+}
+
+/* The best ones with each of the next best things done as well, and the best of those once more:
+ * what one change brings into reach another one may make large. Where one stroke tells, nobody
+ * needs that. */
+static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int single = plan->n, quick = p->def->quick;
+    int bases = quick ? 1 : BASES, levels = quick ? 1 : AT_ONCE - 1, most = quick ? FEW : COMBINED;
+    lab_experiment *one = malloc(sizeof *one * (size_t)single + 1);
+    if (one == NULL) {
+        return lab__no_memory(err);
+    }
+    memcpy(one, plan->experiment, sizeof *one * (size_t)single);
+    for (int more = 0; status == STEIN_OK && more < levels; more++) {
+        lab_experiment best[BASES];
+        int n = plan->n, nbest = n < bases ? n : bases;
+        size_t size = sizeof *one * (size_t)(n + bases * most);
+        lab_experiment *e = realloc(plan->experiment, size);
+        if (e == NULL) {
+            status = lab__no_memory(err);
+            break;
+        }
+        plan->experiment = e;
+        memcpy(best, e, sizeof *e * (size_t)nbest);
+        for (int k = 0; k < nbest && best[0].repeats != 1; k++) {
+            add_to(p, plan, &best[k], one, single, most);
+        }
+        status = judge_from(p, plan, n, err);
+        if (!less(&best[0], &plan->experiment[0])) {
+            break;
+        }
+    }
+    free(one);
+    return status;
 }
 
 /* the cause and the first rivals whose numbers are known */
@@ -182,8 +225,14 @@ static stein_status open_sides(planner *p, lab_plan *plan, const char *file, con
     return status;
 }
 
-static stein_status check(const lab_plan_def *def, stein_err *err)
+static stein_status check(const lab_plan_def *def, const stein_model *m, stein_err *err)
 {
+    for (int i = 0; def->instrument != NULL && i < def->ninstrument; i++) {
+        if (stein_find_channel(m, def->instrument[i]) < 0) {
+            return lab__fail(err, STEIN_ENAME, "no output \"%s\" in %s", def->instrument[i],
+                             m->name);
+        }
+    }
     const char *bad = def->threads < 1                                   ? "threads"
                       : !(def->wanted > 1.0)                             ? "wanted"
                       : def->rivals < 1 || def->rivals > LAB_PLAN_RIVALS ? "rivals"
@@ -205,12 +254,10 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     }
     plan->wanted = p.def->wanted;
     plan->most = MOST;
-    p.bench.threads = p.def->threads;
-    p.bench.quick = p.def->quick;
-    stein_status status = check(p.def, err);
+    stein_status status = check(p.def, lab_equations(model), err);
     status = status == STEIN_OK ? open_sides(&p, plan, file, model, err) : status;
     if (status == STEIN_OK) {
-        status = plan__bench_make(&p.bench, &p.side[0], d, lab_equations(model), err);
+        status = plan__bench_make(&p.bench, &p.side[0], d, lab_equations(model), p.def, err);
     }
     if (status == STEIN_OK) {
         status = plan__experiments(&p.bench, p.side, p.nside, &plan->experiment, &plan->n, err);

@@ -36,7 +36,8 @@ enum { PLAN_EYES = 32 };
 typedef struct plan__bench {
     const lab_diagnosis *d;
     const stein_model *m; /* of the file */
-    int threads, quick;
+    const lab_plan_def *def;
+    int threads, quick;  /* of it */
     double *p;           /* [np] the file's numbers as the cause has them */
     lab_experiment base; /* the strokes so far, in the middle of their range */
     int neye;
@@ -51,12 +52,14 @@ typedef struct plan__bench {
 
 /** Base, eyes and joints of a bench. @return OK, ENOMEM, numerical failures of the base */
 stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
-                              const stein_model *m, stein_err *err);
+                              const stein_model *m, const lab_plan_def *def, stein_err *err);
 void plan__bench_free(plan__bench *b);
 /** Farthest way of a joint from rest in the base, with its sign [rad or m]. */
 double plan__travel(const plan__bench *b, int joint);
 /** Entry by name, NULL: there is none. */
 const lab_used *plan__used(const lab_used *list, int n, const char *name);
+/** What an experiment sets a number to, NULL: it leaves it. */
+const lab_planned_set *plan__set_of(const lab_experiment *e, const char *name);
 /** Set a number in an experiment. @return 0: no room for one more */
 int plan__set(lab_experiment *e, const char *name, const char *unit, double value);
 /** To three digits. */
@@ -68,8 +71,10 @@ double plan__rounded(double value);
 stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,
                                lab_experiment **list, int *n, stein_err *err);
 
-/** The same stroke with a camera that is quicker. */
-void plan__film_faster(lab_experiment *to, const lab_experiment *e);
+/** What two experiments change, changed at once. @return 0: both change the same thing, or b none
+ */
+int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experiment *b,
+                   const lab_experiment *base);
 
 /* ---- predict.c ---- */
 
