@@ -97,6 +97,41 @@ START_TEST(the_law_of_the_air_is_recovered_without_a_table_where_it_matters)
 }
 END_TEST
 
+/* two drops in air, in the frames of those, that say nothing of their noise */
+START_TEST(a_short_record_that_states_no_noise_shows_its_law)
+{
+    static const char *const air[] = {"ball.drag=9e-4 N s^2/m^2", NULL},
+                             *const told[] = {"ball.mass=28 g", NULL},
+                             *const nothing[] = {"all", NULL},
+                             *const name[] = {"drop_1.csv", "drop_2.csv"};
+    fitted f;
+    for (int i = 0; i < 2; i++) {
+        film m = {.model = "models/falling_ball.yaml",
+                  .truth = air,
+                  .told = told,
+                  .channels = "height",
+                  .rate = 15.0,
+                  .until = 3.5,
+                  .noise = 0.015,
+                  .silent = 1,
+                  .seed = 31ULL + (unsigned long long)i};
+        take(name[i], &m);
+    }
+    lab_diagnosis *d = diagnosed(&f, "models/falling_ball.yaml", name, 2, 1, nothing);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert(d->nlaw > 0 && d->law[0].pays);
+    const lab_law *l = &d->law[0];
+    printf("a drop made here: %d samples, k v^2 is %.1f sd off, held-out error %.3f\n", d->samples,
+           parabola(l), d->gain.ratio);
+    ck_assert_int_lt(d->samples, 60);
+    ck_assert_str_eq(l->of, "speed");
+    ck_assert(d->gain.ratio < 0.1);
+    ck_assert(parabola(l) < 3.0);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* ---- key and hammer of a grand ---- */
 
 START_TEST(a_rigid_coupling_is_found_to_let_go_and_a_plain_sensor_to_be_bent)
@@ -152,6 +187,7 @@ Suite *measured_laws_suite(void)
     tcase_add_checked_fixture(all, make_folder, remove_folder);
     tcase_set_timeout(all, 900);
     tcase_add_test(all, the_law_of_the_air_is_recovered_without_a_table_where_it_matters);
+    tcase_add_test(all, a_short_record_that_states_no_noise_shows_its_law);
     tcase_add_test(all, a_rigid_coupling_is_found_to_let_go_and_a_plain_sensor_to_be_bent);
     suite_add_tcase(suite, all);
     return suite;

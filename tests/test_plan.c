@@ -242,12 +242,8 @@ static int are_same(const lab_experiment *a, const lab_experiment *b)
 {
     int same = a->nset == b->nset && a->faster == b->faster && strcmp(a->channel, b->channel) == 0;
     for (int i = 0; same && i < a->nset; i++) {
-        int found = 0;
-        for (int k = 0; k < b->nset; k++) {
-            found |=
-                strcmp(a->set[i].name, b->set[k].name) == 0 && a->set[i].value == b->set[k].value;
-        }
-        same = found;
+        const lab_planned_set *s = plan__set_of(b, a->set[i].name);
+        same = s != NULL && s->value == a->set[i].value;
     }
     return same;
 }
@@ -301,6 +297,14 @@ START_TEST(what_two_experiments_change_is_changed_at_once)
     ck_assert_double_eq(to.set[0].value, 0.2);
     ck_assert_int_eq(to.faster, 10);
     ck_assert_int_eq(plan__together(&to, &to, &b, &base), 0); // one finger, one camera
+    memset(a.name, 'a', sizeof a.name - 1);                   // what comes last is said whole
+    a.name[sizeof a.name - 1] = '\0';
+    b = base;
+    b.faster = 10;
+    snprintf(b.name, sizeof b.name, "a camera");
+    ck_assert_int_eq(plan__together(&to, &a, &b, &base), 1);
+    ck_assert_int_eq((int)strlen(to.name), LAB_PLAN_TEXT - 1);
+    ck_assert_str_eq(to.name + LAB_PLAN_TEXT - 1 - strlen("a, a camera"), "a, a camera");
     b = a = base;
     snprintf(a.channel, sizeof a.channel, "angle");
     snprintf(b.channel, sizeof b.channel, "height");

@@ -201,9 +201,8 @@ static int run(const cli_args *args)
 static const cli_option options[] = {
     {"output", 'o', "DIR", "Write plan.json and the best experiment's strokes into this folder."},
     {"instruments", 0, "NAMES",
-     "Channels that can be measured besides those that were, separated by commas, or none; "
-     "default: "
-     "every place, angle and force on the ground that the file reads."},
+     "Channels that can be measured, too, separated by commas, or none; default: every place, "
+     "angle and force on the ground."},
     {"odds", 0, "N", "Odds wanted between the cause and its rivals; default 100."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     CLI_COMMON};
@@ -221,10 +220,10 @@ const cli_command cli_plan = {
         "numbers it was fitted with: other settings of what the strokes set, another load, "
         "another\n"
         "start, a prescribed motion, half a stroke, a force, the string removed, a mass added,\n"
-        "another channel, a faster camera; up to three of these at once. What a refit of uncertain "
-        "numbers, of the trigger, of\n"
-        "offsets and of the strokes' own scatter could imitate counts for nothing. The best\n"
-        "experiment needs the fewest strokes against the rival that is hardest to tell.\n"
+        "another channel, a faster camera; where one stroke does not tell, up to three of these\n"
+        "at once. What a refit of uncertain numbers, of the trigger, of offsets and of the\n"
+        "strokes' own scatter could imitate counts for nothing. The best experiment needs the\n"
+        "fewest strokes against the rival that is hardest to tell.\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.",
     .output =

@@ -6,7 +6,8 @@
  *      OUT-after/                      the diagnosis of the old strokes and the new ones
  *
  * Separated: the truth is the first cause and nobody of the first set but the truth is left in the
- * second. What the other laboratory cannot film is told and counted apart; an experiment that asks
+ * second. The other laboratory has an instrument for the hammer's angle and for nothing else that
+ * was not filmed. What it cannot film is told and counted apart; an experiment that asks
  * for more strokes than anybody makes separates nothing.
  */
 #include <math.h>

@@ -7,7 +7,8 @@
 
 #include "curve_fitting.h"
 
-enum { SETTLINGS = 2, ROUNDS_TO_SETTLE = 40, NOISE_ROUNDS = 15 };
+enum { SETTLINGS = 2, ROUNDS_TO_SETTLE = 40 };
+enum { NOISE_ROUNDS = 15 };       // where each of them learns the noise anew, too
 static const double fine = 1e-12; /* tolerance of a step where a fit settles */
 static const double little = 0.5; /* gain of a fit */
 
@@ -20,9 +21,8 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
         return status;
     }
     memcpy(c->r, w->null.r, sizeof *c->r * fit__offset(&w->p, w->p.nstroke));
-    int rounds =
-        fit__noise_given(&w->p) ? CURVE_ROUNDS : NOISE_ROUNDS; // each learns the noise anew
-    end = diag__rounds(&t, INFINITY, rounds, 1, &why);
+    end =
+        diag__rounds(&t, INFINITY, fit__noise_given(&w->p) ? CURVE_ROUNDS : NOISE_ROUNDS, 1, &why);
     diag__fitting_weigh(&t, end);
     diag__fitting_end(&t);
     return fit__forgive(end, err);

@@ -31,23 +31,28 @@ const lab_used *plan__used(const lab_used *list, int n, const char *name)
     return NULL;
 }
 
+/* @return e->nset: it leaves that number */
+static int find_set(const lab_experiment *e, const char *name)
+{
+    int i = 0;
+    while (i < e->nset && strcmp(e->set[i].name, name) != 0) {
+        i++;
+    }
+    return i;
+}
+
 const lab_planned_set *plan__set_of(const lab_experiment *e, const char *name)
 {
-    for (int i = 0; i < e->nset; i++) {
-        if (strcmp(e->set[i].name, name) == 0) {
-            return &e->set[i];
-        }
-    }
-    return NULL;
+    int i = find_set(e, name);
+    return i < e->nset ? &e->set[i] : NULL;
 }
 
 int plan__set(lab_experiment *e, const char *name, const char *unit, double value)
 {
-    for (int i = 0; i < e->nset; i++) {
-        if (strcmp(e->set[i].name, name) == 0) {
-            e->set[i].value = value;
-            return 1;
-        }
+    int i = find_set(e, name);
+    if (i < e->nset) {
+        e->set[i].value = value;
+        return 1;
     }
     if (e->nset == LAB_PLAN_SETS) {
         return 0;
@@ -239,7 +244,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
 {
     const stein_model *own = lab_equations(cause->model);
     size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel;
-    *b = (plan__bench){.d = d, .m = m, .def = def, .threads = def->threads, .quick = def->quick};
+    *b = (plan__bench){.d = d, .m = m, .def = def};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
     b->low = calloc(5 * nq + 1, sizeof *b->low);
     look l = {.b = b,

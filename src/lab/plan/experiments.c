@@ -71,11 +71,9 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
 static void add_setting(list *l, const char *name, const char *unit, double value, const char *why)
 {
     char text[DATA_SHOWN];
-    const lab_experiment *base = &l->b->base;
-    for (int i = 0; i < base->nset; i++) {
-        if (strcmp(base->set[i].name, name) == 0 && base->set[i].value == value) {
-            return; // the base itself
-        }
+    const lab_planned_set *base = plan__set_of(&l->b->base, name);
+    if (base != NULL && base->value == value) {
+        return; // the base itself
     }
     lab_experiment *e = add(l, why, "%s = %s", name, data__quantity(text, value, unit));
     if (e != NULL && !plan__set(e, name, unit, value)) {
@@ -404,6 +402,18 @@ static int drives(const lab_experiment *e, const lab_experiment *base)
            e->size != base->size || e->time != base->time;
 }
 
+/* what does not fit is cut off before it: each thing says most in its beginning */
+static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more)
+{
+    size_t gap = strlen(between), last = strlen(more), n = strlen(to);
+    last = last < LAB_PLAN_TEXT / 2 ? last : LAB_PLAN_TEXT / 2;
+    size_t most = LAB_PLAN_TEXT - 1 - gap - last;
+    n = n < most ? n : most;
+    memcpy(to + n, between, gap);
+    memcpy(to + n + gap, more, last);
+    to[n + gap + last] = '\0';
+}
+
 int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experiment *b,
                    const lab_experiment *base)
 {
@@ -430,10 +440,8 @@ int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experi
         to->noise = b->noise;
     }
     to->faster = b->faster > a->faster ? b->faster : a->faster;
-    snprintf(to->name, sizeof to->name, "%.*s, %.*s", LAB_PLAN_TEXT / 2 - 2, a->name,
-             LAB_PLAN_TEXT / 2 - 2, b->name);
-    snprintf(to->why, sizeof to->why, "%.*s; %.*s", LAB_PLAN_TEXT / 2 - 2, a->why,
-             LAB_PLAN_TEXT / 2 - 2, b->why);
+    append(to->name, ", ", b->name);
+    append(to->why, "; ", b->why);
     return changes && !(drives(a, base) && drives(b, base)) &&
            !(a->channel[0] != '\0' && b->channel[0] != '\0') && !(a->faster > 1 && b->faster > 1);
 }

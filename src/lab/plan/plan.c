@@ -169,12 +169,15 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
     stein_status status = STEIN_OK;
     int single = plan->n, quick = p->def->quick;
     int bases = quick ? 1 : BASES, levels = quick ? 1 : AT_ONCE - 1, most = quick ? FEW : COMBINED;
-    lab_experiment *one = malloc(sizeof *one * (size_t)single + 1);
+    if (single < 1 || plan->experiment[0].repeats == 1) {
+        return STEIN_OK;
+    }
+    lab_experiment *one = malloc(sizeof *one * (size_t)single);
     if (one == NULL) {
         return lab__no_memory(err);
     }
     memcpy(one, plan->experiment, sizeof *one * (size_t)single);
-    for (int more = 0; status == STEIN_OK && more < levels; more++) {
+    for (int k = 0, on = 1; status == STEIN_OK && on && k < levels; k++) {
         lab_experiment best[BASES];
         int n = plan->n, nbest = n < bases ? n : bases;
         size_t size = sizeof *one * (size_t)(n + bases * most);
@@ -185,13 +188,11 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
         }
         plan->experiment = e;
         memcpy(best, e, sizeof *e * (size_t)nbest);
-        for (int k = 0; k < nbest && best[0].repeats != 1; k++) {
-            add_to(p, plan, &best[k], one, single, most);
+        for (int i = 0; i < nbest; i++) {
+            add_to(p, plan, &best[i], one, single, most);
         }
         status = judge_from(p, plan, n, err);
-        if (!less(&best[0], &plan->experiment[0])) {
-            break;
-        }
+        on = less(&best[0], &plan->experiment[0]) && plan->experiment[0].repeats != 1;
     }
     free(one);
     return status;

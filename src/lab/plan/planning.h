@@ -37,7 +37,6 @@ typedef struct plan__bench {
     const lab_diagnosis *d;
     const stein_model *m; /* of the file */
     const lab_plan_def *def;
-    int threads, quick;  /* of it */
     double *p;           /* [np] the file's numbers as the cause has them */
     lab_experiment base; /* the strokes so far, in the middle of their range */
     int neye;

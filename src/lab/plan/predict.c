@@ -159,16 +159,6 @@ static stein_status blank_make(blank *b, const plan__bench *bench, const stein_m
 
 /* ---- what is uncertain ---- */
 
-static int is_set(const lab_experiment *e, const char *name)
-{
-    for (int i = 0; i < e->nset; i++) {
-        if (strcmp(e->set[i].name, name) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
 /* numbers of the posterior in the order of the problem's unknowns; of[k] -1: known by now */
 static int unknowns(const fit__problem *p, const lab_posterior *q, int *of)
 {
@@ -357,7 +347,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     int *of = calloc((size_t)p->np + 1, sizeof *of), failed = 0;
     double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL, *way = NULL;
     p->tolerance = tolerance;
-    p->central = !b->quick;
+    p->central = !b->def->quick;
     fit__problem_try(p, &side->candidate);
     if (of == NULL || x == NULL) {
         free(of);
@@ -412,14 +402,14 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     lab_fit_def def = lab_fit_def_default();
     for (int i = 0; name != NULL && i < q->n; i++) {
         const char *n = q->number[i].name;
-        if (fit__find_number(n) < 0 && !is_set(e, n)) {
+        if (fit__find_number(n) < 0 && plan__set_of(e, n) == NULL) {
             name[def.nfree++] = n;
         }
     }
     def.free = name;
     def.offset = offset_prior;
     def.scatter = 1;
-    def.threads = b->threads;
+    def.threads = b->def->threads;
     if (status == STEIN_OK) {
         status = fit__problem_make_open(&p, side->model, &stroke.set, &def, err);
         status = status == STEIN_OK ? run(v, b, side, &p, only_y, err) : status;

@@ -60,22 +60,21 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
                              const char *file, const lab_model *model, const lab_diagnosis *d,
                              const lab_plan_def *def, stein_err *err)
 {
-    lab_plan_def plain = lab_plan_def_default();
+    const lab_plan_def plain = lab_plan_def_default(), *used = def != NULL ? def : &plain;
     plan__side side[2] = {{.s = NULL}, {.s = NULL}}; // the cause, for the bench; the suspect
     plan__bench b = {.def = NULL};
     plan__view v = {.y = NULL};
     lab__file out;
-    plain.options = def != NULL ? def->options : NULL;
     if (suspect < 0 || suspect >= d->nsuspect || d->ncause < 1) {
         return lab__fail(err, STEIN_EINVAL, "no suspect %d in the diagnosis", suspect);
     }
     stein_status status =
-        plan__side_open(&side[0], &d->suspect[0], file, model, plain.options, err);
+        plan__side_open(&side[0], &d->suspect[0], file, model, used->options, err);
     if (status == STEIN_OK) {
-        status = plan__side_open(&side[1], &d->suspect[suspect], file, model, plain.options, err);
+        status = plan__side_open(&side[1], &d->suspect[suspect], file, model, used->options, err);
     }
     if (status == STEIN_OK) {
-        status = plan__bench_make(&b, &side[0], d, lab_equations(model), &plain, err);
+        status = plan__bench_make(&b, &side[0], d, lab_equations(model), used, err);
     }
     status = status == STEIN_OK ? plan__predict(&v, &b, &side[1], e, 1, err) : status;
     status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
