@@ -162,7 +162,7 @@ sealed=$(echo "$dir"/twins/sealed/*.json)
 truth=$(sed -n 's/^  "kind": "\([a-z_]*\)",.*/\1/p' "$sealed") place=$(sed -n 's/^  "place": "\(.*\)",.*/\1/p' "$sealed")
 # planned SET DRIVE CHANNEL REPEATS: the best experiment
 planned() {
-    echo "{\"experiments\": [{\"experiment\": \"as asked\", \"repeats\": $4, \"set\": {$1}, \"drive\": $2," \
+    echo "{\"experiments\": [{\"experiment\": \"as asked, at once\", \"repeats\": $4, \"set\": {$1}, \"drive\": $2," \
         "\"channel\": $3, \"frames_for_one\": 1}]}" >"$dir/says/plan.json"
 }
 cause() { echo "{\"kind\": \"$1\", \"place\": \"$2\"}"; }

@@ -67,12 +67,12 @@ static int ask(words *w, const tree *e, char why[NAME])
     return 0;
 }
 
-/* without blanks: results are words */
+/* without blanks or commas: results are words, in a line and in a table */
 static void name_of(char to[NAME], const char *from)
 {
     snprintf(to, NAME, "%s", *from != '\0' ? from : "-");
     for (char *c = to; *c != '\0'; c++) {
-        *c = *c == ' ' ? '_' : *c;
+        *c = *c == ' ' ? '_' : *c == ',' ? ';' : *c;
     }
 }
 
