@@ -189,7 +189,7 @@ START_TEST(normal_equations_are_those_of_what_moves)
     open_bench(&b, 1);
     fit__problem *p = &b.d.curves->p;
     const diag__stand *s = &b.d.curves->early;
-    const diag__site *o = rod_position(b.d.curves);
+    const diag__site *o = rod_position(b.d.curves) + b.d.curves->nsite; // its outline
     int at[200], n = 0, rows = (int)fit__offset(p, p->nstroke);
     diag__curve_free_only(b.d.curves, o);
     for (int u = 0; u < p->nu; u++) {

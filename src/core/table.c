@@ -15,15 +15,6 @@
  */
 #include "core.h"
 
-/* the number of lane k */
-#if STEIN_LANES > 1
-#define LANE(k, x)       ((x)[k])
-#define IS_LESS(k, x, y) ((x)[k] < (y)[k])
-#else
-#define LANE(k, x)       (x)
-#define IS_LESS(k, x, y) less(x, y)
-#endif
-
 static inline real secant(const real *at, const real *value, int i)
 {
     real h = at[i + 1] - at[i];
@@ -47,25 +38,30 @@ typedef struct span {
     real x0, x1, y0, y1, s0, s1;
 } span;
 
-/* the points around x, or the two at the end behind which it is */
+/* The points around x, or the two at the end behind which it is: along the points to the first one
+ * that x is before, in lanes without a branch that differs from lane to lane. */
 static inline span span_of(int n, const real *at, const real *value, const real *slope, real x)
 {
-    span s = {.x0 = at[0]};
-    for (int k = 0; k < (STEIN_LANES > 1 ? STEIN_LANES : 1); k++) {
-        int lo = 0, hi = n - 1;
-        while (hi - lo > 1) {
-            int middle = (lo + hi) / 2;
-            int *end = IS_LESS(k, x, at[middle]) ? &hi : &lo;
-            *end = middle;
+#if STEIN_LANES > 1
+    span s = {at[0], at[1], value[0], value[1], slope[0], slope[1]};
+    mask beyond = no((mask){0});
+    for (int k = 1; k < n - 1; k++) {
+        beyond = both(beyond, no(less(x, at[k])));
+        if (!any(beyond)) {
+            break;
         }
-        LANE(k, s.x0) = LANE(k, at[lo]);
-        LANE(k, s.x1) = LANE(k, at[hi]);
-        LANE(k, s.y0) = LANE(k, value[lo]);
-        LANE(k, s.y1) = LANE(k, value[hi]);
-        LANE(k, s.s0) = LANE(k, slope[lo]);
-        LANE(k, s.s1) = LANE(k, slope[hi]);
+        s = (span){sel(beyond, at[k], s.x0),    sel(beyond, at[k + 1], s.x1),
+                   sel(beyond, value[k], s.y0), sel(beyond, value[k + 1], s.y1),
+                   sel(beyond, slope[k], s.s0), sel(beyond, slope[k + 1], s.s1)};
     }
     return s;
+#else
+    int k = 0;
+    while (k + 2 < n && !less(x, at[k + 1])) {
+        k++;
+    }
+    return (span){at[k], at[k + 1], value[k], value[k + 1], slope[k], slope[k + 1]};
+#endif
 }
 
 static inline real curve_at(int n, const real *at, const real *value, const real *slope, real x)

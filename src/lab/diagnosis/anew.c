@@ -211,7 +211,7 @@ static diag__suspect *next_early(diag *d)
 
 stein_status diag__early_ones(diag *d, int relatives, stein_err *err)
 {
-    stein_status status = relatives ? STEIN_OK : diag__race(d, err);
+    stein_status status = STEIN_OK;
     const diag__suspect *end = NULL; // leaves but noise
     diag__suspect *s;
     while (status == STEIN_OK && (s = next_early(d)) != NULL) {

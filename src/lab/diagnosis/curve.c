@@ -21,7 +21,7 @@
 
 #include "curve.h"
 
-enum { FITTED = 4, RECALLS = 3, ROUNDS = 2, NAME = 2 * MECH_NAME };
+enum { FITTED = 4, RECALLS = 3, NAME = 2 * MECH_NAME };
 static const double elsewhere = 0.1; /* share of the range by which an end is misplaced */
 static const double worth_it = 0.75; /* share of the best gain from which on a fit goes on */
 static const double near = 0.25; /* share of the best linear gain from which on a curve is fitted */
@@ -138,7 +138,7 @@ static stein_status fit_early(diag *d, diag__curves *w, diag__curve *c, int *n, 
 }
 
 /* the best curves by first order at the null fit, in full. @param n  out */
-static stein_status fit_late(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
+static stein_status fit_late(diag *d, diag__curves *w, int *n, stein_err *err)
 {
     diag__curve *c = w->curve;
     stein_status status = diag__stand_derived(w, err);
@@ -153,7 +153,7 @@ static stein_status fit_late(diag *d, diag__curves *w, double bound, int *n, ste
         ++*n;
     }
     diag__curve_sort(c, *n);
-    if (status == STEIN_OK && !(diag__curve_chi2_dof(d, w, &c[0]) < bound)) {
+    if (status == STEIN_OK && !(diag__curve_chi2_dof(d, w, &c[0]) < w->bound)) {
         *n = 0;
     }
     return status == STEIN_OK ? recall(d, w, c, *n, err) : status;
@@ -179,27 +179,28 @@ static void put(diag__curves *w, diag__curve *fit, int *n)
     c[i] = *fit;
 }
 
-/* The best curves: along the strokes, and where that leaves more than noise from the null fit, too.
- * @param bound  chi2/dof that one of them has to stay below; n out: 0 when none does */
-static stein_status fit_best(diag *d, diag__curves *w, double bound, int *n, stein_err *err)
+/* The best curves: along the strokes, and where that leaves more than noise from the null fit, too,
+ * unless it is in haste. @param n  out: 0 when none stays below the bound */
+static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
 {
     diag__curve early[OUTLINES];
     int nearly = 0;
     for (int i = 0; i < w->nsite; i++) {
+        free(w->curve[i].x);
         w->curve[i] = (diag__curve){.site = &w->site[i], .gain = -(double)INFINITY, .held = NAN};
     }
     *n = 0;
     stein_status status = fit_early(d, w, early, &nearly, err);
     int describes = nearly > 0 && diag__curve_describes(d, w, &early[0]);
-    if (status == STEIN_OK && !describes) {
-        stein_status late = fit_late(d, w, bound, n, err);
+    if (status == STEIN_OK && !describes && !(w->hasty && w->early.x != NULL)) {
+        stein_status late = fit_late(d, w, n, err);
         status = nearly > 0 ? fit__forgive(late, err) : late;
     }
     for (int i = 0; i < nearly; i++) {
         put(w, &early[i], n);
     }
     diag__curve_sort(w->curve, *n);
-    if (*n > 0 && !(diag__curve_chi2_dof(d, w, &w->curve[0]) < bound)) {
+    if (*n > 0 && !(diag__curve_chi2_dof(d, w, &w->curve[0]) < w->bound)) {
         *n = 0;
     }
     return status;
@@ -241,14 +242,25 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, doub
     stein_status status = diag__sites(d, p, x, &w->site, &w->nsite, err);
     close_curves(d); // p and x may be those of an earlier search
     d->curves = w;
+    w->bound = bound;
+    w->hasty = isfinite(bound);
     if (status == STEIN_OK && w->nsite > 0) {
         w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
         status = w->curve != NULL ? open_model(d, w, err) : STEIN_ENOMEM;
         status = status == STEIN_OK ? diag__stand_null(d, w, err) : status;
         status = status == STEIN_OK ? diag__stand_early(d, w, err) : status;
-        status = status == STEIN_OK ? fit_best(d, w, bound, n, err) : status;
+        status = status == STEIN_OK ? fit_best(d, w, n, err) : status;
     }
     return status;
+}
+
+/* the same search once more, at another price */
+static stein_status search_on(diag *d, double bound, int *n, stein_err *err)
+{
+    d->curves->bound = bound;
+    d->curves->hasty = isfinite(bound);
+    *n = 0;
+    return d->curves->nsite > 0 ? fit_best(d, d->curves, n, err) : STEIN_OK;
 }
 
 /* Do the strokes go elsewhere with the best law than without it? Then its points stand where
@@ -282,12 +294,12 @@ stein_status diag__try_laws(diag *d, const diag__held *before, double bound, ste
         return STEIN_OK;
     }
     d->laws_tried = 1;
-    stein_status status = search(d, &d->p, d->x, bound, &n, &why);
-    if (status == STEIN_OK && n == 0) {
+    stein_status status =
+        d->curves == NULL ? search(d, &d->p, d->x, bound, &n, &why) : search_on(d, bound, &n, &why);
+    if (status == STEIN_OK && n == 0 && isfinite(bound)) {
         d->laws_tried = 0; // it may be asked for again, at any price
-        close_curves(d);
     }
-    for (int i = 0; i < ROUNDS && status == STEIN_OK && is_misplaced(d, n, &status, &why); i++) {
+    if (status == STEIN_OK && is_misplaced(d, n, &status, &why)) {
         status = search(d, &d->curves->p, d->curves->curve[0].x, INFINITY, &n, &why);
     }
     status = status == STEIN_OK && n > 0 ? diag__curve_judge(d, d->curves, n, before->rmse, &why)

@@ -51,7 +51,7 @@ typedef struct diag__curve {
 
 /** A fit without a law, in the mechanism with tables: where curves begin. */
 typedef struct diag__stand {
-    double *x, *r, *J; /* one block; J by all curves, too */
+    double *x, *r, *J; /* one block; J by all curves, too, early by their outlines */
     double objective;  /* chi2 and priors */
     double horizon;    /* [s] up to which it has been fitted */
 } diag__stand;
@@ -70,6 +70,8 @@ typedef struct diag__curves {
     diag__stand early;  /* to where more than noise is left first; x NULL: there is no such place */
     diag__curve *curve; /* [nsite], the best first */
     diag__held held;    /* held-out strokes with the first one, when it is judged */
+    double bound;       /* chi2/dof that a law has to leave less than */
+    int hasty;          /* 1: a law that does not follow the strokes to their end is given up */
 } diag__curves;
 
 /* ---- curve_site.c ---- */
@@ -119,6 +121,10 @@ double diag__curve_penalty(const diag__reduced *q, const double *f);
 
 /* ---- curve_stand.c ---- */
 
+typedef enum { DIAG_NONE, DIAG_CURVES, DIAG_OUTLINES } diag__moving;
+/** Values of which tables move; those at pins never do. */
+void diag__curve_hold(diag__curves *w, diag__moving which);
+
 /** w->null: from the null fit, with the variances that it has found; no derivatives yet.
  *  @return OK, ENOMEM, or the failure of a stroke */
 stein_status diag__stand_null(const diag *d, diag__curves *w, stein_err *err);
@@ -135,9 +141,10 @@ stein_status diag__curve_derive(fit__problem *p, int first, int end, const doubl
 
 /* ---- curve_reduce.c ---- */
 
-/** Gains of all curves (c[i] of site i) to first order where a fit without a law stands.
+/** Gains of all curves (c[i] of site i) to first order where a fit without a law stands; early
+ * those of their outlines, which cost half.
  *  @return OK, ENOMEM */
-stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, diag__curve *c,
+stein_status diag__curve_scores(diag__curves *w, const diag__stand *at, diag__curve *c,
                                 stein_err *err);
 
 /* ---- curve_fit.c ---- */

@@ -83,6 +83,9 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
         status =
             status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;
     }
+    if (status == STEIN_OK && share < whole && t->w->hasty) {
+        return lab__fail(err, STEIN_ENONFINITE, "the law has lost the strokes at %.3g s", horizon);
+    }
     if (status == STEIN_OK) {
         predict(t, INFINITY, &status, err);
     }

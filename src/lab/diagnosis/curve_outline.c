@@ -7,7 +7,11 @@
  * something is missing. Up to there a curve of few points, evenly apart, is fitted at every place
  * that scores. Where it explains most the curve of many points begins from its outline:
  *
- *      all that score there --> outlines --> two along the strokes (curve_follow.c)
+ *      all that score there --> outlines --> heats --> two along the strokes (curve_follow.c)
+ *
+ * Several may explain that beginning alike: a law over a depth, over its rate, of a joint that
+ * moves with it. They part a little later, and to see that costs a hundredth of a way to the end.
+ * So the horizon goes on in strides, and who falls behind is out.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,16 +20,18 @@
 #include "curve.h"
 #include "stein/law.h"
 
-enum { RUNNERS = 5, RENEWALS = 5 };
+enum { RUNNERS = 5, RENEWALS = 5, HEATS = 4 };
 static const double enough = 0.3; /* of the objective */
 static const double near = 0.15;  /* share of the best score from which on a curve runs */
 static const double worth =
     0.95; /* share of what the best one explains from which on one goes on */
+static const double stride = 0.05; /* of the longest stroke */
 
 typedef struct runner {
     diag__curve curve;
-    double *x;   /* [nu] */
-    double left; /* chi2 and priors; INFINITY: it cannot be fitted */
+    double *x;         /* [nu] */
+    double left;       /* chi2 and priors; INFINITY: it cannot be fitted */
+    double left_early; /* up to the early horizon */
 } runner;
 
 static const diag__site *outline_of(const diag__curves *w, const diag__site *s)
@@ -39,19 +45,45 @@ static int by_what_is_left(const void *a, const void *b)
     return (x->left > y->left) - (x->left < y->left);
 }
 
-/* up to the early horizon */
-static stein_status run(diag__curves *w, runner *r, fit__end *e, stein_err *err)
+/* from where it is up to a horizon */
+static stein_status run(diag__curves *w, runner *r, fit__end *e, double horizon, stein_err *err)
 {
     fit__problem *p = &w->p;
     stein_err why = {STEIN_OK, ""};
     e->x = r->x;
-    memcpy(r->x, w->early.x, sizeof *r->x * (size_t)p->nu);
     diag__curve_free_only(w, outline_of(w, r->curve.site));
-    p->horizon = w->early.horizon;
+    p->horizon = horizon;
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, &why);
     p->horizon = INFINITY;
+    e->fits++;
     r->left = status == STEIN_OK ? e->objective : (double)INFINITY;
     return fit__forgive(status, err);
+}
+
+/* those in front. @return how many they are, now sorted */
+static int in_front(const diag__curves *w, runner *all, int n)
+{
+    qsort(all, (size_t)n, sizeof *all, by_what_is_left);
+    double behind = (1.0 - worth) * (w->early.objective - all[0].left_early);
+    int on = n > 0;
+    while (on < n && all[on].left < all[0].left + behind) {
+        on++;
+    }
+    return on;
+}
+
+/* who is in front a little later, too? @return how many */
+static stein_status heats(diag__curves *w, runner *all, int *n, fit__end *e, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    double T = diag__longest(&w->p);
+    for (int k = 1; k <= HEATS && status == STEIN_OK && *n > 1; k++) {
+        for (int i = 0; status == STEIN_OK && i < *n; i++) {
+            status = run(w, &all[i], e, w->early.horizon + k * stride * T, err);
+        }
+        *n = in_front(w, all, *n);
+    }
+    return status;
 }
 
 /* the curve where its outline is, which becomes 0 */
@@ -77,27 +109,31 @@ stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c
     runner all[RUNNERS];
     double *room = malloc(sizeof *room * (RUNNERS * nu + rows + fit__columns(p) + 1));
     stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
+    fit__end e = {.r = room + RUNNERS * nu, .J = room + RUNNERS * nu + rows};
     int running = 0;
     *found = 0;
     for (; status == STEIN_OK && running < RUNNERS && running < n &&
            c[running].gain > near * c[0].gain;
          running++) {
-        fit__end e = {.r = room + RUNNERS * nu, .J = room + RUNNERS * nu + rows};
         all[running] = (runner){.curve = {.site = c[running].site, .held = NAN},
                                 .x = room + (size_t)running * nu};
-        status = run(w, &all[running], &e, err);
-        d->out->fits += e.fits;
+        memcpy(all[running].x, w->early.x, sizeof *room * nu);
+        status = run(w, &all[running], &e, w->early.horizon, err);
+        all[running].left_early = all[running].left;
     }
-    qsort(all, (size_t)running, sizeof *all, by_what_is_left);
+    running = in_front(w, all, running);
+    status = status == STEIN_OK ? heats(w, all, &running, &e, err) : status;
+    d->out->fits += e.fits;
     int done = 0;
-    for (int i = 0; status == STEIN_OK && i < running && *found < OUTLINES && !done; i++) {
-        double explained = w->early.objective - all[i].left;
-        if (explained > worth * (w->early.objective - all[0].left)) {
-            take_outline(w, all[i].curve.site, all[i].x);
-            to[*found] = all[i].curve;
-            status = diag__curve_follow(d, w, all[i].x, &to[*found], err);
-            done = status == STEIN_OK && diag__curve_describes(d, w, &to[*found]);
-            *found += to[*found].x != NULL;
+    for (int i = 0; status == STEIN_OK && i < running && i < OUTLINES && !done; i++) {
+        take_outline(w, all[i].curve.site, all[i].x);
+        to[*found] = all[i].curve;
+        status = diag__curve_follow(d, w, all[i].x, &to[*found], err);
+        done = status == STEIN_OK && diag__curve_describes(d, w, &to[*found]);
+        if (to[*found].fitted) {
+            ++*found;
+        } else {
+            free(to[*found].x);
         }
     }
     free(room);

@@ -221,23 +221,26 @@ double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, cons
 
 /* ---- to first order ---- */
 
-stein_status diag__curve_scores(const diag__curves *w, const diag__stand *at, diag__curve *c,
+stein_status diag__curve_scores(diag__curves *w, const diag__stand *at, diag__curve *c,
                                 stein_err *err)
 {
+    int early = at == &w->early;
     fit__normal n;
     diag__globals o = {.S = NULL};
+    diag__curve_hold(w, early ? DIAG_OUTLINES : DIAG_CURVES);
     stein_status status = fit__normal_make(&n, &w->p, err);
     if (status == STEIN_OK) {
         fit__normal_fill(&n, &w->p, at->x, at->r, at->J, 1);
         status = diag__globals_of(&n, &w->p, &o, err);
     }
     for (int i = 0; status == STEIN_OK && i < w->nsite; i++) {
+        const diag__site *s = &w->site[early ? i + w->nsite : i];
         diag__others t;
         diag__reduced q;
         c[i] = (diag__curve){.site = &w->site[i], .gain = -INFINITY, .held = NAN};
-        status = diag__reduce(w, &w->site[i], &o, at->x, &t, &q, err);
+        status = diag__reduce(w, s, &o, at->x, &t, &q, err);
         if (status == STEIN_OK) {
-            c[i].excess = diag__curve_choose_noise(w, &w->site[i], at->x, at->r, &q);
+            c[i].excess = diag__curve_choose_noise(w, s, at->x, at->r, &q);
             c[i].gain = q.gained;
         }
         diag__others_free(&t);

@@ -20,12 +20,13 @@
 
 #include "curve_fitting.h"
 
-enum { N = CURVE_POINTS, DAMPINGS = 8, CORRECTIONS = 3 };
+enum { N = CURVE_POINTS, DAMPINGS = 8, CORRECTIONS = 3, CHORDS = 3 };
 static const double wanted = 0.3;   /* RMS change of differences [noise] */
 static const double longer = 30.0;  /* most of a difference, in that of the round before */
 static const double of_size = 0.3;  /* most of a difference, in what the curve's values are like */
 static const double of_most = 0.03; /* the same to begin with, of the largest value */
-static const double little = 0.5;   /* gain of a round */
+static const double little = 0.5, on_its_way = 3.0; /* gain of a round: at its end, before */
+static const double worth = 0.2; /* of a chord, in the gain of the round before */
 static const double less = 0.2, more = 4.0, least = 1e-4; /* damping */
 
 /* ---- room ---- */
@@ -320,20 +321,24 @@ stein_status diag__look_around(diag__fitting *t, stein_err *err)
     return status;
 }
 
-/* one round. @param first  1: derivatives of the null fit serve. @return 1 when it went on */
-static int one_round(diag__fitting *t, int first, stein_status *status, stein_err *err)
+/* whose derivatives a round goes by: its own; those of the null fit; those of the round before, as
+ * chords in the place of tangents: they lead less far, and cost a hundredth */
+typedef enum { OWN, OF_NULL, OF_LAST } derivatives;
+
+/* one round. @return its gain, 0 when it did not go on */
+static double one_round(diag__fitting *t, derivatives by, stein_status *status, stein_err *err)
 {
     fit__problem *p = &t->w->p;
     diag__globals g = {.S = NULL};
     diag__others o = {.n = 0};
     double before = t->objective;
     int better = 0;
-    if (first) {
+    if (by == OF_NULL) {
         memcpy(t->J, t->w->null.J, sizeof *t->J * fit__columns(p));
-    } else {
+    } else if (by == OWN) {
         *status = derive(t, err);
     }
-    if (*status == STEIN_OK) {
+    if (*status == STEIN_OK && by != OF_LAST) {
         *status = diag__same_as_curve(t->w, t->c->site, t->c->x, t->J, err);
     }
     if (*status == STEIN_OK) {
@@ -345,21 +350,23 @@ static int one_round(diag__fitting *t, int first, stein_status *status, stein_er
     }
     if (*status == STEIN_OK) {
         t->c->excess = diag__curve_choose_noise(t->w, t->c->site, t->c->x, t->c->r, &t->q);
-        if (!p->central) { // those are long already
+        if (!p->central && by != OF_LAST) { // central ones are long already
             choose_steps(t);
         }
         before = t->objective = objective_at(t, t->c->x, t->c->r);
-        for (int k = 0; k < DAMPINGS && *status == STEIN_OK && !better; k++) {
+        double damping = t->damping;
+        for (int k = 0; k < (by == OF_LAST ? 1 : DAMPINGS) && *status == STEIN_OK && !better; k++) {
             better = go(t, t->damping, status, err);
             t->damping =
                 better ? (k == 0 ? less : 1.0) * t->damping : more * fmax(t->damping, least);
         }
+        t->damping = by == OF_LAST ? damping : t->damping; // of tangents
         note_sd(t, &o);
         note_cov(t);
     }
     diag__others_free(&o);
     diag__globals_free(&g);
-    return better && before - t->objective > little;
+    return better ? before - t->objective : 0.0;
 }
 
 stein_status diag__rounds(diag__fitting *t, double horizon, int rounds, int known, stein_err *err)
@@ -367,6 +374,7 @@ stein_status diag__rounds(diag__fitting *t, double horizon, int rounds, int know
     fit__problem *p = &t->w->p;
     stein_status status = STEIN_OK;
     int failed = 0;
+    double least_gain = isfinite(horizon) ? on_its_way : little;
     p->horizon = horizon;
     if (!known) {
         status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
@@ -376,8 +384,15 @@ stein_status diag__rounds(diag__fitting *t, double horizon, int rounds, int know
     }
     for (int k = 0; status == STEIN_OK && k < rounds; k++) {
         int first = known && k == 0;
-        if (!one_round(t, first, &status, err) && !first) {
+        double gain = one_round(t, first ? OF_NULL : OWN, &status, err);
+        if (!(gain > least_gain) && !first) {
             break;
+        }
+        for (int i = 0; i < CHORDS && status == STEIN_OK && gain > least_gain && k + 1 < rounds;
+             i++) {
+            double last = gain;
+            gain = one_round(t, OF_LAST, &status, err);
+            gain = gain > worth * last ? gain : 0.0;
         }
     }
     p->horizon = INFINITY;

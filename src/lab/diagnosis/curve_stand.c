@@ -125,12 +125,12 @@ static void one_size(void *ctx, fit__bench *b, int job)
 
 /* ---- a fit without a law ---- */
 
-/* all values of curves stay, or but those at the pins do; outlines always do */
-static void hold_curves(diag__curves *w, int all)
+void diag__curve_hold(diag__curves *w, diag__moving which)
 {
     for (int i = 0; i < 2 * w->nsite; i++) {
+        diag__moving are = i < w->nsite ? DIAG_CURVES : DIAG_OUTLINES;
         for (int k = 0; k < w->site[i].n; k++) {
-            w->p.unknown[w->site[i].first + k].idle = all || i >= w->nsite || k < w->site[i].pinned;
+            w->p.unknown[w->site[i].first + k].idle = are != which || k < w->site[i].pinned;
         }
     }
 }
@@ -138,11 +138,11 @@ static void hold_curves(diag__curves *w, int all)
 static stein_status descend(diag__curves *w, diag__stand *s, stein_err *err)
 {
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    hold_curves(w, 1);
+    diag__curve_hold(w, DIAG_NONE);
     w->p.horizon = s->horizon;
     stein_status status = fit__descend(&w->p, &e, 0, enough, RENEWALS, err);
     w->p.horizon = INFINITY;
-    hold_curves(w, 0);
+    diag__curve_hold(w, DIAG_CURVES);
     s->objective = e.objective;
     return status;
 }
@@ -169,10 +169,11 @@ stein_status diag__curve_derive(fit__problem *p, int first, int end, const doubl
     return status;
 }
 
-/* J by all curves, too */
-static stein_status derive(diag__curves *w, diag__stand *s, stein_err *err)
+/* J by all curves, too, or by their outlines */
+static stein_status derive(diag__curves *w, diag__stand *s, diag__moving which, stein_err *err)
 {
     fit__problem *p = &w->p;
+    diag__curve_hold(w, which);
     p->horizon = s->horizon;
     stein_status status = diag__curve_derive(p, w->site[0].first, p->amount, s->x, s->r, s->J, err);
     p->horizon = INFINITY;
@@ -192,7 +193,7 @@ stein_status diag__stand_null(const diag *d, diag__curves *w, stein_err *err)
 stein_status diag__stand_derived(diag__curves *w, stein_err *err)
 {
     stein_status status = size(w, &w->null, err);
-    return status == STEIN_OK ? derive(w, &w->null, err) : status;
+    return status == STEIN_OK ? derive(w, &w->null, DIAG_CURVES, err) : status;
 }
 
 /* does the fit clearly leave more than noise up to its horizon? */
@@ -259,7 +260,7 @@ stein_status diag__stand_early(const diag *d, diag__curves *w, stein_err *err)
     stein_status status = make_stand(&w->p, s, err);
     int seen = status == STEIN_OK && find(d, w, s, &status, &why);
     status = seen ? size(w, s, &why) : status;
-    status = seen && status == STEIN_OK ? derive(w, s, &why) : status;
+    status = seen && status == STEIN_OK ? derive(w, s, DIAG_OUTLINES, &why) : status;
     if (status != STEIN_OK || !seen) {
         free(s->x);
         s->x = NULL;

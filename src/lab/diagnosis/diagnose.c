@@ -27,7 +27,8 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* of integration steps: a stroke is right to 0.4 um and derivatives by differences to 0.5 %, while
  * differences to one side are up to 13 % off by themselves; 1e-8 leaves 4 um and 2 % */
 static const double tolerance = 1e-9;
-static const double much = 1.3; /* chi2/dof */
+static const double much = 1.3;   /* chi2/dof */
+static const double a_part = 0.8; /* of the null fit's excess: left by one of two causes */
 
 lab_diagnose_def lab_diagnose_def_default(void)
 {
@@ -343,7 +344,12 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
     int all = status == STEIN_OK && diag__law_is_all(d), known = !all;
     if (all && d->n > 0) { // two causes in the place of the law may be what it is
         d->only = d->out->law[0].place;
-        known = strcmp(d->suspect[0].s.candidate.place, d->only) == 0;
+        known = strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
+                left(d) - 1.0 < a_part * (d->out->chi2_dof_before - 1.0);
+    }
+    if (status == STEIN_OK && known && d->put_off) {
+        progress(d, 0.84, "fits with more candidates");
+        status = diag__refit_on(d, err);
     }
     if (status == STEIN_OK && known) {
         status = diag__several(d, before, f, err);

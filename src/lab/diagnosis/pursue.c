@@ -88,8 +88,10 @@ static void take_over(const fit__problem *p, fit__end *e, const fit__end *t)
     e->ended = t->ended;
 }
 
-/* the fit from where its strays lead it. @return 1 when that was worth it */
-static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, stein_err *err)
+/* the fit from where its strays lead it. @param found  how many there are, out. @return 1 when that
+ * was worth it */
+static int recall(diag *d, fit__problem *p, fit__end *e, int *found, stein_status *status,
+                  stein_err *err)
 {
     fit__end t;
     double *room = beside(p, e, &t, err), was = e->objective;
@@ -98,14 +100,14 @@ static int recall(diag *d, fit__problem *p, fit__end *e, stein_status *status, s
         return 0;
     }
     stein_err why = {STEIN_OK, ""};
-    int found = 0;
-    stein_status tried = diag__recall_strays(d, p, &t, 0, &found, &why);
-    if (tried == STEIN_OK && found > 0) {
+    *found = 0;
+    stein_status tried = diag__recall_strays(d, p, &t, 0, found, &why);
+    if (tried == STEIN_OK && *found > 0) {
         tried = fit__descend(p, &t, 0, enough, RENEWALS, &why);
         t.fits++;
     }
     e->fits += t.fits;
-    if (tried == STEIN_OK && found > 0 && t.objective < e->objective) {
+    if (tried == STEIN_OK && *found > 0 && t.objective < e->objective) {
         take_over(p, e, &t);
     }
     free(room);
@@ -157,21 +159,32 @@ static int goes_on(diag__pursuit *c, const fit__problem *p, const fit__end *e, i
     return 1;
 }
 
+/* All strays called back, again while that is worth it. @return 1 when it was in vain though much
+ * is left: what those strokes have lost is in no number of their own, and it costs most of a fit to
+ * ask again. */
+static int recall_all(diag *d, fit__problem *p, fit__end *e, stein_status *status, stein_err *err)
+{
+    int found = 1, worth = 1, once = 0;
+    for (int k = 0; k < RECALLS && worth && *status == STEIN_OK; k++) {
+        worth = recall(d, p, e, &found, status, err);
+        once |= worth;
+    }
+    return found > 0 && !once && e->objective > clearly * diag__samples(p);
+}
+
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err)
 {
     double T = diag__longest(p), most = p->horizon;
     stein_status status = STEIN_OK;
-    for (int h = -1, last = 0, on = 1; status == STEIN_OK && !last && on;) {
+    for (int h = -1, last = 0, on = 1, vain = p->nstroke < 2; status == STEIN_OK && !last && on;) {
         h = next_horizon(p, e, h, T, err);
         last = h + 1 == DIAG_HORIZONS || diag__horizon[h] * T >= most;
         p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
         e->fits++;
         on = status == STEIN_OK && (last || goes_on(c, p, e, h, 0));
-        for (int k = 0; k < RECALLS && p->nstroke > 1 && status == STEIN_OK && on; k++) {
-            if (!recall(d, p, e, &status, err)) {
-                break;
-            }
+        if (on && !vain) {
+            vain = recall_all(d, p, e, &status, err);
         }
         on = on && status == STEIN_OK && (last || goes_on(c, p, e, h, 1));
     }

@@ -17,8 +17,10 @@
 #include "searching.h"
 
 enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
-static const double enough = 0.3; /* of the objective */
-static const double share = 0.1;  /* of what more than noise there is: worth it */
+static const double enough = 0.3;                /* of the objective */
+static const double share = 0.1;                 /* of what more than noise there is: worth it */
+static const double as_much = 0.8;               /* of what the best one explains */
+static const double clearly = 1.2, surely = 3.0; /* chi2 per sample of more than noise, in its sd */
 
 typedef struct runner {
     diag__suspect *s;
@@ -99,6 +101,12 @@ static stein_status place(diag *d, const runner *r, int on, stein_err *err)
     return STEIN_OK;
 }
 
+int diag__is_beyond_one(const diag *d)
+{
+    double n = d->early.samples, excess = d->early.left - n;
+    return d->early.left > clearly * n && excess > surely * sqrt(2.0 * n);
+}
+
 stein_status diag__race(diag *d, stein_err *err)
 {
     runner all[DIAG_RACE];
@@ -109,9 +117,11 @@ stein_status diag__race(diag *d, stein_err *err)
     int n = line_up(d, all, x);
     stein_status status = heat(d, all, n, 0, err);
     status = status == STEIN_OK ? heat(d, all, n < FINAL ? n : FINAL, RENEWALS, err) : status;
-    double most = d->early.objective - share * (d->early.objective - d->early.samples);
+    d->early.left = n > 0 ? all[0].left : 0.0;
+    double explained = d->early.objective - d->early.left;
+    double least = fmax(share * (d->early.objective - d->early.samples), as_much * explained);
     for (int i = 0; status == STEIN_OK && i < n; i++) {
-        status = place(d, &all[i], i < FOREMOST && all[i].left < most, err);
+        status = place(d, &all[i], i < FOREMOST && d->early.objective - all[i].left > least, err);
     }
     free(x);
     return status;

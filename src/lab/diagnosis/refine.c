@@ -43,6 +43,7 @@ static const double worth_starts = 0.7; /* of the best gain: worth more than one
 static const double worth = 0.08;       /* linear gains below that share of the best are left out */
 static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
 static const double come_near = 0.5;    /* of the leader's gain */
+static const double almost = 4.0;       /* chi2/dof of a null fit that takes an effect over */
 static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
 
 /* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
@@ -445,8 +446,8 @@ static stein_status contest(diag *d, stein_err *err)
 }
 
 /* The last resort, where more than noise is left and the null fit does not believe the file's
- * numbers: who leads where they are believed? What is found so has to be better than all that was.
- */
+ * numbers, with which it takes over what is missing, almost: who leads where they are believed?
+ * What is found so has to be better than all that was. */
 static stein_status believe(diag *d, stein_err *err)
 {
     double objective = d->suspect[0].objective;
@@ -492,11 +493,23 @@ stein_status diag__refit(diag *d, stein_err *err)
         status = lead_to_the_end(d, err);
     }
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
+        status = diag__race(d, err);
+    }
+    d->put_off = status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !leaves_noise(d) &&
+                 fit__noise_given(&d->p) && diag__is_beyond_one(d);
+    return status == STEIN_OK && !d->put_off ? diag__refit_on(d, err) : status;
+}
+
+stein_status diag__refit_on(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    d->put_off = 0;
+    if (d->n > 0 && !leaves_noise(d)) {
         status = diag__early_ones(d, 0, err);
     }
     status = status == STEIN_OK ? contest(d, err) : status;
     if (status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !leaves_noise(d) &&
-        diag__is_strained(d)) {
+        fit__chi2_dof(&d->p, d->r) < almost && diag__is_strained(d)) {
         status = believe(d, err);
     }
     return status;

@@ -83,6 +83,7 @@ typedef struct diag__early {
     double *x;                 /* NULL: it was not looked for */
     double horizon, objective; /* [s], chi2 + priors */
     double samples, z;         /* up to there; chi2 in sd from noise, 0: there is none */
+    double left; /* what the best suspect leaves there, after a race; 0: there was none */
 } diag__early;
 
 enum { DIAG_CLASSES = 3 }; /* kinds of scatter: joints, contacts, drive */
@@ -113,6 +114,7 @@ typedef struct diag {
     int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     int laws_tried;
+    int put_off; /* 1: what refits cost most for waits for the laws (refine.c) */
     lab_diagnosis *out;
 } diag;
 
@@ -267,8 +269,11 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 
 /* ---- refine.c ---- */
 
-/** Full fits of the best suspects; the best first. */
+/** Full fits of the best suspects; the best first. What costs most is put off (d->put_off) where no
+ *  single suspect explains how the strokes begin: if a law explains all it is not needed. */
 stein_status diag__refit(diag *d, stein_err *err);
+/** What has been put off. */
+stein_status diag__refit_on(diag *d, stein_err *err);
 /** What could stand in the place of one that describes the strokes.
  *  @param s  ranked, with room, and s->x where it does */
 stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);
@@ -342,6 +347,8 @@ enum { DIAG_RACE = 40 }; /* suspects */
 /** Those that lead early are fitted up to that horizon: where the ones have ended that explain most
  *  of what is left there is their start, and the others are early no more. @return OK, ENOMEM */
 stein_status diag__race(diag *d, stein_err *err);
+/** Has the race shown that no single suspect explains how the strokes begin? */
+int diag__is_beyond_one(const diag *d);
 
 /* ---- strays.c ---- */
 

@@ -217,6 +217,9 @@ static double change(const fit__problem *p, const double *J, int u)
 void fit__choose_steps(fit__problem *p, const double *J)
 {
     for (int u = 0; u < p->nu; u++) {
+        if (p->unknown[u].idle && u < p->first_accepted) {
+            continue; // a parameter that is held says nothing of its step
+        }
         double slope = change(p, J, u), step = p->step[u];
         double most = p->unknown[u].prior ? most_step[p->central] : 1e3;
         double best = slope > 0.0 ? wanted_change[p->central] / slope : most;
