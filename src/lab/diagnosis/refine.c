@@ -402,7 +402,8 @@ static stein_status polish(diag *d, stein_err *err)
             continue;
         }
         status = diag__to_the_end(d, s, err);
-        if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && !s->begun) {
+        if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && !s->begun &&
+            d->only == NULL) {
             status = diag__recall(d, s, err);
             status = status == STEIN_OK ? diag__begin_anew(d, s, err) : status;
         }
@@ -436,7 +437,7 @@ static stein_status contest(diag *d, stein_err *err)
             status = diag__attempt(d, &d->suspect[0], RENEW_LEADERS, err);
         }
     }
-    if (status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted &&
+    if (status == STEIN_OK && d->n > 0 && d->only == NULL && d->suspect[0].s.refitted &&
         isfinite(d->suspect[0].objective) &&
         (d->suspect[0].s.candidate.effect->site == LAB_AT_PARAMETER || !leaves_noise(d))) {
         status = hear(d, err);

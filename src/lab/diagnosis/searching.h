@@ -100,7 +100,8 @@ typedef struct diag {
     lab_dataset *own_fit, *own_held;
     lab_candidate accepted[FIT__ACCEPTED]; /* causes that earlier searches have found: they act */
     int naccepted;
-    const char *only; /* place of all candidates of further searches; NULL: anywhere */
+    const char *only; /* place of all candidates of further searches, which are light ones then: a
+                       * law explains all there already; NULL: anywhere */
     fit__problem p;
     double *x, *J, *r;      /* null fit: nothing hidden */
     diag__marks null_marks; /* of the first search's */

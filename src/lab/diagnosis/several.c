@@ -22,6 +22,7 @@
 #include "structure.h"
 
 enum { RENEWALS = 6, EXCHANGES = 4 };
+static const double pieces = 1.5;     /* chi2/dof: two causes leave more where a law leaves none */
 static const double enough = 0.3;     /* of the objective */
 static const double no_worse = 1.005; /* ratio of held-out errors */
 
@@ -422,6 +423,8 @@ static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
 
 /* ---- the whole ---- */
 
+/* Where a law explains all, two causes in its place may be what it is. If they leave much, it is
+ * the law, and neither is asked again. */
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -429,10 +432,14 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
     while (accept(f, d, f->n > 0 ? &f->held : before, &status, err)) {
         f->excess = diag__excess(d, f->leader);
+        if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
+            break;
+        }
         status = !diag__is_more(first, f->chi2_dof) ? prune_all(f, first, err) : STEIN_OK;
         status = status == STEIN_OK ? exchange(f, first, err) : status;
         d = f->end;
-        if (status != STEIN_OK || f->n == FIT__ACCEPTED || !diag__is_more(first, f->chi2_dof)) {
+        int last = first->only != NULL ? 2 : FIT__ACCEPTED;
+        if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof)) {
             break;
         }
         stein_err why = {STEIN_OK, ""};
