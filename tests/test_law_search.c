@@ -46,11 +46,12 @@ static const char *humped(void)
     return path;
 }
 
+static const diag__held before = {.rmse = 3.0};
+
 /* and the search for what is missing in the file
  * @param name  [n] free numbers of it */
 static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
 {
-    diag__held before = {.rmse = 3.0};
     begin_bench(b, file, name, n, threads);
     b->found = (diag__found){.n = 0, .end = &b->d};
     for (int i = 0; i < LAB_SCATTERS; i++) {
@@ -61,7 +62,7 @@ static void search_bench(bench *b, const char *file, const char **name, int n, i
 }
 
 /* the swings over the hump */
-static void open_bench(bench *b, int threads)
+static void film_bench(bench *b)
 {
     const char *data[SWINGS + 1] = {NULL};
     char with[200];
@@ -71,6 +72,11 @@ static void open_bench(bench *b, int threads)
         data[i] = film_swing(i, with, NULL, 2700);
     }
     open_fit(&b->f, pendulum, NULL, data);
+}
+
+static void open_bench(bench *b, int threads)
+{
+    film_bench(b);
     search_bench(b, pendulum, NULL, 0, threads);
 }
 
@@ -128,6 +134,44 @@ START_TEST(the_outline_that_explains_how_strokes_begin_leads_to_the_law)
         free(to[i].x);
     }
     ck_assert(w->p.horizon == (double)INFINITY);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(what_no_law_reaches_in_haste_is_asked_again_from_there)
+{
+    bench b;
+    film_bench(&b);
+    begin_bench(&b, pendulum, NULL, 0, 1);
+    b.found = (diag__found){.n = 0, .end = &b.d};
+    for (int i = 0; i < LAB_SCATTERS; i++) {
+        b.d.null_D[i] = 1.0;
+    }
+    ck_assert_stein(diag__try_laws(&b.d, &before, 0.5, err)); // less than noise
+    const diag__curves *w = b.d.curves;
+    ck_assert_ptr_nonnull(w);
+    ck_assert(w->hasty && !b.d.laws_tried && b.out->nlaw == 0);
+    ck_assert_stein(diag__unknown_law(&b.d, &before, &b.found, err));
+    ck_assert(b.d.curves == w && !w->hasty && b.d.laws_tried);
+    ck_assert(b.out->nlaw > 0 && w->curve[0].site == rod_position(w));
+    ck_assert_double_lt(b.out->law[0].chi2_dof, 1.15);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(the_step_of_a_number_that_is_held_stays)
+{
+    bench b;
+    open_bench(&b, 1);
+    fit__problem *p = &b.d.curves->p;
+    const diag__site *s = rod_position(b.d.curves), *o = s + b.d.curves->nsite;
+    double *J = calloc(fit__columns(p), sizeof *J); // nothing changes anything
+    double held = p->step[o->first + o->pinned], moves = p->step[s->first + s->pinned];
+    diag__curve_hold(b.d.curves, DIAG_CURVES);
+    fit__choose_steps(p, J);
+    ck_assert_double_eq(p->step[o->first + o->pinned], held);
+    ck_assert_double_gt(p->step[s->first + s->pinned], moves);
+    free(J);
     close_bench(&b);
 }
 END_TEST
@@ -381,6 +425,8 @@ Suite *law_search_suite(void)
     tcase_set_timeout(tc, 60);
     tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found_from_where_they_begin);
     tcase_add_test(tc, the_outline_that_explains_how_strokes_begin_leads_to_the_law);
+    tcase_add_test(tc, what_no_law_reaches_in_haste_is_asked_again_from_there);
+    tcase_add_test(tc, the_step_of_a_number_that_is_held_stays);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
     tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
     tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);

@@ -63,6 +63,19 @@ START_TEST(what_is_missing_wins_the_race)
 }
 END_TEST
 
+START_TEST(a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough)
+{
+    diag d = {.early = {.samples = 2000.0, .left = 0.0}};
+    ck_assert(!diag__is_beyond_one(&d)); // there was none
+    d.early.left = 2100.0;
+    ck_assert(!diag__is_beyond_one(&d)); // 5 % more are little
+    d.early.left = 2600.0;
+    ck_assert(diag__is_beyond_one(&d));
+    d.early = (diag__early){.samples = 50.0, .left = 65.0};
+    ck_assert(!diag__is_beyond_one(&d)); // the same share of few samples may be chance
+}
+END_TEST
+
 /* along the swings from the file's own numbers with an effect, NULL: without. @return fits */
 static int follow(diag *d, const lab_candidate *effect, diag__pursuit *c)
 {
@@ -229,6 +242,7 @@ Suite *race_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60);
     tcase_add_test(tc, what_is_missing_wins_the_race);
+    tcase_add_test(tc, a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough);
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
