@@ -63,9 +63,12 @@ static stein_status run(diag__curves *w, runner *r, fit__end *e, double horizon,
 /* those in front. @return how many they are, now sorted */
 static int in_front(const diag__curves *w, runner *all, int n)
 {
+    if (n < 1) {
+        return 0;
+    }
     qsort(all, (size_t)n, sizeof *all, by_what_is_left);
     double behind = (1.0 - worth) * (w->early.objective - all[0].left_early);
-    int on = n > 0;
+    int on = 1;
     while (on < n && all[on].left < all[0].left + behind) {
         on++;
     }
@@ -109,9 +112,13 @@ stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c
     runner all[RUNNERS];
     double *room = malloc(sizeof *room * (RUNNERS * nu + rows + fit__columns(p) + 1));
     stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
-    fit__end e = {.r = room + RUNNERS * nu, .J = room + RUNNERS * nu + rows};
+    fit__end e = {.x = room, .r = room, .J = room};
     int running = 0;
     *found = 0;
+    if (status == STEIN_OK) {
+        e.r += RUNNERS * nu;
+        e.J = e.r + rows;
+    }
     for (; status == STEIN_OK && running < RUNNERS && running < n &&
            c[running].gain > near * c[0].gain;
          running++) {
