@@ -56,6 +56,7 @@
     X(report)        \
     X(seen)          \
     X(plan)          \
+    X(plan_read)     \
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
