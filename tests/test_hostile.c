@@ -27,6 +27,7 @@ START_TEST(text_that_is_no_plain_yaml_is_refused)
     REFUSE_ALL(r);
     refuse_text("", 0, NULL, 0, "", "expected a mapping");
     refuse_text("- a\n", 4, NULL, 0, "", "expected a mapping");
+    refuse_text("\xEF\xBB\xBF- a\n", 7, NULL, 0, "", "expected a mapping"); // behind a mark
     refuse_text("a: b\n\xff", 6, NULL, 0, "\xff", "not plain UTF-8");
     refuse_text("a: b\nc: \x01", 9, NULL, 0, "\x01", "control characters are not allowed");
     mechanism *m = NULL;

@@ -277,6 +277,10 @@ void mech__tree(mech__reader *rd, const char *text, size_t size)
         rd->nomem = 1;
         return;
     }
+    if (size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0) { // a mark that is no column of its line
+        text += 3;
+        size -= 3;
+    }
     yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
     while (go == 0) {
