@@ -57,6 +57,7 @@
     X(seen)          \
     X(plan)          \
     X(plan_read)     \
+    X(patch)         \
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
