@@ -58,6 +58,7 @@
     X(plan)          \
     X(plan_read)     \
     X(patch)         \
+    X(pictures)      \
     X(wrong)         \
     X(ranges)        \
     X(energy)        \

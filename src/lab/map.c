@@ -208,6 +208,7 @@ static void write_title(FILE *f, const picture *p)
     const char *model = strstr(p->table->head, "# model: ");
     char text[4 * LABEL];
     int n = model != NULL ? (int)strcspn(model + 9, "\n") : 0;
+    n = n < LABEL ? n : LABEL; // of a journal from elsewhere, as long as it likes
     int used = snprintf(text, sizeof text, "%.*s", n, model != NULL ? model + 9 : "");
     if (p->naxis == 2) {
         used += snprintf(text + used, sizeof text - (size_t)used, ": %.*sover %s and %s",
