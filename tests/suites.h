@@ -59,6 +59,7 @@
     X(plan_read)     \
     X(patch)         \
     X(pictures)      \
+    X(page_text)     \
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
