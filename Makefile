@@ -371,7 +371,11 @@ check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target \
 	  $(if $(TESTS),suite-$(TESTS),$(ALL_JOBS))
 
-.PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS)
+# calls whose every place that asks for memory is refused it; `make check` takes a share of them, `make
+# coverage`, which counts where failures lead, all
+FAULT_JOBS  := $(addprefix faults-,diagnose plan study fit candidates page fmu)
+
+.PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS) $(FAULT_JOBS)
 # limits of tests are for what hangs: a machine with other work, or sanitizers, take their time
 PATIENCE := $(if $(filter san coverage,$(VARIANT)),20,5)
 SCRIPT_LIMIT := $(PATIENCE)00
@@ -380,6 +384,8 @@ $(SUITE_JOBS): suite-%: $(B)/check
 $(SCRIPT_JOBS): script-%: tests/test_%.sh
 	$(Q)STEIN_BUILD=$(B) timeout -k 10 $(SCRIPT_LIMIT) sh $< || \
 	  { code=$$?; [ $$code -ne 124 ] || echo "$<: not over after $(SCRIPT_LIMIT) s"; exit $$code; }
+$(FAULT_JOBS): faults-%: $(B)/faults
+	$(Q)$(B)/faults $*
 
 identity: cli  ## the same bits from every compiler, option and processor that is here: a table
 	$(Q)STEIN_BUILD=$(B) sh tests/identity.sh
@@ -486,7 +492,7 @@ coverage: deps  ## lines and branches that the tests reach, conditions of reader
 	$(Q)echo "outcomes of conditions that were seen (condition and decision coverage), and lines where one was not:"
 	$(Q)gcovr -r . -a build-coverage/coverage.json --branches $(READERS:%=-f %)
 	$(Q)echo "all of src and gen:" && gcovr -r . -a build-coverage/coverage.json --print-summary -o build-coverage/lines.txt
-COVER ?= $(ALL_JOBS)
+COVER ?= $(firstword $(FAULT_JOBS)) $(ALL_JOBS) $(FAULT_JOBS)
 
 # Each condition of a decision shown to decide it, all others being what they are: gcc 12 and clang 14
 # cannot count that, and clang leaves out conditions inside of calls inside of conditions, which it names.
