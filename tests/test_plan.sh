@@ -84,6 +84,12 @@ claim 2 "and no more" "$stein" plan "$model" "$diagnosis" more
 claim 2 "threads are a number" "$stein" plan "$model" "$diagnosis" -j 0
 claim 2 "odds are above 1" "$stein" plan "$model" "$diagnosis" --odds 1
 says "which is told" 'expected a number'
+claim 2 "instruments have names" "$stein" plan "$model" "$diagnosis" --instruments ,
+says "which is told" 'expected names of outputs separated by commas, or none'
+claim 0 "no further instrument" "$stein" plan "$model" "$diagnosis" --instruments none
+if grep -q 'with rate' "$dir/out"; then fail "none is proposed"; else pass; fi
+claim 1 "an instrument that is no output" "$stein" plan "$model" "$diagnosis" --instruments angle,speed
+says "is named" 'speed'
 claim 0 "help" "$stein" plan --help
 shows "has a synopsis" 'stein plan \[options\] MODEL\|stein plan MODEL' "$dir/out"
 : >"$dir/file"
