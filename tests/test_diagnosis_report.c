@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_diagnosis_report.c - the two files that a diagnosis writes.
  */
+#include "diagnosis_page.h"
 #include "lab_support.h"
 #include "stein/diagnose.h"
+#include "stein/plan.h"
 
 Suite *report_suite(void);
 
@@ -333,6 +335,191 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
 }
 END_TEST
 
+/* ---- texts and numbers ---- */
+
+/* what one call writes */
+#define WRITES(expected, call)                              \
+    do {                                                    \
+        char *written = NULL;                               \
+        FILE *f = lab__text_open(&written);                 \
+        ck_assert_ptr_nonnull(f);                           \
+        call;                                               \
+        ck_assert_stein(lab__text_close(f, &written, err)); \
+        ck_assert_str_eq(written, expected);                \
+        free(written);                                      \
+    } while (0)
+#define MINUS "\xe2\x88\x92"
+#define DOT   "\xc2\xb7"
+
+START_TEST(numbers_are_written_for_readers)
+{
+    static const lab_candidate nobody = {.effect = NULL}, at = {.effect = NULL, .place = "a.b"};
+    WRITES("\xe2\x80\x93", page__number(f, (double)NAN, 3));
+    WRITES("\xe2\x88\x9e", page__number(f, (double)INFINITY, 3));
+    WRITES(MINUS "\xe2\x88\x9e", page__number(f, -(double)INFINITY, 3));
+    WRITES("0.00", page__number(f, 0.0, 3));
+    WRITES(MINUS "31.7", page__number(f, -31.7123, 3));
+    WRITES("1.23" DOT "10<sup>6</sup>", page__number(f, 1.234e6, 3));
+    WRITES("7.9" DOT "10<sup>" MINUS "7</sup>", page__number(f, 7.87e-7, 2));
+    WRITES("2.30&nbsp;mm", page__quantity(f, 2.3e-3, "m", 3));
+    WRITES("23.0&nbsp;\xc2\xb5m", page__quantity(f, 2.3e-5, "m", 3));
+    WRITES("2.30&nbsp;m", page__quantity(f, 2.3, "m", 3));
+    WRITES("2.30", page__quantity(f, 2.3, "1", 3));
+    WRITES("2.30", page__quantity(f, 2.3, NULL, 3));
+    WRITES("0.00&nbsp;m", page__quantity(f, 0.0, "m", 3));
+    WRITES("2.30&nbsp;N<sup>2</sup>&nbsp;s<sup>-1</sup>/m",
+           page__quantity(f, 2.3, "N^2 s^-1/m", 3));
+    WRITES("2.30 <span class=\"ci\">[2.20 \xe2\x80\xa6 2.40]</span>",
+           page__interval(f, 2.3, 2.2, 2.4, "1"));
+    WRITES("2.30", page__interval(f, 2.3, 2.4, 2.4, "1")); // no interval
+    WRITES("2.30", page__interval(f, 2.3, 2.2, (double)INFINITY, "1"));
+    WRITES("\xe2\x80\x93", page__interval(f, (double)NAN, 2.2, 2.4, "1"));
+    WRITES("", page__words(f, NULL));
+    WRITES("a &lt;b", page__words(f, "a_<b"));
+    WRITES("nothing", page__cause(f, &nobody));
+    WRITES("nothing of a.b", page__cause(f, &at));
+}
+END_TEST
+
+/* ---- pages of other diagnoses ---- */
+
+static void page_has(const lab_diagnosis *d, const char *const *has, const char *lacks)
+{
+    const char *path = in_folder("page.html");
+    ck_assert_stein(lab_diagnosis_page(path, d, err));
+    char *text = contents(path);
+    for (; *has != NULL; has++) {
+        ck_assert_msg(strstr(text, *has) != NULL, "no %s", *has);
+    }
+    ck_assert_msg(lacks == NULL || strstr(text, lacks) == NULL, "%s", lacks);
+    ck_assert_nested(text);
+    free(text);
+}
+
+START_TEST(several_causes_have_each_its_size_and_its_place_once)
+{
+    static const char *const has[] = {
+        "odd &lt;effect&gt; of the place0, odd &lt;effect&gt; of the place1 and odd "
+        "&lt;effect&gt; of the place1",
+        "<p class=\"big\">place0, place1</p>", "in no phase more than in others",
+        "<small>error 0.31 of what it is without it</small>", NULL};
+    lab_diagnosis *d = made_up();
+    d->ncause = 3;
+    d->nrival = 0;
+    d->phase = NULL;
+    snprintf(d->suspect[2].candidate.place, LAB_PLACE, "place1");
+    for (int i = 0; i < 3; i++) {
+        d->suspect[i].own_ratio = i == 0 ? (double)NAN : 0.31;
+    }
+    page_has(d, has, NULL);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(refitted_numbers_say_how_far_they_moved)
+{
+    static const char *const has[] = {"12.300&nbsp;g",
+                                      "not seen by these strokes",
+                                      MINUS "2.0 sd of the file",
+                                      "contact friction 8.0&nbsp;%",
+                                      "and 3 more.",
+                                      NULL};
+    lab_diagnosis *d = made_up();
+    d->nvalue = 3;
+    d->value = calloc(3, sizeof *d->value);
+    d->value[0] = (lab_fit_value){.name = "a.mass",
+                                  .unit = "kg",
+                                  .start = 0.0123,
+                                  .value = 0.0121,
+                                  .lo = 0.012,
+                                  .hi = 0.0122,
+                                  .prior_sd = 1e-4};
+    d->value[1] = (lab_fit_value){.name = "b.k", .unit = "N/m", .unseen = 1};
+    d->value[2] = (lab_fit_value){.name = "c.k", .unit = "N/m", .prior_sd = (double)NAN};
+    d->scatter[1] = 0.08;
+    enum { MANY = 43 };
+    free(d->finding[0]);
+    free(d->finding);
+    d->finding = calloc(MANY, sizeof *d->finding);
+    for (d->nfinding = 0; d->nfinding < MANY; d->nfinding++) {
+        d->finding[d->nfinding] = lab__text("finding %d", d->nfinding);
+    }
+    page_has(d, has, "finding 40<");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(what_to_do_next_depends_on_the_verdict)
+{
+    static const struct {
+        lab_verdict verdict;
+        int causes, rivals;
+        const char *says;
+    } next[] = {
+        {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model as it is."},
+        {LAB_VERDICT_NOT_CONVERGED, 0, 0, "Look at the data and the starting numbers below first"},
+        {LAB_VERDICT_UNKNOWN_EFFECT, 0, 0, "Look where the map below is darkest"},
+        {LAB_VERDICT_SENSOR, 1, 0, "Check the instrument;"},
+        {LAB_VERDICT_INPUT, 1, 0, "Check how the input was recorded;"},
+        {LAB_VERDICT_MISSING_EFFECT, 1, 0, "it has the cause and the refitted numbers"},
+        {LAB_VERDICT_SENSOR, 1, 1, "make a stroke in which the candidates would differ"},
+    };
+    for (size_t i = 0; i < sizeof next / sizeof *next; i++) {
+        lab_diagnosis *d = made_up();
+        const char *has[] = {next[i].says, NULL};
+        d->verdict = next[i].verdict;
+        d->ncause = next[i].causes;
+        d->nrival = next[i].rivals;
+        page_has(d, has, "Best of the experiments tried");
+        lab_diagnosis_destroy(d);
+    }
+    static const char *const strokes[] = {"; even that takes very many strokes.",
+                                          "; 1 stroke will do.", "; 2 strokes will do."};
+    for (int i = 0; i < 3; i++) {
+        lab_diagnosis *d = made_up();
+        const char *has[] = {
+            "tried: <b>a &lt;new&gt; one</b> against odd &lt;effect&gt; of the place1", strokes[i],
+            NULL};
+        d->next = calloc(1, sizeof *d->next);
+        d->next->repeats = i;
+        d->next->against = 1;
+        snprintf(d->next->name, sizeof d->next->name, "a <new> one");
+        page_has(d, has, NULL);
+        lab_diagnosis_destroy(d);
+    }
+}
+END_TEST
+
+START_TEST(a_gain_is_shown_as_far_as_it_is_known)
+{
+    static const char *const unknown[] = {"<p>not measured</p>", NULL};
+    static const char *const one[] = {"Error on 1 stroke that took no part",
+                                      "x=\"37.5\" y=\"3.5\" width=\"0.5\"", NULL};
+    static const char *const none[] = {"noise alone would leave 1.00", NULL};
+    lab_diagnosis *d = made_up();
+    d->gain.rmse_before = (double)NAN;
+    page_has(d, unknown, NULL);
+    d->gain = (lab_gain){.rmse_before = 2.0,
+                         .rmse_after = (double)NAN,
+                         .ratio = 0.3535534,
+                         .lo = (double)NAN,
+                         .hi = (double)NAN};
+    d->nheld = d->ngain = 1;
+    d->gains = calloc(1, sizeof *d->gains);
+    d->gains[0] =
+        (lab_gain){.channel = "height", .unit = "m", .phase = "fall", .ratio = (double)NAN};
+    d->noise_floor = (double)NAN;
+    page_has(d, one, NULL);
+    d->noise_floor = 1.0;
+    d->ncause = d->nrival = 0;
+    page_has(d, none, "Gain on strokes held out");
+    d->departure[0].z = d->departure[1].z = (double)NAN;
+    static const char *const cold[] = {"<p>none was measured</p>", NULL};
+    page_has(d, cold, NULL);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
 Suite *report_suite(void)
 {
     Suite *suite = suite_create("report");
@@ -343,6 +530,11 @@ Suite *report_suite(void)
     tcase_add_test(tells, every_verdict_can_be_written_with_nothing_else_known);
     tcase_add_test(tells, a_file_that_cannot_be_written_is_reported_and_none_is_left);
     tcase_add_test(tells, the_page_stands_alone_and_takes_no_text_for_markup);
+    tcase_add_test(tells, numbers_are_written_for_readers);
+    tcase_add_test(tells, several_causes_have_each_its_size_and_its_place_once);
+    tcase_add_test(tells, refitted_numbers_say_how_far_they_moved);
+    tcase_add_test(tells, what_to_do_next_depends_on_the_verdict);
+    tcase_add_test(tells, a_gain_is_shown_as_far_as_it_is_known);
     suite_add_tcase(suite, tells);
     return suite;
 }
