@@ -60,6 +60,7 @@
     X(patch)         \
     X(pictures)      \
     X(page_text)     \
+    X(definitions)   \
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
