@@ -13,6 +13,7 @@
 #include "curve_fitting.h"
 
 enum { CALLS = 2, ON_THE_WAY = 8, TO_THE_END = 40 };
+enum { FALTERS = 3 }; // strides cut short before one in haste is lost
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
 static const double well = 1.7; /* chi2 per sample of a prediction that can be corrected */
 static const double lost = 1.2; /* and of a fit that is not on its way any more */
@@ -77,8 +78,11 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
     stein_status status = diag__look_around(t, err);
     p->horizon = INFINITY;
     status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
-    while (status == STEIN_OK && share < whole && left(t, horizon) < lost) {
+    for (int falters = 0; status == STEIN_OK && share < whole && left(t, horizon) < lost &&
+                          !(t->w->hasty && falters > FALTERS);) {
+        double done = share;
         share = next_share(t, share, &status, err);
+        falters += share - done < 0.9 * stride;
         horizon = share * T;
         status =
             status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;

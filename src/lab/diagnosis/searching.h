@@ -453,6 +453,8 @@ typedef struct diag__found {
     diag__asked asked[FIT__ACCEPTED]; /* of the held-out strokes */
     diag *end;                        /* where all of them act */
     diag__suspect *leader;            /* one of them is on trial there; NULL: all are accepted */
+    const diag *pruned;               /* the end at which no cause was needless, and */
+    const diag__suspect *pruned_leader;
     double chi2_dof, excess;
     diag__held held; /* held-out strokes at the end */
     diag **stage;    /* searches after the first one */

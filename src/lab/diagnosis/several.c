@@ -329,8 +329,13 @@ static int prune(diag__found *f, const diag *first, stein_status *status, stein_
 static stein_status prune_all(diag__found *f, const diag *first, stein_err *err)
 {
     stein_status status = STEIN_OK;
+    if (f->pruned == f->end && f->pruned_leader == f->leader) {
+        return STEIN_OK; // each has been left out of this end once
+    }
     while (status == STEIN_OK && f->n > 1 && prune(f, first, &status, err)) {
     }
+    f->pruned = f->end;
+    f->pruned_leader = f->leader;
     return status;
 }
 
