@@ -72,6 +72,25 @@ score "$dir/mass.json" "$dir/out"
 scored "a number of the file is looked up in the extended one" "found 0.00276"
 scored "with the interval of the amount" "covered 1"
 
+# ---- two at once: either of them may come first, and is compared with its own number
+cat >"$dir/two.json" <<'JSON'
+{"kind": "elastic_hinge", "place": "key", "class": "missing_effect",
+ "parameters": {"compliance": {"value": 0.00044, "unit": "rad/(N m)"}},
+ "also": {"kind": "adhesion", "place": "dip", "class": "missing_effect", "size": {"value": 0.5, "unit": "N"}},
+ "level": {"name": "L1", "target": 2, "reached": 2.0, "met": true}, "wrong_start": true}
+JSON
+cat >"$dir/out/diagnosis.json" <<'JSON'
+{"verdict": "missing_effect", "causes": [
+  {"kind": "adhesion", "place": "dip", "parameters": {"F": {"value": 0.49, "lo": 0.45, "hi": 0.53}}},
+  {"kind": "elastic_hinge", "place": "key", "parameters": {"compliance": {"value": 0.0005, "lo": 0.0004, "hi": 0.0006}}}
+ ], "indistinguishable": []}
+JSON
+score "$dir/two.json" "$dir/out"
+scored "both are named, and nothing else" "all 1"
+scored "the second one as the first" "first 1"
+scored "with the number that it has" "error 0.02"
+scored "inside of its interval" "covered 1"
+
 # ---- two names of one thing
 cat >"$dir/height.json" <<'JSON'
 {"kind": "wrong_parameter", "place": "string.height", "class": "wrong_parameter",

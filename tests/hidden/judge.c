@@ -146,13 +146,25 @@ static double extended_value(const setup *s, const char *out, const char *parame
     return value;
 }
 
-static void judge_number(const setup *s, const char *out, const tree *found, const tree *answer,
+/* the number of what was hidden. @param also  the second effect where that is asked about, else
+ * NULL; a number of the file that it changed is not kept with it */
+static const tree *hidden_number(const tree *answer, const tree *also)
+{
+    const tree *numbers = tree_get(answer, "parameters");
+    if (also != NULL) {
+        return strcmp(tree_text(also, "class"), "wrong_parameter") != 0 ? tree_get(also, "size")
+                                                                        : NULL;
+    }
+    return numbers != NULL ? numbers->child : NULL;
+}
+
+/* @param h  the true number of the first cause, NULL: none is known */
+static void judge_number(const setup *s, const char *out, const tree *found, const tree *h,
                          score *r)
 {
     const tree *causes = tree_get(found, "causes"), *first = causes != NULL ? causes->child : NULL;
-    const tree *numbers = tree_get(first, "parameters"), *hidden = tree_get(answer, "parameters");
+    const tree *numbers = tree_get(first, "parameters");
     const tree *n = numbers != NULL ? numbers->child : NULL;
-    const tree *h = hidden != NULL ? hidden->child : NULL;
     r->found = r->lo = r->hi = r->truth = r->error = NAN;
     if (!r->first || n == NULL || h == NULL || n->key == NULL || h->key == NULL) {
         return;
@@ -198,7 +210,7 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
     r->all = is_all(causes, names_of(answer), also);
     r->class_alike = r->right_class || r->first_alike;
-    judge_number(s, out, found, answer, r);
+    judge_number(s, out, found, hidden_number(answer, second ? also : NULL), r);
     r->before = tree_number(gain, "rmse_before");
     r->after = tree_number(gain, "rmse_after");
     r->floor = tree_number(found, "noise_floor");
