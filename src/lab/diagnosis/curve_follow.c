@@ -39,10 +39,12 @@ static double predict(diag__fitting *t, double horizon, stein_status *status, st
     return failed > 0 ? (double)INFINITY : left(t, horizon);
 }
 
-/* @param done  share of the strokes that has been fitted. @return the share to fit next */
-static double next_share(diag__fitting *t, double done, stein_status *status, stein_err *err)
+/* @param done  share of the strokes that has been fitted; step: to the next one, at most
+ * @return the share to fit next */
+static double next_share(diag__fitting *t, double done, double step, stein_status *status,
+                         stein_err *err)
 {
-    double T = diag__longest(&t->w->p), step = stride;
+    double T = diag__longest(&t->w->p);
     while (*status == STEIN_OK && predict(t, (done + step) * T, status, err) > well &&
            step > shortest) {
         step *= 0.5;
@@ -69,23 +71,37 @@ static stein_status go_to(diag *d, diag__fitting *t, double horizon, int rounds,
     return status == STEIN_OK ? call_back(d, t, horizon, err) : status;
 }
 
-/* from c->x, which is good up to where the fit without a law leaves more than noise */
-static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
+/* From c->x, which is good up to where the fit without a law leaves more than noise. Where a stride
+ * has lost the strokes, half of it is tried from where they were.
+ * @param good  room, [nu] */
+static stein_status follow(diag *d, diag__fitting *t, double *good, stein_err *err)
 {
     fit__problem *p = &t->w->p;
+    size_t size = sizeof *good * (size_t)p->nu;
     double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
     p->horizon = horizon;
     stein_status status = diag__look_around(t, err);
     p->horizon = INFINITY;
     status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
+    double step = stride;
     for (int falters = 0; status == STEIN_OK && share < whole && left(t, horizon) < lost &&
                           !(t->w->hasty && falters > FALTERS);) {
         double done = share;
-        share = next_share(t, share, &status, err);
+        memcpy(good, t->c->x, size);
+        share = next_share(t, share, step, &status, err);
+        step = stride;
         falters += share - done < 0.9 * stride;
         horizon = share * T;
         status =
             status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;
+        int astray = status == STEIN_OK ? !(left(t, horizon) < lost) : status != STEIN_ENOMEM;
+        if (astray && share < whole && share - done > shortest) {
+            step = 0.5 * (share - done);
+            share = done;
+            horizon = share * T;
+            memcpy(t->c->x, good, size);
+            predict(t, horizon, &status, err);
+        }
     }
     if (status == STEIN_OK && share < whole && t->w->hasty) {
         return lab__fail(err, STEIN_ENONFINITE, "the law has lost the strokes at %.3g s", horizon);
@@ -102,11 +118,15 @@ stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag_
 {
     diag__fitting t;
     stein_err why = {STEIN_OK, ""};
-    stein_status status = diag__fitting_begin_at(&t, w, c, x, err), end;
+    double *good = malloc(sizeof *good * (size_t)w->p.nu);
+    stein_status status = good != NULL ? STEIN_OK : lab__no_memory(err), end;
+    status = status == STEIN_OK ? diag__fitting_begin_at(&t, w, c, x, err) : status;
     if (status != STEIN_OK) {
+        free(good);
         return status;
     }
-    end = follow(d, &t, &why);
+    end = follow(d, &t, good, &why);
+    free(good);
     if (end != STEIN_OK) {
         diag__fitting_weigh(&t, end);
     }

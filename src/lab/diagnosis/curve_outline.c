@@ -20,12 +20,13 @@
 #include "curve.h"
 #include "stein/law.h"
 
-enum { RUNNERS = 5, RENEWALS = 5, HEATS = 4 };
+enum { RUNNERS = 5, RENEWALS = 5, RENEWALS_DAMPED = 8, HEATS = 4 };
 static const double enough = 0.3; /* of the objective */
 static const double near = 0.15;  /* share of the best score from which on a curve runs */
 static const double worth =
     0.95; /* share of what the best one explains from which on one goes on */
-static const double stride = 0.05; /* of the longest stroke */
+static const double stride = 0.05;              /* of the longest stroke */
+static const double stuck = 0.99, damped = 1e4; /* of what was left; damping */
 
 typedef struct runner {
     diag__curve curve;
@@ -45,7 +46,8 @@ static int by_what_is_left(const void *a, const void *b)
     return (x->left > y->left) - (x->left < y->left);
 }
 
-/* from where it is up to a horizon */
+/* From where it is up to a horizon. An outline's prior is loose: a step that is damped by that
+ * alone may lead a hundred noises astray, and down is where it is damped by what it changes. */
 static stein_status run(diag__curves *w, runner *r, fit__end *e, double horizon, stein_err *err)
 {
     fit__problem *p = &w->p;
@@ -54,8 +56,14 @@ static stein_status run(diag__curves *w, runner *r, fit__end *e, double horizon,
     diag__curve_free_only(w, outline_of(w, r->curve.site));
     p->horizon = horizon;
     stein_status status = fit__descend(p, e, 0, enough, RENEWALS, &why);
-    p->horizon = INFINITY;
     e->fits++;
+    if (status == STEIN_OK && !e->ended && e->objective > stuck * r->left) {
+        e->mu = damped;
+        status = fit__descend(p, e, 0, enough, RENEWALS_DAMPED, &why);
+        e->mu = 0.0;
+        e->fits++;
+    }
+    p->horizon = INFINITY;
     r->left = status == STEIN_OK ? e->objective : (double)INFINITY;
     return fit__forgive(status, err);
 }
@@ -82,6 +90,7 @@ static stein_status heats(diag__curves *w, runner *all, int *n, fit__end *e, ste
     double T = diag__longest(&w->p);
     for (int k = 1; k <= HEATS && status == STEIN_OK && *n > 1; k++) {
         for (int i = 0; status == STEIN_OK && i < *n; i++) {
+            all[i].left = INFINITY; // of another horizon
             status = run(w, &all[i], e, w->early.horizon + k * stride * T, err);
         }
         *n = in_front(w, all, *n);
@@ -125,6 +134,7 @@ stein_status diag__curve_outlines(diag *d, diag__curves *w, const diag__curve *c
         all[running] = (runner){.curve = {.site = c[running].site, .held = NAN},
                                 .x = room + (size_t)running * nu};
         memcpy(all[running].x, w->early.x, sizeof *room * nu);
+        all[running].left = w->early.objective;
         status = run(w, &all[running], &e, w->early.horizon, err);
         all[running].left_early = all[running].left;
     }

@@ -385,6 +385,10 @@ stein_status diag__rounds(diag__fitting *t, double horizon, int rounds, int know
     for (int k = 0; status == STEIN_OK && k < rounds; k++) {
         int first = known && k == 0;
         double gain = one_round(t, first ? OF_NULL : OWN, &status, err);
+        if (k > 0 && status != STEIN_OK) { // it stands where the last round has led
+            status = fit__forgive(status, err);
+            break;
+        }
         if (!(gain > least_gain) && !first) {
             break;
         }

@@ -355,6 +355,7 @@ typedef struct fit__end {
     double *x, *J, *r, objective;
     int ended; /* its minimum is found */
     int fits;  /* how many have led here, where that is counted */
+    double mu; /* damping to begin with, in units of the priors */
 } fit__end;
 /** Descent from e->x with the same derivatives as long as they do what they promise: a step costs
  *  one residual, new derivatives cost one for every unknown. Parameters stay within p->limit.

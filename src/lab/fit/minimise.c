@@ -308,7 +308,7 @@ stein_status fit__descend(fit__problem *p, fit__end *e, int known, double enough
                           stein_err *err)
 {
     size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
-    fit__state s = {.x = e->x};
+    fit__state s = {.x = e->x, .mu = e->mu};
     room m = {.r = e->r, .J = e->J, .try_r = malloc(sizeof *m.try_r * (rows + 3 * nu + 1))};
     m.dx = m.try_r + (m.try_r != NULL ? rows : 0);
     m.try_x = m.dx + (m.try_r != NULL ? nu : 0);
