@@ -81,6 +81,22 @@ static inline const char *write_file(const char *name, const char *text)
     return path;
 }
 
+/* a program of the folder, a script */
+static inline const char *write_program(const char *name, const char *text)
+{
+    const char *path = write_file(name, text);
+    ck_assert_int_eq(chmod(path, 0755), 0);
+    return path;
+}
+
+/* every one of the words is in the text */
+static inline void text_has(const char *text, const char *const *word, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        ck_assert_msg(strstr(text, word[i]) != NULL, "no \"%s\" in\n%s", word[i], text);
+    }
+}
+
 /* path of the one file in the cache that ends so; NULL when there is none */
 static inline char *cached(const char *ending, int *count)
 {

@@ -2,23 +2,9 @@
  * test_definitions.c - definitions of runs, sweeps, fits and plans at the ends of their ranges: the
  * field that is out of range is named, and nothing is returned.
  */
-#include "lab_support.h"
+#include "pendulum_model.h"
 #include "planning.h"
 #include "stein/fit.h"
-
-static lab_model *model; /* of each test: the pendulum */
-
-static void open_pendulum(void)
-{
-    make_folder();
-    ck_assert_stein(lab_open(&model, "models/pendulum.yaml", NULL, err));
-}
-
-static void close_pendulum(void)
-{
-    lab_close(model);
-    remove_folder();
-}
 
 static void said(const stein_err *why, const char *words)
 {

@@ -151,13 +151,11 @@ END_TEST
 /* a compiler that knows nothing of lanes */
 static const char *plain_compiler(void)
 {
-    const char *path = write_file("cc", "#!/bin/sh\n"
-                                        "for word; do\n"
-                                        "  case $word in -DSTEIN_LANES*) exit 1;; esac\n"
-                                        "done\n"
-                                        "exec cc \"$@\"\n");
-    ck_assert_int_eq(chmod(path, 0755), 0);
-    return path;
+    return write_program("cc", "#!/bin/sh\n"
+                               "for word; do\n"
+                               "  case $word in -DSTEIN_LANES*) exit 1;; esac\n"
+                               "done\n"
+                               "exec cc \"$@\"\n");
 }
 
 /* runs from several states in lanes against the same ones alone */

@@ -48,15 +48,20 @@ static const char *humped(void)
 
 static const diag__held before = {.rmse = 3.0};
 
-/* and the search for what is missing in the file
+/* up to the search for what is missing in the file
  * @param name  [n] free numbers of it */
-static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
+static void ready_bench(bench *b, const char *file, const char **name, int n, int threads)
 {
     begin_bench(b, file, name, n, threads);
     b->found = (diag__found){.n = 0, .end = &b->d};
     for (int i = 0; i < LAB_SCATTERS; i++) {
         b->d.null_D[i] = 1.0;
     }
+}
+
+static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
+{
+    ready_bench(b, file, name, n, threads);
     ck_assert_stein(diag__unknown_law(&b->d, &before, &b->found, err));
     ck_assert_ptr_nonnull(b->d.curves);
 }
@@ -142,17 +147,13 @@ START_TEST(what_no_law_reaches_in_haste_is_asked_again_from_there)
 {
     bench b;
     film_bench(&b);
-    begin_bench(&b, pendulum, NULL, 0, 1);
-    b.found = (diag__found){.n = 0, .end = &b.d};
-    for (int i = 0; i < LAB_SCATTERS; i++) {
-        b.d.null_D[i] = 1.0;
-    }
+    ready_bench(&b, pendulum, NULL, 0, 1);
     ck_assert_stein(diag__try_laws(&b.d, &before, 0.5, err)); // less than noise
     const diag__curves *w = b.d.curves;
     ck_assert_ptr_nonnull(w);
-    ck_assert(w->hasty && !b.d.laws_tried && b.out->nlaw == 0);
+    ck_assert(diag__in_haste(w) && !b.d.laws_tried && b.out->nlaw == 0);
     ck_assert_stein(diag__unknown_law(&b.d, &before, &b.found, err));
-    ck_assert(b.d.curves == w && !w->hasty && b.d.laws_tried);
+    ck_assert(b.d.curves == w && !diag__in_haste(w) && b.d.laws_tried);
     ck_assert(b.out->nlaw > 0 && w->curve[0].site == rod_position(w));
     ck_assert_double_lt(b.out->law[0].chi2_dof, 1.15);
     close_bench(&b);

@@ -206,9 +206,7 @@ START_TEST(a_fitted_file_says_what_was_fitted_and_has_the_overrides)
         "mass: 310 g +- 4 g}",
         "{k: 250 N/m +- 3 N/m, x0",
         "\nclock: {error: 2e-05 +- 1e-05}\n"};
-    for (size_t i = 0; i < sizeof has / sizeof *has; i++) {
-        ck_assert_msg(strstr(text, has[i]) != NULL, "no %s in %s", has[i], text);
-    }
+    text_has(text, has, sizeof has / sizeof *has);
     free(text);
 
     static const struct {

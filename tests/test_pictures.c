@@ -14,8 +14,7 @@ static void put_gnuplot(const char *instead)
                   "sed -n \"s/^set output '\\(.*\\)'$/\\1/p\" \"$1\" | while read -r to; do "
                   "echo drawn >\"$to\"; done\n",
                   instead, folder);
-    const char *file = write_file("gnuplot", text);
-    ck_assert_int_eq(chmod(file, 0700), 0);
+    write_program("gnuplot", text);
     free(text);
 }
 
@@ -43,9 +42,7 @@ static void script_has(const char *const *has, size_t n)
     char *text = NULL;
     size_t size;
     ck_assert_stein(lab__read_file(in_folder("script"), &text, &size, err));
-    for (size_t i = 0; i < n; i++) {
-        ck_assert_msg(strstr(text, has[i]) != NULL, "no \"%s\" in %s", has[i], text);
-    }
+    text_has(text, has, n);
     free(text);
 }
 #define HAS(...)                                   \

@@ -2,7 +2,7 @@
  * test_plan_read.c - a diagnosis.json that is read back: every field that can be wrong is refused
  * by its line and its name, and nothing is returned.
  */
-#include "lab_support.h"
+#include "pendulum_model.h"
 #include "planning.h"
 
 static const char good[] =
@@ -28,20 +28,6 @@ static const char good[] =
     "      {\"name\": \"rod.initial.position\", \"lo\": 0.3, \"hi\": 0.3}]\n"
     "  }\n"
     "}\n";
-
-static lab_model *model; /* of each test */
-
-static void open_pendulum(void)
-{
-    make_folder();
-    ck_assert_stein(lab_open(&model, "models/pendulum.yaml", NULL, err));
-}
-
-static void close_pendulum(void)
-{
-    lab_close(model);
-    remove_folder();
-}
 
 /* the good text with a piece of it replaced, to be freed */
 static char *with(const char *from, const char *to)

@@ -192,7 +192,7 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
     *n = 0;
     stein_status status = fit_early(d, w, early, &nearly, err);
     int describes = nearly > 0 && diag__curve_describes(d, w, &early[0]);
-    if (status == STEIN_OK && !describes && !(w->hasty && w->early.x != NULL)) {
+    if (status == STEIN_OK && !describes && !(diag__in_haste(w) && w->early.x != NULL)) {
         stein_status late = fit_late(d, w, n, err);
         status = nearly > 0 ? fit__forgive(late, err) : late;
     }
@@ -243,7 +243,6 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, doub
     close_curves(d); // p and x may be those of an earlier search
     d->curves = w;
     w->bound = bound;
-    w->hasty = isfinite(bound);
     if (status == STEIN_OK && w->nsite > 0) {
         w->curve = calloc((size_t)w->nsite + 1, sizeof *w->curve);
         status = w->curve != NULL ? open_model(d, w, err) : STEIN_ENOMEM;
@@ -258,7 +257,6 @@ static stein_status search(diag *d, const fit__problem *p, const double *x, doub
 static stein_status search_on(diag *d, double bound, int *n, stein_err *err)
 {
     d->curves->bound = bound;
-    d->curves->hasty = isfinite(bound);
     *n = 0;
     return d->curves->nsite > 0 ? fit_best(d, d->curves, n, err) : STEIN_OK;
 }

@@ -15,6 +15,7 @@
 #define CURVE_H
 
 #include <gsl/gsl_matrix.h>
+#include <math.h>
 
 #include "searching.h"
 #include "structure.h"
@@ -70,9 +71,13 @@ typedef struct diag__curves {
     diag__stand early;  /* to where more than noise is left first; x NULL: there is no such place */
     diag__curve *curve; /* [nsite], the best first */
     diag__held held;    /* held-out strokes with the first one, when it is judged */
-    double bound;       /* chi2/dof that a law has to leave less than */
-    int hasty;          /* 1: a law that does not follow the strokes to their end is given up */
+    double bound; /* chi2/dof that a law has to leave less than; INFINITY: at any price, else one
+                   * that does not follow the strokes to their end is given up */
 } diag__curves;
+static inline int diag__in_haste(const diag__curves *w)
+{
+    return isfinite(w->bound);
+}
 
 /* ---- curve_site.c ---- */
 

@@ -62,7 +62,8 @@ typedef struct diag__fitting {
     diag__reduced q; /* at c->x, with the prior that the data chose there */
     double *J;
     double *try_x, *try_r, *was_x, *was_r, *dx; /* [nu], [rows] */
-    double objective;                           /* of the round: chi2, priors and penalty */
+    double *good_x;   /* [nu] where the strokes have not been lost (curve_follow.c) */
+    double objective; /* of the round: chi2, priors and penalty */
     double damping;
     double horizon; /* of rounds that strays.c asks for [s] */
 } diag__fitting;

@@ -72,12 +72,11 @@ static stein_status go_to(diag *d, diag__fitting *t, double horizon, int rounds,
 }
 
 /* From c->x, which is good up to where the fit without a law leaves more than noise. Where a stride
- * has lost the strokes, half of it is tried from where they were.
- * @param good  room, [nu] */
-static stein_status follow(diag *d, diag__fitting *t, double *good, stein_err *err)
+ * has lost the strokes, half of it is tried from where they were. */
+static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
 {
     fit__problem *p = &t->w->p;
-    size_t size = sizeof *good * (size_t)p->nu;
+    size_t size = sizeof *t->good_x * (size_t)p->nu;
     double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
     p->horizon = horizon;
     stein_status status = diag__look_around(t, err);
@@ -85,9 +84,9 @@ static stein_status follow(diag *d, diag__fitting *t, double *good, stein_err *e
     status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
     double step = stride;
     for (int falters = 0; status == STEIN_OK && share < whole && left(t, horizon) < lost &&
-                          !(t->w->hasty && falters > FALTERS);) {
+                          !(diag__in_haste(t->w) && falters > FALTERS);) {
         double done = share;
-        memcpy(good, t->c->x, size);
+        memcpy(t->good_x, t->c->x, size);
         share = next_share(t, share, step, &status, err);
         step = stride;
         falters += share - done < 0.9 * stride;
@@ -99,11 +98,11 @@ static stein_status follow(diag *d, diag__fitting *t, double *good, stein_err *e
             step = 0.5 * (share - done);
             share = done;
             horizon = share * T;
-            memcpy(t->c->x, good, size);
+            memcpy(t->c->x, t->good_x, size);
             predict(t, horizon, &status, err);
         }
     }
-    if (status == STEIN_OK && share < whole && t->w->hasty) {
+    if (status == STEIN_OK && share < whole && diag__in_haste(t->w)) {
         return lab__fail(err, STEIN_ENONFINITE, "the law has lost the strokes at %.3g s", horizon);
     }
     if (status == STEIN_OK) {
@@ -118,15 +117,11 @@ stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag_
 {
     diag__fitting t;
     stein_err why = {STEIN_OK, ""};
-    double *good = malloc(sizeof *good * (size_t)w->p.nu);
-    stein_status status = good != NULL ? STEIN_OK : lab__no_memory(err), end;
-    status = status == STEIN_OK ? diag__fitting_begin_at(&t, w, c, x, err) : status;
+    stein_status status = diag__fitting_begin_at(&t, w, c, x, err), end;
     if (status != STEIN_OK) {
-        free(good);
         return status;
     }
-    end = follow(d, &t, good, &why);
-    free(good);
+    end = follow(d, &t, &why);
     if (end != STEIN_OK) {
         diag__fitting_weigh(&t, end);
     }

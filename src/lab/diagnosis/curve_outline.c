@@ -10,7 +10,7 @@
  *      all that score there --> outlines --> heats --> two along the strokes (curve_follow.c)
  *
  * Several may explain that beginning alike: a law over a depth, over its rate, of a joint that
- * moves with it. They part a little later, and to see that costs a hundredth of a way to the end.
+ * moves with it. They part a little later, and to see that costs a fraction of a way to the end.
  * So the horizon goes on in strides, and who falls behind is out.
  */
 #include <math.h>

@@ -46,7 +46,7 @@ stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve 
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     *t = (diag__fitting){.w = w, .c = c, .horizon = INFINITY};
     t->J = malloc(sizeof *t->J * (fit__columns(p) + 1));
-    t->try_x = malloc(sizeof *t->try_x * (3 * nu + 2 * rows + 1));
+    t->try_x = malloc(sizeof *t->try_x * (4 * nu + 2 * rows + 1));
     stein_status status = fit__normal_make(&t->n, p, err);
     if (status == STEIN_OK && (t->J == NULL || t->try_x == NULL)) {
         status = lab__no_memory(err);
@@ -57,7 +57,8 @@ stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve 
     }
     t->was_x = t->try_x + nu;
     t->dx = t->was_x + nu;
-    t->try_r = t->dx + nu;
+    t->good_x = t->dx + nu;
+    t->try_r = t->good_x + nu;
     t->was_r = t->try_r + rows;
     diag__curve_free_only(w, c->site);
     return STEIN_OK;
@@ -322,7 +323,7 @@ stein_status diag__look_around(diag__fitting *t, stein_err *err)
 }
 
 /* whose derivatives a round goes by: its own; those of the null fit; those of the round before, as
- * chords in the place of tangents: they lead less far, and cost a hundredth */
+ * chords in the place of tangents: they lead less far and cost a few strokes */
 typedef enum { OWN, OF_NULL, OF_LAST } derivatives;
 
 /* one round. @return its gain, 0 when it did not go on */

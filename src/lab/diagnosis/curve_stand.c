@@ -20,8 +20,6 @@ static const double shorter = 0.1;  /* differences where a stroke cannot be simu
 static const double loose = 100.0;  /* prior sd of an outline, in values that are about noise */
 static const double larger = 30.0;  /* most of such a value early, in that of whole strokes */
 static const double little = 1.0;   /* gain of a descent */
-static const double clearly = 1.2;  /* chi2/dof that is more than noise */
-static const double surely = 3.0;   /* the same, in its sd */
 static const double first_look = 0.15, next_look = 0.05; /* of the longest stroke */
 static const double shortest_look = 0.02, nearer = 0.7;
 
@@ -202,7 +200,7 @@ static int is_seen(const diag *d, diag__curves *w, const diag__stand *s)
     w->p.horizon = s->horizon;
     double dof = fmax(1.0, diag__samples(&w->p) - d->p.nu), chi2 = fit__chi2(&w->p, s->r);
     w->p.horizon = INFINITY;
-    return chi2 > clearly * dof && chi2 - dof > surely * sqrt(2.0 * dof);
+    return diag__is_clear(chi2, dof);
 }
 
 /* Up to its horizon; where that leaves more than noise, until it goes no lower. @return does it? */

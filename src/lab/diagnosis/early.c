@@ -20,12 +20,11 @@
 
 enum { EARLY = 6 }; /* horizons */
 enum { RENEWALS = 4, FOREMOST = 3, RELATIVES = 3 };
-static const double enough = 0.3;  /* of the objective */
-static const double off = 3.0;     /* sd of chi2: more than noise */
-static const double clearly = 1.2; /* chi2/dof */
-static const double worth = 16.0;  /* score */
-static const double within = 1.0;  /* tolerances */
-static const double near = 0.2;    /* of the best score: worth it at the same place */
+static const double enough = 0.3; /* of the objective */
+static const double off = 3.0;    /* sd of chi2: more than noise */
+static const double worth = 16.0; /* score */
+static const double within = 1.0; /* tolerances */
+static const double near = 0.2;   /* of the best score: worth it at the same place */
 
 /* the horizon counts where the null fit is furthest from noise so far */
 static int is_furthest(diag *d, double objective, double z)
@@ -69,7 +68,7 @@ static int find(diag *d, const double *null_x, stein_status *status, stein_err *
         d->out->fits++;
         double dof = fmax(1.0, diag__samples(p) - p->nu), chi2 = fit__chi2(p, d->r);
         int counts = is_furthest(d, e.objective, (chi2 - dof) / sqrt(2.0 * dof));
-        if (counts && chi2 > clearly * dof) {
+        if (counts && diag__is_clear(chi2, dof)) {
             return 1;
         }
     }

@@ -115,6 +115,11 @@ static int recall(diag *d, fit__problem *p, fit__end *e, int *found, stein_statu
     return e->objective < was - worth_a_recall;
 }
 
+int diag__is_clear(double chi2, double dof)
+{
+    return chi2 > clearly * dof && chi2 - dof > off * sqrt(2.0 * dof);
+}
+
 double diag__samples(const fit__problem *p)
 {
     double n = 0.0;
@@ -142,8 +147,7 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
     double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
     double excess = null - n, gain = null - e->objective, least = worth_it * excess;
     int nothing = gain < least && (where > 0 || gain > -least);
-    return (c->bound > 0.0 && e->objective > c->bound) ||
-           (null > clearly * n && excess > off * sqrt(2.0 * n) && nothing);
+    return (c->bound > 0.0 && e->objective > c->bound) || (diag__is_clear(null, n) && nothing);
 }
 
 /* notes where it stands, or that it is lost */
@@ -169,7 +173,7 @@ static int recall_all(diag *d, fit__problem *p, fit__end *e, stein_status *statu
         worth = recall(d, p, e, &found, status, err);
         once |= worth;
     }
-    return found > 0 && !once && e->objective > clearly * diag__samples(p);
+    return found > 0 && !once && diag__is_clear(e->objective, diag__samples(p));
 }
 
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err)

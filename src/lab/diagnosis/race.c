@@ -17,10 +17,9 @@
 #include "searching.h"
 
 enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
-static const double enough = 0.3;                /* of the objective */
-static const double share = 0.1;                 /* of what more than noise there is: worth it */
-static const double as_much = 0.8;               /* of what the best one explains */
-static const double clearly = 1.2, surely = 3.0; /* chi2 per sample of more than noise, in its sd */
+static const double enough = 0.3;  /* of the objective */
+static const double share = 0.1;   /* of what more than noise there is: worth it */
+static const double as_much = 0.8; /* of what the best one explains */
 
 typedef struct runner {
     diag__suspect *s;
@@ -103,8 +102,7 @@ static stein_status place(diag *d, const runner *r, int on, stein_err *err)
 
 int diag__is_beyond_one(const diag *d)
 {
-    double n = d->early.samples, excess = d->early.left - n;
-    return d->early.left > clearly * n && excess > surely * sqrt(2.0 * n);
+    return diag__is_clear(d->early.left, d->early.samples);
 }
 
 stein_status diag__race(diag *d, stein_err *err)

@@ -496,8 +496,8 @@ stein_status diag__refit(diag *d, stein_err *err)
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
         status = diag__race(d, err);
     }
-    d->put_off = status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !leaves_noise(d) &&
-                 fit__noise_given(&d->p) && diag__is_beyond_one(d);
+    d->put_off = status == STEIN_OK && d->naccepted == 0 && fit__noise_given(&d->p) &&
+                 diag__is_beyond_one(d);
     return status == STEIN_OK && !d->put_off ? diag__refit_on(d, err) : status;
 }
 

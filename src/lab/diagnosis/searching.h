@@ -177,6 +177,8 @@ extern const double diag__horizon[DIAG_HORIZONS];
 double diag__longest(const fit__problem *p);
 /** Samples up to the problem's horizon. */
 double diag__samples(const fit__problem *p);
+/** Is that chi2 clearly more than noise, in size and beyond chance? @param dof  or samples */
+int diag__is_clear(double chi2, double dof);
 /** What a fit along the strokes is held against on its way. */
 typedef struct diag__pursuit {
     double bound;            /* of the objective at the end; 0: none */

@@ -428,8 +428,6 @@ static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
 
 /* ---- the whole ---- */
 
-/* Where a law explains all, two causes in its place may be what it is. If they leave much, it is
- * the law, and neither is asked again. */
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -438,7 +436,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     while (accept(f, d, f->n > 0 ? &f->held : before, &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
-            break;
+            break; // it is the law: nobody has to be asked again
         }
         status = !diag__is_more(first, f->chi2_dof) ? prune_all(f, first, err) : STEIN_OK;
         status = status == STEIN_OK ? exchange(f, first, err) : status;
