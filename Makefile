@@ -323,10 +323,12 @@ $(B)/faults: $(call obj,$(wildcard tests/faults/*.c)) $(B)/libsteinlab.a $(B)/li
 # programs that are fed those files
 FUZZ := $(notdir $(wildcard tests/fuzz/corpus/*))
 FUZZ_WITH := $(call obj,tests/fuzz/file.c $(filter-out src/cli/main.c src/cli/manual.c src/cli/completion.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
-# what computes, and what looks for the nearest name, is not steered by comparisons of bytes: watching
-# them would take most of the time
+# what computes, what looks for the nearest name and what no target calls is not watched for new paths:
+# that would take most of the time
 ifeq ($(VARIANT),fuzz)
-$(filter-out %/state.o,$(CORE_OBJ)) $(call obj,src/model/problems.c): ALL_CFLAGS += -fno-sanitize=fuzzer-no-link
+$(filter-out %/state.o,$(CORE_OBJ)) $(call obj,src/model/problems.c \
+  $(wildcard $(addsuffix /*.c,$(addprefix src/lab/,fit diagnosis plan page fmu study import)))): \
+  ALL_CFLAGS += -fno-sanitize=fuzzer-no-link
 endif
 $(FUZZ:%=$(B)/fuzz-%): $(B)/fuzz-%: $(B)/obj/tests/fuzz/%.o $(FUZZ_WITH)
 	@echo "  LD    $@"
@@ -404,9 +406,9 @@ bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost ag
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
 
 SECONDS ?= 60
-fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each RECORD=table
+fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each LONGEST=bytes RECORD=table
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=fuzz CC=clang $(FUZZ:%=build-fuzz/fuzz-%)
-	$(Q)RECORD=$(RECORD) sh tests/fuzz.sh $(SECONDS)
+	$(Q)LONGEST=$(LONGEST) RECORD=$(RECORD) sh tests/fuzz.sh $(SECONDS)
 
 # memory that was never written, threads that meet, blocks that are lost
 sanitize:  ## suites under clang's memory sanitizer, the thread sanitizer and valgrind

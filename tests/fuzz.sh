@@ -3,7 +3,8 @@
 # fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs, as many
 # targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
 # fails is named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of
-# all runs, to which those of this one are added.
+# all runs, to which those of this one are added. LONGEST: bytes of the longest input; short ones are
+# tried several times as often.
 set -u
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
@@ -32,6 +33,9 @@ mechanism) most=4096 ;;
 csv) most=4096 ;;
 *) most=1024 ;;
 esac
+most=${LONGEST:-$most}
+# where a block of memory came from is written down for every one; a second run of a failure may ask for more
+export ASAN_OPTIONS="malloc_context_size=2:quarantine_size_mb=16${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 found=$B/corpus/$target
 mkdir -p "$found"
 if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_limit_mb=3000 \

@@ -184,12 +184,15 @@ void mech__offer(mech__nearest *n, const char *candidate)
     int length = (int)strlen(n->word);
     int allowed = length < 2 ? 0 : 1 + length / 5;
 
+    if (n->best && n->distance <= allowed) {
+        allowed = n->distance - 1; // of equally near ones the first
+    }
     if (abs(length - (int)strlen(candidate)) > allowed) {
         return;
     }
     int d = distance(n->word, candidate, allowed);
 
-    if (d <= allowed && (!n->best || d < n->distance)) {
+    if (d <= allowed) {
         n->best = candidate;
         n->distance = d;
     }
