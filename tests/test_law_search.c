@@ -418,6 +418,94 @@ START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
 }
 END_TEST
 
+/* What data say that see a law by its integral up to each point, with noise: M, c. */
+static void measure(const diag__site *s, const double *truth, unsigned long long *seed,
+                    diag__reduced *q)
+{
+    *q = (diag__reduced){.n = s->n};
+    for (int i = 0; i < s->n; i++) {
+        double seen = gauss(seed);
+        q->index[i] = i;
+        for (int a = 0; a <= i; a++) {
+            seen += truth[a];
+        }
+        for (int a = 0; a <= i; a++) {
+            q->c[a] += seen;
+            for (int b = 0; b <= i; b++) {
+                q->M[a * s->n + b] += 1.0;
+            }
+        }
+    }
+}
+
+/* share of the points whose truth is in the band about f */
+static double covered(const diag__reduced *q, const double *truth)
+{
+    int inside = 0;
+    for (int i = 0; i < q->n; i++) {
+        inside += fabs(q->f[i] - truth[i]) < 1.959964 * sqrt(q->cov[i * q->n + i]);
+    }
+    return (double)inside / q->n;
+}
+
+START_TEST(a_band_does_not_take_for_granted_how_smooth_the_law_is)
+{
+    enum { LAWS = 60 };
+    diag__site s = {.n = HUMP_POINTS};
+    diag__reduced q;
+    unsigned long long seed = 4100;
+    double chosen = 0.0, spread = 0.0;
+    for (int i = 0; i < s.n; i++) {
+        s.at[i] = (double)i / (s.n - 1);
+    }
+    for (int k = 0; k < LAWS; k++) {
+        double truth[HUMP_POINTS], f[HUMP_POINTS], tall = 1.0 + 0.5 * (k % 4);
+        double peak = 0.15 + 0.1 * (k % 7) / 7.0;
+        for (int i = 0; i < s.n; i++) { // a hump in a felt
+            double u = s.at[i] / peak;
+            truth[i] = tall * pow(u, 4.0) * exp(2.0 - 2.0 * u * u);
+        }
+        measure(&s, truth, &seed, &q);
+        diag__curve_choose(&s, &q);
+        memcpy(f, q.f, sizeof f);
+        double alone = covered(&q, truth), gained = q.gained;
+        diag__curve_spread(&s, &q);
+        ck_assert_mem_eq(q.f, f, sizeof f); // about the same law
+        ck_assert_double_eq(q.gained, gained);
+        chosen += alone / LAWS;
+        spread += covered(&q, truth) / LAWS;
+    }
+    printf("of %d laws bands hold %.1f %% of the truth, with the best prior alone %.1f %%\n", LAWS,
+           100.0 * spread, 100.0 * chosen);
+    ck_assert_double_lt(chosen, 0.9);
+    ck_assert_double_gt(spread, 0.9);
+    ck_assert_double_lt(spread, 0.99);
+}
+END_TEST
+
+/* residuals of noise, and of a wave as large */
+START_TEST(what_is_left_beyond_noise_is_alike_from_sample_to_sample)
+{
+    bench b;
+    open_bench(&b, 1);
+    const fit__problem *p = &b.d.p;
+    size_t rows = fit__offset(p, p->nstroke);
+    double *r = malloc(sizeof *r * rows);
+    unsigned long long seed = 4200;
+    ck_assert(fit__noise_given(p));
+    for (int wave = 0; wave < 2; wave++) {
+        for (size_t i = 0; i < rows; i++) {
+            r[i] = wave ? sqrt(2.0) * sin(0.05 * (double)i) : gauss(&seed);
+        }
+        ck_assert_double_eq(fit__inflation(p, r), 1.0); // the noise is what was stated
+        double memory = fit__memory(p, r);
+        ck_assert(wave ? memory > 10.0 : memory < 2.0);
+    }
+    free(r);
+    close_bench(&b);
+}
+END_TEST
+
 Suite *law_search_suite(void)
 {
     Suite *suite = suite_create("law_search");
@@ -433,6 +521,8 @@ Suite *law_search_suite(void)
     tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);
     tcase_add_test(tc, normal_equations_are_those_of_what_moves);
     tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
+    tcase_add_test(tc, a_band_does_not_take_for_granted_how_smooth_the_law_is);
+    tcase_add_test(tc, what_is_left_beyond_noise_is_alike_from_sample_to_sample);
     suite_add_tcase(suite, tc);
     return suite;
 }

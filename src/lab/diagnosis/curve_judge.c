@@ -35,6 +35,16 @@ int diag__curve_describes(const diag *d, const diag__curves *w, const diag__curv
     return c->fitted && diag__curve_chi2_dof(d, w, c) < as_noise;
 }
 
+/* Factor on sd of a law that leaves more than the noise which the data state: variances are larger
+ * than they show by v i, as in curve_reduce.c. */
+static double beyond_noise(const diag *d, const diag__curves *w, const diag__curve *c)
+{
+    double v = diag__curve_chi2_dof(d, w, c);
+    return fit__noise_given(&w->p) && v > diag__most_noise(d)
+               ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
+               : 1.0;
+}
+
 /* ---- judging ---- */
 
 static int by_gain(const void *a, const void *b)
@@ -92,9 +102,10 @@ static stein_status note(const diag *d, const diag__curves *w, const diag__curve
     to->sd = to->hi + n;
     snprintf(to->place, sizeof to->place, "%s", s->place);
     snprintf(to->table, sizeof to->table, "%s", s->table);
+    double wide = beyond_noise(d, w, c);
     for (int k = 0; k < s->n; k++) {
         to->at[k] = s->at[k];
-        to->sd[k] = sqrt(fmax(0.0, c->cov[k * s->n + k]));
+        to->sd[k] = wide * sqrt(fmax(0.0, c->cov[k * s->n + k]));
         double digits = to->sd[k] > 0.0 ? pow(10.0, 2.0 - floor(log10(to->sd[k]))) : 0.0;
         to->value[k] = c->x[s->first + k];
         to->value[k] = digits > 0.0 ? round(to->value[k] * digits) / digits : to->value[k];
@@ -115,8 +126,9 @@ static stein_status note_values(diag *d, const diag__curves *w, const diag__curv
         return lab__no_memory(err);
     }
     o->chi2_dof_after = o->law[0].chi2_dof;
+    double wide = beyond_noise(d, w, c);
     for (int k = 0; k < d->nname; k++) {
-        diag__note_value(d, &w->p, k, c->x[k], c->sd[k], 1.0);
+        diag__note_value(d, &w->p, k, c->x[k], c->sd[k], wide);
     }
     diag__note_scatter(d, d->null_D);
     return STEIN_OK;

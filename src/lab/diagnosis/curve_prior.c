@@ -16,6 +16,7 @@ static const double first_tau = 0.1, stride = 2.0; /* in values that change the 
 static const double length[LENGTHS] = {0.06, 0.1, 0.16, 0.25,
                                        0.4,  0.8, 1.6,  4.0}; /* of the range */
 static const double jitter = 1e-8;                            /* of K */
+static const double unlikely = 14.0; /* -2 ln p of a prior above that of the best one */
 
 static double kernel(int kind, double d)
 {
@@ -105,6 +106,16 @@ static int decompose(diag__reduced *q, const double *L, gsl_eigen_symmv_workspac
     return 0;
 }
 
+/* a value that changes the data by one noise */
+static double unit_of(const diag__reduced *q)
+{
+    double mean = 0.0;
+    for (int i = 0; i < q->n; i++) {
+        mean += fmax(0.0, q->M[i * q->n + i]) / q->n;
+    }
+    return mean > 0.0 ? 1.0 / sqrt(mean) : 1.0;
+}
+
 /* fall of -2 ln p with the prior larger by tau */
 static double fall(const diag__reduced *q, const double *e, const double *b, double tau)
 {
@@ -116,20 +127,25 @@ static double fall(const diag__reduced *q, const double *e, const double *b, dou
     return sum;
 }
 
+/* A prior's factor and the decomposition by it. @return 0, -1: there is none */
+static int look_at(const diag__site *s, diag__reduced *q, int k, gsl_eigen_symmv_workspace *room,
+                   double *e, double *b)
+{
+    return prior_factor(s, q, k / LENGTHS, 1.0, length[k % LENGTHS], q->L) == 0 &&
+                   decompose(q, q->L, room, e, b) == 0
+               ? 0
+               : -1;
+}
+
 /* tau, length and kind of the largest marginal likelihood, then f and cov */
 void diag__curve_choose(const diag__site *s, diag__reduced *q)
 {
-    double e[N], b[N], best = -INFINITY, mean = 0.0;
+    double e[N], b[N], best = -INFINITY;
     gsl_eigen_symmv_workspace *room = gsl_eigen_symmv_alloc((size_t)q->n);
-    for (int i = 0; i < q->n; i++) {
-        mean += fmax(0.0, q->M[i * q->n + i]) / q->n;
-    }
-    double unit = mean > 0.0 ? 1.0 / sqrt(mean) : 1.0;
     q->tau = 0.0;
     for (int k = 0; room != NULL && k < LENGTHS * KINDS; k++) {
-        double tau = first_tau * unit, scale = length[k % LENGTHS];
-        if (prior_factor(s, q, k / LENGTHS, 1.0, scale, q->L) != 0 ||
-            decompose(q, q->L, room, e, b) != 0) {
+        double tau = first_tau * unit_of(q);
+        if (look_at(s, q, k, room, e, b) != 0) {
             continue;
         }
         for (int i = 0; i < LEVELS; i++, tau *= stride) {
@@ -137,7 +153,7 @@ void diag__curve_choose(const diag__site *s, diag__reduced *q)
             if (gain > best) {
                 best = gain;
                 q->tau = tau;
-                q->length = scale;
+                q->length = length[k % LENGTHS];
                 q->kind = k / LENGTHS;
             }
         }
@@ -146,6 +162,44 @@ void diag__curve_choose(const diag__site *s, diag__reduced *q)
     q->gained = best;
     if (q->tau > 0.0 && prior_factor(s, q, q->kind, q->tau, q->length, q->L) == 0) {
         q->gained = solve(q, q->L);
+    }
+}
+
+/* adds weight w of what a prior says to cov, about f */
+static void add_spread(const diag__reduced *one, const double *f, double w, double *cov)
+{
+    int n = one->n;
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            cov[i * n + j] += w * (one->cov[i * n + j] + (one->f[i] - f[i]) * (one->f[j] - f[j]));
+        }
+    }
+}
+
+void diag__curve_spread(const diag__site *s, diag__reduced *q)
+{
+    double e[N], b[N], cov[N * N] = {0.0}, sum = 0.0;
+    diag__reduced one = *q;
+    gsl_eigen_symmv_workspace *room = q->tau > 0.0 ? gsl_eigen_symmv_alloc((size_t)q->n) : NULL;
+    for (int k = 0; room != NULL && k < LENGTHS * KINDS; k++) {
+        double tau = first_tau * unit_of(q);
+        if (look_at(s, &one, k, room, e, b) != 0) {
+            continue;
+        }
+        for (int i = 0; i < LEVELS; i++, tau *= stride) {
+            double worse = q->gained - fall(&one, e, b, tau);
+            if (worse < unlikely &&
+                prior_factor(s, &one, k / LENGTHS, tau, length[k % LENGTHS], one.L) == 0 &&
+                isfinite(solve(&one, one.L))) {
+                double w = stein__exp_of(-0.5 * worse);
+                add_spread(&one, q->f, w, cov);
+                sum += w;
+            }
+        }
+    }
+    gsl_eigen_symmv_free(room);
+    for (int i = 0; sum > 0.0 && i < q->n * q->n; i++) {
+        q->cov[i] = cov[i] / sum;
     }
 }
 

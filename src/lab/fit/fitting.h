@@ -282,6 +282,8 @@ void fit__weigh(const fit__stroke *s, double *y);
 void fit__estimate_noise(fit__problem *p, int stroke, const double *r);
 /** Factor on variances because residuals of unstated noise are alike from sample to sample. */
 double fit__inflation(const fit__problem *p, const double *r);
+/** The same of residuals that are more than noise, whoever stated that. */
+double fit__memory(const fit__problem *p, const double *r);
 /** Bisquare weights from residuals r (of unweighted samples). @return samples below half weight */
 stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *err);
 

@@ -169,17 +169,28 @@ static double inflation_of(const fit__stroke *s, const double *r, int c)
     return f;
 }
 
-double fit__inflation(const fit__problem *p, const double *r)
+/* mean over channels, those whose noise the data state counting 1 or not */
+static double mean_inflation(const fit__problem *p, const double *r, int all)
 {
     double sum = 0.0, n = 0.0;
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
         for (int c = 0; c < t->nch; c++) {
-            sum += t->given[c] ? 1.0 : inflation_of(t, r + fit__offset(p, s), c);
+            sum += t->given[c] && !all ? 1.0 : inflation_of(t, r + fit__offset(p, s), c);
             n += 1.0;
         }
     }
     return sum / n;
+}
+
+double fit__inflation(const fit__problem *p, const double *r)
+{
+    return mean_inflation(p, r, 0);
+}
+
+double fit__memory(const fit__problem *p, const double *r)
+{
+    return mean_inflation(p, r, 1);
 }
 
 /* ---- robust weights ---- */
