@@ -108,6 +108,26 @@ START_TEST(a_fit_that_explains_nothing_of_what_shows_early_is_given_up)
 }
 END_TEST
 
+START_TEST(a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more)
+{
+    bench b;
+    open_bench(&b, friction, 1, 2200);
+    diag *d = &b.d;
+    ck_assert_stein(diag__look_early(d, err));
+    const lab_candidate *other = &suspect(d, "quadratic_drag")->s.candidate;
+    diag__pursuit any = {.null = &d->null_marks},
+                  wrong = {.null = any.null, .to_noise = 1, .first = d->early.horizon},
+                  right = wrong;
+    int whole = follow(d, other, &any), fits = follow(d, other, &wrong);
+    ck_assert_int_eq(any.given_up, 0); // it explains a part
+    ck_assert_int_eq(wrong.given_up, 1);
+    ck_assert_int_lt(fits, whole);
+    (void)follow(d, &suspect(d, "coulomb_friction")->s.candidate, &right);
+    ck_assert_int_eq(right.given_up, 0);
+    close_bench(&b);
+}
+END_TEST
+
 START_TEST(what_has_brought_nothing_is_not_done_again_from_there)
 {
     bench b;
@@ -244,6 +264,7 @@ Suite *race_suite(void)
     tcase_add_test(tc, what_is_missing_wins_the_race);
     tcase_add_test(tc, a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough);
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
+    tcase_add_test(tc, a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
     tcase_add_test(tc, a_swing_that_the_fit_of_a_law_has_lost_is_called_back);

@@ -30,13 +30,16 @@ typedef struct beginning {
     double amount, first; /* in limits; the first number beside the amount, in its quarters */
 } beginning;
 
-/* along the strokes from s->x, with the effect in the model */
-static stein_status along(diag *d, diag__suspect *s, int *found, stein_err *err)
+/* along the strokes from s->x, with the effect in the model
+ * @param to_noise  1: given up where it clearly leaves more, first where the strokes begin */
+static stein_status along(diag *d, diag__suspect *s, int to_noise, int *found, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    diag__pursuit c = {.null = &d->null_marks};
+    diag__pursuit c = {.null = &d->null_marks,
+                       .to_noise = to_noise,
+                       .first = to_noise && d->early.z > 0.0 ? d->early.horizon : 0.0};
     stein_status status = diag__follow(d, p, &e, &c, err);
     d->out->fits += e.fits;
     fit__problem_try(p, NULL);
@@ -61,7 +64,7 @@ static stein_status from_the_file(diag *d, diag__suspect *s, const void *ctx, in
     }
     s->x[p->amount] = isfinite(at.amount) ? at.amount : s->x[p->amount];
     s->x[p->side] = isfinite(at.first) ? at.first : s->x[p->side];
-    return along(d, s, found, err);
+    return along(d, s, 1, found, err);
 }
 
 /* from where it has ended in the race */
@@ -70,7 +73,7 @@ static stein_status from_the_race(diag *d, diag__suspect *s, const void *ctx, in
 {
     (void)ctx;
     memcpy(s->x, s->start, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
-    return along(d, s, found, err);
+    return along(d, s, 0, found, err);
 }
 
 static stein_status without_strays(diag *d, diag__suspect *s, const void *ctx, int *found,

@@ -15,8 +15,12 @@
 enum { CALLS = 2, ON_THE_WAY = 8, TO_THE_END = 40 };
 enum { FALTERS = 3 }; // strides cut short before one in haste is lost
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
-static const double well = 1.7; /* chi2 per sample of a prediction that can be corrected */
-static const double lost = 1.2; /* and of a fit that is not on its way any more */
+static const double longest = 0.2,
+                    wider = 2.0;  /* where a whole stride was predicted, the next one */
+static const double well = 1.7;   /* chi2 per sample of a prediction that can be corrected */
+static const double lost = 1.2;   /* and of a fit that is not on its way any more */
+static const double chance = 3.0; /* sd of chi2 of one in haste: what explains all leaves nothing on
+                                     its way */
 
 /* chi2 per sample up to a horizon of c->r */
 static double left(const diag__fitting *t, double horizon)
@@ -26,6 +30,16 @@ static double left(const diag__fitting *t, double horizon)
     double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
     p->horizon = INFINITY;
     return chi2;
+}
+
+/* is the fit up to a horizon not on its way any more? */
+static int is_lost(const diag__fitting *t, double horizon)
+{
+    fit__problem *p = &t->w->p;
+    p->horizon = horizon;
+    double n = diag__samples(p), chi2 = fit__chi2(p, t->c->r);
+    p->horizon = INFINITY;
+    return !(chi2 < lost * n) || (diag__in_haste(t->w) && chi2 - n > chance * sqrt(2.0 * n));
 }
 
 /* what is predicted up to a horizon, in c->r. @return chi2 per sample, INFINITY: a stroke fails */
@@ -83,17 +97,17 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
     p->horizon = INFINITY;
     status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
     double step = stride;
-    for (int falters = 0; status == STEIN_OK && share < whole && left(t, horizon) < lost &&
+    for (int falters = 0; status == STEIN_OK && share < whole && !is_lost(t, horizon) &&
                           !(diag__in_haste(t->w) && falters > FALTERS);) {
         double done = share;
         memcpy(t->good_x, t->c->x, size);
         share = next_share(t, share, step, &status, err);
-        step = stride;
         falters += share - done < 0.9 * stride;
+        step = share - done < 0.9 * step ? stride : fmin(longest, wider * step);
         horizon = share * T;
         status =
             status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;
-        int astray = status == STEIN_OK ? !(left(t, horizon) < lost) : status != STEIN_ENOMEM;
+        int astray = status == STEIN_OK ? is_lost(t, horizon) : status != STEIN_ENOMEM;
         if (astray && share < whole && share - done > shortest) {
             step = 0.5 * (share - done);
             share = done;

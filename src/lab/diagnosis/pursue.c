@@ -64,6 +64,16 @@ static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_
     return to;
 }
 
+/* the first horizon that reaches so far [s] */
+static int horizon_of(double far, double T)
+{
+    int h = 0;
+    while (h + 1 < DIAG_HORIZONS && diag__horizon[h] * T < far - 1e-9) {
+        h++;
+    }
+    return h;
+}
+
 /* a second end beside e, at its x and r. @return its room, NULL: out of memory */
 static double *beside(const fit__problem *p, const fit__end *e, fit__end *t, stein_err *err)
 {
@@ -136,6 +146,7 @@ double diag__samples(const fit__problem *p)
  * end. Or the null fit clearly left more than noise at this horizon, and what is on trial has
  * explained nothing of it: something that is missing shows before, and this is not it. (Where the
  * null fit left a little, that may be a stroke which one of the two has lost.)
+ * Nor is what was to leave but noise on its way there where it clearly leaves more.
  * @param where  0: before strays are called back, where only one that stands as the null fit did is
  *               lost; 1: after */
 static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end *e, int h,
@@ -147,6 +158,9 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
     double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
     double excess = null - n, gain = null - e->objective, least = worth_it * excess;
     int nothing = gain < least && (where > 0 || gain > -least);
+    if (c->to_noise && where > 0 && diag__is_clear(e->objective, n)) {
+        return 1;
+    }
     return (c->bound > 0.0 && e->objective > c->bound) || (diag__is_clear(null, n) && nothing);
 }
 
@@ -181,7 +195,8 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *
     double T = diag__longest(p), most = p->horizon;
     stein_status status = STEIN_OK;
     for (int h = -1, last = 0, on = 1, vain = p->nstroke < 2; status == STEIN_OK && !last && on;) {
-        h = next_horizon(p, e, h, T, err);
+        h = h < 0 && c != NULL && c->first > 0.0 ? horizon_of(c->first, T)
+                                                 : next_horizon(p, e, h, T, err);
         last = h + 1 == DIAG_HORIZONS || diag__horizon[h] * T >= most;
         p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);

@@ -25,6 +25,7 @@
 enum {
     FIRST = 16,
     LEADERS = 3,
+    LEADS = 4,
     IN_PLACE = 6,
     PARTS = 3,
     ROUNDS = 2,
@@ -326,7 +327,12 @@ static stein_status lead_to_the_end(diag *d, stein_err *err)
     if (!leader->s.refitted || !isfinite(leader->objective) || leader->s.gain < worth_anew) {
         return STEIN_OK;
     }
-    stein_status status = diag__to_the_end(d, leader, err);
+    stein_status status = STEIN_OK;
+    double was = INFINITY;
+    for (int k = 0; k < LEADS && status == STEIN_OK && was - leader->objective > worth_anew; k++) {
+        was = leader->objective;
+        status = diag__to_the_end(d, leader, err);
+    }
     status = status == STEIN_OK ? diag__recall(d, leader, err) : status;
     diag__sort(d);
     return status;

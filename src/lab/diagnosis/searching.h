@@ -184,6 +184,8 @@ typedef struct diag__pursuit {
     double bound;            /* of the objective at the end; 0: none */
     const diag__marks *null; /* of the null fit; NULL: none */
     diag__marks *reached;    /* out; NULL: not wanted */
+    int to_noise;            /* 1: lost where it clearly leaves more than noise */
+    double first;            /* horizon to begin with [s]; 0: as far as it predicts */
     int given_up;            /* out: it was lost before its end */
 } diag__pursuit;
 /** A fit from e->x over growing horizons up to p->horizon, which is INFINITY then, with whatever
