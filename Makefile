@@ -375,7 +375,7 @@ check: deps-check  ## build and run every test
 
 # calls whose every place that asks for memory is refused it; `make check` takes a share of them, `make
 # coverage`, which counts where failures lead, all
-FAULT_JOBS  := $(addprefix faults-,diagnose plan study fit candidates page fmu)
+FAULT_JOBS  := $(addprefix faults-,diagnose plan study fit resume candidates page fmu)
 
 .PHONY: $(SUITE_JOBS) $(SCRIPT_JOBS) $(FAULT_JOBS)
 # limits of tests are for what hangs: a machine with other work, or sanitizers, take their time

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * calls_lab.c - calls of the laboratory: strokes, sweeps, measured data, and what is made of them.
  */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -210,6 +211,65 @@ static stein_status call_fit(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* strokes that move as they say, and where each of them rests */
+static stein_status call_settings(uint64_t *result, stein_err *err)
+{
+    const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
+    const double tolerance[] = {1e-3};
+    lab_data_options options = lab_data_options_default(lab_equations(thing->pendulum));
+    lab_dataset *set = NULL;
+    stein_status status = lab_dataset_open(&set, file, 3, &options, err);
+    *result = STEIN_HASH;
+    if (status == STEIN_OK) {
+        status = lab_data_check_settings(set, thing->pendulum, hear, result, err);
+    }
+    for (int i = 0; status == STEIN_OK && i < set->n; i++) {
+        double rest[] = {NAN};
+        lab_audit *audit = NULL;
+        status = lab_audit_create(&audit, set->stroke[i], err);
+        status =
+            status == STEIN_OK ? lab_data_rest(set->stroke[i], thing->pendulum, rest, err) : status;
+        status = status == STEIN_OK ? lab_data_check_rest(audit, rest, tolerance, hear, result, err)
+                                    : status;
+        *result = stein_hash_numbers(*result, rest, 1);
+        lab_audit_destroy(audit);
+    }
+    lab_dataset_close(set);
+    return status;
+}
+
+/* searches from three places with a profile, written to a journal; again, from its end */
+static stein_status call_resume(uint64_t *result, stein_err *err)
+{
+    static const char *const names[] = {"rod.damping", "rod.pendulum.frequency"};
+    const char *const file[] = {thing->csv};
+    lab_data_options options = lab_data_options_default(lab_equations(thing->pendulum));
+    lab_dataset *set = NULL;
+    lab_fit_def def = lab_fit_def_default();
+    def.free = names;
+    def.nfree = 2;
+    def.profile = names;
+    def.nprofile = 1;
+    def.iterations = 2;
+    def.robust = 1;
+    def.threads = 1;
+    def.journal = thing->journal;
+    unlink(thing->journal);
+    stein_status status = lab_dataset_open(&set, file, 1, &options, err);
+    *result = STEIN_HASH;
+    for (int i = 0; status == STEIN_OK && i < 2; i++) {
+        lab_fit *fit = NULL;
+        status = lab_fit_run(&fit, thing->pendulum, set, &def, err);
+        if (status == STEIN_OK) {
+            *result = stein_hash_numbers(*result, &fit->chi2, 1);
+            *result = lab__hash(*result, &fit->resumed, sizeof fit->resumed);
+        }
+        lab_fit_destroy(fit);
+    }
+    lab_dataset_close(set);
+    return status;
+}
+
 /* a pendulum that air brakes, and what is found, written in all its forms */
 static stein_status call_diagnose(uint64_t *result, stein_err *err)
 {
@@ -367,7 +427,9 @@ const call_entry calls_lab[] = {{"strike", call_strike, 0},
                                 {"map", call_map, 0},
                                 {"identify", call_identify, 40},
                                 {"data", call_data, 0},
+                                {"settings", call_settings, 0},
                                 {"fit", call_fit, 3},
+                                {"resume", call_resume, 10},
                                 {"candidates", call_candidates, 5},
                                 {"diagnose", call_diagnose, 20},
                                 {"plan", call_plan, 10},
