@@ -520,6 +520,206 @@ START_TEST(a_gain_is_shown_as_far_as_it_is_known)
 }
 END_TEST
 
+START_TEST(counts_beyond_the_list_are_not_followed)
+{
+    static const char *const has[] = {": odd &lt;effect&gt; of the place0</h1>",
+                                      "These strokes cannot tell it from</p><ul></ul>", NULL};
+    lab_diagnosis *d = made_up();
+    d->nsuspect = 1;
+    d->ncause = d->nrival = 2;
+    page_has(d, has, "place1");
+    ck_assert_stein(lab_diagnosis_json(in_folder("d.json"), d, err));
+    char *text = contents(in_folder("d.json"));
+    ck_assert_ptr_nonnull(value(text));
+    ck_assert_ptr_nonnull(strstr(text, "\"indistinguishable\": []"));
+    ck_assert_ptr_null(strstr(text, "place1"));
+    free(text);
+    d->nsuspect = 0;
+    static const char *const none[] = {"<h1>The model lacks something</h1>", NULL};
+    page_has(d, none, "place0");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(a_cause_that_is_in_no_table_has_a_place_and_no_kind)
+{
+    static const char *const has[] = {": nothing of the place0</h1>",
+                                      "<th scope=\"row\"><small>place1</small></th>", NULL};
+    lab_diagnosis *d = made_up();
+    for (int i = 0; i < 3; i++) {
+        d->suspect[i].candidate.effect = NULL;
+        d->suspect[i].nnumber = 0;
+    }
+    page_has(d, has, "looks like");
+    ck_assert_stein(lab_diagnosis_json(in_folder("d.json"), d, err));
+    char *text = contents(in_folder("d.json"));
+    ck_assert_ptr_nonnull(value(text));
+    ck_assert_ptr_nonnull(strstr(text, "\"kind\": null"));
+    free(text);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+/* ---- what is drawn ---- */
+
+START_TEST(a_range_is_never_empty)
+{
+    static const struct {
+        double lo, hi, from, to;
+    } range[] = {
+        {-1.25, 3.5, -1.25, 3.5},  {2.5, 2.5, 2.25, 2.75},           {-4.0, -4.0, -4.4, -3.6},
+        {0.0, 0.0, -1e-12, 1e-12}, {INFINITY, -INFINITY, -1.0, 1.0}, {NAN, 0.5, -1.0, 0.55},
+        {NAN, -7.0, -1.0, 1.0}};
+    for (size_t i = 0; i < sizeof range / sizeof *range; i++) {
+        double lo = range[i].lo, hi = range[i].hi;
+        page__range(&lo, &hi, 0.0);
+        ck_assert_close(lo, range[i].from, 1e-9, 0.0);
+        ck_assert_close(hi, range[i].to, 1e-9, 0.0);
+    }
+}
+END_TEST
+
+START_TEST(a_check_without_an_extension_draws_what_the_model_needs)
+{
+    static const char *const has[] = {" moves as drive shows it, smoothed, in 1 stroke; the rest",
+                                      "needed by the model as it is<span class=\"key area\">",
+                                      "The force has " MINUS
+                                      "0.40 \xc2\xb1 0.30 of what the extension changes.",
+                                      "time [s]",
+                                      "<figcaption>a&lt;b&gt;.csv</figcaption>",
+                                      NULL};
+    static const char *const bare[] = {"This <em>cannot tell</em>", NULL};
+    lab_diagnosis *d = made_up();
+    lab_motion *m = &d->motion;
+    check_motion(m);
+    for (int i = 0; i < m->n; i++) {
+        m->t[i] *= 100.0;
+        m->after[i] = NAN;
+    }
+    m->row[0].after = NAN;
+    m->file = "a<b>.csv";
+    m->channel = NULL;
+    m->strokes = 1;
+    m->held_out = 0;
+    m->of_force.share = -0.4;
+    m->of_force.share_sd = 0.3;
+    page_has(d, has, "by the extended one");
+    m->n = 1; // no curve
+    m->nrow = 0;
+    m->says = LAB_MOTION_CANNOT_TELL;
+    m->of_force.share_sd = NAN;
+    page_has(d, bare, "of what the extension changes");
+    page_has(d, bare, "<figcaption>a&lt;b&gt;.csv");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(a_slow_stroke_that_nobody_held_out_is_drawn_in_seconds)
+{
+    static const char *const has[] = {
+        ">time [s]</text>",      "<figcaption>a&lt;b&gt;.csv</figcaption>",
+        ">height</text>",        "<span class=\"key blue\"></span>model<span",
+        ">hammer [mN m]</text>", NULL};
+    static const char *const alone[] = {">time [s]</text>", NULL};
+    lab_diagnosis *d = made_up();
+    draw(d);
+    lab_trace *t = d->trace;
+    lab_latent *l = d->latent;
+    free(t->phase);
+    t->phase = NULL;
+    t->file = l->file = "a<b>.csv";
+    t->unit = "1";
+    t->held_out = 0;
+    t->noise = 0.0;
+    for (int i = 0; i < t->n; i++) {
+        t->t[i] *= 100.0;
+        l->t[i] *= 100.0;
+        t->y[i] = t->before[i] = t->after[i] = 0.0;
+    }
+    l->force[3] = 2e-3;
+    l->sd[5] = INFINITY;
+    d->motion.says = LAB_MOTION_NOT_DONE;
+    page_has(d, has, "time [ms]");
+    l->n = 1; // no course over time
+    page_has(d, alone, ">hammer [mN m]</text>");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+/* a factor of the normal force as a function of the depth, that is made up */
+static void recover_law(lab_diagnosis *d)
+{
+    enum { N = 4 };
+    d->law = calloc(1, sizeof *d->law);
+    d->nlaw = 1;
+    *d->law = (lab_law){.place = "soft_<stop>",
+                        .site = "contact",
+                        .of = "depth",
+                        .what = "factor",
+                        .at_unit = "m",
+                        .unit = "1",
+                        .table = "soft_stop_depth",
+                        .n = N,
+                        .gain = 71.5,
+                        .chi2_dof = 1.04,
+                        .held_out = 1.13,
+                        .pays = 1};
+    d->law->at = calloc(5 * N, sizeof *d->law->at); // one block
+    double **list[] = {&d->law->at, &d->law->value, &d->law->lo, &d->law->hi, &d->law->sd};
+    for (int i = 0; i < 5; i++) {
+        *list[i] = d->law->at + i * N;
+        for (int k = 0; k < N; k++) {
+            (*list[i])[k] = i == 0 ? 1e-4 * k : 0.3 * k + 0.1 * (i == 3) - 0.1 * (i == 2);
+        }
+    }
+    d->law->seen = calloc(N, sizeof *d->law->seen);
+}
+
+START_TEST(a_law_that_pays_is_drawn_and_one_that_does_not_is_listed)
+{
+    static const char *const pays[] = {
+        "acts at the contact soft &lt;stop&gt; as a function of its depth.",
+        "<code>soft_stop_depth</code> in extended.yaml",
+        "Its shape is what a physical explanation has to have.",
+        ">factor</text>",
+        ">depth of soft_&lt;stop&gt; [\xc2\xb5m]</text>",
+        "<h2>Gain on strokes held out</h2>",
+        "<td class=\"number\">1.13</td>",
+        NULL};
+    static const char *const fails[] = {
+        "No curve over one state of one place predicts the held-out strokes better",
+        "Look where the map below is darkest", "<h2>Error on strokes held out</h2>",
+        "<td class=\"number\"></td>", NULL};
+    lab_diagnosis *d = made_up();
+    d->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+    d->ncause = d->nrival = 0;
+    recover_law(d);
+    page_has(d, pays, "No curve over one state");
+    d->law->pays = 0;
+    d->law->held_out = NAN;
+    page_has(d, fails, "in extended.yaml.</p>");
+    ck_assert_stein(lab_diagnosis_json(in_folder("d.json"), d, err));
+    char *text = contents(in_folder("d.json"));
+    ck_assert_ptr_nonnull(value(text));
+    ck_assert_ptr_nonnull(strstr(text, "\"law\": null"));
+    ck_assert_ptr_nonnull(strstr(text, "\"held_out\": null"));
+    free(text);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(the_map_tells_what_has_no_scatter_from_what_is_certain)
+{
+    static const char *const has[] = {
+        "<td class=\"heat h5\" title=\"z = 12.5, 90 samples\">\xe2\x80\x93<small>", NULL};
+    lab_diagnosis *d = made_up();
+    d->departure[0].sd = 0.0;
+    d->departure[0].z = 12.5;
+    page_has(d, has, "class=\"heat h3\"");
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
 Suite *report_suite(void)
 {
     Suite *suite = suite_create("report");
@@ -535,6 +735,13 @@ Suite *report_suite(void)
     tcase_add_test(tells, refitted_numbers_say_how_far_they_moved);
     tcase_add_test(tells, what_to_do_next_depends_on_the_verdict);
     tcase_add_test(tells, a_gain_is_shown_as_far_as_it_is_known);
+    tcase_add_test(tells, counts_beyond_the_list_are_not_followed);
+    tcase_add_test(tells, a_cause_that_is_in_no_table_has_a_place_and_no_kind);
+    tcase_add_test(tells, a_range_is_never_empty);
+    tcase_add_test(tells, a_check_without_an_extension_draws_what_the_model_needs);
+    tcase_add_test(tells, a_slow_stroke_that_nobody_held_out_is_drawn_in_seconds);
+    tcase_add_test(tells, a_law_that_pays_is_drawn_and_one_that_does_not_is_listed);
+    tcase_add_test(tells, the_map_tells_what_has_no_scatter_from_what_is_certain);
     suite_add_tcase(suite, tells);
     return suite;
 }
