@@ -263,6 +263,14 @@ START_TEST(a_formula_follows_the_parameters_it_is_made_of)
     ck_assert_int_eq(z.kind, MECH_PARAM);
     ck_assert_str_eq(m->params[z.index].name, "string.height");
     mech_free(m);
+
+    /* what is shown of a formula is one line with single blanks */
+    char *text = changed("radius: 1.9 mm}", "radius: \"string.height \\t*\\n 2\"}");
+    m = read_ok(text, NULL, 0);
+    x = m->contacts[1].spot[0].side[0].radius;
+    ck_assert_str_eq(m->formulas[x.index].text, "string.height * 2");
+    mech_free(m);
+    free(text);
 }
 END_TEST
 
@@ -283,6 +291,8 @@ START_TEST(formulas_compute_with_units_functions_and_each_other)
         {"2 * 3 mm - 1mm", 0.005},
         {"hammer.centre.y - -2 mm", 0.002},
         {"pawl.spring.k / 1 N", 0.0413},
+        {"1 mm + sin(0) * string.height + cos(0) * 2 mm", 0.003},
+        {"\"string.height\\t*\\n2\"", 0.0874},
     };
 
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -342,6 +352,32 @@ START_TEST(a_point_comes_before_the_line_it_touches)
     ck_assert_str_eq(m->params[stop->side[0].radius.index].name, "stop.circle.radius");
     ck_assert_int_eq(m->contacts[0].spot[0].side[0].radius.kind, MECH_ZERO);
     mech_free(m);
+}
+END_TEST
+
+START_TEST(a_name_is_reserved_only_where_it_means_something)
+{
+    static const char text[] = "mechanism: cart\nbodies:\n"
+                               "  load: {joint: T +x, mass: 1.3 kg}\n"
+                               "  key: {joint: R y, inertia: {yy: 0.2 kg m^2}}\n"
+                               "inputs: {push: {motion: load}, turn: {motion: key}}\n";
+    mechanism *m = read_ok(text, NULL, 0);
+    ck_assert_str_eq(m->bodies[0].name, "load");
+    ck_assert_int_eq(m->load_body, -1);
+    ck_assert(m->bodies[0].sign == 1 && m->bodies[0].axis == 'x');
+    ck_assert_int_eq(m->ninput, 2);
+    ck_assert(m->inputs[0].index == 0 && m->inputs[1].index == 1);
+    mech_free(m);
+}
+END_TEST
+
+START_TEST(a_contact_may_have_a_constant_force_alone)
+{
+    char *text = changed("normal: {c: 1.57e3 N/m}", "normal: {F0: 1.3 N}");
+    mechanism *m = read_ok(text, NULL, 0);
+    ck_assert(number(m, "stop.normal.F0") == 1.3);
+    mech_free(m);
+    free(text);
 }
 END_TEST
 
@@ -577,6 +613,8 @@ Suite *mechanism_suite(void)
     tcase_add_test(tc, a_formula_needs_no_more_stack_than_its_reader_has);
     tcase_add_test(tc, the_load_is_a_body_and_a_contact);
     tcase_add_test(tc, a_point_comes_before_the_line_it_touches);
+    tcase_add_test(tc, a_name_is_reserved_only_where_it_means_something);
+    tcase_add_test(tc, a_contact_may_have_a_constant_force_alone);
     tcase_add_test(tc, a_line_touches_a_line_with_both_ends);
     tcase_add_test(tc, a_swing_on_the_joint_gives_the_inertia);
     tcase_add_test(tc, an_override_replaces_the_number_of_the_file);

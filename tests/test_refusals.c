@@ -30,6 +30,8 @@ START_TEST(an_unknown_key_is_named_with_the_one_that_was_meant)
          "in a line|did you mean \"extent\"?"},
         {"settle: yes", "settel: yes", "settel", "in simulation|did you mean \"settle\"?"},
         {"about: over", "abuot: over", "abuot", "in a parameter"},
+        {"gravity:", "a_name_that_is_much_too_long_to_be_meant_as_any_of_the_keys_of_a_file:",
+         "a_name_that", "unknown key \"a_name_that_is_much_too_long"},
     };
 
     REFUSE_ALL(r);
@@ -58,6 +60,8 @@ START_TEST(a_missing_key_is_named_at_what_lacks_it)
         {"    normal: {c: 1.57e3 N/m}\n", "", "stop:\n", "a contact lacks \"normal\""},
         {"{a: 6.7e11 N/m^3, b: 2.9e7 N/m^2}", "{D: 0.3 s/m}", "normal: {D",
          "at least one of a, b and c"},
+        {"    normal: {c: 1.57e3 N/m}\n", "    normal: 1.57e3 N/m\n", "1.57e3 N/m",
+         "normal must be a mapping with the keys a b c D"},
         {"mass: 97 g, ", "", "load:", "the load lacks \"mass\""},
         {"on: key.front, ", "", "load:", "the load lacks \"on\""},
         {", direction: [0, 0, -1]", "", "finger:", "a force input lacks \"direction\""},
@@ -83,6 +87,11 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"3.9 g", "1e999", "1e999", "too large"},
         {"3.9 g", "1e-999", "1e-999", "too small"},
         {"3.9 g", "0x1f", "0x1f", "hexadecimal"},
+        {"3.9 g", "0X1f", "0X1f", "hexadecimal"},
+        {"3.9 g", "1e99999", "1e99999", "too large"},
+        {"3.9 g", "\"3.9 kgg\"", "\"3.9 kgg\"", "unknown unit \"kgg\""},
+        {"A: 0.23", "A: 1 rad^11 rad^11", "rad^11, vt", "the powers of the unit are too large"},
+        {"radius: 1.9 mm", "radius: +- 1.9 mm", "+- 1.9", "expected a"},
         {"3.9 g", "3.9 g heavy", "heavy", "unknown unit \"heavy\""},
         {"3.9 g", "3.9 g 7", "7\n    inertia: {yy: 4.1", "unexpected text"},
         {"3.9 g", "3.9 kgg", "kgg", "unknown unit \"kgg\", did you mean \"kg g\"?"},
@@ -138,6 +147,8 @@ START_TEST(a_formula_that_makes_no_sense_is_refused)
         {"radius: 1.9 mm", "radius: string.height * ", " }}\n    normal: {c: 1.57", "expected a"},
         {"radius: 1.9 mm", "radius: sin(string.height) * 1 mm", "sin(", "pure number or an angle"},
         {"radius: 1.9 mm", "radius: sqrt(string.height)", "sqrt(", "odd powers"},
+        {"radius: 1.9 mm", "radius: sqrt(3 kg) * 1 mm", "sqrt(", "odd powers"},
+        {"radius: 1.9 mm", "radius: sqrt(3 s) * 1 mm", "sqrt(", "odd powers"},
         {"radius: 1.9 mm", "radius: exp(1) * 1 mm", "exp(", "expected sin, cos, tan or sqrt"},
         {"radius: 1.9 mm", "radius: 1 mm / sin(hammer.initial.position)", "1 mm / sin",
          "stop.circle.radius|not finite"},
@@ -230,6 +241,13 @@ START_TEST(a_bad_name_is_refused)
          "expected owner.name"},
         {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  a..b: 3 mm", "a..b",
          "cannot name a part of a parameter's name"},
+        {"  pawl.stop_shift: 0.31 mm", "  pawl.stop_shift: 0.31 mm\n  pawl.~x: 3 mm", "pawl.~x",
+         "cannot name a part of a parameter's name"},
+        {"  pawl.stop_shift: 0.31 mm",
+         "  pawl.stop_shift: 0.31 mm\n  "
+         "of_the_owner.of_the_owner.of_the_owner.of_the_owner.of_the_owner.of_the_owner."
+         "of_the_owner.of_the_owner: 3 mm",
+         "of_the_owner.of", "cannot name a parameter, expected owner.name"},
         {"  distance:", "  time:", "time:", "every model has the output \"time\""},
         {"bodies:\n", "bodies:\n  frame: {joint: R y, mass: 1, centre: [1, 0, 0]}\n", "frame: {j",
          "the name of the fixed frame"},
@@ -297,6 +315,7 @@ START_TEST(a_word_that_is_no_choice_is_refused)
     static const refusal r[] = {
         {"joint: R y", "joint: R w", "R w", "\"R w\" is no joint, expected R or T"},
         {"joint: R y", "joint: Ry", "Ry", "is no joint"},
+        {"joint: R y", "joint: R yy", "R yy", "is no joint"},
         {"joint: R y", "joint: [R, y]", "[R, y]", "single text|found a list"},
         {"read: gap", "read: gpa", "gpa",
          "expected one of gap force friction, did you mean \"gap\""},
@@ -358,6 +377,10 @@ START_TEST(contacts_that_cannot_be_are_refused)
         {"facing: 180 deg", "facing: 180 deg, extent: [3 mm, -3 mm]",
          "stop:", "an extent of the contact stop ends before it begins"},
         {"facing: 180 deg", "facing: 180 deg, extent: [3 mm]", "[3 mm]", "a list of two lengths"},
+        {"facing: 180 deg", "facing: 180 deg, extent: 3 mm", "3 mm}", "a list of two lengths"},
+        {"\n      - {line: {on: frame, at: [-121 mm + pawl.stop_shift, 0, 0], facing: 180 deg}}"
+         "\n      - {circle: {at: pawl.back, radius: 1.9 mm}}\n",
+         " pawl.back\n", "pawl.back\n    normal", "a list of two sides"},
         {"      - {point: hammer.head}\n", "", "- {line: {on: frame, at: [0, 0, s", "two sides"},
         {"beak: {at: hammer.beak", "beak: {at: pawl.back", "notch:\n    corner",
          "corner and beak are on one body"},
@@ -482,6 +505,15 @@ START_TEST(a_bad_override_is_refused)
 
         refuse_text(good, sizeof good - 1, &set, 1, NULL, wrong[i].words);
     }
+
+    /* a number that follows from others without a formula in the file */
+    mech_set inertia = {"pawl.inertia.yy", "4e-6 kg m^2"};
+    char *text = changed("inertia: {yy: 4.1e-6 kg m^2}",
+                         "centre: [7 mm, 0, 11 mm]\n    pendulum: {frequency: 1.3 Hz}");
+    refuse_text(text, strlen(text), &inertia, 1, NULL,
+                "set pawl.inertia.yy|by the formula m g d / (2 pi nu)^2 - m d^2, set instead|"
+                "\"pawl.mass\", \"pawl.centre.x\"|\"pawl.pendulum.frequency\"");
+    free(text);
 }
 END_TEST
 

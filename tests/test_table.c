@@ -167,6 +167,13 @@ START_TEST(what_is_no_table_is_refused_with_its_place)
          "joint, contact and notch"},
         {BEFORE, "tables: {t: {joint: key, of: speed, at: 7, torque: [0, 1]}}\ninputs:\n",
          "7, torque", "list"},
+        {BEFORE, "tables: {t: {joint: key, of: speed, at: [0, 1], torque: 7}}\ninputs:\n", "7}}",
+         "torque must be a list of numbers"},
+        {BEFORE,
+         "tables: {t: {joint: key, of: speed, on: key, at: [0, 1], torque: [0, 1]}}\ninputs:\n",
+         "on: key, at: [0, 1]", "unknown key \"on\" in a table"},
+        {BEFORE, "tables: {t: {notch: nut, of: depth, at: [0, 1], force: [0, 1]}}\ninputs:\n",
+         "nut,", "nut"},
     };
     REFUSE_ALL(table);
 }
