@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "lab_support.h"
 #include "stein/models.h"
 #include "study.h"
-#include "support.h"
 
 Suite *study_suite(void);
 
@@ -405,6 +405,90 @@ START_TEST(models_without_a_stroke_are_refused_by_name)
 }
 END_TEST
 
+/* ---- actions with other names ---- */
+
+/* the action with words of its file replaced, all of them */
+static lab_model *open_renamed(const char *const (*word)[2], int n)
+{
+    char *text = NULL;
+    size_t size = 0;
+    ck_assert_stein(lab__read_file("models/stein1788.yaml", &text, &size, err));
+    for (int i = 0; i < n; i++) {
+        char *at = strstr(text, word[i][0]);
+        ck_assert_msg(at != NULL, "the file has no %s", word[i][0]);
+        for (size_t done = 0; at != NULL; at = strstr(text + done, word[i][0])) {
+            char *more =
+                lab__text("%.*s%s%s", (int)(at - text), text, word[i][1], at + strlen(word[i][0]));
+            done = (size_t)(at - text) + strlen(word[i][1]);
+            free(text);
+            text = more;
+        }
+    }
+    lab_model *renamed = open_text(text, NULL, 0);
+    free(text);
+    return renamed;
+}
+
+/* a part of the study of a model, and the one sentence it must be left with */
+static void left_out(study_part_fn *run, const study *of, const char *says)
+{
+    study_part part = {.id = ""};
+    ck_assert_stein(run(of, &part, err));
+    ck_assert_str_eq(part.text, says);
+    ck_assert(part.ntable == 0 && part.nchart == 0);
+    study_part_free(&part);
+}
+
+START_TEST(without_a_motion_of_the_key_only_loads_press_it)
+{
+    static const char *const word[][2] = {{"key_motion", "key_path"}};
+    lab_model *renamed = open_renamed(word, 1);
+    study other = {.model = renamed, .threads = 2, .dt = 20e-6};
+    ck_assert_stein(study_begin(&other, err));
+    ck_assert(other.reference.escape_height == s.reference.escape_height);
+    left_out(study_repetition, &other,
+             "Left out: the model has no input key_motion: {motion: ...}.");
+    study_part part = {.id = ""};
+    ck_assert_stein(study_touches(&other, &part, err));
+    ck_assert(part.ntable == 1 && part.nchart == 1);
+    ck_assert_int_eq(part.chart[0].panel[1].ncurve, 1);
+    static const char *const has[] = {
+        "Under falling loads from 40 to 400 g, ",
+        "Prescribed key motions are left out: the model has no input key_motion: {motion: ...}."};
+    text_has(part.chart[0].text, has, 2);
+    ck_assert_ptr_null(strstr(part.chart[0].text, "pressed"));
+    study_part_free(&part);
+    lab_close(renamed);
+}
+END_TEST
+
+START_TEST(parts_without_their_parameter_name_it)
+{
+    static const char *const word[][2] = {
+        {"pawl", "jack"}, {"jack.stop_shift", "pawl.stop_shift"}, {"key_dip", "dip_of_key"}};
+    lab_model *renamed = open_renamed(word, 3);
+    study other = {.model = renamed, .threads = 2, .dt = 20e-6};
+    ck_assert_stein(study_begin(&other, err));
+    ck_assert_int_lt(other.input, 0);
+    left_out(study_regulation, &other, "Left out: the model has no parameter pawl.spring.k.");
+    left_out(study_angle, &other, "Left out: the model has no parameter pawl.notch_angle.");
+    left_out(study_repetition, &other, "Left out: the model has no output key_dip.");
+    lab_close(renamed);
+}
+END_TEST
+
+START_TEST(a_stroke_without_a_notch_is_refused)
+{
+    static const char *const word[][2] = {{", notch: notch}", "}"}};
+    lab_model *renamed = open_renamed(word, 1);
+    study other = {.model = renamed, .threads = 1, .dt = 20e-6};
+    stein_err why = {STEIN_OK, ""};
+    ck_assert_int_eq(study_begin(&other, &why), STEIN_EINVAL);
+    ck_assert_str_eq(why.msg, "\"stein1788\" has no notch in its stroke, which the study needs");
+    lab_close(renamed);
+}
+END_TEST
+
 Suite *study_suite(void)
 {
     Suite *suite = suite_create("study");
@@ -432,5 +516,14 @@ Suite *study_suite(void)
     tcase_add_test(tc, a_report_needs_a_folder_it_can_write);
     tcase_add_test(tc, models_without_a_stroke_are_refused_by_name);
     suite_add_tcase(suite, tc);
+
+    TCase *names = tcase_create("names");
+    tcase_set_timeout(names, 120.0);
+    tcase_add_checked_fixture(names, make_folder, remove_folder);
+    tcase_add_checked_fixture(names, open_study, close_study);
+    tcase_add_test(names, without_a_motion_of_the_key_only_loads_press_it);
+    tcase_add_test(names, parts_without_their_parameter_name_it);
+    tcase_add_test(names, a_stroke_without_a_notch_is_refused);
+    suite_add_tcase(suite, names);
     return suite;
 }

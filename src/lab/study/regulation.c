@@ -30,9 +30,7 @@ typedef struct ways {
 
 static double value_of(const study *s, int way)
 {
-    const stein_model *m = lab_equations(s->model);
-    int i = stein_find_param(m, name[way]);
-    return i >= 0 ? lab_parameters(s->model)[i] : NAN;
+    return lab_parameters(s->model)[stein_find_param(lab_equations(s->model), name[way])];
 }
 
 /* step away from the reference until the height is passed, then bisect; where the action fails
@@ -42,10 +40,6 @@ static stein_status find_end(void *ctx, stein_sim *sim, int i)
     ways *w = ctx;
     int way = i / 2, side = i % 2;
     double start = value_of(w->s, way), wanted = side == 0 ? lowest : highest;
-    w->end[way][side] = NAN;
-    if (isnan(start)) {
-        return STEIN_OK;
-    }
     double step = way == 0 ? 0.05e-3 : 0.05 * fabs(start), here = start;
     double h0 = study_height(w->s, sim),
            slope = study_height_slope(w->s, sim, name[way], 0.2 * step);
@@ -196,6 +190,12 @@ stein_status study_regulation(const study *s, study_part *part, stein_err *err)
     ways w = {.s = s};
     part->id = "regulation";
     part->title = "Two regulations: the stop or the spring";
+    for (int k = 0; k < WAYS; k++) {
+        if (stein_find_param(lab_equations(s->model), name[k]) < 0) {
+            study_say(part, "Left out: the model has no parameter %s.", name[k]);
+            return STEIN_OK;
+        }
+    }
     for (int k = 0; k < WAYS; k++) {
         w.table[k] = study_table_new(part, file[k], POINTS, head[k]);
         if (w.table[k] == NULL) {
