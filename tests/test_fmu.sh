@@ -24,6 +24,41 @@ claim 1 "a compiler for nothing of ours" env CC=false "$stein" export models/pen
 claim 1 "a place that is none" "$stein" export models/pendulum.yaml -o "$dir/no/x.fmu"
 if [ -e "$dir/x.fmu" ]; then fail "an FMU that failed is not there"; else pass; fi
 
+# ---- machines: what a compiler says it compiles for, by one that compiles nothing
+cat >"$dir/cc" <<'EOF'
+#!/bin/sh
+[ "$1" = -dumpmachine ] && echo "$MACHINE" && exit
+while [ "$1" != -o ]; do shift; done
+echo compiled >"$2"
+EOF
+chmod +x "$dir/cc"
+export_for() { # MACHINE VERSION
+    env MACHINE="$1" CC="$dir/cc" XDG_CACHE_HOME="$dir/none" "$stein" export models/pendulum.yaml --fmi "$2" -o "$dir/for.fmu" --json
+}
+for line in 'x86_64-linux-gnu 3 x86_64-linux' 'x86_64-linux-gnu 2.0 linux64' 'i686-linux-gnu 3.0 x86-linux' \
+    'i386-pc-linux-gnu 2 linux32' 'i586-linux-gnu 2 linux32' 'aarch64-linux-gnu 3 aarch64-linux' \
+    'aarch64-linux-gnu 2 aarch64-linux' 'arm-linux-gnueabihf 3 aarch32-linux' 'armv7l-linux-gnueabihf 2 aarch32-linux' \
+    'riscv64-linux-gnu 3 riscv64-linux' 'ix86-linux 3 x86-linux'; do
+    # shellcheck disable=SC2086
+    set -- $line
+    claim 0 "for $1, FMI $2" export_for "$1" "$2"
+    shows "the folder is $3" "\"platform\": \"$3\""
+done
+rm -f "$dir/for.fmu"
+for machine in x86_64-w64-mingw32 arm-none-eabi a_processor_with_a_name_that_fits_no_folder-linux-gnu; do
+    claim 1 "none for $machine" export_for $machine 3
+    says "the machine is told" "compiles for $machine: an FMU needs one for Linux"
+done
+if [ -e "$dir/for.fmu" ]; then fail "and none is left"; else pass; fi
+
+# what lies in the cache may be damaged
+claim 0 "a first FMU" env XDG_CACHE_HOME="$dir/kept" "$stein" export models/pendulum.yaml -o "$dir/first.fmu"
+core=$(find "$dir/kept" -name core.o)
+cp "$core" "$dir/core" && echo damaged >"$core"
+claim 0 "one from a damaged cache" env XDG_CACHE_HOME="$dir/kept" "$stein" export models/pendulum.yaml -o "$dir/second.fmu"
+same "has the same bytes" "$dir/first.fmu" "$dir/second.fmu"
+same "and the cache is whole again" "$dir/core" "$core"
+
 missing=
 for p in xmllint unzip; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
 if [ -n "$missing" ]; then

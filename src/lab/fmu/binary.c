@@ -437,10 +437,12 @@ stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_s
     if (status == STEIN_OK && !cached) {
         status = compile_core(&j, sources, err);
     }
-    status = status == STEIN_OK ? link_all(&j, sources, err) : status;
-    if (status == STEIN_ECOMPILE && cached) { // what was in the cache may be damaged: once anew
-        status = compile_core(&j, sources, err);
-        status = status == STEIN_OK ? link_all(&j, sources, err) : status;
+    if (status == STEIN_OK) {
+        status = link_all(&j, sources, err);
+        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once anew
+            status = compile_core(&j, sources, err);
+            status = status == STEIN_OK ? link_all(&j, sources, err) : status;
+        }
     }
     status = status == STEIN_OK ? lab__read_file(j.fresh, bytes, size, err) : status;
     clean(&j, sources);
