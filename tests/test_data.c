@@ -211,6 +211,11 @@ START_TEST(wrong_headers_are_refused_with_their_place)
         {"time [s]\tstring_distance [m]\n0\t1\n", ":1:9: ", "separated by tabs"},
         {"time [s],\"key_dip [m]\n" ROWS, ":1:10: ", "quoted title"},
         {"\xff\xfet\n", ":1:1: ", "UTF-16"},
+        {"\xfe\xff\0t\n", ":1:1: ", "UTF-16"},
+        {"\xfe-,string_distance [m]\n" ROWS, ":1:1: ", "expected time [s]"},
+        {"\xff-,string_distance [m]\n" ROWS, ":1:1: ", "expected time [s]"},
+        {"\xef-time [s],string_distance [m]\n" ROWS, ":1:1: ", "expected time [s]"},
+        {"\xef\xbb-time [s],string_distance [m]\n" ROWS, ":1:1: ", "expected time [s]"},
     };
     REFUSE(bad);
 }
@@ -238,6 +243,9 @@ START_TEST(wrong_rows_are_refused_with_their_place)
         {HEAD "0,1\n1,N/A\n2,2\n3,1\n4,5\n", ":3:3: ", "a missing sample is an empty cell"},
         {HEAD "0,1\n1,1e999\n2,2\n3,1\n4,5\n", ":3:3: ", "too large"},
         {HEAD "0,1\n1,0x10\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
+        {HEAD "0,1\n1,1.2.3\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
+        {HEAD "0,1\n1,1e\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
+        {HEAD "0,1\n1,+-1\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
         {HEAD "0,1\n1,2 mm\n2,2\n3,1\n4,5\n", ":3:3: ", "expected a number"},
         {HEAD "0,1\n1,\"1,5\"\n2,2\n3,1\n4,5\n", ":3:3: ", "a decimal comma"},
         {HEAD "0,1\n1,\"15\n2,2\n3,1\n4,5\n5,5\n", ":3:3: ", "quotes that do not close"},
@@ -266,6 +274,8 @@ START_TEST(settings_that_contradict_are_refused_with_their_place)
         {"# set load.mass: 100 g\n# x: y\n# set load.mass: 105 g\n" BODY,
          ":3:7: ", "load.mass is set to 0.105 kg here and to 0.1 kg in line 1"},
         {"# trigger: now\n" BODY, ":1:12: ", "expected synchronised or unsynchronised"},
+        {"# setting load.mass: 100 g\n# set\tload.mass:\t3 mm\t\n" BODY,
+         ":2:18: ", "the unit is m, expected kg"},
         {"# trigger: synchronised\n# trigger: unsynchronised\n" BODY, ":2:12: ", "in line 1"},
         {"# noise string_distance: 1 um\n" BODY, ":1:9: ", "no such column in this file"},
         {"# noise key_dipp: 1 um\n" BODY, ":1:9: ", "did you mean \"key_dip\"?"},

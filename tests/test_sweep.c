@@ -47,9 +47,10 @@ END_TEST
 
 START_TEST(a_unit_given_once_holds_for_all_numbers)
 {
-    static const char *const spelling[] = {"-1.2:0:4mm",  " -1.2mm : 0 : 4",  "-1.2:0mm:4",
-                                           "-1.2:0:4 mm", "-1.20 mm:0 mm:04", "-1.2mm:0:4mm"};
-    for (int i = 0; i < 6; i++) {
+    static const char *const spelling[] = {"-1.2:0:4mm",         " -1.2mm : 0 : 4",  "-1.2:0mm:4",
+                                           "-1.2:0:4 mm",        "-1.20 mm:0 mm:04", "-1.2mm:0:4mm",
+                                           "\t-1.2\t:\t0\tmm:4", "-1.2E0:0.0e+0:4mm"};
+    for (int i = 0; i < 8; i++) {
         lab_grid *grid = one_axis("m", spelling[i]);
         ck_assert_str_eq(grid->axis[0].text, "-1.2:0:4 mm");
         ck_assert(lab_grid_value(grid, 0, 0) == -0.0012 && lab_grid_value(grid, 1, 0) == -0.0008);
@@ -106,29 +107,36 @@ END_TEST
 
 static const struct {
     const char *vary, *message;
-} bad_axes[] = {{"pawl.stop_shift=1:2:0", "COUNT is 0"},
-                {"pawl.stop_shift=1:2:-3", "expected a whole number"},
-                {"pawl.stop_shift=1:2:2.5", "expected a whole number"},
-                {"pawl.stop_shift=1:2:", "expected a whole number"},
-                {"pawl.stop_shift=1:2:1000001", "expected 1 to 1000000"},
-                {"pawl.stop_shift=1:2:18446744073709551617", "expected 1 to 1000000"},
-                {"pawl.stop_shift=1:2", "expected FROM:TO:COUNT"},
-                {"pawl.stop_shift=1,2:3:4", "expected FROM:TO:COUNT"},
-                {"pawl.stop_shift=a:2:3", "\"a\" is not a number"},
-                {"pawl.stop_shift=1:nan:3", "\"nan\" is not a number"},
-                {"pawl.stop_shift=1,,2", "\"\" is not a number"},
-                {"pawl.stop_shift=1e999:2:3", "too large"},
-                {"pawl.stop_shift=1kg:2kg:3", "the unit is kg, expected m"},
-                {"pawl.stop_shift=1:2:3 parsec", "unknown unit"},
-                {"pawl.stop_shift=1mm:1mm:3", "to the same end"},
-                {"pawl.stop_shift=1mm:2mm:1", "both ends"},
-                {"pawl.stop_shift=1mm,2um,3", "3 has no unit"},
-                {"pawl.stop_shift=1:1.00000000000001:1000", "do not fit"},
-                {"pawl.stop_shift", "expected NAME="},
-                {"=1,2", "expected NAME="},
-                {"pawl.stop_shft=1,2", "did you mean \"pawl.stop_shift\"?"},
-                {"key.mass=-1g,60g", "-0.001 kg: must not be negative"},
-                {"key.at.x=0:1:3mm", "structural zero"}};
+} bad_axes[] = {
+    {"pawl.stop_shift=1:2:0", "COUNT is 0"},
+    {"pawl.stop_shift=1:2:-3", "expected a whole number"},
+    {"pawl.stop_shift=1:2:2.5", "expected a whole number"},
+    {"pawl.stop_shift=1:2:", "expected a whole number"},
+    {"pawl.stop_shift=1:2:1000001", "expected 1 to 1000000"},
+    {"pawl.stop_shift=1:2:18446744073709551617", "expected 1 to 1000000"},
+    {"pawl.stop_shift=1:2", "expected FROM:TO:COUNT"},
+    {"pawl.stop_shift=1,2:3:4", "expected FROM:TO:COUNT"},
+    {"pawl.stop_shift=a:2:3", "\"a\" is not a number"},
+    {"pawl.stop_shift=1:nan:3", "\"nan\" is not a number"},
+    {"pawl.stop_shift=1,,2", "\"\" is not a number"},
+    {"pawl.stop_shift=1e999:2:3", "too large"},
+    {"pawl.stop_shift=1kg:2kg:3", "the unit is kg, expected m"},
+    {"pawl.stop_shift=1:2:3 parsec", "unknown unit"},
+    {"pawl.stop_shift=1mm:1mm:3", "to the same end"},
+    {"pawl.stop_shift=1mm:2mm:1", "both ends"},
+    {"pawl.stop_shift=1mm,2um,3", "3 has no unit"},
+    {"pawl.stop_shift=1:1.00000000000001:1000", "do not fit"},
+    {"pawl.stop_shift", "expected NAME="},
+    {"=1,2", "expected NAME="},
+    {"pawl.stop_shift=1,2 a_unit_of_many_letters_and_no_sense", "is too long"},
+    {"pawl.stop_shift=1,0.0000000000000000000000000000000000000000000000000000000000000000"
+     "00000000000000000000000000000000000000000000000000000000000000001",
+     "is too long for a number"},
+    {"pawl.stop_shift=0:1:3 a_unit_of_many_letters_and_no_sense", "is no unit"},
+    {"pawl.stop_shift=0:1e:3mm", "unknown unit \"e\""},
+    {"pawl.stop_shft=1,2", "did you mean \"pawl.stop_shift\"?"},
+    {"key.mass=-1g,60g", "-0.001 kg: must not be negative"},
+    {"key.at.x=0:1:3mm", "structural zero"}};
 
 START_TEST(a_bad_axis_is_refused_with_a_reason)
 {
