@@ -93,6 +93,51 @@ unzip -p "$dir/twice.fmu" modelDescription.xml >"$dir/twice.xml"
 if grep -q '<Float64 name="push" .*causality="output"' "$dir/twice.xml" && grep -q '<Float64 name="input.push" .*causality="input"' "$dir/twice.xml"; then pass; else
     fail "have two names"; fi
 
+# what the file says of its things, and what is said of those of which it says nothing
+cat >"$dir/cart.yaml" <<'EOF'
+mechanism: cart
+bodies:
+  cart: {joint: T x, mass: 2 kg, points: {hook: [0.1 m, 0, 0]}}
+  wheel: {parent: cart, joint: R y, inertia: {yy: 0.2 kg m^2}}
+inputs:
+  path: {about: where a rail leads it, motion: cart}
+  push: {about: a hand on the hook, force: cart.hook, direction: [1, 0, 0]}
+  pull: {force: cart.hook, direction: [0, 0, 1]}
+  turn: {torque: wheel}
+outputs:
+  place: {about: along the rail, joint: cart, read: position}
+  back: {joint: cart, read: speed, sign: -1, zero: rest}
+  shown: {input: turn, read: value}
+  asked: {input: path, read: value}
+regulation:
+  cart.mass: {from: 1 kg, to: 3 kg}
+EOF
+claim 0 "an FMU of a cart" "$stein" export "$dir/cart.yaml" -o "$dir/cart.fmu"
+unzip -p "$dir/cart.fmu" modelDescription.xml >"$dir/cart.xml"
+while IFS='|' read -r name words; do
+    shows "$name is described" "name=\"$name\" valueReference=\"[0-9]*\" description=\"$words\"" "$dir/cart.xml"
+done <<'EOF'
+place|along the rail
+back|speed of joint cart, counted the other way, from its value at rest
+shown|input turn
+path.speed|speed given to joint cart: where a rail leads it
+push|a hand on the hook
+pull|force on point cart.hook
+turn|force or torque in joint wheel
+cart.mass|cart: mass
+EOF
+reference() { sed -n "s/.* name=\"$1\" valueReference=\"\([0-9]*\)\".*/\1/p" "$dir/cart.xml"; }
+# depends OUTPUT INPUT: does the one follow from the other at once?
+depends() { grep "<Output valueReference=\"$(reference "$1")\"" "$dir/cart.xml" | grep -qE "[\" ]$(reference "$2")[\" ]"; }
+for pair in 'shown turn' 'asked path.position' 'place path.position' 'back path.speed'; do
+    # shellcheck disable=SC2086
+    if depends $pair; then pass; else fail "dependencies: $pair"; fi
+done
+for pair in 'shown push' 'asked path.speed' 'asked turn' 'place path.speed' 'place push'; do
+    # shellcheck disable=SC2086
+    if depends $pair; then fail "no dependency: $pair"; else pass; fi
+done
+
 # ---- functions: all of them and nothing else, nothing from outside but memory and a few of libm
 allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|frexp|ldexp|f(max|min|abs)|floor|sqrt|__stack_chk_fail|_ITM_.*|__cxa_finalize|__gmon_start__)$'
 for fmu in "$dir"/*-[23]; do

@@ -120,6 +120,31 @@ START_TEST(a_file_that_begins_with_a_mark_is_counted_behind_it)
 }
 END_TEST
 
+START_TEST(a_number_in_any_form_is_replaced_as_a_whole)
+{
+    static const char text[] = "mechanism: one\n"
+                               "bodies:\n"
+                               "  a: {joint: T x, mass: \"2 kg\" , damping: 1e-2 N s/m  }\n"
+                               "  b: {joint: T x, mass: 2 kg * 3}\n"
+                               "  c: {joint: T x, mass: 1.5e3 g \xc2\xb1 2 %   # weighed\n"
+                               "   }\n"
+                               "  d: {joint: T x, mass: \"4 kg +- 3 %\"}\n";
+    static const struct {
+        fit__number number;
+        const char *from, *to;
+    } change[] = {
+        {{"a.mass", 3.0, 0.0}, "2 kg\" ,", "3 kg\" ,"}, // and the blank behind it stays
+        {{"a.damping", 0.03, 0.001}, "1e-2 N s/m  }", "0.03 N s/m +- 0.001 N s/m  }"},
+        {{"b.mass", 7.0, 0.0}, "2 kg * 3", "7 kg"},
+        {{"c.mass", 1.25, 0.02}, "1.5e3 g \xc2\xb1 2 %   #", "1250 g +- 20 g   #"},
+        {{"d.mass", 2.5, 0.1}, "4 kg +- 3 %", "2.5 kg +- 0.1 kg"},
+    };
+    for (size_t i = 0; i < sizeof change / sizeof *change; i++) {
+        patched(text, &change[i].number, 1, change[i].from, change[i].to);
+    }
+}
+END_TEST
+
 START_TEST(a_number_without_a_place_is_refused)
 {
     static const char *const none[] = {"rod.masse", "nothing", "clock.offset",
@@ -240,6 +265,7 @@ Suite *patch_suite(void)
     tcase_add_test(tc, a_number_keeps_the_unit_and_the_form_that_stands_there);
     tcase_add_test(tc, a_number_that_is_not_there_gets_its_place);
     tcase_add_test(tc, a_file_that_begins_with_a_mark_is_counted_behind_it);
+    tcase_add_test(tc, a_number_in_any_form_is_replaced_as_a_whole);
     tcase_add_test(tc, a_number_without_a_place_is_refused);
     tcase_add_test(tc, what_would_not_be_read_again_is_not_written);
     tcase_add_test(tc, a_fitted_file_says_what_was_fitted_and_has_the_overrides);
