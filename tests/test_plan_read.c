@@ -152,6 +152,102 @@ START_TEST(what_is_no_object_is_no_diagnosis)
 }
 END_TEST
 
+/* ---- what is written for one ---- */
+
+START_TEST(a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured)
+{
+    static const char head[] = "# set rod.initial.position: 0.3 rad\n"
+                               "# noise angle: 0.0013\n"
+                               "# noise tip_x: 0.00013\n"
+                               "# prediction: quadratic_drag at rod, without noise\n"
+                               "# experiment: a push\n"
+                               "time [s],push [N m],angle [rad],tip_x [m]\n"
+                               "0.1,0.0120703125,0.3,";
+    lab_experiment e = {.name = "a push",
+                        .nset = 1,
+                        .set = {{.name = "rod.initial.position", .unit = "rad", .value = 0.3}},
+                        .input = "push",
+                        .shape = LAB_SHAPE_RISE,
+                        .zero = 0.01,
+                        .size = 0.02,
+                        .time = 0.4,
+                        .channel = "tip_x",
+                        .noise = 0.02,
+                        .faster = 1,
+                        .feasible = 1};
+    lab_diagnosis *d = NULL;
+    char *text = NULL;
+    size_t size = 0;
+    const char *path = in_folder("stroke.csv");
+    ck_assert_stein(lab_diagnosis_read(&d, write_file("good.json", good), model, err));
+    ck_assert_stein(lab_plan_stroke(path, &e, 0, "models/pendulum.yaml", model, d, NULL, err));
+    ck_assert_stein(lab__read_file(path, &text, &size, err));
+    ck_assert_msg(strncmp(text, head, strlen(head)) == 0, "%.500s", text);
+    free(text);
+    // nothing is driven, nothing else is measured
+    e.input[0] = e.channel[0] = '\0';
+    e.nset = 0;
+    ck_assert_stein(lab_plan_stroke(path, &e, 0, "models/pendulum.yaml", model, d, NULL, err));
+    ck_assert_stein(lab__read_file(path, &text, &size, err));
+    ck_assert_msg(strstr(text, "\ntime [s],angle [rad]\n0.1,0.42") != NULL, "%.300s", text);
+    ck_assert_ptr_null(strstr(text, "# set "));
+    free(text);
+    stein_err why = {STEIN_OK, ""};
+    for (int suspect = -1; suspect < 3; suspect += 3) {
+        ck_assert_int_eq(
+            lab_plan_stroke(path, &e, suspect, "models/pendulum.yaml", model, d, NULL, &why),
+            STEIN_EINVAL);
+        ck_assert_ptr_nonnull(strstr(why.msg, "no suspect"));
+    }
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
+START_TEST(a_plan_tells_what_can_be_done_from_what_cannot)
+{
+    static const char *const has[] = {"\"rivals\": []",
+                                      "\"left_out\": 2",
+                                      "\"feasible\": true",
+                                      "\"repeats\": 7",
+                                      "\"against\": {",
+                                      "\"kind\": \"viscous_friction\"",
+                                      "\"shape\": \"there_and_back\"",
+                                      "\"to\": 0.03",
+                                      "\"channel\": \"rate\"",
+                                      "\"feasible\": false",
+                                      "\"repeats\": null",
+                                      "\"against\": null",
+                                      "\"drive\": null",
+                                      "\"channel\": null",
+                                      "\"stroke\": \"next.csv\"",
+                                      "\"stroke_of_rival\": null"};
+    lab_experiment both[] = {{.name = "a push",
+                              .input = "push",
+                              .shape = LAB_SHAPE_BACK,
+                              .zero = 0.01,
+                              .size = 0.02,
+                              .time = 0.4,
+                              .channel = "rate",
+                              .feasible = 1,
+                              .repeats = 7,
+                              .against = 1},
+                             {.name = "a leap", .why = "it cannot be simulated", .repeats = 3}};
+    const lab_plan plan = {.n = 2, .experiment = both, .nrival = 1, .left_out = 2, .wanted = 100.0};
+    char *stroke[] = {"next.csv", NULL};
+    lab_diagnosis *d = NULL;
+    char *text = NULL;
+    size_t size = 0;
+    const char *path = in_folder("plan.json");
+    ck_assert_stein(lab_diagnosis_read(&d, write_file("good.json", good), model, err));
+    ck_assert_stein(lab_plan_json(path, &plan, d, stroke, err));
+    ck_assert_stein(lab__read_file(path, &text, &size, err));
+    text_has(text, has, sizeof has / sizeof *has);
+    free(text);
+    ck_assert_int_eq(lab_plan_json(in_folder("none/plan.json"), &plan, d, NULL, NULL), STEIN_EIO);
+    lab_diagnosis_destroy(d);
+}
+END_TEST
+
 Suite *plan_read_suite(void)
 {
     Suite *s = suite_create("plan_read");
@@ -161,6 +257,8 @@ Suite *plan_read_suite(void)
     tcase_add_test(tc, what_a_diagnosis_says_is_read);
     tcase_add_test(tc, a_field_that_is_wrong_is_named_with_its_line);
     tcase_add_test(tc, what_is_no_object_is_no_diagnosis);
+    tcase_add_test(tc, a_stroke_to_be_made_has_its_input_and_every_channel_to_be_measured);
+    tcase_add_test(tc, a_plan_tells_what_can_be_done_from_what_cannot);
     suite_add_tcase(s, tc);
     return s;
 }
