@@ -73,6 +73,14 @@ sed 's/centre: .*/centre: [3 mm, 0, -174 mm]/' $pendulum >"$dir/own.yaml"
 claim 1 "a cache that cannot be made" env XDG_CACHE_HOME=/dev/full "$stein" simulate "$dir/own.yaml" --until 1ms
 claim 1 "a cache on a disk that ends" limited 1 "$stein" simulate "$dir/own.yaml" --until 1ms
 claim 0 "is whole when there is room" "$stein" simulate "$dir/own.yaml" --until 1ms
+own() { env -u XDG_CACHE_HOME -u HOME "$@" "$stein" simulate "$dir/own.yaml" --until 1ms; }
+claim 1 "without a home there is no place for one" own
+says "and what to set is told" 'set XDG_CACHE_HOME or HOME'
+claim 1 "a home without a name is none" own HOME= XDG_CACHE_HOME=
+claim 0 "one at home" own HOME="$dir/home"
+if [ -n "$(find "$dir/home/.cache/stein" -name 'pendulum-*.so')" ]; then pass; else fail "has the equations"; fi
+claim 0 "a relative one is none" own HOME="$dir/home" XDG_CACHE_HOME=cache-of-nobody
+gone "and is not made" cache-of-nobody
 
 # ---- standard output: full, and closed by who reads it
 for words in "check $pendulum" "check --json $pendulum" "simulate --until 1ms --json $pendulum" \

@@ -162,6 +162,29 @@ static const char *changed(const char *text, const char *from, const char *to)
     return path;
 }
 
+START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
+{
+    char *text = NULL, *yaml = NULL;
+    size_t size;
+    ck_assert_stein(lab__read_file("tests/mbs/arm.mbs", &text, &size, err));
+    const char *to = in_folder("named.yaml");
+    import(changed(text, "<point><pointname>post",
+                   "<point><pointname>{aft}</pointname><sensor><kind/></sensor><extforce/></point>"
+                   "<point><pointname>post"),
+           to);
+    ck_assert_ptr_nonnull(strstr(said, "sensor \"\": read it as an output, {point: "));
+    ck_assert_ptr_nonnull(strstr(said, "external force \"\" on "));
+    ck_assert_stein(lab__read_file(to, &yaml, &size, err));
+    ck_assert_msg(strstr(yaml, "n_aft_:") != NULL, "%.900s", yaml);
+    free(yaml);
+    import(changed(text, "<x>0.021</x>", "<x></x>"), to);
+    ck_assert_stein(lab__read_file(to, &yaml, &size, err));
+    ck_assert_ptr_null(strstr(yaml, "0.021"));
+    free(yaml);
+    free(text);
+}
+END_TEST
+
 START_TEST(projects_that_are_not_in_order_are_refused_by_place)
 {
     static const struct {
@@ -248,6 +271,7 @@ Suite *import_suite(void)
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, a_planar_project_has_the_equations_of_the_file_written_by_hand);
     tcase_add_test(t, a_spatial_project_with_several_joints_a_body_does_so_too);
+    tcase_add_test(t, names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing);
     tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
     tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);
     suite_add_tcase(s, t);

@@ -26,6 +26,11 @@ claim 0 "a sweep on four threads" sweep -j 4 -o "$dir/threads.csv"
 same "threads leave no trace" "$dir/serial.csv" "$dir/threads.csv"
 claim 0 "a sweep to standard output" sweep
 same "the table is the same there" "$dir/serial.csv" "$dir/out"
+# the head says how it was computed
+shows "with steps of one size" '^# integrator: rk4$' "$dir/serial.csv"
+sed 's/dt: 1 ms,/dt: 1 ms, integrator: dp5,/' models/pendulum.yaml >"$dir/dp5.yaml"
+claim 0 "a sweep with the other integrator" "$stein" sweep "$dir/dp5.yaml" --vary rod.mass=0.2,0.3 --until 5ms
+shows "says so" '^# integrator: dp5$'
 for i in 1 2 3; do
     claim 0 "shard $i of 3" sweep --shard $i/3 --journal "$dir/part$i" -j 2
     if [ $i = 2 ]; then
