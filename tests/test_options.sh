@@ -32,6 +32,8 @@ misuse 'more than [0-9]* --set' simulate $pendulum $sets
 
 misuse 'what is to be fitted? expected --free' fit $action $data
 misuse 'free ,: expected names separated by commas' fit $action $data --free ,
+misuse 'free qqqqqqqq: no such parameter in "stein1788" (a number that is 0 in the file is not in its equations: --set qqqqqqqq=... brings it in)' \
+    fit $action $data --free qqqqqqqq
 misuse 'free key.mass,: expected names separated by commas' fit $action $data --free key.mass,
 misuse 'profile ,: expected names separated by commas, or flagged' fit $action $data --free key.mass --profile ,
 misuse 'prior 0: expected a fraction above 0' fit $action $data --free key.mass --prior 0
@@ -65,10 +67,14 @@ misuse 'held-out ,x.csv: expected files separated by commas' diagnose $action $d
 misuse 'without stiction_peek: no kind, site or class of effects; did you mean stiction_peak' \
     diagnose $action $data -o "$dir/d" --without stiction_peek
 misuse 'without ,: expected words separated by commas' diagnose $action $data -o "$dir/d" --without ,
+misuse 'without zzzzzzzzzzzz: no kind, site or class of effects (see' diagnose $action $data -o "$dir/d" --without zzzzzzzzzzzz
+misuse 'held-out a,: expected files separated by commas' diagnose $action $data -o "$dir/d" --held-out a,
 misuse 'free ,: expected names separated by commas' diagnose $action $data -o "$dir/d" --free ,
 gone "no folder was made" "$dir/d"
 misuse 'one mechanism file at most' effects $pendulum $action
 misuse 'odds 1e9: expected a number from 1 to 1e6' plan $action "$dir" --odds 1e9
+misuse 'odds 30 mm: expected a number from 1 to 1e6' plan $action "$dir" --odds '30 mm'
+misuse 'odds 1: expected a number from 1 to 1e6' plan $action "$dir" --odds 1
 misuse 'both want standard output' import models/robotran/piston.mbs --json -o -
 
 # forms that few use
@@ -95,4 +101,16 @@ shows "JSON names the model" '"model": *"stein1788"'
 shows "and parameters" '"parameters": *\['
 claim 1 "effects of a file that is not there" "$stein" effects "$dir/none.yaml"
 says "it is named" 'none.yaml'
+
+# a run that goes to its end with a step that is too long may look like a result
+claim 0 "a step that is too long" "$stein" simulate models/bouncing_ball.yaml --dt 1ms --until 1s
+says "is told with where and when" '^stein: the step of 0\.001 s is too long: at 0\.[0-9]* s contact "floor" needs 0\.000[0-9]* s or less; do not trust the result$'
+claim 0 "and in a notch" "$stein" strike $action --dt 200us --until 20ms
+says "as well" 'the step of 0\.0002 s is too long: at 0\.[0-9]* s contact "notch" needs [0-9.e-]* s or less'
+claim 0 "a step that is not" "$stein" simulate models/bouncing_ball.yaml --dt 100us --until 1s
+if [ -s "$dir/err" ]; then fail "says nothing"; else pass; fi
+claim 0 "help in short" "$stein" -h
+cp "$dir/out" "$dir/short"
+claim 0 "and in full" "$stein" --help
+same "is the same" "$dir/short" "$dir/out"
 finish
