@@ -34,7 +34,8 @@ csv) most=4096 ;;
 *) most=1024 ;;
 esac
 most=${LONGEST:-$most}
-# where a block of memory came from is written down for every one; a second run of a failure may ask for more
+# every block of memory has written down where it came from, which costs; more of that is for whoever
+# looks at a failure
 export ASAN_OPTIONS="malloc_context_size=2:quarantine_size_mb=16${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 found=$B/corpus/$target
 mkdir -p "$found"

@@ -119,9 +119,9 @@ typedef struct diag__reduced {
 } diag__reduced;
 /** Prior of the largest marginal likelihood, then f, cov, logdet, gained from M and c. */
 void diag__curve_choose(const diag__site *s, diag__reduced *q);
-/** cov of q as chosen, whatever the prior: of all priors, each with the weight that its marginal
- *  likelihood gives it, about f. How smooth a law is the data may hardly know, and of one that is
- * too smooth a band that takes it for granted misses the truth. */
+/** cov of q as chosen, about f, of all priors, each as its marginal likelihood weighs it: the data
+ *  may hardly know how smooth a law is, and the best prior alone gives bands that are too narrow.
+ */
 void diag__curve_spread(const diag__site *s, diag__reduced *q);
 /** f and cov from M and c of q with the prior of another one. */
 void diag__curve_solve(const diag__reduced *prior, diag__reduced *q);

@@ -15,19 +15,18 @@
 enum { CALLS = 2, ON_THE_WAY = 8, TO_THE_END = 40 };
 enum { FALTERS = 3 }; // strides cut short before one in haste is lost
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
-static const double longest = 0.2,
-                    wider = 2.0;  /* where a whole stride was predicted, the next one */
+static const double longest = 0.2, wider = 2.0; /* the next one where a whole one was predicted */
 static const double well = 1.7;   /* chi2 per sample of a prediction that can be corrected */
 static const double lost = 1.2;   /* and of a fit that is not on its way any more */
-static const double chance = 3.0; /* sd of chi2 of one in haste: what explains all leaves nothing on
-                                     its way */
+static const double chance = 3.0; /* in haste, sd above noise: what explains all leaves nothing */
 
-/* chi2 per sample up to a horizon of c->r */
-static double left(const diag__fitting *t, double horizon)
+/* chi2 per sample up to a horizon of c->r. @param n  samples up to there, out */
+static double left(const diag__fitting *t, double horizon, double *n)
 {
     fit__problem *p = &t->w->p;
     p->horizon = horizon;
-    double chi2 = fit__chi2(p, t->c->r) / fmax(1.0, diag__samples(p));
+    *n = fmax(1.0, diag__samples(p));
+    double chi2 = fit__chi2(p, t->c->r) / *n;
     p->horizon = INFINITY;
     return chi2;
 }
@@ -35,11 +34,8 @@ static double left(const diag__fitting *t, double horizon)
 /* is the fit up to a horizon not on its way any more? */
 static int is_lost(const diag__fitting *t, double horizon)
 {
-    fit__problem *p = &t->w->p;
-    p->horizon = horizon;
-    double n = diag__samples(p), chi2 = fit__chi2(p, t->c->r);
-    p->horizon = INFINITY;
-    return !(chi2 < lost * n) || (diag__in_haste(t->w) && chi2 - n > chance * sqrt(2.0 * n));
+    double n, chi2 = left(t, horizon, &n);
+    return !(chi2 < lost) || (diag__in_haste(t->w) && chi2 > 1.0 + chance * sqrt(2.0 / n));
 }
 
 /* what is predicted up to a horizon, in c->r. @return chi2 per sample, INFINITY: a stroke fails */
@@ -47,10 +43,11 @@ static double predict(diag__fitting *t, double horizon, stein_status *status, st
 {
     fit__problem *p = &t->w->p;
     int failed = 0;
+    double n;
     p->horizon = horizon;
     *status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
     p->horizon = INFINITY;
-    return failed > 0 ? (double)INFINITY : left(t, horizon);
+    return failed > 0 ? (double)INFINITY : left(t, horizon, &n);
 }
 
 /* @param done  share of the strokes that has been fitted; step: to the next one, at most

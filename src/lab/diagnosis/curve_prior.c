@@ -127,25 +127,23 @@ static double fall(const diag__reduced *q, const double *e, const double *b, dou
     return sum;
 }
 
-/* A prior's factor and the decomposition by it. @return 0, -1: there is none */
-static int look_at(const diag__site *s, diag__reduced *q, int k, gsl_eigen_symmv_workspace *room,
-                   double *e, double *b)
+/* the factor of prior k with tau = 1, in q->L, and the decomposition by it. @return 1, 0: none */
+static int takes_apart(const diag__site *s, diag__reduced *q, int k,
+                       gsl_eigen_symmv_workspace *room, double *e, double *b)
 {
     return prior_factor(s, q, k / LENGTHS, 1.0, length[k % LENGTHS], q->L) == 0 &&
-                   decompose(q, q->L, room, e, b) == 0
-               ? 0
-               : -1;
+           decompose(q, q->L, room, e, b) == 0;
 }
 
 /* tau, length and kind of the largest marginal likelihood, then f and cov */
 void diag__curve_choose(const diag__site *s, diag__reduced *q)
 {
-    double e[N], b[N], best = -INFINITY;
+    double e[N], b[N], best = -INFINITY, first = first_tau * unit_of(q);
     gsl_eigen_symmv_workspace *room = gsl_eigen_symmv_alloc((size_t)q->n);
     q->tau = 0.0;
     for (int k = 0; room != NULL && k < LENGTHS * KINDS; k++) {
-        double tau = first_tau * unit_of(q);
-        if (look_at(s, q, k, room, e, b) != 0) {
+        double tau = first;
+        if (!takes_apart(s, q, k, room, e, b)) {
             continue;
         }
         for (int i = 0; i < LEVELS; i++, tau *= stride) {
@@ -178,12 +176,12 @@ static void add_spread(const diag__reduced *one, const double *f, double w, doub
 
 void diag__curve_spread(const diag__site *s, diag__reduced *q)
 {
-    double e[N], b[N], cov[N * N] = {0.0}, sum = 0.0;
+    double e[N], b[N], cov[N * N] = {0.0}, sum = 0.0, first = first_tau * unit_of(q);
     diag__reduced one = *q;
     gsl_eigen_symmv_workspace *room = q->tau > 0.0 ? gsl_eigen_symmv_alloc((size_t)q->n) : NULL;
     for (int k = 0; room != NULL && k < LENGTHS * KINDS; k++) {
-        double tau = first_tau * unit_of(q);
-        if (look_at(s, &one, k, room, e, b) != 0) {
+        double tau = first;
+        if (!takes_apart(s, &one, k, room, e, b)) {
             continue;
         }
         for (int i = 0; i < LEVELS; i++, tau *= stride) {

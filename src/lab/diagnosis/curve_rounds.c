@@ -362,9 +362,11 @@ static double one_round(diag__fitting *t, derivatives by, stein_status *status, 
                 better ? (k == 0 ? less : 1.0) * t->damping : more * fmax(t->damping, least);
         }
         t->damping = by == OF_LAST ? damping : t->damping; // of tangents
-        diag__curve_spread(t->c->site, &t->q);
-        note_sd(t, &o);
-        note_cov(t);
+        if (!isfinite(p->horizon)) {                       // on the way nobody asks
+            diag__curve_spread(t->c->site, &t->q);
+            note_sd(t, &o);
+            note_cov(t);
+        }
     }
     diag__others_free(&o);
     diag__globals_free(&g);

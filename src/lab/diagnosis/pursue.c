@@ -158,10 +158,8 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
     double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
     double excess = null - n, gain = null - e->objective, least = worth_it * excess;
     int nothing = gain < least && (where > 0 || gain > -least);
-    if (c->to_noise && where > 0 && diag__is_clear(e->objective, n)) {
-        return 1;
-    }
-    return (c->bound > 0.0 && e->objective > c->bound) || (diag__is_clear(null, n) && nothing);
+    return (c->bound > 0.0 && e->objective > c->bound) || (diag__is_clear(null, n) && nothing) ||
+           (c->to_noise && where > 0 && diag__is_clear(e->objective, n));
 }
 
 /* notes where it stands, or that it is lost */
