@@ -406,9 +406,9 @@ bench-libm: $(B)/bench $(B)/bench-libm  ## what own elementary functions cost ag
 	$(Q)STEIN_BUILD=$(B) sh bench/libm.sh
 
 SECONDS ?= 60
-fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each LONGEST=bytes RECORD=table
+fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each BYTES=longest input, RECORD=table
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=fuzz CC=clang $(FUZZ:%=build-fuzz/fuzz-%)
-	$(Q)LONGEST=$(LONGEST) RECORD=$(RECORD) sh tests/fuzz.sh $(SECONDS)
+	$(Q)BYTES="$(BYTES)" RECORD=$(RECORD) sh tests/fuzz.sh $(SECONDS)
 
 # memory that was never written, threads that meet, blocks that are lost
 sanitize:  ## suites under clang's memory sanitizer, the thread sanitizer and valgrind

@@ -3,7 +3,7 @@
 # fuzz.sh SECONDS [TARGET...] - libFuzzer on every target for so long, from its kept inputs, as many
 # targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
 # fails is named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of
-# all runs, to which those of this one are added. LONGEST: bytes of the longest input; short ones are
+# all runs, to which those of this one are added. BYTES: of the longest input; short ones are
 # tried several times as often.
 set -u
 seconds=${1:-60}
@@ -33,7 +33,7 @@ mechanism) most=4096 ;;
 csv) most=4096 ;;
 *) most=1024 ;;
 esac
-most=${LONGEST:-$most}
+most=${BYTES:-$most}
 # every block of memory has written down where it came from, which costs; more of that is for whoever
 # looks at a failure
 export ASAN_OPTIONS="malloc_context_size=2:quarantine_size_mb=16${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
