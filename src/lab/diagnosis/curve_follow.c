@@ -12,8 +12,8 @@
 
 #include "curve_fitting.h"
 
-enum { CALLS = 2, ON_THE_WAY = 8, TO_THE_END = 40 };
-enum { FALTERS = 3 }; // strides cut short before one in haste is lost
+enum { CALLS = 2, ON_THE_WAY = 8, IN_HASTE = 4, TO_THE_END = 40 };
+enum { FALTERS = 1 }; // strides of one in haste that may be cut short or lost
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
 static const double longest = 0.2, wider = 2.0; /* the next one where a whole one was predicted */
 static const double well = 1.7;   /* chi2 per sample of a prediction that can be corrected */
@@ -63,10 +63,12 @@ static double next_share(diag__fitting *t, double done, double step, stein_statu
     return done + step;
 }
 
+/* In haste no stroke is called back on the way: one law that explains all loses few, and those
+ * that another one has lost are most of its cost. */
 static stein_status call_back(diag *d, diag__fitting *t, double horizon, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    int better = 1;
+    int better = !diag__in_haste(t->w) || !isfinite(horizon);
     diag__fitting_weigh(t, STEIN_OK);
     for (int k = 0; k < CALLS && status == STEIN_OK && better; k++) {
         status = diag__curve_recall(d, t->w, t->c, horizon, 0, &better, err);
@@ -89,13 +91,14 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
     fit__problem *p = &t->w->p;
     size_t size = sizeof *t->good_x * (size_t)p->nu;
     double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
+    int haste = diag__in_haste(t->w), on_the_way = haste ? IN_HASTE : ON_THE_WAY;
     p->horizon = horizon;
     stein_status status = diag__look_around(t, err);
     p->horizon = INFINITY;
-    status = status == STEIN_OK ? diag__rounds(t, horizon, ON_THE_WAY, 0, err) : status;
+    status = status == STEIN_OK ? diag__rounds(t, horizon, on_the_way, 0, err) : status;
     double step = stride;
     for (int falters = 0; status == STEIN_OK && share < whole && !is_lost(t, horizon) &&
-                          !(diag__in_haste(t->w) && falters > FALTERS);) {
+                          !(haste && falters > FALTERS);) {
         double done = share;
         memcpy(t->good_x, t->c->x, size);
         share = next_share(t, share, step, &status, err);
@@ -103,9 +106,10 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
         step = share - done < 0.9 * step ? stride : fmin(longest, wider * step);
         horizon = share * T;
         status =
-            status == STEIN_OK && share < whole ? go_to(d, t, horizon, ON_THE_WAY, err) : status;
+            status == STEIN_OK && share < whole ? go_to(d, t, horizon, on_the_way, err) : status;
         int astray = status == STEIN_OK ? is_lost(t, horizon) : status != STEIN_ENOMEM;
         if (astray && share < whole && share - done > shortest) {
+            falters++;
             step = 0.5 * (share - done);
             share = done;
             horizon = share * T;
@@ -113,7 +117,7 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
             predict(t, horizon, &status, err);
         }
     }
-    if (status == STEIN_OK && share < whole && diag__in_haste(t->w)) {
+    if (status == STEIN_OK && share < whole && haste) {
         return lab__fail(err, STEIN_ENONFINITE, "the law has lost the strokes at %.3g s", horizon);
     }
     if (status == STEIN_OK) {
