@@ -4,11 +4,13 @@
 # targets at once as there are processors. What is new stays in build-fuzz/corpus/; an input that
 # fails is named. Ends with 1 when there is one. RECORD=FILE: a table of the inputs and failures of
 # all runs, to which those of this one are added. BYTES: of the longest input; short ones are
-# tried several times as often.
+# tried several times as often. MANY: the build that does not trace comparisons, any input changed
+# as often as any other, and no freed memory kept or filled: the same checks for three times as many
+# inputs, which find new paths more slowly.
 set -u
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-B=build-fuzz
+B=build-fuzz${MANY:+many}
 if [ -z "${FUZZ_ONE:-}" ]; then
     rm -f "$B"/*.count
     # shellcheck disable=SC2046,SC2048,SC2086
@@ -36,11 +38,13 @@ esac
 most=${BYTES:-$most}
 # every block of memory has written down where it came from, which costs; more of that is for whoever
 # looks at a failure
-export ASAN_OPTIONS="malloc_context_size=2:quarantine_size_mb=16${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
-found=$B/corpus/$target
+checks=malloc_context_size=2:quarantine_size_mb=16
+[ -z "${MANY:-}" ] || checks=malloc_context_size=0:quarantine_size_mb=4:max_malloc_fill_size=0
+export ASAN_OPTIONS="$checks${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
+found=build-fuzz/corpus/$target
 mkdir -p "$found"
 if "$B/fuzz-$target" -max_total_time="$seconds" -max_len=$most -timeout=20 -rss_limit_mb=3000 \
-    -close_fd_mask=3 -print_final_stats=1 -artifact_prefix="$found/failed-" \
+    -close_fd_mask=3 -print_final_stats=1 ${MANY:+-entropic=0} -artifact_prefix="$found/failed-" \
     -dict="tests/fuzz/$target.dict" "$found" "tests/fuzz/corpus/$target" >"$B/$target.log" 2>&1; then
     what=ok
 else

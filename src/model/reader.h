@@ -78,6 +78,7 @@ typedef enum { MECH__NEW, MECH__BUSY, MECH__DONE, MECH__FAILED } mech__state;
 /** The place of one number. */
 typedef struct mech__slot {
     char path[MECH_PATH];
+    size_t length;    /* of the path */
     const char *unit; /* SI unit expected; NULL for a declared parameter */
     mech_dim dim;
     unsigned flags;

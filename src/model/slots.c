@@ -16,8 +16,9 @@
 static mech__slot *find_slot(const mech__reader *rd, const char *path)
 {
     mech__slot *s = rd->slots;
+    size_t length = strlen(path);
 
-    while (s && strcmp(s->path, path) != 0) {
+    while (s && (s->length != length || memcmp(s->path, path, length) != 0)) {
         s = s->next;
     }
     return s;
@@ -86,6 +87,7 @@ static mech__slot *new_slot(mech__reader *rd, const char *path, const mech__node
         return NULL;
     }
     mech__name_copy(s->path, sizeof s->path, path);
+    s->length = strlen(s->path);
     s->node = node;
     s->set = find_set(rd, path);
     if (rd->last_slot) {
