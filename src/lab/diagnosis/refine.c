@@ -395,6 +395,21 @@ static stein_status hear(diag *d, stein_err *err)
     return status;
 }
 
+stein_status diag__hear_place(diag *d, int k, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0, n = 0; status == STEIN_OK && i < d->n && n < HEARD; i++) {
+        diag__suspect *s = &d->suspect[i];
+        int open = s->model == NULL && s->never == NULL && s->G != NULL && !s->begun;
+        if (i != k && open && s->alike > 0.0 &&
+            strcmp(s->s.candidate.place, d->suspect[k].s.candidate.place) == 0) {
+            status = diag__from_the_file(d, s, diag__least_amount(s), err);
+            n++;
+        }
+    }
+    return status;
+}
+
 /* the leading ones to their end, also where that is far while none leaves only noise, and then more
  * of them */
 static stein_status polish(diag *d, stein_err *err)

@@ -21,6 +21,7 @@
  *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
+ *   restart.c     the same with another one to begin with
  *   motion.h      the verdict once more, from a prescribed motion and its force
  *   verdict.c     from numbers to one of seven words
  *   note.c        the numbers that a diagnosis tells
@@ -279,6 +280,9 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 stein_status diag__refit(diag *d, stein_err *err);
 /** What has been put off. */
 stein_status diag__refit_on(diag *d, stein_err *err);
+/** Fits along the strokes of those at the place of suspect k that had none, the first ones; the
+ *  order stays. @return OK, ENOMEM */
+stein_status diag__hear_place(diag *d, int k, stein_err *err);
 /** What could stand in the place of one that describes the strokes.
  *  @param s  ranked, with room, and s->x where it does */
 stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);
@@ -464,17 +468,24 @@ typedef struct diag__found {
     diag **stage;    /* searches after the first one */
     int nstage;
 } diag__found;
-/** All causes, after the first search has ended.
+/** All causes, after the first search has ended; its best suspect is the first of them.
  *  @param before  held-out strokes of the mechanism as it is; rmse and deviance NAN: none
  *  @return OK, ENOMEM; free in any case */
-stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
-                           stein_err *err);
+stein_status diag__causes(diag *first, const diag__held *before, diag__found *found,
+                          stein_err *err);
 void diag__found_free(diag__found *found);
 /** -2 log likelihood at the end. */
 double diag__objective(const diag__found *found);
 /** The unknowns of a cause at the end, amount and the numbers beside it: x and sd [FIT__NUMBERS].
  *  @return the amount; the others follow */
 const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
+
+/* ---- restart.c ---- */
+
+/** All causes; where they leave more than noise and that was stated, other suspects are tried as
+ *  the first one. Parameters and @return as of diag__causes. */
+stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
+                           stein_err *err);
 
 /* ---- curve.c ---- */
 

@@ -428,7 +428,7 @@ static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
 
 /* ---- the whole ---- */
 
-stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
+stein_status diag__causes(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag *d = first;

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * restart.c - other first causes, where what begins with the best one leaves more than noise.
+ *
+ * Of two effects at once the first search sees a mixture. Its best suspect may be one that imitates
+ * a little of both; beside it nothing explains the rest, so it keeps its place. The one that is
+ * right alone may look worse, or its fit may have found no step: from the null fit, which has bent
+ * all numbers, Coulomb friction of the key got 9 % of its amount, where viscous friction went all
+ * the way. So at the next best place those that were not followed along the strokes are (hear_place
+ * in refine.c), and the search goes on with the best of that place as the first cause. What ends
+ * lower holds.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "searching.h"
+
+enum { OTHERS = 2 };                     /* places */
+static const double worth_hearing = 0.3; /* of the best one's gain: what could be a first cause */
+static const double worth_a_search = 0.5;
+
+static double left_by(const diag *first, const diag__found *f)
+{
+    return f->n > 0 ? f->chi2_dof : fit__chi2_dof(&first->p, first->r);
+}
+
+static int gains(const diag__suspect *s, double least)
+{
+    return s->s.refitted && s->s.possible && isfinite(s->objective) && s->s.gain > least;
+}
+
+/* the best suspect at none of these places, -1: none that is worth it */
+static int next_first(const diag *d, char tried[][LAB_PLACE], int n)
+{
+    for (int k = 1; k < d->n; k++) {
+        int new = gains(&d->suspect[k], worth_hearing * d->suspect[0].s.gain);
+        for (int i = 0; i < n; i++) {
+            new &= strcmp(tried[i], d->suspect[k].s.candidate.place) != 0;
+        }
+        if (new) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* the suspect of a place whose fit ended lowest; k is one of them */
+static int best_there(const diag *d, int k)
+{
+    int best = k;
+    for (int i = 0; i < d->n; i++) {
+        const diag__suspect *s = &d->suspect[i];
+        if (strcmp(s->s.candidate.place, d->suspect[k].s.candidate.place) == 0 &&
+            gains(s, d->suspect[best].s.gain)) {
+            best = i;
+        }
+    }
+    return best;
+}
+
+/* suspect k moves to the front, or from there back to k */
+static void to_front(diag *d, int k)
+{
+    diag__suspect s = d->suspect[k];
+    memmove(&d->suspect[1], &d->suspect[0], sizeof s * (size_t)k);
+    d->suspect[0] = s;
+}
+
+static void from_front(diag *d, int k)
+{
+    diag__suspect s = d->suspect[0];
+    memmove(&d->suspect[0], &d->suspect[1], sizeof s * (size_t)k);
+    d->suspect[k] = s;
+}
+
+/* those that end lower than the first cause alone, and with others do not, are no rivals of it */
+static void rule_out(diag *d)
+{
+    for (int i = 1; i < d->n; i++) {
+        lab_suspect *s = &d->suspect[i].s;
+        if (s->refitted && d->suspect[i].objective < d->suspect[0].objective) {
+            s->possible = 0;
+            s->why = "nothing explains what is left beside it";
+        }
+    }
+}
+
+/* suspect k as the first cause; where that ends lower it stays in front, and is what was found */
+static stein_status begin_with(diag *first, int k, const diag__held *before, diag__found *f,
+                               stein_err *err)
+{
+    diag__found other;
+    to_front(first, k);
+    stein_status status = diag__causes(first, before, &other, err);
+    if (status == STEIN_OK && other.n > 0 &&
+        diag__objective(&other) < diag__objective(f) - diag__convincing * other.excess) {
+        diag__found_free(f);
+        *f = other;
+        rule_out(first);
+    } else {
+        diag__found_free(&other);
+        from_front(first, k);
+    }
+    return status;
+}
+
+stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
+{
+    char tried[1 + OTHERS][LAB_PLACE] = {""};
+    stein_status status = diag__causes(first, before, f, err);
+    if (status != STEIN_OK || first->only != NULL || !fit__noise_given(&first->p) ||
+        first->n == 0) {
+        return status;
+    }
+    memcpy(tried[0], first->suspect[0].s.candidate.place, LAB_PLACE);
+    for (int n = 1; status == STEIN_OK && n <= OTHERS && diag__is_more(first, left_by(first, f));
+         n++) {
+        int k = next_first(first, tried, n);
+        if (k < 0) {
+            break;
+        }
+        memcpy(tried[n], first->suspect[k].s.candidate.place, LAB_PLACE);
+        status = diag__hear_place(first, k, err);
+        k = best_there(first, k);
+        if (status == STEIN_OK &&
+            gains(&first->suspect[k], worth_a_search * first->suspect[0].s.gain)) {
+            status = begin_with(first, k, before, f, err);
+        }
+    }
+    return status;
+}
