@@ -6,8 +6,8 @@
  * right alone may look worse, or its fit may have found no step: from the null fit, which has bent
  * all numbers, Coulomb friction of the key got 9 % of its amount, where viscous friction went all
  * the way. So at the next best place those that were not followed along the strokes are (hear_place
- * in refine.c), and the search goes on with the best of that place as the first cause. What ends
- * lower holds.
+ * in refine.c), and one more search is made beside the best of that place. A pair that leaves but
+ * noise holds.
  */
 #include <math.h>
 #include <string.h>
@@ -84,15 +84,15 @@ static void rule_out(diag *d)
     }
 }
 
-/* suspect k as the first cause; where that ends lower it stays in front, and is what was found */
+/* suspect k as the first cause; with a second one that explains the rest it stays in front, and
+ * they are what was found */
 static stein_status begin_with(diag *first, int k, const diag__held *before, diag__found *f,
                                stein_err *err)
 {
     diag__found other;
     to_front(first, k);
-    stein_status status = diag__causes(first, before, &other, err);
-    if (status == STEIN_OK && other.n > 0 &&
-        diag__objective(&other) < diag__objective(f) - diag__convincing * other.excess) {
+    stein_status status = diag__causes(first, before, 1, &other, err);
+    if (status == STEIN_OK && other.n > 0 && !diag__is_more(first, other.chi2_dof)) {
         diag__found_free(f);
         *f = other;
         rule_out(first);
@@ -106,7 +106,7 @@ static stein_status begin_with(diag *first, int k, const diag__held *before, dia
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     char tried[1 + OTHERS][LAB_PLACE] = {""};
-    stein_status status = diag__causes(first, before, f, err);
+    stein_status status = diag__causes(first, before, 0, f, err);
     if (status != STEIN_OK || first->only != NULL || !fit__noise_given(&first->p) ||
         first->n == 0) {
         return status;

@@ -470,8 +470,9 @@ typedef struct diag__found {
 } diag__found;
 /** All causes, after the first search has ended; its best suspect is the first of them.
  *  @param before  held-out strokes of the mechanism as it is; rmse and deviance NAN: none
+ *  @param pair    1: nobody goes on where the first two leave more than noise
  *  @return OK, ENOMEM; free in any case */
-stein_status diag__causes(diag *first, const diag__held *before, diag__found *found,
+stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *found,
                           stein_err *err);
 void diag__found_free(diag__found *found);
 /** -2 log likelihood at the end. */
@@ -482,8 +483,8 @@ const fit__unknown *diag__amount(const diag__found *found, int cause, double *x,
 
 /* ---- restart.c ---- */
 
-/** All causes; where they leave more than noise and that was stated, other suspects are tried as
- *  the first one. Parameters and @return as of diag__causes. */
+/** All causes; where they leave more than noise and that was stated, pairs that begin with other
+ *  suspects are tried. Parameters and @return as of diag__causes. */
 stein_status diag__several(diag *first, const diag__held *before, diag__found *found,
                            stein_err *err);
 

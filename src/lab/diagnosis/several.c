@@ -428,7 +428,8 @@ static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
 
 /* ---- the whole ---- */
 
-stein_status diag__causes(diag *first, const diag__held *before, diag__found *f, stein_err *err)
+stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *f,
+                          stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag *d = first;
@@ -437,6 +438,9 @@ stein_status diag__causes(diag *first, const diag__held *before, diag__found *f,
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
             break; // it is the law: nobody has to be asked again
+        }
+        if (pair && f->n > 1 && diag__is_more(first, f->chi2_dof)) {
+            return status;
         }
         status = !diag__is_more(first, f->chi2_dof) ? prune_all(f, first, err) : STEIN_OK;
         status = status == STEIN_OK ? exchange(f, first, err) : status;
