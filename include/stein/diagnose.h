@@ -287,6 +287,7 @@ typedef struct lab_experiment {
     double odds_worst;       /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
     int repeats; /* strokes after which 9 of 10 times the odds wanted are reached against
                     every rival; 0: more than can be asked for */
+    int all;     /* 1: also of every rival against every other, in 12 strokes at most */
     int against; /* suspect of the diagnosis that is hardest to tell from the cause */
 } lab_experiment;
 

@@ -223,7 +223,8 @@ const cli_command cli_plan = {
         "another channel, a faster camera; where one stroke does not tell, up to three of these\n"
         "at once. What a refit of uncertain numbers, of the trigger, of offsets and of the\n"
         "strokes' own scatter could imitate counts for nothing. The best experiment needs the\n"
-        "fewest strokes against the rival that is hardest to tell.\n"
+        "fewest strokes against the rival that is hardest to tell; what tells rivals from each\n"
+        "other, too (\"all_pairs\"), goes before what tells the cause alone.\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.",
     .output =
@@ -231,7 +232,9 @@ const cli_command cli_plan = {
         "10 strokes exceed, how many strokes give the odds wanted, and what has to be done. In\n"
         "DIR: plan.json {\"cause\", \"rivals\", \"odds_wanted\", \"experiments\": "
         "[{\"experiment\",\n"
-        "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"against\", \"set\",\n"
+        "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"all_pairs\", "
+        "\"against\",\n"
+        "\"set\",\n"
         "\"drive\", \"channel\", \"frames_for_one\"}], \"stroke\", \"stroke_of_rival\"};\n"
         "next_stroke.csv, the best experiment as the cause predicts it, and next_rival.csv, as "
         "the\n"

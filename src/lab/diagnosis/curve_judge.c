@@ -23,7 +23,8 @@ static const double as_noise = 1.1;   /* the same of one that leaves nothing */
 static const double near_noise = 1.2; /* the same of one whose derivatives are worth the care */
 static const double as_well = 1.25;   /* held-out errors that are no different */
 static const double less = 0.5;       /* of what is left */
-static const double certain = 4.0;    /* sd of a chi2/dof that is no chance */
+static const double next_to_nothing = 0.01; /* of what was left before */
+static const double certain = 4.0;          /* sd of a chi2/dof that is no chance */
 
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c)
 {
@@ -207,11 +208,20 @@ static const char *only_place(const diag__found *f)
     return place;
 }
 
+/* Several causes at several places that leave next to nothing: a law at one of the places would
+ * have to explain more, and its search costs most of a diagnosis. */
+static int are_all(const diag *d, const diag__found *f)
+{
+    return f->n > 1 && only_place(f) == NULL &&
+           f->chi2_dof - 1.0 < next_to_nothing * (d->out->chi2_dof_before - 1.0);
+}
+
 int diag__asks_for_law(const diag *d, const diag__found *f)
 {
     const lab_diagnosis *o = d->out;
     double left = f->n > 0 ? f->chi2_dof : o->chi2_dof_before;
-    int known = fit__noise_given(&d->p) && (diag__is_off(d, left) || only_place(f) != NULL);
+    int off = diag__is_off(d, left) && !are_all(d, f);
+    int known = fit__noise_given(&d->p) && (off || only_place(f) != NULL);
     return o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT || known || is_doubtful(d);
 }
 

@@ -5,17 +5,18 @@
  * a little of both; beside it nothing explains the rest, so it keeps its place. The one that is
  * right alone may look worse, or its fit may have found no step: from the null fit, which has bent
  * all numbers, Coulomb friction of the key got 9 % of its amount, where viscous friction went all
- * the way. So at the next best place those that were not followed along the strokes are (hear_place
- * in refine.c), and one more search is made beside the best of that place. A pair that leaves but
- * noise holds.
+ * the way. So one more search is made beside each of the others that gain as much as the best one
+ * nearly, and beside the best one of the next best place, where those that were not followed along
+ * the strokes are first (hear_place in refine.c). A pair that leaves but noise holds.
  */
 #include <math.h>
 #include <string.h>
 
 #include "searching.h"
 
-enum { OTHERS = 2 };                     /* places */
-static const double worth_hearing = 0.3; /* of the best one's gain: what could be a first cause */
+enum { OTHERS = 3 };
+static const double as_good = 0.9; /* of the best one's gain: another first cause at any place */
+static const double worth_hearing = 0.3; /* at a place where none was tried */
 static const double worth_a_search = 0.5;
 
 static double left_by(const diag *first, const diag__found *f)
@@ -28,15 +29,21 @@ static int gains(const diag__suspect *s, double least)
     return s->s.refitted && s->s.possible && isfinite(s->objective) && s->s.gain > least;
 }
 
-/* the best suspect at none of these places, -1: none that is worth it */
-static int next_first(const diag *d, char tried[][LAB_PLACE], int n)
+/* the best suspect that was not tried, -1: none that is worth it. @param new  1: nor was its place
+ */
+static int next_first(const diag *d, const lab_candidate *tried, int n, int *new)
 {
     for (int k = 1; k < d->n; k++) {
-        int new = gains(&d->suspect[k], worth_hearing * d->suspect[0].s.gain);
+        const lab_candidate *c = &d->suspect[k].s.candidate;
+        int again = 0;
+        *new = 1;
         for (int i = 0; i < n; i++) {
-            new &= strcmp(tried[i], d->suspect[k].s.candidate.place) != 0;
+            int here = strcmp(tried[i].place, c->place) == 0;
+            *new &= !here;
+            again |= here && tried[i].effect == c->effect;
         }
-        if (new) {
+        if (!again &&
+            gains(&d->suspect[k], (*new ? worth_hearing : as_good) * d->suspect[0].s.gain)) {
             return k;
         }
     }
@@ -105,22 +112,23 @@ static stein_status begin_with(diag *first, int k, const diag__held *before, dia
 
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
-    char tried[1 + OTHERS][LAB_PLACE] = {""};
+    lab_candidate tried[1 + OTHERS];
     stein_status status = diag__causes(first, before, 0, f, err);
-    if (status != STEIN_OK || first->only != NULL || !fit__noise_given(&first->p) ||
-        first->n == 0) {
+    if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0) {
         return status;
     }
-    memcpy(tried[0], first->suspect[0].s.candidate.place, LAB_PLACE);
+    tried[0] = first->suspect[0].s.candidate;
     for (int n = 1; status == STEIN_OK && n <= OTHERS && diag__is_more(first, left_by(first, f));
          n++) {
-        int k = next_first(first, tried, n);
+        int new, k = next_first(first, tried, n, &new);
         if (k < 0) {
             break;
         }
-        memcpy(tried[n], first->suspect[k].s.candidate.place, LAB_PLACE);
-        status = diag__hear_place(first, k, err);
-        k = best_there(first, k);
+        if (new) {
+            status = diag__hear_place(first, k, err);
+            k = best_there(first, k);
+        }
+        tried[n] = first->suspect[k].s.candidate;
         if (status == STEIN_OK &&
             gains(&first->suspect[k], worth_a_search * first->suspect[0].s.gain)) {
             status = begin_with(first, k, before, f, err);

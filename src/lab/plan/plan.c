@@ -6,6 +6,11 @@
  * least from the cause: max-min. The best one needs the fewest repeats, then says most where it
  * goes badly: numbers of a stroke that are drawn from the tail of what is known can promise any
  * odds.
+ *
+ * A rival may be what is true, and then it is the others that it has to be told from. So what tells
+ * rivals from each other, too, goes before what does not, if it takes no more strokes than an
+ * afternoon has (12). Where nothing does - they may describe the same - the next diagnosis has
+ * fewer of them.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +20,8 @@
 #include "functions.h"
 #include "planning.h"
 
-enum { MOST = 64, AT_ONCE = 3, BASES = 3, COMBINED = 10, FEW = 4 };
+enum { MOST = 64, AT_ONCE = 3, BASES = 3, COMBINED = 10, FEW = 4, RIVALS_TOO = 12 };
+enum { SIDES = 1 + LAB_PLAN_RIVALS, PAIRS = SIDES * (SIDES - 1) / 2 };
 
 lab_plan_def lab_plan_def_default(void)
 {
@@ -25,13 +31,13 @@ lab_plan_def lab_plan_def_default(void)
 typedef struct planner {
     const lab_diagnosis *d;
     const lab_plan_def *def;
-    plan__side side[1 + LAB_PLAN_RIVALS];
-    int suspect[1 + LAB_PLAN_RIVALS]; /* of the diagnosis */
+    plan__side side[SIDES];
+    int suspect[SIDES]; /* of the diagnosis */
     int nside;
     plan__bench bench;
-    plan__pair pair[LAB_PLAN_RIVALS]; /* of the present motion */
-    int known;                        /* pairs of the present motion are there */
-    stein_err why;                    /* why not */
+    plan__pair pair[PAIRS]; /* of the present motion: cause and rivals, then rivals */
+    int known;              /* pairs of the present motion are there */
+    stein_err why;          /* why not */
 } planner;
 
 static int same_motion(const lab_experiment *a, const lab_experiment *b)
@@ -48,17 +54,17 @@ static int same_motion(const lab_experiment *a, const lab_experiment *b)
 
 static void forget(planner *p)
 {
-    for (int k = 0; k < p->nside - 1; k++) {
+    for (int k = 0; k < PAIRS; k++) {
         plan__pair_free(&p->pair[k]);
     }
     p->known = 0;
 }
 
-/* pairs of cause and rivals for the motion of an experiment; p->known stays 0 when one of them
- * cannot be simulated. @return OK, ENOMEM */
+/* pairs of cause and rivals, and of rivals, for the motion of an experiment; p->known stays 0 when
+ * one of them cannot be simulated. @return OK, ENOMEM */
 static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
 {
-    plan__view view[1 + LAB_PLAN_RIVALS];
+    plan__view view[SIDES];
     memset(view, 0, sizeof view);
     forget(p);
     p->why = (stein_err){STEIN_OK, ""};
@@ -66,8 +72,11 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     for (int k = 0; status == STEIN_OK && k < p->nside; k++) {
         status = plan__predict(&view[k], &p->bench, &p->side[k], e, 0, &p->why);
     }
-    for (int k = 1; status == STEIN_OK && k < p->nside; k++) {
-        status = plan__pair_make(&p->pair[k - 1], &view[0], &view[k], &p->why);
+    int n = 0;
+    for (int i = 0; i < p->nside; i++) {
+        for (int k = i + 1; status == STEIN_OK && k < p->nside; k++) {
+            status = plan__pair_make(&p->pair[n++], &view[i], &view[k], &p->why);
+        }
     }
     p->known = status == STEIN_OK;
     for (int k = 0; k < p->nside; k++) {
@@ -79,8 +88,18 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
 /* a is no more worth than b */
 static int less(const lab_experiment *a, const lab_experiment *b)
 {
+    if (a->all != b->all) {
+        return b->all;
+    }
     int na = a->repeats > 0 ? a->repeats : MOST + 1, nb = b->repeats > 0 ? b->repeats : MOST + 1;
     return na != nb ? na > nb : a->repeats > 0 ? a->odds_worst < b->odds_worst : a->odds < b->odds;
+}
+
+static stein_status odds(planner *p, int pair, const unsigned char *use, int most,
+                         lab_experiment *e, stein_err *err)
+{
+    return plan__odds(&p->pair[pair], use, 2.0 * stein__log_of(p->def->wanted), most, p->nside - 1,
+                      e, err);
 }
 
 static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
@@ -100,11 +119,19 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
         lab_experiment one = *e;
         one.against = p->suspect[k + 1];
-        status = plan__odds(&p->pair[k], use, 2.0 * stein__log_of(p->def->wanted), MOST,
-                            p->nside - 1, &one, err);
+        status = odds(p, k, use, MOST, &one, err);
         worst = k == 0 || less(&one, &worst) ? one : worst;
     }
-    *e = worst;
+    lab_experiment all = worst;
+    int npair = p->nside * (p->nside - 1) / 2;
+    all.all = all.repeats > 0 && all.repeats <= RIVALS_TOO;
+    for (int k = p->nside - 1; status == STEIN_OK && all.all && k < npair; k++) {
+        lab_experiment one = all;
+        status = odds(p, k, use, RIVALS_TOO, &one, err);
+        all = less(&one, &all) ? one : all;
+        all.all = all.repeats > 0;
+    }
+    *e = all.all ? all : worst;
     return status;
 }
 
@@ -161,6 +188,11 @@ static void add_to(planner *p, lab_plan *plan, const lab_experiment *base,
     }
 }
 
+static int one_tells(const lab_experiment *e)
+{
+    return e->all && e->repeats == 1;
+}
+
 /* The best ones with each of the next best things done as well, and the best of those once more:
  * what one change brings into reach another one may make large. Where one stroke tells, nobody
  * needs that. */
@@ -169,7 +201,7 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
     stein_status status = STEIN_OK;
     int single = plan->n, quick = p->def->quick;
     int bases = quick ? 1 : BASES, levels = quick ? 1 : AT_ONCE - 1, most = quick ? FEW : COMBINED;
-    if (single < 1 || plan->experiment[0].repeats == 1) {
+    if (single < 1 || one_tells(&plan->experiment[0])) {
         return STEIN_OK;
     }
     lab_experiment *one = malloc(sizeof *one * (size_t)single);
@@ -192,7 +224,7 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
             add_to(p, plan, &best[i], one, single, most);
         }
         status = judge_from(p, plan, n, err);
-        on = less(&best[0], &plan->experiment[0]) && plan->experiment[0].repeats != 1;
+        on = less(&best[0], &plan->experiment[0]) && !one_tells(&plan->experiment[0]);
     }
     free(one);
     return status;

@@ -115,6 +115,7 @@ void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *
     } else {
         lab__json_null(j, "repeats");
     }
+    lab__json_bool(j, "all_pairs", e->all);
     if (e->feasible) {
         write_suspect(j, "against", &d->suspect[e->against].candidate);
     } else {
