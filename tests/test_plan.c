@@ -91,7 +91,7 @@ START_TEST(odds_of_draws_are_those_of_dense_algebra)
         }
         expected = fmin(expected, sum);
     }
-    ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+    ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
     ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
     printf("odds: %.3f by draws, %.3f by dense algebra, worst %.3f, %d repeats\n", e.odds, expected,
            e.odds_worst, e.repeats);
@@ -126,7 +126,7 @@ START_TEST(what_cannot_be_predicted_tells_nothing)
             Y[0][i] += 1e3;
         }
         e[k] = (lab_experiment){.faster = 1};
-        ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+        ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
         ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e[k], err));
         plan__pair_free(&pair);
     }
@@ -148,7 +148,7 @@ START_TEST(models_that_predict_the_same_are_never_told_apart)
         Y[1][i] = Y[0][i] + 0.3;
     }
     v[1].P = P[0];
-    ck_assert_stein(plan__pair_make(&pair, &v[0], &v[1], err));
+    ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
     ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
     ck_assert(fabs(e.odds) < 0.05);
     ck_assert_int_eq(e.repeats, 0);
@@ -228,6 +228,79 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
 }
 END_TEST
 
+/* 2 ln odds between a suspect and itself with all numbers `far` standard deviations away along what
+ * its first one is correlated with; straight 1: seen along derivatives only */
+static double odds_of_itself(const rotor *r, const plan__bench *b, const lab_experiment *e,
+                             double far, int straight)
+{
+    lab_suspect there = r->d->suspect[0];
+    lab_posterior q = there.posterior;
+    plan__side side[2];
+    plan__view v[2];
+    plan__pair pair;
+    lab_experiment x = *e;
+    unsigned char use[PLAN_EYES] = {1};
+    q.number = malloc(sizeof *q.number * (size_t)q.n);
+    ck_assert_ptr_nonnull(q.number);
+    for (int i = 0; i < q.n; i++) {
+        double by = far * q.correlation[i * q.n] * there.posterior.number[i].sd;
+        q.number[i] = there.posterior.number[i];
+        q.number[i].value =
+            q.number[i].logarithmic ? q.number[i].value * exp(by) : q.number[i].value + by;
+    }
+    there.posterior = q;
+    for (int k = 0; k < 2; k++) {
+        ck_assert_stein(plan__side_open(&side[k], k == 0 ? &r->d->suspect[0] : &there,
+                                        in_folder("rotor.yaml"), r->model, NULL, err));
+        ck_assert_stein(plan__predict(&v[k], (plan__bench *)b, &side[k], e, 0, err));
+    }
+    plan__stage *stage[] = {v[0].stage, v[1].stage};
+    for (int k = 0; k < 2 && straight; k++) {
+        v[k].stage = NULL;
+    }
+    ck_assert_stein(plan__pair_make(&pair, (plan__bench *)b, &v[0], &v[1], err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &x, err));
+    plan__pair_free(&pair);
+    for (int k = 0; k < 2; k++) {
+        v[k].stage = stage[k];
+        plan__view_free(&v[k]);
+        plan__side_close(&side[k]);
+    }
+    free(q.number);
+    return x.odds;
+}
+
+START_TEST(what_curves_on_the_way_to_other_numbers_is_no_evidence)
+{
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    plan__side cause;
+    plan__bench b;
+    lab_plan_def def = lab_plan_def_default();
+    lab_experiment *list = NULL;
+    int n = 0;
+    ck_assert_stein(
+        plan__side_open(&cause, &r.d->suspect[0], in_folder("rotor.yaml"), r.model, NULL, err));
+    ck_assert_stein(plan__bench_make(&b, &cause, r.d, lab_equations(r.model), &def, err));
+    ck_assert_stein(plan__experiments(&b, &cause, 1, &list, &n, err));
+    const lab_experiment *high = list;
+    while (high < list + n && strstr(high->name, "400 mrad") == NULL) {
+        high++;
+    }
+    ck_assert(high < list + n);
+    double far = 480.0, straight = odds_of_itself(&r, &b, high, far, 1),
+           refitted = odds_of_itself(&r, &b, high, far, 0);
+    printf("the same model %g sd away: 2 ln odds %.4g along derivatives, %.4g refitted\n", far,
+           straight, refitted);
+    fflush(stdout);
+    ck_assert_double_lt(refitted, 0.95 * straight);
+    ck_assert_double_gt(refitted, 0.0);
+    free(list);
+    plan__bench_free(&b);
+    plan__side_close(&cause);
+    rotor_free(&r);
+}
+END_TEST
+
 static int things(const lab_experiment *e)
 {
     int n = 1;
@@ -281,9 +354,12 @@ START_TEST(what_two_experiments_change_is_changed_at_once)
     ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0); // b is the base
     plan__set(&a, "load.mass", "kg", 0.2);
     plan__set(&b, "stop", "m", 1e-3);
+    a.beyond = 2.5;
+    b.beyond = 2.0;
     ck_assert_int_eq(plan__together(&to, &a, &b, &base), 1);
     ck_assert_double_eq(to.set[0].value, 0.2);
     ck_assert_double_eq(to.set[1].value, 1e-3);
+    ck_assert_double_eq(to.beyond, 5.0);
     plan__set(&b, "load.mass", "kg", 0.3);
     ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0); // both set the load
     b = base;
@@ -487,6 +563,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, odds_of_draws_are_those_of_dense_algebra);
     tcase_add_test(tc, what_cannot_be_predicted_tells_nothing);
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
+    tcase_add_test(tc, what_curves_on_the_way_to_other_numbers_is_no_evidence);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
     tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);

@@ -285,10 +285,12 @@ typedef struct lab_experiment {
     int feasible;            /* 0: it cannot be simulated */
     double odds;             /* expected 2 ln of the odds that one stroke gives, whoever is right */
     double odds_worst;       /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
-    int repeats; /* strokes after which 9 of 10 times the odds wanted are reached against
-                    every rival; 0: more than can be asked for */
-    int all;     /* 1: also of every rival against every other, in 12 strokes at most */
-    int against; /* suspect of the diagnosis that is hardest to tell from the cause */
+    int repeats;   /* strokes after which 9 of 10 times the odds wanted are reached against
+                      every rival; 0: more than can be asked for */
+    int all;       /* 1: also of every rival against every other, in 12 strokes at most */
+    double beyond; /* how many times as much as in the strokes so far, of all it changes: 1 within
+                      what they were, 2 twice the force, 5 that and a body 2.5 times as heavy */
+    int against;   /* suspect of the diagnosis that is hardest to tell from the cause */
 } lab_experiment;
 
 /** A law recovered from the strokes, as a curve with its 95 % band: what acts somewhere beside the

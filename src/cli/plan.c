@@ -222,9 +222,10 @@ const cli_command cli_plan = {
         "start, a prescribed motion, half a stroke, a force, the string removed, a mass added,\n"
         "another channel, a faster camera; where one stroke does not tell, up to three of these\n"
         "at once. What a refit of uncertain numbers, of the trigger, of offsets and of the\n"
-        "strokes' own scatter could imitate counts for nothing. The best experiment needs the\n"
-        "fewest strokes against the rival that is hardest to tell; what tells rivals from each\n"
-        "other, too (\"all_pairs\"), goes before what tells the cause alone.\n"
+        "strokes' own scatter could imitate counts for nothing. The best experiment needs\n"
+        "few strokes against the rival that is hardest to tell, goes little beyond the strokes so\n"
+        "far (\"beyond\": 1 not at all, 2 twice the force), where the model may be wrong in other\n"
+        "ways, and tells the rivals from each other, too (\"all_pairs\").\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.",
     .output =
@@ -235,7 +236,8 @@ const cli_command cli_plan = {
         "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"all_pairs\", "
         "\"against\",\n"
         "\"set\",\n"
-        "\"drive\", \"channel\", \"frames_for_one\"}], \"stroke\", \"stroke_of_rival\"};\n"
+        "\"drive\", \"channel\", \"frames_for_one\", \"beyond\"}], \"stroke\",\n"
+        "\"stroke_of_rival\"};\n"
         "next_stroke.csv, the best experiment as the cause predicts it, and next_rival.csv, as "
         "the\n"
         "rival does: data files with the settings (# set) and the driven input, for\n"

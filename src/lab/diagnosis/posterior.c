@@ -104,7 +104,7 @@ stein_status diag__widths(diag *d, stein_err *err)
         if (s->J == NULL) {
             continue;
         }
-        status = i <= RIVALS ? renew(d, s, err) : STEIN_OK;
+        status = i <= LAB_PLAN_RIVALS ? renew(d, s, err) : STEIN_OK;
         fit__problem *p = diag__problem(d, s);
         fit__problem_try(p, &s->s.candidate);
         if (status == STEIN_OK) {

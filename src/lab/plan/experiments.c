@@ -18,7 +18,8 @@
  *
  * and two or three of these at once, as long as that tells more (plan.c).
  *
- * What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.
+ * Each of them says how far it goes beyond the strokes so far: there the model has not been seen to
+ * hold. What the mechanism lacks is not proposed; what cannot be simulated says so and comes last.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -30,12 +31,13 @@
 
 enum { FASTER = 10 };
 static const char fast_camera[] = "a camera ten times as fast";
-static const double beyond = 0.3;                     /* of a range */
+static const double farther = 0.3;                    /* of a range */
 static const double more_mass = 0.5, much_mass = 1.5; /* of a body's */
 static const double least_travel = 1e-4;              /* of a joint that moves [rad or m] */
 static const double nearly_all = 0.9;                 /* of a travel */
 static const double quick = 0.5, slow = 2.0, half = 0.5, hard = 2.0, very_hard = 4.0, heavy = 3.0;
-static const double least_load = 0.1; /* that is heavy when it is so much more [kg] */
+static const double a_part_less = 2.0; /* beyond: as bold as twice the force */
+static const double least_load = 0.1;  /* that is heavy when it is so much more [kg] */
 
 /* ---- the list ---- */
 
@@ -61,6 +63,7 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
     }
     lab_experiment *e = &l->e[l->n++];
     *e = l->b->base;
+    e->beyond = 1.0;
     va_start(args, format);
     vsnprintf(e->name, sizeof e->name, format, args);
     va_end(args);
@@ -68,16 +71,25 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
     return e;
 }
 
-static void add_setting(list *l, const char *name, const char *unit, double value, const char *why)
+/* 1: it has been so; 2: as far outside as what it was was wide, or large */
+static double outside(const lab_used *u, double value)
+{
+    double end = fmin(fmax(value, u->lo), u->hi), scale = fmax(u->hi - u->lo, fabs(end));
+    return value == end ? 1.0 : scale > 0.0 ? 1.0 + fabs(value - end) / scale : 2.0;
+}
+
+static void add_setting(list *l, const lab_used *u, double value, const char *why)
 {
     char text[DATA_SHOWN];
-    const lab_planned_set *base = plan__set_of(&l->b->base, name);
+    const lab_planned_set *base = plan__set_of(&l->b->base, u->name);
     if (base != NULL && base->value == value) {
         return; // the base itself
     }
-    lab_experiment *e = add(l, why, "%s = %s", name, data__quantity(text, value, unit));
-    if (e != NULL && !plan__set(e, name, unit, value)) {
+    lab_experiment *e = add(l, why, "%s = %s", u->name, data__quantity(text, value, u->unit));
+    if (e != NULL && !plan__set(e, u->name, u->unit, value)) {
         l->n--;
+    } else if (e != NULL) {
+        e->beyond = outside(u, value);
     }
 }
 
@@ -86,18 +98,18 @@ static void vary(list *l, const lab_used *u)
 {
     double range = u->hi - u->lo;
     if (range > 0.0) {
-        add_setting(l, u->name, u->unit, u->lo, "the low end of what was set so far");
-        add_setting(l, u->name, u->unit, u->hi, "the high end of what was set so far");
-        double below = plan__rounded(u->lo - beyond * range),
-               above = plan__rounded(u->hi + beyond * range);
+        add_setting(l, u, u->lo, "the low end of what was set so far");
+        add_setting(l, u, u->hi, "the high end of what was set so far");
+        double below = plan__rounded(u->lo - farther * range),
+               above = plan__rounded(u->hi + farther * range);
         if (below * u->lo > 0.0 || u->lo <= 0.0) { // what is positive stays so
-            add_setting(l, u->name, u->unit, below, "below what was set so far");
+            add_setting(l, u, below, "below what was set so far");
         }
-        add_setting(l, u->name, u->unit, above, "above what was set so far");
+        add_setting(l, u, above, "above what was set so far");
     } else if (u->lo != 0.0) {
-        add_setting(l, u->name, u->unit, plan__rounded(0.5 * u->lo), "half of what was set so far");
-        add_setting(l, u->name, u->unit, plan__rounded(1.5 * u->lo), "more than was set so far");
-        add_setting(l, u->name, u->unit, plan__rounded(2.0 * u->lo), "twice what was set so far");
+        add_setting(l, u, plan__rounded(0.5 * u->lo), "half of what was set so far");
+        add_setting(l, u, plan__rounded(1.5 * u->lo), "more than was set so far");
+        add_setting(l, u, plan__rounded(2.0 * u->lo), "twice what was set so far");
     }
 }
 
@@ -105,7 +117,7 @@ static void vary(list *l, const lab_used *u)
 static void weigh_down(list *l, const lab_used *u)
 {
     double value = plan__rounded(heavy * fmax(u->hi, least_load));
-    add_setting(l, u->name, u->unit, value, "a heavy load");
+    add_setting(l, u, value, "a heavy load");
 }
 
 static void corners(list *l)
@@ -169,14 +181,18 @@ static void vary_start(list *l, int joint)
     }
     double from = set != NULL ? set->hi : i >= 0 ? b->p[i] : 0.0;
     if (i >= 0 && from != 0.0 && strcmp(m->params[i].unit, "rad") == 0) {
-        add_setting(l, name, m->params[i].unit, -from, "let go on the other side");
+        lab_used u = {.unit = m->params[i].unit, .lo = -fabs(from), .hi = fabs(from)};
+        snprintf(u.name, sizeof u.name, "%s", name);
+        add_setting(l, &u, -from, "let go on the other side");
     }
     snprintf(name, sizeof name, "%s.initial.speed", m->bodies[joint].name);
     i = stein_find_param(m, name);
     double speed = plan__rounded(half * b->fast[joint]);
     if (i >= 0 && speed > 0.0 && plan__used(c->setting, c->nsetting, name) == NULL) {
-        add_setting(l, name, m->params[i].unit, speed, "let go with a speed");
-        add_setting(l, name, m->params[i].unit, -speed, "let go with a speed, the other way");
+        lab_used u = {.unit = m->params[i].unit}; // none so far
+        snprintf(u.name, sizeof u.name, "%s", name);
+        add_setting(l, &u, speed, "let go with a speed");
+        add_setting(l, &u, -speed, "let go with a speed, the other way");
     }
 }
 
@@ -198,7 +214,7 @@ static void vary_others(list *l)
 }
 
 static void drive(list *l, const stein_input *input, const char *what, lab_shape shape, double zero,
-                  double size, double time)
+                  double size, double time, double beyond)
 {
     char text[2][DATA_SHOWN];
     lab_experiment *e = add(
@@ -210,6 +226,7 @@ static void drive(list *l, const stein_input *input, const char *what, lab_shape
         e->zero = zero;
         e->size = size;
         e->time = time;
+        e->beyond = beyond;
     }
 }
 
@@ -231,13 +248,16 @@ static void motions(list *l)
             continue;
         }
         way = plan__rounded(nearly_all * way);
-        drive(l, input, "a motion as long as the mechanism's own", LAB_SHAPE_RISE, zero, way, time);
-        drive(l, input, "a quick motion", LAB_SHAPE_RISE, zero, way, plan__rounded(quick * time));
-        drive(l, input, "a slow motion", LAB_SHAPE_RISE, zero, way, plan__rounded(slow * time));
+        drive(l, input, "a motion as long as the mechanism's own", LAB_SHAPE_RISE, zero, way, time,
+              1.0);
+        drive(l, input, "a quick motion", LAB_SHAPE_RISE, zero, way, plan__rounded(quick * time),
+              1.0 / quick);
+        drive(l, input, "a slow motion", LAB_SHAPE_RISE, zero, way, plan__rounded(slow * time),
+              1.0);
         drive(l, input, "half of the way, then back", LAB_SHAPE_BACK, zero,
-              plan__rounded(half * way), time);
+              plan__rounded(half * way), time, 1.0);
         drive(l, input, "there and back, slowly", LAB_SHAPE_BACK, zero, way,
-              plan__rounded(slow * time));
+              plan__rounded(slow * time), 1.0);
     }
 }
 
@@ -262,15 +282,18 @@ static void forces(list *l)
             continue;
         }
         size = plan__rounded(size);
-        drive(l, input, "a force that stays", LAB_SHAPE_RISE, 0.0, size, time);
-        drive(l, input, "half of the force", LAB_SHAPE_RISE, 0.0, plan__rounded(half * size), time);
-        drive(l, input, "twice the force", LAB_SHAPE_RISE, 0.0, plan__rounded(hard * size), time);
-        drive(l, input, "a hard short push", LAB_SHAPE_BACK, 0.0, plan__rounded(hard * size), time);
+        drive(l, input, "a force that stays", LAB_SHAPE_RISE, 0.0, size, time, 1.0);
+        drive(l, input, "half of the force", LAB_SHAPE_RISE, 0.0, plan__rounded(half * size), time,
+              1.0);
+        drive(l, input, "twice the force", LAB_SHAPE_RISE, 0.0, plan__rounded(hard * size), time,
+              hard);
+        drive(l, input, "a hard short push", LAB_SHAPE_BACK, 0.0, plan__rounded(hard * size), time,
+              hard);
         drive(l, input, "a blow", LAB_SHAPE_BACK, 0.0, plan__rounded(very_hard * size),
-              plan__rounded(quick * time));
-        drive(l, input, "a short push", LAB_SHAPE_BACK, 0.0, size, time);
+              plan__rounded(quick * time), very_hard);
+        drive(l, input, "a short push", LAB_SHAPE_BACK, 0.0, size, time, 1.0);
         drive(l, input, "a long push, half as strong", LAB_SHAPE_BACK, 0.0,
-              plan__rounded(half * size), plan__rounded(slow * time));
+              plan__rounded(half * size), plan__rounded(slow * time), 1.0);
     }
 }
 
@@ -301,6 +324,9 @@ static void without_string(list *l, const plan__side *side, int nside)
     }
     lab_experiment *e =
         add(l, "the hammer flies past the place of the string", "%s removed", string);
+    if (e != NULL) {
+        e->beyond = a_part_less;
+    }
     for (int i = 0; e != NULL && i < 3; i++) {
         char name[LAB_PLACE];
         snprintf(name, sizeof name, "%s.normal.%s", string, stiffness[i]);
@@ -348,6 +374,8 @@ static void masses(list *l, const plan__side *side, int nside)
                                     data__quantity(text[1], whole, "kg"));
             if (e != NULL && !plan__set(e, name, "kg", whole)) {
                 l->n--;
+            } else if (e != NULL) {
+                e->beyond = whole / b->p[i];
             }
         }
     }
@@ -440,6 +468,7 @@ int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experi
         to->noise = b->noise;
     }
     to->faster = b->faster > a->faster ? b->faster : a->faster;
+    to->beyond = a->beyond * b->beyond;
     append(to->name, ", ", b->name);
     append(to->why, "; ", b->why);
     return changes && !(drives(a, base) && drives(b, base)) &&

@@ -17,11 +17,15 @@
  * its derivatives differ by, a small part of that, would be rounding and curvature, no evidence.
  *
  * So whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
- * Buzzi-Ferraris and Forzatti 1984). Strokes are drawn from either model: the mean and the worst
+ * Buzzi-Ferraris and Forzatti 1984). Two models that were fitted to the same strokes may be many
+ * standard deviations apart in numbers they share, and what is not straight on that way is no
+ * evidence, either: where A is true, y_B is what B predicts fitted to A's prediction, its numbers
+ * taken back along P_B (y_B|A). Strokes are drawn from either model: the mean and the worst
  * tenth of 2 ln odds, the lesser one of both truths. Of k rivals each has to go in all but a k-th
  * of that tenth, so that all of them are gone in nine of ten. A draw needs no vector as long as a
  * stroke:
- * with X = [y_A - y_B, P_A, Z_A, P_B, Z_B] and K = X'X, X'v follows from w, u and X'e ~ N(0, K).
+ * with X = [y_A - y_B|A, y_A|B - y_B, P_A, Z, P_B, Z] and K = X'X, X'v follows from w, u and
+ * X'e ~ N(0, K).
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -35,34 +39,38 @@
 #include "functions.h"
 #include "planning.h"
 
+enum { DIFFERENCES = 2 }; /* columns of a pair: of either truth */
 enum { DRAWS = 400, DRAWS_MANY = 200, MANY = 8 };
 static const double jitter = 1e-10;
 
 /* ---- Gram matrices ---- */
 
-stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__view *b,
+stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
                              stein_err *err)
 {
-    int n = 1 + a->np + a->nz + b->np + b->nz;
+    int n = DIFFERENCES + a->np + a->nz + b->np + b->nz;
     size_t rows = (size_t)a->rows, all = rows * (size_t)a->neye, size = (size_t)n * (size_t)n;
     size_t until = (size_t)(a->until < b->until ? a->until : b->until);
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
-    double *Z = malloc(sizeof *Z * ((size_t)a->nz * all + 1));
-    if (pair->K == NULL || X == NULL || Z == NULL || a->nz != b->nz) {
+    double *room = malloc(sizeof *room * (((size_t)a->nz + 2) * all + 1)), *Z = room + 2 * all;
+    if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
-        free(Z);
+        free(room);
         return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
                               : lab__no_memory(err);
     }
+    stein_status status = plan__imitate(room, b, bench, a, err);
+    status = status == STEIN_OK ? plan__imitate(room + all, a, bench, b, err) : status;
     for (size_t i = 0; i < (size_t)a->nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
-    for (int c = 0; c < a->neye; c++) {
-        size_t at = rows * (size_t)c, k = 1;
+    for (int c = 0; status == STEIN_OK && c < a->neye; c++) {
+        size_t at = rows * (size_t)c, k = DIFFERENCES;
         for (size_t i = 0; i < until; i++) {
-            X[i] = a->y[at + i] - b->y[at + i];
+            X[i] = a->y[at + i] - room[at + i];
+            X[rows + i] = room[all + at + i] - b->y[at + i];
         }
         const double *block[] = {a->P, Z, b->P, Z};
         const int count[] = {a->np, a->nz, b->np, b->nz};
@@ -76,8 +84,8 @@ stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__
         gsl_blas_dgemm(CblasNoTrans, CblasTrans, 1.0, &x.matrix, &x.matrix, 0.0, &K.matrix);
     }
     free(X);
-    free(Z);
-    return STEIN_OK;
+    free(room);
+    return status;
 }
 
 void plan__pair_free(plan__pair *pair)
@@ -255,8 +263,9 @@ static double one_draw(draw *d, int truth, int repeats)
             add_column(d, d->g, a->z + i, gsl_ran_ugaussian(d->rng));
         }
         memcpy(d->other, d->g, sizeof *d->g * (size_t)n);
-        add_column(d, d->other, 0, sign);
-        sum += 2.0 * sign * d->g[0] + d->K[0] + model_take(b, d->other) - model_take(a, d->g);
+        add_column(d, d->other, truth, sign);
+        sum += 2.0 * sign * d->g[truth] + d->K[truth * n + truth];
+        sum += model_take(b, d->other) - model_take(a, d->g);
     }
     return sum - model_learnt(b) + model_learnt(a);
 }
@@ -334,8 +343,8 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
             K[i] += pair->K[(size_t)c * n * n + i];
         }
     }
-    int second = 1 + pair->np[0] + pair->nz[0];
-    int a = model_make(&d.side[0], K, pair->n, 1, pair->np[0], pair->nz[0]);
+    int first = DIFFERENCES, second = first + pair->np[0] + pair->nz[0];
+    int a = model_make(&d.side[0], K, pair->n, first, pair->np[0], pair->nz[0]);
     int b = model_make(&d.side[1], K, pair->n, second, pair->np[1], pair->nz[1]);
     e->odds = e->odds_worst = 0.0;
     e->repeats = 0;

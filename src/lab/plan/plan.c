@@ -3,14 +3,17 @@
  *
  * Every experiment is predicted by the cause and by each rival (predict.c), every pair of cause and
  * rival has its odds (odds.c), and an experiment counts what it says about the rival that it tells
- * least from the cause: max-min. The best one needs the fewest repeats, then says most where it
- * goes badly: numbers of a stroke that are drawn from the tail of what is known can promise any
- * odds.
+ * least from the cause: max-min.
  *
- * A rival may be what is true, and then it is the others that it has to be told from. So what tells
- * rivals from each other, too, goes before what does not, if it takes no more strokes than an
- * afternoon has (12). Where nothing does - they may describe the same - the next diagnosis has
- * fewer of them.
+ *      worth = odds / (strokes * beyond * left)
+ *
+ * odds   that are wanted, up to three times as much where one stroke has them even when it goes
+ *        badly; more is no better: numbers that are drawn from the tail of what is known can
+ * promise any odds beyond the farther a stroke goes from those so far, the more else may be wrong
+ * about it: a model that explains strokes of 100 g need not explain a hammer that is twice as heavy
+ * left   a rival may be what is true, and then it is the others that it has to be told from. What
+ *        tells only the cause from its k rivals, or the rivals from each other with more strokes
+ *        than an afternoon has (12), settles it in one of k cases
  */
 #include <math.h>
 #include <stdlib.h>
@@ -20,6 +23,7 @@
 #include "functions.h"
 #include "planning.h"
 
+static const double plenty = 3.0; /* times the odds wanted, in logarithms */
 enum { MOST = 64, AT_ONCE = 3, BASES = 3, COMBINED = 10, FEW = 4, RIVALS_TOO = 12 };
 enum { SIDES = 1 + LAB_PLAN_RIVALS, PAIRS = SIDES * (SIDES - 1) / 2 };
 
@@ -75,7 +79,7 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     int n = 0;
     for (int i = 0; i < p->nside; i++) {
         for (int k = i + 1; status == STEIN_OK && k < p->nside; k++) {
-            status = plan__pair_make(&p->pair[n++], &view[i], &view[k], &p->why);
+            status = plan__pair_make(&p->pair[n++], &p->bench, &view[i], &view[k], &p->why);
         }
     }
     p->known = status == STEIN_OK;
@@ -85,12 +89,9 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     return fit__forgive(status, err);
 }
 
-/* a is no more worth than b */
-static int less(const lab_experiment *a, const lab_experiment *b)
+/* of two pairs: a is harder to tell than b, by the same experiment */
+static int harder(const lab_experiment *a, const lab_experiment *b)
 {
-    if (a->all != b->all) {
-        return b->all;
-    }
     int na = a->repeats > 0 ? a->repeats : MOST + 1, nb = b->repeats > 0 ? b->repeats : MOST + 1;
     return na != nb ? na > nb : a->repeats > 0 ? a->odds_worst < b->odds_worst : a->odds < b->odds;
 }
@@ -106,6 +107,7 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
 {
     unsigned char use[PLAN_EYES] = {0};
     stein_status status = STEIN_OK;
+    e->all = 0; // one that is put together has that of another one
     lab_experiment worst = *e;
     if (!p->known) {
         e->feasible = 0;
@@ -120,7 +122,7 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
         lab_experiment one = *e;
         one.against = p->suspect[k + 1];
         status = odds(p, k, use, MOST, &one, err);
-        worst = k == 0 || less(&one, &worst) ? one : worst;
+        worst = k == 0 || harder(&one, &worst) ? one : worst;
     }
     lab_experiment all = worst;
     int npair = p->nside * (p->nside - 1) / 2;
@@ -128,20 +130,36 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
     for (int k = p->nside - 1; status == STEIN_OK && all.all && k < npair; k++) {
         lab_experiment one = all;
         status = odds(p, k, use, RIVALS_TOO, &one, err);
-        all = less(&one, &all) ? one : all;
+        all = harder(&one, &all) ? one : all;
         all.all = all.repeats > 0;
     }
     *e = all.all ? all : worst;
     return status;
 }
 
-static int by_worth(const void *a, const void *b)
+/* in units of the odds wanted; what takes too many strokes is worth less than nothing, the less it
+ * says the more so */
+static double worth(const planner *p, const lab_experiment *e)
 {
-    const lab_experiment *x = a, *y = b;
-    if (x->feasible != y->feasible) {
-        return x->feasible ? -1 : 1;
+    double wanted = 2.0 * stein__log_of(p->def->wanted);
+    double odds = e->repeats == 1 ? fmin(e->odds_worst / wanted, plenty) : 1.0;
+    return !e->feasible     ? -INFINITY
+           : e->repeats > 0 ? odds / (e->repeats * e->beyond * (e->all ? 1 : p->nside - 1))
+                            : -1.0 / (1.0 + fmax(e->odds, 0.0));
+}
+
+/* best first, of equals the one that was there before */
+static void sort(const planner *p, lab_plan *plan)
+{
+    for (int i = 1; i < plan->n; i++) {
+        lab_experiment e = plan->experiment[i];
+        double w = worth(p, &e);
+        int k = i;
+        for (; k > 0 && w > worth(p, &plan->experiment[k - 1]); k--) {
+            plan->experiment[k] = plan->experiment[k - 1];
+        }
+        plan->experiment[k] = e;
     }
-    return !x->feasible ? 0 : less(x, y) ? 1 : less(y, x) ? -1 : 0;
 }
 
 /* the experiments from `first` on, then all by their worth */
@@ -159,7 +177,7 @@ static stein_status judge_from(planner *p, lab_plan *plan, int first, stein_err 
         status = status == STEIN_OK ? judge(p, e, err) : status;
     }
     forget(p);
-    qsort(plan->experiment, (size_t)plan->n, sizeof *plan->experiment, by_worth);
+    sort(p, plan);
     return status;
 }
 
@@ -224,7 +242,8 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
             add_to(p, plan, &best[i], one, single, most);
         }
         status = judge_from(p, plan, n, err);
-        on = less(&best[0], &plan->experiment[0]) && !one_tells(&plan->experiment[0]);
+        on =
+            worth(p, &best[0]) < worth(p, &plan->experiment[0]) && !one_tells(&plan->experiment[0]);
     }
     free(one);
     return status;

@@ -2,9 +2,9 @@
  * planning.h - what the files of the plan share. Not installed.
  *
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
- *   bench.c        the strokes so far              odds.c     what a stroke is expected to say
- *   experiments.c  what could be done next         show.c     plan.json, files of strokes
- *                                                  read.c     diagnosis.json
+ *   bench.c        the strokes so far              imitate.c  how near another one comes to that
+ *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
+ *   read.c         diagnosis.json                  show.c     plan.json, files of strokes
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -77,22 +77,49 @@ int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experi
 
 /* ---- predict.c ---- */
 
+/** A stroke without values, in one block of memory each. */
+typedef struct plan__blank {
+    lab_data data, *list[1];
+    lab_dataset set;
+    lab_column *column;
+    lab_setting *setting;
+    double *time, *value, *zero;
+    unsigned char *present;
+} plan__blank;
+/** A stroke with its problem: where its numbers are, and what the columns of P and Z move. */
+typedef struct plan__stage {
+    plan__blank stroke;
+    fit__problem p;
+    double *x;   /* [nu] */
+    double *way; /* [np][p.np] */
+    double *own; /* [nz] */
+} plan__stage;
 /** What a side predicts of an experiment, in units of noise: y, and what its uncertain numbers (P)
  *  and a stroke's own ones (Z) do, each column by one standard deviation. */
 typedef struct plan__view {
     int rows, neye; /* rows of one channel; channels */
     int until;      /* rows that can be predicted */
     int np, nz;
-    double *y;    /* [neye*rows] */
-    double *P;    /* [np][neye*rows] */
-    double *Z;    /* [nz][neye*rows] */
-    double *time; /* [rows] */
+    double *y;          /* [neye*rows] */
+    double *P;          /* [np][neye*rows] */
+    double *Z;          /* [nz][neye*rows] */
+    double *time;       /* [rows] */
+    plan__stage *stage; /* to simulate it with other numbers; NULL: it is straight */
 } plan__view;
 /** @param only_y  1: P and Z are left out
  *  @return OK, ENOMEM, numerical failures; plan__view_free in any case */
 stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
                            const lab_experiment *e, int only_y, stein_err *err);
 void plan__view_free(plan__view *v);
+
+/* ---- imitate.c ---- */
+
+/** What a side predicts that is fitted to the prediction of another one.
+ *  @param to  [neye*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
+ *             prediction at w = u = 0 as seen from there. Z is the mean of both views
+ *  @return OK, ENOMEM */
+stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
+                           stein_err *err);
 
 /* ---- show.c ---- */
 
@@ -102,12 +129,13 @@ void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *
 
 /* ---- odds.c ---- */
 
-/** Gram matrices of X = [y_A - y_B, P_A, Z_A, P_B, Z_B], one a channel. */
+/** Gram matrices of X = [y_A - y_B|A, y_A|B - y_B, P_A, Z, P_B, Z], one a channel; y_B|A: B fitted
+ *  to the prediction of A. */
 typedef struct plan__pair {
     int np[2], nz[2], n, neye;
     double *K; /* [neye][n*n] */
 } plan__pair;
-stein_status plan__pair_make(plan__pair *pair, const plan__view *a, const plan__view *b,
+stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
                              stein_err *err);
 void plan__pair_free(plan__pair *pair);
 /** Odds of an experiment that sees some channels.

@@ -66,17 +66,7 @@ void plan__side_close(plan__side *side)
 
 /* ---- the stroke ---- */
 
-/* a stroke without values, in one block of memory each */
-typedef struct blank {
-    lab_data data, *list[1];
-    lab_dataset set;
-    lab_column *column;
-    lab_setting *setting;
-    double *time, *value, *zero;
-    unsigned char *present;
-} blank;
-
-static void blank_free(blank *b)
+static void blank_free(plan__blank *b)
 {
     free(b->column);
     free(b->setting);
@@ -84,7 +74,7 @@ static void blank_free(blank *b)
     free(b->present);
 }
 
-static stein_status blank_make(blank *b, const plan__bench *bench, const stein_model *m,
+static stein_status blank_make(plan__blank *b, const plan__bench *bench, const stein_model *m,
                                const lab_experiment *e, stein_err *err)
 {
     const lab_conditions *c = &bench->d->conditions;
@@ -236,7 +226,7 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
 
 /* Z: the stroke's own */
 static void own_columns(plan__view *v, const fit__problem *p, const double *scatter,
-                        const double *J)
+                        const double *J, double *own)
 {
     size_t n = (size_t)v->neye * (size_t)v->rows;
     for (int k = 0; k < v->nz; k++) {
@@ -244,6 +234,7 @@ static void own_columns(plan__view *v, const fit__problem *p, const double *scat
         double by = u->kind == FIT__SCATTER ? scatter[u->index - FIT__JOINTS] / u->sd
                     : u->prior              ? 1.0
                                             : unknown_start;
+        own[k] = by;
         const double *j = J + fit__column(p, 0, p->np + k);
         for (size_t i = 0; i < n; i++) {
             v->Z[(size_t)k * n + i] = -by * j[i];
@@ -314,11 +305,26 @@ static stein_status foresee(plan__view *v, plan__bench *b, const fit__problem *p
 
 /* ---- predicting ---- */
 
+static void stage_free(plan__stage *s)
+{
+    if (s != NULL) {
+        fit__problem_free(&s->p);
+        blank_free(&s->stroke);
+        free(s->x);
+        free(s->way);
+        free(s->own);
+        free(s);
+    }
+}
+
 static stein_status view_make(plan__view *v, const plan__bench *b, const fit__problem *p, int np,
                               stein_err *err)
 {
     const fit__stroke *t = &p->stroke[0];
-    *v = (plan__view){.rows = t->n, .until = t->n, .neye = b->neye, .np = np, .nz = t->own};
+    v->rows = v->until = t->n;
+    v->neye = b->neye;
+    v->np = np;
+    v->nz = t->own;
     size_t n = (size_t)v->rows * (size_t)v->neye;
     v->y = calloc(n + 1, sizeof *v->y);
     v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
@@ -337,29 +343,32 @@ void plan__view_free(plan__view *v)
     free(v->P);
     free(v->Z);
     free(v->time);
+    stage_free(v->stage);
     *v = (plan__view){.y = NULL};
 }
 
-static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, fit__problem *p,
-                        int only_y, stein_err *err)
+static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, int only_y,
+                        stein_err *err)
 {
     const lab_posterior *q = &side->s->posterior;
+    plan__stage *s = v->stage;
+    fit__problem *p = &s->p;
     int *of = calloc((size_t)p->np + 1, sizeof *of), failed = 0;
-    double *x = malloc(sizeof *x * ((size_t)p->nu + 1)), *J = NULL, *way = NULL;
+    double *J = NULL;
     p->tolerance = tolerance;
     p->central = !b->def->quick;
     fit__problem_try(p, &side->candidate);
-    if (of == NULL || x == NULL) {
+    s->x = malloc(sizeof *s->x * ((size_t)p->nu + 1));
+    if (of == NULL || s->x == NULL) {
         free(of);
-        free(x);
         return lab__no_memory(err);
     }
     int np = unknowns(p, q, of);
     stein_status status = view_make(v, b, p, np, err);
     if (status == STEIN_OK) {
-        place(p, q, of, x);
+        place(p, q, of, s->x);
         b->strokes++;
-        status = fit__residuals(p, x, v->y, &failed, err);
+        status = fit__residuals(p, s->x, v->y, &failed, err);
     }
     if (status == STEIN_OK && failed > 0) {
         status = lab__fail(err, STEIN_ENONFINITE, "it cannot be simulated");
@@ -367,22 +376,22 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, f
     if (status == STEIN_OK && !only_y) {
         J = malloc(sizeof *J * (fit__columns(p) + 1));
         b->strokes += 2 * (np + v->nz);
-        way = calloc((size_t)(np * p->np) + 1, sizeof *way);
-        status =
-            J != NULL && way != NULL ? fit__sensitivities(p, x, v->y, J, err) : lab__no_memory(err);
+        s->way = calloc((size_t)(np * p->np) + 1, sizeof *s->way);
+        s->own = calloc((size_t)v->nz + 1, sizeof *s->own);
+        status = J != NULL && s->way != NULL && s->own != NULL
+                     ? fit__sensitivities(p, s->x, v->y, J, err)
+                     : lab__no_memory(err);
     }
     if (status == STEIN_OK && J != NULL) {
-        status = spread(v, p, q, of, J, way, err);
-        own_columns(v, p, b->d->scatter, J);
-        status = status == STEIN_OK ? foresee(v, b, p, x, way, err) : status;
+        status = spread(v, p, q, of, J, s->way, err);
+        own_columns(v, p, b->d->scatter, J, s->own);
+        status = status == STEIN_OK ? foresee(v, b, p, s->x, s->way, err) : status;
     }
     for (int i = 0; status == STEIN_OK && i < v->rows * v->neye; i++) {
         v->y[i] = -v->y[i]; // the residual of nothing
     }
     free(of);
-    free(x);
     free(J);
-    free(way);
     return status;
 }
 
@@ -392,13 +401,10 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     const stein_model *m = lab_equations(side->model);
     const lab_posterior *q = &side->s->posterior;
     const char **name = malloc(sizeof *name * ((size_t)q->n + 1));
-    blank stroke = {.column = NULL};
-    fit__problem p = {.nstroke = 0};
-    *v = (plan__view){.y = NULL};
-    stein_status status = blank_make(&stroke, b, m, e, err);
-    if (status == STEIN_OK && name == NULL) {
-        status = lab__no_memory(err);
-    }
+    *v = (plan__view){.stage = calloc(1, sizeof *v->stage)};
+    stein_status status = name != NULL && v->stage != NULL
+                              ? blank_make(&v->stage->stroke, b, m, e, err)
+                              : lab__no_memory(err);
     lab_fit_def def = lab_fit_def_default();
     for (int i = 0; name != NULL && i < q->n; i++) {
         const char *n = q->number[i].name;
@@ -411,11 +417,10 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     def.scatter = 1;
     def.threads = b->def->threads;
     if (status == STEIN_OK) {
-        status = fit__problem_make_open(&p, side->model, &stroke.set, &def, err);
-        status = status == STEIN_OK ? run(v, b, side, &p, only_y, err) : status;
-        fit__problem_free(&p);
+        fit__problem *p = &v->stage->p;
+        status = fit__problem_make_open(p, side->model, &v->stage->stroke.set, &def, err);
+        status = status == STEIN_OK ? run(v, b, side, only_y, err) : status;
     }
-    blank_free(&stroke);
     free(name);
     return status;
 }

@@ -139,6 +139,7 @@ void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *
     }
     lab__json_text(j, "channel", e->channel[0] != '\0' ? e->channel : NULL);
     lab__json_int(j, "frames_for_one", e->faster);
+    lab__json_real(j, "beyond", e->beyond);
     lab__json_close(j);
 }
 
