@@ -18,7 +18,7 @@
 
 #include "planning.h"
 
-static const double enough = 0.1; /* of 2 ln odds: less is not worth a step more */
+static const double enough = 0.1; /* of what is left: to gain less is not worth a stroke more */
 
 typedef struct imitation {
     plan__view *v;
