@@ -7,13 +7,15 @@
  *
  *      worth = odds / (strokes * beyond * left)
  *
- * odds   that are wanted, up to three times as much where one stroke has them even when it goes
- *        badly; more is no better: numbers that are drawn from the tail of what is known can
- * promise any odds beyond the farther a stroke goes from those so far, the more else may be wrong
- * about it: a model that explains strokes of 100 g need not explain a hammer that is twice as heavy
- * left   a rival may be what is true, and then it is the others that it has to be told from. What
- *        tells only the cause from its k rivals, or the rivals from each other with more strokes
- *        than an afternoon has (12), settles it in one of k cases
+ * odds are those wanted, up to three times as much where one stroke has them even when it goes
+ * badly; more is no better: numbers that are drawn from the tail of what is known can promise any.
+ *
+ * beyond: the farther a stroke goes from those so far, the more else may be wrong about it. A model
+ * that explains strokes of 100 g need not explain a hammer that is twice as heavy.
+ *
+ * left: a rival may be what is true, and then it is the others that it has to be told from. What
+ * tells only the cause from its k rivals, or the rivals from each other with more strokes than an
+ * afternoon has (12), settles it in one of k cases.
  */
 #include <math.h>
 #include <stdlib.h>
