@@ -230,8 +230,8 @@ END_TEST
 
 /* 2 ln odds between a suspect and itself with all numbers `far` standard deviations away along what
  * its first one is correlated with; straight 1: seen along derivatives only */
-static double odds_of_itself(const rotor *r, const plan__bench *b, const lab_experiment *e,
-                             double far, int straight)
+static double odds_of_itself(const rotor *r, plan__bench *b, const lab_experiment *e, double far,
+                             int straight)
 {
     lab_suspect there = r->d->suspect[0];
     lab_posterior q = there.posterior;
@@ -252,13 +252,13 @@ static double odds_of_itself(const rotor *r, const plan__bench *b, const lab_exp
     for (int k = 0; k < 2; k++) {
         ck_assert_stein(plan__side_open(&side[k], k == 0 ? &r->d->suspect[0] : &there,
                                         in_folder("rotor.yaml"), r->model, NULL, err));
-        ck_assert_stein(plan__predict(&v[k], (plan__bench *)b, &side[k], e, 0, err));
+        ck_assert_stein(plan__predict(&v[k], b, &side[k], e, 0, err));
     }
     plan__stage *stage[] = {v[0].stage, v[1].stage};
     for (int k = 0; k < 2 && straight; k++) {
         v[k].stage = NULL;
     }
-    ck_assert_stein(plan__pair_make(&pair, (plan__bench *)b, &v[0], &v[1], err));
+    ck_assert_stein(plan__pair_make(&pair, b, &v[0], &v[1], err));
     ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &x, err));
     plan__pair_free(&pair);
     for (int k = 0; k < 2; k++) {
@@ -356,10 +356,12 @@ START_TEST(what_two_experiments_change_is_changed_at_once)
     plan__set(&b, "stop", "m", 1e-3);
     a.beyond = 2.5;
     b.beyond = 2.0;
+    a.all = b.all = 1; // what was found of one is not known of both
     ck_assert_int_eq(plan__together(&to, &a, &b, &base), 1);
     ck_assert_double_eq(to.set[0].value, 0.2);
     ck_assert_double_eq(to.set[1].value, 1e-3);
     ck_assert_double_eq(to.beyond, 5.0);
+    ck_assert_int_eq(to.all, 0);
     plan__set(&b, "load.mass", "kg", 0.3);
     ck_assert_int_eq(plan__together(&to, &a, &b, &base), 0); // both set the load
     b = base;

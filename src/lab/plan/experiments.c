@@ -469,6 +469,7 @@ int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experi
     }
     to->faster = b->faster > a->faster ? b->faster : a->faster;
     to->beyond = a->beyond * b->beyond;
+    to->all = 0; // it has not been judged
     append(to->name, ", ", b->name);
     append(to->why, "; ", b->why);
     return changes && !(drives(a, base) && drives(b, base)) &&

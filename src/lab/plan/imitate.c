@@ -25,7 +25,7 @@ typedef struct imitation {
     const plan__view *of;
     const plan__bench *b;
     int n, until;
-    double *Z;        /* [nz][neye*rows] of both, the mean */
+    const double *Z;  /* [nz][neye*rows] of both, the mean */
     double *t, *step; /* [n] w and u; where to go from there */
     double *x, *r;    /* [nu], residuals */
     gsl_matrix *A;    /* factor of 1 + [P Z]'[P Z] */
@@ -53,7 +53,6 @@ static double product(const imitation *m, const double *a, const double *b)
 
 static void imitation_free(imitation *m)
 {
-    free(m->Z);
     free(m->t);
     free(m->x);
     free(m->r);
@@ -62,24 +61,21 @@ static void imitation_free(imitation *m)
 }
 
 /* @return 1; 0: no columns that make sense; -1: out of memory */
-static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, const plan__view *of)
+static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, const plan__view *of,
+                          const double *Z)
 {
     size_t rows = (size_t)v->neye * (size_t)v->rows;
-    *m = (imitation){.v = v, .of = of, .b = b, .n = v->np + v->nz};
+    *m = (imitation){.v = v, .of = of, .b = b, .n = v->np + v->nz, .Z = Z};
     m->until = v->until < of->until ? v->until : of->until;
-    m->Z = malloc(sizeof *m->Z * ((size_t)v->nz * rows + 1));
     m->t = calloc(2 * (size_t)m->n + 1, sizeof *m->t);
     m->x = malloc(sizeof *m->x * ((size_t)v->stage->p.nu + 1));
     m->r = malloc(sizeof *m->r * (rows + 1));
     m->A = gsl_matrix_calloc((size_t)m->n + 1, (size_t)m->n + 1);
     m->g = gsl_vector_calloc((size_t)m->n + 1);
-    if (!m->Z || !m->t || !m->x || !m->r || !m->A || !m->g) {
+    if (!m->t || !m->x || !m->r || !m->A || !m->g) {
         return -1;
     }
     m->step = m->t + m->n;
-    for (size_t i = 0; i < (size_t)v->nz * rows; i++) {
-        m->Z[i] = 0.5 * (v->Z[i] + of->Z[i]);
-    }
     for (int i = 0; i <= m->n; i++) { // one row more than there are: GSL has no matrices of size 0
         gsl_matrix_set(m->A, (size_t)i, (size_t)i, 1.0);
         for (int k = 0; k <= i && i < m->n; k++) {
@@ -90,10 +86,8 @@ static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, con
     return gsl_linalg_cholesky_decomp1(m->A) == 0;
 }
 
-/* r = y_of - y(t + part * step), m->t is there afterwards. @return its objective, INFINITY: fails
- */
-static double attempt(imitation *m, plan__bench *b, double part, stein_status *status,
-                      stein_err *err)
+/* goes the step, r = y_of - y there. @return the objective, INFINITY: it cannot be simulated */
+static double attempt(imitation *m, plan__bench *b, stein_status *status, stein_err *err)
 {
     plan__view *v = m->v;
     plan__stage *s = v->stage;
@@ -101,7 +95,7 @@ static double attempt(imitation *m, plan__bench *b, double part, stein_status *s
     double sum = 0.0;
     memcpy(m->x, s->x, sizeof *m->x * (size_t)s->p.nu);
     for (int k = 0; k < m->n; k++) {
-        m->t[k] += part * m->step[k];
+        m->t[k] += m->step[k];
         sum += m->t[k] * m->t[k];
         for (int i = 0; k < v->np && i < s->p.np; i++) {
             m->x[i] += s->way[k * s->p.np + i] * m->t[k];
@@ -135,7 +129,7 @@ static void aim(imitation *m)
 }
 
 stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           stein_err *err)
+                           const double *Z, stein_err *err)
 {
     enum { STEPS = 6 };
     size_t n = (size_t)v->neye * (size_t)v->rows;
@@ -145,15 +139,14 @@ stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan
     if (v->stage == NULL) {
         return STEIN_OK;
     }
-    int ok = imitation_make(&m, v, b, of);
-    double best = INFINITY;
+    int ok = imitation_make(&m, v, b, of, Z);
     for (size_t i = 0; ok > 0 && i < n; i++) {
         m.r[i] = of->y[i] - v->y[i];
     }
-    best = ok > 0 ? product(&m, m.r, m.r) : best;
+    double best = ok > 0 ? product(&m, m.r, m.r) : INFINITY;
     for (int k = 0, on = ok > 0; status == STEIN_OK && on && k < STEPS; k++) {
         aim(&m);
-        double now = attempt(&m, b, 1.0, &status, err);
+        double now = attempt(&m, b, &status, err);
         on = now < best;
         for (size_t i = 0; on && i < n; i++) {
             to[i] = of->y[i] - m.r[i];

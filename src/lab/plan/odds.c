@@ -61,16 +61,17 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
         return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
                               : lab__no_memory(err);
     }
-    stein_status status = plan__imitate(room, b, bench, a, err);
-    status = status == STEIN_OK ? plan__imitate(room + all, a, bench, b, err) : status;
     for (size_t i = 0; i < (size_t)a->nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
+    double *of_b = room, *of_a = room + all; // y_B|A and y_A|B
+    stein_status status = plan__imitate(of_b, b, bench, a, Z, err);
+    status = status == STEIN_OK ? plan__imitate(of_a, a, bench, b, Z, err) : status;
     for (int c = 0; status == STEIN_OK && c < a->neye; c++) {
         size_t at = rows * (size_t)c, k = DIFFERENCES;
         for (size_t i = 0; i < until; i++) {
-            X[i] = a->y[at + i] - room[at + i];
-            X[rows + i] = room[all + at + i] - b->y[at + i];
+            X[i] = a->y[at + i] - of_b[at + i];
+            X[rows + i] = of_a[at + i] - b->y[at + i];
         }
         const double *block[] = {a->P, Z, b->P, Z};
         const int count[] = {a->np, a->nz, b->np, b->nz};

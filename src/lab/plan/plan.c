@@ -109,7 +109,6 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
 {
     unsigned char use[PLAN_EYES] = {0};
     stein_status status = STEIN_OK;
-    e->all = 0; // one that is put together has that of another one
     lab_experiment worst = *e;
     if (!p->known) {
         e->feasible = 0;

@@ -116,10 +116,11 @@ void plan__view_free(plan__view *v);
 
 /** What a side predicts that is fitted to the prediction of another one.
  *  @param to  [neye*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
- *             prediction at w = u = 0 as seen from there. Z is the mean of both views
+ *             prediction at w = u = 0 as seen from there
+ *  @param Z   [nz][neye*rows] that both have
  *  @return OK, ENOMEM */
 stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           stein_err *err);
+                           const double *Z, stein_err *err);
 
 /* ---- show.c ---- */
 
