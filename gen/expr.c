@@ -142,7 +142,7 @@ int ex_is_num(const ex_graph *g, ex a, double *value)
         sign = -1.0;
         a = g->node[a].a;
     }
-    if (g->node[a].op == EX_CONST) {
+    if (g->node[a].op == EX_CONST && g->setup != NULL) {
         a = g->node[a].a;
         g = g->setup;
     }

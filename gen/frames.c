@@ -224,7 +224,7 @@ static void chain_trig(walk *ps, const int *joint, int n, ex *s, ex *c)
 
 void angle_trig(walk *ps, int o, int top, ex *s, ex *c)
 {
-    int joint[256], n = 0, phase = ps->g->pass, body = ps->g->body;
+    int joint[256] = {0}, n = 0, phase = ps->g->pass, body = ps->g->body;
     for (int k = o; k != top && n < 256; k = parent_orient(ps->t, k)) {
         joint[n++] = k;
     }

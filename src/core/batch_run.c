@@ -125,7 +125,7 @@ stein_status stein_batch_steps(stein_batch *b, long most, long *taken, stein_sta
 {
     memset(b->state, 0, sizeof *b->state * (size_t)b->n);
     for (int g = 0; g < b->ngroup; g++) {
-        aim to[MAX_LANES];
+        aim to[MAX_LANES] = {{.whole = 0}};
         unsigned wanted = 0;
         for (int k = 0, i = g * b->lanes; k < b->lanes && i < b->n; k++, i++) {
             const stein_sim *sim = b->place[i].sim;
@@ -169,7 +169,7 @@ static void run_group(stein_batch *b, int g, const double *t_end, stein_err *err
     int first = g * b->lanes;
     unsigned wanted;
     do {
-        aim to[MAX_LANES];
+        aim to[MAX_LANES] = {{.whole = 0}};
         wanted = 0;
         for (int k = 0, i = first; k < b->lanes && i < b->n; k++, i++) {
             const stein_sim *sim = b->place[i].sim;
@@ -256,7 +256,7 @@ static unsigned try_riders(stein_batch *b, int g, unsigned riders)
     unsigned grazing = long_ones != 0 ? b->width->grazes(b->wide[g], h) : 0;
     for (int k = 0; k < b->lanes; k++) {
         if (long_ones >> k & 1) {
-            b->pacer[first + k].middle = grazing >> k & 1;
+            b->pacer[first + k].middle = (int)(grazing >> k & 1);
         }
     }
     return done;
@@ -279,7 +279,8 @@ static void try_group(stein_batch *b, int g, unsigned wanted)
             }
             b->state[i] = stein__pace_judge(p->sim, b->pace[i], &b->pacer[i], status, &b->why[i]);
             p->seat = p->seat == SEEN ? MOVED : p->seat;
-            p->sim->fresh = p->sim->fresh == STALE ? KNOWN : p->sim->fresh; // qdd is known
+            // qdd is known. NOLINTNEXTLINE(clang-analyzer-core.NullDereference): it is there
+            p->sim->fresh = p->sim->fresh == STALE ? KNOWN : p->sim->fresh;
         }
     }
 }
@@ -296,7 +297,7 @@ static int wants_trial(stein_batch *b, int i, int *over)
         b->state[i] = stein__pace_next(sim, b->pace[i], p, &b->why[i]);
     }
     if (b->state[i] != STEIN_OK) {
-        sim->fresh = STALE;
+        sim->fresh = STALE; // NOLINT(clang-analyzer-core.NullDereference): a pace is a simulation's
     } else if (p->h > 0.0) {
         return 1;
     } else {
@@ -365,7 +366,7 @@ stein_status stein_batch_run_adaptive(stein_batch *b, const double *t_end, stein
             to = NULL; // the first one is told
         }
     }
-    while ((i = stein_batch_go(b, &ended, &why)) >= 0) {
+    while (stein_batch_go(b, &ended, &why) >= 0) {
         if (ended != STEIN_OK && to != NULL) {
             *to = why;
             to = NULL;

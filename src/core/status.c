@@ -40,7 +40,7 @@ static void put(out *o, char c)
 static void put_text(out *o, const char *s)
 {
     for (; *s != '\0'; s++) { // a name may be anything: one line, nothing for a terminal to obey
-        put(o, (unsigned char)*s < ' ' || *s == 127 ? '?' : *s);
+        put(o, (char)((unsigned char)*s < ' ' || *s == 127 ? '?' : *s));
     }
 }
 
@@ -125,7 +125,7 @@ static void put_double(out *o, double v)
         }
     }
     for (int i = 0; i < n || i <= point; i++) {
-        put(o, i < n ? digit[i] : '0');
+        put(o, (char)(i < n ? digit[i] : '0'));
         if (i == point && i + 1 < n) {
             put(o, '.');
         }

@@ -157,7 +157,7 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
 #define BLOCK(name, law, size)         \
     real name[size];                   \
     for (int i = 0; i < (size); i++) { \
-        name[i] = same((law)[i]);      \
+        (name)[i] = same((law)[i]);    \
     }
 
 void stein__normal_slopes(const double *law, double x, double xdot, double *by_x, double *by_xdot)

@@ -20,7 +20,9 @@
 char *lab__one_line(char *text)
 {
     for (char *c = text; *c != '\0'; c++) {
-        *c = (unsigned char)*c < ' ' || *c == 127 ? '?' : *c;
+        if ((unsigned char)*c < ' ' || *c == 127) {
+            *c = '?';
+        }
     }
     return text;
 }
@@ -226,6 +228,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
     struct stat st;
     int exists = stat(path, &st) == 0;
     lab__file f = {.stream = NULL};
+    *file = f;
     if (exists && S_ISDIR(st.st_mode)) {
         return cannot_write(err, path, EISDIR);
     }

@@ -281,7 +281,9 @@ static void write_title(FILE *f, const plot *p)
     } else {
         snprintf(title, sizeof title, "%s: %s", p->model->name, lab_outcome_text(s->outcome));
         for (char *c = strchr(title, ':'); *c != '\0'; c++) {
-            *c = *c == '_' ? ' ' : *c;
+            if (*c == '_') {
+                *c = ' ';
+            }
         }
     }
     fprintf(f, "set label 99 ");

@@ -267,7 +267,7 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
 
 static stein_status find_params(sweep *s, stein_err *err)
 {
-    s->param = malloc(sizeof *s->param * ((size_t)s->grid->naxis + 1));
+    s->param = calloc((size_t)s->grid->naxis + 1, sizeof *s->param);
     if (s->param == NULL) {
         return lab__no_memory(err);
     }

@@ -16,7 +16,9 @@ enum { SHOWN = 60, WORD = 64 };
 void mech__one_line(char *text)
 {
     for (; text && *text; text++) {
-        *text = (unsigned char)*text < ' ' || *text == 127 ? '?' : *text;
+        if ((unsigned char)*text < ' ' || *text == 127) {
+            *text = '?';
+        }
     }
 }
 

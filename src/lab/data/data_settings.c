@@ -206,6 +206,13 @@ static guess look_further(check *c, int stroke)
     return best;
 }
 
+/* to one side and the other in turn, farther each time */
+static double nudge(int i)
+{
+    int level = i / 2 + 1, levels = NUDGES / 2;
+    return (i % 2 == 0 ? 1.0 : -1.0) * largest_nudge * level / levels;
+}
+
 /* does a little more or less of what differs from stroke to stroke by itself - friction, drive -
  * explain the stroke, too? */
 static int is_moved_by_scatter(check *c, int stroke)
@@ -213,7 +220,7 @@ static int is_moved_by_scatter(check *c, int stroke)
     const fit__stroke *s = &c->p->stroke[stroke];
     for (int k = s->first; k < s->first + s->own; k++) {
         for (int i = 0; c->p->unknown[k].kind == FIT__SCATTER && i < NUDGES; i++) {
-            c->x[k] = (i % 2 == 0 ? 1.0 : -1.0) * largest_nudge * (i / 2 + 1) / (NUDGES / 2);
+            c->x[k] = nudge(i);
             double off = misfit(c, stroke);
             c->x[k] = 0.0;
             if (off < c->misfit[stroke] / explained) {
@@ -231,7 +238,7 @@ static int is_moved_by_tolerance(check *c, int stroke)
     for (int i = 0; i < d->model->np; i++) {
         const stein_param *q = &d->model->params[i];
         for (int k = 0; q->tolerance > 0.0 && !fit__is_set(d, i) && k < NUDGES; k++) {
-            double by = (k % 2 == 0 ? 1.0 : -1.0) * largest_nudge * (k / 2 + 1) / (NUDGES / 2);
+            double by = nudge(k);
             double off = misfit_with(c, stroke, d->nset, i, q->value + by * q->tolerance);
             if (off < c->misfit[stroke] / explained) {
                 return 1;

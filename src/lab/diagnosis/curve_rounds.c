@@ -179,7 +179,7 @@ static void correct_own(diag__fitting *t)
         for (int k = 0; k < o->own; k++) {
             const double *column = t->J + fit__column(p, s, p->np + k);
             double prior = p->unknown[o->first + k].prior ? n[k] : 0.0;
-            dn[k] = -lab__dot(column, r, (size_t)(o->nch * o->n)) - prior;
+            dn[k] = -lab__dot(column, r, (size_t)o->nch * (size_t)o->n) - prior;
         }
         gsl_vector_view v = gsl_vector_view_array(dn, (size_t)o->own);
         gsl_linalg_cholesky_svx(t->n.BL[s], &v.vector);

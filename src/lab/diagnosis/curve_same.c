@@ -85,7 +85,7 @@ static void combine(const fit__problem *p, const diag__site *s, int u, const dou
                     double *room, double *J)
 {
     for (int i = 0; i < p->nstroke; i++) {
-        size_t size = (size_t)(p->stroke[i].nch * p->stroke[i].n);
+        size_t size = (size_t)p->stroke[i].nch * (size_t)p->stroke[i].n;
         double *column = J + fit__column(p, i, u), off = 0.0, all = 0.0;
         memset(room, 0, sizeof *room * size);
         for (int k = s->pinned; k < s->n; k++) {

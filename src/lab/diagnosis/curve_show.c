@@ -73,7 +73,7 @@ static int curve_at(const lab_law *l, const double *value, const double *x, doub
 static void draw(FILE *f, const lab_law *l)
 {
     int m = BETWEEN * (l->n - 1) + 1;
-    double *x = malloc(sizeof *x * 4 * (size_t)m), lo = 0.0, hi = 0.0;
+    double *x = calloc(4 * (size_t)m, sizeof *x), lo = 0.0, hi = 0.0;
     if (x == NULL) {
         return;
     }

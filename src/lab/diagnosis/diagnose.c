@@ -344,6 +344,7 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
     int all = status == STEIN_OK && diag__law_is_all(d), known = !all;
     if (all && d->n > 0) { // two causes in the place of the law may be what it is
         d->only = d->out->law[0].place;
+        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): every candidate has a place
         known = strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
                 left(d) - 1.0 < a_part * (d->out->chi2_dof_before - 1.0);
     }

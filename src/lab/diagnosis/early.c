@@ -44,7 +44,7 @@ static int is_furthest(diag *d, double objective, double z)
 static void believe_file(diag *d, const double *null_x)
 {
     const fit__problem *p = &d->p;
-    size_t first = (size_t)p->first_accepted, n = (size_t)(p->naccepted * FIT__NUMBERS);
+    size_t first = (size_t)p->first_accepted, n = (size_t)p->naccepted * FIT__NUMBERS;
     memset(d->x, 0, sizeof *d->x * (size_t)p->nu);
     memcpy(d->x + first, null_x + first, sizeof *d->x * n);
 }

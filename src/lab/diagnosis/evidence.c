@@ -61,7 +61,7 @@ static double add_prior(const diag__gauss *g, const int *level, gsl_matrix *S)
         }
     }
     for (int k = 0; k < g->ngroup; k++) { // counted in `wide`
-        *gsl_matrix_ptr(S, (size_t)(g->n + k), (size_t)(g->n + k)) += 1.0;
+        *gsl_matrix_ptr(S, (size_t)g->n + (size_t)k, (size_t)g->n + (size_t)k) += 1.0;
     }
     return logdet;
 }
@@ -173,12 +173,12 @@ static double constant(const diag__gauss *g, int k)
 static void extend(const diag__gauss *g, room *r)
 {
     for (int k = 0; k < g->n; k++) {
-        size_t i = (size_t)k, top = (size_t)(g->n + g->group[k]);
+        size_t i = (size_t)k, top = (size_t)g->n + (size_t)g->group[k];
         double own = constant(g, k);
         *gsl_vector_ptr(r->c, i) += g->c[k];
         *gsl_vector_ptr(r->c, top) += own * g->c[k];
         for (int o = 0; o < g->n; o++) {
-            size_t side = (size_t)(g->n + g->group[o]);
+            size_t side = (size_t)g->n + (size_t)g->group[o];
             double M = g->M[k * g->n + o], other = constant(g, o);
             *gsl_matrix_ptr(r->M, i, (size_t)o) += M;
             *gsl_matrix_ptr(r->M, top, (size_t)o) += own * M;
@@ -192,11 +192,11 @@ static void extend(const diag__gauss *g, room *r)
 static void take(diag__gauss *g, const room *r)
 {
     for (int k = 0; k < g->n; k++) {
-        size_t i = (size_t)k, top = (size_t)(g->n + g->group[k]);
+        size_t i = (size_t)k, top = (size_t)g->n + (size_t)g->group[k];
         double own = constant(g, k);
         g->mean[k] = gsl_vector_get(r->f, i) + own * gsl_vector_get(r->f, top);
         for (int o = 0; o < g->n; o++) {
-            size_t j = (size_t)o, side = (size_t)(g->n + g->group[o]);
+            size_t j = (size_t)o, side = (size_t)g->n + (size_t)g->group[o];
             double other = constant(g, o);
             g->cov[k * g->n + o] = gsl_matrix_get(r->S, i, j) + own * gsl_matrix_get(r->S, top, j) +
                                    other * gsl_matrix_get(r->S, i, side) +
@@ -207,7 +207,7 @@ static void take(diag__gauss *g, const room *r)
 
 stein_status diag__gauss_solve(diag__gauss *g, stein_err *err)
 {
-    size_t n = (size_t)(g->n + g->ngroup);
+    size_t n = (size_t)g->n + (size_t)g->ngroup;
     room r = {.M = gsl_matrix_calloc(n, n),
               .S = gsl_matrix_alloc(n, n),
               .c = gsl_vector_calloc(n),

@@ -42,7 +42,7 @@ const char *diag__force_unit(const diag__plan *l, int joint)
 
 size_t diag__size(const fit__problem *p, int stroke)
 {
-    return (size_t)(p->stroke[stroke].nch * p->stroke[stroke].n);
+    return (size_t)p->stroke[stroke].nch * (size_t)p->stroke[stroke].n;
 }
 
 /* strokes that are shown, their hats, and the normal equations of everything */

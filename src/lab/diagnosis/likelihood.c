@@ -91,7 +91,7 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
                  double *C)
 {
     const fit__stroke *t = &p->stroke[s];
-    size_t n = (size_t)(t->nch * t->n), at = fit__offset(p, s);
+    size_t n = (size_t)t->nch * (size_t)t->n, at = fit__offset(p, s);
     double *d = C + (size_t)(m->nf + m->nc) * n, *Z = d + n;
     memset(C, 0, sizeof *C * n * (size_t)(m->ncol + m->nz));
     memcpy(d, r + at, sizeof *d * n);
@@ -119,7 +119,7 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
                             const double *r, const double *const *column, int nc, stein_err *err)
 {
     slots l;
-    int *beta = malloc(sizeof *beta * (size_t)(p->np + 1));
+    int *beta = calloc((size_t)p->np + 1, sizeof *beta);
     lab__scatter scatter[DIAG_CLASSES];
     find_slots(&l, p);
     for (int i = 0; i < DIAG_CLASSES; i++) {
@@ -129,7 +129,7 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     *m = (lab__mixed){.nf = 0};
     stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
                                                          scatter, DIAG_CLASSES, err)
-                                       : lab__no_memory(err);
+                                       : lab__no_memory(err); // NOLINT(clang-analyzer-unix.Malloc)
     double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));
     if (status == STEIN_OK && C == NULL) {
         status = lab__no_memory(err);
@@ -152,7 +152,7 @@ double *diag__column(const fit__problem *p, const double *J, int k)
     for (int s = 0; to != NULL && s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
         memcpy(to + fit__offset(p, s), J + fit__column(p, s, k),
-               sizeof *to * (size_t)(t->nch * t->n));
+               sizeof *to * (size_t)t->nch * (size_t)t->n);
     }
     return to;
 }
@@ -199,7 +199,7 @@ stein_status diag__local_open(diag__local *l, const fit__problem *p, const doubl
     stein_status status =
         diag__mixed_at(&l->m, p, x, J, r, (const double *const *)l->column, l->n, err);
     l->nfree = free_ones(p, l->free);
-    size_t n = (size_t)(l->nfree + l->n);
+    size_t n = (size_t)l->nfree + (size_t)l->n;
     l->beta = malloc(sizeof *l->beta * (n + n * n + 1));
     l->cov = l->beta != NULL ? l->beta + n : NULL;
     return l->beta == NULL ? lab__no_memory(err) : status;

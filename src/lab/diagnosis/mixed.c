@@ -262,7 +262,7 @@ double lab__mixed_scatter(lab__mixed *m, const int *with, int nwith, int rounds,
                           double *cov)
 {
     size_t nz = (size_t)m->nz;
-    double *u = malloc(sizeof *u * (nz + 1));
+    double *u = calloc(nz + 1, sizeof *u);
     weigh_with(m, with, nwith);
     double objective = lab__mixed_solve(m, with, nwith, beta, cov);
     for (int round = 0; u != NULL && round < rounds; round++) {

@@ -103,7 +103,8 @@ static void tell(const check *c, int run, int stroke, double *room, diag__told *
     gsl_rng *rng = maker >= 0 ? gsl_rng_alloc(gsl_rng_mt19937) : NULL;
     *told = (diag__told){.y = t->y, .noise = c->noise[stroke], .decades = c->decades[stroke]};
     if (rng != NULL) {
-        gsl_rng_set(rng, (unsigned long)(SEED + stroke + draw * p->nstroke));
+        gsl_rng_set(rng,
+                    SEED + (unsigned long)stroke + (unsigned long)draw * (unsigned long)p->nstroke);
         make_channels(&c->side[maker], stroke, rng, room);
         told->force_noise = c->input_noise + first_signal(p, stroke);
         told->seed = gsl_rng_get(rng);
@@ -202,7 +203,7 @@ static double smoothing_error(const fit__stroke *t, const double *u, const fit__
     double sum[BLOCKS] = {0.0}, score = 0.0;
     for (int k = 0; rng != NULL && k < TRIALS; k++) {
         fit__signal s;
-        gsl_rng_set(rng, (unsigned long)(SEED + k));
+        gsl_rng_set(rng, SEED + (unsigned long)k);
         for (int i = 0; i < t->n; i++) {
             room[i] = u[i] + gsl_ran_gaussian(rng, noise);
         }
@@ -237,7 +238,8 @@ static double choose_smoothing(const check *c, int stroke)
     }
     if (u != NULL &&
         fit__signal_through(&clean, 0, t->data->time, u, t->n, 0.0, NAN, NULL) == STEIN_OK) {
-        for (double d = 0.0; d <= MOST_DECADES; d += 0.5) {
+        for (int half = 0; half <= 2 * MOST_DECADES; half++) {
+            double d = 0.5 * half;
             double e = smoothing_error(t, u, &clean, c->noise[stroke], d, u + t->n);
             best = e < least ? d : best;
             least = fmin(least, e);

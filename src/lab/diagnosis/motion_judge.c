@@ -234,7 +234,7 @@ static stein_status make_blocks(work *w, stein_err *err)
             }
         }
         if (pass == 0) {
-            size_t each = (size_t)(w->items * (w->nrun + 3)), n = (size_t)w->nblock;
+            size_t each = (size_t)w->items * ((size_t)w->nrun + 3), n = (size_t)w->nblock;
             w->block = calloc(n + 1, sizeof *w->block);
             w->memory = malloc(sizeof *w->memory * (each * n + 1));
             if (w->block == NULL || w->memory == NULL) {
@@ -247,7 +247,7 @@ static stein_status make_blocks(work *w, stein_err *err)
     }
     for (int i = 0; i < w->nblock; i++) {
         block *b = &w->block[i];
-        b->value = w->memory + (size_t)i * (size_t)(w->items * (w->nrun + 3));
+        b->value = w->memory + (size_t)i * (size_t)w->items * ((size_t)w->nrun + 3);
         b->var = b->value + w->items * w->nrun;
         b->bias[0] = b->var + w->items;
         b->bias[1] = b->bias[0] + w->items;

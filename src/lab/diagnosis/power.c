@@ -66,6 +66,7 @@ static int columns(const diag *d, const double **column, int *index, int led)
     for (int i = 0; i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
         double sum = 0.0;
+        // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): there are n of them
         for (size_t k = 0; s->G != NULL && k < rows; k++) {
             sum += s->G[k] * s->G[k];
         }

@@ -79,7 +79,7 @@ static void borrow(const fit__problem *p, const double *J, const double *G, doub
     memcpy(to, J, sizeof *to * fit__columns(p));
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        size_t n = (size_t)(t->nch * t->n);
+        size_t n = (size_t)t->nch * (size_t)t->n;
         memcpy(to + fit__column(p, s, p->amount), G + fit__offset(p, s), sizeof *to * n);
         for (int k = 0; k < LAB_SIDES; k++) {
             memset(to + fit__column(p, s, p->side + k), 0, sizeof *to * n);

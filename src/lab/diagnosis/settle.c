@@ -52,6 +52,7 @@ typedef struct settling {
 static stein_status linearise(settling *g, stein_err *err)
 {
     diag__local *l = &g->l;
+    // NOLINTNEXTLINE(clang-analyzer-unix.Malloc): what is g's own, end() frees
     stein_status status = diag__local_open(l, g->p, g->x, g->J, g->r, err);
     l->m.worth = worth;
     if (status == STEIN_OK) {
@@ -85,7 +86,7 @@ static int cut(settling *g, int stroke, double share)
     int n = 0, before = g->until[stroke];
     for (; n < before && sum < unpredicted; n++) {
         for (int c = 0; c < t->nch; c++) {
-            double e = share * strange(g, stroke, (size_t)(c * t->n + n));
+            double e = share * strange(g, stroke, (size_t)c * (size_t)t->n + (size_t)n);
             sum += e * e;
         }
     }
@@ -140,7 +141,7 @@ static void blank(settling *g)
         const fit__stroke *t = &p->stroke[s];
         size_t left = sizeof *g->r * (size_t)(t->n - g->until[s]);
         for (int c = 0; c < t->nch; c++) {
-            size_t from = (size_t)(c * t->n + g->until[s]);
+            size_t from = (size_t)c * (size_t)t->n + (size_t)g->until[s];
             memset(g->r + fit__offset(p, s) + from, 0, left);
             for (int k = 0; k < p->np + t->own; k++) {
                 memset(g->J + fit__column(p, s, k) + from, 0, left);
@@ -252,9 +253,9 @@ static int make(settling *g, fit__problem *p, const diag__suspect *s, double **w
 {
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
     g->p = p;
-    g->x = malloc(sizeof *g->x * (2 * nu + 3 * rows + (size_t)p->np + 1));
+    g->x = calloc(2 * nu + 3 * rows + (size_t)p->np + 1, sizeof *g->x);
     g->J = malloc(sizeof *g->J * (fit__columns(p) + 1));
-    g->until = malloc(sizeof *g->until * (size_t)(p->nstroke + 1));
+    g->until = calloc((size_t)p->nstroke + 1, sizeof *g->until);
     g->rng = gsl_rng_alloc(gsl_rng_mt19937);
     if (g->x == NULL || g->J == NULL || g->until == NULL || g->rng == NULL) {
         return 0;
@@ -322,7 +323,7 @@ stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
     settling g = {.x = NULL};
     double D[LAB_SCATTERS] = {0};
     stein_err why = {STEIN_OK, ""};
-    double **weight = malloc(sizeof *weight * (size_t)(p->nstroke + 1));
+    double **weight = calloc((size_t)p->nstroke + 1, sizeof *weight);
     double *steps = malloc(sizeof *steps * (size_t)(p->nu + 1));
     if (weight == NULL || steps == NULL || !make(&g, p, s, weight)) {
         end(&g, weight, steps);

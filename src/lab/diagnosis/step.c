@@ -56,7 +56,7 @@ stein_status diag__check_step(diag *d, stein_err *err)
     int stroke = d->p.nstroke / 2, channel = 0;
     const fit__stroke *t = &d->p.stroke[stroke];
     const stein_model *m = lab_equations(d->model);
-    size_t size = (size_t)(t->nch * t->n);
+    size_t size = (size_t)t->nch * (size_t)t->n;
     double *y = malloc(sizeof *y * (2 * size + 1)), off = 0.0;
     if (y == NULL) {
         return lab__no_memory(err);

@@ -78,7 +78,7 @@ static void take(void *ctx, fit__bench *b, int job, int failed)
     const diag__suspect *s = t->suspect[job / t->nstroke];
     int stroke = t->stroke[job % t->nstroke];
     const fit__stroke *data = &t->p->stroke[stroke];
-    size_t at = fit__offset(t->p, stroke), n = (size_t)(data->nch * data->n);
+    size_t at = fit__offset(t->p, stroke), n = (size_t)data->nch * (size_t)data->n;
     (void)b;
     t->failed[job] = (unsigned char)failed;
     if (failed) {

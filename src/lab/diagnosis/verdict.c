@@ -216,7 +216,7 @@ int diag__rivals(const diag *d)
     // where the mean is asked, what leaves it to the differences is no rival
     int asked = best != NULL && best->s.gain <= diag__least_gain && diag__is_mean(d, best);
     int n = 0;
-    for (int i = 1; i < d->n && isfinite(excess); i++) {
+    for (int i = 1; best != NULL && i < d->n && isfinite(excess); i++) {
         const diag__suspect *s = &d->suspect[i];
         if (!s->s.refitted || !s->s.possible || (asked && !diag__is_mean(d, s))) {
             break;

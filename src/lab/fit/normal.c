@@ -115,7 +115,7 @@ static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const doub
 {
     const fit__stroke *t = &p->stroke[s];
     const double *first = J + fit__column(p, s, 0);
-    size_t size = (size_t)(t->nch * t->n);
+    size_t size = (size_t)t->nch * (size_t)t->n;
     r += fit__offset(p, s);
     for (int a = 0; a < n->n + t->own; a++) {
         const double *column = first + size * (size_t)column_of(n, a);
@@ -248,7 +248,7 @@ void fit__normal_gradient(fit__normal *n, const fit__problem *p, const double *x
         for (int a = 0; a < n->n + t->own; a++) {
             n->g[a < n->n ? n->moving[a] : t->first + a - n->n] +=
                 lab__dot(J + fit__column(p, s, column_of(n, a)), r + fit__offset(p, s),
-                         (size_t)(t->nch * t->n));
+                         (size_t)t->nch * (size_t)t->n);
         }
     }
     for (int u = 0; u < p->nu; u++) {

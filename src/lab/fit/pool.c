@@ -87,8 +87,8 @@ static void drive_on(fit__pool *pool, fit__row *r)
     pthread_mutex_lock(&pool->lock);
     if (r->over != NULL) {
         job_is_over(pool, (request *)r->over, status, &why);
-    } else if (status != STEIN_OK) {
-        job_is_over(pool, a, status, &why); // it has not begun
+    } else if (a != NULL && status != STEIN_OK) { // it has not begun
+        job_is_over(pool, a, status, &why);
     }
 }
 

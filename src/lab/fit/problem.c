@@ -482,7 +482,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
         return status;
     }
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
-    size_t most = (size_t)(def->nfree + FIT__NUMBERS * (n + 1)),
+    size_t most = (size_t)def->nfree + FIT__NUMBERS * ((size_t)n + 1),
            nq = (size_t)lab_equations(model)->nq;
     for (int s = 0; s < data->n; s++) {
         most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;

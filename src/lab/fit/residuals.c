@@ -236,7 +236,7 @@ stein_status fit__robust_weights(fit__problem *p, const double *r, stein_err *er
     }
     for (int k = 0; k < p->nstroke; k++) {
         fit__stroke *s = &p->stroke[k];
-        size_t size = (size_t)(s->nch * s->n);
+        size_t size = (size_t)s->nch * (size_t)s->n;
         double *plain = room + p->rows; // residuals without the present weights
         double *w = malloc(sizeof *w * (size + 1));
         if (w == NULL) {

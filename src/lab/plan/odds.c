@@ -54,7 +54,7 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
-    double *room = malloc(sizeof *room * (((size_t)a->nz + 2) * all + 1)), *Z = room + 2 * all;
+    double *room = calloc(((size_t)a->nz + 2) * all + 1, sizeof *room), *Z = room + 2 * all;
     if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
         free(room);

@@ -272,7 +272,8 @@ static void write_script(FILE *f, const void *ctx)
     double width = (1.0 - margin - gap * (c->columns - 1) - right * c->columns) / c->columns;
     for (int i = 0; i < c->npanel; i++) {
         double x = margin + (width + gap + right) * (i % c->columns);
-        double top = area * (1.0 - (double)(i / c->columns) / rows);
+        int row = i / c->columns;
+        double top = area * (1.0 - (double)row / rows);
         fprintf(f, "set lmargin at screen %.5f\nset rmargin at screen %.5f\n", x, x + width);
         fprintf(f, "set tmargin at screen %.5f\nset bmargin at screen %.5f\n", top - head,
                 top - area / rows + foot);

@@ -192,10 +192,10 @@ static stein_status look(void *ctx, stein_sim *sim, int i)
         w->needed = study_return_needed(w->s, sim, calm, medium, &w->too_little);
         return STEIN_OK;
     }
-    int pushes = i % 2;
-    double *row = study_row(w->t, i / 2), fails = NAN;
+    int pushes = i % 2, touch = i / 2;
+    double *row = study_row(w->t, touch), fails = NAN;
     const study_rhythm how = {
-        softest * stein__power(loudest / softest, (double)(i / 2) / (TOUCHES - 1)), 1.0, pushes};
+        softest * stein__power(loudest / softest, (double)touch / (TOUCHES - 1)), 1.0, pushes};
     double works = study_repetition_limit(w->s, sim, &how, &fails);
     row[pushes ? PUSH_WORKS : WORKS] = works;
     row[pushes ? PUSH_FAILS : FAILS] = fails;
