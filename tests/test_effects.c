@@ -336,17 +336,19 @@ START_TEST(what_is_the_same_change_is_one_candidate)
 {
     static const struct {
         const char *kind, *place, *alias;
-    } same[] = {{"contact_gap", "dip", "dip.line.z"},
-                {"contact_gap", "loops", "loops.line.z"},
+    } same[] = {{"contact_gap", "dip", "key.below.z dip.line.z"},
+                {"contact_gap", "loops", "hammer.shank.z loops.line.z"},
+                {"contact_gap", "stop", ""},
                 {"contact_gap", "string", "string.height"},
                 {"preload", "pawl", "pawl.spring.theta0"},
                 {"preload", "key", ""},
                 {"contact_gap", "notch", ""}};
-    /* other than these: a point turns with its body, a length of a line does nothing */
-    static const char *const gone[] = {"dip.line.z", "dip.line.x", "string.height",
-                                       "notch.friction.A", "key.mass"};
-    static const char *const there[] = {"pawl.corner.z", "key.below.z", "pawl.back.z",
-                                        "notch.beak.tilt", "dip.normal.c"};
+    /* other than these: a point that turns while it touches, that lies beside, whose gap is seen; a
+     * length of a line does nothing */
+    static const char *const gone[] = {"dip.line.z",       "dip.line.x", "string.height",
+                                       "notch.friction.A", "key.mass",   "key.rear.z"};
+    static const char *const there[] = {"pawl.corner.z",   "key.below.x",  "pawl.back.z",
+                                        "notch.beak.tilt", "dip.normal.c", "hammer.head.z"};
     lab_model *model = open_file("models/stein1788.yaml");
     lab_candidate *list = NULL;
     int n = 0;
@@ -395,6 +397,35 @@ START_TEST(an_alias_moves_alike)
 }
 END_TEST
 
+/* a point of a body that hardly turns where it touches is a gap, to a hundredth of what both do */
+START_TEST(a_point_that_hardly_turns_moves_nearly_alike)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    static const char *const pair[][2] = {
+        {"rest.gap", "key.rear.z"}, {"dip.gap", "key.below.z"}, {"loops.gap", "hammer.shank.z"}};
+    static trace none, one, two;
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+    run(&none, model, p, 0);
+    for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
+        trace *to[] = {&one, &two};
+        for (int k = 0; k < 2; k++) {
+            int param = stein_find_param(m, pair[i][k]);
+            double was = p[param];
+            p[param] += 1e-7;
+            run(to[k], model, p, 0);
+            p[param] = was;
+        }
+        double both = change(&none, &one, m->nchannel), off = change(&one, &two, m->nchannel);
+        ck_assert_msg(both > 1e-4 && off < 1e-2 * both, "%s and %s: %g of %g", pair[i][0],
+                      pair[i][1], off, both);
+    }
+    free(p);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(a_candidate_is_found_again_in_another_model)
 {
     lab_model *model = open_file("models/stein1788.yaml");
@@ -438,6 +469,7 @@ Suite *effects_suite(void)
     tcase_add_test(tc, second_numbers_have_ranges);
     tcase_add_test(tc, what_is_the_same_change_is_one_candidate);
     tcase_add_test(tc, an_alias_moves_alike);
+    tcase_add_test(tc, a_point_that_hardly_turns_moves_nearly_alike);
     tcase_add_test(tc, a_candidate_is_found_again_in_another_model);
     tcase_add_test(tc, a_spring_that_is_added_pulls_by_the_angle_alone);
     suite_add_tcase(suite, tc);

@@ -10,12 +10,21 @@
  *
  *      a line moved by u along its normal n        =  a gap of -u (along the line: nothing)
  *      a spring's zero moved by u, or k by dk      =  a preload k u + dk q0 (and dk)
+ *      a point moved by u along the line's normal   =  a gap of u
  *
- * Both are exact for the laws of law.h: a spot's place and speeds are those of the point, whatever
- * the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that hardens,
- * is left as it is. What follows from a formula of the file (string.height) needs no rule of its
- * own. Comparing predictions instead would find the pairs that data cannot tell apart, which is
- * another question: it depends on the data and has an interval.
+ * The first two are exact for the laws of law.h: a spot's place and speeds are those of the point,
+ * whatever the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
+ * hardens, is left as it is. The third holds where a body hardly turns while it touches, a key on
+ * its felts, and no output shows the gap when it does not: turned by a there, its point lies
+ *
+ *      u cos(a) + v sin(a)      v: how much it was moved along the line
+ *
+ * farther off, and at a depth x beside r of the lever has one that is longer by v, for friction one
+ * that is longer by u. They are the same where (a + x/r) |v/u| + x/r + a^2/2 is below a hundredth,
+ * and data see the hundredth of a cause only of one that is hundreds of its sd. What follows from a
+ * formula of the file (string.height) needs no rule of its own. Comparing predictions instead would
+ * find the pairs that data cannot tell apart, which is another question: it depends on the data and
+ * has an interval.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -26,15 +35,89 @@
 static const double small_amount = 1e-5; /* of the limit */
 static const double alike = 1e-6;        /* relative difference of two directions */
 static const double rounding = 1e-13, residue = 1e-9;
+static const double hardly = 1e-2; /* of what both do */
 
 typedef struct compass {
     const stein_model *m;
-    const double *base;  /* parameters of the file */
-    double *p, *d1, *d2; /* [np], [nd], [nd] */
-    double *way;         /* [n*nd] directions */
+    const double *base;      /* parameters of the file */
+    double *p, *d1, *d2;     /* [np], [nd], [nd] */
+    double *way;             /* [n*nd] directions */
+    lab__touching *touching; /* [ncontact] */
 } compass;
 
 /* ---- directions ---- */
+
+/* does an output show how far a contact's sides are apart, also where they do not touch? */
+static int is_watched(const stein_model *m, int contact)
+{
+    for (int i = 0; i < m->nchannel; i++) {
+        if (m->channels[i].read == STEIN_READ_GAP && m->channels[i].index == contact) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* what is only a name: no output, no input and no link is at the point */
+static int is_used(const stein_model *m, int point)
+{
+    int used = 0;
+    for (int i = 0; i < m->nchannel; i++) {
+        const stein_channel *c = &m->channels[i];
+        used |= c->read >= STEIN_READ_X && c->read <= STEIN_READ_VZ && c->index == point;
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        used |= m->inputs[i].kind == STEIN_INPUT_POINT && m->inputs[i].index == point;
+    }
+    for (int i = 0; i < m->nlink; i++) {
+        used |= m->links[i].point[0] == point || m->links[i].point[1] == point;
+    }
+    return used;
+}
+
+static void leave_names(const compass *k, double *way)
+{
+    for (int i = 0; i < k->m->npoint; i++) {
+        int at = k->m->points[i].at;
+        if (at >= 0 && !is_used(k->m, i)) {
+            memset(way + at, 0, 3 * sizeof *way);
+        }
+    }
+}
+
+/* the only spot of its contact, on a line without ends, whose normal stays */
+static int is_endless(const compass *k, const stein_spot *spot, const double *way)
+{
+    const double *line = k->d1 + spot->side[1].d, *move = way + spot->side[1].d;
+    return spot->side[1].kind == STEIN_LINE && k->m->contacts[spot->contact].nspot == 1 &&
+           !isfinite(line[STEIN_SHAPE_LO]) && !isfinite(line[STEIN_SHAPE_HI]) &&
+           move[STEIN_SHAPE_NX] == 0.0 && move[STEIN_SHAPE_NZ] == 0.0;
+}
+
+static void fold_points(const compass *k, double *way)
+{
+    for (int i = 0; i < k->m->nspot; i++) {
+        const stein_spot *spot = &k->m->spots[i];
+        const lab__touching *t = &k->touching[spot->contact];
+        const double *line = k->d1 + spot->side[1].d, *point = k->d1 + spot->side[0].d;
+        double *move = way + spot->side[0].d;
+        double lever = hypot(point[STEIN_SHAPE_X], point[STEIN_SHAPE_Z]);
+        if (!t->touch || !is_endless(k, spot, way) || is_watched(k->m, spot->contact) ||
+            move[STEIN_SHAPE_R] != 0.0) {
+            continue;
+        }
+        double x = t->c * move[STEIN_SHAPE_X] - t->s * move[STEIN_SHAPE_Z];
+        double z = t->s * move[STEIN_SHAPE_X] + t->c * move[STEIN_SHAPE_Z];
+        double u = line[STEIN_SHAPE_NX] * x + line[STEIN_SHAPE_NZ] * z;
+        double v = line[STEIN_SHAPE_NZ] * x - line[STEIN_SHAPE_NX] * z;
+        double deep = t->depth / lever;
+        double off = (t->turns + deep) * fabs(v / u) + deep + 0.5 * t->turns * t->turns;
+        if (off < hardly) { // not where nothing moves
+            move[STEIN_SHAPE_X] = move[STEIN_SHAPE_Z] = 0.0;
+            way[k->m->contacts[spot->contact].normal + STEIN_NORMAL_GAP] += u;
+        }
+    }
+}
 
 static void fold_lines(const compass *k, double *way)
 {
@@ -43,10 +126,7 @@ static void fold_lines(const compass *k, double *way)
         const stein_contact *contact = &k->m->contacts[spot->contact];
         const double *line = k->d1 + spot->side[1].d;
         double *move = way + spot->side[1].d;
-        int endless = spot->side[1].kind == STEIN_LINE && contact->nspot == 1 &&
-                      !isfinite(line[STEIN_SHAPE_LO]) && !isfinite(line[STEIN_SHAPE_HI]);
-        int turns = move[STEIN_SHAPE_NX] != 0.0 || move[STEIN_SHAPE_NZ] != 0.0;
-        if (!endless || turns) {
+        if (!is_endless(k, spot, way)) {
             continue;
         }
         double x = move[STEIN_SHAPE_X], z = move[STEIN_SHAPE_Z];
@@ -87,7 +167,9 @@ static void find_way(compass *k, const lab_candidate *c, double *way)
         int none = !isfinite(change) || fabs(change) <= rounding * fabs(k->d1[i]);
         way[i] = none ? 0.0 : change / e;
     }
+    leave_names(k, way);
     fold_lines(k, way);
+    fold_points(k, way);
     fold_springs(k, way);
 }
 
@@ -134,8 +216,13 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
     size_t np = (size_t)m->np, nd = (size_t)m->nd;
     compass k = {.m = m, .base = lab_parameters(model)};
     k.p = malloc(sizeof *k.p * (np + 2 * nd + (size_t)*n * nd + 1));
-    if (k.p == NULL) {
-        return lab__no_memory(err);
+    k.touching = malloc(sizeof *k.touching * ((size_t)m->ncontact + 1));
+    stein_status status = k.p != NULL && k.touching != NULL ? lab__touchings(k.touching, model, err)
+                                                            : lab__no_memory(err);
+    if (status != STEIN_OK) {
+        free(k.p);
+        free(k.touching);
+        return status;
     }
     k.d1 = k.p + np, k.d2 = k.d1 + nd, k.way = k.d2 + nd;
     int kept = 0;
@@ -158,5 +245,6 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
     }
     *n = kept;
     free(k.p);
+    free(k.touching);
     return STEIN_OK;
 }

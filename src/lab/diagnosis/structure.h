@@ -4,7 +4,8 @@
  *   surgery.c     changes in the text of a mechanism file    candidates.c  effects at places
  *   sites.c       where a part can sit                       alias.c       what says the same
  *   structure.c   the parts                                  extend.c      the extended file
- *   bind.c        a candidate in a model
+ *   bind.c        a candidate in a model                     touching.c    how bodies stand where
+ * they touch
  */
 #ifndef STRUCTURE_H
 #define STRUCTURE_H
@@ -94,6 +95,19 @@ void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLA
 stein_status lab__structure_text(const lab_candidate *c, double amount, const mechanism *m,
                                  const char *text, size_t size, char **out, size_t *nout,
                                  stein_err *err);
+
+/* ---- touching.c ---- */
+
+/** The first body of a contact against the second one, while they touch. */
+typedef struct lab__touching {
+    int touch;    /* they do */
+    double c, s;  /* cosine and sine of its angle when they touched first */
+    double turns; /* sine of what it turns from there at most */
+    double depth; /* largest [m] */
+} lab__touching;
+/** In one run of the file; of one that fails nothing touches. @param to  [ncontact]
+ *  @return OK, ENOMEM, what stein_sim_create says */
+stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err *err);
 
 /* ---- candidates.c, alias.c ---- */
 
