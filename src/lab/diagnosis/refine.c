@@ -25,6 +25,7 @@
 enum {
     FIRST = 16,
     LEADERS = 3,
+    TURNS = 3,
     LEADS = 4,
     IN_PLACE = 6,
     PARTS = 3,
@@ -135,23 +136,29 @@ static int is_open(const diag__suspect *s)
     return s->s.refitted && isfinite(s->objective) && !s->ended;
 }
 
-/* new derivatives for those that promise most; what has ended promises what it has */
+/* New derivatives for those that promise most; what has ended promises what it has. One that takes
+ * several turns to its end does not take those of the others. */
 static stein_status lead_on(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    double last = -INFINITY;
+    const diag__suspect *had[LEADERS] = {NULL};
     for (int n = 0; status == STEIN_OK && n < LEADERS; n++) {
         diag__suspect *next = NULL;
         for (int i = 0; i < d->n; i++) {
             diag__suspect *s = &d->suspect[i];
-            int fitted = s->s.refitted && isfinite(s->objective) && s->promised > last;
+            int fitted = s->s.refitted && isfinite(s->objective);
+            for (int k = 0; k < n; k++) {
+                fitted = fitted && had[k] != s;
+            }
             next = fitted && (next == NULL || s->promised < next->promised) ? s : next;
         }
         if (next == NULL) {
             break;
         }
-        last = next->promised;
-        status = is_open(next) ? diag__attempt(d, next, RENEW_LEADERS, err) : status;
+        had[n] = next;
+        for (int k = 0; status == STEIN_OK && k < TURNS && is_open(next); k++) {
+            status = diag__attempt(d, next, RENEW_LEADERS, err);
+        }
     }
     diag__sort(d);
     return status;
