@@ -28,6 +28,17 @@ static const char felt[] =
     "  height: {joint: hammer, read: position}\n"
     "simulation: {dt: 20 us, until: 0.12 s}\n";
 
+/* a rod on a pin that rubs, always alike */
+static const char rubbing[] =
+    "mechanism: rubbing\n"
+    "bodies:\n"
+    "  rod: {joint: R -y, mass: 213 g +- 1 g, centre: [0, 0, -174 mm], inertia: {yy: 2.2e-3 kg "
+    "m^2},\n"
+    "    friction: {A: 2e-3 N m, vt: 0.05 rad/s}, initial: {position: 30 deg}}\n"
+    "outputs:\n"
+    "  angle: {joint: rod, read: position}\n"
+    "simulation: {dt: 1 ms, until: 2 s}\n";
+
 /* a law on joint 0, of what is at, and over a contact also of its rate */
 typedef double law_fn(double q, double qd);
 
@@ -306,6 +317,20 @@ START_TEST(what_no_state_knows_is_not_called_a_law)
 }
 END_TEST
 
+/* without the law its strokes look as if their friction scattered by all that may be; it does not
+ */
+START_TEST(strokes_scatter_by_what_a_law_leaves)
+{
+    case_t c;
+    open_case(&c, write_file("rubbing.yaml", rubbing), cogging, 0);
+    ck_assert_int_eq(c.d->verdict, LAB_VERDICT_UNKNOWN_EFFECT);
+    ck_assert_str_eq(c.d->law[0].of, "position");
+    printf("joint friction scatters by %g\n", c.d->scatter[0]);
+    ck_assert_double_lt(c.d->scatter[0], 0.01);
+    close_case(&c);
+}
+END_TEST
+
 /* a brake that bites at one speed, and harder on one side: no state alone knows it all */
 static double squeal_aside(double q, double qd)
 {
@@ -338,6 +363,7 @@ Suite *curve_suite(void)
         tc, a_law_in_no_table_is_found_with_place_state_and_shape_and_its_file_moves, 0, LAWS);
     tcase_add_test(tc, bands_hold_the_truth_about_as_often_as_they_say);
     tcase_add_test(tc, what_no_state_knows_is_not_called_a_law);
+    tcase_add_test(tc, strokes_scatter_by_what_a_law_leaves);
     tcase_add_test(tc, what_one_state_nearly_explains_is_not_said_to_be_its_law);
     tcase_add_test(tc, a_law_is_in_all_that_is_written);
     suite_add_tcase(s, tc);

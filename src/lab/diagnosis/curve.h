@@ -67,7 +67,8 @@ typedef struct diag__curves {
     const char **name; /* free: those of the null fit, then all values */
     char *names;
     fit__problem p;
-    diag__stand null;   /* of all samples */
+    double D[LAB_SCATTERS]; /* variances of what differs from stroke to stroke, in the priors' */
+    diag__stand null;       /* of all samples */
     diag__stand early;  /* to where more than noise is left first; x NULL: there is no such place */
     diag__curve *curve; /* [nsite], the best first */
     diag__held held;    /* held-out strokes with the first one, when it is judged */

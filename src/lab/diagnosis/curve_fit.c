@@ -91,6 +91,31 @@ static stein_status settle(diag__fitting *t, stein_err *err)
     return status == STEIN_OK ? diag__rounds(t, INFINITY, ROUNDS_TO_SETTLE, 0, err) : status;
 }
 
+/* What is missing was taken for scatter of friction and drive. With the law in its place they
+ * scatter by what is left, and the law is known the better. */
+static stein_status scatter_anew(diag__fitting *t, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    double D[LAB_SCATTERS], *sd = malloc(sizeof *sd * ((size_t)p->np + 1));
+    stein_status status =
+        sd != NULL ? fit__sensitivities(p, t->c->x, t->c->r, t->J, err) : lab__no_memory(err);
+    if (status == STEIN_OK) {
+        status = diag__likelihood(p, t->c->x, t->J, t->c->r, D, sd, NULL, NULL, err);
+    }
+    for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
+        fit__unknown *u = &p->unknown[k];
+        double factor = u->kind == FIT__SCATTER ? sqrt(D[u->index - FIT__JOINTS]) : 1.0;
+        u->sd *= factor;
+        t->c->x[k] /= factor;
+        p->step[k] /= factor;
+    }
+    for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
+        t->w->D[i] *= D[i];
+    }
+    free(sd);
+    return status == STEIN_OK ? diag__rounds(t, INFINITY, ROUNDS_TO_SETTLE, 0, err) : status;
+}
+
 stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)
 {
     fit__problem *p = &w->p;
@@ -108,12 +133,13 @@ stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)
     p->central = 1;
     p->tolerance = fine;
     end = settle(&t, &why);
+    if (end == STEIN_OK) {
+        diag__fitting_weigh(&t, end); // in the variances in which all curves are weighed
+        end = scatter_anew(&t, &why);
+    }
     p->central = 0;
     p->tolerance = coarse;
     memcpy(p->step, step, size);
-    if (end == STEIN_OK) {
-        diag__fitting_weigh(&t, end);
-    }
     diag__fitting_end(&t);
     free(step);
     return fit__forgive(end, err);

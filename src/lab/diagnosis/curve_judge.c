@@ -69,6 +69,7 @@ static stein_status hold(const diag *d, const diag__curves *w, diag__curve *c, d
     other.held_data = w->held_data;
     other.fit_def = w->def;
     other.x = c->x;
+    memcpy(other.null_D, w->D, sizeof other.null_D);
     stein_status status = diag__held_out(&other, NULL, to, &why);
     to->p.def = &w->def;
     c->held = status == STEIN_OK ? to->rmse : (double)NAN;
@@ -131,7 +132,7 @@ static stein_status note_values(diag *d, const diag__curves *w, const diag__curv
     for (int k = 0; k < d->nname; k++) {
         diag__note_value(d, &w->p, k, c->x[k], c->sd[k], wide);
     }
-    diag__note_scatter(d, d->null_D);
+    diag__note_scatter(d, w->D);
     return STEIN_OK;
 }
 
@@ -208,11 +209,24 @@ static const char *only_place(const diag__found *f)
     return place;
 }
 
-/* Several causes at several places that leave next to nothing: a law at one of the places would
+/* two causes in one place may be pieces of a law there */
+static int share_place(const diag__found *f)
+{
+    for (int i = 0; i < f->n; i++) {
+        for (int k = 0; k < i; k++) {
+            if (strcmp(f->cause[i].candidate.place, f->cause[k].candidate.place) == 0) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* Several causes at as many places that leave next to nothing: a law at one of the places would
  * have to explain more, and its search costs most of a diagnosis. */
 static int are_all(const diag *d, const diag__found *f)
 {
-    return f->n > 1 && only_place(f) == NULL &&
+    return f->n > 1 && !share_place(f) &&
            f->chi2_dof - 1.0 < next_to_nothing * (d->out->chi2_dof_before - 1.0);
 }
 
