@@ -13,7 +13,7 @@
 #include "curve_fitting.h"
 
 enum { CALLS = 2, ON_THE_WAY = 8, IN_HASTE = 4, TO_THE_END = 40 };
-enum { FALTERS = 1 }; // strides of one in haste that may be cut short; half of a lost one is, too
+enum { FALTERS = 3 }; // strides of one in haste that may be cut short; half of a lost one is, too
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
 static const double longest = 0.2, wider = 2.0; /* the next one where a whole one was predicted */
 static const double well = 1.7;   /* chi2 per sample of a prediction that can be corrected */

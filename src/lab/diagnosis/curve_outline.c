@@ -24,7 +24,7 @@ enum { RUNNERS = 5, RENEWALS = 5, RENEWALS_DAMPED = 8, HEATS = 4 };
 static const double enough = 0.3; /* of the objective */
 static const double near = 0.15;  /* share of the best score from which on a curve runs */
 static const double worth =
-    0.95; /* share of what the best one explains from which on one goes on */
+    0.90; /* share of what the best one explains from which on one goes on */
 static const double stride = 0.05;              /* of the longest stroke */
 static const double stuck = 0.99, damped = 1e4; /* of what was left; damping */
 
