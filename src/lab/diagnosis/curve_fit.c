@@ -102,15 +102,16 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
     if (status == STEIN_OK) {
         status = diag__likelihood(p, t->c->x, t->J, t->c->r, D, sd, NULL, NULL, err);
     }
+    for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
+        D[i] = fmin(D[i], 1.0); // more would be the limit of the limit
+        t->w->D[i] *= D[i];
+    }
     for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
         fit__unknown *u = &p->unknown[k];
         double factor = u->kind == FIT__SCATTER ? sqrt(D[u->index - FIT__JOINTS]) : 1.0;
         u->sd *= factor;
         t->c->x[k] /= factor;
         p->step[k] /= factor;
-    }
-    for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
-        t->w->D[i] *= D[i];
     }
     free(sd);
     return status == STEIN_OK ? diag__rounds(t, INFINITY, ROUNDS_TO_SETTLE, 0, err) : status;

@@ -373,7 +373,8 @@ stein_status diag__curve_judge(diag *d, diag__curves *w, int n, double before, s
 int diag__law_is_all(const diag *d)
 {
     const lab_law *l = d->out->nlaw > 0 ? &d->out->law[0] : NULL;
-    return l != NULL && l->gain > diag__least_gain && explains_all(d, l, &d->curves->held);
+    return l != NULL && l->gain > diag__least_gain && explains_all(d, l, &d->curves->held) &&
+           !diag__scatters_most(d->curves->D); // that would be part of what is missing
 }
 
 stein_status diag__curve_conclude(diag *d, diag__curves *w, double before, diag__found *f,

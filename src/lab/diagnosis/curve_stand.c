@@ -40,14 +40,16 @@ static void take_priors(const diag *d, diag__curves *w)
     fit__problem *p = &w->p;
     double *to = w->null.x;
     memcpy(to, d->x, sizeof *to * (size_t)d->nname);
-    memcpy(w->D, d->null_D, sizeof w->D);
+    for (int i = 0; i < LAB_SCATTERS; i++) {
+        w->D[i] = fmax(d->null_D[i], 1e-6);
+    }
     for (int k = 0; k < d->nname; k++) {
         p->step[k] = d->p.step[k];
     }
     for (int k = 0; k < p->nu - p->np; k++) {
         fit__unknown *u = &p->unknown[p->np + k];
         double was = u->sd;
-        u->sd *= u->kind == FIT__SCATTER ? sqrt(fmax(w->D[u->index - FIT__JOINTS], 1e-6)) : 1.0;
+        u->sd *= u->kind == FIT__SCATTER ? sqrt(w->D[u->index - FIT__JOINTS]) : 1.0;
         double x = d->x[d->p.np + k] * was / u->sd;
         to[p->np + k] = u->kind == FIT__SCATTER ? fmin(fmax(x, -believed), believed) : x;
         p->step[p->np + k] = d->p.step[d->p.np + k] * was / u->sd;

@@ -20,6 +20,7 @@
 
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
+static const double nearly = 0.98;
 
 /* ---- columns ---- */
 
@@ -113,6 +114,15 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
         negative(C + (size_t)(m->nf + k) * n, column[k] + at, n);
     }
     lab__mixed_stroke(m, s, (int)n, C);
+}
+
+int diag__scatters_most(const double *D)
+{
+    int most = 0;
+    for (int i = 0; i < LAB_SCATTERS; i++) {
+        most |= D[i] > nearly * most_scatter;
+    }
+    return most;
 }
 
 stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,

@@ -202,6 +202,8 @@ stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err 
 
 /* ---- likelihood.c ---- */
 
+/** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
+int diag__scatters_most(const double *D);
 /** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;
  *  lab__mixed_free in any case. @return OK, ENOMEM */
 stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
@@ -498,7 +500,8 @@ int diag__asks_for_law(const diag *d, const diag__found *found);
  *  @param bound   chi2/dof: where no law comes below it in a few steps, none is tried
  *  @return OK (also when there is none), ENOMEM */
 stein_status diag__try_laws(diag *d, const diag__held *before, double bound, stein_err *err);
-/** Is nothing but the stated noise left to the best one of those that were tried? */
+/** Is nothing but the stated noise left to the best one of those that were tried, and no scatter as
+ *  large as it may be? */
 int diag__law_is_all(const diag *d);
 /** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise
  *  give way to a law that predicts better: then the verdict is an unknown effect.
