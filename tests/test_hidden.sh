@@ -217,8 +217,12 @@ gone "a draw that is judged is not made again" "$dir/says/asked"
 
 # ---- results that are kept: a run goes on elsewhere
 kept() { twins "$@" --record "$dir/kept.csv"; }
-kept table >"$dir/out.txt" 2>"$dir/err"
+kept run >"$dir/out.txt" 2>"$dir/err"
 ok "results are kept" $?
+sed 's/,missing_effect,/,explained,/' "$dir/kept.csv" >"$dir/other.csv"
+! cmp -s "$dir/kept.csv" "$dir/other.csv" && cp "$dir/other.csv" "$dir/shown.csv" &&
+    twins table --record "$dir/shown.csv" >"$dir/out.txt" 2>"$dir/err" && cmp -s "$dir/shown.csv" "$dir/other.csv"
+ok "a table changes no record" $?
 rm -rf "$dir/twins/"*/*.score
 kept run >"$dir/again" 2>"$dir/err"
 gone "a draw of the record is not made again" "$dir/says/asked"
@@ -228,7 +232,7 @@ cp "$dir/kept.csv" "$dir/before.csv"
 # the field by its name: a build's digits may look like a seed
 awk -F, -v OFS=, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "seed") k = i }
     NR == 2 { $k = 999990001; print }' "$dir/before.csv" >>"$dir/kept.csv"
-kept table >"$dir/out.txt" 2>"$dir/err" && [ "$(grep -c '^T1' "$dir/kept.csv")" = 2 ] &&
+kept run >"$dir/out.txt" 2>"$dir/err" && [ "$(grep -c '^T1' "$dir/kept.csv")" = 2 ] &&
     grep -q ',999990001,' "$dir/kept.csv" && [ "$(wc -l <"$dir/kept.csv")" = 3 ]
 ok "rows of other seeds stay" $?
 head -n 1 "$dir/before.csv" >"$dir/kept.csv" && echo 'T1,half a row' >>"$dir/kept.csv"

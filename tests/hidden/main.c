@@ -9,8 +9,8 @@
  *                                       these levels
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
  * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
- * --record FILE.csv: results that are kept. Draws that are in it are not made again; run and table
- * add theirs.
+ * --record FILE.csv: results that are kept. Draws that are in it are not made again; run adds its
+ * own, table shows them.
  *
  * Seeds: the table of the README is drawn with a seed that nothing was tuned on.
  */
@@ -250,7 +250,7 @@ int main(int argc, char **argv)
     if (failed > 0) {
         fprintf(stderr, "hidden: %d draws failed\n", failed);
     }
-    int kept = is_sets ? 0 : record_write(&s);
+    int kept = is_run ? record_write(&s) : 0; // who looks changes nothing
     int status = is_sets ? OK : kept != 0 ? FAILED : show(&s);
     return failed > 0 ? FAILED : status;
 }

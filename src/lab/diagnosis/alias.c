@@ -10,7 +10,7 @@
  *
  *      a line moved by u along its normal n        =  a gap of -u (along the line: nothing)
  *      a spring's zero moved by u, or k by dk      =  a preload k u + dk q0 (and dk)
- *      a point moved by u along the line's normal   =  a gap of u
+ *      a point moved by u along the line's normal  =  a gap of u
  *
  * The first two are exact for the laws of law.h: a spot's place and speeds are those of the point,
  * whatever the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
@@ -58,7 +58,8 @@ static int is_watched(const stein_model *m, int contact)
     return 0;
 }
 
-/* what is only a name: no output, no input and no link is at the point */
+/* is an output, an input or a link at the point? else it is only a name, what touches has its own
+ */
 static int is_used(const stein_model *m, int point)
 {
     int used = 0;

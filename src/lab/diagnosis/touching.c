@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fitting.h"
 #include "structure.h"
 
 typedef struct watch {
@@ -67,8 +68,8 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
         status = lab_simulate(sim, &def, &why);
         if (status != STEIN_OK) { // who knows what it touches later
             memset(to, 0, sizeof *to * (size_t)m->ncontact);
-            status = status == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
         }
+        status = fit__forgive(status, err);
     }
     stein_sim_destroy(sim);
     free(w.d);
