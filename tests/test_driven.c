@@ -107,6 +107,58 @@ START_TEST(so_they_do_from_sample_to_sample)
 }
 END_TEST
 
+/* ---- a run goes on with the acceleration of where the last one ended, unless it jumps ---- */
+
+enum { BEND = 5 }; /* ms */
+
+/* accelerated from then on */
+typedef struct start {
+    double t, a;
+} start;
+
+static void start_off(void *ctx, double t, double u[3])
+{
+    const start *s = ctx;
+    double later = t - s->t;
+    u[0] = 0.5 * s->a * later * later;
+    u[1] = s->a * later;
+    u[2] = s->a;
+}
+
+/* positions of key and hammer after 2 BEND, in runs that end at every ms */
+static void drive_key(double a, double tolerance, double longest, double q[2])
+{
+    stein_sim *sim = NULL;
+    start s = {0.0, 0.0};
+    stein_sim_def def = stein_sim_def_default(&stein_model_stein1788);
+    stein_pace pace = {.tolerance = tolerance, .longest = longest, .h = 1e-5, .next = INFINITY};
+    def.integrator = STEIN_DP5;
+    ck_assert_stein(stein_sim_create(&sim, &stein_model_stein1788, &def, err));
+    ck_assert_stein(stein_drive(sim, "key_motion", start_off, &s, err));
+    ck_assert_stein(stein_reset(sim, err));
+    for (int k = 1; k <= 2 * BEND; k++) {
+        ck_assert_stein(stein_run_adaptive(sim, 1e-3 * k, &pace, err));
+        s = k == BEND ? (start){1e-3 * BEND, a} : s;
+    }
+    int key = stein_find_body(&stein_model_stein1788, "key"),
+        hammer = stein_find_body(&stein_model_stein1788, "hammer");
+    q[0] = stein_q(sim)[key];
+    q[1] = stein_q(sim)[hammer];
+    stein_sim_destroy(sim);
+}
+
+START_TEST(an_acceleration_that_jumps_where_a_run_ends_is_seen)
+{
+    double coarse[2], fine[2];
+    drive_key(20.0, 1e-7, 1e-3, coarse);
+    drive_key(20.0, 1e-12, 1e-5, fine);
+    ck_assert_double_eq_tol(fine[0], 0.5 * 20.0 * 25e-6, 1e-9);
+    ck_assert_double_eq_tol(coarse[0], fine[0], 1e-9);
+    printf("hammer off by %.2g rad\n", coarse[1] - fine[1]);
+    ck_assert_double_eq_tol(coarse[1], fine[1], 1e-8);
+}
+END_TEST
+
 /* ---- laws given by points, and a joint that is held while nobody drives it ---- */
 
 static const char *const pointed[] = {"coil.torque.1", "coil.torque.3", "brake.torque.3",
@@ -248,6 +300,7 @@ Suite *driven_suite(void)
     tcase_set_timeout(tc, 120.0);
     tcase_add_loop_test(tc, signals_drive_lanes_as_they_drive_one_alone, 0, 8);
     tcase_add_loop_test(tc, so_they_do_from_sample_to_sample, 0, 4);
+    tcase_add_test(tc, an_acceleration_that_jumps_where_a_run_ends_is_seen);
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_add_test(tc, so_do_tables_and_what_is_held);
     suite_add_tcase(s, tc);

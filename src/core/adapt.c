@@ -30,6 +30,7 @@ enum { MAX_EVENTS_ON_THE_SPOT = 200 };
 /* trials of a run: what a motion may ask for that is too stiff for explicit steps */
 static const double fewest_trials = 2e4, trials_a_longest = 1e3;
 static const double beside = 1e-3;                   /* just before and behind an event, in steps */
+static const double rounding = 1e-12;                /* of an acceleration */
 static const double log_little = -9.210340371976182; /* of 1e-4: errors count as no less */
 
 /* the simulation at every look in [t, t1) */
@@ -112,12 +113,29 @@ static stein_status check_pace(const stein_sim *sim, double t_end, const stein_p
     return status;
 }
 
+/* Does a joint that follows a signal have another acceleration where a run begins than where the
+ * last one ended? Up to rounding it has not, mostly: runs end where a record has its samples. */
+static int jumps(stein_sim *sim)
+{
+    stein__drive_from(sim, sim->head->t, sim->q, sim->qd);
+    for (int i = 0; i < sim->model->ninput; i++) {
+        int j = sim->model->inputs[i].index;
+        if (sim->model->inputs[i].kind == STEIN_INPUT_MOTION && stein__driver_of(sim, j) == i) {
+            double given = sim->ustate[3 * i + 2], was = sim->qdd[j];
+            if (!(fabs(given - was) <= rounding * (fabs(given) + fabs(was)))) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err)
 {
     stein_status status = check_pace(sim, t_end, pace, err);
-    if (sim->motions) {
-        sim->fresh = STALE; // their accelerations may jump where a run ends
+    if (status == STEIN_OK && sim->motions && sim->fresh != STALE && jumps(sim)) {
+        sim->fresh = STALE;
     }
     if (status == STEIN_OK && sim->fresh == STALE) {
         status = stein__refresh(sim, err);

@@ -417,23 +417,30 @@ static void run(const diag__side *side, const fit__problem *own, const diag__way
 }
 
 /* recorded forces with noise on them, in signals of one's own; values is their memory */
-static int shake(fit__signal *signal, int n, const diag__told *told, double **values)
+static int shake(fit__signal *signal, int n, const diag__told *told, fit__cubic **values)
 {
     size_t all = 0;
     for (int k = 0; k < n; k++) {
         all += (size_t)signal[k].n;
     }
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
-    double *at = *values = malloc(sizeof *at * (all + 1));
-    for (int k = 0; rng != NULL && at != NULL && k < n; k++) {
+    fit__cubic *piece = *values = malloc((sizeof *piece + sizeof(double)) * (all + 1));
+    double *at = (double *)(piece + all + 1);
+    for (int k = 0; rng != NULL && piece != NULL && k < n; k++) {
+        fit__signal *s = &signal[k];
         gsl_rng_set(rng, told->seed + (unsigned long)k);
-        for (int i = 0; !signal[k].motion && i < signal[k].n; i++) {
-            at[i] = signal[k].g[i] + gsl_ran_gaussian(rng, told->force_noise[k]);
+        for (int i = 0; !s->motion && i < s->n; i++) {
+            at[i] = s->g[i] + gsl_ran_gaussian(rng, told->force_noise[k]);
         }
-        signal[k].g = signal[k].motion ? signal[k].g : at;
-        at += signal[k].n;
+        if (!s->motion) {
+            s->g = at;
+            fit__signal_pieces(s, piece);
+            s->piece = piece;
+        }
+        at += s->n;
+        piece += s->n;
     }
-    int good = rng != NULL && at != NULL;
+    int good = rng != NULL && *values != NULL;
     gsl_rng_free(rng);
     return good;
 }
@@ -454,7 +461,7 @@ void diag__motion_run(const diag__side *side, const fit__problem *with, const di
         return;
     }
     fit__signal *signal = (fit__signal *)(own.stroke + n), made = {.t = NULL};
-    double *forces = NULL;
+    fit__cubic *forces = NULL;
     memcpy(own.stroke, with->stroke, sizeof *own.stroke * n);
     memcpy(signal, t->signal, sizeof *signal * signals);
     fit__stroke *mine = &own.stroke[stroke];

@@ -205,7 +205,21 @@ static stein_status make_room(fit__signal *s, size_t n, stein_err *err)
     s->t = calloc(n + 1, sizeof *s->t);
     s->g = calloc(n + 1, sizeof *s->g);
     s->c = calloc(n + 1, sizeof *s->c);
-    return s->t != NULL && s->g != NULL && s->c != NULL ? STEIN_OK : lab__no_memory(err);
+    s->piece = calloc(n + 1, sizeof *s->piece);
+    int made = s->t != NULL && s->g != NULL && s->c != NULL && s->piece != NULL;
+    return made ? STEIN_OK : lab__no_memory(err);
+}
+
+void fit__signal_pieces(const fit__signal *s, fit__cubic *piece)
+{
+    for (int i = 0; i < s->n; i++) {
+        int last = i + 1 == s->n; // nothing begins there
+        double h = last ? 1.0 : s->t[i + 1] - s->t[i], rise = last ? 0.0 : s->g[i + 1] - s->g[i];
+        double c = last ? 0.0 : s->c[i], next = last ? 0.0 : s->c[i + 1];
+        piece[i] = (fit__cubic){
+            s->t[i],
+            {s->g[i], rise / h - (2.0 * c + next) * h / 6.0, 0.5 * c, (next - c) / (6.0 * h)}};
+    }
 }
 
 /* what runs through the knots */
@@ -215,6 +229,9 @@ static stein_status run_through(fit__signal *s, double noise, double decades, st
     if (s->motion && s->n > 4) { // fewer show no derivatives
         status = noise > 0.0 ? smooth(s, noise, decades, err) : STEIN_OK;
         status = status == STEIN_OK ? interpolate(s, err) : status;
+    }
+    if (status == STEIN_OK) {
+        fit__signal_pieces(s, s->piece);
     }
     return status;
 }
@@ -252,20 +269,22 @@ void fit__signal_free(fit__signal *s)
     free(s->t);
     free(s->g);
     free(s->c);
+    free(s->piece);
 }
 
 /* the interval of t, t[i] <= t < t[i+1]; mostly the one before or the next */
 static int interval(const fit__signal *s, double t, int before)
 {
+    const fit__cubic *piece = s->piece;
     int lo = 0, hi = s->n - 1;
     for (int i = before; i < before + 2 && i >= 0 && i < hi; i++) {
-        if (s->t[i] <= t && t < s->t[i + 1]) {
+        if (piece[i].t <= t && t < piece[i + 1].t) {
             return i;
         }
     }
     while (hi - lo > 1) {
         int mid = lo + (hi - lo) / 2;
-        if (s->t[mid] <= t) {
+        if (piece[mid].t <= t) {
             lo = mid;
         } else {
             hi = mid;
@@ -276,20 +295,17 @@ static int interval(const fit__signal *s, double t, int before)
 
 void fit__signal_at(const fit__signal *s, double t, int *at, double u[3])
 {
-    int end = s->n - 1;
+    const fit__cubic *piece = s->piece, *end = piece + s->n - 1;
     u[1] = u[2] = 0.0;
-    if (t < s->t[0] || t > s->t[end]) {
-        u[0] = t < s->t[0] ? s->g[0] : s->g[end];
+    if (t < piece->t || t > end->t) {
+        u[0] = t < piece->t ? piece->a[0] : end->a[0];
         return;
     }
-    int lo = *at = interval(s, t, *at), hi = lo + 1;
-    double h = s->t[hi] - s->t[lo], a = (s->t[hi] - t) / h, b = 1.0 - a;
-    u[0] = a * s->g[lo] + b * s->g[hi];
+    piece += *at = interval(s, t, *at);
+    const double *a = piece->a, x = t - piece->t;
+    u[0] = a[0] + x * (a[1] + x * (a[2] + x * a[3]));
     if (s->motion) {
-        double cl = s->c[lo], ch = s->c[hi];
-        u[0] += ((a * a * a - a) * cl + (b * b * b - b) * ch) * h * h / 6.0;
-        u[1] = (s->g[hi] - s->g[lo]) / h +
-               ((1.0 - 3.0 * a * a) * cl + (3.0 * b * b - 1.0) * ch) * h / 6.0;
-        u[2] = a * cl + b * ch;
+        u[1] = a[1] + x * (2.0 * a[2] + x * 3.0 * a[3]);
+        u[2] = 2.0 * a[2] + x * 6.0 * a[3];
     }
 }
