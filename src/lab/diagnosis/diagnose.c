@@ -27,7 +27,6 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* of integration steps: a stroke is right to 0.4 um and derivatives by differences to 0.5 %, while
  * differences to one side are up to 13 % off by themselves; 1e-8 leaves 4 um and 2 % */
 static const double tolerance = 1e-9;
-static const double much = 1.3;   /* chi2/dof */
 static const double a_part = 0.8; /* of the null fit's excess: left by one of two causes */
 
 lab_diagnose_def lab_diagnose_def_default(void)
@@ -328,29 +327,48 @@ static double left(const diag *d)
     return led ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r);
 }
 
-/* Causes or a law. Where the best candidate leaves far more than the noise that the data state, a
- * law is asked for before it is searched for more causes: where one law explains all, causes in
- * other places do not. */
+/* A law explains all: may two causes in its place be what it is? Then they are searched for there.
+ */
+static int may_be_pieces(diag *d)
+{
+    d->only = d->out->law[0].place;
+    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): every candidate has a place
+    return d->n > 0 && strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
+           left(d) - 1.0 < a_part * (d->out->chi2_dof_before - 1.0);
+}
+
+/* does the best candidate leave most of the misfit? Then it is no good begin of several */
+static int explains_little(const diag *d)
+{
+    return fit__noise_given(&d->p) &&
+           left(d) - 1.0 > (1.0 - diag__must_explain) * (d->out->chi2_dof_before - 1.0);
+}
+
+/* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law
+ * is asked for before it is searched for more causes: where one law explains all, causes in other
+ * places do not, and a search for them costs several times as much. The law is asked for in haste,
+ * and at any price where the best candidate is no good begin of several causes. */
 static stein_status explain(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
     static const char law[] = "the law of what is in no table";
     stein_status status = STEIN_OK;
     d->out->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
     *f = (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
-    if (fit__noise_given(&d->p) && left(d) > much) {
+    if (left(d) > diag__most_noise(d)) {
         progress(d, 0.82, law);
         status = diag__try_laws(d, before, left(d), err);
     }
-    int all = status == STEIN_OK && diag__law_is_all(d), known = !all;
-    if (all && d->n > 0) { // two causes in the place of the law may be what it is
-        d->only = d->out->law[0].place;
-        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): every candidate has a place
-        known = strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
-                left(d) - 1.0 < a_part * (d->out->chi2_dof_before - 1.0);
-    }
-    if (status == STEIN_OK && known && d->put_off) {
+    int all = status == STEIN_OK && diag__law_is_all(d), known = status == STEIN_OK && !all;
+    known = all ? may_be_pieces(d) : known;
+    if (known && d->put_off) {
         progress(d, 0.84, "fits with more candidates");
         status = diag__refit_on(d, err);
+    }
+    if (status == STEIN_OK && known && !all && explains_little(d)) {
+        progress(d, 0.86, law);
+        status = diag__try_laws(d, before, INFINITY, err);
+        all = status == STEIN_OK && diag__law_is_all(d);
+        known = !all || may_be_pieces(d);
     }
     if (status == STEIN_OK && known) {
         status = diag__several(d, before, f, err);
