@@ -128,6 +128,51 @@ START_TEST(a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more)
 }
 END_TEST
 
+START_TEST(a_fit_that_falls_behind_the_best_one_is_given_up)
+{
+    bench b;
+    open_bench(&b, friction, 1, 2200);
+    diag *d = &b.d;
+    diag__suspect *best = suspect(d, "coulomb_friction");
+    ck_assert_stein(diag__from_the_file(d, best, 0.1, err));
+    ck_assert_double_lt(best->s.chi2_dof, 1.1);
+    double ahead[DIAG_HORIZONS];
+    diag__ahead(&d->p, best->r, best->left, ahead);
+    for (int h = 1; h < DIAG_HORIZONS; h++) {
+        ck_assert_double_gt(ahead[h], ahead[h - 1]); // who goes on may leave more
+    }
+    ck_assert_double_gt(ahead[0], 0.1 * best->left);
+    ck_assert_double_lt(ahead[DIAG_HORIZONS - 1], best->left + 50.0);
+    const lab_candidate *other = &suspect(d, "quadratic_drag")->s.candidate;
+    diag__pursuit free = {.ahead = NULL}, behind = {.ahead = ahead}, itself = behind;
+    int whole = follow(d, other, &free), fits = follow(d, other, &behind);
+    printf("given up after %d of %d fits\n", fits, whole);
+    ck_assert_int_eq(behind.given_up, 1);
+    ck_assert_int_lt(fits, whole);
+    (void)follow(d, &best->s.candidate, &itself);
+    ck_assert_int_eq(itself.given_up, 0);
+    close_bench(&b);
+}
+END_TEST
+
+/* a third of the strokes may be strays; would they leave what the others do, were they back? */
+START_TEST(strays_that_come_back_leave_what_others_do)
+{
+    bench b;
+    open_bench(&b, nothing, 1, 2700);
+    const fit__problem *p = &b.d.p;
+    double *r = calloc(fit__offset(p, p->nstroke) + 1, sizeof *r), room[SWINGS];
+    for (int s = 0; s < p->nstroke; s++) {
+        r[fit__offset(p, s)] = s < p->nstroke / 3 ? 1000.0 : 2.0;
+    }
+    ck_assert_double_eq_tol(diag__come_back(p, r, room), 4.0 * p->nstroke, 1e-9);
+    r[fit__offset(p, p->nstroke - 1)] = 100.0; // one too many: it counts
+    ck_assert_double_gt(diag__come_back(p, r, room), 1e4);
+    free(r);
+    close_bench(&b);
+}
+END_TEST
+
 START_TEST(what_has_brought_nothing_is_not_done_again_from_there)
 {
     bench b;
@@ -265,6 +310,8 @@ Suite *race_suite(void)
     tcase_add_test(tc, a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough);
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
     tcase_add_test(tc, a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more);
+    tcase_add_test(tc, a_fit_that_falls_behind_the_best_one_is_given_up);
+    tcase_add_test(tc, strays_that_come_back_leave_what_others_do);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
     tcase_add_test(tc, a_swing_that_the_fit_of_a_law_has_lost_is_called_back);

@@ -24,20 +24,39 @@ enum {
 static const double worth_a_try = 10.0; /* of the objective */
 static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
+static const double a_step = 0.05;      /* of the way to the best one: less leads nowhere */
 
 /* where the effect begins; NAN: where it is */
 typedef struct beginning {
     double amount, first; /* in limits; the first number beside the amount, in its quarters */
 } beginning;
 
+/* the best fit of a search so far, NULL: there is none */
+static const diag__suspect *best_of(const diag *d)
+{
+    const diag__suspect *best = NULL;
+    for (int i = 0; i < d->n; i++) {
+        const diag__suspect *s = &d->suspect[i];
+        int fitted = s->s.refitted && isfinite(s->objective);
+        best = fitted && (best == NULL || s->left < best->left) ? s : best;
+    }
+    return best;
+}
+
 /* along the strokes from s->x, with the effect in the model
  * @param to_noise  1: given up where it clearly leaves more, first where the strokes begin */
 static stein_status along(diag *d, diag__suspect *s, int to_noise, int *found, stein_err *err)
 {
     fit__problem *p = diag__problem(d, s);
+    const diag__suspect *best = best_of(d);
+    double ahead[DIAG_HORIZONS];
+    if (best != NULL) {
+        diag__ahead(p, best->r, best->left, ahead);
+    }
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    diag__pursuit c = {.null = &d->null_marks,
+    diag__pursuit c = {.ahead = best != NULL ? ahead : NULL,
+                       .null = &d->null_marks,
                        .to_noise = to_noise,
                        .first = to_noise && d->early.z > 0.0 ? d->early.horizon : 0.0};
     stein_status status = diag__follow(d, p, &e, &c, err);
@@ -106,10 +125,12 @@ stein_status diag__again(diag *d, diag__suspect *s, diag__start *start, const vo
     if (status == STEIN_OK && found) {
         status = diag__fit_on(d, s, s->unknown_J ? RENEW_LAST : 1, &why);
     }
-    if (!found || status != STEIN_OK || !(s->objective < was.objective)) {
+    double tried = found && status == STEIN_OK ? s->objective : (double)INFINITY;
+    if (!(tried < was.objective)) {
         memcpy(s->x, room, sizeof *room * size);
         *s = was;
     }
+    s->tried = tried;
     free(room);
     return fit__forgive(status, err);
 }
@@ -133,6 +154,14 @@ stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein
     return follow(d, s, from_the_file, &(beginning){amount, NAN}, err);
 }
 
+/* What a fit has to gain to be worth another one. Far behind the best one that is a share of the
+ * way: in a few steps it is there, or nowhere. */
+static double least_step(const diag *d, const diag__suspect *s)
+{
+    const diag__suspect *best = best_of(d);
+    return fmax(worth_a_try, best != NULL ? a_step * (s->left - best->left) : 0.0);
+}
+
 /* is it elsewhere than where something has brought nothing? */
 static int has_moved(const diag__suspect *s, double in_vain)
 {
@@ -146,7 +175,7 @@ stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
     stein_status status = STEIN_OK;
     double was = INFINITY;
     for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
-                    was - s->objective > worth_a_try && has_moved(s, s->stuck);
+                    was - s->objective > (k > 0 ? least_step(d, s) : 0.0) && has_moved(s, s->stuck);
          k++) {
         was = s->objective;
         status = diag__attempt(d, s, RENEW_LAST, err);
@@ -171,7 +200,7 @@ stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
          k++) {
         double was = s->objective;
         status = diag__again(d, s, without_strays, NULL, err);
-        s->unheeded = was - s->objective > worth_a_try ? s->unheeded : s->objective;
+        s->unheeded = was - s->objective > least_step(d, s) ? s->unheeded : s->objective;
     }
     return status;
 }
@@ -179,7 +208,7 @@ stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
 /* From the file's own numbers, until one of the starts leads to noise: where a gap begins or a
  * spring is tight decides which events a stroke has, and no small step leads across one. The first
  * amount is that of bent numbers; where much was gained by a start, another one with the amount
- * found there may lead on. */
+ * found there may lead on. Where a start has ended where the fit is already, so do the others. */
 stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
 {
     static const double first[] = {NAN, NAN, 1.0, -1.0}; // quarters of the range
@@ -188,14 +217,18 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
     stein_status status = STEIN_OK;
     double was = INFINITY;
     for (int k = 0; k < (several ? 4 : 2) && status == STEIN_OK && diag__leaves_more(d, s); k++) {
-        if ((k == 1 && !(was - s->objective > worth_anew)) || d->anew >= ANEW) {
+        int same = k > 0 && was - s->objective <= worth_a_try &&
+                   fabs(s->tried - s->objective) <= worth_a_try;
+        if ((k == 1 && !(was - s->objective > worth_anew)) || same || d->anew >= ANEW) {
             continue;
         }
         d->anew++;
         was = s->objective;
         status = diag__again(d, s, from_the_file, &(beginning){NAN, first[k]}, err);
-        status = status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
-        status = status == STEIN_OK ? diag__recall(d, s, err) : status;
+        if (status == STEIN_OK && s->objective < was) { // else it stays where it was
+            status = diag__to_the_end(d, s, err);
+            status = status == STEIN_OK ? diag__recall(d, s, err) : status;
+        }
     }
     s->begun = 1;
     return status;

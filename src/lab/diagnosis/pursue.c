@@ -21,6 +21,8 @@ const double diag__horizon[DIAG_HORIZONS] = {0.16, 0.25, 0.32, 0.4, 0.5, 0.65, 1
 static const double enough = 0.3;
 static const double near = 12.0;           /* RMS [noise] */
 static const double worth_a_recall = 10.0; /* of the objective */
+static const double a_share = 0.1;         /* of what strays may have lost */
+static const double near_enough = 40.0;    /* of the objective: who is behind by less may win */
 static const double off = 3.0;             /* sd of chi2: more than noise is left */
 static const double clearly = 1.2;         /* per sample */
 static const double worth_it = 0.1;        /* share of that */
@@ -98,13 +100,15 @@ static void take_over(const fit__problem *p, fit__end *e, const fit__end *t)
     e->ended = t->ended;
 }
 
-/* the fit from where its strays lead it. @param found  how many there are, out. @return 1 when that
- * was worth it */
-static int recall(diag *d, fit__problem *p, fit__end *e, int *found, stein_status *status,
-                  stein_err *err)
+/* the fit from where its strays lead it. @param found  how many there are, out
+ * @param each  [nstroke] room
+ * @return 1 when that was worth it: it gained a share of what strays may have lost */
+static int recall(diag *d, fit__problem *p, fit__end *e, double *each, int *found,
+                  stein_status *status, stein_err *err)
 {
     fit__end t;
     double *room = beside(p, e, &t, err), was = e->objective;
+    double more = fit__chi2(p, e->r) - diag__come_back(p, e->r, each);
     if (room == NULL) {
         *status = STEIN_ENOMEM;
         return 0;
@@ -122,7 +126,7 @@ static int recall(diag *d, fit__problem *p, fit__end *e, int *found, stein_statu
     }
     free(room);
     *status = fit__forgive(tried, err);
-    return e->objective < was - worth_a_recall;
+    return e->objective < was - fmax(worth_a_recall, a_share * more);
 }
 
 int diag__is_clear(double chi2, double dof)
@@ -142,15 +146,36 @@ double diag__samples(const fit__problem *p)
     return n;
 }
 
+void diag__ahead(const fit__problem *p, const double *r, double left, double *bound)
+{
+    double T = diag__longest(p);
+    for (int h = 0; h < DIAG_HORIZONS; h++) {
+        double rest = 0.0, n = 0.0;
+        for (int s = 0; s < p->nstroke; s++) {
+            const fit__stroke *t = &p->stroke[s];
+            const double *v = r + fit__offset(p, s);
+            for (int i = 0; i < t->nch * t->n; i++) {
+                int beyond =
+                    isfinite(t->y[i]) && t->data->time[i % t->n] - t->origin > diag__horizon[h] * T;
+                rest += beyond ? v[i] * v[i] : 0.0;
+                n += beyond;
+            }
+        }
+        bound[h] = left - rest + fmax(0.0, rest - n + off * sqrt(2.0 * n)) + near_enough;
+    }
+}
+
 /* Is a fit lost where it stands? Either it is further from the data already than it may be at its
  * end. Or the null fit clearly left more than noise at this horizon, and what is on trial has
  * explained nothing of it: something that is missing shows before, and this is not it. (Where the
  * null fit left a little, that may be a stroke which one of the two has lost.)
- * Nor is what was to leave but noise on its way there where it clearly leaves more.
+ * Nor is what was to leave but noise on its way there where it clearly leaves more. And who is too
+ * far behind another one cannot win, even if all strays came back.
  * @param where  0: before strays are called back, where only one that stands as the null fit did is
- *               lost; 1: after */
+ *               lost; 1: after
+ * @param room   [nstroke] */
 static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end *e, int h,
-                   int where)
+                   int where, double *room)
 {
     if (c == NULL) {
         return 0;
@@ -158,17 +183,20 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
     double null = c->null != NULL ? c->null->at[h][where] : 0.0, n = diag__samples(p);
     double excess = null - n, gain = null - e->objective, least = worth_it * excess;
     int nothing = gain < least && (where > 0 || gain > -least);
-    return (c->bound > 0.0 && e->objective > c->bound) || (diag__is_clear(null, n) && nothing) ||
+    double sure = where > 0 ? e->objective : diag__come_back(p, e->r, room);
+    double most = c->ahead != NULL ? c->ahead[h] : c->bound > 0.0 ? c->bound : (double)INFINITY;
+    return sure > most || (diag__is_clear(null, n) && nothing) ||
            (c->to_noise && where > 0 && diag__is_clear(e->objective, n));
 }
 
 /* notes where it stands, or that it is lost */
-static int goes_on(diag__pursuit *c, const fit__problem *p, const fit__end *e, int h, int where)
+static int goes_on(diag__pursuit *c, const fit__problem *p, const fit__end *e, int h, int where,
+                   double *room)
 {
     if (c != NULL && c->reached != NULL) {
         c->reached->at[h][where] = e->objective;
     }
-    if (is_lost(c, p, e, h, where)) {
+    if (is_lost(c, p, e, h, where, room)) {
         c->given_up = 1;
         return 0;
     }
@@ -178,11 +206,12 @@ static int goes_on(diag__pursuit *c, const fit__problem *p, const fit__end *e, i
 /* All strays called back, again while that is worth it. @return 1 when it was in vain though much
  * is left: what those strokes have lost is in no number of their own, and it costs most of a fit to
  * ask again. */
-static int recall_all(diag *d, fit__problem *p, fit__end *e, stein_status *status, stein_err *err)
+static int recall_all(diag *d, fit__problem *p, fit__end *e, double *each, stein_status *status,
+                      stein_err *err)
 {
     int found = 1, worth = 1, once = 0;
     for (int k = 0; k < RECALLS && worth && *status == STEIN_OK; k++) {
-        worth = recall(d, p, e, &found, status, err);
+        worth = recall(d, p, e, each, &found, status, err);
         once |= worth;
     }
     return found > 0 && !once && diag__is_clear(e->objective, diag__samples(p));
@@ -191,7 +220,8 @@ static int recall_all(diag *d, fit__problem *p, fit__end *e, stein_status *statu
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err)
 {
     double T = diag__longest(p), most = p->horizon;
-    stein_status status = STEIN_OK;
+    double *room = malloc(sizeof *room * ((size_t)p->nstroke + 1));
+    stein_status status = room != NULL ? STEIN_OK : lab__no_memory(err);
     for (int h = -1, last = 0, on = 1, vain = p->nstroke < 2; status == STEIN_OK && !last && on;) {
         h = h < 0 && c != NULL && c->first > 0.0 ? horizon_of(c->first, T)
                                                  : next_horizon(p, e, h, T, err);
@@ -199,13 +229,16 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *
         p->horizon = h + 1 == DIAG_HORIZONS ? most : fmin(diag__horizon[h] * T, most);
         status = fit__descend(p, e, 0, enough, last ? RENEWALS_LAST : RENEWALS, err);
         e->fits++;
-        on = status == STEIN_OK && (last || goes_on(c, p, e, h, 0));
+        // at the end only who is behind another one needs no strays called back
+        on = status == STEIN_OK &&
+             ((last && (c == NULL || c->ahead == NULL)) || goes_on(c, p, e, h, 0, room));
         if (on && !vain) {
-            vain = recall_all(d, p, e, &status, err);
+            vain = recall_all(d, p, e, room, &status, err);
         }
-        on = on && status == STEIN_OK && (last || goes_on(c, p, e, h, 1));
+        on = on && status == STEIN_OK && (last || goes_on(c, p, e, h, 1, room));
     }
     p->horizon = INFINITY;
+    free(room);
     return status;
 }
 

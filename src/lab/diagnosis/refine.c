@@ -104,6 +104,7 @@ stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *er
     if (status == STEIN_OK) {
         s->ended = e.ended && renewals > 0; // derivatives of elsewhere do not tell the end
         s->s.refitted = 1;
+        s->left = e.objective;
         s->s.gain = d->null_objective - s->objective;
         s->s.amount = s->x[p->amount] * s->s.candidate.limit;
         s->s.chi2_dof = fit__chi2_dof(p, s->r);

@@ -52,11 +52,13 @@ typedef struct diag__suspect {
     double *x, *J, *r;      /* of a refit, one block; NULL before */
     double objective;       /* -2 log likelihood of the refit, scatter taken out */
     double promised;        /* the same where its derivatives lead to */
+    double left;            /* chi2 + priors of the refit */
     double D[LAB_SCATTERS]; /* variances of scatter in prior variances */
     double *sd;             /* [np] of the free unknowns, in x */
     int promising;          /* its linear gain is a share of the best one */
     double alike;           /* that gain; 0 when it would need an amount below 0 */
     int ended;              /* the refit has */
+    double tried;           /* objective that another start has led to; INFINITY: nowhere */
     double stuck;           /* objective from which new derivatives brought nothing; INFINITY */
     double unheeded;        /* and from which strays were called back in vain */
     int unknown_J;          /* derivatives of a refit are to be taken first */
@@ -183,12 +185,18 @@ int diag__is_clear(double chi2, double dof);
 /** What a fit along the strokes is held against on its way. */
 typedef struct diag__pursuit {
     double bound;            /* of the objective at the end; 0: none */
+    const double *ahead;     /* [DIAG_HORIZONS] of the objective on its way; NULL: none */
     const diag__marks *null; /* of the null fit; NULL: none */
     diag__marks *reached;    /* out; NULL: not wanted */
     int to_noise;            /* 1: lost where it clearly leaves more than noise */
     double first;            /* horizon to begin with [s]; 0: as far as it predicts */
     int given_up;            /* out: it was lost before its end */
 } diag__pursuit;
+/** What a fit may leave at each horizon and still end as low as another one, whose residuals r
+ * leave `left` with its priors: what that has left there, and all that is more than noise of its
+ * rest.
+ *  @param bound  [DIAG_HORIZONS] out */
+void diag__ahead(const fit__problem *p, const double *r, double left, double *bound);
 /** A fit from e->x over growing horizons up to p->horizon, which is INFINITY then, with whatever
  *  effect the problem has on trial; strays are called back on the way.
  *  @param c  NULL: it is never given up */
@@ -365,6 +373,9 @@ int diag__is_beyond_one(const diag *d);
 
 /** chi2 per sample of the stroke in the middle. @param r  of all strokes; room [nstroke] */
 double diag__middle(const fit__problem *p, const double *r, double *room);
+/** chi2 if the worst strokes, as many as may be strays, came back and left no more than the others
+ *  do. @param room  [nstroke] */
+double diag__come_back(const fit__problem *p, const double *r, double *room);
 /** Is a stroke further from its data than the one in the middle, and not by chance? */
 int diag__is_stray(const fit__problem *p, const double *r, int stroke, double middle);
 /** Is that more than noise for a stroke in the middle? */

@@ -74,6 +74,20 @@ int diag__has_bent(const fit__problem *p, const double *x)
     return found > 0 && found <= p->nstroke / STROKES_MOST;
 }
 
+double diag__come_back(const fit__problem *p, const double *r, double *room)
+{
+    int others = p->nstroke - p->nstroke / STROKES_MOST;
+    double sum = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        room[s] = misfit(p, r, s) * fmax(1.0, p->stroke[s].samples);
+    }
+    gsl_sort(room, 1, (size_t)p->nstroke);
+    for (int s = 0; s < others; s++) {
+        sum += room[s];
+    }
+    return sum * p->nstroke / others;
+}
+
 /* marks strays. @return their number; 0 where too many are */
 static int find(const fit__problem *p, const fit__end *e, double middle, int bent_too,
                 unsigned char *stray)
