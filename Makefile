@@ -447,10 +447,11 @@ mutate:  ## small mistakes in generator, laws, notch and integrators, for the su
 DRAWS  ?= 200
 LEVELS ?= null,L1,L2,L3
 SEED   ?= 1
+THREADS ?= 1
 HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) $(if $(RECORD),--record $(RECORD))
-hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1
+hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1
 	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/hidden
-	$(Q)$(call HIDDEN,run) --jobs $(JOBS)
+	$(Q)$(call HIDDEN,run) --jobs $(JOBS) --threads $(THREADS)
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
 	$(Q)$(call HIDDEN,readme README.md)
 

@@ -241,6 +241,14 @@ kept table >"$dir/out.txt" 2>"$dir/err"
 ok "a row that is cut is told with its line" $?
 rm "$dir/kept.csv"
 
+# ---- what a diagnosis takes on two threads
+if grep -q 'on the wall' "$dir/table"; then fail "one thread is told as two"; else pass; fi
+rm -rf "$dir"/twins/*/*.score
+twins run --threads 2 >"$dir/table" 2>"$dir/err"
+grep -q '^| time on the wall with 2 threads, median | 60 s | [0-9]' "$dir/table" &&
+    tail -n 1 "$dir/says/asked" | grep -q -e ' -j 2 '
+ok "a diagnosis on two threads is timed" $?
+
 echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": [$(cause wire key)]}" >"$dir/says/after.json"
 planned '' '{"input": "key_motion", "shape": "there_and_back", "from": 0.001, "to": 0.021, "time": 0.03}' '"hammer_angle"' 1
 made

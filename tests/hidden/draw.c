@@ -99,7 +99,7 @@ int draw_diagnose(const setup *s, const char *set, const char *next, int more, c
                   double *cpu)
 {
     enum { MORE = 99 };
-    char file[FIT + HELD + MORE][PATH + 20], program[PATH + 8], log[PATH + 8];
+    char file[FIT + HELD + MORE][PATH + 20], program[PATH + 8], log[PATH + 8], threads[12];
     char *argv[FIT + HELD + MORE + 10];
     int n = 0, k = 0;
     snprintf(program, sizeof program, "%s/stein", s->results);
@@ -121,7 +121,8 @@ int draw_diagnose(const setup *s, const char *set, const char *next, int more, c
         argv[n++] = file[k++];
     }
     argv[n++] = "-j";
-    argv[n++] = "1";
+    snprintf(threads, sizeof threads, "%d", s->threads);
+    argv[n++] = threads;
     argv[n++] = "-o";
     argv[n++] = (char *)out;
     argv[n] = NULL;
@@ -150,7 +151,8 @@ static void report(const score *r)
 int draw_run(const setup *s, int level, int draw)
 {
     char set[PATH], answer[PATH], out[PATH], scored[PATH];
-    score r = {.draw = draw, .seed = (double)seed_of(s, s->level[level], draw)};
+    score r = {
+        .draw = draw, .seed = (double)seed_of(s, s->level[level], draw), .threads = s->threads};
     draw_paths(s, s->level[level], draw, set, answer, out, scored);
     if (access(scored, R_OK) == 0) {
         return 0;

@@ -93,6 +93,7 @@ typedef struct score {
     char experiment[NAME], film[NAME], after_kind[NAME], after_place[NAME];
     int repeats, separated;
     double cpu_after;
+    int threads; /* of the diagnosis; 0: an old row, it had one */
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);
@@ -111,7 +112,7 @@ typedef struct setup {
     char results[PATH]; /* DIR/BUILD */
     char hash[NAME];
     unsigned long seed;
-    int draws, jobs, verbose, only_sets;
+    int draws, jobs, threads, verbose, only_sets; /* threads of a diagnosis */
     char level[8][NAME];
     int nlevel;
 } setup;

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - command line of the blind tests.
  *
- *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--seed 1] [--quiet]
- *       make, diagnose and judge what is not judged yet, then print the table
+ *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--threads 1] [--seed
+ * 1]
+ *       [--quiet]
+ *       make, diagnose and judge what is not judged yet, then print the table; --jobs at once, each
+ *       diagnosis on --threads: what one takes on two cores is that of --jobs 1 --threads 2
  *   hidden sets ...                     only make the sets
  *   hidden table ...                    the table of what is judged, also by a run that goes on
  *   hidden readme FILE ...              the table into a document, between the two marker lines of
@@ -27,11 +30,12 @@ enum { OK, FAILED, USAGE };
 
 static int usage(const char *why, const char *what)
 {
-    fprintf(stderr,
-            "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--draws N] "
-            "[--levels null,L1,L2,L3] [--jobs N] [--seed N] [--build DIR] [--model FILE] "
-            "[-o DIR] [--record FILE]\n",
-            why, what);
+    fprintf(
+        stderr,
+        "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--draws N] "
+        "[--levels null,L1,L2,L3] [--jobs N] [--threads N] [--seed N] [--build DIR] [--model FILE] "
+        "[-o DIR] [--record FILE]\n",
+        why, what);
     return USAGE;
 }
 
@@ -66,6 +70,10 @@ static int option(setup *s, const char *name, const char *value)
         s->jobs = (int)n;
         return n >= 1 && n <= 64;
     }
+    if (strcmp(name, "--threads") == 0) {
+        s->threads = (int)n;
+        return n >= 1 && n <= 64;
+    }
     if (strcmp(name, "--seed") == 0) {
         s->seed = (unsigned long)n;
         return n >= 1 && n <= 40000;
@@ -97,6 +105,7 @@ static int parse(setup *s, int argc, char **argv, const char *word[3])
                  .seed = 1,
                  .draws = 200,
                  .jobs = 2,
+                 .threads = 1,
                  .verbose = 1};
     read_levels(s, "null,L1,L2,L3");
     for (int i = 1; i < argc; i++) {

@@ -35,7 +35,8 @@ static const field fields[] = {
     FIELD(compared, 'i'),   FIELD(law_place, 's'),   FIELD(law_of, 's'),
     FIELD(law_error, 'd'),  FIELD(law_cover, 'd'),   FIELD(experiment, 's'),
     FIELD(film, 's'),       FIELD(after_kind, 's'),  FIELD(after_place, 's'),
-    FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd')};
+    FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd'),
+    FIELD(threads, 'i')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
 static void print_value(FILE *f, const score *s, int i)
