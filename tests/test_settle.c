@@ -153,6 +153,90 @@ START_TEST(bounces_that_follow_their_numbers_are_used_to_their_end)
 }
 END_TEST
 
+/* ---- a cause that shows only behind what can be predicted ---- */
+
+static const char falls[] = "mechanism: falls\n"
+                            "bodies:\n"
+                            "  ball: {joint: T z, mass: 3.1 g, initial: {position: 20 mm},\n"
+                            "    points: {foot: [0, 0, 0]}}\n"
+                            "  stone: {joint: T z, mass: 1 kg, initial: {position: 5 m},\n"
+                            "    points: {foot: [0, 0, 0]}}\n"
+                            "contacts:\n"
+                            "  plate:\n"
+                            "    between:\n"
+                            "      - {point: ball.foot}\n"
+                            "      - {line: {on: frame, at: [0, 0, 0], facing: 90 deg}}\n"
+                            "    normal: {c: 3 kN/m, D: 0.1 s/m +- 10 %}\n"
+                            "  floor:\n"
+                            "    between:\n"
+                            "      - {point: stone.foot}\n"
+                            "      - {line: {on: frame, at: [0, 0, 0], facing: 90 deg}}\n"
+                            "    normal: {c: 2000 kN/m, D: 0.1 s/m}\n"
+                            "inputs:\n"
+                            "  shake: {torque: ball}\n"
+                            "outputs:\n"
+                            "  height: {joint: ball, read: position}\n"
+                            "  level: {joint: stone, read: position}\n"
+                            "simulation: {dt: 20 us, until: 1.2 s}\n";
+static const double deeper = 0.2e-3; /* the floor, than the file says [m] */
+
+/* the ball dances, the stone meets the floor after a second */
+static void make_fall(dance *c, int s, unsigned long long *seed)
+{
+    stein_sim_def def = lab_def(c->model);
+    stein_sim *sim = NULL;
+    double start = 0.012 + 0.002 * ((s * 4) % 9);
+    def.dt = 5e-6;
+    ck_assert_stein(lab_sim(c->model, &def, &sim, err));
+    ck_assert_stein(stein_set(sim, "ball.initial.position", start, err));
+    ck_assert_stein(stein_set(sim, "floor.gap", deeper, err));
+    ck_assert_stein(stein_reset(sim, err));
+    stein_on_force(sim, act, c);
+    snprintf(c->path[s], sizeof c->path[s], "%s/fall%d.csv", folder, s);
+    FILE *f = fopen(c->path[s], "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f,
+            "# set ball.initial.position: %.17g\n# set stone.initial.position: 5\n"
+            "# noise height: %g\n# noise level: %g\ntime [s],height [m],level [m],shake [N]\n",
+            start, pixel, pixel);
+    for (int i = 0; i <= c->samples; i++) {
+        if (i > 0) {
+            ck_assert_stein(stein_run(sim, interval * i, err));
+        }
+        double height = stein_q(sim)[0] + pixel * gauss(seed);
+        fprintf(f, "%.17g,%.17g,%.17g,%.17g\n", interval * i, height,
+                stein_q(sim)[1] + pixel * gauss(seed), shaking(c, i));
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    stein_sim_destroy(sim);
+}
+
+START_TEST(what_shows_only_where_nothing_can_be_predicted_keeps_its_number)
+{
+    dance c = {.strength = 1.6, .samples = LONG};
+    unsigned long long random = 1788ULL;
+    const char *path[STROKES], *file = write_file("falls.yaml", falls);
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&c.model, file, &options, err));
+    for (int s = 0; s < STROKES; s++) {
+        make_fall(&c, s, &random);
+        path[s] = c.path[s];
+    }
+    examine(file, c.model, path, STROKES, &c.data, &c.d);
+    ck_assert_msg(c.d->ncause == 1, "%s", c.d->reason);
+    const lab_suspect *s = &c.d->suspect[0];
+    const lab_cause_number *n = &s->number[0];
+    ck_assert_str_eq(s->candidate.effect->kind, "contact_gap");
+    ck_assert_str_eq(s->candidate.place, "floor");
+    ck_assert_ptr_nonnull(unpredicted(&c));
+    ck_assert_msg(strstr(unpredicted(&c), "contact_gap at floor shows only behind that") != NULL,
+                  "%s: %g .. %g", unpredicted(&c), n->lo, n->hi);
+    ck_assert_msg(n->lo <= deeper && deeper <= n->hi, "%g .. %g", n->lo, n->hi);
+    ck_assert_double_lt(n->hi - n->lo, 0.2 * deeper);
+    close_dance(&c);
+}
+END_TEST
+
 Suite *settle_suite(void)
 {
     Suite *s = suite_create("settle");
@@ -161,6 +245,7 @@ Suite *settle_suite(void)
     tcase_add_unchecked_fixture(t, cache_in_build, NULL);
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, a_dance_that_nobody_can_predict_has_an_interval_that_holds);
+    tcase_add_test(t, what_shows_only_where_nothing_can_be_predicted_keeps_its_number);
     tcase_add_test(t, bounces_that_follow_their_numbers_are_used_to_their_end);
     suite_add_tcase(s, t);
     return s;

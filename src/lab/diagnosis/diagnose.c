@@ -365,7 +365,7 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         status = diag__refit_on(d, err);
     }
     if (status == STEIN_OK && known && !all && explains_little(d)) {
-        progress(d, 0.86, law);
+        progress(d, 0.845, law);
         status = diag__try_laws(d, before, INFINITY, err);
         all = status == STEIN_OK && diag__law_is_all(d);
         known = !all || may_be_pieces(d);

@@ -23,6 +23,10 @@
  *      are those that the strokes show and the prior together. The prior is worth four strokes
  *      (with 1/variance as chi2/4 the deviation is 0.7 to 1.9 of the prior's in four of five
  *      cases): a dozen that happen to be alike would else have numbers that are too sure.
+ *
+ * A cause may show only where nothing can be predicted, a felt that is met after the escapement,
+ * say. What comes before knows nothing of it, and would put it at 0. Then all numbers stay those of
+ * the search, which describe the strokes, and it is told that their intervals may be too narrow.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -36,6 +40,8 @@ static const double unpredicted = 0.1; /* of a stroke's chi2 */
 static const double coarser = 10.0;    /* tolerance of the steps, to see what they do */
 static const double settled = 0.05;    /* of the sum of squares */
 static const double worth = 4.0;       /* of the prior of the scatter, in strokes */
+static const double unknown = 0.5; /* sd of an amount, in its prior's, of which nothing is known */
+static const double known = 0.2;   /* and of one that was known before */
 
 typedef struct settling {
     fit__problem *p;
@@ -280,8 +286,22 @@ static int make(settling *g, fit__problem *p, const diag__suspect *s, double **w
     return 1;
 }
 
-/* how many strokes end earlier than they were filmed, and which is the first */
-static stein_status tell(diag *d, const settling *g, stein_err *err)
+/* the cause that shows only where strokes cannot be predicted, NULL: there is none */
+static const lab_candidate *lost(const settling *g, const diag__suspect *s)
+{
+    const fit__problem *p = g->p;
+    for (int i = 0; i <= p->naccepted; i++) {
+        int k = i < p->naccepted ? p->first_accepted + FIT__NUMBERS * i : p->amount;
+        if (g->sd[k] > unknown && s->sd[k] < known) {
+            return i < p->naccepted ? p->accepted[i] : &s->s.candidate;
+        }
+    }
+    return NULL;
+}
+
+/* how many strokes end earlier than they were filmed, and which is the first
+ * @param only  the cause that shows only behind that; NULL: all were settled */
+static stein_status tell(diag *d, const settling *g, const lab_candidate *only, stein_err *err)
 {
     const fit__problem *p = g->p;
     double earliest = INFINITY;
@@ -296,9 +316,16 @@ static stein_status tell(diag *d, const settling *g, stein_err *err)
     if (n == 0) {
         return STEIN_OK;
     }
-    char *line = lab__text("%d of %d strokes cannot be predicted to their end, %s from %.3g ms on: "
-                           "what was found has its numbers from what comes before",
-                           n, p->nstroke, p->stroke[which].data->file, 1e3 * earliest);
+    const char *file = p->stroke[which].data->file;
+    char *line =
+        only == NULL
+            ? lab__text("%d of %d strokes cannot be predicted to their end, %s from %.3g ms on: "
+                        "what was found has its numbers from what comes before",
+                        n, p->nstroke, file, 1e3 * earliest)
+            : lab__text(
+                  "%d of %d strokes cannot be predicted to their end, %s from %.3g ms on, and "
+                  "%s at %s shows only behind that: intervals may be too narrow",
+                  n, p->nstroke, file, 1e3 * earliest, only->effect->kind, only->place);
     return diag__tell(d, line, err);
 }
 
@@ -343,8 +370,9 @@ stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
         end(&g, weight, steps);
         return fit__forgive(status, err);
     }
-    status = keep(&g, s, D, err);
-    status = status == STEIN_OK ? tell(d, &g, err) : status;
+    const lab_candidate *only = lost(&g, s);
+    status = only == NULL ? keep(&g, s, D, err) : STEIN_OK;
+    status = status == STEIN_OK ? tell(d, &g, only, err) : status;
     end(&g, weight, steps);
     return status;
 }
