@@ -104,9 +104,12 @@ JSON
 score "$dir/height.json" "$dir/out"
 scored "the height of the string is not its gap" "first 0"
 scored "but stein effects says that it is the same" "first_alike 1"
+scored "and then all is named" "all_alike 1"
+scored "if not by the same name" "all 0"
 sed -i 's/"place": "string"/"place": "dip"/' "$dir/out/diagnosis.json"
 score "$dir/height.json" "$dir/out"
 scored "as the gap of something else is not" "first_alike 0"
+scored "nor is that all" "all_alike 0"
 
 # ---- a law in no table: place, variable, curve and band
 # bump OF PLACE: what a diagnosis says of it; its curve is 10 % too high, its band too narrow at one end

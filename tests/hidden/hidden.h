@@ -93,7 +93,8 @@ typedef struct score {
     char experiment[NAME], film[NAME], after_kind[NAME], after_place[NAME];
     int repeats, separated;
     double cpu_after;
-    int threads; /* of the diagnosis; 0: an old row, it had one */
+    int threads;   /* of the diagnosis; 0: an old row, without what follows; it had one */
+    int all_alike; /* as all, with identical descriptions as one */
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);

@@ -90,15 +90,16 @@ static int length(const tree *list)
     return n;
 }
 
-/* as many causes as truths, each of them one */
-static int is_all(const tree *causes, names truth, const tree *also)
+/* as many causes as truths, each of them one
+ * @param candidates  by which descriptions may be the same; NULL: names have to be */
+static int is_all(const tree *causes, names truth, const tree *also, const tree *candidates)
 {
     int two = also != NULL && also->type == '{', rank = 0;
-    if (length(causes) != 1 + two || rank_in(causes, truth, NULL, &rank) == 0) {
+    if (length(causes) != 1 + two || rank_in(causes, truth, candidates, &rank) == 0) {
         return 0;
     }
     rank = 0;
-    return !two || rank_in(causes, names_of(also), NULL, &rank) > 0;
+    return !two || rank_in(causes, names_of(also), candidates, &rank) > 0;
 }
 
 /* @param truth  the one of two that was found first, if it is */
@@ -208,7 +209,8 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
         also != NULL && also->type == '{' && first != NULL && same(names_of(first), names_of(also));
     judge_names(r, found, second ? names_of(also) : names_of(answer), candidates);
     r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
-    r->all = is_all(causes, names_of(answer), also);
+    r->all = is_all(causes, names_of(answer), also, NULL);
+    r->all_alike = is_all(causes, names_of(answer), also, candidates);
     r->class_alike = r->right_class || r->first_alike;
     judge_number(s, out, found, hidden_number(answer, second ? also : NULL), r);
     r->before = tree_number(gain, "rmse_before");
