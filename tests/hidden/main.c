@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * main.c - command line of the blind tests.
  *
- *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--threads 1] [--seed
- * 1]
- *       [--quiet]
+ *   hidden run [--draws 200] [--levels null,L1,L2,L3,L1x2,X1,T1] [--jobs 2] [--threads 1]
+ *       [--seed 1] [--quiet]
  *       make, diagnose and judge what is not judged yet, then print the table; --jobs at once, each
  *       diagnosis on --threads: what one takes on two cores is that of --jobs 1 --threads 2
  *   hidden sets ...                     only make the sets

@@ -49,13 +49,13 @@ static stein_status along(diag *d, diag__suspect *s, int to_noise, int *found, s
 {
     fit__problem *p = diag__problem(d, s);
     const diag__suspect *best = best_of(d);
-    double ahead[DIAG_HORIZONS];
+    double most[DIAG_HORIZONS];
     if (best != NULL) {
-        diag__ahead(p, best->r, best->left, ahead);
+        diag__ahead(p, best->r, best->left, most);
     }
     fit__problem_try(p, &s->s.candidate);
     fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    diag__pursuit c = {.ahead = best != NULL ? ahead : NULL,
+    diag__pursuit c = {.most = best != NULL ? most : NULL,
                        .null = &d->null_marks,
                        .to_noise = to_noise,
                        .first = to_noise && d->early.z > 0.0 ? d->early.horizon : 0.0};
@@ -175,7 +175,7 @@ stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
     stein_status status = STEIN_OK;
     double was = INFINITY;
     for (int k = 0; status == STEIN_OK && k < TRIES && !s->ended && isfinite(s->objective) &&
-                    was - s->objective > (k > 0 ? least_step(d, s) : 0.0) && has_moved(s, s->stuck);
+                    was - s->objective > least_step(d, s) && has_moved(s, s->stuck);
          k++) {
         was = s->objective;
         status = diag__attempt(d, s, RENEW_LAST, err);

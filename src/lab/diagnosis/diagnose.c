@@ -27,7 +27,7 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* of integration steps: a stroke is right to 0.4 um and derivatives by differences to 0.5 %, while
  * differences to one side are up to 13 % off by themselves; 1e-8 leaves 4 um and 2 % */
 static const double tolerance = 1e-9;
-static const double a_part = 0.8; /* of the null fit's excess: left by one of two causes */
+static const double a_part = 0.2; /* of the misfit: explained by one of two causes */
 
 lab_diagnose_def lab_diagnose_def_default(void)
 {
@@ -334,14 +334,13 @@ static int may_be_pieces(diag *d)
     d->only = d->out->law[0].place;
     // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): every candidate has a place
     return d->n > 0 && strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
-           left(d) - 1.0 < a_part * (d->out->chi2_dof_before - 1.0);
+           diag__share(d, left(d)) > a_part;
 }
 
 /* does the best candidate leave most of the misfit? Then it is no good begin of several */
 static int explains_little(const diag *d)
 {
-    return fit__noise_given(&d->p) &&
-           left(d) - 1.0 > (1.0 - diag__must_explain) * (d->out->chi2_dof_before - 1.0);
+    return fit__noise_given(&d->p) && diag__share(d, left(d)) < diag__must_explain;
 }
 
 /* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law
@@ -358,9 +357,8 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         progress(d, 0.82, law);
         status = diag__try_laws(d, before, left(d), err);
     }
-    int all = status == STEIN_OK && diag__law_is_all(d), known = status == STEIN_OK && !all;
-    known = all ? may_be_pieces(d) : known;
-    if (known && d->put_off) {
+    int all = status == STEIN_OK && diag__law_is_all(d), known = !all || may_be_pieces(d);
+    if (status == STEIN_OK && known && d->put_off) {
         progress(d, 0.84, "fits with more candidates");
         status = diag__refit_on(d, err);
     }

@@ -210,7 +210,7 @@ static double smoothing_error(const fit__stroke *t, const double *u, const fit__
         if (fit__signal_through(&s, 0, t->data->time, room, t->n, noise, decades, NULL) ==
             STEIN_OK) {
             for (int i = 0; i < s.n; i++) {
-                double e = s.c[i] - clean->c[i];
+                double e = 2.0 * (s.piece[i].a[2] - clean->piece[i].a[2]);
                 sum[i * BLOCKS / s.n] += s.t[i] > t->origin ? e * e : 0.0;
             }
         }

@@ -425,8 +425,9 @@ static int shake(fit__signal *signal, int n, const diag__told *told, fit__cubic 
     }
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     fit__cubic *piece = *values = malloc((sizeof *piece + sizeof(double)) * (all + 1));
-    double *at = (double *)(piece + all + 1);
-    for (int k = 0; rng != NULL && piece != NULL && k < n; k++) {
+    int good = rng != NULL && piece != NULL;
+    double *at = good ? (double *)(piece + all + 1) : NULL;
+    for (int k = 0; good && k < n; k++) {
         fit__signal *s = &signal[k];
         gsl_rng_set(rng, told->seed + (unsigned long)k);
         for (int i = 0; !s->motion && i < s->n; i++) {
@@ -434,13 +435,12 @@ static int shake(fit__signal *signal, int n, const diag__told *told, fit__cubic 
         }
         if (!s->motion) {
             s->g = at;
-            fit__signal_pieces(s, piece);
             s->piece = piece;
+            fit__signal_pieces(s, NULL);
         }
         at += s->n;
         piece += s->n;
     }
-    int good = rng != NULL && *values != NULL;
     gsl_rng_free(rng);
     return good;
 }

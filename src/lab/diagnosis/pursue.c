@@ -37,29 +37,38 @@ double diag__longest(const fit__problem *p)
     return T;
 }
 
-/* the horizon up to which the model is near enough to the data for a fit: where the RMS of the
- * samples of one more share is too large, it ends; at least one share beyond the last one */
-static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_err *err)
+/* squares of the residuals of each share of the strokes, from one horizon to the next, and how many
+ * samples it has */
+static void by_horizon(const fit__problem *p, const double *r, double T, double *square, double *n)
 {
-    double square[DIAG_HORIZONS] = {0.0}, n[DIAG_HORIZONS] = {0.0};
-    int failed = 0, to = last + 1;
-    p->horizon = INFINITY;
-    if (fit__residuals(p, e->x, e->r, &failed, err) != STEIN_OK || failed > 0) {
-        return to;
-    }
+    memset(square, 0, sizeof *square * DIAG_HORIZONS);
+    memset(n, 0, sizeof *n * DIAG_HORIZONS);
     for (int s = 0; s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        const double *r = e->r + fit__offset(p, s);
+        const double *v = r + fit__offset(p, s);
         for (int i = 0; i < t->nch * t->n; i++) {
             double share = (t->data->time[i % t->n] - t->origin) / T;
             int h = 0;
             while (h + 1 < DIAG_HORIZONS && share > diag__horizon[h]) {
                 h++;
             }
-            square[h] += r[i] * r[i];
-            n[h] += 1.0;
+            square[h] += v[i] * v[i];
+            n[h] += isfinite(t->y[i]);
         }
     }
+}
+
+/* the horizon up to which the model is near enough to the data for a fit: where the RMS of the
+ * samples of one more share is too large, it ends; at least one share beyond the last one */
+static int next_horizon(fit__problem *p, fit__end *e, int last, double T, stein_err *err)
+{
+    double square[DIAG_HORIZONS], n[DIAG_HORIZONS];
+    int failed = 0, to = last + 1;
+    p->horizon = INFINITY;
+    if (fit__residuals(p, e->x, e->r, &failed, err) != STEIN_OK || failed > 0) {
+        return to;
+    }
+    by_horizon(p, e->r, T, square, n);
     while (to + 1 < DIAG_HORIZONS && square[to + 1] < near * near * n[to + 1]) {
         to++;
     }
@@ -146,22 +155,14 @@ double diag__samples(const fit__problem *p)
     return n;
 }
 
-void diag__ahead(const fit__problem *p, const double *r, double left, double *bound)
+void diag__ahead(const fit__problem *p, const double *r, double left, double *most)
 {
-    double T = diag__longest(p);
-    for (int h = 0; h < DIAG_HORIZONS; h++) {
-        double rest = 0.0, n = 0.0;
-        for (int s = 0; s < p->nstroke; s++) {
-            const fit__stroke *t = &p->stroke[s];
-            const double *v = r + fit__offset(p, s);
-            for (int i = 0; i < t->nch * t->n; i++) {
-                int beyond =
-                    isfinite(t->y[i]) && t->data->time[i % t->n] - t->origin > diag__horizon[h] * T;
-                rest += beyond ? v[i] * v[i] : 0.0;
-                n += beyond;
-            }
-        }
-        bound[h] = left - rest + fmax(0.0, rest - n + off * sqrt(2.0 * n)) + near_enough;
+    double square[DIAG_HORIZONS], n[DIAG_HORIZONS], rest = 0.0, samples = 0.0;
+    by_horizon(p, r, diag__longest(p), square, n);
+    for (int h = DIAG_HORIZONS - 1; h >= 0; h--) {
+        most[h] = left - rest + fmax(0.0, rest - samples + off * sqrt(2.0 * samples)) + near_enough;
+        rest += square[h];
+        samples += n[h];
     }
 }
 
@@ -184,8 +185,7 @@ static int is_lost(const diag__pursuit *c, const fit__problem *p, const fit__end
     double excess = null - n, gain = null - e->objective, least = worth_it * excess;
     int nothing = gain < least && (where > 0 || gain > -least);
     double sure = where > 0 ? e->objective : diag__come_back(p, e->r, room);
-    double most = c->ahead != NULL ? c->ahead[h] : c->bound > 0.0 ? c->bound : (double)INFINITY;
-    return sure > most || (diag__is_clear(null, n) && nothing) ||
+    return (c->most != NULL && sure > c->most[h]) || (diag__is_clear(null, n) && nothing) ||
            (c->to_noise && where > 0 && diag__is_clear(e->objective, n));
 }
 
@@ -231,7 +231,7 @@ stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *
         e->fits++;
         // at the end only who is behind another one needs no strays called back
         on = status == STEIN_OK &&
-             ((last && (c == NULL || c->ahead == NULL)) || goes_on(c, p, e, h, 0, room));
+             ((last && (c == NULL || c->most == NULL)) || goes_on(c, p, e, h, 0, room));
         if (on && !vain) {
             vain = recall_all(d, p, e, room, &status, err);
         }

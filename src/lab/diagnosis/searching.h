@@ -184,8 +184,7 @@ double diag__samples(const fit__problem *p);
 int diag__is_clear(double chi2, double dof);
 /** What a fit along the strokes is held against on its way. */
 typedef struct diag__pursuit {
-    double bound;            /* of the objective at the end; 0: none */
-    const double *ahead;     /* [DIAG_HORIZONS] of the objective on its way; NULL: none */
+    const double *most;      /* [DIAG_HORIZONS] of the objective there; NULL: no bound */
     const diag__marks *null; /* of the null fit; NULL: none */
     diag__marks *reached;    /* out; NULL: not wanted */
     int to_noise;            /* 1: lost where it clearly leaves more than noise */
@@ -195,8 +194,8 @@ typedef struct diag__pursuit {
 /** What a fit may leave at each horizon and still end as low as another one, whose residuals r
  * leave `left` with its priors: what that has left there, and all that is more than noise of its
  * rest.
- *  @param bound  [DIAG_HORIZONS] out */
-void diag__ahead(const fit__problem *p, const double *r, double left, double *bound);
+ *  @param most  [DIAG_HORIZONS] out */
+void diag__ahead(const fit__problem *p, const double *r, double left, double *most);
 /** A fit from e->x over growing horizons up to p->horizon, which is INFINITY then, with whatever
  *  effect the problem has on trial; strays are called back on the way.
  *  @param c  NULL: it is never given up */
@@ -562,6 +561,8 @@ int diag__rivals(const diag *d);
 extern const double diag__least_gain;   /* of -2 log likelihood, to speak of */
 extern const double diag__must_explain; /* share of the misfit beyond noise */
 extern const double diag__convincing;   /* of -2 log likelihood: odds of 1 to 100 */
+/** Share of the misfit beyond noise that a fit with this chi2/dof explains. */
+double diag__share(const diag *d, double chi2_dof);
 /** Does the best suspect of a search gain enough to speak of, and not by chance? */
 int diag__spoken(const diag *d);
 /** Is a suspect a mean of what differs from stroke to stroke by itself, and not by chance? */

@@ -23,7 +23,7 @@ static const double aside = 1.5; /* of another start, in sd of the scatter */
 /* a fit of one stroke */
 typedef struct single {
     int stroke, k;       /* k of its own unknowns is at `first` where it begins, -1: none */
-    double first, bound; /* bound: of the objective, beyond which it is given up; 0: none */
+    double first, bound; /* bound: of the objective of a start, beyond which it is given up */
     double *x, *r;       /* where it ends: own unknowns, residuals */
     double objective;    /* INFINITY: it cannot be simulated there */
     int fits;
@@ -89,7 +89,11 @@ static stein_status fit_one(void *ctx, int i, fit__pool *pool, stein_err *err)
     stein_status status = open_one(c->s, one->stroke, pool, &own, &x, err);
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = one->r};
-        diag__pursuit course = {.bound = one->bound};
+        double most[DIAG_HORIZONS];
+        for (int h = 0; h < DIAG_HORIZONS; h++) {
+            most[h] = one->bound;
+        }
+        diag__pursuit course = {.most = one->k >= 0 ? most : NULL};
         if (one->k >= 0) {
             x[own.np + one->k] = one->first;
         }

@@ -23,7 +23,7 @@ static const double far_lost = 3.0;      /* of a stray, in that of the middle, w
 static const double bent = 6.0;          /* an own number, in its prior sd */
 static const double enough = 0.3;        /* of the objective */
 
-static double misfit(const fit__problem *p, const double *r, int s)
+static double squares(const fit__problem *p, const double *r, int s)
 {
     const fit__stroke *t = &p->stroke[s];
     double sum = 0.0;
@@ -31,7 +31,12 @@ static double misfit(const fit__problem *p, const double *r, int s)
         double v = r[fit__offset(p, s) + (size_t)i];
         sum += v * v;
     }
-    return sum / fmax(1.0, t->samples);
+    return sum;
+}
+
+static double misfit(const fit__problem *p, const double *r, int s)
+{
+    return squares(p, r, s) / fmax(1.0, p->stroke[s].samples);
 }
 
 double diag__middle(const fit__problem *p, const double *r, double *room)
@@ -79,7 +84,7 @@ double diag__come_back(const fit__problem *p, const double *r, double *room)
     int others = p->nstroke - p->nstroke / STROKES_MOST;
     double sum = 0.0;
     for (int s = 0; s < p->nstroke; s++) {
-        room[s] = misfit(p, r, s) * fmax(1.0, p->stroke[s].samples);
+        room[s] = squares(p, r, s);
     }
     gsl_sort(room, 1, (size_t)p->nstroke);
     for (int s = 0; s < others; s++) {

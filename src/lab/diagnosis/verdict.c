@@ -245,16 +245,20 @@ int diag__is_more(const diag *d, double chi2_dof)
     return !fit__noise_given(&d->p) || chi2_dof > 1.0 + by_noise * diag__noise_sd(d);
 }
 
+double diag__share(const diag *d, double chi2_dof)
+{
+    double before = d->out->chi2_dof_before;
+    return (before - chi2_dof) / fmax(before - 1.0, 1e-9);
+}
+
 /* @return does the diagnosis end without a cause? */
 static int is_unexplained(diag *d, double chi2_dof)
 {
-    double before = d->out->chi2_dof_before, noise = diag__most_noise(d);
-    double share = (before - chi2_dof) / fmax(before - 1.0, 1e-9);
-    const char *what = chi2_dof > noise && share < diag__must_explain
-                           ? "The best candidate leaves most of the misfit."
-                       : chi2_dof > 2.0 && fit__noise_given(&d->p)
-                           ? "The best candidate leaves more than noise."
-                           : NULL;
+    const char *what =
+        chi2_dof > diag__most_noise(d) && diag__share(d, chi2_dof) < diag__must_explain
+            ? "The best candidate leaves most of the misfit."
+        : chi2_dof > 2.0 && fit__noise_given(&d->p) ? "The best candidate leaves more than noise."
+                                                    : NULL;
     if (what != NULL) {
         unexplained(d, what, ended(d));
     }

@@ -42,9 +42,9 @@ typedef struct fit__cubic {
  * sample. */
 typedef struct fit__signal {
     int input, motion, n;
-    double *t, *g, *c; /* [n] knots, values, second derivatives (motion) */
-    fit__cubic *piece; /* [n] the same from knot to knot: what a simulation reads in one go lies
-                          side by side, and nothing is divided */
+    double *t, *g;     /* [n] knots, values */
+    fit__cubic *piece; /* [n] from knot to knot: what a simulation reads in one go lies side by
+                          side, and nothing is divided */
     double decades;    /* how much it was smoothed: log10 of a in intervals^5 (signal.c) */
 } fit__signal;
 /** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate */
@@ -55,8 +55,8 @@ stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_d
  *                  allows */
 stein_status fit__signal_through(fit__signal *s, int input, const double *t, const double *u, int n,
                                  double noise, double decades, stein_err *err);
-/** Its polynomials from t, g, c. @param piece  [n] out */
-void fit__signal_pieces(const fit__signal *s, fit__cubic *piece);
+/** Its pieces from t and g. @param c  [n] second derivatives; NULL: straight */
+void fit__signal_pieces(const fit__signal *s, const double *c);
 void fit__signal_free(fit__signal *s);
 /** Value and derivatives at t. @param at  where it was found last, kept by the caller; 0 at first
  */

@@ -164,10 +164,10 @@ static stein_status smooth(fit__signal *s, double noise, double decades, stein_e
 
 /* second derivatives of the cubic spline through the knots; its third derivative is the same on
  * both sides of the second and of the last knot but one */
-static stein_status interpolate(fit__signal *s, stein_err *err)
+static stein_status interpolate(const fit__signal *s, double *c, stein_err *err)
 {
     int n = s->n;
-    double *c = s->c, *upper = calloc((size_t)n, sizeof *upper);
+    double *upper = calloc((size_t)n, sizeof *upper);
     if (upper == NULL) {
         return lab__no_memory(err);
     }
@@ -204,35 +204,37 @@ static stein_status make_room(fit__signal *s, size_t n, stein_err *err)
 {
     s->t = calloc(n + 1, sizeof *s->t);
     s->g = calloc(n + 1, sizeof *s->g);
-    s->c = calloc(n + 1, sizeof *s->c);
     s->piece = calloc(n + 1, sizeof *s->piece);
-    int made = s->t != NULL && s->g != NULL && s->c != NULL && s->piece != NULL;
-    return made ? STEIN_OK : lab__no_memory(err);
+    return s->t != NULL && s->g != NULL && s->piece != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
-void fit__signal_pieces(const fit__signal *s, fit__cubic *piece)
+void fit__signal_pieces(const fit__signal *s, const double *c)
 {
     for (int i = 0; i < s->n; i++) {
-        int last = i + 1 == s->n; // nothing begins there
+        int last = i + 1 == s->n; // nothing begins there; it bends as before
         double h = last ? 1.0 : s->t[i + 1] - s->t[i], rise = last ? 0.0 : s->g[i + 1] - s->g[i];
-        double c = last ? 0.0 : s->c[i], next = last ? 0.0 : s->c[i + 1];
-        piece[i] = (fit__cubic){
-            s->t[i],
-            {s->g[i], rise / h - (2.0 * c + next) * h / 6.0, 0.5 * c, (next - c) / (6.0 * h)}};
+        double bend = c != NULL ? c[i] : 0.0, next = c != NULL && !last ? c[i + 1] : bend;
+        s->piece[i] = (fit__cubic){s->t[i],
+                                   {s->g[i], rise / h - (2.0 * bend + next) * h / 6.0, 0.5 * bend,
+                                    (next - bend) / (6.0 * h)}};
     }
 }
 
 /* what runs through the knots */
 static stein_status run_through(fit__signal *s, double noise, double decades, stein_err *err)
 {
-    stein_status status = STEIN_OK;
-    if (s->motion && s->n > 4) { // fewer show no derivatives
-        status = noise > 0.0 ? smooth(s, noise, decades, err) : STEIN_OK;
-        status = status == STEIN_OK ? interpolate(s, err) : status;
+    if (!s->motion || s->n <= 4) { // fewer show no derivatives
+        fit__signal_pieces(s, NULL);
+        return STEIN_OK;
     }
+    double *c = calloc((size_t)s->n, sizeof *c);
+    stein_status status = c != NULL ? STEIN_OK : lab__no_memory(err);
+    status = status == STEIN_OK && noise > 0.0 ? smooth(s, noise, decades, err) : status;
+    status = status == STEIN_OK ? interpolate(s, c, err) : status;
     if (status == STEIN_OK) {
-        fit__signal_pieces(s, s->piece);
+        fit__signal_pieces(s, c);
     }
+    free(c);
     return status;
 }
 
@@ -268,7 +270,6 @@ void fit__signal_free(fit__signal *s)
 {
     free(s->t);
     free(s->g);
-    free(s->c);
     free(s->piece);
 }
 
