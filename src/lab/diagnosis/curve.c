@@ -97,7 +97,7 @@ static stein_status open_model(const diag *d, diag__curves *w, stein_err *err)
     if (status == STEIN_OK && w->p.nu - w->p.np != d->p.nu - d->p.np) {
         status = lab__fail(err, STEIN_EINVAL, "tables make other strokes of the data");
     }
-    w->p.tolerance = d->p.tolerance;
+    w->p.tolerance = diag__tolerance; // its valley is narrow
     return status;
 }
 

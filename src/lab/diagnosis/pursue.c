@@ -254,6 +254,15 @@ stein_status diag__pursue(diag *d, stein_err *err)
     return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
 }
 
+stein_status diag__pursue_on(diag *d, stein_err *err)
+{
+    fit__end e = {.x = d->x, .J = d->J, .r = d->r};
+    stein_status status = fit__descend(&d->p, &e, 1, enough, RENEWALS, err);
+    d->out->fits++;
+    d->ended = e.ended;
+    return status == STEIN_OK ? fit__sensitivities(&d->p, d->x, d->r, d->J, err) : status;
+}
+
 stein_status diag__pursue_again(diag *d, const diag__suspect *leader, stein_err *err)
 {
     fit__problem *p = &d->p;

@@ -169,6 +169,9 @@ void diag__suspects_free(diag *d);
  *  @return OK, or what lab_dataset_open returns */
 stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
                               stein_err *err);
+/** Of integration steps where numbers are reported, and of a search for little that is missing
+ *  [rad or m]. */
+extern const double diag__tolerance;
 /** The problem in which a suspect is simulated. */
 fit__problem *diag__problem(diag *d, const diag__suspect *s);
 
@@ -202,6 +205,8 @@ void diag__ahead(const fit__problem *p, const double *r, double left, double *mo
 stein_status diag__follow(diag *d, fit__problem *p, fit__end *e, diag__pursuit *c, stein_err *err);
 /** The null fit over growing horizons: x, J, r, ended. */
 stein_status diag__pursue(diag *d, stein_err *err);
+/** On from there, after the steps of the integration have become others. */
+stein_status diag__pursue_on(diag *d, stein_err *err);
 /** Once more from where a leader has ended, without it: if that leads lower it is the null fit, and
  *  all gains are less. A null fit that is stuck makes a cause of whatever frees it.
  *  @return OK (also when it fails), ENOMEM */

@@ -219,9 +219,26 @@ static stein_status balance(settling *g, double *D, stein_err *err)
 
 /* ---- the whole ---- */
 
+/* residuals and derivatives with the steps of reported numbers, where the search had coarser ones
+ */
+static stein_status look_closely(settling *g, stein_err *err)
+{
+    fit__problem *p = g->p;
+    int failed = 0;
+    if (!(p->tolerance > diag__tolerance)) {
+        return STEIN_OK;
+    }
+    p->tolerance = diag__tolerance;
+    stein_status status = fit__residuals(p, g->x, g->r, &failed, err);
+    if (status == STEIN_OK && failed > 0) {
+        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+    }
+    return status == STEIN_OK ? fit__sensitivities(p, g->x, g->r, g->J, err) : status;
+}
+
 static stein_status settle(settling *g, double *D, stein_err *err)
 {
-    stein_status status = STEIN_OK;
+    stein_status status = look_closely(g, err);
     int earlier = 1;
     for (int n = 0; earlier > 0 && status == STEIN_OK && n < ROUNDS; n++) {
         earlier = foresee(g, &status, err);
@@ -350,6 +367,7 @@ stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
     settling g = {.x = NULL};
     double D[LAB_SCATTERS] = {0};
     stein_err why = {STEIN_OK, ""};
+    double tolerance = p->tolerance;
     double **weight = calloc((size_t)p->nstroke + 1, sizeof *weight);
     double *steps = malloc(sizeof *steps * (size_t)(p->nu + 1));
     if (weight == NULL || steps == NULL || !make(&g, p, s, weight)) {
@@ -365,6 +383,7 @@ stein_status diag__settle(diag *d, diag__suspect *s, stein_err *err)
     swap_weights(&g, weight);
     fit__problem_try(p, NULL);
     p->central = 0;
+    p->tolerance = tolerance;
     memcpy(p->step, steps, sizeof *steps * (size_t)p->nu);
     if (status != STEIN_OK) {
         end(&g, weight, steps);
