@@ -54,11 +54,29 @@ START_TEST(what_is_missing_wins_the_race)
     ck_assert_double_lt(s->early_left, n + 5.0 * sqrt(2.0 * n));
     ck_assert_double_eq_tol(shown, 0.5e-3, 0.2e-3);
     ck_assert_double_eq(s->start[d->p.amount], s->early);
+    ck_assert_ptr_null(s->begins); // a gain of the angle's sensor leaves nearly as little
+    ck_assert_int_eq(diag__beginner(d), -1);
     for (int i = 0; i < d->n; i++) {
         on += isfinite(d->suspect[i].early);
         ck_assert(!isfinite(d->suspect[i].early) || d->suspect[i].early_left >= s->early_left);
     }
     ck_assert(on >= 1 && on <= 3 && lined_up > on);
+    close_bench(&b);
+}
+END_TEST
+
+START_TEST(who_alone_explains_how_strokes_begin_is_noted)
+{
+    static const char *const strong[] = {"rod.coulomb.T=2 mN m", NULL};
+    bench b;
+    open_bench(&b, strong, 1, 2900);
+    diag *d = &b.d;
+    ck_assert_stein(diag__look_early(d, err));
+    ck_assert_stein(diag__race(d, err));
+    diag__suspect *s = suspect(d, "coulomb_friction");
+    ck_assert_int_eq(diag__beginner(d), (int)(s - d->suspect));
+    ck_assert_double_eq(s->begins[d->p.amount], s->early);
+    ck_assert_double_eq_tol(s->early * s->s.candidate.limit, 2e-3, 0.2e-3);
     close_bench(&b);
 }
 END_TEST
@@ -237,6 +255,54 @@ START_TEST(strokes_one_by_one_end_where_they_end_whoever_is_beside_them)
 }
 END_TEST
 
+static const char *const two[] = {"rod.coulomb.T=2 mN m", "rod.preload=4 mN m", NULL};
+
+/* A first search has led nowhere, but one suspect explains how the swings begin with that amount.
+ * @return causes that are found so */
+static int begin_as(const char *kind, double amount, diag__found *f, bench *b)
+{
+    open_bench(b, two, 1, 2800);
+    diag *d = &b->d;
+    diag__held before = {.rmse = NAN};
+    diag__suspect *s = suspect(d, kind);
+    for (int i = 0; i < d->n; i++) {
+        d->suspect[i].objective = INFINITY;
+    }
+    ck_assert_stein(
+        diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, &d->null_objective, NULL, err));
+    ck_assert_stein(diag__held_out(d, NULL, &before, err));
+    ck_assert_stein(diag__several(d, &before, f, err));
+    ck_assert_int_eq(f->n, 0); // nobody was fitted
+    diag__found_free(f);
+    s->begins = calloc((size_t)d->p.nu, sizeof *s->begins);
+    s->begins[d->p.amount] = amount / s->s.candidate.limit;
+    ck_assert_int_eq(diag__beginner(d), (int)(s - d->suspect));
+    ck_assert_stein(diag__several(d, &before, f, err));
+    diag__held_free(&before);
+    return f->n;
+}
+
+START_TEST(what_explains_how_strokes_begin_is_one_of_two_though_fits_of_whole_ones_led_nowhere)
+{
+    bench b;
+    diag__found found;
+    ck_assert_int_eq(begin_as("coulomb_friction", 2e-3, &found, &b), 2);
+    ck_assert_str_eq(found.cause[0].candidate.effect->kind, "coulomb_friction");
+    ck_assert_str_eq(found.cause[1].candidate.effect->kind, "preload");
+    ck_assert_double_lt(found.chi2_dof, 1.1);
+    diag__verdict(&b.d, &found);
+    ck_assert_int_eq(b.out->verdict, LAB_VERDICT_MISSING_EFFECT);
+    diag__found_free(&found);
+    found.held = (diag__held){.x = NULL};
+    close_bench(&b);
+
+    ck_assert_int_eq(begin_as("quadratic_drag", 1e-4, &found, &b), 0);
+    ck_assert_int_eq(suspect(&b.d, "quadratic_drag")->s.refitted, 0); // and is where it was
+    diag__found_free(&found);
+    close_bench(&b);
+}
+END_TEST
+
 /* A null fit found a stroke's friction two sd off and yet no scatter: with the variances it says,
  * that number costs millions, and any curve would gain them by letting it go. */
 START_TEST(a_law_gains_nothing_by_numbers_beyond_their_variances)
@@ -310,11 +376,14 @@ Suite *race_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60);
     tcase_add_test(tc, what_is_missing_wins_the_race);
+    tcase_add_test(tc, who_alone_explains_how_strokes_begin_is_noted);
     tcase_add_test(tc, a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough);
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
     tcase_add_test(tc, a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more);
     tcase_add_test(tc, a_fit_that_falls_behind_the_best_one_is_given_up);
     tcase_add_test(tc, strays_that_come_back_leave_what_others_do);
+    tcase_add_test(
+        tc, what_explains_how_strokes_begin_is_one_of_two_though_fits_of_whole_ones_led_nowhere);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
     tcase_add_test(tc, a_swing_that_the_fit_of_a_law_has_lost_is_called_back);

@@ -149,6 +149,30 @@ static stein_status follow(diag *d, diag__suspect *s, diag__start *start, const 
     return status == STEIN_OK ? diag__to_the_end(d, s, err) : status;
 }
 
+/* from where it explains how they begin, to their end whatever that leaves */
+static stein_status from_the_begin(diag *d, diag__suspect *s, const void *ctx, int *found,
+                                   stein_err *err)
+{
+    (void)ctx;
+    fit__problem *p = diag__problem(d, s);
+    memcpy(s->x, s->begins, sizeof *s->x * (size_t)p->nu);
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
+    fit__problem_try(p, &s->s.candidate);
+    stein_status status = diag__follow(d, p, &e, NULL, err);
+    d->out->fits += e.fits;
+    fit__problem_try(p, NULL);
+    s->unknown_J = 0;
+    *found = 1;
+    return status;
+}
+
+stein_status diag__from_the_begin(diag *d, diag__suspect *s, stein_err *err)
+{
+    stein_status status = diag__make_room(d, s, err);
+    s->objective = INFINITY;
+    return status == STEIN_OK ? diag__again(d, s, from_the_begin, NULL, err) : status;
+}
+
 stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err)
 {
     return follow(d, s, from_the_file, &(beginning){amount, NAN}, err);

@@ -377,6 +377,12 @@ int diag__law_is_all(const diag *d)
            !diag__scatters_most(d->curves->D); // that would be part of what is missing
 }
 
+int diag__law_is_ahead(const diag *d, const diag__found *f)
+{
+    const lab_law *l = d->out->nlaw > 0 ? &d->out->law[0] : NULL;
+    return f->n > 1 && l != NULL && l->gain > diag__least_gain && leaves_less(f, l);
+}
+
 stein_status diag__curve_conclude(diag *d, diag__curves *w, double before, diag__found *f,
                                   stein_err *err)
 {

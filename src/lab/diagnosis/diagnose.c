@@ -345,10 +345,12 @@ static int may_be_pieces(diag *d)
            diag__share(d, left(d)) > a_part;
 }
 
-/* does the best candidate leave most of the misfit? Then it is no good begin of several */
+/* Does the best candidate leave most of the misfit, and does none explain how the strokes begin?
+ * Then it is no good begin of several. */
 static int explains_little(const diag *d)
 {
-    return fit__noise_given(&d->p) && diag__share(d, left(d)) < diag__must_explain;
+    return fit__noise_given(&d->p) && diag__share(d, left(d)) < diag__must_explain &&
+           diag__beginner(d) < 0;
 }
 
 /* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law

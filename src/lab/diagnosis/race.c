@@ -20,6 +20,7 @@ enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
 static const double enough = 0.3;  /* of the objective */
 static const double share = 0.1;   /* of what more than noise there is: worth it */
 static const double as_much = 0.8; /* of what the best one explains */
+static const double apart = 0.2;   /* of that: by so much the next one has explained less */
 
 typedef struct runner {
     diag__suspect *s;
@@ -81,6 +82,33 @@ static int line_up(diag *d, runner *all, double *x)
     return n;
 }
 
+/* Does the winner leave but noise, and everybody at another place more, or has explained less by a
+ * share? Then it is there, whatever hides it later. */
+static int begins(const diag *d, const runner *all, int n)
+{
+    double left = n > 0 ? all[0].left : (double)INFINITY, next = d->early.objective;
+    for (int i = 1; i < n; i++) {
+        int related = diag__related(&all[i].s->s.candidate, &all[0].s->s.candidate);
+        next = related ? next : fmin(next, all[i].left);
+    }
+    int alone =
+        diag__is_clear(next, d->early.samples) || next - left > apart * (d->early.objective - left);
+    return alone && diag__is_clear(d->early.objective, d->early.samples) &&
+           !diag__is_clear(left, d->early.samples);
+}
+
+static stein_status keep_begin(diag *d, const runner *r, stein_err *err)
+{
+    size_t size = sizeof *r->x * (size_t)diag__problem(d, r->s)->nu;
+    free(r->s->begins);
+    r->s->begins = malloc(size);
+    if (r->s->begins == NULL) {
+        return lab__no_memory(err);
+    }
+    memcpy(r->s->begins, r->x, size);
+    return STEIN_OK;
+}
+
 static stein_status place(diag *d, const runner *r, int on, stein_err *err)
 {
     diag__suspect *s = r->s;
@@ -118,6 +146,9 @@ stein_status diag__race(diag *d, stein_err *err)
     d->early.left = n > 0 ? all[0].left : 0.0;
     double explained = d->early.objective - d->early.left;
     double least = fmax(share * (d->early.objective - d->early.samples), as_much * explained);
+    if (status == STEIN_OK && begins(d, all, n)) {
+        status = keep_begin(d, &all[0], err);
+    }
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         status = place(d, &all[i], i < FOREMOST && d->early.objective - all[i].left > least, err);
     }

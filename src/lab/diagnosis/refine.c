@@ -431,10 +431,10 @@ static stein_status polish(diag *d, stein_err *err)
             continue;
         }
         status = diag__to_the_end(d, s, err);
-        if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && !s->begun &&
-            d->only == NULL) {
+        if (status == STEIN_OK && !explained && d->only == NULL) {
+            int again = !s->begun || (i == 0 && s->s.chi2_dof < almost);
             status = diag__recall(d, s, err);
-            status = status == STEIN_OK ? diag__begin_anew(d, s, err) : status;
+            status = status == STEIN_OK && again ? diag__begin_anew(d, s, err) : status;
         }
         explained |= !diag__leaves_more(d, s);
     }

@@ -8,8 +8,14 @@
  * the way. So one more search is made beside each of the others that gain as much as the best one
  * nearly, and beside the best one of the next best place, where those that were not followed along
  * the strokes are first (hear_place in refine.c). A pair that leaves but noise holds.
+ *
+ * Or nobody explains anything: two effects that hide each other. Where one of them alone explains
+ * how the strokes begin (race.c), fits of whole strokes lead it nowhere, since what the other one
+ * does later looks like its failure. So it is a first cause for trial, whatever it gains, and what
+ * shows next is searched for beside it.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "searching.h"
@@ -91,15 +97,17 @@ static void rule_out(diag *d)
     }
 }
 
-/* suspect k as the first cause; with a second one that explains the rest it stays in front, and
- * they are what was found */
+/* Suspect k as the first cause; with a second one that explains the rest it stays in front, and
+ * they are what was found.
+ * @param found  1 then */
 static stein_status begin_with(diag *first, int k, const diag__held *before, diag__found *f,
-                               stein_err *err)
+                               int *found, stein_err *err)
 {
     diag__found other;
     to_front(first, k);
     stein_status status = diag__causes(first, before, 1, &other, err);
-    if (status == STEIN_OK && other.n > 0 && !diag__is_more(first, other.chi2_dof)) {
+    *found = status == STEIN_OK && other.n > 0 && !diag__is_more(first, other.chi2_dof);
+    if (*found) {
         diag__found_free(f);
         *f = other;
         rule_out(first);
@@ -110,12 +118,57 @@ static stein_status begin_with(diag *first, int k, const diag__held *before, dia
     return status;
 }
 
+int diag__beginner(const diag *d)
+{
+    for (int k = 0; k < d->n; k++) {
+        if (d->suspect[k].begins != NULL && d->suspect[k].never == NULL) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* The one that explains how the strokes begin as the first of two. Fits of whole strokes may have
+ * led it nowhere, or away: what the other one does later was missing. Alone it has the fit that it
+ * had. */
+static stein_status begin_as_they_do(diag *first, const diag__held *before, diag__found *f,
+                                     stein_err *err)
+{
+    int k = diag__beginner(first), found = 0;
+    if (k < 0 || (k == 0 && f->n > 0)) {
+        return STEIN_OK;
+    }
+    diag__suspect *s = &first->suspect[k];
+    stein_status status = diag__make_room(first, s, err);
+    size_t size = diag__room_of(diag__problem(first, s));
+    double *room = status == STEIN_OK ? malloc(sizeof *room * size) : NULL;
+    if (room == NULL) {
+        return lab__no_memory(err);
+    }
+    const diag__suspect was = *s;
+    memcpy(room, s->x, sizeof *room * size);
+    status = diag__from_the_begin(first, s, err);
+    if (status == STEIN_OK && isfinite(s->objective)) {
+        status = begin_with(first, k, before, f, &found, err);
+    }
+    if (!found) {
+        memcpy(s->x, room, sizeof *room * size);
+        *s = was;
+    }
+    free(room);
+    return status;
+}
+
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     lab_candidate tried[1 + OTHERS];
     stein_status status = diag__causes(first, before, 0, f, err);
-    if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0) {
+    if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0 ||
+        diag__law_is_ahead(first, f)) {
         return status;
+    }
+    if (status == STEIN_OK && diag__is_more(first, left_by(first, f))) {
+        status = begin_as_they_do(first, before, f, err);
     }
     tried[0] = first->suspect[0].s.candidate;
     for (int n = 1; status == STEIN_OK && n <= OTHERS && diag__is_more(first, left_by(first, f));
@@ -131,7 +184,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         tried[n] = first->suspect[k].s.candidate;
         if (status == STEIN_OK &&
             gains(&first->suspect[k], worth_a_search * first->suspect[0].s.gain)) {
-            status = begin_with(first, k, before, f, err);
+            status = begin_with(first, k, before, f, &(int){0}, err);
         }
     }
     return status;

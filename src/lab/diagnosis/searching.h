@@ -66,6 +66,8 @@ typedef struct diag__suspect {
     double
         early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
     double early_left; /* what it left in their race; 0: there was none */
+    double *begins;    /* unknowns with which it alone explains how the strokes begin; NULL: others
+                        * do as well, or nobody */
     double swap;       /* predicted objective in the leader's place */
     double near;       /* the same, when a fit from there has been made, too */
     double *start;     /* and unknowns */
@@ -340,6 +342,9 @@ stein_status diag__again(diag *d, diag__suspect *s, diag__start *start, const vo
                          stein_err *err);
 /** From the file's own numbers and an amount [limits] along the strokes, then to the end. */
 stein_status diag__from_the_file(diag *d, diag__suspect *s, double amount, stein_err *err);
+/** From where it alone explains how the strokes begin (s->begins) to their end, whatever that
+ * leaves and whatever it had. */
+stein_status diag__from_the_begin(diag *d, diag__suspect *s, stein_err *err);
 /** Until the fit has ended or new derivatives bring nothing any more; not again from where they
  *  have brought nothing. */
 stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err);
@@ -487,7 +492,8 @@ typedef struct diag__found {
 } diag__found;
 /** All causes, after the first search has ended; its best suspect is the first of them.
  *  @param before  held-out strokes of the mechanism as it is; rmse and deviance NAN: none
- *  @param pair    1: nobody goes on where the first two leave more than noise
+ *  @param pair    1: nobody goes on where the first two leave more than noise, and a first one that
+ *                 alone explains how the strokes begin need not gain anything by itself
  *  @return OK, ENOMEM; free in any case */
 stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *found,
                           stein_err *err);
@@ -499,6 +505,9 @@ double diag__objective(const diag__found *found);
 const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
 
 /* ---- restart.c ---- */
+
+/** The suspect that alone explains how the strokes begin, -1: there is none. */
+int diag__beginner(const diag *d);
 
 /** All causes; where they leave more than noise and that was stated, pairs that begin with other
  *  suspects are tried. Parameters and @return as of diag__causes. */
@@ -518,6 +527,9 @@ stein_status diag__try_laws(diag *d, const diag__held *before, double bound, ste
 /** Is nothing but the stated noise left to the best one of those that were tried, and no scatter as
  *  large as it may be? */
 int diag__law_is_all(const diag *d);
+/** Was a law found that leaves more than noise, but half of what several causes leave beyond it?
+ * They would be pieces of what it is a piece of. */
+int diag__law_is_ahead(const diag *d, const diag__found *f);
 /** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise
  *  give way to a law that predicts better: then the verdict is an unknown effect.
  *  @param before  the held-out strokes without it

@@ -238,8 +238,8 @@ static void drop(diag__found *f, int i)
 /* @return does the leader of this search pay where nothing was fitted? Then it is a cause. Where it
  * leaves more than the stated noise it may be one before it pays: what else is missing bends the
  * numbers until that is found, too. */
-static int accept(diag__found *f, diag *d, const diag__held *before, stein_status *status,
-                  stein_err *err)
+static int accept(diag__found *f, diag *d, const diag__held *before, int begins,
+                  stein_status *status, stein_err *err)
 {
     diag__suspect *best = d->n > 0 ? &d->suspect[0] : NULL;
     diag__held after;
@@ -256,7 +256,7 @@ static int accept(diag__found *f, diag *d, const diag__held *before, stein_statu
     double had, has;
     diag__compare(before, &after, 0, &had, &has);
     int seen = diag__is_seen(d) || asked != DIAG_ERROR || had - has > diag__convincing;
-    if (*status != STEIN_OK || !pays || !seen || !diag__spoken(d)) {
+    if (*status != STEIN_OK || (!begins && (!pays || !seen || !diag__spoken(d)))) {
         diag__held_free(&after);
         return 0;
     }
@@ -428,13 +428,20 @@ static stein_status exchange(diag__found *f, const diag *first, stein_err *err)
 
 /* ---- the whole ---- */
 
+/* Does the leader of a first search alone explain how the strokes begin? It may be one of two
+ * causes of which the other one hides it later. */
+static int begins(const diag *d)
+{
+    return d->naccepted == 0 && d->n > 0 && d->suspect[0].begins != NULL;
+}
+
 stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *f,
                           stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag *d = first;
     *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
-    while (accept(f, d, f->n > 0 ? &f->held : before, &status, err)) {
+    while (accept(f, d, f->n > 0 ? &f->held : before, pair && begins(d), &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
             break; // it is the law: nobody has to be asked again
@@ -442,10 +449,14 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
         if (pair && f->n > 1 && diag__is_more(first, f->chi2_dof)) {
             return status;
         }
-        status = !diag__is_more(first, f->chi2_dof) ? prune_all(f, first, err) : STEIN_OK;
+        int last = first->only != NULL ? 2 : FIT__ACCEPTED;
+        int more = diag__is_more(first, f->chi2_dof);
+        status = !more ? prune_all(f, first, err) : STEIN_OK;
+        if (more && (f->n == FIT__ACCEPTED || diag__law_is_ahead(first, f))) {
+            break; // they are not all
+        }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
         d = f->end;
-        int last = first->only != NULL ? 2 : FIT__ACCEPTED;
         if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof)) {
             break;
         }

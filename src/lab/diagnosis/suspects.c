@@ -569,6 +569,7 @@ void diag__suspects_free(diag *d)
         free(s->small);
         free(s->x);
         free(s->start);
+        free(s->begins);
         free(s->settled);
     }
     free(d->suspect);

@@ -269,7 +269,7 @@ void diag__verdict(diag *d, diag__found *f)
 {
     lab_diagnosis *o = d->out;
     const diag__suspect *best = d->n > 0 && d->suspect[0].s.refitted ? &d->suspect[0] : NULL;
-    int spoken = diag__spoken(d);
+    int spoken = f->n > 0 || diag__spoken(d); // of two, the first one may be no gain alone
     o->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
     o->chi2_dof_after = f->n > 0       ? f->chi2_dof
                         : best != NULL ? best->s.chi2_dof
