@@ -169,8 +169,31 @@ static int explains_all(const diag *d, const lab_law *l, const diag__held *held)
            (!fit__noise_given(&d->p) || (l->chi2_dof <= diag__most_noise(d) && held_out));
 }
 
-static void say(lab_diagnosis *o, double before, int all)
+/* What no state function explains might be one more degree of freedom: of the parts that the search
+ * has fitted, the best one, and what it leaves. */
+static void say_part(const diag *d)
 {
+    lab_diagnosis *o = d->out;
+    const diag__suspect *best = NULL;
+    char text[sizeof o->reason];
+    for (int i = 0; i < d->n; i++) {
+        const diag__suspect *s = &d->suspect[i];
+        int fitted = s->model != NULL && s->s.refitted && isfinite(s->objective);
+        best = fitted && (best == NULL || s->s.chi2_dof < best->s.chi2_dof) ? s : best;
+    }
+    size_t n = strlen(o->reason), room = sizeof o->reason - n;
+    if (best != NULL && (size_t)snprintf(text, sizeof text,
+                                         " Nor does a degree of freedom more: %s at %s leaves "
+                                         "chi2/dof %.3g.",
+                                         best->s.candidate.effect->kind, best->s.candidate.place,
+                                         best->s.chi2_dof) < room) {
+        memcpy(o->reason + n, text, strlen(text) + 1);
+    }
+}
+
+static void say(const diag *d, double before, int all)
+{
+    lab_diagnosis *o = d->out;
     const lab_law *l = &o->law[0];
     size_t n = strlen(o->reason);
     if (l->pays && all) {
@@ -183,10 +206,12 @@ static void say(lab_diagnosis *o, double before, int all)
                  " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
                  "the misfit: no state function of those tried explains the rest.",
                  l->what, l->place, l->of, 100.0 * l->share);
+        say_part(d);
     } else if (o->verdict == LAB_VERDICT_UNKNOWN_EFFECT) {
         snprintf(o->reason + n, sizeof o->reason - n,
                  " No state function of those tried explains it either: curves over position or "
                  "speed of a joint, depth or rate of a contact.");
+        say_part(d);
     }
 }
 
@@ -396,7 +421,7 @@ stein_status diag__curve_conclude(diag *d, diag__curves *w, double before, diag_
             take_over(d, f, &w->held);
             status = note_values(d, w, &w->curve[0], err);
         }
-        say(o, before, all);
+        say(d, before, all);
     }
     if (o->verdict >= LAB_VERDICT_UNKNOWN_EFFECT && (o->nlaw == 0 || !o->law[0].pays)) {
         diag__held_free(&f->held); // of a candidate that is no cause

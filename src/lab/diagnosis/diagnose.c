@@ -345,24 +345,21 @@ static int may_be_pieces(diag *d)
            diag__share(d, left(d)) > a_part;
 }
 
-/* Does the best candidate leave most of the misfit, and does none explain how the strokes begin?
- * Then it is no good begin of several. */
-static int explains_little(const diag *d)
+static diag__found none(diag *d)
 {
-    return fit__noise_given(&d->p) && diag__share(d, left(d)) < diag__must_explain &&
-           diag__beginner(d) < 0;
+    return (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
 }
 
 /* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law
- * is asked for before it is searched for more causes: where one law explains all, causes in other
- * places do not, and a search for them costs several times as much. The law is asked for in haste,
- * and at any price where the best candidate is no good begin of several causes. */
+ * is asked for in haste before it is searched for more causes: where one law explains all, causes
+ * in other places do not, and a search for them costs several times as much. At any price it is
+ * asked for where two causes leave more than noise (several.c), or where nobody is a cause. */
 static stein_status explain(diag *d, const diag__held *before, diag__found *f, stein_err *err)
 {
     static const char law[] = "the law of what is in no table";
     stein_status status = STEIN_OK;
     d->out->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
-    *f = (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
+    *f = none(d);
     if (left(d) > diag__most_noise(d)) {
         progress(d, 0.82, law);
         status = diag__try_laws(d, before, left(d), err);
@@ -372,14 +369,15 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         progress(d, 0.84, "fits with more candidates");
         status = diag__refit_on(d, err);
     }
-    if (status == STEIN_OK && known && !all && explains_little(d)) {
-        progress(d, 0.845, law);
-        status = diag__try_laws(d, before, INFINITY, err);
-        all = status == STEIN_OK && diag__law_is_all(d);
-        known = !all || may_be_pieces(d);
-    }
     if (status == STEIN_OK && known) {
         status = diag__several(d, before, f, err);
+    }
+    if (status == STEIN_OK && !all && diag__law_is_all(d)) { // it was found on the way
+        all = 1;
+        known = may_be_pieces(d);
+        diag__found_free(f);
+        *f = none(d);
+        status = known ? diag__several(d, before, f, err) : STEIN_OK;
     }
     if (status == STEIN_OK && known) {
         d->out->gain.ratio = f->held.rmse / before->rmse;

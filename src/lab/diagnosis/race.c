@@ -20,7 +20,6 @@ enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
 static const double enough = 0.3;  /* of the objective */
 static const double share = 0.1;   /* of what more than noise there is: worth it */
 static const double as_much = 0.8; /* of what the best one explains */
-static const double apart = 0.2;   /* of that: by so much the next one has explained less */
 
 typedef struct runner {
     diag__suspect *s;
@@ -82,8 +81,8 @@ static int line_up(diag *d, runner *all, double *x)
     return n;
 }
 
-/* Does the winner leave but noise, and everybody at another place more, or has explained less by a
- * share? Then it is there, whatever hides it later. */
+/* Does the winner leave but noise, and everybody at another place more than that or clearly more
+ * than the winner? Then it is there, whatever hides it later. */
 static int begins(const diag *d, const runner *all, int n)
 {
     double left = n > 0 ? all[0].left : (double)INFINITY, next = d->early.objective;
@@ -91,8 +90,7 @@ static int begins(const diag *d, const runner *all, int n)
         int related = diag__related(&all[i].s->s.candidate, &all[0].s->s.candidate);
         next = related ? next : fmin(next, all[i].left);
     }
-    int alone =
-        diag__is_clear(next, d->early.samples) || next - left > apart * (d->early.objective - left);
+    int alone = diag__is_clear(next, d->early.samples) || next - left > diag__least_gain;
     return alone && diag__is_clear(d->early.objective, d->early.samples) &&
            !diag__is_clear(left, d->early.samples);
 }

@@ -418,8 +418,9 @@ stein_status diag__hear_place(diag *d, int k, stein_err *err)
     return status;
 }
 
-/* the leading ones to their end, also where that is far while none leaves only noise, and then more
- * of them */
+/* The leading ones to their end, also where that is far while none leaves only noise, and then more
+ * of them. From the file's own numbers each begins anew once, and the leader again where it is
+ * almost there: with the amounts it has now that may be the rest of the way. */
 static stein_status polish(diag *d, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -431,7 +432,7 @@ static stein_status polish(diag *d, stein_err *err)
             continue;
         }
         status = diag__to_the_end(d, s, err);
-        if (status == STEIN_OK && !explained && d->only == NULL) {
+        if (status == STEIN_OK && !explained && diag__leaves_more(d, s) && d->only == NULL) {
             int again = !s->begun || (i == 0 && s->s.chi2_dof < almost);
             status = diag__recall(d, s, err);
             status = status == STEIN_OK && again ? diag__begin_anew(d, s, err) : status;

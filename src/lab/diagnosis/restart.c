@@ -164,7 +164,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     lab_candidate tried[1 + OTHERS];
     stein_status status = diag__causes(first, before, 0, f, err);
     if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0 ||
-        diag__law_is_ahead(first, f)) {
+        diag__law_is_all(first) || diag__law_is_ahead(first, f)) {
         return status;
     }
     if (status == STEIN_OK && diag__is_more(first, left_by(first, f))) {
@@ -173,7 +173,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
     tried[0] = first->suspect[0].s.candidate;
     for (int n = 1; status == STEIN_OK && n <= OTHERS && diag__is_more(first, left_by(first, f));
          n++) {
-        int new, k = next_first(first, tried, n, &new);
+        int new, found, k = next_first(first, tried, n, &new);
         if (k < 0) {
             break;
         }
@@ -184,7 +184,7 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         tried[n] = first->suspect[k].s.candidate;
         if (status == STEIN_OK &&
             gains(&first->suspect[k], worth_a_search * first->suspect[0].s.gain)) {
-            status = begin_with(first, k, before, f, &(int){0}, err);
+            status = begin_with(first, k, before, f, &found, err);
         }
     }
     return status;

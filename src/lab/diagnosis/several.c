@@ -435,6 +435,14 @@ static int begins(const diag *d)
     return d->naccepted == 0 && d->n > 0 && d->suspect[0].begins != NULL;
 }
 
+/* Two causes leave more than the noise that the data state. Before a third one is searched for, a
+ * law is asked for at any price, if it was not. */
+static stein_status ask_for_law(diag *first, const diag__held *before, stein_err *err)
+{
+    int off = fit__noise_given(&first->p) && first->only == NULL;
+    return off ? diag__try_laws(first, before, INFINITY, err) : STEIN_OK;
+}
+
 stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *f,
                           stein_err *err)
 {
@@ -452,13 +460,19 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
         int last = first->only != NULL ? 2 : FIT__ACCEPTED;
         int more = diag__is_more(first, f->chi2_dof);
         status = !more ? prune_all(f, first, err) : STEIN_OK;
-        if (more && (f->n == FIT__ACCEPTED || diag__law_is_ahead(first, f))) {
+        if (more && f->n == FIT__ACCEPTED) {
             break; // they are not all
         }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
         d = f->end;
         if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof)) {
             break;
+        }
+        if (f->n > 1) {
+            status = ask_for_law(first, before, err);
+            if (status != STEIN_OK || diag__law_is_all(first) || diag__law_is_ahead(first, f)) {
+                break;
+            }
         }
         stein_err why = {STEIN_OK, ""};
         diag *next = NULL;
