@@ -13,6 +13,9 @@
  *
  * and one cause is not called two. Before that each but the last is searched for again with the
  * others in the model: another one may do better in its place.
+ *
+ * Where two leave more than the noise that the data state, a law in no table may be what is missing
+ * (curve.c): that is asked before a third one is searched for.
  */
 #include <math.h>
 #include <stdlib.h>
