@@ -27,10 +27,11 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 /* Of integration steps. A stroke of the piano action is right to 0.003 of its noise and derivatives
  * by differences to 0.1 %, nine of ten of them; ten times coarser steps leave 0.04 (chi2 of 20
  * among 12000 samples, nearly the same whatever is on trial) and 0.7 %, and are a fifth quicker.
- * They do while what is missing is worth thousands. */
+ * They do where what is missing is worth ten thousands; a null fit with them may lose its strokes.
+ */
 const double diag__tolerance = 1e-9;
 static const double coarse = 1e-8;
-static const double much = 1.5;   /* chi2/dof */
+static const double much = 4.0;   /* chi2/dof of the null fit */
 static const double a_part = 0.2; /* of the misfit: explained by one of two causes */
 
 lab_diagnose_def lab_diagnose_def_default(void)
@@ -166,7 +167,7 @@ static stein_status make_problem(diag *d, stein_err *err)
     d->fit_def.threads = d->def->threads > 0 ? d->def->threads : 1;
     d->fit_def.scatter = d->fit_data->n >= SCATTER_FROM;
     status = diag__open_problem(d, err);
-    d->p.tolerance = coarse;
+    d->p.tolerance = diag__tolerance;
     d->out->samples = d->p.samples;
     return status;
 }
@@ -221,8 +222,8 @@ static stein_status search(diag *d, stein_err *err)
     stein_status status = diag__suspects(d, err);
     progress(d, 0.05, "fit of the model as it is");
     status = status == STEIN_OK ? diag__pursue(d, err) : status;
-    if (status == STEIN_OK && !(fit__chi2_dof(&d->p, d->r) > much)) {
-        d->p.tolerance = diag__tolerance;
+    if (status == STEIN_OK && fit__chi2_dof(&d->p, d->r) > much) {
+        d->p.tolerance = coarse;
         status = diag__pursue_on(d, err);
     }
     return status == STEIN_OK ? diag__search(d, err) : status;
