@@ -72,7 +72,10 @@ START_TEST(who_explains_no_more_than_others_do_is_no_begin)
     open_bench(&b, nothing, 1, 2900);
     diag *d = &b.d;
     ck_assert_stein(diag__look_early(d, err));
-    d->early.horizon = 0.3 * diag__longest(&d->p);
+    d->p.horizon = d->early.horizon = 0.3 * diag__longest(&d->p);
+    d->early.samples = diag__samples(&d->p);
+    d->early.objective = 2.0 * d->early.samples; // as if something were
+    d->p.horizon = INFINITY;
     for (int i = 0; i < d->n; i++) {
         d->suspect[i].early = d->suspect[i].never == NULL ? 0.0 : NAN;
     }

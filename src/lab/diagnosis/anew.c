@@ -43,7 +43,22 @@ static const diag__suspect *best_of(const diag *d)
     return best;
 }
 
-/* along the strokes from s->x, with the effect in the model
+/* along the strokes from s->x, with the effect in the model; @param c  NULL: to their end */
+static stein_status follow_from(diag *d, diag__suspect *s, diag__pursuit *c, int *found,
+                                stein_err *err)
+{
+    fit__problem *p = diag__problem(d, s);
+    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
+    fit__problem_try(p, &s->s.candidate);
+    stein_status status = diag__follow(d, p, &e, c, err);
+    d->out->fits += e.fits;
+    fit__problem_try(p, NULL);
+    s->unknown_J = 0;
+    *found = c == NULL || !c->given_up;
+    return status;
+}
+
+/* the same, held against the null fit and the best one
  * @param to_noise  1: given up where it clearly leaves more, first where the strokes begin */
 static stein_status along(diag *d, diag__suspect *s, int to_noise, int *found, stein_err *err)
 {
@@ -53,18 +68,11 @@ static stein_status along(diag *d, diag__suspect *s, int to_noise, int *found, s
     if (best != NULL) {
         diag__ahead(p, best->r, best->left, most);
     }
-    fit__problem_try(p, &s->s.candidate);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
     diag__pursuit c = {.most = best != NULL ? most : NULL,
                        .null = &d->null_marks,
                        .to_noise = to_noise,
                        .first = to_noise && d->early.z > 0.0 ? d->early.horizon : 0.0};
-    stein_status status = diag__follow(d, p, &e, &c, err);
-    d->out->fits += e.fits;
-    fit__problem_try(p, NULL);
-    s->unknown_J = 0;
-    *found = !c.given_up;
-    return status;
+    return follow_from(d, s, &c, found, err);
 }
 
 /* Along the strokes from the file's own numbers, with the effect in the model: a null fit without
@@ -154,16 +162,8 @@ static stein_status from_the_begin(diag *d, diag__suspect *s, const void *ctx, i
                                    stein_err *err)
 {
     (void)ctx;
-    fit__problem *p = diag__problem(d, s);
-    memcpy(s->x, s->begins, sizeof *s->x * (size_t)p->nu);
-    fit__end e = {.x = s->x, .J = s->J, .r = s->r};
-    fit__problem_try(p, &s->s.candidate);
-    stein_status status = diag__follow(d, p, &e, NULL, err);
-    d->out->fits += e.fits;
-    fit__problem_try(p, NULL);
-    s->unknown_J = 0;
-    *found = 1;
-    return status;
+    memcpy(s->x, s->begins, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
+    return follow_from(d, s, NULL, found, err);
 }
 
 stein_status diag__from_the_begin(diag *d, diag__suspect *s, stein_err *err)

@@ -24,11 +24,9 @@
 
 enum { FEWEST = 2, HOLD_EVERY = 3, SCATTER_FROM = 4, TRACES = 4, TRACES_HELD = 2 };
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
-/* Of integration steps. A stroke of the piano action is right to 0.003 of its noise and derivatives
- * by differences to 0.1 %, nine of ten of them; ten times coarser steps leave 0.04 (chi2 of 20
- * among 12000 samples, nearly the same whatever is on trial) and 0.7 %, and are a fifth quicker.
- * They do where what is missing is worth ten thousands; a null fit with them may lose its strokes.
- */
+/* Of integration steps. Ten times coarser ones are quicker and leave little of chi2 beside what is
+ * missing where that is gross, nearly the same whatever is on trial; with them a null fit may lose
+ * its strokes, and near ties change places. */
 const double diag__tolerance = 1e-9;
 static const double coarse = 1e-8;
 static const double much = 4.0;   /* chi2/dof of the null fit */
