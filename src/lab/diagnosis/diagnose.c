@@ -214,6 +214,17 @@ stein_status diag__search(diag *d, stein_err *err)
     return status == STEIN_OK ? diag__refit(d, err) : status;
 }
 
+/* of the problems that parts have of their own, too: what is compared has the same steps */
+static void step_coarsely(diag *d)
+{
+    d->p.tolerance = coarse;
+    for (int i = 0; i < d->n; i++) {
+        if (d->suspect[i].fit != NULL) {
+            d->suspect[i].fit->tolerance = coarse;
+        }
+    }
+}
+
 static stein_status search(diag *d, stein_err *err)
 {
     progress(d, 0.02, "parts that may be missing");
@@ -221,7 +232,7 @@ static stein_status search(diag *d, stein_err *err)
     progress(d, 0.05, "fit of the model as it is");
     status = status == STEIN_OK ? diag__pursue(d, err) : status;
     if (status == STEIN_OK && fit__chi2_dof(&d->p, d->r) > much) {
-        d->p.tolerance = coarse;
+        step_coarsely(d);
         status = diag__pursue_on(d, err);
     }
     return status == STEIN_OK ? diag__search(d, err) : status;
