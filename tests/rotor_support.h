@@ -24,9 +24,11 @@ static inline void rotor_free(rotor *r)
     lab_close(r->model);
 }
 
-/** Strokes with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed. @param start
- * "wheel.initial.position=..." of stroke s is start[s % n] */
-static inline rotor rotor_with(const char *const *truth, const char *const *start, int n)
+/** Strokes with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed.
+ *  @param start   "wheel.initial.position=..." of stroke s is start[s % n]
+ *  @param stated  one thing more that is so and that every stroke states; NULL: none */
+static inline rotor rotor_stated(const char *const *truth, const char *const *start, int n,
+                                 const char *stated)
 {
     rotor r = {NULL, NULL, NULL};
     char file[100];
@@ -34,7 +36,7 @@ static inline rotor rotor_with(const char *const *truth, const char *const *star
     const char *path[ROTOR_STROKES];
     char kept[ROTOR_STROKES][100];
     for (int s = 0; s < ROTOR_STROKES; s++) {
-        const char *told[] = {start[s % n], NULL};
+        const char *told[] = {start[s % n], stated, NULL};
         char name[20];
         snprintf(name, sizeof name, "s%d.csv", s);
         film m = {.model = file,
@@ -52,6 +54,12 @@ static inline rotor rotor_with(const char *const *truth, const char *const *star
     ck_assert_stein(lab_open(&r.model, file, &options, err));
     examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
     return r;
+}
+
+/** The same with nothing stated. */
+static inline rotor rotor_with(const char *const *truth, const char *const *start, int n)
+{
+    return rotor_stated(truth, start, n, NULL);
 }
 
 /** The same with one thing in them. */

@@ -474,14 +474,17 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         lab_diagnosis_destroy(d);
     }
     static const char *const strokes[] = {"; even that takes very many strokes.",
-                                          "; 1 stroke will do.", "; 2 strokes will do."};
-    for (int i = 0; i < 3; i++) {
+                                          "; 1 stroke will do.", "; 2 strokes will do.",
+                                          "; no stroke."};
+    for (int i = 0; i < 4; i++) {
         lab_diagnosis *d = made_up();
         const char *has[] = {
             "tried: <b>a &lt;new&gt; one</b> against odd &lt;effect&gt; of the place1", strokes[i],
             NULL};
         d->next = calloc(1, sizeof *d->next);
         d->next->repeats = i;
+        d->next->ncheck = i == 3;
+        snprintf(d->next->why, sizeof d->next->why, "no stroke");
         d->next->against = 1;
         snprintf(d->next->name, sizeof d->next->name, "a <new> one");
         page_has(d, has, NULL);

@@ -169,7 +169,7 @@ diagnose)
     mkdir -p "\$last"
     echo "\$*" >>"$dir/says/asked"
     case \$* in
-    *next_*) cp "$dir/says/after.json" "\$last/diagnosis.json" ;;
+    *next_* | *-checked*) cp "$dir/says/after.json" "\$last/diagnosis.json" ;;
     *) cp "$dir/says/before.json" "\$last/diagnosis.json" ;;
     esac
     ;;
@@ -202,7 +202,7 @@ made
 scored "the truth is in the set" "set 1"
 scored "the experiment is filmed" "film filmed"
 scored "and separates them" "separated 1"
-grep -q '^| - the proposed experiment, filmed, separates them | 85 % | 100.0 %' "$dir/table"
+grep -q '^| - the proposed experiment, made, separates them | 85 % | 100.0 %' "$dir/table"
 ok "the table has it" $?
 if grep -q '^| laws in no table' "$dir/table"; then fail "rows of levels that were not run are there"; else pass; fi
 tail -n 1 "$dir/says/asked" | tr ' ' '\n' >"$dir/words"
@@ -269,6 +269,51 @@ scored "more strokes than anybody makes are none" "film too_many_strokes"
 planned '"key.colour": 3' null null 1
 made
 scored "what that action has not is refused" "film not_here"
+# an instrument looked at by itself, with what is wrong about it hidden, and then something else
+cp "$sealed" "$dir/kept.json"
+cat >"$dir/says/plan.json" <<'JSON'
+{"experiments": [{"experiment": "a look", "repeats": 1, "set": {}, "drive": null, "channel": null, "frames_for_one": 1,
+ "check": [{"instrument": "key_dip", "beside": "a plumb line", "numbers": ["key_dip.sensor.tilt"], "noise": 1e-9, "reach": 0},
+  {"instrument": "key_dip", "beside": "a scale", "numbers": ["key_dip.sensor.gain", "key_dip.sensor.square"],
+   "noise": 1e-12, "reach": 0.007}]}]}
+JSON
+# hides KIND PLACE NAME VALUE
+hides() {
+    echo "{\"seed\": 7, \"kind\": \"$1\", \"place\": \"$2\", \"class\": \"sensor\"," \
+        "\"parameters\": {\"$3\": {\"value\": $4}}, \"level\": {\"met\": true}}" >"$sealed"
+    echo "{\"verdict\": \"sensor\", \"causes\": [$(cause wire key)], \"indistinguishable\": [$(cause "$1" "$2")]}" >"$dir/says/before.json"
+}
+# stated NAME VALUE: in every stroke, to 1e-6
+stated() {
+    sed -n "s/^# set $1: //p" "$dir"/twins/*/*-checked/*.csv |
+        awk -v want="$2" '{ n++; bad += ($1 - want > 1e-6 || want - $1 > 1e-6) } END { exit !(n == 18 && !bad) }'
+    ok "every stroke states $1: $2" $?
+}
+hides sensor_nonlinearity key_dip k2 -0.1
+echo '{"verdict": "explained", "causes": [], "indistinguishable": []}' >"$dir/says/after.json"
+made
+scored "instruments are checked" "film checked"
+stated key_dip.sensor.tilt 0
+stated key_dip.sensor.gain 1
+stated key_dip.sensor.square -0.1
+scored "with what was found nothing is left" "separated 1"
+grep -q '^| - it is a check of instruments |  | 100.0 %' "$dir/table"
+ok "which is counted" $?
+echo "{\"verdict\": \"sensor\", \"causes\": [$(cause sensor_nonlinearity key_dip)], \"indistinguishable\": []}" >"$dir/says/after.json"
+made
+scored "what was found and is named still was not found well" "separated 0"
+hides viscous_friction key k 0.1
+made
+stated key_dip.sensor.square 0
+scored "another cause than the hidden one is wrong" "separated 0"
+echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause viscous_friction key)], \"indistinguishable\": []}" >"$dir/says/after.json"
+made
+scored "what no check could find has to be named" "separated 1"
+sed -i 's/a scale/a rod/; s/key_dip.sensor.gain/key_dip.colour/' "$dir/says/plan.json"
+made
+scored "a check that this laboratory has not is told" "film not_here"
+mv "$dir/kept.json" "$sealed"
+planned '' null null 1
 echo "{\"verdict\": \"missing_effect\", \"causes\": [$(cause "$truth" "$place")], \"indistinguishable\": []}" >"$dir/says/before.json"
 made
 scored "one cause alone asks for no experiment" "film -"

@@ -180,6 +180,7 @@ static lab_plan *planned(const rotor *r, const lab_diagnosis *d)
     return planned_for(r, d, lab_plan_def_default().wanted);
 }
 
+/* the first one with that in its name */
 static const lab_experiment *named(const lab_plan *plan, const char *name)
 {
     for (int i = 0; i < plan->n; i++) {
@@ -320,6 +321,91 @@ static int are_same(const lab_experiment *a, const lab_experiment *b)
     }
     return same;
 }
+
+/* ---- an instrument by itself ---- */
+
+/* A scale whose gain is off by a +- s against one that is right: with u = c'y/|c|, c what the 11
+ * readings show of the gain beside an unknown zero, u is N(a |c|, 1 + s^2 |c|^2) or N(0, 1). */
+START_TEST(readings_of_a_check_tell_what_a_scale_tells)
+{
+    static const char *const gain[] = {"angle.sensor.gain=1.02", NULL};
+    rotor r = rotor_with(gain, start, 1);
+    const lab_suspect *with = rotor_suspect(&r, "sensor_gain");
+    const lab_posterior *q = &with->posterior;
+    plan__side side[2];
+    plan__view v[2];
+    plan__pair pair;
+    unsigned char use[] = {1};
+    lab_experiment e = {.faster = 1, .ncheck = 1};
+    e.check[0] = (lab_check){.by = LAB_CHECK_SCALE, .of = "angle", .noise = 0.03, .reach = 2.0};
+    ck_assert_ptr_eq(with, &r.d->suspect[0]);
+    for (int k = 0; k < 2; k++) {
+        ck_assert_stein(plan__side_open(&side[k], &r.d->suspect[k], in_folder("rotor.yaml"),
+                                        r.model, NULL, err));
+        ck_assert_stein(plan__check_view(&v[k], &side[k], &e, err));
+    }
+    ck_assert_str_eq(r.d->suspect[1].candidate.effect->kind, "preload");
+    ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
+    ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
+    double c2 = 0.0, a = 0.0, s = 0.0;
+    for (int i = 0; i < 11; i++) {
+        c2 += pow((0.2 * i - 1.0) / 0.03, 2.0);
+    }
+    for (int i = 0; i < q->n; i++) {
+        a = strcmp(q->number[i].name, "amount") == 0 ? q->number[i].value : a;
+        s = strcmp(q->number[i].name, "amount") == 0 ? q->number[i].sd : s;
+    }
+    double V = 1.0 + s * s * c2, d2 = a * a * c2;
+    double expected = fmin(d2 + V - 1.0 - log(V), d2 / V + 1.0 / V - 1.0 + log(V));
+    printf("a scale: %.3f by draws, %.3f expected\n", e.odds, expected);
+    ck_assert_double_gt(expected, 1.0);
+    ck_assert_close(e.odds, expected, 0.1, 0.1);
+    plan__pair_free(&pair);
+    for (int k = 0; k < 2; k++) {
+        plan__view_free(&v[k]);
+        plan__side_close(&side[k]);
+    }
+    rotor_free(&r);
+}
+END_TEST
+
+/* An instrument and what it is not: the plan asks to look at it, and what is then stated settles
+ * it, whichever is there. */
+START_TEST(a_check_of_the_instrument_settles_it)
+{
+    static const char *const there[] = {"angle.sensor.gain=1.02", "wheel.preload=3.3e-3 N m"};
+    static const char *const found[] = {"angle.sensor.gain=1.02", "angle.sensor.gain=1"};
+    const char *other[] = {there[_i], NULL};
+    rotor r = rotor_diagnosed(there[_i], start, 1);
+    int with = 0;
+    for (int i = 0; i < r.d->ncause + r.d->nrival; i++) {
+        with |= strcmp(r.d->suspect[i].candidate.effect->kind, "sensor_gain") == 0;
+    }
+    ck_assert(with && r.d->nrival > 0);
+    lab_plan *plan = planned(&r, r.d);
+    const lab_experiment *e = named(plan, "angle beside a scale");
+    ck_assert_int_eq(e->ncheck, 1);
+    ck_assert_int_eq(e->check[0].by, LAB_CHECK_SCALE);
+    ck_assert_str_eq(e->check[0].of, "angle");
+    ck_assert_ptr_nonnull(strstr(e->why, "# set angle.sensor.gain, # set angle.sensor.square"));
+    ck_assert_int_eq(e->repeats, 1);
+    ck_assert_int_eq(lab_plan_stroke(in_folder("no.csv"), e, 0, in_folder("rotor.yaml"), r.model,
+                                     r.d, NULL, NULL),
+                     STEIN_EINVAL); // there is none
+    lab_plan_destroy(plan);
+    rotor_free(&r);
+
+    r = rotor_stated(_i == 0 ? other + 1 : other, start, 1, found[_i]);
+    ck_assert_str_eq(rotor_suspect(&r, "sensor_gain")->why, "every stroke states it");
+    if (_i == 0) {
+        ck_assert_int_eq(r.d->verdict, LAB_VERDICT_EXPLAINED);
+    } else {
+        ck_assert_str_eq(r.d->suspect[0].candidate.effect->kind, "preload");
+        ck_assert_int_eq(r.d->nrival, 0);
+    }
+    rotor_free(&r);
+}
+END_TEST
 
 START_TEST(where_one_stroke_is_not_enough_things_are_done_at_once)
 {
@@ -567,6 +653,8 @@ Suite *plan_suite(void)
     tcase_add_test(tc, models_that_predict_the_same_are_never_told_apart);
     tcase_add_test(tc, what_curves_on_the_way_to_other_numbers_is_no_evidence);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
+    tcase_add_test(tc, readings_of_a_check_tell_what_a_scale_tells);
+    tcase_add_loop_test(tc, a_check_of_the_instrument_settles_it, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
     tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
     tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);

@@ -270,6 +270,24 @@ typedef struct lab_planned_set {
     double value; /* [SI] */
 } lab_planned_set;
 
+/** What an instrument is held against. */
+typedef enum {
+    LAB_CHECK_LEVEL, /* a plumb line: its tilt */
+    LAB_CHECK_SCALE, /* known values from 0 to `reach`: its gain and curvature */
+    LAB_CHECK_LIGHT, /* a light at known instants: its delay */
+    LAB_CHECK_CLOCK  /* another clock: the error of the time base */
+} lab_check_by;
+/** An instrument by itself, without a stroke. What is found is stated in every file of a stroke,
+ *  "# set NAME.sensor.tilt: 3 mrad", and is then known. */
+typedef struct lab_check {
+    lab_check_by by;
+    char of[LAB_PLACE]; /* channel; "": the clock */
+    double noise;       /* sd of one reading: of the angle [rad], of the value [its unit], of an
+                           instant [s], of the error [1] */
+    double reach;       /* of a scale: largest value [its unit] */
+} lab_check;
+enum { LAB_PLAN_CHECKS = 4, LAB_CHECK_VALUES = 11 }; /* values of a scale, 0 the first one */
+
 /** An experiment, and what it is worth (plan.h). */
 typedef struct lab_experiment {
     char name[LAB_PLAN_TEXT]; /* in words */
@@ -282,12 +300,15 @@ typedef struct lab_experiment {
     char channel[LAB_PLACE]; /* measured besides the channels so far, "": none */
     double noise;            /* of that channel, sd of one sample */
     int faster;              /* frames per frame so far */
-    int feasible;            /* 0: it cannot be simulated */
-    double odds;             /* expected 2 ln of the odds that one stroke gives, whoever is right */
-    double odds_worst;       /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
-    int repeats;   /* strokes after which 9 of 10 times the odds wanted are reached against
-                      every rival; 0: more than can be asked for */
-    int all;       /* 1: also of every rival against every other, in 12 strokes at most */
+    int ncheck;              /* > 0: it is no stroke, but checks of instruments */
+    lab_check check[LAB_PLAN_CHECKS];
+    int feasible;      /* 0: it cannot be simulated */
+    double odds;       /* expected 2 ln of the odds that one stroke (or check) gives, whoever is
+                          right */
+    double odds_worst; /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
+    int repeats;       /* strokes after which 9 of 10 times the odds wanted are reached against
+                          every rival; 0: more than can be asked for */
+    int all;           /* 1: also of every rival against every other, in 12 strokes at most */
     double beyond; /* how many times as much as in the strokes so far, of all it changes: 1 within
                       what they were, 2 twice the force, 5 that and a body 2.5 times as heavy */
     int against;   /* suspect of the diagnosis that is hardest to tell from the cause */

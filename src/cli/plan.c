@@ -105,37 +105,41 @@ static void print_plan(const job *j)
         printf("%d more tell less\n", p->n - shown);
     }
     printf(
-        "\n2 ln odds: expected of one stroke, whoever is right; 9 of 10 strokes exceed the worst "
-        "10 %%.\nstrokes: so many give odds of %.4g to 1, 9 times of 10.\n",
+        "\n2 ln odds: expected of one stroke or check, whoever is right; 9 of 10 exceed the worst "
+        "10 %%.\nstrokes, or times of a check: so many give odds of %.4g to 1, 9 times of 10.\n",
         p->wanted);
     printf("%d strokes simulated, %.3g s\n", p->strokes, p->seconds);
 }
 
 /* ---- files ---- */
 
-static int best_is_usable(const lab_plan *p)
+/* the best experiment that is a stroke; NULL: there is none */
+static const lab_experiment *best_stroke(const lab_plan *p)
 {
-    return p->n > 0 && p->experiment[0].feasible;
+    int i = 0;
+    while (i < p->n && p->experiment[i].ncheck > 0) {
+        i++;
+    }
+    return i < p->n && p->experiment[i].feasible ? &p->experiment[i] : NULL;
 }
 
 static stein_status write_files(job *j, stein_err *err)
 {
     const char *model = j->args->operand[0];
     static const char *const name[FILES] = {"plan.json", "next_stroke.csv", "next_rival.csv"};
-    const lab_experiment *best = j->plan->experiment;
+    const lab_experiment *best = best_stroke(j->plan);
     stein_status status = lab__folder(j->folder, err);
     for (int i = 0; status == STEIN_OK && i < FILES; i++) {
         j->path[i] = lab__text("%s/%s", j->folder, name[i]);
         status = j->path[i] != NULL ? status : lab__no_memory(err);
     }
-    for (int i = STROKE; status == STEIN_OK && best_is_usable(j->plan) && i <= RIVAL; i++) {
+    for (int i = STROKE; status == STEIN_OK && best != NULL && i <= RIVAL; i++) {
         status = lab_plan_stroke(j->path[i], best, i == STROKE ? 0 : best->against, model, j->model,
                                  j->diagnosis, &j->def, err);
     }
-    return status == STEIN_OK
-               ? lab_plan_json(j->path[PLAN], j->plan, j->diagnosis,
-                               best_is_usable(j->plan) ? &j->path[STROKE] : NULL, err)
-               : status;
+    return status == STEIN_OK ? lab_plan_json(j->path[PLAN], j->plan, j->diagnosis,
+                                              best != NULL ? &j->path[STROKE] : NULL, err)
+                              : status;
 }
 
 static int show(job *j)
@@ -146,11 +150,11 @@ static int show(job *j)
     if (status == STEIN_OK && json) {
         status = lab_plan_json(
             "-", j->plan, j->diagnosis,
-            j->folder != NULL && best_is_usable(j->plan) ? &j->path[STROKE] : NULL, &err);
+            j->folder != NULL && best_stroke(j->plan) != NULL ? &j->path[STROKE] : NULL, &err);
     } else if (status == STEIN_OK) {
         print_plan(j);
         for (int i = 0; j->folder != NULL && i < FILES; i++) {
-            if (i == PLAN || best_is_usable(j->plan)) {
+            if (i == PLAN || best_stroke(j->plan) != NULL) {
                 printf("%s\n", j->path[i]);
             }
         }
@@ -222,10 +226,13 @@ const cli_command cli_plan = {
         "start, a prescribed motion, half a stroke, a force, the string removed, a mass added,\n"
         "another channel, a faster camera; where one stroke does not tell, up to three of these\n"
         "at once. What a refit of uncertain numbers, of the trigger, of offsets and of the\n"
-        "strokes' own scatter could imitate counts for nothing. The best experiment needs\n"
-        "few strokes against the rival that is hardest to tell, goes little beyond the strokes so\n"
-        "far (\"beyond\": 1 not at all, 2 twice the force), where the model may be wrong in other\n"
-        "ways, and tells the rivals from each other, too (\"all_pairs\").\n"
+        "strokes' own scatter could imitate counts for nothing. An instrument under suspicion may\n"
+        "be checked by itself, without a stroke: what that shows is stated in the files of all\n"
+        "strokes (# set NAME.sensor.tilt, .gain, .square, .delay, or clock.error), and is known\n"
+        "then. The best experiment needs few strokes against the rival that is hardest to tell,\n"
+        "goes little beyond the strokes so far (\"beyond\": 1 not at all, 2 twice the force),\n"
+        "where the model may be wrong in other ways, and tells the rivals from each other, too\n"
+        "(\"all_pairs\").\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.",
     .output =
@@ -235,11 +242,10 @@ const cli_command cli_plan = {
         "[{\"experiment\",\n"
         "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"all_pairs\", "
         "\"against\",\n"
-        "\"set\",\n"
-        "\"drive\", \"channel\", \"frames_for_one\", \"beyond\"}], \"stroke\",\n"
+        "\"check\": [{\"instrument\", \"beside\", \"numbers\", \"noise\", \"reach\"}], \"set\",\n"
+        "\"drive\", \"channel\", \"frames_for_one\", \"beyond\"}], \"stroke\", "
         "\"stroke_of_rival\"};\n"
-        "next_stroke.csv, the best experiment as the cause predicts it, and next_rival.csv, as "
-        "the\n"
+        "next_stroke.csv, the best stroke as the cause predicts it, and next_rival.csv, as the\n"
         "rival does: data files with the settings (# set) and the driven input, for\n"
         "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.",
     .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"

@@ -8,7 +8,7 @@
 
 #include "hidden.h"
 
-enum { FIT = 12, HELD = 6, SECONDS = 1200, SEEDS_A_LEVEL = 10000 };
+enum { SECONDS = 1200, SEEDS_A_LEVEL = 10000 };
 
 void draw_paths(const setup *s, const char *level, int draw, char set[PATH], char answer[PATH],
                 char out[PATH], char scored[PATH])

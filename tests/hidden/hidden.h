@@ -7,6 +7,7 @@
  *      DIR/BUILD/L1-0007/                              what the diagnosis wrote
  *      DIR/BUILD/L1-0007.score                         one result, "name value" lines
  *      DIR/BUILD/T1-0007-plan/, -next/, -after/        the experiment it asks for, made
+ *      DIR/BUILD/T1-0007-checked/                      strokes that state what was found by checks
  *      DIR/BUILD/stein                                 the program that is judged: a copy
  *
  * BUILD is a hash of the program's bytes: an interrupted run goes on where it was, another program
@@ -22,6 +23,7 @@
  *   twin.c     the experiment for rivals, made     table.c   the table, the list of confusions
  *   process.c  other programs                      tree.c    reader of JSON
  *   score.c    results as files                    record.c  results that are kept, as one table
+ *   check.c    instruments by themselves
  */
 #ifndef HIDDEN_H
 #define HIDDEN_H
@@ -29,6 +31,8 @@
 #include <stdio.h>
 
 enum { NAME = 100, PATH = 1000, DRAWS = 9999 };
+/** Strokes of a set: fit_01.csv ..., held_01.csv ... */
+enum { FIT = 12, HELD = 6 };
 /** The seed of a draw is that of its run times this, and more (draw.c). */
 enum { SEEDS_A_RUN = 100000 };
 
@@ -89,7 +93,7 @@ typedef struct score {
     int compared;                     /* the curve was */
     char law_place[NAME], law_of[NAME];
     double law_error, law_cover; /* rms over the truth's; share of the points inside the band */
-    /* of twins: the experiment, "filmed" or why not, what was first afterwards */
+    /* of twins: the experiment, "filmed", "checked" or why not, what was first afterwards */
     char experiment[NAME], film[NAME], after_kind[NAME], after_place[NAME];
     int repeats, separated;
     double cpu_after;
@@ -164,6 +168,17 @@ int twin_run(const setup *s, int level, int draw, const char *set, const char *a
 /** The truth is first afterwards and nobody else of the first set is left. */
 int twin_separated(const tree *before, const tree *after, const tree *answer,
                    const tree *candidates);
+
+/* ---- check.c ---- */
+
+/** Check instruments, and state what is found in copies of the set's strokes.
+ *  @param checks  "check" of an experiment
+ *  @param times   as often
+ *  @param to      folder of the copies
+ *  @return 0, -1: it cannot be done here, or after a message */
+int check_make(const tree *checks, const tree *answer, int times, const char *set, const char *to);
+/** Would they find what is hidden? */
+int check_covers(const tree *checks, const tree *answer);
 
 /* ---- table.c ---- */
 

@@ -123,6 +123,7 @@ typedef enum {
     TWINS,
     TWINS_SET,
     SEPARATED,
+    CHECKED,
     TOO_MANY,
     NOT_FILMED,
     COVERED,
@@ -157,7 +158,8 @@ static const struct {
     {LAW_COVER, "X", "its band covers the truth, mean", "85 .. 98 %"},
     {TWINS, "T", "reported as a set of several", ""},
     {TWINS_SET, "T", "- the truth is in it", "85 %"},
-    {SEPARATED, "T", "- the proposed experiment, filmed, separates them", "85 %"},
+    {SEPARATED, "T", "- the proposed experiment, made, separates them", "85 %"},
+    {CHECKED, "T", "- it is a check of instruments", ""},
     {TOO_MANY, "T", "- it asks for more strokes than were made", ""},
     {NOT_FILMED, "T", "- it cannot be filmed there", ""},
     {ALARM, "n", "nothing hidden, called anything but explained", "5 %"},
@@ -177,6 +179,11 @@ enum { ROWS = sizeof rows / sizeof *rows };
 static int has_twins(const score *d)
 {
     return d->causes > 0 && d->rivals > 0;
+}
+
+static int is_made(const score *d)
+{
+    return strcmp(d->film, "filmed") == 0 || strcmp(d->film, "checked") == 0;
 }
 
 static int asks_too_much(const score *d)
@@ -207,7 +214,8 @@ static int counts(figure what, const score *d)
     case TWINS_SET: return d->set_alike;
     case SEPARATED: return d->separated;
     case TOO_MANY: return strcmp(d->film, "too_many_strokes") == 0;
-    case NOT_FILMED: return !asks_too_much(d) && strcmp(d->film, "filmed") != 0;
+    case NOT_FILMED: return !asks_too_much(d) && !is_made(d);
+    case CHECKED: return strcmp(d->film, "checked") == 0;
     case COVERED: return d->covered;
     case NOT_CONVERGED: return strcmp(d->verdict, "not_converged") == 0;
     case FAILED: return strcmp(d->verdict, "failed") == 0;
@@ -226,10 +234,11 @@ static int concerns(figure what, const score *d)
     case ALL_ALIKE: return d->threads > 0;
     case WALL: return d->threads == 2;
     case TWINS_SET:
+    case CHECKED:
     case TOO_MANY:
     case NOT_FILMED: return has_twins(d);
     case SEPARATED: // who was not in the set cannot be left over
-        return has_twins(d) && d->set_alike && (asks_too_much(d) || strcmp(d->film, "filmed") == 0);
+        return has_twins(d) && d->set_alike && (asks_too_much(d) || is_made(d));
     case ALARM_CLEAN: return !d->rough;
     case ALARM_ROUGH: return d->rough;
     case SET_SIZE: return d->causes > 0;

@@ -3,12 +3,15 @@
  *
  *      OUT-plan/                       what `stein plan` wrote
  *      OUT-next/next_01.csv ...        its strokes, filmed in the world of the set
+ *      OUT-checked/                    or, where no stroke but checks of instruments are asked for,
+ *                                      the old strokes with what the checks found
  *      OUT-after/                      the diagnosis of the old strokes and the new ones
  *
  * Separated: the truth is the first cause and nobody of the first set but the truth is left in the
- * second. The other laboratory has an instrument for the hammer's angle and for nothing else that
- * was not filmed. What it cannot film is told and counted apart; an experiment that asks
- * for more strokes than anybody makes separates nothing.
+ * second; or a check has found the truth, and with it nothing is left to explain. The other
+ * laboratory has an instrument for the hammer's angle and for nothing else that was not filmed.
+ * What it cannot film is told and counted apart; an experiment that asks for more strokes than
+ * anybody makes separates nothing.
  */
 #include <math.h>
 #include <string.h>
@@ -148,30 +151,49 @@ static int film(const setup *s, int level, int draw, const char *out, const tree
     return code == 0 ? 0 : -1;
 }
 
+/* checks, or strokes more. @return 0: they were made; -1: not, the reason in r->film */
+static int carry_out(const setup *s, int level, int draw, const char *set, const char *out,
+                     const tree *e, const tree *answer, score *r)
+{
+    const tree *checks = tree_get(e, "check");
+    char folder[PATH + 12];
+    if (checks == NULL || checks->child == NULL) {
+        return film(s, level, draw, out, e, r);
+    }
+    snprintf(folder, sizeof folder, "%s-checked", out);
+    int status = check_make(checks, answer, r->repeats, set, folder);
+    snprintf(r->film, NAME, status == 0 ? "checked" : "not_here");
+    return status;
+}
+
 /* the whole of it, after the first verdict was judged */
 static void experiment(const setup *s, int level, int draw, const char *set, const char *out,
                        const tree *before, const tree *answer, score *r)
 {
     tree *whole = NULL;
     const tree *e = plan(s, out, &whole);
-    char after_folder[PATH + 8], file[PATH + 30], next[PATH + 8];
+    char after_folder[PATH + 8], file[PATH + 30], next[PATH + 12];
     double repeats = tree_number(e, "repeats");
     name_of(r->experiment, e != NULL ? tree_text(e, "experiment") : "no plan");
     r->repeats = isfinite(repeats) ? (int)repeats : 0;
     if (e == NULL || r->repeats < 1 || r->repeats > MOST_STROKES) {
         snprintf(r->film, NAME, e == NULL ? "no_plan" : "too_many_strokes");
-    } else if (film(s, level, draw, out, e, r) == 0) {
+    } else if (carry_out(s, level, draw, set, out, e, answer, r) == 0) {
+        int checked = strcmp(r->film, "checked") == 0;
         snprintf(after_folder, sizeof after_folder, "%s-after", out);
-        snprintf(next, sizeof next, "%s-next", out);
+        snprintf(next, sizeof next, checked ? "%s-checked" : "%s-next", out);
         snprintf(file, sizeof file, "%s/diagnosis.json", after_folder);
-        int code = draw_diagnose(s, set, next, r->repeats, after_folder, &r->cpu_after);
+        int code = draw_diagnose(s, checked ? next : set, next, checked ? 0 : r->repeats,
+                                 after_folder, &r->cpu_after);
         tree *after = code == 0 || code == 3 ? tree_read(file) : NULL;
         tree *effects = judge_effects(s, after_folder);
         const tree *causes = tree_get(after, "causes");
         const tree *first = causes != NULL ? causes->child : NULL;
         name_of(r->after_kind, first != NULL ? tree_text(first, "kind") : "");
         name_of(r->after_place, first != NULL ? tree_text(first, "place") : "");
-        r->separated = twin_separated(before, after, answer, tree_get(effects, "candidates"));
+        r->separated = checked && check_covers(tree_get(e, "check"), answer)
+                           ? strcmp(tree_text(after, "verdict"), "explained") == 0
+                           : twin_separated(before, after, answer, tree_get(effects, "candidates"));
         tree_free(after);
         tree_free(effects);
     }

@@ -317,7 +317,11 @@ static void next_card(FILE *f, const lab_diagnosis *d)
         page__text(f, d->next->name);
         fputs("</b> against ", f);
         page__cause(f, &d->suspect[d->next->against].candidate);
-        if (d->next->repeats > 0) {
+        if (d->next->ncheck > 0) {
+            fputs("; ", f);
+            page__text(f, d->next->why);
+            fputs(".", f);
+        } else if (d->next->repeats > 0) {
             fprintf(f, "; %d stroke%s will do.", d->next->repeats,
                     d->next->repeats == 1 ? "" : "s");
         } else {

@@ -397,6 +397,18 @@ static int has_input(const diag *d, const char *name)
     return 0;
 }
 
+/* has somebody looked at the instrument in all strokes, and stated its number? */
+static int is_checked(const diag *d, const lab_candidate *c)
+{
+    const stein_model *m = lab_equations(d->model);
+    int checked = c->effect->needs == NULL && c->nparam > 0 &&
+                  fit__is_instruments(m->params[c->param[0]].name);
+    for (int s = 0; checked && s < d->p.nstroke; s++) {
+        checked = fit__is_set(d->p.stroke[s].data, c->param[0]);
+    }
+    return checked;
+}
+
 static const char *untestable(const diag *d, const lab_candidate *c)
 {
     if (c->channel >= 0 && !measures(d, c->channel)) {
@@ -404,6 +416,9 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     }
     if (c->effect->site == LAB_AT_INPUT && !has_input(d, c->place)) {
         return "the input was not used";
+    }
+    if (is_checked(d, c)) {
+        return "every stroke states it";
     }
     if (strcmp(c->effect->kind, "sensor_offset") == 0) {
         return "the offset of the marker, fitted anyhow, says the same";

@@ -88,6 +88,11 @@ int fit__is_set(const lab_data *data, int param)
     return 0;
 }
 
+int fit__is_instruments(const char *param)
+{
+    return strstr(param, ".sensor.") != NULL || strncmp(param, "clock.", 6) == 0;
+}
+
 /* a free parameter that every stroke fixes */
 static int always_set(const fit__problem *p, int param)
 {

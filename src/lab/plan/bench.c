@@ -233,6 +233,7 @@ static void eyes(plan__bench *b, const double *range)
                 plan__eye *eye = &b->eye[b->neye++];
                 snprintf(eye->name, sizeof eye->name, "%s", channel->name);
                 eye->noise = noise;
+                eye->reach = range[k];
                 eye->measured = measured;
             }
         }

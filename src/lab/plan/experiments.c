@@ -15,6 +15,7 @@
  *   channel    an output that nobody measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
+ *   checks     no strokes: an instrument that is under suspicion is looked at by itself (check.c)
  *
  * and two or three of these at once, as long as that tells more (plan.c).
  *
@@ -69,6 +70,18 @@ static lab_experiment *add(list *l, const char *why, const char *format, ...)
     va_end(args);
     snprintf(e->why, sizeof e->why, "%s", why);
     return e;
+}
+
+/* what does not fit is cut off before it: each thing says most in its beginning */
+static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more)
+{
+    size_t gap = strlen(between), last = strlen(more), n = strlen(to);
+    last = last < LAB_PLAN_TEXT / 2 ? last : LAB_PLAN_TEXT / 2;
+    size_t most = LAB_PLAN_TEXT - 1 - gap - last;
+    n = n < most ? n : most;
+    memcpy(to + n, between, gap);
+    memcpy(to + n + gap, more, last);
+    to[n + gap + last] = '\0';
 }
 
 /* 1: it has been so; 2: as far outside as what it was was wide, or large */
@@ -415,6 +428,32 @@ static void instruments(list *l)
     }
 }
 
+/* n checks, made together */
+static void add_checks(list *l, const lab_check *check, int n)
+{
+    lab_experiment *e = add(l, "no stroke; what it shows is stated in every file", "%s", "");
+    for (int i = 0; e != NULL && i < n; i++) {
+        char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
+        plan__check_says(&check[i], name, why);
+        append(e->name, i > 0 ? ", " : "", name);
+        append(e->why, i > 0 ? ", " : ": ", why);
+        e->check[e->ncheck++] = check[i];
+    }
+}
+
+/* every one that a side asks for, and all of them */
+static void checks(list *l, const plan__side *side, int nside)
+{
+    lab_check check[LAB_PLAN_CHECKS];
+    int n = plan__checks(check, l->b, side, nside);
+    for (int i = 0; i < n; i++) {
+        add_checks(l, &check[i], 1);
+    }
+    if (n > 1) {
+        add_checks(l, check, n);
+    }
+}
+
 /* ---- two at once ---- */
 
 /* is that number another one in the experiment than in the base? */
@@ -430,23 +469,14 @@ static int drives(const lab_experiment *e, const lab_experiment *base)
            e->size != base->size || e->time != base->time;
 }
 
-/* what does not fit is cut off before it: each thing says most in its beginning */
-static void append(char to[LAB_PLAN_TEXT], const char *between, const char *more)
-{
-    size_t gap = strlen(between), last = strlen(more), n = strlen(to);
-    last = last < LAB_PLAN_TEXT / 2 ? last : LAB_PLAN_TEXT / 2;
-    size_t most = LAB_PLAN_TEXT - 1 - gap - last;
-    n = n < most ? n : most;
-    memcpy(to + n, between, gap);
-    memcpy(to + n + gap, more, last);
-    to[n + gap + last] = '\0';
-}
-
 int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experiment *b,
                    const lab_experiment *base)
 {
     int changes = drives(b, base) || b->channel[0] != '\0' || b->faster > 1;
     *to = *a;
+    if (a->ncheck > 0 || b->ncheck > 0) {
+        return 0; // no strokes
+    }
     for (int i = 0; i < b->nset; i++) {
         const lab_planned_set *s = &b->set[i];
         if (sets(b, base, s->name)) {
@@ -482,6 +512,7 @@ stein_status plan__experiments(const plan__bench *b, const plan__side *side, int
     const lab_conditions *c = &b->d->conditions;
     list l = {.b = b};
     add(&l, b->base.why, "%s", b->base.name);
+    checks(&l, side, nside);
     instruments(&l); // first: those with the base's own motion
     for (int i = 0; i < c->nsetting; i++) {
         vary(&l, &c->setting[i]);

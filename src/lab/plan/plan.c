@@ -5,10 +5,13 @@
  * rival has its odds (odds.c), and an experiment counts what it says about the rival that it tells
  * least from the cause: max-min.
  *
- *      worth = odds / (strokes * beyond * left)
+ *      worth = odds / ((4 + strokes) * beyond * left)
  *
- * odds are those wanted, up to three times as much where one stroke has them even when it goes
- * badly; more is no better: numbers that are drawn from the tail of what is known can promise any.
+ * To set up something else takes as long as four strokes. A check of an instrument counts as one.
+ *
+ * odds are those wanted, up to three times as much where one stroke settles it all even when it
+ * goes badly; more is no better: numbers that are drawn from the tail of what is known can promise
+ * any.
  *
  * beyond: the farther a stroke goes from those so far, the more else may be wrong about it. A model
  * that explains strokes of 100 g need not explain a hammer that is twice as heavy.
@@ -26,6 +29,7 @@
 #include "planning.h"
 
 static const double plenty = 3.0; /* times the odds wanted, in logarithms */
+static const double setup = 4.0;  /* strokes */
 enum { MOST = 64, AT_ONCE = 3, BASES = 3, COMBINED = 10, FEW = 4, RIVALS_TOO = 12 };
 enum { SIDES = 1 + LAB_PLAN_RIVALS, PAIRS = SIDES * (SIDES - 1) / 2 };
 
@@ -48,9 +52,9 @@ typedef struct planner {
 
 static int same_motion(const lab_experiment *a, const lab_experiment *b)
 {
-    int same = a->nset == b->nset && strcmp(a->input, b->input) == 0 && a->shape == b->shape &&
-               a->zero == b->zero && a->size == b->size && a->time == b->time &&
-               a->faster == b->faster;
+    int same = a->ncheck == 0 && b->ncheck == 0 && a->nset == b->nset &&
+               strcmp(a->input, b->input) == 0 && a->shape == b->shape && a->zero == b->zero &&
+               a->size == b->size && a->time == b->time && a->faster == b->faster;
     for (int i = 0; same && i < a->nset; i++) {
         const lab_planned_set *s = plan__set_of(b, a->set[i].name);
         same = s != NULL && s->value == a->set[i].value;
@@ -76,7 +80,8 @@ static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
     p->why = (stein_err){STEIN_OK, ""};
     stein_status status = STEIN_OK;
     for (int k = 0; status == STEIN_OK && k < p->nside; k++) {
-        status = plan__predict(&view[k], &p->bench, &p->side[k], e, 0, &p->why);
+        status = e->ncheck > 0 ? plan__check_view(&view[k], &p->side[k], e, &p->why)
+                               : plan__predict(&view[k], &p->bench, &p->side[k], e, 0, &p->why);
     }
     int n = 0;
     for (int i = 0; i < p->nside; i++) {
@@ -116,7 +121,8 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
         snprintf(e->why, sizeof e->why, "%.*s", LAB_PLAN_TEXT - 1, p->why.msg);
         return STEIN_OK;
     }
-    for (int c = 0; c < p->bench.neye; c++) {
+    use[0] = 1; // of checks
+    for (int c = 0; e->ncheck == 0 && c < p->bench.neye; c++) {
         use[c] = p->bench.eye[c].measured || strcmp(p->bench.eye[c].name, e->channel) == 0;
     }
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
@@ -143,9 +149,10 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
 static double worth(const planner *p, const lab_experiment *e)
 {
     double wanted = 2.0 * stein__log_of(p->def->wanted);
-    double odds = e->repeats == 1 ? fmin(e->odds_worst / wanted, plenty) : 1.0;
+    double odds = e->repeats == 1 && e->all ? fmin(e->odds_worst / wanted, plenty) : 1.0;
+    double strokes = setup + e->repeats * fmax(1.0, e->ncheck);
     return !e->feasible     ? -INFINITY
-           : e->repeats > 0 ? odds / (e->repeats * e->beyond * (e->all ? 1 : p->nside - 1))
+           : e->repeats > 0 ? odds / (strokes * e->beyond * (e->all ? 1 : p->nside - 1))
                             : -1.0 / (1.0 + fmax(e->odds, 0.0));
 }
 
@@ -230,7 +237,7 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
     memcpy(one, plan->experiment, sizeof *one * (size_t)single);
     for (int k = 0, on = 1; status == STEIN_OK && on && k < levels; k++) {
         lab_experiment best[BASES];
-        int n = plan->n, nbest = n < bases ? n : bases;
+        int n = plan->n, nbest = 0;
         size_t size = sizeof *one * (size_t)(n + bases * most);
         lab_experiment *e = realloc(plan->experiment, size);
         if (e == NULL) {
@@ -238,13 +245,16 @@ static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
             break;
         }
         plan->experiment = e;
-        memcpy(best, e, sizeof *e * (size_t)nbest);
+        for (int i = 0; nbest < bases && i < n; i++) {
+            best[nbest] = e[i];
+            nbest += e[i].ncheck == 0;
+        }
         for (int i = 0; i < nbest; i++) {
             add_to(p, plan, &best[i], one, single, most);
         }
         status = judge_from(p, plan, n, err);
-        on =
-            worth(p, &best[0]) < worth(p, &plan->experiment[0]) && !one_tells(&plan->experiment[0]);
+        on = nbest > 0 && worth(p, &best[0]) < worth(p, &plan->experiment[0]) &&
+             !one_tells(&plan->experiment[0]);
     }
     free(one);
     return status;

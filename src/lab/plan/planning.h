@@ -4,7 +4,8 @@
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
  *   bench.c        the strokes so far              imitate.c  how near another one comes to that
  *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
- *   read.c         diagnosis.json                  show.c     plan.json, files of strokes
+ *   check.c        an instrument by itself         show.c     plan.json, files of strokes
+ *   read.c         diagnosis.json
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -27,6 +28,7 @@ void plan__side_close(plan__side *side);
 typedef struct plan__eye {
     char name[LAB_PLACE];
     double noise;
+    double reach; /* largest reading in the base */
     int measured; /* 1: it was */
 } plan__eye;
 
@@ -111,6 +113,23 @@ typedef struct plan__view {
 stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
                            const lab_experiment *e, int only_y, stein_err *err);
 void plan__view_free(plan__view *v);
+
+/* ---- check.c ---- */
+
+/** Checks of the instruments whose numbers a side moves, each once. @return how many */
+int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const plan__side *side,
+                 int nside);
+/** What is done, and what is stated then, in words. */
+void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB_PLAN_TEXT]);
+/** Numbers of the model that a check finds. @return how many, of 2 */
+int plan__check_numbers(const lab_check *c, char name[2][LAB_PLACE]);
+/** What it is made with, in words. */
+const char *plan__check_by(const lab_check *c);
+/** What a side predicts of the readings of an experiment's checks: a view of one channel that is
+ *  straight, with an unknown zero of every scale. @return OK, ENOMEM; plan__view_free in any case
+ */
+stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_experiment *e,
+                              stein_err *err);
 
 /* ---- imitate.c ---- */
 

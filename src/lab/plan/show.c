@@ -65,6 +65,9 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
     plan__bench b = {.def = NULL};
     plan__view v = {.y = NULL};
     lab__file out;
+    if (e->ncheck > 0) {
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" is no stroke", e->name);
+    }
     if (suspect < 0 || suspect >= d->nsuspect || d->ncause < 1) {
         return lab__fail(err, STEIN_EINVAL, "no suspect %d in the diagnosis", suspect);
     }
@@ -100,6 +103,28 @@ static void write_suspect(lab__json *j, const char *key, const lab_candidate *c)
     lab__json_close(j);
 }
 
+static void write_checks(lab__json *j, const lab_experiment *e)
+{
+    lab__json_open(j, "check", '[');
+    for (int i = 0; i < e->ncheck; i++) {
+        const lab_check *c = &e->check[i];
+        char name[2][LAB_PLACE];
+        int n = plan__check_numbers(c, name);
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "instrument", c->of[0] != '\0' ? c->of : "clock");
+        lab__json_text(j, "beside", plan__check_by(c));
+        lab__json_open(j, "numbers", '[');
+        for (int k = 0; k < n; k++) {
+            lab__json_text(j, NULL, name[k]);
+        }
+        lab__json_close(j);
+        lab__json_real(j, "noise", c->noise);
+        lab__json_real(j, "reach", c->reach);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
                            const lab_diagnosis *d)
 {
@@ -121,6 +146,7 @@ void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *
     } else {
         lab__json_null(j, "against");
     }
+    write_checks(j, e);
     lab__json_open(j, "set", '{');
     for (int i = 0; i < e->nset; i++) {
         lab__json_real(j, e->set[i].name, e->set[i].value);
