@@ -25,6 +25,7 @@ typedef struct imitation {
     const plan__view *of;
     const plan__bench *b;
     int n, until;
+    const double *P;  /* [np][neye*rows] its own beside those of `of` */
     const double *Z;  /* [nz][neye*rows] of both, the mean */
     double *t, *step; /* [n] w and u; where to go from there */
     double *x, *r;    /* [nu], residuals */
@@ -35,7 +36,7 @@ typedef struct imitation {
 static const double *column_of(const imitation *m, int k)
 {
     size_t n = (size_t)m->v->neye * (size_t)m->v->rows;
-    return k < m->v->np ? m->v->P + (size_t)k * n : m->Z + (size_t)(k - m->v->np) * n;
+    return k < m->v->np ? m->P + (size_t)k * n : m->Z + (size_t)(k - m->v->np) * n;
 }
 
 /* sum over what was measured and can be predicted */
@@ -62,10 +63,10 @@ static void imitation_free(imitation *m)
 
 /* @return 1; 0: no columns that make sense; -1: out of memory */
 static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, const plan__view *of,
-                          const double *Z)
+                          const double *P, const double *Z)
 {
     size_t rows = (size_t)v->neye * (size_t)v->rows;
-    *m = (imitation){.v = v, .of = of, .b = b, .n = v->np + v->nz, .Z = Z};
+    *m = (imitation){.v = v, .of = of, .b = b, .n = v->np + v->nz, .P = P, .Z = Z};
     m->until = v->until < of->until ? v->until : of->until;
     m->t = calloc(2 * (size_t)m->n + 1, sizeof *m->t);
     m->x = malloc(sizeof *m->x * ((size_t)v->stage->p.nu + 1));
@@ -129,7 +130,7 @@ static void aim(imitation *m)
 }
 
 stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           const double *Z, stein_err *err)
+                           const double *P, const double *Z, stein_err *err)
 {
     enum { STEPS = 6 };
     size_t n = (size_t)v->neye * (size_t)v->rows;
@@ -139,7 +140,7 @@ stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan
     if (v->stage == NULL) {
         return STEIN_OK;
     }
-    int ok = imitation_make(&m, v, b, of, Z);
+    int ok = imitation_make(&m, v, b, of, P, Z);
     for (size_t i = 0; ok > 0 && i < n; i++) {
         m.r[i] = of->y[i] - v->y[i];
     }

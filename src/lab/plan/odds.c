@@ -13,8 +13,10 @@
  *      q_M = sum v'S^-1 v - h'(1 + n H)^-1 h,   v = y - y_M,  h = sum P'S^-1 v,  H = P'S^-1 P
  *      ln|V_M| = n ln|S| + ln|1 + n H|
  *
- * Both models have the mean of their Z: a trigger moves a stroke by thousands of noises, and what
- * its derivatives differ by, a small part of that, would be rounding and curvature, no evidence.
+ * Both models have the mean of their Z, and of what a number of the file does that is uncertain in
+ * both: a trigger or a mass moves a stroke by hundreds of noises, and what its derivatives differ
+ * by, a small part of that, is rounding and curvature, no evidence. P differs by what is known of
+ * these numbers, and by the numbers of the effects.
  *
  * So whatever a refit of numbers and nuisances can imitate counts for nothing (Box and Hill 1967,
  * Buzzi-Ferraris and Forzatti 1984). Two models that were fitted to the same strokes may be many
@@ -45,6 +47,37 @@ static const double jitter = 1e-10;
 
 /* ---- Gram matrices ---- */
 
+/* the one of b that is number k of a; -1: a number of the effect, or b has no such */
+static int same_number(const plan__view *a, int k, const plan__view *b)
+{
+    for (int i = 0; fit__find_number(a->name[k]) < 0 && i < b->np; i++) {
+        if (strcmp(a->name[k], b->name[i]) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* P of a beside b, into to [np][neye*rows], which is 0 */
+static void spread(double *to, const plan__view *a, const plan__view *b)
+{
+    size_t n = (size_t)a->rows * (size_t)a->neye, np = (size_t)a->np;
+    if (a->D == NULL || b->D == NULL) {
+        memcpy(to, a->P, sizeof *to * n * np);
+        return;
+    }
+    for (size_t k = 0; k < np; k++) {
+        int other = same_number(a, (int)k, b);
+        const double *mine = a->D + k * n, *its = other < 0 ? mine : b->D + (size_t)other * n;
+        for (size_t c = 0; c <= k; c++) { // L is lower
+            double by = 0.5 * a->L[c * np + k];
+            for (size_t i = 0; i < n; i++) {
+                to[c * n + i] += by * (mine[i] + its[i]);
+            }
+        }
+    }
+}
+
 stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
                              stein_err *err)
 {
@@ -54,7 +87,9 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
-    double *room = calloc(((size_t)a->nz + 2) * all + 1, sizeof *room), *Z = room + 2 * all;
+    size_t columns = (size_t)(2 + a->nz + a->np + b->np);
+    double *room = calloc(columns * all + 1, sizeof *room), *Z = room + 2 * all;
+    double *P[] = {Z + (size_t)a->nz * all, Z + (size_t)(a->nz + a->np) * all};
     if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
         free(room);
@@ -64,16 +99,18 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     for (size_t i = 0; i < (size_t)a->nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
+    spread(P[0], a, b);
+    spread(P[1], b, a);
     double *of_b = room, *of_a = room + all; // y_B|A and y_A|B
-    stein_status status = plan__imitate(of_b, b, bench, a, Z, err);
-    status = status == STEIN_OK ? plan__imitate(of_a, a, bench, b, Z, err) : status;
+    stein_status status = plan__imitate(of_b, b, bench, a, P[1], Z, err);
+    status = status == STEIN_OK ? plan__imitate(of_a, a, bench, b, P[0], Z, err) : status;
     for (int c = 0; status == STEIN_OK && c < a->neye; c++) {
         size_t at = rows * (size_t)c, k = DIFFERENCES;
         for (size_t i = 0; i < until; i++) {
             X[i] = a->y[at + i] - of_b[at + i];
             X[rows + i] = of_a[at + i] - b->y[at + i];
         }
-        const double *block[] = {a->P, Z, b->P, Z};
+        const double *block[] = {P[0], Z, P[1], Z};
         const int count[] = {a->np, a->nz, b->np, b->nz};
         for (int part = 0; part < 4; part++) {
             for (int i = 0; i < count[part]; i++, k++) {

@@ -104,6 +104,9 @@ typedef struct plan__view {
     int np, nz;
     double *y;          /* [neye*rows] */
     double *P;          /* [np][neye*rows] */
+    const char **name;  /* [np] uncertain numbers */
+    double *D, *L;      /* [np][neye*rows] what each does; [np][np]: P_b = sum over k L_bk D_k;
+                           NULL: P is all that is known */
     double *Z;          /* [nz][neye*rows] */
     double *time;       /* [rows] */
     plan__stage *stage; /* to simulate it with other numbers; NULL: it is straight */
@@ -136,10 +139,11 @@ stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_e
 /** What a side predicts that is fitted to the prediction of another one.
  *  @param to  [neye*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
  *             prediction at w = u = 0 as seen from there
+ *  @param P   [np][neye*rows] of v as it counts beside that of `of` (odds.c)
  *  @param Z   [nz][neye*rows] that both have
  *  @return OK, ENOMEM */
 stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           const double *Z, stein_err *err);
+                           const double *P, const double *Z, stein_err *err);
 
 /* ---- show.c ---- */
 

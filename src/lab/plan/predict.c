@@ -214,8 +214,11 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
             double by = sd * gsl_matrix_get(C, a, b);
             const double *j = J + fit__column(p, 0, at[a]);
             way[b * (size_t)p->np + (size_t)at[a]] = by;
+            v->L[b * np + a] = by;
+            v->name[a] = q->number[of[at[a]]].name;
             for (size_t i = 0; i < n; i++) {
                 v->P[b * n + i] -= by * j[i];
+                v->D[a * n + i] = -j[i];
             }
         }
     }
@@ -328,9 +331,12 @@ static stein_status view_make(plan__view *v, const plan__bench *b, const fit__pr
     size_t n = (size_t)v->rows * (size_t)v->neye;
     v->y = calloc(n + 1, sizeof *v->y);
     v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
+    v->D = calloc(n * (size_t)np + 1, sizeof *v->D);
+    v->L = calloc((size_t)(np * np) + 1, sizeof *v->L);
+    v->name = calloc((size_t)np + 1, sizeof *v->name);
     v->Z = calloc(n * (size_t)v->nz + 1, sizeof *v->Z);
     v->time = calloc((size_t)v->rows + 1, sizeof *v->time);
-    if (!v->y || !v->P || !v->Z || !v->time) {
+    if (!v->y || !v->P || !v->D || !v->L || !v->name || !v->Z || !v->time) {
         return lab__no_memory(err);
     }
     memcpy(v->time, t->data->time, sizeof *v->time * (size_t)v->rows);
@@ -341,6 +347,9 @@ void plan__view_free(plan__view *v)
 {
     free(v->y);
     free(v->P);
+    free(v->D);
+    free(v->L);
+    free(v->name);
     free(v->Z);
     free(v->time);
     stage_free(v->stage);
