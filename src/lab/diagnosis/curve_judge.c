@@ -338,10 +338,22 @@ static void take_over(diag *d, diag__found *f, diag__held *held)
     *held = (diag__held){.x = NULL, .rmse = NAN};
 }
 
+/* Of curves that all leave more than noise none is right, and their likelihoods say little of which
+ * is nearest: one stroke that a fit has lost outweighs all others. The one that predicts strokes
+ * best which it has not seen comes first. */
+static int best_predictor(const diag__curve *c, int n)
+{
+    int first = 0;
+    for (int i = 1; i < n; i++) {
+        first = c[i].gain > diag__least_gain && c[i].held < c[first].held ? i : first;
+    }
+    return first;
+}
+
 /* The best ones on the held-out strokes. Likelihoods say which curve is right where the noise is
- * known; where it is not, one over speed comes before one over position that predicts no better:
- * of a fall from one height both are the same, and what is missing is a loss more often than a
- * spring. @param held  of the first one, out */
+ * known and one leaves no more; where it is not known, one over speed comes before one over
+ * position that predicts no better: of a fall from one height both are the same, and what is
+ * missing is a loss more often than a spring. @param held  of the first one, out */
 static stein_status judge(const diag *d, const diag__curves *w, int n, diag__held *held,
                           stein_err *err)
 {
@@ -358,6 +370,9 @@ static stein_status judge(const diag *d, const diag__curves *w, int n, diag__hel
                    c[i].site->index == c[0].site->index && c[i].gain > diag__least_gain &&
                    c[i].held <= as_well * c[0].held;
         first = first == 0 && twin ? i : first;
+    }
+    if (fit__noise_given(&d->p) && judged > 0 && !diag__curve_describes(d, w, &c[0])) {
+        first = best_predictor(c, judged);
     }
     diag__curve best = c[first];
     memmove(&c[1], &c[0], sizeof *c * (size_t)first);
