@@ -347,6 +347,11 @@ START_TEST(what_one_state_nearly_explains_is_not_said_to_be_its_law)
     printf("over %s %.0f %%, held out %.3g\n", l->of, 100.0 * l->share, l->held_out);
     ck_assert_str_eq(l->of, "speed");
     ck_assert_double_gt(l->share, 0.7);
+    ck_assert_double_gt(l->chi2_dof, 1.1);
+    for (int i = 1; i < c.d->nlaw;
+         i++) { // none of them is right: held-out strokes say which is first
+        ck_assert(!(c.d->law[i].held_out < l->held_out));
+    }
     ck_assert_ptr_nonnull(strstr(c.d->reason, "o state function of those tried explains the rest"));
     close_case(&c);
 }

@@ -105,12 +105,13 @@ static stein_status open_model(const diag *d, diag__curves *w, stein_err *err)
 static stein_status recall(diag *d, diag__curves *w, diag__curve *c, int n, stein_err *err)
 {
     stein_status status = STEIN_OK;
+    int found;
     double best = n > 0 ? c[0].gain : 0.0;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         int on = c[i].fitted && c[i].gain > worth_it * best;
         for (int k = 0; k < RECALLS && status == STEIN_OK && on; k++) {
             on = diag__is_off(d, diag__curve_chi2_dof(d, w, &c[i]));
-            status = on ? diag__curve_recall(d, w, &c[i], INFINITY, 1, &on, err) : status;
+            status = on ? diag__curve_recall(d, w, &c[i], INFINITY, 1, &found, &on, err) : status;
         }
     }
     diag__curve_sort(c, n);

@@ -166,9 +166,10 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
 /** A fit goes on up to a horizon; single strokes that it has lost are called back before
  *  (strays.c). Kept when it is better: c->gain has been weighed up to the same horizon.
  *  @param anyway  1: also when none was lost
+ *  @param found   strays, out
  *  @param better  out  @return OK, ENOMEM */
 stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, double horizon,
-                                int anyway, int *better, stein_err *err);
+                                int anyway, int *found, int *better, stein_err *err);
 /** The end of a fit that describes the data: differences to both sides and fine integration tell
  *  numbers apart that do nearly the same, a curve's offset and a spring's preload, say; with coarse
  *  ones such a pair seems known. @return OK (also where it stays), ENOMEM */

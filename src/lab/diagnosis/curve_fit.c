@@ -30,9 +30,8 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 
 /* the strays of a fit called back, if there are any, then all together */
 static stein_status recall(diag *d, diag__curves *w, diag__curve *c, double horizon, int anyway,
-                           stein_err *err)
+                           int *found, stein_err *err)
 {
-    int found = 0;
     diag__fitting t;
     diag in_tables = *d;
     in_tables.fit_def = w->def;
@@ -44,11 +43,11 @@ static stein_status recall(diag *d, diag__curves *w, diag__curve *c, double hori
     fit__end e = {.x = c->x, .r = c->r, .J = t.J};
     f.ctx = &t;
     t.horizon = w->p.horizon = horizon;
-    status = diag__recall_by(&f, &e, 0, &found, err);
+    status = diag__recall_by(&f, &e, 0, found, err);
     w->p.horizon = INFINITY;
     d->out->fits += e.fits;
     c->gain = -(double)INFINITY;
-    if (status == STEIN_OK && (found > 0 || anyway)) {
+    if (status == STEIN_OK && (*found > 0 || anyway)) {
         status = diag__rounds(&t, horizon, CURVE_ROUNDS, 0, err);
         diag__fitting_weigh(&t, status);
     }
@@ -57,19 +56,19 @@ static stein_status recall(diag *d, diag__curves *w, diag__curve *c, double hori
 }
 
 stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, double horizon,
-                                int anyway, int *better, stein_err *err)
+                                int anyway, int *found, int *better, stein_err *err)
 {
     const fit__problem *p = &w->p;
     size_t size = (size_t)p->nu + fit__offset(p, p->nstroke) + (size_t)p->np;
     diag__curve other = *c;
     stein_err why = {STEIN_OK, ""};
     stein_status status = diag__curve_room(p, &other, err);
-    *better = 0;
+    *found = *better = 0;
     if (status != STEIN_OK) {
         return status;
     }
     memcpy(other.x, c->x, sizeof *c->x * size);
-    status = recall(d, w, &other, horizon, anyway, &why);
+    status = recall(d, w, &other, horizon, anyway, found, &why);
     *better = status == STEIN_OK && other.gain > c->gain + little;
     free(*better ? c->x : other.x);
     *c = *better ? other : *c;
