@@ -2,7 +2,7 @@
  * data.h - measured data: CSV files, read strictly, and their audit. Part of libsteinlab.a.
  *
  *      # set pawl.stop_shift: -0.3 mm         a known parameter of this stroke
- *      # set key_dip.sensor.gain: 1.002       an instrument that was checked: what it is off by
+ *      # set key_dip.sensor.gain: 1.002       an instrument that was checked: what was found
  *      # noise string_distance: 0.01 mm       standard deviation of one sample
  *      # trigger: unsynchronised              the origin of the time is unknown
  *      # camera: any other name: value        kept

@@ -8,7 +8,7 @@
  *   plumb line   its angle in the picture is the tilt          0.5 mrad
  *   scale        known values x = 0 .. reach at 11 places:     gauge blocks (0.15 um), weights
  *                reading = zero + (1 + error) x + k2 x^2       (1e-4 of the largest), each filmed
- *                                                              for a second
+ *                with x from where the marker rests            for a second
  *   light        goes on at known instants, a hundred times:   a frame's interval / (10 sqrt 12)
  *   clock        beside another one, for a while               1e-5
  *

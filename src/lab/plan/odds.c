@@ -87,16 +87,16 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
     pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
     double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
-    size_t columns = (size_t)(2 + a->nz + a->np + b->np);
-    double *room = calloc(columns * all + 1, sizeof *room), *Z = room + 2 * all;
-    double *P[] = {Z + (size_t)a->nz * all, Z + (size_t)(a->nz + a->np) * all};
+    size_t nz = (size_t)a->nz, np_a = (size_t)a->np, np_b = (size_t)b->np;
+    double *room = calloc((2 + nz + np_a + np_b) * all + 1, sizeof *room), *Z = room + 2 * all;
+    double *P[] = {Z + nz * all, Z + (nz + np_a) * all};
     if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
         free(room);
         return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
                               : lab__no_memory(err);
     }
-    for (size_t i = 0; i < (size_t)a->nz * all; i++) {
+    for (size_t i = 0; i < nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
     spread(P[0], a, b);
