@@ -17,7 +17,7 @@
 
 #include "hidden.h"
 
-enum { VALUES = 11, FOUND = 8 };
+enum { VALUES = 11, HEAD = 1000 };
 
 /* numbers of instruments, what the answer calls them, and what they are when all is right */
 static const struct {
@@ -30,12 +30,6 @@ static const struct {
                {"clock.error", "time_base", "error", 0.0}};
 enum { NUMBERS = sizeof numbers / sizeof *numbers };
 
-typedef struct found {
-    const char *name[FOUND];
-    double value[FOUND];
-    int n;
-} found;
-
 static int kind_of(const char *number)
 {
     for (int k = 0; k < NUMBERS; k++) {
@@ -47,13 +41,24 @@ static int kind_of(const char *number)
     return -1;
 }
 
-/* how far off that number is; 0: nothing of the kind is hidden */
+/* is it what is hidden? */
+static int is_hidden(const tree *answer, const tree *check, int k)
+{
+    return k >= 0 && strcmp(tree_text(answer, "kind"), numbers[k].kind) == 0 &&
+           strcmp(tree_text(answer, "place"), tree_text(check, "instrument")) == 0;
+}
+
+/* how far off that number is */
 static double truth(const tree *answer, const tree *check, int k)
 {
-    int is_it = strcmp(tree_text(answer, "kind"), numbers[k].kind) == 0 &&
-                strcmp(tree_text(answer, "place"), tree_text(check, "instrument")) == 0;
     const tree *number = tree_get(tree_get(answer, "parameters"), numbers[k].name);
-    return is_it ? tree_number(number, "value") : 0.0;
+    return is_hidden(answer, check, k) ? tree_number(number, "value") : 0.0;
+}
+
+static void state(char head[HEAD], const tree *number, double value)
+{
+    size_t n = strlen(head);
+    snprintf(head + n, HEAD - n, "# set %s: %.9g\n", number->text, value);
 }
 
 /* The parabola through readings at 0, R/10 .. R by its orthogonal parts: with u = 10 x/R - 5,
@@ -71,19 +76,18 @@ static void parabola(const double *y, double reach, double *error, double *k2)
 }
 
 /* one check, so many times. @return 0, -1: this laboratory has no such thing */
-static int make(found *f, const tree *check, const tree *answer, int times, gsl_rng *rng)
+static int make(char head[HEAD], const tree *check, const tree *answer, int times, gsl_rng *rng)
 {
     const tree *list = tree_get(check, "numbers"), *first = list != NULL ? list->child : NULL;
     double noise = tree_number(check, "noise") / sqrt(times), reach = tree_number(check, "reach");
     double y[VALUES], error, k2;
     int k = first != NULL ? kind_of(first->text) : -1;
-    if (k < 0 || !(noise > 0.0) || f->n + 2 > FOUND) {
+    if (k < 0 || !(noise > 0.0)) {
         return -1;
     }
     if (first->next == NULL) {
-        f->name[f->n] = first->text;
-        f->value[f->n++] =
-            numbers[k].right + truth(answer, check, k) + gsl_ran_gaussian(rng, noise);
+        double off = truth(answer, check, k) + gsl_ran_gaussian(rng, noise);
+        state(head, first, numbers[k].right + off);
         return 0;
     }
     int other = kind_of(first->next->text);
@@ -96,39 +100,14 @@ static int make(found *f, const tree *check, const tree *answer, int times, gsl_
                gsl_ran_gaussian(rng, noise);
     }
     parabola(y, reach, &error, &k2);
-    f->name[f->n] = first->text;
-    f->value[f->n++] = numbers[k].right + error;
-    f->name[f->n] = first->next->text;
-    f->value[f->n++] = k2;
+    state(head, first, numbers[k].right + error);
+    state(head, first->next, numbers[other].right + k2);
     return 0;
-}
-
-static int state(const found *f, const char *from, const char *to)
-{
-    char block[1 << 16];
-    size_t n;
-    FILE *in = fopen(from, "rb"), *out = in != NULL ? fopen(to, "wb") : NULL;
-    int ok = out != NULL;
-    for (int i = 0; ok && i < f->n; i++) {
-        ok = fprintf(out, "# set %s: %.9g\n", f->name[i], f->value[i]) > 0;
-    }
-    while (ok && (n = fread(block, 1, sizeof block, in)) > 0) {
-        ok = fwrite(block, 1, n, out) == n;
-    }
-    ok = ok && !ferror(in);
-    if (in != NULL) {
-        fclose(in);
-    }
-    ok = out != NULL && fclose(out) == 0 && ok;
-    if (!ok) {
-        perror(to);
-    }
-    return ok ? 0 : -1;
 }
 
 int check_make(const tree *checks, const tree *answer, int times, const char *set, const char *to)
 {
-    found f = {.n = 0};
+    char head[HEAD] = "";
     double number = tree_number(answer, "seed");
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     int status = rng != NULL ? process_folder(to) : -1;
@@ -136,7 +115,7 @@ int check_make(const tree *checks, const tree *answer, int times, const char *se
         gsl_rng_set(rng, isfinite(number) ? (unsigned long)number : 0);
     }
     for (const tree *c = checks->child; status == 0 && c != NULL; c = c->next) {
-        status = make(&f, c, answer, times, rng);
+        status = make(head, c, answer, times, rng);
     }
     for (int i = 0; status == 0 && i < FIT + HELD; i++) {
         char from[PATH + 20], copy[PATH + 20];
@@ -144,7 +123,7 @@ int check_make(const tree *checks, const tree *answer, int times, const char *se
         int number_of = i < FIT ? i + 1 : i - FIT + 1;
         snprintf(from, sizeof from, "%s/%s_%02d.csv", set, name, number_of);
         snprintf(copy, sizeof copy, "%s/%s_%02d.csv", to, name, number_of);
-        status = state(&f, from, copy);
+        status = process_copy(head, from, copy);
     }
     gsl_rng_free(rng);
     return status;
@@ -155,9 +134,7 @@ int check_covers(const tree *checks, const tree *answer)
     for (const tree *c = checks->child; c != NULL; c = c->next) {
         const tree *list = tree_get(c, "numbers");
         for (const tree *n = list != NULL ? list->child : NULL; n != NULL; n = n->next) {
-            int k = kind_of(n->text);
-            if (k >= 0 && strcmp(tree_text(answer, "kind"), numbers[k].kind) == 0 &&
-                strcmp(tree_text(answer, "place"), tree_text(c, "instrument")) == 0) {
+            if (is_hidden(answer, c, kind_of(n->text))) {
                 return 1;
             }
         }

@@ -65,8 +65,8 @@ int process_run(char *const argv[], const char *log, double limit, double *cpu);
 double process_clock(void);
 /** A folder with its parents. @return 0, -1 after a message */
 int process_folder(const char *path);
-/** Copy a program. @return 0, -1 after a message */
-int process_copy(const char *from, const char *to);
+/** Copy a file behind a head ("": none). @return 0, -1 after a message */
+int process_copy(const char *head, const char *from, const char *to);
 
 /* ---- score.c ---- */
 

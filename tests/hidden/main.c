@@ -165,7 +165,7 @@ static int prepare(setup *s, int copy)
     snprintf(path, sizeof path, "%s/sealed", s->folder);
     status = status == 0 ? process_folder(path) : status;
     status = status == 0 ? process_folder(s->results) : status;
-    return status == 0 && access(mine, X_OK) != 0 ? process_copy(program, mine) : status;
+    return status == 0 && access(mine, X_OK) != 0 ? process_copy("", program, mine) : status;
 }
 
 /* ---- draws in parallel ---- */

@@ -82,13 +82,14 @@ int process_folder(const char *path)
     return 0;
 }
 
-int process_copy(const char *from, const char *to)
+int process_copy(const char *head, const char *from, const char *to)
 {
-    char block[1 << 16], part[PATH + 8];
+    char block[1 << 16], part[PATH + 40];
+    struct stat is;
     size_t n;
     snprintf(part, sizeof part, "%s.part", to);
     FILE *in = fopen(from, "rb"), *out = in != NULL ? fopen(part, "wb") : NULL;
-    int ok = out != NULL;
+    int ok = out != NULL && fstat(fileno(in), &is) == 0 && fputs(head, out) >= 0;
     while (ok && (n = fread(block, 1, sizeof block, in)) > 0) {
         ok = fwrite(block, 1, n, out) == n;
     }
@@ -97,7 +98,7 @@ int process_copy(const char *from, const char *to)
         fclose(in);
     }
     ok = out != NULL && fclose(out) == 0 && ok;
-    ok = ok && chmod(part, 0755) == 0 && rename(part, to) == 0;
+    ok = ok && chmod(part, is.st_mode & 0777) == 0 && rename(part, to) == 0;
     if (!ok) {
         perror(to);
     }

@@ -68,25 +68,24 @@ static double next_share(diag__fitting *t, double done, double step, stein_statu
 /* In haste no stroke is called back on the way: one law that explains all loses few, and those
  * that another one has lost are most of its cost. So they are of one that has called in vain: what
  * its strokes have lost is in no number of their own. At the end it asks once more. */
-static stein_status call_back(diag *d, diag__fitting *t, double horizon, int *vain, stein_err *err)
+static stein_status call_back(diag *d, diag__fitting *t, double horizon, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    int better = !isfinite(horizon) || !(diag__in_haste(t->w) || *vain), found = 0;
+    int better = !isfinite(horizon) || !(diag__in_haste(t->w) || t->vain), found = 0;
     diag__fitting_weigh(t, STEIN_OK);
     for (int k = 0; k < CALLS && status == STEIN_OK && better; k++) {
         status = diag__curve_recall(d, t->w, t->c, horizon, 0, &found, &better, err);
-        *vain = k == 0 && found > 0 && !better;
+        t->vain = k == 0 && found > 0 && !better;
     }
     return status;
 }
 
 /* strays up to a horizon, rounds, strays */
-static stein_status go_to(diag *d, diag__fitting *t, double horizon, int rounds, int *vain,
-                          stein_err *err)
+static stein_status go_to(diag *d, diag__fitting *t, double horizon, int rounds, stein_err *err)
 {
-    stein_status status = call_back(d, t, horizon, vain, err);
+    stein_status status = call_back(d, t, horizon, err);
     status = status == STEIN_OK ? diag__rounds(t, horizon, rounds, 0, err) : status;
-    return status == STEIN_OK ? call_back(d, t, horizon, vain, err) : status;
+    return status == STEIN_OK ? call_back(d, t, horizon, err) : status;
 }
 
 /* From c->x, which is good up to where the fit without a law leaves more than noise. Where a stride
@@ -97,7 +96,7 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
     size_t size = sizeof *t->good_x * (size_t)p->nu;
     double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
     int haste = diag__in_haste(t->w), on_the_way = haste ? IN_HASTE : ON_THE_WAY;
-    int most = haste ? FALTERS_IN_HASTE : FALTERS, vain = 0;
+    int most = haste ? FALTERS_IN_HASTE : FALTERS;
     p->horizon = horizon;
     stein_status status = diag__look_around(t, err);
     p->horizon = INFINITY;
@@ -111,8 +110,8 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
         falters += share - done < 0.9 * stride;
         step = share - done < 0.9 * step ? stride : fmin(longest, wider * step);
         horizon = share * T;
-        status = status == STEIN_OK && share < whole ? go_to(d, t, horizon, on_the_way, &vain, err)
-                                                     : status;
+        status =
+            status == STEIN_OK && share < whole ? go_to(d, t, horizon, on_the_way, err) : status;
         int astray = status == STEIN_OK ? is_lost(t, horizon) : status != STEIN_ENOMEM;
         if (astray && share < whole && share - done > shortest) {
             falters++;
@@ -130,7 +129,7 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
         predict(t, INFINITY, &status, err);
     }
     int rounds = share < whole ? CURVE_ROUNDS : TO_THE_END;
-    return status == STEIN_OK ? go_to(d, t, INFINITY, rounds, &vain, err) : status;
+    return status == STEIN_OK ? go_to(d, t, INFINITY, rounds, err) : status;
 }
 
 stein_status diag__curve_follow(diag *d, diag__curves *w, const double *x, diag__curve *c,

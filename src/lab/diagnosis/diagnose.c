@@ -135,11 +135,7 @@ static stein_status choose_names(diag *d, stein_err *err)
         return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
-        int known = 1;
-        for (int s = 0; s < d->fit_data->n; s++) {
-            known &= fit__is_set(d->fit_data->stroke[s], i);
-        }
-        if (m->params[i].tolerance > 0.0 && !known) {
+        if (m->params[i].tolerance > 0.0 && !fit__always_set(d->fit_data, i)) {
             d->name[d->nname++] = m->params[i].name;
         }
     }

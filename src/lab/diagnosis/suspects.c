@@ -401,12 +401,9 @@ static int has_input(const diag *d, const char *name)
 static int is_checked(const diag *d, const lab_candidate *c)
 {
     const stein_model *m = lab_equations(d->model);
-    int checked = c->effect->needs == NULL && c->nparam > 0 &&
-                  fit__is_instruments(m->params[c->param[0]].name);
-    for (int s = 0; checked && s < d->p.nstroke; s++) {
-        checked = fit__is_set(d->p.stroke[s].data, c->param[0]);
-    }
-    return checked;
+    return c->effect->needs == NULL && c->nparam > 0 &&
+           fit__is_instruments(m->params[c->param[0]].name) &&
+           fit__always_set(d->fit_data, c->param[0]);
 }
 
 static const char *untestable(const diag *d, const lab_candidate *c)

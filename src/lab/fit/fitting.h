@@ -170,6 +170,8 @@ stein_status fit__check_samples(const fit__problem *p, stein_err *err);
 void fit__problem_free(fit__problem *p);
 /** Does the stroke state this parameter itself (# set)? */
 int fit__is_set(const lab_data *data, int param);
+/** Do all of them? */
+int fit__always_set(const lab_dataset *data, int param);
 /** Is it a number of an instrument, by its name: of a channel's sensor, of the clock? */
 int fit__is_instruments(const char *param);
 /** Value of an unknown at x [SI]. */

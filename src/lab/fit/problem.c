@@ -93,11 +93,10 @@ int fit__is_instruments(const char *param)
     return strstr(param, ".sensor.") != NULL || strncmp(param, "clock.", 6) == 0;
 }
 
-/* a free parameter that every stroke fixes */
-static int always_set(const fit__problem *p, int param)
+int fit__always_set(const lab_dataset *data, int param)
 {
-    for (int s = 0; s < p->nstroke; s++) {
-        if (!fit__is_set(p->stroke[s].data, param)) {
+    for (int s = 0; s < data->n; s++) {
+        if (!fit__is_set(data->stroke[s], param)) {
             return 0;
         }
     }
@@ -121,7 +120,7 @@ static stein_status take_free(fit__problem *p, stein_err *err)
                 return lab__fail(err, STEIN_EINVAL, "\"%s\" is free twice", p->def->free[i]);
             }
         }
-        if (always_set(p, index)) {
+        if (fit__always_set(p->data, index)) {
             return lab__fail(err, STEIN_EINVAL,
                              "\"%s\" cannot be fitted: every stroke sets it (# set %s)",
                              p->def->free[i], p->def->free[i]);

@@ -33,13 +33,29 @@ static const double any_zero = 1e3;                  /* of a scale, in its noise
 typedef struct number {
     lab_check_by by;
     const char *tail; /* of the name */
+    int power;        /* of the value at which a reading shows it */
 } number;
-static const number numbers[] = {{LAB_CHECK_LEVEL, ".sensor.tilt"},
-                                 {LAB_CHECK_SCALE, ".sensor.gain"},
-                                 {LAB_CHECK_SCALE, ".sensor.square"},
-                                 {LAB_CHECK_LIGHT, ".sensor.delay"},
-                                 {LAB_CHECK_CLOCK, "clock.error"}};
+static const number numbers[] = {{LAB_CHECK_LEVEL, ".sensor.tilt", 0},
+                                 {LAB_CHECK_SCALE, ".sensor.gain", 1},
+                                 {LAB_CHECK_SCALE, ".sensor.square", 2},
+                                 {LAB_CHECK_LIGHT, ".sensor.delay", 0},
+                                 {LAB_CHECK_CLOCK, "clock.error", 0}};
 enum { NUMBERS = sizeof numbers / sizeof *numbers };
+
+/* what a parameter is a number of. @param of  channel, "": the clock; out @return NULL: of no
+ * instrument that can be checked */
+static const number *number_of(const char *param, char of[LAB_PLACE])
+{
+    size_t n = strlen(param);
+    for (int k = 0; k < NUMBERS; k++) {
+        size_t tail = strlen(numbers[k].tail);
+        if (n >= tail && strcmp(param + n - tail, numbers[k].tail) == 0) {
+            snprintf(of, LAB_PLACE, "%.*s", (int)(n - tail), param);
+            return &numbers[k];
+        }
+    }
+    return NULL;
+}
 
 /* ---- the list ---- */
 
@@ -62,21 +78,15 @@ static double noise_of(lab_check_by by, const plan__bench *b, const plan__eye *e
 /* the check that finds a number of the model. @return 0: there is none */
 static int check_of(lab_check *c, const plan__bench *b, const char *param)
 {
-    size_t n = strlen(param);
-    for (int k = 0; k < NUMBERS; k++) {
-        size_t tail = strlen(numbers[k].tail);
-        if (n < tail || strcmp(param + n - tail, numbers[k].tail) != 0) {
-            continue;
-        }
-        *c = (lab_check){.by = numbers[k].by};
-        snprintf(c->of, sizeof c->of, "%.*s", (int)(n - tail), param);
-        for (int i = 0; i < b->neye; i++) {
-            const plan__eye *eye = &b->eye[i];
-            if (c->by == LAB_CHECK_CLOCK || (eye->measured && strcmp(eye->name, c->of) == 0)) {
-                c->reach = c->by == LAB_CHECK_SCALE ? eye->reach : 0.0;
-                c->noise = noise_of(c->by, b, eye);
-                return c->noise > 0.0 && (c->by != LAB_CHECK_SCALE || c->reach > 0.0);
-            }
+    char of[LAB_PLACE];
+    const number *found = number_of(param, of);
+    for (int i = 0; found != NULL && i < b->neye; i++) {
+        const plan__eye *eye = &b->eye[i];
+        if (found->by == LAB_CHECK_CLOCK || (eye->measured && strcmp(eye->name, of) == 0)) {
+            *c = (lab_check){.by = found->by, .noise = noise_of(found->by, b, eye)};
+            snprintf(c->of, sizeof c->of, "%s", of);
+            c->reach = c->by == LAB_CHECK_SCALE ? eye->reach : 0.0;
+            return c->noise > 0.0 && (c->by != LAB_CHECK_SCALE || c->reach > 0.0);
         }
     }
     return 0;
@@ -144,12 +154,13 @@ static int readings(const lab_check *c)
 /* what the i-th reading shows of a number that is off by 1, in its noise */
 static double shows(const lab_check *c, const char *param, int i)
 {
-    char name[2][LAB_PLACE];
-    int n = plan__check_numbers(c, name);
+    char of[LAB_PLACE];
+    const number *n = number_of(param, of);
     double x = c->reach * i / (LAB_CHECK_VALUES - 1);
-    return strcmp(param, name[0]) == 0            ? (n > 1 ? x : 1.0) / c->noise
-           : n > 1 && strcmp(param, name[1]) == 0 ? x * x / c->noise
-                                                  : 0.0;
+    if (n == NULL || n->by != c->by || strcmp(of, c->of) != 0) {
+        return 0.0;
+    }
+    return (n->power == 2 ? x * x : n->power == 1 ? x : 1.0) / c->noise;
 }
 
 /* the amount of a side and its standard deviation */

@@ -58,8 +58,7 @@ static int same_number(const plan__view *a, int k, const plan__view *b)
     return -1;
 }
 
-/* P of a beside b, into to [np][neye*rows], which is 0 */
-static void spread(double *to, const plan__view *a, const plan__view *b)
+void plan__spread(double *to, const plan__view *a, const plan__view *b)
 {
     size_t n = (size_t)a->rows * (size_t)a->neye, np = (size_t)a->np;
     if (a->D == NULL || b->D == NULL) {
@@ -99,8 +98,8 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     for (size_t i = 0; i < nz * all; i++) {
         Z[i] = 0.5 * (a->Z[i] + b->Z[i]);
     }
-    spread(P[0], a, b);
-    spread(P[1], b, a);
+    plan__spread(P[0], a, b);
+    plan__spread(P[1], b, a);
     double *of_b = room, *of_a = room + all; // y_B|A and y_A|B
     stein_status status = plan__imitate(of_b, b, bench, a, P[1], Z, err);
     status = status == STEIN_OK ? plan__imitate(of_a, a, bench, b, P[0], Z, err) : status;

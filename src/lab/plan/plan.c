@@ -121,9 +121,10 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
         snprintf(e->why, sizeof e->why, "%.*s", LAB_PLAN_TEXT - 1, p->why.msg);
         return STEIN_OK;
     }
-    use[0] = 1; // of checks
-    for (int c = 0; e->ncheck == 0 && c < p->bench.neye; c++) {
-        use[c] = p->bench.eye[c].measured || strcmp(p->bench.eye[c].name, e->channel) == 0;
+    for (int c = 0; c < p->bench.neye; c++) {
+        use[c] = e->ncheck > 0
+                     ? c == 0 // readings are one channel
+                     : p->bench.eye[c].measured || strcmp(p->bench.eye[c].name, e->channel) == 0;
     }
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
         lab_experiment one = *e;

@@ -159,6 +159,9 @@ typedef struct plan__pair {
     int np[2], nz[2], n, neye;
     double *K; /* [neye][n*n] */
 } plan__pair;
+/** P of a as it counts beside b: what a number of the file does is the mean of both.
+ *  @param to  [np][neye*rows] of a, 0; beside itself it is a->P */
+void plan__spread(double *to, const plan__view *a, const plan__view *b);
 stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
                              stein_err *err);
 void plan__pair_free(plan__pair *pair);

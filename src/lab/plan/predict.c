@@ -182,8 +182,8 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
     }
 }
 
-/* P: columns of J times the Cholesky factor of the posterior's covariance; way [np][p->np]: what
- * each of them moves */
+/* D: columns of J; L: the Cholesky factor of the posterior's covariance; P of both; way
+ * [np][p->np]: what each column of P moves */
 static stein_status spread(plan__view *v, const fit__problem *p, const lab_posterior *q,
                            const int *of, const double *J, double *way, stein_err *err)
 {
@@ -208,20 +208,19 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
         }
     }
     int ok = np == 0 || gsl_linalg_cholesky_decomp1(&c.matrix) == 0;
-    for (size_t b = 0; b < np; b++) {
-        for (size_t a = ok ? b : np; a < np; a++) { // L is lower
-            double sd = q->number[of[at[a]]].sd / p->unknown[at[a]].sd;
-            double by = sd * gsl_matrix_get(C, a, b);
-            const double *j = J + fit__column(p, 0, at[a]);
-            way[b * (size_t)p->np + (size_t)at[a]] = by;
-            v->L[b * np + a] = by;
-            v->name[a] = q->number[of[at[a]]].name;
-            for (size_t i = 0; i < n; i++) {
-                v->P[b * n + i] -= by * j[i];
-                v->D[a * n + i] = -j[i];
-            }
+    for (size_t a = 0; ok && a < np; a++) {
+        double sd = q->number[of[at[a]]].sd / p->unknown[at[a]].sd;
+        const double *j = J + fit__column(p, 0, at[a]);
+        v->name[a] = q->number[of[at[a]]].name;
+        for (size_t i = 0; i < n; i++) {
+            v->D[a * n + i] = -j[i];
+        }
+        for (size_t b = 0; b <= a; b++) { // lower
+            v->L[b * np + a] = way[b * (size_t)p->np + (size_t)at[a]] =
+                sd * gsl_matrix_get(C, a, b);
         }
     }
+    plan__spread(v->P, v, v);
     free(at);
     gsl_matrix_free(C);
     return ok ? STEIN_OK : lab__fail(err, STEIN_EINVAL, "the correlations of its numbers are none");
