@@ -540,6 +540,23 @@ START_TEST(a_plan_begins_where_the_numbers_of_a_rival_were_found)
 }
 END_TEST
 
+START_TEST(correlations_that_are_none_are_told)
+{
+    rotor r = rotor_diagnosed(truth[0], start, 1);
+    const lab_posterior *q = &r.d->suspect[0].posterior;
+    ck_assert_int_gt(q->n, 1);
+    q->correlation[1] = q->correlation[q->n] = 5.0;
+    lab_plan *plan = planned(&r, r.d);
+    ck_assert_int_gt(plan->n, 0);
+    for (int i = 0; i < plan->n; i++) {
+        ck_assert_int_eq(plan->experiment[i].feasible, 0);
+        ck_assert_ptr_nonnull(strstr(plan->experiment[i].why, "correlations of its numbers"));
+    }
+    lab_plan_destroy(plan);
+    rotor_free(&r);
+}
+END_TEST
+
 START_TEST(an_instrument_that_is_no_output_is_refused)
 {
     static const char *const no[] = {"thermometer"};
@@ -700,6 +717,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
     tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
     tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);
+    tcase_add_test(tc, correlations_that_are_none_are_told);
     tcase_add_test(tc, an_instrument_that_is_no_output_is_refused);
     tcase_add_test(tc, what_is_asked_for_can_be_done);
     tcase_add_test(tc, the_report_names_the_next_experiment_and_lists_what_could_have_been_seen);

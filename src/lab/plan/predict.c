@@ -220,7 +220,9 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
                 sd * gsl_matrix_get(C, a, b);
         }
     }
-    plan__spread(v->P, v, v);
+    if (ok) {
+        plan__spread(v->P, v, v);
+    }
     free(at);
     gsl_matrix_free(C);
     return ok ? STEIN_OK : lab__fail(err, STEIN_EINVAL, "the correlations of its numbers are none");
