@@ -79,6 +79,25 @@ START_TEST(every_part_of_a_file_is_kept_in_si)
 }
 END_TEST
 
+/* a wire that the model does not have: nothing is set, and what was taken off is known */
+START_TEST(a_part_that_was_taken_off_is_noted)
+{
+    const char *path = write_file("a.csv", "# set key_wire.k: 0 N/m\n# set load.mass: 90 g\n"
+                                           "# set key_damper.normal.F0: 0\n"
+                                           "time [s],key_dip [m]\n" ROWS);
+    lab_data_options o = lab_data_options_default(action);
+    lab_data *d = NULL;
+    ck_assert_stein(lab_data_open(&d, path, &o, err));
+    ck_assert_int_eq(d->nset, 1);
+    ck_assert_int_eq(d->set[0].last_word, 0); // of a load
+    ck_assert_int_eq(d->nnote, 2);
+    ck_assert_str_eq(d->note[0].name, LAB_NOTE_WITHOUT);
+    ck_assert_str_eq(d->note[0].value, "key_wire.k");
+    ck_assert_str_eq(d->note[1].value, "key_damper.normal.F0");
+    lab_data_close(d);
+}
+END_TEST
+
 START_TEST(numbers_are_rounded_correctly_in_any_locale)
 {
     static const char *const text[] = {"0.1",
@@ -186,6 +205,11 @@ START_TEST(wrong_headers_are_refused_with_their_place)
     static const bad_data bad[] = {
         {"", ": ", "no header line"},
         {"# camera: x\n", ": ", "no header line"},
+        {"# set key_wire.k: 3 N/m\ntime [s],key_dip [m]\n" ROWS,
+         ":1:19: ", "\"stein1788\" has no such part, so it can only be 0: taken off"},
+        {"# set key_wire.k: 0 N\ntime [s],key_dip [m]\n" ROWS, ":1:19: ", "set key_wire.k: "},
+        {"# set keys_wire.k: 0\ntime [s],key_dip [m]\n" ROWS, ":1:7: ", "sets no parameter"},
+        {"# set key_wire.reach: 0\ntime [s],key_dip [m]\n" ROWS, ":1:7: ", "sets no parameter"},
         {"time [s],string_distance [N]\n" ROWS,
          ":1:10: ", "\"string_distance\" is in [N], expected [m]"},
         {"time [s],string_distance [inch]\n" ROWS, ":1:10: ", "no known unit"},
@@ -415,6 +439,7 @@ Suite *data_suite(void)
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
+    tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
     tcase_add_test(tc, numbers_are_rounded_correctly_in_any_locale);
     tcase_add_test(tc, a_written_stroke_reads_back_bit_for_bit);
     tcase_add_test(tc, long_records_are_read_in_one_piece);

@@ -448,6 +448,101 @@ START_TEST(a_check_of_the_instrument_settles_it)
 }
 END_TEST
 
+/* ---- a part that comes off ---- */
+
+#define LEVER(NAME, MORE)                                                                          \
+    "mechanism: " NAME "\n"                                                                        \
+    "bodies:\n"                                                                                    \
+    "  wheel:\n"                                                                                   \
+    "    joint: R y\n"                                                                             \
+    "    mass: 0.4 kg\n"                                                                           \
+    "    inertia: {yy: 2.1e-3 kg m^2 +- 0.1 %}\n"                                                    \
+    "    spring: {k: 0.83 N m/rad +- 0.1 %}\n"                                                       \
+    "    initial: {position: 0.2 rad}\n"                                                           \
+    "    points: {rim: [50 mm, 0, 0]}\n"                                                           \
+    "inputs:\n"                                                                                    \
+    "  push: {force: wheel.rim, direction: [0, 0, -1]}\n"                                          \
+    "outputs:\n"                                                                                   \
+    "  angle: {joint: wheel, read: position}\n"                                                    \
+    "simulation: {dt: 0.2 ms, until: 0.7 s}\n" MORE
+static const char lever[] = LEVER("lever", "");
+static const char with_wire[] = LEVER("lever", "points: {wheel_wire: [50 mm, 0, 50 mm]}\n"
+                                               "links:\n"
+                                               "  wheel_wire: {from: frame.wheel_wire, "
+                                               "to: wheel.rim, k: 0 N/m, length: 49 mm}\n");
+
+/* so many of the strokes were played without a wire, in a world where that is `there`, diagnosed without one */
+static rotor lever_diagnosed(const char *there, int without)
+{
+    const char *what[] = {there, NULL}, *path[ROTOR_STROKES], *off[] = {"wheel_wire.k=0", NULL};
+    rotor r = {NULL, NULL, NULL};
+    char file[100], real[100], kept[ROTOR_STROKES][100];
+    snprintf(file, sizeof file, "%s", write_file("rotor.yaml", lever));
+    snprintf(real, sizeof real, "%s", write_file("real.yaml", with_wire));
+    for (int s = 0; s < ROTOR_STROKES; s++) {
+        char name[20];
+        snprintf(name, sizeof name, "s%d.csv", s);
+        film m = {.model = real,
+                  .truth = what,
+                  .told = s < without ? off : NULL,
+                  .channels = "angle",
+                  .rate = 200.0,
+                  .until = 0.7,
+                  .noise = 1e-3,
+                  .seed = 17ULL + (unsigned long long)s};
+        snprintf(kept[s], sizeof kept[s], "%s", take(name, &m));
+        path[s] = kept[s];
+    }
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&r.model, file, &options, err));
+    examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
+    return r;
+}
+
+static int is_left(const rotor *r, const char *who)
+{
+    const lab_suspect *s = rotor_suspect(r, who);
+    return s - r->d->suspect < r->d->ncause + r->d->nrival;
+}
+
+/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one tells whether
+ * it was a wire. Where nobody ever played with it nothing can be said of it. */
+START_TEST(what_comes_off_is_taken_off)
+{
+    static const char *const there[] = {"wheel_wire.k=24 N/m", "wheel.spring.k=0.87 N m/rad"};
+    rotor r = lever_diagnosed(there[_i], 0);
+    ck_assert(is_left(&r, "wire") && r.d->nrival > 0);
+    lab_plan *plan = planned(&r, r.d);
+    const lab_experiment *e = named(plan, "wheel without wire");
+    ck_assert_int_eq(e->feasible, 1);
+    ck_assert_double_eq(plan__set_of(e, "wheel_wire.k")->value, 0.0);
+    for (int k = 0; k < 2; k++) { // both sides can be filmed, and what is said of it read again
+        lab_data *stroke = NULL;
+        lab_data_options o = lab_data_options_default(lab_equations(r.model));
+        lab_options options = cache_here(NULL);
+        lab_plan_def def = lab_plan_def_default();
+        def.options = &options;
+        ck_assert_stein(lab_plan_stroke(in_folder("next.csv"), e, k, in_folder("rotor.yaml"),
+                                        r.model, r.d, &def, err));
+        ck_assert_stein(lab_data_open(&stroke, in_folder("next.csv"), &o, err));
+        ck_assert(fit__was_without(stroke, "wheel_wire.k"));
+        lab_data_close(stroke);
+    }
+    lab_plan_destroy(plan);
+    rotor_free(&r);
+
+    r = lever_diagnosed(there[_i], 1);
+    ck_assert_int_eq(is_left(&r, "wire"), _i == 0);
+    ck_assert_int_eq(strcmp(r.d->suspect[0].candidate.effect->kind, "wire") == 0, _i == 0);
+    ck_assert(_i == 1 || r.d->nrival == 0);
+    rotor_free(&r);
+
+    r = lever_diagnosed(there[_i], ROTOR_STROKES);
+    ck_assert_str_eq(rotor_suspect(&r, "wire")->why, "every stroke was played without it");
+    rotor_free(&r);
+}
+END_TEST
+
 START_TEST(where_one_stroke_is_not_enough_things_are_done_at_once)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
@@ -714,6 +809,7 @@ Suite *plan_suite(void)
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
     tcase_add_test(tc, readings_of_a_check_tell_what_a_scale_tells);
     tcase_add_loop_test(tc, a_check_of_the_instrument_settles_it, 0, 2);
+    tcase_add_loop_test(tc, what_comes_off_is_taken_off, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
     tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
     tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);

@@ -3,6 +3,7 @@
  *
  *      # set pawl.stop_shift: -0.3 mm         a known parameter of this stroke
  *      # set key_dip.sensor.gain: 1.002       an instrument that was checked: what was found
+ *      # set key_wire.k: 0                    played without a wire at the key, if it has one
  *      # noise string_distance: 0.01 mm       standard deviation of one sample
  *      # trigger: unsynchronised              the origin of the time is unknown
  *      # camera: any other name: value        kept
@@ -52,9 +53,14 @@ typedef struct lab_setting {
     int param;    /* of the model */
     double value; /* [SI] */
     int line, column;
+    int last_word; /* 1: an instrument that was checked, a part that was taken off: no effect acts
+                      on top of it */
 } lab_setting;
 
-/** Any other `# name: value`; name is "" for a line without a colon. */
+#define LAB_NOTE_WITHOUT "without"
+
+/** Any other `# name: value`; name is "" for a line without a colon. A part that was taken off and
+ *  that the model does not have either is the note LAB_NOTE_WITHOUT with the name of its amount. */
 typedef struct lab_note {
     const char *name, *value;
     int line;

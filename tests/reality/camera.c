@@ -22,6 +22,11 @@ static void head(FILE *f, const world *w, const design *d, const setting *s)
         const mech_param *p = &w->m->params[s->set[i].param];
         fprintf(f, "# set %s: %.10g %s\n", p->name, s->set[i].value, p->unit);
     }
+    for (int i = 0; i < OFF; i++) {
+        if (s->off[i]) {
+            fprintf(f, "# set %s: 0\n", off_name[i]);
+        }
+    }
     for (int j = 0; j < d->camera.seen; j++) {
         double noise = camera_noise(&d->camera, j);
         if (j < 2) {

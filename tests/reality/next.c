@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * next.c - a stroke that somebody asks for, filmed in the same laboratory: numbers of the file set
- * (a load, the stop, a heavier body, no string), an input driven (rise, there_and_back), another
+ * (a load, the stop, a heavier body, no string, no wire), an input driven (rise, there_and_back), another
  * rate, one marker more. What this laboratory has not is refused in one line.
  */
 #include <gsl/gsl_randist.h>
@@ -16,6 +16,20 @@ static int refuse(const char *what, const char *name)
 {
     fprintf(stderr, "reality: cannot be filmed: %s%s\n", what, name);
     return REFUSED;
+}
+
+const char *const off_name[OFF] = {"key_wire.k", "key_damper.normal.F0"};
+
+/* "key_wire.k", 0: the key is played without. @return 1: it is such a name */
+static int take_off(const char *name, double value, setting *s)
+{
+    for (int i = 0; i < OFF; i++) {
+        if (strcmp(name, off_name[i]) == 0 && value == 0.0) {
+            s->off[i] = 1;
+            return 1;
+        }
+    }
+    return 0;
 }
 
 /* NAME=VALUE */
@@ -38,6 +52,8 @@ static int take_set(const char *text, const world *w, setting *s)
         s->dx = value;
     } else if (strcmp(name, "load.mass") == 0) {
         s->load = value;
+    } else if (take_off(name, value, s)) {
+        return 0;
     } else if (param < 0) {
         return refuse("no number of the action: ", name);
     } else if (s->nset == OVERRIDES) {

@@ -66,6 +66,10 @@ static int make_action(action *a, const world *w, const effect *e, const double 
     for (const effect *one = e; one != NULL; one = one->also) {
         effect_on_action(one, a);
     }
+    a->wire_k = s->off[OFF_WIRE] ? 0.0 : a->wire_k;
+    if (s->off[OFF_DAMPER]) {
+        a->damper_force = a->damper_k = 0.0;
+    }
     return status;
 }
 

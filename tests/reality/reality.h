@@ -339,6 +339,10 @@ typedef struct override {
 } override;
 enum { OVERRIDES = 8 };
 
+/** What may hang on the key and can be taken off, with the amount that is 0 then. */
+enum { OFF_WIRE, OFF_DAMPER, OFF };
+extern const char *const off_name[OFF];
+
 typedef struct setting {
     double dx, load; /* as told */
     int nset;
@@ -346,6 +350,7 @@ typedef struct setting {
     int touch; /* 0 load only, 1 finger force, 2 key motion */
     double touch_size, touch_time;
     int touch_back; /* 1: there and back */
+    int off[OFF];   /* 1: taken off, if it was there */
     /* scatter, not told: relative changes, time of the trigger, marker offsets */
     double joint_friction, contact_friction, drive, trigger, offset[SEEN];
 } setting;

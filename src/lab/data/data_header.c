@@ -11,7 +11,9 @@
 #include <string.h>
 
 #include "data_inner.h"
+#include "fitting.h"
 #include "reader.h"
+#include "structure.h"
 
 /* a new copy of n bytes, NUL at the end; without memory NULL, and the problems know */
 static char *copy(data__reader *r, const char *s, size_t n)
@@ -86,6 +88,47 @@ static int take_word(const char *text, part *p, const char *word)
     return 1;
 }
 
+static void keep_note(data__reader *r, char *name, char *value)
+{
+    lab_note *grown = realloc(r->out->note, sizeof *grown * ((size_t)r->out->data.nnote + 1));
+    if (grown == NULL) {
+        r->problems.nomem = 1;
+        free(name);
+        free(value);
+        return;
+    }
+    r->out->note = grown;
+    r->out->note[r->out->data.nnote++] = (lab_note){name, value, r->lines.line};
+}
+
+/* "# set key_wire.k: 0" of a model that has no wire: the stroke was played without it, which says
+ * something of a wire that somebody supposes */
+static void note_without(data__reader *r, const char *name, const char *value, int at_value)
+{
+    stein_err err = {STEIN_OK, ""};
+    mech_dim dim = {0, 0, 0, 0};
+    double v = NAN;
+    char *n = copy(r, name, strlen(name)), *without = copy(r, LAB_NOTE_WITHOUT, strlen(LAB_NOTE_WITHOUT));
+    mech_parse_unit(lab__comes_off(r->model, name), &dim, NULL);
+    if (mech_parse_quantity(value, dim, &v, &err) != STEIN_OK) {
+        data__problem(&r->problems, 0, r->lines.line, at_value, "set %s: %s", name, err.msg);
+    } else if (v != 0.0) {
+        data__problem(&r->problems, 0, r->lines.line, at_value,
+                      "set %s: \"%s\" has no such part, so it can only be 0: taken off", name,
+                      r->model->name);
+    } else if (n != NULL && without != NULL) {
+        keep_note(r, without, n);
+        return;
+    }
+    free(n);
+    free(without);
+}
+
+int data__has_last_word(const stein_model *m, const char *param)
+{
+    return fit__is_instruments(param) || lab__comes_off(m, param) != NULL;
+}
+
 static void add_setting(data__reader *r, const char *name, const char *value, int at_name,
                         int at_value)
 {
@@ -95,6 +138,10 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
     mech_dim dim = {0, 0, 0, 0};
     double v = NAN;
     int line = r->lines.line, k = stein_find_param(r->model, name);
+    if (k < 0 && lab__comes_off(r->model, name) != NULL) {
+        note_without(r, name, value, at_value);
+        return;
+    }
     if (k < 0) {
         int load = strncmp(name, "load.", 5) == 0 && r->model->load.body < 0;
         data__problem(&r->problems, 0, line, at_name, "\"%s\" sets no parameter of \"%s\"%s",
@@ -128,7 +175,9 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
         return;
     }
     out->set = grown;
-    out->set[out->data.nset++] = (lab_setting){r->model->params[k].name, k, v, line, at_name};
+    out->set[out->data.nset++] =
+        (lab_setting){r->model->params[k].name, k,       v,
+                      line,                     at_name, data__has_last_word(r->model, name)};
 }
 
 static void set_trigger(data__reader *r, const char *value, int at)
@@ -169,19 +218,6 @@ static void keep_noise(data__reader *r, char *name, char *value, int at_name, in
     }
     r->noise = grown;
     r->noise[r->nnoise++] = (data__noise){name, value, r->lines.line, at_name, at_value};
-}
-
-static void keep_note(data__reader *r, char *name, char *value)
-{
-    lab_note *grown = realloc(r->out->note, sizeof *grown * ((size_t)r->out->data.nnote + 1));
-    if (grown == NULL) {
-        r->problems.nomem = 1;
-        free(name);
-        free(value);
-        return;
-    }
-    r->out->note = grown;
-    r->out->note[r->out->data.nnote++] = (lab_note){name, value, r->lines.line};
 }
 
 void data__note_line(data__reader *r, const char *text, size_t size)

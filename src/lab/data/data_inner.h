@@ -79,6 +79,9 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
 
 /* ---- data_header.c ---- */
 
+/** Has a stroke that sets it the last word about a number? */
+int data__has_last_word(const stein_model *m, const char *param);
+
 /** The public structs grown while reading; `data` comes first and is what users hold. */
 typedef struct data__file {
     lab_data data;

@@ -44,6 +44,7 @@ typedef struct fragment {
 
 typedef struct structure {
     const char *kind, *ending;
+    int comes_off; /* 1: a body can be played without it, and then the amount is 0 */
     const char *name[LAB_NUMBERS], *unit[LAB_NUMBERS]; /* names behind the part's */
     fragment text[LINES];
 } structure;
@@ -53,6 +54,7 @@ typedef struct structure {
 static const structure structures[] = {
     {"elastic_hinge",
      "_outer",
+     0,
      {"compliance", "damping_ratio", "place", "mass_ratio", "inertia_ratio"},
      {"rad/(N m)", "1", "1", "1", "1"},
      {{"parameters", "$P.apart.z: $w m"},
@@ -77,6 +79,7 @@ static const structure structures[] = {
        "+ ($P.centre.z - $P.at.z) * ($P.centre.z - $P.at.z))) / $P.compliance)$k}"}}},
     {"axis_translation",
      "_axis",
+     0,
      {"compliance", "damping_ratio"},
      {"m/N", "1"},
      {{"parameters", "$P.damping_ratio: $s"},
@@ -85,6 +88,7 @@ static const structure structures[] = {
                  "damping: 2 * $P.damping_ratio * sqrt($B.mass / $P.compliance)}"}}},
     {"compliant_partner",
      "_partner",
+     0,
      {"compliance", "mass", "damping_ratio"},
      {"m/N", "kg", "1"},
      {{"parameters", "$P.damping_ratio: $o"},
@@ -94,6 +98,7 @@ static const structure structures[] = {
                  "damping: 2 * $P.damping_ratio * sqrt($P.mass / $P.compliance)}"}}},
     {"string_damper",
      "_damper",
+     1,
      {"normal.F0", "x0", "k_to_F0"},
      {"N", "m", "1/m"},
      {{"parameters", "$P.k_to_F0: $o 1/m"},
@@ -103,6 +108,7 @@ static const structure structures[] = {
                    "normal: {F0: $a N, c: $P.k_to_F0 * $P.normal.F0}}"}}},
     {"wire",
      "_wire",
+     1,
      {"k", "stretch", "reach"},
      {"N/m", "1", "m"},
      {{"parameters", "$P.reach: $o m"},
@@ -144,6 +150,23 @@ int lab__part_name(const char *kind, const char *place, char name[MECH_NAME])
         part_name(s, place, name);
     }
     return s != NULL ? 0 : -1;
+}
+
+const char *lab__comes_off(const stein_model *m, const char *param)
+{
+    char name[MECH_NAME + LAB_PLACE];
+    for (size_t i = 0; i < sizeof structures / sizeof *structures; i++) {
+        const structure *s = &structures[i];
+        for (int j = 0; s->comes_off && j < m->nq; j++) {
+            char part[MECH_NAME];
+            part_name(s, m->bodies[j].name, part);
+            snprintf(name, sizeof name, "%s.%s", part, s->name[0]);
+            if (strcmp(name, param) == 0) {
+                return s->unit[0];
+            }
+        }
+    }
+    return NULL;
 }
 
 void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE])

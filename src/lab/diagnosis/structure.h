@@ -86,6 +86,9 @@ int lab__structure_of(const char *kind, const char *name[LAB_NUMBERS],
                       const char *unit[LAB_NUMBERS]);
 /** Name of the part. @return 0, or -1 when the kind needs none */
 int lab__part_name(const char *kind, const char *place, char name[MECH_NAME]);
+/** Is a number the amount of a part that a body of the model can be played without?
+ *  @param m  with or without the part. @return its unit, NULL: it is not */
+const char *lab__comes_off(const stein_model *m, const char *param);
 /** Paths of these numbers in the extended model; [0] is "" when there is none. */
 void lab__structure_names(const lab_candidate *c, char name[LAB_NUMBERS][LAB_PLACE]);
 /** The text of a mechanism file with the part in it, freed by the caller.

@@ -406,6 +406,18 @@ static int is_checked(const diag *d, const lab_candidate *c)
            fit__always_set(d->fit_data, c->param[0]);
 }
 
+/* has nobody played with the part that it supposes? */
+static int was_off(const diag *d, const lab_candidate *c)
+{
+    char name[LAB_NUMBERS][LAB_PLACE];
+    int n = 0;
+    lab__structure_names(c, name);
+    while (n < d->fit_data->n && fit__was_without(d->fit_data->stroke[n], name[0])) {
+        n++;
+    }
+    return n > 0 && n == d->fit_data->n;
+}
+
 static const char *untestable(const diag *d, const lab_candidate *c)
 {
     if (c->channel >= 0 && !measures(d, c->channel)) {
@@ -416,6 +428,9 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     }
     if (is_checked(d, c)) {
         return "every stroke states it";
+    }
+    if (was_off(d, c)) {
+        return "every stroke was played without it";
     }
     if (strcmp(c->effect->kind, "sensor_offset") == 0) {
         return "the offset of the marker, fitted anyhow, says the same";

@@ -93,6 +93,17 @@ int fit__is_instruments(const char *param)
     return strstr(param, ".sensor.") != NULL || strncmp(param, "clock.", 6) == 0;
 }
 
+int fit__was_without(const lab_data *data, const char *param)
+{
+    for (int i = 0; i < data->nnote; i++) {
+        if (strcmp(data->note[i].name, LAB_NOTE_WITHOUT) == 0 &&
+            strcmp(data->note[i].value, param) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 int fit__always_set(const lab_dataset *data, int param)
 {
     for (int s = 0; s < data->n; s++) {

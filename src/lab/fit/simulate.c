@@ -198,13 +198,13 @@ static void apply(const fit__problem *p, const lab_candidate *effect, int amount
     lab_candidate_apply(&c, fit__value(u, x[amount]), to);
 }
 
-/* An instrument that was put right for a stroke reads right there, whatever it is suspected of: of
- * its numbers the stroke has the last word. A load or a spring that a stroke sets is what somebody
- * meant to set; effects act on top of it. */
-static void put_right(const stein_model *m, const lab_data *data, double *p)
+/* An instrument that was put right for a stroke reads right there, and a part that was taken off is
+ * not there, whatever they are suspected of: of their numbers the stroke has the last word. A load
+ * or a spring that a stroke sets is what somebody meant to set; effects act on top of it. */
+static void put_right(const lab_data *data, double *p)
 {
     for (int i = 0; i < data->nset; i++) {
-        if (fit__is_instruments(m->params[data->set[i].param].name)) {
+        if (data->set[i].last_word) {
             p[data->set[i].param] = data->set[i].value;
         }
     }
@@ -232,7 +232,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
     if (p->effect != NULL) {
         apply(p, p->effect, p->amount, x, b->p);
     }
-    put_right(m, s->data, b->p);
+    put_right(s->data, b->p);
     scatter(p, b, s, x);
     stein_status status = stein_try_all(sim, b->p, err);
     status = status == STEIN_OK ? stein_reset(sim, err) : status;

@@ -10,7 +10,7 @@
  *   motions    every input that prescribes a motion: as far as its joint goes by itself, slower and
  *              quicker; half of it and back (a half stroke)
  *   forces     every input that is a force: to the largest force so far, or the load's weight
- *   removed    the string of the stroke
+ *   removed    the string of the stroke; what somebody supposes to hang on a body
  *   mass       half as much again on a body that moves, or more than twice, weighed together
  *   channel    an output that nobody measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
@@ -29,6 +29,7 @@
 
 #include "data_inner.h"
 #include "planning.h"
+#include "structure.h"
 
 enum { FASTER = 10 };
 static const char fast_camera[] = "a camera ten times as fast";
@@ -323,6 +324,26 @@ static int concerns(const plan__side *side, int nside, const char *thing)
     return 0;
 }
 
+/* What somebody supposes to hang on a body comes off, or is found not to be there: the stroke is
+ * then the same again. */
+static void without_part(list *l, const plan__side *side, int nside)
+{
+    for (int i = 0; i < nside; i++) {
+        const lab_candidate *c = &side[i].candidate;
+        const stein_model *m = lab_equations(side[i].model);
+        const char *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
+        const char *unit = lab__comes_off(m, amount);
+        if (unit == NULL) {
+            continue;
+        }
+        lab_experiment *e = add(l, "nothing of that kind may touch it; what is there is taken off",
+                                "%s without %s: %s = 0", c->place, c->effect->kind, amount);
+        if (e != NULL && !plan__set(e, amount, unit, 0.0)) {
+            l->n--;
+        }
+    }
+}
+
 /* no force from the string, whatever the depth */
 static void without_string(list *l, const plan__side *side, int nside)
 {
@@ -522,6 +543,7 @@ stein_status plan__experiments(const plan__bench *b, const plan__side *side, int
     motions(&l);
     forces(&l);
     without_string(&l, side, nside);
+    without_part(&l, side, nside);
     masses(&l, side, nside);
     if (l.nomem) {
         free(l.e);

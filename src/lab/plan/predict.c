@@ -12,8 +12,10 @@
 
 #include <gsl/gsl_linalg.h>
 
+#include "data_inner.h"
 #include "functions.h"
 #include "planning.h"
+#include "structure.h"
 
 enum { MOST_ROWS = 4000 };
 static const double offset_prior = 1e-3;   /* [m] as in a diagnosis */
@@ -104,11 +106,15 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
     b->data.trigger = c->unsynchronised ? LAB_TRIGGER_UNSYNCHRONISED : LAB_TRIGGER_UNSTATED;
     for (int i = 0; i < e->nset; i++) {
         int param = stein_find_param(m, e->set[i].name);
+        if (param < 0 && lab__comes_off(m, e->set[i].name) != NULL) {
+            continue; // this side has none
+        }
         if (param < 0) {
             return lab__fail(err, STEIN_ENAME, "no parameter \"%s\"", e->set[i].name);
         }
+        const char *name = m->params[param].name;
         b->setting[b->data.nset++] =
-            (lab_setting){m->params[param].name, param, e->set[i].value, 1, 1};
+            (lab_setting){name, param, e->set[i].value, 1, 1, data__has_last_word(m, name)};
     }
     if (e->input[0] != '\0') {
         int input = stein_find_input(m, e->input);
