@@ -450,20 +450,20 @@ END_TEST
 
 /* ---- a part that comes off ---- */
 
-#define LEVER(NAME, MORE)                                                                          \
-    "mechanism: " NAME "\n"                                                                        \
-    "bodies:\n"                                                                                    \
-    "  wheel:\n"                                                                                   \
-    "    joint: R y\n"                                                                             \
-    "    mass: 0.4 kg\n"                                                                           \
-    "    inertia: {yy: 2.1e-3 kg m^2 +- 0.1 %}\n"                                                    \
-    "    spring: {k: 0.83 N m/rad +- 0.1 %}\n"                                                       \
-    "    initial: {position: 0.2 rad}\n"                                                           \
-    "    points: {rim: [50 mm, 0, 0]}\n"                                                           \
-    "inputs:\n"                                                                                    \
-    "  push: {force: wheel.rim, direction: [0, 0, -1]}\n"                                          \
-    "outputs:\n"                                                                                   \
-    "  angle: {joint: wheel, read: position}\n"                                                    \
+#define LEVER(NAME, MORE)                                 \
+    "mechanism: " NAME "\n"                               \
+    "bodies:\n"                                           \
+    "  wheel:\n"                                          \
+    "    joint: R y\n"                                    \
+    "    mass: 0.4 kg\n"                                  \
+    "    inertia: {yy: 2.1e-3 kg m^2 +- 0.1 %}\n"         \
+    "    spring: {k: 0.83 N m/rad +- 0.1 %}\n"            \
+    "    initial: {position: 0.2 rad}\n"                  \
+    "    points: {rim: [50 mm, 0, 0]}\n"                  \
+    "inputs:\n"                                           \
+    "  push: {force: wheel.rim, direction: [0, 0, -1]}\n" \
+    "outputs:\n"                                          \
+    "  angle: {joint: wheel, read: position}\n"           \
     "simulation: {dt: 0.2 ms, until: 0.7 s}\n" MORE
 static const char lever[] = LEVER("lever", "");
 static const char with_wire[] = LEVER("lever", "points: {wheel_wire: [50 mm, 0, 50 mm]}\n"
@@ -471,7 +471,8 @@ static const char with_wire[] = LEVER("lever", "points: {wheel_wire: [50 mm, 0, 
                                                "  wheel_wire: {from: frame.wheel_wire, "
                                                "to: wheel.rim, k: 0 N/m, length: 49 mm}\n");
 
-/* so many of the strokes were played without a wire, in a world where that is `there`, diagnosed without one */
+/* so many of the strokes were played without a wire, in a world where that is `there`, diagnosed
+ * without one */
 static rotor lever_diagnosed(const char *there, int without)
 {
     const char *what[] = {there, NULL}, *path[ROTOR_STROKES], *off[] = {"wheel_wire.k=0", NULL};
@@ -505,8 +506,8 @@ static int is_left(const rotor *r, const char *who)
     return s - r->d->suspect < r->d->ncause + r->d->nrival;
 }
 
-/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one tells whether
- * it was a wire. Where nobody ever played with it nothing can be said of it. */
+/* A wire, a stiffer spring and others: the plan offers a stroke without a wire, and one tells
+ * whether it was a wire. Where nobody ever played with it nothing can be said of it. */
 START_TEST(what_comes_off_is_taken_off)
 {
     static const char *const there[] = {"wheel_wire.k=24 N/m", "wheel.spring.k=0.87 N m/rad"};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * next.c - a stroke that somebody asks for, filmed in the same laboratory: numbers of the file set
- * (a load, the stop, a heavier body, no string, no wire), an input driven (rise, there_and_back), another
- * rate, one marker more. What this laboratory has not is refused in one line.
+ * (a load, the stop, a heavier body, no string, no wire), an input driven (rise, there_and_back),
+ * another rate, one marker more. What this laboratory has not is refused in one line.
  */
 #include <gsl/gsl_randist.h>
 #include <math.h>

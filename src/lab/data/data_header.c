@@ -108,7 +108,8 @@ static void note_without(data__reader *r, const char *name, const char *value, i
     stein_err err = {STEIN_OK, ""};
     mech_dim dim = {0, 0, 0, 0};
     double v = NAN;
-    char *n = copy(r, name, strlen(name)), *without = copy(r, LAB_NOTE_WITHOUT, strlen(LAB_NOTE_WITHOUT));
+    char *n = copy(r, name, strlen(name)),
+         *without = copy(r, LAB_NOTE_WITHOUT, strlen(LAB_NOTE_WITHOUT));
     mech_parse_unit(lab__comes_off(r->model, name), &dim, NULL);
     if (mech_parse_quantity(value, dim, &v, &err) != STEIN_OK) {
         data__problem(&r->problems, 0, r->lines.line, at_value, "set %s: %s", name, err.msg);
@@ -175,9 +176,8 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
         return;
     }
     out->set = grown;
-    out->set[out->data.nset++] =
-        (lab_setting){r->model->params[k].name, k,       v,
-                      line,                     at_name, data__has_last_word(r->model, name)};
+    out->set[out->data.nset++] = (lab_setting){
+        r->model->params[k].name, k, v, line, at_name, data__has_last_word(r->model, name)};
 }
 
 static void set_trigger(data__reader *r, const char *value, int at)
