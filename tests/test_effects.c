@@ -342,11 +342,16 @@ START_TEST(what_is_the_same_change_is_one_candidate)
                 {"contact_gap", "string", "string.height"},
                 {"preload", "pawl", "pawl.spring.theta0"},
                 {"preload", "key", ""},
+                {"contact_stiffness", "stop", "stop.normal.c"},
+                {"contact_stiffness", "load", "load.normal.c"},
+                {"contact_stiffness", "notch", "notch.normal.c"},
+                {"contact_stiffness", "dip", ""},
                 {"contact_gap", "notch", ""}};
     /* other than these: a point that turns while it touches, that lies beside, whose gap is seen; a
      * length of a line does nothing */
     static const char *const gone[] = {"dip.line.z",       "dip.line.x", "string.height",
                                        "notch.friction.A", "key.mass",   "key.rear.z"};
+    // one of two numbers of a felt that is pressed far enough to show both
     static const char *const there[] = {"pawl.corner.z",   "key.below.x",  "pawl.back.z",
                                         "notch.beak.tilt", "dip.normal.c", "hammer.head.z"};
     lab_model *model = open_file("models/stein1788.yaml");
@@ -426,6 +431,43 @@ START_TEST(a_point_that_hardly_turns_moves_nearly_alike)
 }
 END_TEST
 
+/* a felt that is hardly pressed is as stiff as its straight part, to a hundredth of what both do */
+START_TEST(a_felt_that_is_hardly_pressed_is_straight)
+{
+    lab_model *model = open_file("models/stein1788.yaml");
+    const stein_model *m = lab_equations(model);
+    static const char *const straight[] = {"stop", "load", "notch"};
+    static trace none, one, two;
+    double *p = malloc(sizeof *p * (size_t)m->np);
+    lab_candidate *list = NULL;
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+    run(&none, model, p, 0);
+    for (size_t i = 0; i < sizeof straight / sizeof *straight; i++) {
+        const lab_candidate *c = find(list, n, "contact_stiffness", straight[i]);
+        char name[40];
+        double small = 1e-4, off = INFINITY;
+        snprintf(name, sizeof name, "%s.normal.c", straight[i]);
+        lab_candidate_apply(c, small, p);
+        run(&one, model, p, 0);
+        double both = change(&none, &one, m->nchannel);
+        for (int k = 0; k < 5; k++) { // the whole of it, and a little more for what is bent
+            memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+            p[stein_find_param(m, name)] *= 1.0 + small * (1.0 + 0.01 * k);
+            run(&two, model, p, 0);
+            off = fmin(off, change(&one, &two, m->nchannel));
+            memcpy(p, lab_parameters(model), sizeof *p * (size_t)m->np);
+        }
+        printf("stiffness of %s: %g, its straight part is off by %g\n", straight[i], both, off);
+        ck_assert_msg(both > 1e-6 && off < 1e-2 * both, "%s: %g of %g", straight[i], off, both);
+    }
+    free(list);
+    free(p);
+    lab_close(model);
+}
+END_TEST
+
 START_TEST(a_candidate_is_found_again_in_another_model)
 {
     lab_model *model = open_file("models/stein1788.yaml");
@@ -470,6 +512,7 @@ Suite *effects_suite(void)
     tcase_add_test(tc, what_is_the_same_change_is_one_candidate);
     tcase_add_test(tc, an_alias_moves_alike);
     tcase_add_test(tc, a_point_that_hardly_turns_moves_nearly_alike);
+    tcase_add_test(tc, a_felt_that_is_hardly_pressed_is_straight);
     tcase_add_test(tc, a_candidate_is_found_again_in_another_model);
     tcase_add_test(tc, a_spring_that_is_added_pulls_by_the_angle_alone);
     suite_add_tcase(suite, tc);

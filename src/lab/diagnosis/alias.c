@@ -11,6 +11,7 @@
  *      a line moved by u along its normal n        =  a gap of -u (along the line: nothing)
  *      a spring's zero moved by u, or k by dk      =  a preload k u + dk q0 (and dk)
  *      a point moved by u along the line's normal  =  a gap of u
+ *      a felt's force moved by da x^3 + db x^2 + dc x  =  by dc' x
  *
  * The first two are exact for the laws of law.h: a spot's place and speeds are those of the point,
  * whatever the line's depth, and a torque -k (q - q0) is linear. A line with ends, or a spring that
@@ -20,8 +21,11 @@
  *      u cos(a) + v sin(a)      v: how much it was moved along the line
  *
  * farther off, and at a depth x beside r of the lever has one that is longer by v, for friction one
- * that is longer by u. They are the same where (a + x/r) |v/u| + x/r + a^2/2 is below a hundredth,
- * and data see the hundredth of a cause only of one that is hundreds of its sd. What follows from a
+ * that is longer by u. They are the same where (a + x/r) |v/u| + x/r + a^2/2 is below a hundredth.
+ * The fourth holds where a felt is hardly pressed: of all straight lines the nearest one down to
+ * the deepest d has dc' = dc + 3/4 db d + 3/5 da d^2, and is off by |db d/4 + 2/5 da d^2| d there;
+ * they are the same where that is below a hundredth of dc' d. Data see the hundredth of a cause
+ * only of one that is hundreds of its sd. What follows from a
  * formula of the file (string.height) needs no rule of its own. Comparing predictions instead would
  * find the pairs that data cannot tell apart, which is another question: it depends on the data and
  * has an interval.
@@ -42,7 +46,7 @@ typedef struct compass {
     const double *base;      /* parameters of the file */
     double *p, *d1, *d2;     /* [np], [nd], [nd] */
     double *way;             /* [n*nd] directions */
-    lab__touching *touching; /* [ncontact] */
+    lab__touching *touching; /* [ncontact + nnotch] */
 } compass;
 
 /* ---- directions ---- */
@@ -137,6 +141,27 @@ static void fold_lines(const compass *k, double *way)
     }
 }
 
+/* @param law  in d */
+static void fold_felt(const lab__touching *t, double *law)
+{
+    double d = t->depth, b = law[STEIN_NORMAL_B] * d, a = law[STEIN_NORMAL_A] * d * d;
+    double slope = law[STEIN_NORMAL_C] + 0.75 * b + 0.6 * a, off = 0.25 * b + 0.4 * a;
+    if (t->touch && fabs(off) < hardly * fabs(slope)) {
+        law[STEIN_NORMAL_A] = law[STEIN_NORMAL_B] = 0.0;
+        law[STEIN_NORMAL_C] = slope;
+    }
+}
+
+static void fold_felts(const compass *k, double *way)
+{
+    for (int i = 0; i < k->m->ncontact; i++) {
+        fold_felt(&k->touching[i], way + k->m->contacts[i].normal);
+    }
+    for (int i = 0; i < k->m->nnotch; i++) {
+        fold_felt(&k->touching[k->m->ncontact + i], way + k->m->notches[i].normal);
+    }
+}
+
 static void fold_springs(const compass *k, double *way)
 {
     for (int j = 0; j < k->m->nq; j++) {
@@ -172,6 +197,7 @@ static void find_way(compass *k, const lab_candidate *c, double *way)
     fold_lines(k, way);
     fold_points(k, way);
     fold_springs(k, way);
+    fold_felts(k, way);
 }
 
 static int leads_nowhere(const double *way, int n)
@@ -217,7 +243,7 @@ stein_status lab__aliases(lab_candidate *list, int *n, const lab_model *model, s
     size_t np = (size_t)m->np, nd = (size_t)m->nd;
     compass k = {.m = m, .base = lab_parameters(model)};
     k.p = malloc(sizeof *k.p * (np + 2 * nd + (size_t)*n * nd + 1));
-    k.touching = malloc(sizeof *k.touching * ((size_t)m->ncontact + 1));
+    k.touching = malloc(sizeof *k.touching * (size_t)(m->ncontact + m->nnotch + 1));
     stein_status status = k.p != NULL && k.touching != NULL ? lab__touchings(k.touching, model, err)
                                                             : lab__no_memory(err);
     if (status != STEIN_OK) {

@@ -108,7 +108,8 @@ typedef struct lab__touching {
     double turns; /* sine of what it turns from there at most */
     double depth; /* largest [m] */
 } lab__touching;
-/** In one run of the file; of one that fails nothing touches. @param to  [ncontact]
+/** In one run of the file; of one that fails nothing touches.
+ *  @param to  [ncontact + nnotch], of a notch only touch and depth
  *  @return OK, ENOMEM, what stein_sim_create says */
 stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err *err);
 

@@ -42,6 +42,11 @@ static stein_status look(void *ctx, stein_sim *sim)
         t->turns = fmax(t->turns, turned);
         t->depth = fmax(t->depth, depth);
     }
+    for (int i = w->m->ncontact; i < w->m->ncontact + w->m->nnotch; i++) {
+        double depth = 0.0, speed;
+        w->to[i].touch |= stein_deformation(sim, i, &depth, &speed);
+        w->to[i].depth = fmax(w->to[i].depth, depth);
+    }
     return STEIN_OK;
 }
 
@@ -50,8 +55,8 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
     const stein_model *m = lab_equations(model);
     watch w = {.m = m, .to = to};
     stein_sim *sim = NULL;
-    memset(to, 0, sizeof *to * (size_t)m->ncontact);
-    if (m->ncontact == 0 || m->nframe == 0) {
+    memset(to, 0, sizeof *to * (size_t)(m->ncontact + m->nnotch));
+    if (m->ncontact + m->nnotch == 0 || m->nframe == 0) {
         return STEIN_OK;
     }
     w.d = malloc(sizeof *w.d * ((size_t)m->nd + 2 * (size_t)m->nq));
@@ -67,7 +72,7 @@ stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err
         def.ctx = &w;
         status = lab_simulate(sim, &def, &why);
         if (status != STEIN_OK) { // who knows what it touches later
-            memset(to, 0, sizeof *to * (size_t)m->ncontact);
+            memset(to, 0, sizeof *to * (size_t)(m->ncontact + m->nnotch));
         }
         status = fit__forgive(status, err);
     }
