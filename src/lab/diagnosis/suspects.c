@@ -20,6 +20,7 @@
 #include "structure.h"
 
 static const double wanted = 1.0;    /* RMS change [noise] */
+static const double exact = 0.01;    /* of what is read alone: the strokes stay as they are */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
 static const char unseen[] = "it would not show in these strokes";
@@ -130,21 +131,33 @@ static void trial_free(trial *t)
 
 /* ---- the size of the secant ---- */
 
+/* The change of the films that a secant is taken from. Most of what a time base or a lens that
+ * bends does, other numbers can do as well: what it leaves of a residual is a hundredth of itself,
+ * and a secant that is bent by a hundredth hides it. Their strokes are the same to the bit, so
+ * theirs may be short. */
+static double change_for(const diag__suspect *s)
+{
+    lab_site site = s->s.candidate.effect->site;
+    return site == LAB_AT_CHANNEL || site == LAB_AT_MARKER || site == LAB_AT_CLOCK ? exact * wanted
+                                                                                   : wanted;
+}
+
 /* a new step for one that made this change. @return 1 when it will do as it is */
 static int resize(diag__suspect *s, double change)
 {
+    double aim = change_for(s);
     if (!isfinite(change)) {
         s->step *= 0.1;
         return 0;
     }
-    if (change > 0.15 * wanted && change < 6.0 * wanted) {
+    if (change > 0.15 * aim && change < 6.0 * aim) {
         return 1;
     }
-    if (change < wanted && s->step >= 1.0) {
+    if (change < aim && s->step >= 1.0) {
         s->s.why = change < visible ? unseen : NULL;
         return 1;
     }
-    double factor = change > 0.0 ? wanted / change : 20.0;
+    double factor = change > 0.0 ? aim / change : 20.0;
     s->step = fmin(1.0, s->step * fmin(fmax(factor, 1e-3), 20.0));
     return 0;
 }
@@ -397,13 +410,14 @@ static int has_input(const diag *d, const char *name)
     return 0;
 }
 
-/* has somebody looked at the instrument in all strokes, and stated its number? */
-static int is_checked(const diag *d, const lab_candidate *c)
+/* has somebody looked at all its numbers by themselves, for every stroke? */
+static int is_known(const diag *d, const lab_candidate *c)
 {
-    const stein_model *m = lab_equations(d->model);
-    return c->effect->needs == NULL && c->nparam > 0 &&
-           fit__is_instruments(m->params[c->param[0]].name) &&
-           fit__always_set(d->fit_data, c->param[0]);
+    int known = c->effect->needs == NULL && c->nparam > 0;
+    for (int k = 0; known && k < c->nparam; k++) {
+        known = fit__always_known(d->fit_data, c->param[k]);
+    }
+    return known;
 }
 
 /* has nobody played with the part that it supposes? */
@@ -426,7 +440,7 @@ static const char *untestable(const diag *d, const lab_candidate *c)
     if (c->effect->site == LAB_AT_INPUT && !has_input(d, c->place)) {
         return "the input was not used";
     }
-    if (is_checked(d, c)) {
+    if (is_known(d, c)) {
         return "every stroke states it";
     }
     if (was_off(d, c)) {
