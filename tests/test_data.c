@@ -98,6 +98,27 @@ START_TEST(a_part_that_was_taken_off_is_noted)
 }
 END_TEST
 
+/* what somebody measured by itself: the stroke has the last word of it, also when it is set, too */
+START_TEST(a_number_that_is_known_has_the_last_word)
+{
+    const char *path = write_file("a.csv", "# known key.front.x: 18.2 cm\n# set load.mass: 90 g\n"
+                                           "# set hammer.mass: 2.5 g\n# known hammer.mass: 2.5 g\n"
+                                           "# set key_dip.sensor.gain: 1.01\n"
+                                           "time [s],key_dip [m]\n" ROWS);
+    lab_data_options o = lab_data_options_default(action);
+    lab_data *d = NULL;
+    ck_assert_stein(lab_data_open(&d, path, &o, err));
+    ck_assert_int_eq(d->nset, 4);
+    ck_assert_str_eq(d->set[0].name, "key.front.x");
+    ck_assert(d->set[0].value == 0.182);
+    static const int last[] = {1, 0, 1, 1}; // instruments are looked at before they are set
+    for (int i = 0; i < d->nset; i++) {
+        ck_assert_int_eq(d->set[i].last_word, last[i]);
+    }
+    lab_data_close(d);
+}
+END_TEST
+
 START_TEST(numbers_are_rounded_correctly_in_any_locale)
 {
     static const char *const text[] = {"0.1",
@@ -208,6 +229,8 @@ START_TEST(wrong_headers_are_refused_with_their_place)
         {"# set key_wire.k: 3 N/m\ntime [s],key_dip [m]\n" ROWS,
          ":1:19: ", "\"stein1788\" has no such part, so it can only be 0: taken off"},
         {"# set key_wire.k: 0 N\ntime [s],key_dip [m]\n" ROWS, ":1:19: ", "set key_wire.k: "},
+        {"# known key.front.x: 1 kg\ntime [s],key_dip [m]\n" ROWS, ":1:22: ", "set key.front.x: "},
+        {"# known\ntime [s],key_dip [m]\n" ROWS, ":1:8: ", "expected \"# known NAME: VALUE\""},
         {"# set keys_wire.k: 0\ntime [s],key_dip [m]\n" ROWS, ":1:7: ", "sets no parameter"},
         {"# set key_wire.reach: 0\ntime [s],key_dip [m]\n" ROWS, ":1:7: ", "sets no parameter"},
         {"time [s],string_distance [N]\n" ROWS,
@@ -440,6 +463,7 @@ Suite *data_suite(void)
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
     tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
+    tcase_add_test(tc, a_number_that_is_known_has_the_last_word);
     tcase_add_test(tc, numbers_are_rounded_correctly_in_any_locale);
     tcase_add_test(tc, a_written_stroke_reads_back_bit_for_bit);
     tcase_add_test(tc, long_records_are_read_in_one_piece);

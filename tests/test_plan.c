@@ -378,7 +378,12 @@ START_TEST(readings_of_a_check_tell_what_a_scale_tells)
     plan__pair pair;
     unsigned char use[] = {1};
     lab_experiment e = {.faster = 1, .ncheck = 1};
-    e.check[0] = (lab_check){.by = LAB_CHECK_SCALE, .of = "angle", .noise = 0.03, .reach = 2.0};
+    e.check[0] = (lab_check){.by = LAB_CHECK_SCALE,
+                             .of = "angle",
+                             .n = 2,
+                             .number = {{"angle.sensor.gain", 1.0}, {"angle.sensor.square", 0.0}},
+                             .noise = 0.03,
+                             .reach = 2.0};
     ck_assert_ptr_eq(with, &r.d->suspect[0]);
     for (int k = 0; k < 2; k++) {
         ck_assert_stein(plan__side_open(&side[k], &r.d->suspect[k], in_folder("rotor.yaml"),
@@ -410,6 +415,71 @@ START_TEST(readings_of_a_check_tell_what_a_scale_tells)
 }
 END_TEST
 
+/* A felt that is e^0.1 +- 0.02 as stiff in a press, and a length that is 1 mm +- 0.2 mm longer,
+ * with calipers: what the readings are in their noise, and by what they are uncertain. */
+START_TEST(readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more)
+{
+    lab_model *model = NULL;
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", &options, err));
+    const stein_model *m = lab_equations(model);
+    const double *file = lab_parameters(model);
+    double b = file[stein_find_param(m, "loops.normal.b")],
+           c = file[stein_find_param(m, "loops.normal.c")], reach = 2e-3;
+    static const struct {
+        const char *kind, *place;
+        double amount, sd;
+    } what[] = {{"contact_stiffness", "loops", 0.1, 0.02},
+                {"wrong_parameter", "key.front.x", 1e-3, 2e-4}};
+    lab_experiment e = {.faster = 1, .ncheck = 2};
+    e.check[0] = (lab_check){.by = LAB_CHECK_PRESS,
+                             .of = "loops",
+                             .n = 2,
+                             .number = {{"loops.normal.b", b}, {"loops.normal.c", c}},
+                             .noise = 5e-3,
+                             .reach = reach};
+    e.check[1] = (lab_check){.by = LAB_CHECK_CALIPERS,
+                             .of = "key.front.x",
+                             .n = 1,
+                             .number = {{"key.front.x", file[stein_find_param(m, "key.front.x")]}},
+                             .noise = 5e-5};
+    lab_candidate *list = NULL;
+    int n = 0;
+    ck_assert_stein(lab_candidates(&list, &n, model, err));
+    for (int k = 0; k < 2; k++) {
+        struct lab_uncertain number[] = {{.value = what[k].amount, .sd = what[k].sd}};
+        snprintf(number[0].name, sizeof number[0].name, "amount");
+        double one = 1.0;
+        lab_suspect s = {.posterior = {.n = 1, .number = number, .correlation = &one}};
+        for (int i = 0; i < n; i++) {
+            int it = strcmp(list[i].effect->kind, what[k].kind) == 0 &&
+                     strcmp(list[i].place, what[k].place) == 0;
+            s.candidate = it ? list[i] : s.candidate;
+        }
+        plan__side side;
+        plan__view v;
+        ck_assert_stein(plan__side_open(&side, &s, "models/stein1788.yaml", model, NULL, err));
+        ck_assert_stein(plan__check_view(&v, &side, &e, err));
+        ck_assert_int_eq(v.rows, 12);
+        double most = (b * reach + c) * reach;
+        for (int i = 0; i < 11; i++) {
+            double x = reach * i / 10.0, F = (b * x + c) * x, noise = 5e-3 * (F + 0.1 * most);
+            double up = k == 0 ? exp(0.1) : 1.0, by = k == 0 ? sinh(0.02) : 0.0;
+            ck_assert_close(v.y[i], up * F / noise, 1e-9, 1e-9);
+            ck_assert_close(v.P[i], up * by * F / noise, 1e-6, 1e-9);
+            ck_assert_close(v.Z[i], (2.0 * b * x + b * 1e-5 + c) * 1e-5 / noise, 1e-6, 0.0);
+        }
+        ck_assert_close(v.y[11], k == 1 ? 20.0 : 0.0, 1e-6, 1e-6);
+        ck_assert_close(v.P[11], k == 1 ? 4.0 : 0.0, 1e-6, 1e-6);
+        ck_assert(v.Z[11] == 0.0 && v.Z[12 + 11] == 0.0);
+        plan__view_free(&v);
+        plan__side_close(&side);
+    }
+    free(list);
+    lab_close(model);
+}
+END_TEST
+
 /* An instrument and what it is not: the plan asks to look at it, and what is then stated settles
  * it, whichever is there. */
 START_TEST(a_check_of_the_instrument_settles_it)
@@ -428,7 +498,7 @@ START_TEST(a_check_of_the_instrument_settles_it)
     ck_assert_int_eq(e->ncheck, 1);
     ck_assert_int_eq(e->check[0].by, LAB_CHECK_SCALE);
     ck_assert_str_eq(e->check[0].of, "angle");
-    ck_assert_ptr_nonnull(strstr(e->why, "# set angle.sensor.gain, # set angle.sensor.square"));
+    ck_assert_ptr_nonnull(strstr(e->why, "# known angle.sensor.gain, # known angle.sensor.square"));
     ck_assert_int_eq(e->repeats, 1);
     ck_assert_int_eq(lab_plan_stroke(in_folder("no.csv"), e, 0, in_folder("rotor.yaml"), r.model,
                                      r.d, NULL, NULL),
@@ -809,6 +879,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, what_curves_on_the_way_to_other_numbers_is_no_evidence);
     tcase_add_loop_test(tc, the_proposed_stroke_tells_two_drags_apart, 0, 2);
     tcase_add_test(tc, readings_of_a_check_tell_what_a_scale_tells);
+    tcase_add_test(tc, readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more);
     tcase_add_loop_test(tc, a_check_of_the_instrument_settles_it, 0, 2);
     tcase_add_loop_test(tc, what_comes_off_is_taken_off, 0, 2);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);

@@ -2,7 +2,8 @@
  * data.h - measured data: CSV files, read strictly, and their audit. Part of libsteinlab.a.
  *
  *      # set pawl.stop_shift: -0.3 mm         a known parameter of this stroke
- *      # set key_dip.sensor.gain: 1.002       an instrument that was checked: what was found
+ *      # known key.below.x: 181.2 mm          the same, measured by itself: no effect acts on it
+ *      # set key_dip.sensor.gain: 1.002       an instrument that was checked is known as well
  *      # set key_wire.k: 0                    played without a wire at the key, if it has one
  *      # noise string_distance: 0.01 mm       standard deviation of one sample
  *      # trigger: unsynchronised              the origin of the time is unknown
@@ -47,14 +48,14 @@ typedef struct lab_column {
     int line, column;             /* place of its title in the file, from 1 */
 } lab_column;
 
-/** A `# set`. */
+/** A `# set` or `# known`. */
 typedef struct lab_setting {
     const char *name;
     int param;    /* of the model */
     double value; /* [SI] */
     int line, column;
-    int last_word; /* 1: an instrument that was checked, a part that was taken off: no effect acts
-                      on top of it */
+    int last_word; /* 1: known, an instrument, or a part that was taken off: no effect acts on top
+                      of it */
 } lab_setting;
 
 #define LAB_NOTE_WITHOUT "without"

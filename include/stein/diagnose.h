@@ -270,23 +270,32 @@ typedef struct lab_planned_set {
     double value; /* [SI] */
 } lab_planned_set;
 
-/** What an instrument is held against. */
+/** What an instrument is held against, or a thing of the mechanism is measured with. */
 typedef enum {
-    LAB_CHECK_LEVEL, /* a plumb line: its tilt */
-    LAB_CHECK_SCALE, /* known values from 0 to `reach`: its gain and curvature */
-    LAB_CHECK_LIGHT, /* a light at known instants: its delay */
-    LAB_CHECK_CLOCK  /* another clock: the error of the time base */
+    LAB_CHECK_LEVEL,    /* a plumb line: its tilt */
+    LAB_CHECK_SCALE,    /* known values from 0 to `reach`: its gain and curvature */
+    LAB_CHECK_LIGHT,    /* a light at known instants: its delay */
+    LAB_CHECK_CLOCK,    /* another clock: the error of the time base */
+    LAB_CHECK_CALIPERS, /* a length */
+    LAB_CHECK_EDGE,     /* a knife edge: where a body's centre of mass is */
+    LAB_CHECK_BALANCE,  /* a mass */
+    LAB_CHECK_PRESS     /* known depths from 0 to `reach`: the slow force of a felt */
 } lab_check_by;
-/** An instrument by itself, without a stroke. What is found is stated in every file of a stroke,
- *  "# set NAME.sensor.tilt: 3 mrad", and is then known. */
+enum { LAB_PLAN_CHECKS = 4, LAB_CHECK_VALUES = 11, LAB_CHECK_NUMBERS = 4 };
+/** An instrument or a thing of the mechanism by itself, without a stroke. What is found is stated
+ *  in every file of a stroke, "# known NAME.sensor.tilt: 3 mrad". */
 typedef struct lab_check {
     lab_check_by by;
-    char of[LAB_PLACE]; /* channel; "": the clock */
-    double noise;       /* sd of one reading: of the angle [rad], of the value [its unit], of an
-                           instant [s], of the error [1] */
-    double reach;       /* of a scale: largest value [its unit] */
+    char of[LAB_PLACE]; /* channel, "" the clock; length or mass; contact */
+    int n;
+    struct lab_checked {
+        char name[LAB_PLACE];
+        double file;             /* what the model says [SI] */
+    } number[LAB_CHECK_NUMBERS]; /* that it finds */
+    double noise; /* sd of one reading: of the angle [rad], of the value [its unit], of an instant
+                     [s], of the error [1]; of a press in the force that is read (check.c) [1] */
+    double reach; /* of a scale: largest value [its unit]; of a press: depth [m] */
 } lab_check;
-enum { LAB_PLAN_CHECKS = 4, LAB_CHECK_VALUES = 11 }; /* values of a scale, 0 the first one */
 
 /** An experiment, and what it is worth (plan.h). */
 typedef struct lab_experiment {

@@ -23,7 +23,7 @@
  *   twin.c     the experiment for rivals, made     table.c   the table, the list of confusions
  *   process.c  other programs                      tree.c    reader of JSON
  *   score.c    results as files                    record.c  results that are kept, as one table
- *   check.c    instruments by themselves
+ *   check.c    things looked at by themselves
  */
 #ifndef HIDDEN_H
 #define HIDDEN_H

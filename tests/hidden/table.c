@@ -159,7 +159,7 @@ static const struct {
     {TWINS, "T", "reported as a set of several", ""},
     {TWINS_SET, "T", "- the truth is in it", "85 %"},
     {SEPARATED, "T", "- the proposed experiment, made, separates them", "85 %"},
-    {CHECKED, "T", "- it is a check of instruments", ""},
+    {CHECKED, "T", "- it is a check without a stroke", ""},
     {TOO_MANY, "T", "- it asks for more strokes than were made", ""},
     {NOT_FILMED, "T", "- it cannot be filmed there", ""},
     {ALARM, "n", "nothing hidden, called anything but explained", "5 %"},

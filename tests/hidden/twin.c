@@ -3,7 +3,7 @@
  *
  *      OUT-plan/                       what `stein plan` wrote
  *      OUT-next/next_01.csv ...        its strokes, filmed in the world of the set
- *      OUT-checked/                    or, where no stroke but checks of instruments are asked for,
+ *      OUT-checked/                    or, where no stroke but checks are asked for,
  *                                      the old strokes with what the checks found
  *      OUT-after/                      the diagnosis of the old strokes and the new ones
  *

@@ -130,8 +130,9 @@ int data__has_last_word(const stein_model *m, const char *param)
     return fit__is_instruments(param) || lab__comes_off(m, param) != NULL;
 }
 
-static void add_setting(data__reader *r, const char *name, const char *value, int at_name,
-                        int at_value)
+/* @param known  1: somebody measured it by itself */
+static void add_setting(data__reader *r, const char *name, const char *value, int known,
+                        int at_name, int at_value)
 {
     data__file *out = r->out;
     stein_err err = {STEIN_OK, ""};
@@ -167,6 +168,7 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
             return;
         }
         if (other->param == k) {
+            out->set[i].last_word |= known;
             return;
         }
     }
@@ -176,8 +178,12 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
         return;
     }
     out->set = grown;
-    out->set[out->data.nset++] = (lab_setting){
-        r->model->params[k].name, k, v, line, at_name, data__has_last_word(r->model, name)};
+    out->set[out->data.nset++] = (lab_setting){r->model->params[k].name,
+                                               k,
+                                               v,
+                                               line,
+                                               at_name,
+                                               known || data__has_last_word(r->model, name)};
 }
 
 static void set_trigger(data__reader *r, const char *value, int at)
@@ -228,13 +234,16 @@ void data__note_line(data__reader *r, const char *text, size_t size)
     part value = trimmed(text, colon != NULL ? (size_t)(colon - text) + 1 : all.from, all.to);
     part word = colon != NULL ? name : all;
     int plain = r->options->inputs_only; // signals alone: nothing is said about a stroke
-    int set = !plain && take_word(text, &word, "set");
+    int known = !plain && take_word(text, &word, "known");
+    int set = known || (!plain && take_word(text, &word, "set"));
     int noise = !plain && !set && take_word(text, &word, "noise");
     int at_name = data__column(text, (int)word.from),
         at_value = data__column(text, (int)value.from);
     if ((set || noise) && (colon == NULL || word.from == word.to)) {
         data__problem(&r->problems, 0, r->lines.line, at_name, "expected \"# %s NAME: VALUE\"",
-                      set ? "set" : "noise");
+                      known ? "known"
+                      : set ? "set"
+                            : "noise");
         return;
     }
     if (++r->notes > DATA_NOTES) {
@@ -248,7 +257,7 @@ void data__note_line(data__reader *r, const char *text, size_t size)
     char *v = copy(r, text + value.from, value.to - value.from);
     if (n == NULL || v == NULL || set || (!plain && strcmp(n, "trigger") == 0)) {
         if (n != NULL && v != NULL && set) {
-            add_setting(r, n, v, at_name, at_value);
+            add_setting(r, n, v, known, at_name, at_value);
         } else if (n != NULL && v != NULL) {
             set_trigger(r, v, at_value);
         }

@@ -172,6 +172,8 @@ void fit__problem_free(fit__problem *p);
 int fit__is_set(const lab_data *data, int param);
 /** Do all of them? */
 int fit__always_set(const lab_dataset *data, int param);
+/** ... and was it looked at by itself, so that it is what they say? */
+int fit__always_known(const lab_dataset *data, int param);
 /** Is it a number of an instrument, by its name: of a channel's sensor, of the clock? */
 int fit__is_instruments(const char *param);
 /** Was the stroke played without a part that its model lacks?

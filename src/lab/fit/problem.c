@@ -114,6 +114,21 @@ int fit__always_set(const lab_dataset *data, int param)
     return 1;
 }
 
+int fit__always_known(const lab_dataset *data, int param)
+{
+    for (int s = 0; s < data->n; s++) {
+        int known = 0;
+        for (int i = 0; i < data->stroke[s]->nset; i++) {
+            const lab_setting *set = &data->stroke[s]->set[i];
+            known |= set->param == param && set->last_word;
+        }
+        if (!known) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 static stein_status take_free(fit__problem *p, stein_err *err)
 {
     const stein_model *m = lab_equations(p->model);

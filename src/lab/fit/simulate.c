@@ -198,9 +198,10 @@ static void apply(const fit__problem *p, const lab_candidate *effect, int amount
     lab_candidate_apply(&c, fit__value(u, x[amount]), to);
 }
 
-/* An instrument that was put right for a stroke reads right there, and a part that was taken off is
- * not there, whatever they are suspected of: of their numbers the stroke has the last word. A load
- * or a spring that a stroke sets is what somebody meant to set; effects act on top of it. */
+/* An instrument that was put right for a stroke reads right there, a part that was taken off is not
+ * there, and a length that was measured is what it is, whatever they are suspected of: of these
+ * numbers the stroke has the last word. A load or a spring that a stroke sets is what somebody
+ * meant to set; effects act on top of it. */
 static void put_right(const lab_data *data, double *p)
 {
     for (int i = 0; i < data->nset; i++) {

@@ -133,6 +133,7 @@ typedef struct look {
     int *joint;           /* [nq of the file] in it, -1: none */
     double *range;        /* [nchannel of the file] largest reading */
     int *channel;         /* in it */
+    int *contact;         /* [ncontact of the file] in it */
 } look;
 
 static void take(look *l, stein_sim *sim, int first)
@@ -144,6 +145,11 @@ static void take(look *l, stein_sim *sim, int first)
         b->low[j] = first ? q : fmin(b->low[j], q);
         b->high[j] = first ? q : fmax(b->high[j], q);
         b->fast[j] = l->joint[j] >= 0 ? fmax(b->fast[j], fabs(stein_qd(sim)[l->joint[j]])) : 0.0;
+    }
+    for (int k = 0; k < b->m->ncontact; k++) {
+        double depth = 0.0, speed;
+        stein_deformation(sim, l->contact[k], &depth, &speed);
+        b->deep[k] = fmax(b->deep[k], depth);
     }
     for (int k = 0; k < b->m->nchannel; k++) {
         if (l->channel[k] >= 0) {
@@ -244,27 +250,32 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
                               const stein_model *m, const lab_plan_def *def, stein_err *err)
 {
     const stein_model *own = lab_equations(cause->model);
-    size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel;
+    size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel, nk = (size_t)m->ncontact;
     *b = (plan__bench){.d = d, .m = m, .def = def};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
-    b->low = calloc(5 * nq + 1, sizeof *b->low);
+    b->low = calloc(5 * nq + nk + 1, sizeof *b->low);
     look l = {.b = b,
               .m = own,
               .joint = calloc(nq + 1, sizeof *l.joint),
               .range = calloc(nc + 1, sizeof *l.range),
-              .channel = calloc(nc + 1, sizeof *l.channel)};
+              .channel = calloc(nc + 1, sizeof *l.channel),
+              .contact = calloc(nk + 1, sizeof *l.contact)};
     double *p = calloc((size_t)own->np + 1, sizeof *p);
     stein_sim *sim = NULL;
-    int memory = b->p && b->low && l.joint && l.range && l.channel && p;
+    int memory = b->p && b->low && l.joint && l.range && l.channel && l.contact && p;
     stein_status status = memory ? lab_sim(cause->model, NULL, &sim, err) : lab__no_memory(err);
     if (memory && status == STEIN_OK) {
         b->high = b->low + nq;
         b->rest = b->high + nq;
         b->when = b->rest + nq;
         b->fast = b->when + nq;
+        b->deep = b->fast + nq;
         for (int j = 0; j < m->nq; j++) {
             l.joint[j] = stein_find_body(own, m->bodies[j].name);
             b->when[j] = INFINITY;
+        }
+        for (int k = 0; k < m->ncontact; k++) {
+            l.contact[k] = stein_find_contact(own, m->contacts[k].name);
         }
         for (int k = 0; k < m->nchannel; k++) {
             l.channel[k] = stein_find_channel(own, m->channels[k].name);
@@ -286,6 +297,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
     free(l.joint);
     free(l.range);
     free(l.channel);
+    free(l.contact);
     free(p);
     return status;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check.c - an instrument looked at by itself.
+ * check.c - an instrument, or a number of the mechanism, looked at by itself.
  *
  * Where a tilted camera, a lens that bends and a wrong length are rivals, no stroke tells them
  * apart quickly: each moves the same marker by a fraction of the noise, and trigger, offset and
@@ -11,10 +11,16 @@
  *                with x from where the marker rests            for a second
  *   light        goes on at known instants, a hundred times:   a frame's interval / (10 sqrt 12)
  *   clock        beside another one, for a while               1e-5
+ *   calipers     a length of the mechanism                     50 um, between edges of wood
+ *   knife edge   where a body's centre of mass is              0.2 mm
+ *   balance      a body's mass                                 10 mg
+ *   press        a felt's slow force at depths x = 0 .. reach, 0.5 % of the force, and of a tenth
+ *                twice as deep as the strokes go, at 11 places of the largest one; the felt begins
+ *                                                              somewhere within 10 um
  *
  * A side predicts the readings from the amount it was fitted with and its uncertainty; who says
- * nothing of that instrument predicts that it is right. They are readings like those of a stroke,
- * so odds.c says what they tell.
+ * nothing of that number predicts that it is right, within what the fits know of it. They are
+ * readings like those of a stroke, so odds.c says what they tell.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -22,6 +28,7 @@
 
 #include "functions.h"
 #include "planning.h"
+#include "stein/law.h"
 
 static const double plumb = 5e-4;                    /* [rad] */
 static const double gauge = 1.5e-7, gauge_arm = 0.1; /* [m], of an angle [m] */
@@ -29,67 +36,130 @@ static const double weights = 1e-4;                  /* of the largest force */
 static const double looked_at = 1.0;                 /* each value [s] */
 static const double flashes = 100.0, quartz = 1e-5;  /* number; relative */
 static const double any_zero = 1e3;                  /* of a scale, in its noise */
+static const double calipers = 5e-5, knife = 2e-4;   /* [m] */
+static const double balance = 1e-5;                  /* [kg] */
+static const double load_cell = 5e-3, least = 0.1;   /* of the force, of the largest one */
+static const double begins = 1e-5, twice = 2.0;      /* [m]; of the depth so far */
 
-typedef struct number {
+/* numbers of an instrument, by the tails of their names */
+static const struct {
     lab_check_by by;
-    const char *tail; /* of the name */
-    int power;        /* of the value at which a reading shows it */
-} number;
-static const number numbers[] = {{LAB_CHECK_LEVEL, ".sensor.tilt", 0},
-                                 {LAB_CHECK_SCALE, ".sensor.gain", 1},
-                                 {LAB_CHECK_SCALE, ".sensor.square", 2},
-                                 {LAB_CHECK_LIGHT, ".sensor.delay", 0},
-                                 {LAB_CHECK_CLOCK, "clock.error", 0}};
+    const char *tail;
+    int power; /* of the value at which a reading shows it */
+} numbers[] = {{LAB_CHECK_LEVEL, ".sensor.tilt", 0},
+               {LAB_CHECK_SCALE, ".sensor.gain", 1},
+               {LAB_CHECK_SCALE, ".sensor.square", 2},
+               {LAB_CHECK_LIGHT, ".sensor.delay", 0},
+               {LAB_CHECK_CLOCK, "clock.error", 0}};
 enum { NUMBERS = sizeof numbers / sizeof *numbers };
 
-/* what a parameter is a number of. @param of  channel, "": the clock; out @return NULL: of no
- * instrument that can be checked */
-static const number *number_of(const char *param, char of[LAB_PLACE])
+/* numbers of a felt that a slow force shows, in the order of a law */
+static const char *const felt[] = {".normal.a", ".normal.b", ".normal.c", ".normal.p"};
+enum { FELT = sizeof felt / sizeof *felt, EXPONENT = FELT - 1 };
+
+/* does a name end so? @param stem  the rest of it, out */
+static int ends(const char *name, const char *tail, char stem[LAB_PLACE])
 {
-    size_t n = strlen(param);
-    for (int k = 0; k < NUMBERS; k++) {
-        size_t tail = strlen(numbers[k].tail);
-        if (n >= tail && strcmp(param + n - tail, numbers[k].tail) == 0) {
-            snprintf(of, LAB_PLACE, "%.*s", (int)(n - tail), param);
-            return &numbers[k];
-        }
+    size_t n = strlen(name), t = strlen(tail);
+    if (n < t || strcmp(name + n - t, tail) != 0) {
+        return 0;
     }
-    return NULL;
+    snprintf(stem, LAB_PLACE, "%.*s", (int)(n - t), name);
+    return 1;
 }
 
 /* ---- the list ---- */
 
-static double noise_of(lab_check_by by, const plan__bench *b, const plan__eye *eye)
+static void add_number(lab_check *c, const stein_model *m, const char *stem, const char *tail)
 {
-    double interval = b->d->conditions.interval;
-    switch (by) {
-    case LAB_CHECK_LEVEL: return plumb;
-    case LAB_CHECK_LIGHT: return interval / sqrt(12.0 * flashes);
-    case LAB_CHECK_CLOCK: return quartz;
-    case LAB_CHECK_SCALE: break;
+    struct lab_checked *number = &c->number[c->n];
+    snprintf(number->name, sizeof number->name, "%.60s%s", stem, tail);
+    int i = stein_find_param(m, number->name);
+    if (i >= 0 && c->n < LAB_CHECK_NUMBERS) {
+        number->file = m->params[i].value;
+        c->n++;
     }
+}
+
+static double noise_of_scale(const plan__bench *b, const plan__eye *eye)
+{
     const char *unit = b->m->channels[stein_find_channel(b->m, eye->name)].unit;
     double scale = strcmp(unit, "m") == 0     ? gauge
                    : strcmp(unit, "rad") == 0 ? gauge / gauge_arm
                                               : weights * eye->reach;
-    return hypot(scale, eye->noise * sqrt(fmin(1.0, interval / looked_at)));
+    return hypot(scale, eye->noise * sqrt(fmin(1.0, b->d->conditions.interval / looked_at)));
 }
 
-/* the check that finds a number of the model. @return 0: there is none */
+/* an instrument held against something. @return 0: there is no such check */
 static int check_of(lab_check *c, const plan__bench *b, const char *param)
 {
-    char of[LAB_PLACE];
-    const number *found = number_of(param, of);
-    for (int i = 0; found != NULL && i < b->neye; i++) {
-        const plan__eye *eye = &b->eye[i];
-        if (found->by == LAB_CHECK_CLOCK || (eye->measured && strcmp(eye->name, of) == 0)) {
-            *c = (lab_check){.by = found->by, .noise = noise_of(found->by, b, eye)};
-            snprintf(c->of, sizeof c->of, "%s", of);
-            c->reach = c->by == LAB_CHECK_SCALE ? eye->reach : 0.0;
-            return c->noise > 0.0 && (c->by != LAB_CHECK_SCALE || c->reach > 0.0);
+    int found = -1;
+    for (int k = 0; found < 0 && k < NUMBERS; k++) {
+        found = ends(param, numbers[k].tail, c->of) ? k : -1;
+    }
+    const plan__eye *eye = NULL;
+    for (int i = 0; found >= 0 && i < b->neye; i++) {
+        eye = b->eye[i].measured && strcmp(b->eye[i].name, c->of) == 0 ? &b->eye[i] : eye;
+    }
+    if (found < 0 || (eye == NULL && numbers[found].by != LAB_CHECK_CLOCK)) {
+        return 0;
+    }
+    c->by = numbers[found].by;
+    c->reach = c->by == LAB_CHECK_SCALE ? eye->reach : 0.0;
+    c->noise = c->by == LAB_CHECK_LEVEL   ? plumb
+               : c->by == LAB_CHECK_LIGHT ? b->d->conditions.interval / sqrt(12.0 * flashes)
+               : c->by == LAB_CHECK_CLOCK ? quartz
+                                          : noise_of_scale(b, eye);
+    for (int k = 0; k < NUMBERS; k++) {
+        if (numbers[k].by == c->by) {
+            add_number(c, b->m, c->of, numbers[k].tail);
         }
     }
-    return 0;
+    return c->by != LAB_CHECK_SCALE || (c->noise > 0.0 && c->reach > 0.0);
+}
+
+/* A length or a mass that is said to be another one than the file's. What the strokes set is set by
+ * hand, and was looked at then. @return as above */
+static int measure_of(lab_check *c, const plan__bench *b, const stein_param *param)
+{
+    const lab_conditions *set = &b->d->conditions;
+    int length = strcmp(param->unit, "m") == 0;
+    if (!(length || strcmp(param->unit, "kg") == 0) || strstr(param->name, ".normal.") != NULL ||
+        plan__used(set->setting, set->nsetting, param->name) != NULL) {
+        return 0;
+    }
+    snprintf(c->of, sizeof c->of, "%.60s", param->name);
+    c->by = !length                                   ? LAB_CHECK_BALANCE
+            : strstr(param->name, ".centre.") != NULL ? LAB_CHECK_EDGE
+                                                      : LAB_CHECK_CALIPERS;
+    c->noise = !length ? balance : c->by == LAB_CHECK_EDGE ? knife : calipers;
+    add_number(c, b->m, c->of, "");
+    return c->n > 0;
+}
+
+/* A felt that is pressed slowly. @return as above */
+static int press_of(lab_check *c, const plan__bench *b, const char *param)
+{
+    int found = 0;
+    for (int k = 0; !found && k < FELT; k++) {
+        found = ends(param, felt[k], c->of);
+    }
+    int contact = found ? stein_find_contact(b->m, c->of) : -1;
+    if (contact < 0 || !(b->deep[contact] > 0.0)) {
+        return 0;
+    }
+    c->by = LAB_CHECK_PRESS;
+    c->noise = load_cell;
+    c->reach = twice * b->deep[contact];
+    for (int k = 0; k < FELT; k++) {
+        char name[LAB_PLACE + 12];
+        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
+        int i = stein_find_param(b->m, name);
+        if (i >= 0 && (k == EXPONENT || b->m->params[i].value != 0.0)) {
+            add_number(c, b->m, c->of, felt[k]);
+        }
+    }
+    return c->n > 0;
 }
 
 static int same(const lab_check *a, const lab_check *b)
@@ -103,9 +173,14 @@ int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const p
     int n = 0;
     for (int s = 0; s < nside; s++) {
         const lab_candidate *c = &side[s].candidate;
+        lab_site site = c->effect->site;
+        int thing = (site == LAB_AT_PARAMETER || site == LAB_AT_BODY) && c->effect->needs == NULL;
         for (int k = 0; k < c->nparam && n < LAB_PLAN_CHECKS; k++) {
-            const char *param = lab_equations(side[s].model)->params[c->param[k]].name;
-            int is_new = check_of(&check[n], b, param);
+            const stein_param *param = &lab_equations(side[s].model)->params[c->param[k]];
+            check[n] = (lab_check){.n = 0};
+            int is_new = check_of(&check[n], b, param->name) ||
+                         press_of(&check[n], b, param->name) ||
+                         (thing && measure_of(&check[n], b, param));
             for (int i = 0; is_new && i < n; i++) {
                 is_new = !same(&check[i], &check[n]);
             }
@@ -119,81 +194,133 @@ int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const p
 
 const char *plan__check_by(const lab_check *c)
 {
-    static const char *const by[] = {"a plumb line", "a scale", "a light", "another clock"};
+    static const char *const by[] = {"a plumb line", "a scale",      "a light",   "another clock",
+                                     "calipers",     "a knife edge", "a balance", "a press"};
     return by[c->by];
-}
-
-int plan__check_numbers(const lab_check *c, char name[2][LAB_PLACE])
-{
-    int n = 0;
-    for (int k = 0; k < NUMBERS; k++) {
-        if (numbers[k].by == c->by) {
-            snprintf(name[n++], LAB_PLACE, "%.40s%s", c->of, numbers[k].tail);
-        }
-    }
-    return n;
 }
 
 void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB_PLAN_TEXT])
 {
-    char found[2][LAB_PLACE];
-    int n = plan__check_numbers(c, found);
-    snprintf(name, LAB_PLAN_TEXT, "%s beside %s", c->of[0] != '\0' ? c->of : "the clock",
+    const char *how = c->by == LAB_CHECK_PRESS                                ? "in"
+                      : c->by == LAB_CHECK_BALANCE || c->by == LAB_CHECK_EDGE ? "on"
+                      : c->by == LAB_CHECK_CALIPERS                           ? "with"
+                                                                              : "beside";
+    snprintf(name, LAB_PLAN_TEXT, "%s %s %s", c->of[0] != '\0' ? c->of : "the clock", how,
              plan__check_by(c));
-    snprintf(why, LAB_PLAN_TEXT, "# set %.50s%s%.50s", found[0], n > 1 ? ", # set " : "",
-             n > 1 ? found[1] : "");
+    why[0] = '\0';
+    for (int k = 0; k < c->n; k++) {
+        size_t n = strlen(why);
+        snprintf(why + n, LAB_PLAN_TEXT - n, "%s# known %.50s", k > 0 ? ", " : "",
+                 c->number[k].name);
+    }
 }
 
 /* ---- what is read ---- */
 
 static int readings(const lab_check *c)
 {
-    return c->by == LAB_CHECK_SCALE ? LAB_CHECK_VALUES : 1;
+    return c->by == LAB_CHECK_SCALE || c->by == LAB_CHECK_PRESS ? LAB_CHECK_VALUES : 1;
 }
 
-/* what the i-th reading shows of a number that is off by 1, in its noise */
-static double shows(const lab_check *c, const char *param, int i)
+/* what is set at the i-th reading */
+static double value_at(const lab_check *c, int i)
 {
-    char of[LAB_PLACE];
-    const number *n = number_of(param, of);
-    double x = c->reach * i / (LAB_CHECK_VALUES - 1);
-    if (n == NULL || n->by != c->by || strcmp(of, c->of) != 0) {
-        return 0.0;
-    }
-    return (n->power == 2 ? x * x : n->power == 1 ? x : 1.0) / c->noise;
+    return c->reach * i / (LAB_CHECK_VALUES - 1);
 }
 
-/* the amount of a side and its standard deviation */
-static void amount_of(const plan__side *side, double *amount, double *sd)
+/* slow force of a felt with parameters p */
+static double force_at(const lab_check *c, const stein_model *m, const double *p, double x)
 {
-    const lab_posterior *q = &side->s->posterior;
-    *amount = *sd = 0.0;
-    for (int i = 0; i < q->n; i++) {
-        if (strcmp(q->number[i].name, "amount") == 0) {
-            *amount = q->number[i].value;
-            *sd = q->number[i].sd;
-        }
+    static const int at[FELT] = {STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C,
+                                 STEIN_NORMAL_EXPONENT};
+    double law[STEIN_NORMAL_SIZE] = {0.0};
+    for (int k = 0; k < FELT; k++) {
+        char name[LAB_PLACE + 12];
+        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
+        int i = stein_find_param(m, name);
+        law[at[k]] = i >= 0 ? p[i] : 0.0;
     }
+    return stein_normal_force(law, x, 0.0);
 }
 
-/* y and P: the numbers of instruments are moved by adding (candidates.c), so they answer straight
- */
-static void fill(plan__view *v, const plan__side *side, const lab_experiment *e)
+/* sd of a reading of a press, by the felt of the file */
+static double error_at(const lab_check *c, const plan__side *side, double x)
 {
     const stein_model *m = lab_equations(side->model);
-    const lab_candidate *c = &side->candidate;
-    double amount, sd;
+    const double *file = lab_parameters(side->model);
+    return c->noise * (force_at(c, m, file, x) + least * force_at(c, m, file, c->reach));
+}
+
+/* the i-th reading with parameters p, in its noise */
+static double reading(const lab_check *c, const plan__side *side, const double *p, int i)
+{
+    const stein_model *m = lab_equations(side->model);
+    double x = value_at(c, i), sum = 0.0;
+    if (c->by == LAB_CHECK_PRESS) {
+        return force_at(c, m, p, x) / error_at(c, side, x);
+    }
+    for (int k = 0; k < c->n; k++) {
+        int param = stein_find_param(m, c->number[k].name), power = c->by == LAB_CHECK_SCALE;
+        char of[LAB_PLACE];
+        power += ends(c->number[k].name, ".sensor.square", of);
+        double off = param >= 0 ? p[param] - lab_parameters(side->model)[param] : 0.0;
+        sum += off * (power == 2 ? x * x : power == 1 ? x : 1.0) / c->noise;
+    }
+    return sum;
+}
+
+/* a number of the posterior, `by` standard deviations off; `value` when it has none */
+static double known(const plan__side *side, const char *name, double value, double by)
+{
+    const lab_posterior *q = &side->s->posterior;
+    for (int i = 0; i < q->n; i++) {
+        const struct lab_uncertain *u = &q->number[i];
+        if (strcmp(u->name, name) == 0) {
+            return u->logarithmic ? u->value * stein__exp_of(by * u->sd) : u->value + by * u->sd;
+        }
+    }
+    return value;
+}
+
+enum { AMOUNT, FILES, COLUMNS = FILES + LAB_CHECK_NUMBERS }; /* of P */
+
+/* The i-th reading of a side whose uncertain thing k is `by` standard deviations off: its amount,
+ * or a number of the file that the fits move anyhow. @param p  [np] room */
+static double seen(const lab_check *c, const plan__side *side, int i, int k, double by, double *p)
+{
+    const stein_model *m = lab_equations(side->model);
+    memcpy(p, lab_parameters(side->model), sizeof *p * (size_t)m->np);
+    for (int n = 0; n < c->n; n++) {
+        int param = stein_find_param(m, c->number[n].name);
+        if (param >= 0) {
+            p[param] = known(side, c->number[n].name, p[param], k == FILES + n ? by : 0.0);
+        }
+    }
+    lab_candidate_apply(&side->candidate, known(side, "amount", 0.0, k == AMOUNT ? by : 0.0), p);
+    return reading(c, side, p, i);
+}
+
+static void fill(plan__view *v, const plan__side *side, const lab_experiment *e, double *p)
+{
     int row = 0;
-    amount_of(side, &amount, &sd);
-    for (int k = 0; k < e->ncheck; k++) {
-        const lab_check *check = &e->check[k];
-        for (int i = 0; i < readings(check); i++, row++) {
-            for (int p = 0; p < c->nparam; p++) {
-                double by = shows(check, m->params[c->param[p]].name, i);
-                v->y[row] += by * amount;
-                v->P[row] += by * sd;
+    for (int n = 0; n < e->ncheck; n++) {
+        const lab_check *c = &e->check[n];
+        for (int i = 0; i < readings(c); i++, row++) {
+            double x = value_at(c, i);
+            v->y[row] = seen(c, side, i, AMOUNT, 0.0, p);
+            for (int k = 0; k < COLUMNS; k++) {
+                double up = seen(c, side, i, k, 1.0, p), down = seen(c, side, i, k, -1.0, p);
+                v->P[k * v->rows + row] = 0.5 * (up - down);
             }
-            v->Z[k * v->rows + row] = check->by == LAB_CHECK_SCALE ? any_zero : 0.0;
+            if (c->by == LAB_CHECK_SCALE) {
+                v->Z[n * v->rows + row] = any_zero;
+            } else if (c->by == LAB_CHECK_PRESS) {
+                const stein_model *m = lab_equations(side->model);
+                const double *file = lab_parameters(side->model);
+                v->Z[n * v->rows + row] =
+                    (force_at(c, m, file, x + begins) - force_at(c, m, file, x)) /
+                    error_at(c, side, x);
+            }
         }
     }
 }
@@ -201,18 +328,20 @@ static void fill(plan__view *v, const plan__side *side, const lab_experiment *e)
 stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_experiment *e,
                               stein_err *err)
 {
-    *v = (plan__view){.neye = 1, .np = 1, .nz = e->ncheck};
+    *v = (plan__view){.neye = 1, .np = COLUMNS, .nz = e->ncheck};
     for (int k = 0; k < e->ncheck; k++) {
         v->rows += readings(&e->check[k]);
     }
-    size_t rows = (size_t)v->rows;
+    size_t rows = (size_t)v->rows, np = (size_t)lab_equations(side->model)->np;
     v->until = v->rows;
     v->y = calloc(rows, sizeof *v->y);
-    v->P = calloc(rows, sizeof *v->P);
+    v->P = calloc(rows * COLUMNS, sizeof *v->P);
     v->Z = calloc(rows * (size_t)v->nz, sizeof *v->Z);
-    if (!v->y || !v->P || !v->Z) {
-        return lab__no_memory(err);
+    double *p = malloc(sizeof *p * (np + 1));
+    int memory = v->y != NULL && v->P != NULL && v->Z != NULL && p != NULL;
+    if (memory) {
+        fill(v, side, e, p);
     }
-    fill(v, side, e);
-    return STEIN_OK;
+    free(p);
+    return memory ? STEIN_OK : lab__no_memory(err);
 }

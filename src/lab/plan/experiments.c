@@ -15,7 +15,8 @@
  *   channel    an output that nobody measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
- *   checks     no strokes: an instrument that is under suspicion is looked at by itself (check.c)
+ *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
+ *              itself (check.c)
  *
  * and two or three of these at once, as long as that tells more (plan.c).
  *

@@ -4,7 +4,7 @@
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
  *   bench.c        the strokes so far              imitate.c  how near another one comes to that
  *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
- *   check.c        an instrument by itself         show.c     plan.json, files of strokes
+ *   check.c        something by itself             show.c     plan.json, files of strokes
  *   read.c         diagnosis.json
  */
 #ifndef PLANNING_H
@@ -43,6 +43,7 @@ typedef struct plan__bench {
     lab_experiment base; /* the strokes so far, in the middle of their range */
     int neye;
     plan__eye eye[PLAN_EYES];
+    double *deep;              /* [ncontact] largest depth in the base [m] */
     double *low, *high, *rest; /* [nq] of every joint in the base [rad or m] */
     double *fast;              /* [nq] largest speed [rad/s or m/s] */
     double *when;              /* [nq] time of nearly all of its travel [s] */
@@ -119,13 +120,12 @@ void plan__view_free(plan__view *v);
 
 /* ---- check.c ---- */
 
-/** Checks of the instruments whose numbers a side moves, each once. @return how many */
+/** Checks of the instruments, lengths, masses and felts that a side moves, each once.
+ *  @return how many */
 int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const plan__side *side,
                  int nside);
 /** What is done, and what is stated then, in words. */
 void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB_PLAN_TEXT]);
-/** Numbers of the model that a check finds. @return how many, of 2 */
-int plan__check_numbers(const lab_check *c, char name[2][LAB_PLACE]);
 /** What it is made with, in words. */
 const char *plan__check_by(const lab_check *c);
 /** What a side predicts of the readings of an experiment's checks: a view of one channel that is

@@ -108,14 +108,17 @@ static void write_checks(lab__json *j, const lab_experiment *e)
     lab__json_open(j, "check", '[');
     for (int i = 0; i < e->ncheck; i++) {
         const lab_check *c = &e->check[i];
-        char name[2][LAB_PLACE];
-        int n = plan__check_numbers(c, name);
         lab__json_open(j, NULL, '{');
         lab__json_text(j, "instrument", c->of[0] != '\0' ? c->of : "clock");
         lab__json_text(j, "beside", plan__check_by(c));
         lab__json_open(j, "numbers", '[');
-        for (int k = 0; k < n; k++) {
-            lab__json_text(j, NULL, name[k]);
+        for (int k = 0; k < c->n; k++) {
+            lab__json_text(j, NULL, c->number[k].name);
+        }
+        lab__json_close(j);
+        lab__json_open(j, "file", '[');
+        for (int k = 0; k < c->n; k++) {
+            lab__json_real(j, NULL, c->number[k].file);
         }
         lab__json_close(j);
         lab__json_real(j, "noise", c->noise);
