@@ -24,6 +24,7 @@ enum {
 static const double worth_a_try = 10.0; /* of the objective */
 static const double worth_anew = 40.0;  /* gain */
 static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
+static const double farthest = 1.8;     /* quarters, of a number beside an amount */
 static const double a_step = 0.05;      /* of the way to the best one: less leads nowhere */
 
 /* where the effect begins; NAN: where it is */
@@ -255,6 +256,30 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
         }
     }
     s->begun = 1;
+    return status;
+}
+
+/* where it ended, but for the first number beside the amount */
+static stein_status from_beside(diag *d, diag__suspect *s, const void *ctx, int *found,
+                                stein_err *err)
+{
+    const beginning *at = ctx;
+    (void)err;
+    s->x[diag__problem(d, s)->side] = at->first;
+    s->unknown_J = 1;
+    *found = 1;
+    return STEIN_OK;
+}
+
+stein_status diag__from_beside(diag *d, diag__suspect *s, stein_err *err)
+{
+    static const double way[] = {1.0, -1.0}; // quarters of the range
+    double ended = s->x[diag__problem(d, s)->side], was = s->objective;
+    stein_status status = STEIN_OK;
+    for (int k = 0; status == STEIN_OK && k < 2 && !(was - s->objective > worth_a_try); k++) {
+        beginning at = {NAN, fmin(fmax(ended + way[k], -farthest), farthest)};
+        status = diag__again(d, s, from_beside, &at, err);
+    }
     return status;
 }
 

@@ -448,6 +448,26 @@ static stein_status polish(diag *d, stein_err *err)
     return status;
 }
 
+/* Those that come near the leader, the leader too, as far as a number beside their amount may have
+ * kept them where they began. Where more than noise is left there are other ways
+ * (diag__begin_anew).
+ */
+static stein_status beside(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0, n = 0; status == STEIN_OK && i < d->n && n < RIVALS; i++) {
+        diag__suspect *s = &d->suspect[i];
+        int fitted = s->s.refitted && isfinite(s->objective);
+        if (fitted && s->s.candidate.side[0].param >= 0 &&
+            s->s.gain > fmax(diag__least_gain, worth_starts * d->suspect[0].s.gain)) {
+            status = diag__from_beside(d, s, err);
+            n++;
+        }
+    }
+    diag__sort(d);
+    return status;
+}
+
 /* a gain that may be that of a null fit which is stuck is asked again from the leader's end */
 static stein_status doubt(diag *d, stein_err *err)
 {
@@ -473,6 +493,9 @@ static stein_status contest(diag *d, stein_err *err)
         status = hear(d, err);
     }
     status = status == STEIN_OK ? polish(d, err) : status;
+    if (status == STEIN_OK && d->n > 0 && leaves_noise(d)) {
+        status = beside(d, err);
+    }
     return status == STEIN_OK ? doubt(d, err) : status;
 }
 

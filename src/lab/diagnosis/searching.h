@@ -353,6 +353,10 @@ stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err);
 stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err);
 /** From the file's own numbers and other amounts, until one of the starts leads to noise. */
 stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err);
+/** From where it ended with the first number beside its amount a quarter of its range more, and
+ *  less: a dip from which on something acts is seen in nothing but what lies behind it, and a fit
+ *  ends near where it began. */
+stein_status diag__from_beside(diag *d, diag__suspect *s, stein_err *err);
 /** Those that lead early along the strokes, until one leaves but noise: from where their race has
  *  ended, or
  *  @param relatives  1: from the file's own numbers, and then those at its place, too */
