@@ -70,14 +70,15 @@ static int ends(const char *name, const char *tail, char stem[LAB_PLACE])
 
 /* ---- the list ---- */
 
-static void add_number(lab_check *c, const stein_model *m, const char *stem, const char *tail)
+static void add_number(lab_check *c, const lab_model *model, const char *stem, const char *tail)
 {
-    struct lab_checked *number = &c->number[c->n];
-    snprintf(number->name, sizeof number->name, "%.60s%s", stem, tail);
-    int i = stein_find_param(m, number->name);
+    char name[LAB_PLACE];
+    snprintf(name, sizeof name, "%.60s%s", stem, tail);
+    int i = stein_find_param(lab_equations(model), name);
     if (i >= 0 && c->n < LAB_CHECK_NUMBERS) {
-        number->file = m->params[i].value;
-        c->n++;
+        struct lab_checked *number = &c->number[c->n++];
+        memcpy(number->name, name, sizeof name);
+        number->file = lab_parameters(model)[i];
     }
 }
 
@@ -91,9 +92,10 @@ static double noise_of_scale(const plan__bench *b, const plan__eye *eye)
 }
 
 /* an instrument held against something. @return 0: there is no such check */
-static int check_of(lab_check *c, const plan__bench *b, const char *param)
+static int check_of(lab_check *c, const plan__bench *b, const lab_model *model, const char *param)
 {
     int found = -1;
+    *c = (lab_check){.n = 0};
     for (int k = 0; found < 0 && k < NUMBERS; k++) {
         found = ends(param, numbers[k].tail, c->of) ? k : -1;
     }
@@ -112,7 +114,7 @@ static int check_of(lab_check *c, const plan__bench *b, const char *param)
                                           : noise_of_scale(b, eye);
     for (int k = 0; k < NUMBERS; k++) {
         if (numbers[k].by == c->by) {
-            add_number(c, b->m, c->of, numbers[k].tail);
+            add_number(c, model, c->of, numbers[k].tail);
         }
     }
     return c->by != LAB_CHECK_SCALE || (c->noise > 0.0 && c->reach > 0.0);
@@ -120,7 +122,8 @@ static int check_of(lab_check *c, const plan__bench *b, const char *param)
 
 /* A length or a mass that is said to be another one than the file's. What the strokes set is set by
  * hand, and was looked at then. @return as above */
-static int measure_of(lab_check *c, const plan__bench *b, const stein_param *param)
+static int measure_of(lab_check *c, const plan__bench *b, const lab_model *model,
+                      const stein_param *param)
 {
     const lab_conditions *set = &b->d->conditions;
     int length = strcmp(param->unit, "m") == 0;
@@ -128,19 +131,36 @@ static int measure_of(lab_check *c, const plan__bench *b, const stein_param *par
         plan__used(set->setting, set->nsetting, param->name) != NULL) {
         return 0;
     }
+    *c = (lab_check){.n = 0};
     snprintf(c->of, sizeof c->of, "%.60s", param->name);
     c->by = !length                                   ? LAB_CHECK_BALANCE
             : strstr(param->name, ".centre.") != NULL ? LAB_CHECK_EDGE
                                                       : LAB_CHECK_CALIPERS;
     c->noise = !length ? balance : c->by == LAB_CHECK_EDGE ? knife : calipers;
-    add_number(c, b->m, c->of, "");
+    add_number(c, model, c->of, "");
     return c->n > 0;
 }
 
+/* slow force of a felt with parameters p */
+static double force_at(const lab_check *c, const stein_model *m, const double *p, double x)
+{
+    static const int at[FELT] = {STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C,
+                                 STEIN_NORMAL_EXPONENT};
+    double law[STEIN_NORMAL_SIZE] = {0.0};
+    for (int k = 0; k < FELT; k++) {
+        char name[LAB_PLACE + 12];
+        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
+        int i = stein_find_param(m, name);
+        law[at[k]] = i >= 0 ? p[i] : 0.0;
+    }
+    return stein_normal_force(law, x, 0.0);
+}
+
 /* A felt that is pressed slowly. @return as above */
-static int press_of(lab_check *c, const plan__bench *b, const char *param)
+static int press_of(lab_check *c, const plan__bench *b, const lab_model *model, const char *param)
 {
     int found = 0;
+    *c = (lab_check){.n = 0};
     for (int k = 0; !found && k < FELT; k++) {
         found = ends(param, felt[k], c->of);
     }
@@ -154,12 +174,12 @@ static int press_of(lab_check *c, const plan__bench *b, const char *param)
     for (int k = 0; k < FELT; k++) {
         char name[LAB_PLACE + 12];
         snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
-        int i = stein_find_param(b->m, name);
-        if (i >= 0 && (k == EXPONENT || b->m->params[i].value != 0.0)) {
-            add_number(c, b->m, c->of, felt[k]);
+        int i = stein_find_param(lab_equations(model), name);
+        if (i >= 0 && (k == EXPONENT || lab_parameters(model)[i] != 0.0)) {
+            add_number(c, model, c->of, felt[k]);
         }
     }
-    return c->n > 0;
+    return force_at(c, lab_equations(model), lab_parameters(model), c->reach) > 0.0;
 }
 
 static int same(const lab_check *a, const lab_check *b)
@@ -176,11 +196,11 @@ int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const p
         lab_site site = c->effect->site;
         int thing = (site == LAB_AT_PARAMETER || site == LAB_AT_BODY) && c->effect->needs == NULL;
         for (int k = 0; k < c->nparam && n < LAB_PLAN_CHECKS; k++) {
-            const stein_param *param = &lab_equations(side[s].model)->params[c->param[k]];
-            check[n] = (lab_check){.n = 0};
-            int is_new = check_of(&check[n], b, param->name) ||
-                         press_of(&check[n], b, param->name) ||
-                         (thing && measure_of(&check[n], b, param));
+            const lab_model *model = side[s].model;
+            const stein_param *param = &lab_equations(model)->params[c->param[k]];
+            int is_new = check_of(&check[n], b, model, param->name) ||
+                         press_of(&check[n], b, model, param->name) ||
+                         (thing && measure_of(&check[n], b, model, param));
             for (int i = 0; is_new && i < n; i++) {
                 is_new = !same(&check[i], &check[n]);
             }
@@ -226,21 +246,6 @@ static int readings(const lab_check *c)
 static double value_at(const lab_check *c, int i)
 {
     return c->reach * i / (LAB_CHECK_VALUES - 1);
-}
-
-/* slow force of a felt with parameters p */
-static double force_at(const lab_check *c, const stein_model *m, const double *p, double x)
-{
-    static const int at[FELT] = {STEIN_NORMAL_A, STEIN_NORMAL_B, STEIN_NORMAL_C,
-                                 STEIN_NORMAL_EXPONENT};
-    double law[STEIN_NORMAL_SIZE] = {0.0};
-    for (int k = 0; k < FELT; k++) {
-        char name[LAB_PLACE + 12];
-        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
-        int i = stein_find_param(m, name);
-        law[at[k]] = i >= 0 ? p[i] : 0.0;
-    }
-    return stein_normal_force(law, x, 0.0);
 }
 
 /* sd of a reading of a press, by the felt of the file */
