@@ -5,12 +5,13 @@
  *
  * with x0 the fit without it and r the weighted residuals of all strokes. An effect may begin
  * one-sided or with zero slope (a gap that is never reached), so a derivative at a = 0 says little:
- * G is a secant, and a is chosen from what it does - the films change by about one noise (RMS). Of
- * a number that is fitted anyhow, within its tolerance, G is the derivative that the fit has.
+ * G is a secant, and a is chosen from what it does - the films change by a fifth of the noise
+ * (RMS): less is rounded by the steps of the integrator, more is bent. Of a number that is fitted
+ * anyhow, within its tolerance, G is the derivative that the fit has.
  *
  * What a part does is far from linear in its amount: a link that bends a little follows slowly, one
- * that bends more rings. Parts have a second secant of a smaller amount, and the one that looks
- * more like the residual counts (rank.c).
+ * that bends more rings. Parts change the films by one noise, and have a second secant of a smaller
+ * amount; the one that looks more like the residual counts (rank.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +20,8 @@
 #include "searching.h"
 #include "structure.h"
 
-static const double wanted = 1.0;    /* RMS change [noise] */
+static const double wanted = 0.2;    /* RMS change [noise] */
+static const double of_part = 1.0;   /* the same of a part */
 static const double exact = 0.01;    /* of what is read alone: the strokes stay as they are */
 static const double visible = 0.01;  /* less than that at the limit shows in no record */
 static const double smallest = 1e-6; /* amount [limits] */
@@ -138,8 +140,8 @@ static void trial_free(trial *t)
 static double change_for(const diag__suspect *s)
 {
     lab_site site = s->s.candidate.effect->site;
-    return site == LAB_AT_CHANNEL || site == LAB_AT_MARKER || site == LAB_AT_CLOCK ? exact * wanted
-                                                                                   : wanted;
+    int read = site == LAB_AT_CHANNEL || site == LAB_AT_MARKER || site == LAB_AT_CLOCK;
+    return read ? exact : s->model != NULL ? of_part : wanted;
 }
 
 /* a new step for one that made this change. @return 1 when it will do as it is */
