@@ -251,7 +251,7 @@ START_TEST(the_proposed_stroke_tells_two_drags_apart)
     ck_assert_int_eq(best.nset, 1);
     ck_assert_str_eq(best.set[0].name, "wheel.initial.position");
     ck_assert(best.set[0].value != 0.2);
-    ck_assert_int_eq(best.repeats, 1);
+    ck_assert_int_eq(best.repeats, 2); // one would tell
     ck_assert(same->repeats == 0 || same->repeats > 8);
     ck_assert_ptr_nonnull(r.d->next); // the diagnosis says it, too
     ck_assert_str_eq(r.d->next->name, best.name);

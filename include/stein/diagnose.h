@@ -309,14 +309,14 @@ typedef struct lab_experiment {
     char channel[LAB_PLACE]; /* measured besides the channels so far, "": none */
     double noise;            /* of that channel, sd of one sample */
     int faster;              /* frames per frame so far */
-    int ncheck;              /* > 0: it is no stroke, but checks of instruments */
+    int ncheck;              /* > 0: it is no stroke, but checks */
     lab_check check[LAB_PLAN_CHECKS];
     int feasible;      /* 0: it cannot be simulated */
     double odds;       /* expected 2 ln of the odds that one stroke (or check) gives, whoever is
                           right */
     double odds_worst; /* what 9 of 10 strokes exceed; of k rivals all but one in 10 k */
     int repeats;       /* strokes after which 9 of 10 times the odds wanted are reached against
-                          every rival; 0: more than can be asked for */
+                          every rival, two at least; 0: more than can be asked for */
     int all;           /* 1: also of every rival against every other, in 12 strokes at most */
     double beyond; /* how many times as much as in the strokes so far, of all it changes: 1 within
                       what they were, 2 twice the force, 5 that and a body 2.5 times as heavy */
