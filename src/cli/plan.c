@@ -107,8 +107,7 @@ static void print_plan(const job *j)
     printf(
         "\n2 ln odds: expected of one stroke or check, whoever is right; 9 of 10 exceed the worst "
         "10 %%.\nstrokes, or times of a check: so many give odds of %.4g to 1, 9 times of 10; no "
-        "stroke "
-        "is made only once.\n",
+        "stroke is made only once.\n",
         p->wanted);
     printf("%d strokes simulated, %.3g s\n", p->strokes, p->seconds);
 }

@@ -148,7 +148,9 @@ static void take(look *l, stein_sim *sim, int first)
     }
     for (int k = 0; k < b->m->ncontact; k++) {
         double depth = 0.0, speed;
-        stein_deformation(sim, l->contact[k], &depth, &speed);
+        if (l->contact[k] >= 0) {
+            stein_deformation(sim, l->contact[k], &depth, &speed);
+        }
         b->deep[k] = fmax(b->deep[k], depth);
     }
     for (int k = 0; k < b->m->nchannel; k++) {
