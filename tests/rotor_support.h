@@ -24,24 +24,24 @@ static inline void rotor_free(rotor *r)
     lab_close(r->model);
 }
 
-/** Strokes with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed.
- *  @param start   "wheel.initial.position=..." of stroke s is start[s % n]
- *  @param stated  one thing more that is so and that every stroke states; NULL: none */
-static inline rotor rotor_stated(const char *const *truth, const char *const *start, int n,
-                                 const char *stated)
+/** Strokes of a mechanism with `truth` ("NAME=VALUE", closed by NULL) in them, diagnosed.
+ *  @param text  of the mechanism that is diagnosed
+ *  @param real  of the one that is filmed
+ *  @param told  of each stroke, closed by NULL: written as `# set`, and so */
+static inline rotor rotor_filmed(const char *text, const char *real, const char *const *truth,
+                                 const char *told[ROTOR_STROKES][3])
 {
     rotor r = {NULL, NULL, NULL};
-    char file[100];
-    snprintf(file, sizeof file, "%s", write_file("rotor.yaml", rotor_text));
     const char *path[ROTOR_STROKES];
-    char kept[ROTOR_STROKES][100];
+    char file[100], filmed[100], kept[ROTOR_STROKES][100];
+    snprintf(file, sizeof file, "%s", write_file("rotor.yaml", text));
+    snprintf(filmed, sizeof filmed, "%s", write_file("real.yaml", real));
     for (int s = 0; s < ROTOR_STROKES; s++) {
-        const char *told[] = {start[s % n], stated, NULL};
         char name[20];
         snprintf(name, sizeof name, "s%d.csv", s);
-        film m = {.model = file,
+        film m = {.model = filmed,
                   .truth = truth,
-                  .told = told,
+                  .told = told[s],
                   .channels = "angle",
                   .rate = 200.0,
                   .until = 0.7,
@@ -54,6 +54,19 @@ static inline rotor rotor_stated(const char *const *truth, const char *const *st
     ck_assert_stein(lab_open(&r.model, file, &options, err));
     examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
     return r;
+}
+
+/** The same of the rotor.
+ *  @param start   "wheel.initial.position=..." of stroke s is start[s % n]
+ *  @param stated  one thing more that is so and that every stroke states; NULL: none */
+static inline rotor rotor_stated(const char *const *truth, const char *const *start, int n,
+                                 const char *stated)
+{
+    const char *told[ROTOR_STROKES][3];
+    for (int s = 0; s < ROTOR_STROKES; s++) {
+        told[s][0] = start[s % n], told[s][1] = stated, told[s][2] = NULL;
+    }
+    return rotor_filmed(rotor_text, rotor_text, truth, told);
 }
 
 /** The same with nothing stated. */

@@ -520,8 +520,8 @@ END_TEST
 
 /* ---- a part that comes off ---- */
 
-#define LEVER(NAME, MORE)                                 \
-    "mechanism: " NAME "\n"                               \
+#define LEVER(MORE)                                       \
+    "mechanism: lever\n"                                  \
     "bodies:\n"                                           \
     "  wheel:\n"                                          \
     "    joint: R y\n"                                    \
@@ -535,39 +535,21 @@ END_TEST
     "outputs:\n"                                          \
     "  angle: {joint: wheel, read: position}\n"           \
     "simulation: {dt: 0.2 ms, until: 0.7 s}\n" MORE
-static const char lever[] = LEVER("lever", "");
-static const char with_wire[] = LEVER("lever", "points: {wheel_wire: [50 mm, 0, 50 mm]}\n"
-                                               "links:\n"
-                                               "  wheel_wire: {from: frame.wheel_wire, "
-                                               "to: wheel.rim, k: 0 N/m, length: 49 mm}\n");
+static const char lever[] = LEVER("");
+static const char with_wire[] = LEVER("points: {wheel_wire: [50 mm, 0, 50 mm]}\n"
+                                      "links:\n"
+                                      "  wheel_wire: {from: frame.wheel_wire, "
+                                      "to: wheel.rim, k: 0 N/m, length: 49 mm}\n");
 
 /* so many of the strokes were played without a wire, in a world where that is `there`, diagnosed
  * without one */
 static rotor lever_diagnosed(const char *there, int without)
 {
-    const char *what[] = {there, NULL}, *path[ROTOR_STROKES], *off[] = {"wheel_wire.k=0", NULL};
-    rotor r = {NULL, NULL, NULL};
-    char file[100], real[100], kept[ROTOR_STROKES][100];
-    snprintf(file, sizeof file, "%s", write_file("rotor.yaml", lever));
-    snprintf(real, sizeof real, "%s", write_file("real.yaml", with_wire));
-    for (int s = 0; s < ROTOR_STROKES; s++) {
-        char name[20];
-        snprintf(name, sizeof name, "s%d.csv", s);
-        film m = {.model = real,
-                  .truth = what,
-                  .told = s < without ? off : NULL,
-                  .channels = "angle",
-                  .rate = 200.0,
-                  .until = 0.7,
-                  .noise = 1e-3,
-                  .seed = 17ULL + (unsigned long long)s};
-        snprintf(kept[s], sizeof kept[s], "%s", take(name, &m));
-        path[s] = kept[s];
+    const char *what[] = {there, NULL}, *told[ROTOR_STROKES][3] = {{NULL}};
+    for (int s = 0; s < without; s++) {
+        told[s][0] = "wheel_wire.k=0";
     }
-    lab_options options = cache_here(NULL);
-    ck_assert_stein(lab_open(&r.model, file, &options, err));
-    examine(file, r.model, path, ROTOR_STROKES, &r.data, &r.d);
-    return r;
+    return rotor_filmed(lever, with_wire, what, told);
 }
 
 static int is_left(const rotor *r, const char *who)
@@ -596,7 +578,7 @@ START_TEST(what_comes_off_is_taken_off)
         ck_assert_stein(lab_plan_stroke(in_folder("next.csv"), e, k, in_folder("rotor.yaml"),
                                         r.model, r.d, &def, err));
         ck_assert_stein(lab_data_open(&stroke, in_folder("next.csv"), &o, err));
-        ck_assert(fit__was_without(stroke, "wheel_wire.k"));
+        ck_assert(lab_data_without(stroke, "wheel_wire.k"));
         lab_data_close(stroke);
     }
     lab_plan_destroy(plan);

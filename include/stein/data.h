@@ -98,6 +98,9 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
 void lab_data_close(lab_data *data);
 /** Column by name; NULL when the file has none. */
 const lab_column *lab_data_column(const lab_data *data, const char *name);
+/** Was it played without a part that its model does not have either (LAB_NOTE_WITHOUT)?
+ *  @param amount  of the part, "key_wire.k" */
+int lab_data_without(const lab_data *data, const char *amount);
 /** The stroke's parameters: p [np] holds values (the file of the model, a fit), those that the
  *  stroke sets are replaced. */
 void lab_data_apply(const lab_data *data, double *p);

@@ -26,8 +26,7 @@ enum { VALUES = 11, HEAD = 1000, MOST = 4 };
 static const double least = 0.1, begins = 1e-5,
                     unit = 1e-4; /* of a press: see check.c of the plan */
 
-/* numbers of instruments and felts, what the answer calls what is hidden there, and when all is
- * right; those of a felt are as the file says */
+/* numbers of instruments, what the answer calls what is hidden there, and when all is right */
 static const struct {
     const char *tail, *kind, *name;
     double right;

@@ -354,6 +354,17 @@ const lab_column *lab_data_column(const lab_data *data, const char *name)
     return NULL;
 }
 
+int lab_data_without(const lab_data *data, const char *amount)
+{
+    for (int i = 0; i < data->nnote; i++) {
+        if (strcmp(data->note[i].name, LAB_NOTE_WITHOUT) == 0 &&
+            strcmp(data->note[i].value, amount) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 void lab_data_apply(const lab_data *data, double *p)
 {
     for (int i = 0; i < data->nset; i++) {

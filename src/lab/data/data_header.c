@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "data_inner.h"
-#include "fitting.h"
 #include "reader.h"
 #include "structure.h"
 
@@ -103,31 +102,28 @@ static void keep_note(data__reader *r, char *name, char *value)
 
 /* "# set key_wire.k: 0" of a model that has no wire: the stroke was played without it, which says
  * something of a wire that somebody supposes */
-static void note_without(data__reader *r, const char *name, const char *value, int at_value)
+static void note_without(data__reader *r, const char *name, double value, int at_value)
 {
-    stein_err err = {STEIN_OK, ""};
-    mech_dim dim = {0, 0, 0, 0};
-    double v = NAN;
-    char *n = copy(r, name, strlen(name)),
-         *without = copy(r, LAB_NOTE_WITHOUT, strlen(LAB_NOTE_WITHOUT));
-    mech_parse_unit(lab__comes_off(r->model, name), &dim, NULL);
-    if (mech_parse_quantity(value, dim, &v, &err) != STEIN_OK) {
-        data__problem(&r->problems, 0, r->lines.line, at_value, "set %s: %s", name, err.msg);
-    } else if (v != 0.0) {
+    if (value != 0.0) {
         data__problem(&r->problems, 0, r->lines.line, at_value,
                       "set %s: \"%s\" has no such part, so it can only be 0: taken off", name,
                       r->model->name);
-    } else if (n != NULL && without != NULL) {
-        keep_note(r, without, n);
         return;
     }
-    free(n);
-    free(without);
+    char *without = copy(r, LAB_NOTE_WITHOUT, strlen(LAB_NOTE_WITHOUT));
+    char *n = copy(r, name, strlen(name));
+    if (n == NULL || without == NULL) {
+        free(n);
+        free(without);
+        return;
+    }
+    keep_note(r, without, n);
 }
 
 int data__has_last_word(const stein_model *m, const char *param)
 {
-    return fit__is_instruments(param) || lab__comes_off(m, param) != NULL;
+    int instrument = strstr(param, ".sensor.") != NULL || strncmp(param, "clock.", 6) == 0;
+    return instrument || lab__comes_off(m, param) != NULL;
 }
 
 /* @param known  1: somebody measured it by itself */
@@ -140,20 +136,21 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
     mech_dim dim = {0, 0, 0, 0};
     double v = NAN;
     int line = r->lines.line, k = stein_find_param(r->model, name);
-    if (k < 0 && lab__comes_off(r->model, name) != NULL) {
-        note_without(r, name, value, at_value);
-        return;
-    }
-    if (k < 0) {
+    const char *unit = k >= 0 ? r->model->params[k].unit : lab__comes_off(r->model, name);
+    if (unit == NULL) {
         int load = strncmp(name, "load.", 5) == 0 && r->model->load.body < 0;
         data__problem(&r->problems, 0, line, at_name, "\"%s\" sets no parameter of \"%s\"%s",
                       data__shown(shown, name, strlen(name)), r->model->name,
                       load ? ", which has no load" : near_param(hint, sizeof hint, r->model, name));
         return;
     }
-    mech_parse_unit(r->model->params[k].unit, &dim, NULL);
+    mech_parse_unit(unit, &dim, NULL);
     if (mech_parse_quantity(value, dim, &v, &err) != STEIN_OK) {
         data__problem(&r->problems, 0, line, at_value, "set %s: %s", name, err.msg);
+        return;
+    }
+    if (k < 0) {
+        note_without(r, name, v, at_value);
         return;
     }
     for (int i = 0; i < out->data.nset; i++) {
@@ -163,8 +160,8 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
             data__problem(&r->problems, 0, line, at_name,
                           "%s is set to %s %s here and to %s %s in "
                           "line %d: one stroke has one value",
-                          name, lab__number(a, v), r->model->params[k].unit,
-                          lab__number(b, other->value), r->model->params[k].unit, other->line);
+                          name, lab__number(a, v), unit, lab__number(b, other->value), unit,
+                          other->line);
             return;
         }
         if (other->param == k) {

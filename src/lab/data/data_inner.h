@@ -79,7 +79,8 @@ int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
 
 /* ---- data_header.c ---- */
 
-/** Has a stroke that sets it the last word about a number? */
+/** Has a stroke that sets it the last word about a number: of a channel's sensor, of the clock, the
+ *  amount of a part that comes off? */
 int data__has_last_word(const stein_model *m, const char *param);
 
 /** The public structs grown while reading; `data` comes first and is what users hold. */

@@ -4,7 +4,8 @@
  *   diagnose.c    the whole: null fit, suspects, refits, held-out strokes, verdict
  *   step.c        is the file's own step good enough
  *   listing.c     candidates of the mechanism as it stands
- *   suspects.c    what each of them would change
+ *   testable.c    which of them no fit of these strokes could tell
+ *   suspects.c    what each of the others would change
  *   pursue.c      the null fit, along the strokes
  *   likelihood.c  the strokes of a problem as a mixed model
  *   rank.c        which of them the residual looks like, with the strokes' scatter taken out
@@ -150,6 +151,11 @@ stein_status diag__check_step(diag *d, stein_err *err);
 stein_status diag__check_without(const diag *d, stein_err *err);
 /** The candidates of a search, d->n of them, freed by the caller. @return as lab_candidates */
 stein_status diag__list(diag *d, lab_candidate **list, stein_err *err);
+
+/* ---- testable.c ---- */
+
+/** Why these strokes say nothing of a candidate, NULL: they may. */
+const char *diag__untestable(const diag *d, const lab_candidate *c);
 
 /* ---- suspects.c ---- */
 

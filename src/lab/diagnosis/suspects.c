@@ -385,84 +385,7 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* ---- what is asked ---- */
-
-static int measures(const diag *d, int channel)
-{
-    for (int s = 0; s < d->p.nstroke; s++) {
-        for (int c = 0; c < d->p.stroke[s].nch; c++) {
-            if (d->p.stroke[s].channel[c] == channel) {
-                return 1;
-            }
-        }
-    }
-    return 0;
-}
-
-static int has_input(const diag *d, const char *name)
-{
-    const stein_model *m = lab_equations(d->model);
-    for (int s = 0; s < d->p.nstroke; s++) {
-        for (int k = 0; k < d->p.stroke[s].nsignal; k++) {
-            if (strcmp(m->inputs[d->p.stroke[s].signal[k].input].name, name) == 0) {
-                return 1;
-            }
-        }
-    }
-    return 0;
-}
-
-/* has somebody looked at all its numbers by themselves, for every stroke? */
-static int is_known(const diag *d, const lab_candidate *c)
-{
-    int known = c->effect->needs == NULL && c->nparam > 0;
-    for (int k = 0; known && k < c->nparam; k++) {
-        known = fit__always_known(d->fit_data, c->param[k]);
-    }
-    return known;
-}
-
-/* has nobody played with the part that it supposes? */
-static int was_off(const diag *d, const lab_candidate *c)
-{
-    char name[LAB_NUMBERS][LAB_PLACE];
-    int n = 0;
-    lab__structure_names(c, name);
-    while (n < d->fit_data->n && fit__was_without(d->fit_data->stroke[n], name[0])) {
-        n++;
-    }
-    return n > 0 && n == d->fit_data->n;
-}
-
-static const char *untestable(const diag *d, const lab_candidate *c)
-{
-    if (c->channel >= 0 && !measures(d, c->channel)) {
-        return "the channel was not measured";
-    }
-    if (c->effect->site == LAB_AT_INPUT && !has_input(d, c->place)) {
-        return "the input was not used";
-    }
-    if (is_known(d, c)) {
-        return "every stroke states it";
-    }
-    if (was_off(d, c)) {
-        return "every stroke was played without it";
-    }
-    if (strcmp(c->effect->kind, "sensor_offset") == 0) {
-        return "the offset of the marker, fitted anyhow, says the same";
-    }
-    for (int i = 0; i < d->def->nfree; i++) {
-        if (c->effect->site == LAB_AT_PARAMETER && strcmp(d->def->free[i], c->place) == 0) {
-            return "it is refitted anyhow";
-        }
-    }
-    for (int i = 0; i < d->naccepted; i++) {
-        if (d->accepted[i].effect == c->effect && strcmp(d->accepted[i].place, c->place) == 0) {
-            return "it was found already";
-        }
-    }
-    return NULL;
-}
+/* ---- who is asked ---- */
 
 stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
                               stein_err *err)
@@ -556,7 +479,7 @@ stein_status diag__suspects(diag *d, stein_err *err)
                              .own_ratio = NAN,
                              .own_lo = NAN,
                              .own_hi = NAN};
-        s->never = untestable(d, &list[i]);
+        s->never = diag__untestable(d, &list[i]);
         s->objective = s->swap = s->near = s->stuck = s->unheeded = INFINITY;
         s->early = NAN;
         if (s->never == NULL && list[i].effect->needs != NULL) {

@@ -174,11 +174,6 @@ int fit__is_set(const lab_data *data, int param);
 int fit__always_set(const lab_dataset *data, int param);
 /** ... and was it looked at by itself, so that it is what they say? */
 int fit__always_known(const lab_dataset *data, int param);
-/** Is it a number of an instrument, by its name: of a channel's sensor, of the clock? */
-int fit__is_instruments(const char *param);
-/** Was the stroke played without a part that its model lacks?
- *  @param param  amount of the part */
-int fit__was_without(const lab_data *data, const char *param);
 /** Value of an unknown at x [SI]. */
 double fit__value(const fit__unknown *u, double x);
 /** dz value: value for a logarithm, else 1. */

@@ -78,55 +78,38 @@ static fit__unknown free_parameter(const fit__problem *p, int index)
     return u;
 }
 
-int fit__is_set(const lab_data *data, int param)
+/* what a stroke says of a parameter, NULL: nothing */
+static const lab_setting *setting_of(const lab_data *data, int param)
 {
     for (int i = 0; i < data->nset; i++) {
         if (data->set[i].param == param) {
-            return 1;
+            return &data->set[i];
         }
     }
-    return 0;
+    return NULL;
 }
 
-int fit__is_instruments(const char *param)
+int fit__is_set(const lab_data *data, int param)
 {
-    return strstr(param, ".sensor.") != NULL || strncmp(param, "clock.", 6) == 0;
-}
-
-int fit__was_without(const lab_data *data, const char *param)
-{
-    for (int i = 0; i < data->nnote; i++) {
-        if (strcmp(data->note[i].name, LAB_NOTE_WITHOUT) == 0 &&
-            strcmp(data->note[i].value, param) == 0) {
-            return 1;
-        }
-    }
-    return 0;
+    return setting_of(data, param) != NULL;
 }
 
 int fit__always_set(const lab_dataset *data, int param)
 {
-    for (int s = 0; s < data->n; s++) {
-        if (!fit__is_set(data->stroke[s], param)) {
-            return 0;
-        }
+    int n = 0;
+    while (n < data->n && fit__is_set(data->stroke[n], param)) {
+        n++;
     }
-    return 1;
+    return n == data->n;
 }
 
 int fit__always_known(const lab_dataset *data, int param)
 {
-    for (int s = 0; s < data->n; s++) {
-        int known = 0;
-        for (int i = 0; i < data->stroke[s]->nset; i++) {
-            const lab_setting *set = &data->stroke[s]->set[i];
-            known |= set->param == param && set->last_word;
-        }
-        if (!known) {
-            return 0;
-        }
+    int known = fit__always_set(data, param);
+    for (int s = 0; known && s < data->n; s++) {
+        known = setting_of(data->stroke[s], param)->last_word;
     }
-    return 1;
+    return known;
 }
 
 static stein_status take_free(fit__problem *p, stein_err *err)

@@ -68,6 +68,14 @@ static int ends(const char *name, const char *tail, char stem[LAB_PLACE])
     return 1;
 }
 
+/* the parameter of a felt's number k, -1: it has none */
+static int felt_param(const stein_model *m, const char *contact, int k)
+{
+    char name[LAB_PLACE];
+    snprintf(name, sizeof name, "%.60s%s", contact, felt[k]);
+    return stein_find_param(m, name);
+}
+
 /* ---- the list ---- */
 
 static void add_number(lab_check *c, const lab_model *model, const char *stem, const char *tail)
@@ -148,9 +156,7 @@ static double force_at(const lab_check *c, const stein_model *m, const double *p
                                  STEIN_NORMAL_EXPONENT};
     double law[STEIN_NORMAL_SIZE] = {0.0};
     for (int k = 0; k < FELT; k++) {
-        char name[LAB_PLACE + 12];
-        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
-        int i = stein_find_param(m, name);
+        int i = felt_param(m, c->of, k);
         law[at[k]] = i >= 0 ? p[i] : 0.0;
     }
     return stein_normal_force(law, x, 0.0);
@@ -172,9 +178,7 @@ static int press_of(lab_check *c, const plan__bench *b, const lab_model *model, 
     c->noise = load_cell;
     c->reach = twice * b->deep[contact];
     for (int k = 0; k < FELT; k++) {
-        char name[LAB_PLACE + 12];
-        snprintf(name, sizeof name, "%s%s", c->of, felt[k]);
-        int i = stein_find_param(lab_equations(model), name);
+        int i = felt_param(lab_equations(model), c->of, k);
         if (i >= 0 && (k == EXPONENT || lab_parameters(model)[i] != 0.0)) {
             add_number(c, model, c->of, felt[k]);
         }
@@ -256,6 +260,18 @@ static double error_at(const lab_check *c, const plan__side *side, double x)
     return c->noise * (force_at(c, m, file, x) + least * force_at(c, m, file, c->reach));
 }
 
+/* what a reading at x shows of a number that is off by 1: of an instrument by the table, of a
+ * length or a mass itself */
+static double shows(const char *name, double x)
+{
+    char of[LAB_PLACE];
+    int power = 0;
+    for (int k = 0; k < NUMBERS; k++) {
+        power = ends(name, numbers[k].tail, of) ? numbers[k].power : power;
+    }
+    return power == 2 ? x * x : power == 1 ? x : 1.0;
+}
+
 /* the i-th reading with parameters p, in its noise */
 static double reading(const lab_check *c, const plan__side *side, const double *p, int i)
 {
@@ -265,11 +281,9 @@ static double reading(const lab_check *c, const plan__side *side, const double *
         return force_at(c, m, p, x) / error_at(c, side, x);
     }
     for (int k = 0; k < c->n; k++) {
-        int param = stein_find_param(m, c->number[k].name), power = c->by == LAB_CHECK_SCALE;
-        char of[LAB_PLACE];
-        power += ends(c->number[k].name, ".sensor.square", of);
+        int param = stein_find_param(m, c->number[k].name);
         double off = param >= 0 ? p[param] - lab_parameters(side->model)[param] : 0.0;
-        sum += off * (power == 2 ? x * x : power == 1 ? x : 1.0) / c->noise;
+        sum += off * shows(c->number[k].name, x) / c->noise;
     }
     return sum;
 }
