@@ -214,7 +214,7 @@ stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
 int diag__leaves_more(diag *d, const diag__suspect *s)
 {
     return isfinite(s->objective) && s->s.gain > worth_anew &&
-           (diag__is_off(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
+           (diag__is_on(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
 }
 
 stein_status diag__recall(diag *d, diag__suspect *s, stein_err *err)
@@ -306,7 +306,7 @@ stein_status diag__early_ones(diag *d, int relatives, stein_err *err)
             continue;
         }
         status = follow(d, s, relatives ? from_the_file : from_the_race, &at, err);
-        int ends = isfinite(s->objective) && !diag__is_off(d, s->s.chi2_dof) &&
+        int ends = isfinite(s->objective) && !diag__is_on(d, s->s.chi2_dof) &&
                    !diag__has_bent(diag__problem(d, s), s->x);
         end = end == NULL && ends ? s : end;
     }

@@ -10,7 +10,8 @@
  *          something is missing, and at the null fit (curve_stand.c)
  *
  * fits     the best ones in full, everything else refitted: along the strokes (curve_outline.c,
- *          curve_follow.c), and where that leaves more than noise from the null fit (curve_fit.c);
+ *          curve_follow.c), and where that leaves clearly more than noise from the null fit
+ *          (curve_fit.c);
  *          once more with the points where the strokes go then, if that is elsewhere
  *
  * judge    the best of those by marginal likelihood, on the held-out strokes (curve_judge.c)
@@ -192,8 +193,8 @@ static stein_status fit_best(diag *d, diag__curves *w, int *n, stein_err *err)
     }
     *n = 0;
     stein_status status = fit_early(d, w, early, &nearly, err);
-    int describes = nearly > 0 && diag__curve_describes(d, w, &early[0]);
-    if (status == STEIN_OK && !describes && !(diag__in_haste(w) && w->early.x != NULL)) {
+    int is_near = nearly > 0 && diag__curve_nearly(d, w, &early[0]);
+    if (status == STEIN_OK && !is_near && !(diag__in_haste(w) && w->early.x != NULL)) {
         stein_status late = fit_late(d, w, n, err);
         status = nearly > 0 ? fit__forgive(late, err) : late;
     }

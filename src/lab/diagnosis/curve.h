@@ -173,7 +173,7 @@ stein_status diag__curve_recall(diag *d, diag__curves *w, diag__curve *c, double
 /** The end of a fit that describes the data: differences to both sides and fine integration tell
  *  numbers apart that do nearly the same, a curve's offset and a spring's preload, say; with coarse
  *  ones such a pair seems known. @return OK (also where it stays), ENOMEM */
-stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err);
+stein_status diag__curve_settle(const diag *d, diag__curves *w, diag__curve *c, stein_err *err);
 
 /* ---- curve_follow.c ---- */
 
@@ -204,6 +204,8 @@ void diag__curve_sort(diag__curve *c, int n);
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c);
 /** Does it leave no more than noise, so that no other one is asked? */
 int diag__curve_describes(const diag *d, const diag__curves *w, const diag__curve *c);
+/** Does it leave so little more that none from the null fit is asked? */
+int diag__curve_nearly(const diag *d, const diag__curves *w, const diag__curve *c);
 /** The laws of the first n curves, which were tried, into d->out, by the held-out strokes.
  *  @param before  RMSE of the held-out strokes without a law, NAN: there are none
  *  @return OK, ENOMEM */

@@ -10,7 +10,8 @@
 enum { SETTLINGS = 2, ROUNDS_TO_SETTLE = 40 };
 enum { NOISE_ROUNDS = 15 };       // where each of them learns the noise anew, too
 static const double fine = 1e-12; /* tolerance of a step where a fit settles */
-static const double little = 0.5; /* gain of a fit */
+static const double little = 0.5; /* gain of a fit, of a round */
+static const double off = 3.0;    /* sd of noise: more */
 
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 {
@@ -96,9 +97,8 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 {
     fit__problem *p = &t->w->p;
     double D[LAB_SCATTERS], *sd = malloc(sizeof *sd * ((size_t)p->np + 1));
-    stein_status status =
-        sd != NULL ? fit__sensitivities(p, t->c->x, t->c->r, t->J, err) : lab__no_memory(err);
-    if (status == STEIN_OK) {
+    stein_status status = sd != NULL ? STEIN_OK : lab__no_memory(err);
+    if (status == STEIN_OK) { // J is that of the last round, which has hardly moved
         status = diag__likelihood(p, t->c->x, t->J, t->c->r, D, sd, NULL, NULL, err);
     }
     for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
@@ -116,7 +116,16 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
     return status == STEIN_OK ? diag__rounds(t, INFINITY, ROUNDS_TO_SETTLE, 0, err) : status;
 }
 
-stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)
+/* Gain of a round that leads on: of a law that leaves more than noise, what would bring it there in
+ * all rounds. Its band is widened by what it leaves, and the last digits of it tell nothing. */
+static double worth(const diag *d, const diag__curves *w, const diag__curve *c)
+{
+    double left = diag__curve_chi2_dof(d, w, c) - 1.0 - off * diag__noise_sd(d);
+    double beyond = fit__noise_given(&w->p) ? left * w->p.samples : 0.0;
+    return fmax(little, beyond / ROUNDS_TO_SETTLE);
+}
+
+stein_status diag__curve_settle(const diag *d, diag__curves *w, diag__curve *c, stein_err *err)
 {
     fit__problem *p = &w->p;
     size_t size = sizeof *p->step * (size_t)p->nu;
@@ -130,6 +139,7 @@ stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)
         return status;
     }
     memcpy(step, p->step, size);
+    t.worth = worth(d, w, c);
     p->central = 1;
     p->tolerance = fine;
     end = settle(&t, &why);

@@ -66,6 +66,7 @@ typedef struct diag__fitting {
     double objective; /* of the round: chi2, priors and penalty */
     double damping;
     double horizon; /* of rounds that strays.c asks for [s] */
+    double worth;   /* gain of a round over whole strokes that leads to another one */
     int vain;       /* 1: strays have been called back on the way, and none came (curve_follow.c) */
 } diag__fitting;
 /** Room, and nothing but this curve moves. @return OK, ENOMEM: there is nothing to end */

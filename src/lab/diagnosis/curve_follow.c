@@ -12,10 +12,7 @@
 
 #include "curve_fitting.h"
 
-enum { CALLS = 2, ON_THE_WAY = 8, IN_HASTE = 4, TO_THE_END = 40 };
-/* strides that may be cut short, half of a lost one is, too: in haste, at any price. A law with a
- * memory, which no curve describes, has dozens of them and ends where the first ones have led. */
-enum { FALTERS_IN_HASTE = 3, FALTERS = 8 };
+enum { CALLS = 2, ON_THE_WAY = 8, IN_HASTE = 4, TO_THE_END = 40, FALTERS = 8 };
 static const double stride = 0.05, shortest = 0.006, whole = 0.999; /* of the longest stroke */
 static const double longest = 0.2, wider = 2.0; /* the next one where a whole one was predicted */
 static const double well = 1.7;   /* chi2 per sample of a prediction that can be corrected */
@@ -96,14 +93,13 @@ static stein_status follow(diag *d, diag__fitting *t, stein_err *err)
     size_t size = sizeof *t->good_x * (size_t)p->nu;
     double T = diag__longest(p), share = t->w->early.horizon / T, horizon = share * T;
     int haste = diag__in_haste(t->w), on_the_way = haste ? IN_HASTE : ON_THE_WAY;
-    int most = haste ? FALTERS_IN_HASTE : FALTERS;
     p->horizon = horizon;
     stein_status status = diag__look_around(t, err);
     p->horizon = INFINITY;
     status = status == STEIN_OK ? diag__rounds(t, horizon, on_the_way, 0, err) : status;
     double step = stride;
     for (int falters = 0;
-         status == STEIN_OK && share < whole && !is_lost(t, horizon) && falters <= most;) {
+         status == STEIN_OK && share < whole && !is_lost(t, horizon) && falters <= FALTERS;) {
         double done = share;
         memcpy(t->good_x, t->c->x, size);
         share = next_share(t, share, step, &status, err);

@@ -20,7 +20,7 @@
 enum { JUDGED = 3 };
 static const double explained = 2.0;  /* chi2/dof of a fit that can be trusted, as in verdict.c */
 static const double as_noise = 1.1;   /* the same of one that leaves nothing */
-static const double near_noise = 1.2; /* the same of one whose derivatives are worth the care */
+static const double near_noise = 1.2; /* the same of one that none from the null fit will better */
 static const double as_well = 1.25;   /* held-out errors that are no different */
 static const double less = 0.5;       /* of what is left */
 static const double next_to_nothing = 0.01; /* of what was left before */
@@ -29,6 +29,11 @@ static const double certain = 4.0;          /* sd of a chi2/dof that is no chanc
 double diag__curve_chi2_dof(const diag *d, const diag__curves *w, const diag__curve *c)
 {
     return fit__chi2(&w->p, c->r) / fmax(1.0, w->p.samples - d->p.nu);
+}
+
+int diag__curve_nearly(const diag *d, const diag__curves *w, const diag__curve *c)
+{
+    return c->fitted && diag__curve_chi2_dof(d, w, c) < near_noise;
 }
 
 int diag__curve_describes(const diag *d, const diag__curves *w, const diag__curve *c)
@@ -391,8 +396,10 @@ stein_status diag__curve_judge(diag *d, diag__curves *w, int n, double before, s
     diag__curve *c = w->curve;
     w->held = (diag__held){.x = NULL, .rmse = NAN};
     diag__curve_sort(c, n);
-    int describes = n > 0 && c[0].fitted && diag__curve_chi2_dof(d, w, &c[0]) < near_noise;
-    stein_status status = describes ? diag__curve_settle(w, &c[0], err) : STEIN_OK;
+    int settles = n > 0 && c[0].fitted &&
+                  diag__curve_chi2_dof(d, w, &c[0]) <
+                      fmin(near_noise, diag__most_noise(d)); // else nobody counts its digits
+    stein_status status = settles ? diag__curve_settle(d, w, &c[0], err) : STEIN_OK;
     status = status == STEIN_OK ? judge(d, w, n, &w->held, err) : status;
     o->law = calloc((size_t)n + 1, sizeof *o->law);
     if (status == STEIN_OK && o->law == NULL) {
@@ -415,6 +422,16 @@ int diag__law_is_all(const diag *d)
     const lab_law *l = d->out->nlaw > 0 ? &d->out->law[0] : NULL;
     return l != NULL && l->gain > diag__least_gain && explains_all(d, l, &d->curves->held) &&
            !diag__scatters_most(d->curves->D); // that would be part of what is missing
+}
+
+int diag__law_has_all(const diag *d, const diag__found *f)
+{
+    int all = diag__law_is_ahead(d, f);
+    for (int i = 0; all && i < f->n; i++) {
+        const char *place = f->cause[i].candidate.place, *law = d->out->law[0].place;
+        all = strcspn(place, ".") == strlen(law) && strncmp(place, law, strlen(law)) == 0;
+    }
+    return all;
 }
 
 int diag__law_is_ahead(const diag *d, const diag__found *f)

@@ -44,7 +44,7 @@ stein_status diag__fitting_begin(diag__fitting *t, diag__curves *w, diag__curve 
 {
     const fit__problem *p = &w->p;
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
-    *t = (diag__fitting){.w = w, .c = c, .horizon = INFINITY};
+    *t = (diag__fitting){.w = w, .c = c, .horizon = INFINITY, .worth = little};
     t->J = malloc(sizeof *t->J * (fit__columns(p) + 1));
     t->try_x = malloc(sizeof *t->try_x * (4 * nu + 2 * rows + 1));
     stein_status status = fit__normal_make(&t->n, p, err);
@@ -378,7 +378,7 @@ stein_status diag__rounds(diag__fitting *t, double horizon, int rounds, int know
     fit__problem *p = &t->w->p;
     stein_status status = STEIN_OK;
     int failed = 0;
-    double least_gain = isfinite(horizon) ? on_its_way : little;
+    double least_gain = isfinite(horizon) ? on_its_way : t->worth;
     p->horizon = horizon;
     if (!known) {
         status = fit__residuals(p, t->c->x, t->c->r, &failed, err);

@@ -91,7 +91,7 @@ static int is_listed(const lab_diagnosis *o, const lab_suspect *s)
 {
     for (int i = 0; i < o->nsuspect; i++) {
         const lab_candidate *c = &o->suspect[i].candidate;
-        if (c->effect == s->candidate.effect && strcmp(c->place, s->candidate.place) == 0) {
+        if (diag__is_same(c, &s->candidate)) {
             return 1;
         }
     }

@@ -36,6 +36,11 @@ static void judge_size(diag *d, diag__suspect *s)
     }
 }
 
+int diag__is_same(const lab_candidate *a, const lab_candidate *b)
+{
+    return a->effect == b->effect && strcmp(a->place, b->place) == 0;
+}
+
 int diag__related(const lab_candidate *a, const lab_candidate *b)
 {
     size_t n = strcspn(a->place, ".");

@@ -143,6 +143,20 @@ int diag__is_clear(double chi2, double dof)
     return chi2 > clearly * dof && chi2 - dof > off * sqrt(2.0 * dof);
 }
 
+double diag__chi2_to(const fit__problem *p, const double *r, double horizon)
+{
+    double sum = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *of = r + fit__offset(p, s);
+        for (int i = 0; i < t->nch * t->n; i++) {
+            int before = t->data->time[i % t->n] - t->origin <= horizon;
+            sum += before ? of[i] * of[i] : 0.0;
+        }
+    }
+    return sum;
+}
+
 double diag__samples(const fit__problem *p)
 {
     double n = 0.0;

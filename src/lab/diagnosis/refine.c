@@ -324,7 +324,7 @@ static int leaves_noise(const diag *d)
 {
     const diag__suspect *s = &d->suspect[0];
     int leads = s->s.refitted && isfinite(s->objective);
-    return !diag__is_off(d, leads ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r));
+    return !diag__is_on(d, leads ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r));
 }
 
 /* The leader alone to its end, without its strays: where that leaves but noise, nobody needs a fit
@@ -538,27 +538,81 @@ stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err)
     return status == STEIN_OK ? contest(d, err) : status;
 }
 
+/* where an earlier search has ended */
+static stein_status from_known(diag *d, diag__suspect *s, const void *ctx, int *found,
+                               stein_err *err)
+{
+    (void)ctx, (void)err;
+    memcpy(s->x, d->known_x, sizeof *s->x * (size_t)diag__problem(d, s)->nu);
+    s->unknown_J = 1;
+    *found = 1;
+    return STEIN_OK;
+}
+
+/* who led in an earlier search, from where that has ended: nobody leads who leaves more */
+static stein_status lead_as_known(diag *d, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; d->known != NULL && i < d->n; i++) {
+        diag__suspect *s = &d->suspect[i];
+        if (diag__is_same(&s->s.candidate, d->known) && s->never == NULL) {
+            status = diag__make_room(d, s, err);
+            s->objective = s->s.refitted ? s->objective : (double)INFINITY;
+            status = status == STEIN_OK ? diag__again(d, s, from_known, NULL, err) : status;
+            diag__sort(d);
+            break;
+        }
+    }
+    return status;
+}
+
+/* Does the leader of a further search leave but noise of how the strokes begin? So does who wins a
+ * race up to there. */
+static int begins_well(diag *d)
+{
+    const diag__suspect *s = &d->suspect[0];
+    if (d->naccepted == 0 || !(d->early.z > 0.0) || !s->s.refitted || !isfinite(s->objective)) {
+        return 0;
+    }
+    double left = diag__chi2_to(diag__problem(d, s), s->r, d->early.horizon);
+    return !diag__is_clear(left, d->early.samples);
+}
+
+/* once, where the leader leaves more than noise */
+static stein_status race(diag *d, stein_err *err)
+{
+    int open = !d->raced && d->n > 0 && !leaves_noise(d), needed = open && !begins_well(d);
+    for (int i = 0; open && !needed && i < d->n; i++) {
+        d->suspect[i].early = NAN; // nobody runs
+    }
+    d->raced = 1;
+    return needed ? diag__race(d, err) : STEIN_OK;
+}
+
 stein_status diag__refit(diag *d, stein_err *err)
 {
     note_alike(d);
     stein_status status = from_null(d, err);
+    status = status == STEIN_OK ? lead_as_known(d, err) : status;
     status = status == STEIN_OK ? doubt(d, err) : status;
     if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
         status = lead_to_the_end(d, err);
     }
-    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
-        status = diag__race(d, err);
+    d->put_off = status == STEIN_OK && d->hasty && d->n > 0 && d->suspect[0].s.refitted &&
+                 diag__is_more(d, d->suspect[0].s.chi2_dof);
+    if (status == STEIN_OK && !d->put_off) {
+        status = race(d, err);
+        d->put_off = status == STEIN_OK && d->naccepted == 0 && fit__noise_given(&d->p) &&
+                     diag__is_beyond_one(d);
     }
-    d->put_off = status == STEIN_OK && d->naccepted == 0 && fit__noise_given(&d->p) &&
-                 diag__is_beyond_one(d);
     return status == STEIN_OK && !d->put_off ? diag__refit_on(d, err) : status;
 }
 
 stein_status diag__refit_on(diag *d, stein_err *err)
 {
-    stein_status status = STEIN_OK;
+    stein_status status = race(d, err);
     d->put_off = 0;
-    if (d->n > 0 && !leaves_noise(d)) {
+    if (status == STEIN_OK && d->n > 0 && !leaves_noise(d)) {
         status = diag__early_ones(d, 0, err);
     }
     status = status == STEIN_OK ? contest(d, err) : status;

@@ -121,7 +121,11 @@ typedef struct diag {
     int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     int laws_tried;
-    int put_off; /* 1: what refits cost most for waits for the laws (refine.c) */
+    const lab_candidate *known; /* of a search that has been made before: who led, and where it */
+    const double *known_x;      /* ended; NULL: it has not */
+    int hasty; /* 1: what refits cost most for waits where more is left (several.c) */
+    int raced;
+    int put_off; /* 1: it waits for the laws, or for other causes (refine.c) */
     lab_diagnosis *out;
 } diag;
 
@@ -191,6 +195,8 @@ extern const double diag__horizon[DIAG_HORIZONS];
 double diag__longest(const fit__problem *p);
 /** Samples up to the problem's horizon. */
 double diag__samples(const fit__problem *p);
+/** Sum of squares of residuals r up to a horizon [s]. */
+double diag__chi2_to(const fit__problem *p, const double *r, double horizon);
 /** Is that chi2 clearly more than noise, in size and beyond chance? @param dof  or samples */
 int diag__is_clear(double chi2, double dof);
 /** What a fit along the strokes is held against on its way. */
@@ -298,7 +304,8 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 /* ---- refine.c ---- */
 
 /** Full fits of the best suspects; the best first. What costs most is put off (d->put_off) where no
- *  single suspect explains how the strokes begin: if a law explains all it is not needed. */
+ *  single suspect explains how the strokes begin: if a law explains all it is not needed. In a
+ *  hasty search the races are, too, where its leader leaves more than noise. */
 stein_status diag__refit(diag *d, stein_err *err);
 /** What has been put off. */
 stein_status diag__refit_on(diag *d, stein_err *err);
@@ -314,6 +321,8 @@ stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);
 /** Those that were fitted first, the best before all; an amount that is not physical has reached
  *  nothing. */
 void diag__sort(diag *d);
+/** Are they the same effect at the same place? */
+int diag__is_same(const lab_candidate *a, const lab_candidate *b);
 /** Are they two places of one element of the mechanism, as "stop" and "stop.normal.c"? */
 int diag__related(const lab_candidate *a, const lab_candidate *b);
 
@@ -496,6 +505,7 @@ typedef struct diag__found {
     const diag *pruned;               /* the end at which no cause was needless, and */
     const diag__suspect *pruned_leader;
     double chi2_dof, excess;
+    int hasty;       /* 1: further searches put off what costs most */
     diag__held held; /* held-out strokes at the end */
     diag **stage;    /* searches after the first one */
     int nstage;
@@ -540,6 +550,8 @@ int diag__law_is_all(const diag *d);
 /** Was a law found that leaves more than noise, but half of what several causes leave beyond it?
  * They would be pieces of what it is a piece of. */
 int diag__law_is_ahead(const diag *d, const diag__found *f);
+/** Is it, and all of those causes are in its place, or numbers of that? */
+int diag__law_has_all(const diag *d, const diag__found *f);
 /** The law of an unknown effect, if it has one, into d->out. Causes that leave more than noise
  *  give way to a law that predicts better: then the verdict is an unknown effect.
  *  @param before  the held-out strokes without it
@@ -609,6 +621,10 @@ double diag__noise_sd(const diag *d);
 double diag__most_noise(const diag *d);
 /** Is a residual of this chi2/dof more than noise? Where nobody stated the noise it may be. */
 int diag__is_more(const diag *d, double chi2_dof);
+/** Does a search go on where its leader leaves that? The first one as long as it is off: of all
+ * that may lead it has to find the one. A further one while it is more: its leader has ended there
+ * with the causes of others. */
+int diag__is_on(const diag *d, double chi2_dof);
 /** Verdict and reason from what the searches have found; without a cause that holds, found->n is 0
  *  afterwards. */
 void diag__verdict(diag *d, diag__found *found);

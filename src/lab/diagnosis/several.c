@@ -37,11 +37,6 @@ double diag__objective(const diag__found *f)
     return f->leader != NULL ? f->leader->objective : f->end->null_objective;
 }
 
-static int is_same(const lab_candidate *a, const lab_candidate *b)
-{
-    return a->effect == b->effect && strcmp(a->place, b->place) == 0;
-}
-
 /* ---- a further search ---- */
 
 /* effects that act in it; @param without  one that does not, NULL: all do */
@@ -53,7 +48,7 @@ static int take_causes(diag *next, const diag *from, const diag__suspect *leader
         const lab_candidate *c = i < from->naccepted ? &from->accepted[i]
                                  : leader != NULL    ? &leader->s.candidate
                                                      : NULL;
-        if (c != NULL && (without == NULL || !is_same(c, without)) && n < FIT__ACCEPTED) {
+        if (c != NULL && (without == NULL || !diag__is_same(c, without)) && n < FIT__ACCEPTED) {
             next->accepted[n++] = *c;
         }
     }
@@ -100,7 +95,7 @@ static stein_status take_model(diag *next, const diag *first, const diag *from,
     int parts = parts_of(next->accepted, next->naccepted),
         had = parts_of(from->accepted, from->naccepted),
         more = leader != NULL && leader->model != NULL &&
-               (without == NULL || !is_same(&leader->s.candidate, without));
+               (without == NULL || !diag__is_same(&leader->s.candidate, without));
     if (parts == 0) {
         take_strokes(next, first->model, first->fit_data, first->held_data);
     } else if (parts < had + more) {
@@ -117,11 +112,11 @@ static stein_status take_model(diag *next, const diag *first, const diag *from,
 static int amount_of(const diag *from, const diag__suspect *leader, const lab_candidate *c)
 {
     for (int i = 0; i < from->naccepted; i++) {
-        if (is_same(&from->accepted[i], c)) {
+        if (diag__is_same(&from->accepted[i], c)) {
             return from->p.first_accepted + FIT__NUMBERS * i;
         }
     }
-    return leader != NULL && is_same(&leader->s.candidate, c) ? from->p.amount : -1;
+    return leader != NULL && diag__is_same(&leader->s.candidate, c) ? from->p.amount : -1;
 }
 
 /* where a search has ended as unknowns of another one; @param c  on trial there, NULL: nothing */
@@ -170,6 +165,7 @@ static stein_status open_stage(diag__found *f, const diag *first, const diag *fr
     next->fit_def = first->fit_def;
     next->out = first->out;
     next->only = first->only;
+    next->hasty = f->hasty;
     take_causes(next, from, leader, without);
     status = take_model(next, first, from, leader, without, err);
     for (int i = 0; status == STEIN_OK && i < next->naccepted; i++) {
@@ -286,7 +282,7 @@ static stein_status leave_out(diag__found *f, const diag *first, int i, diag **w
                               diag__held *held, stein_err *err)
 {
     const lab_candidate *c = &f->cause[i].candidate;
-    int on_trial = f->leader != NULL && is_same(&f->leader->s.candidate, c);
+    int on_trial = f->leader != NULL && diag__is_same(&f->leader->s.candidate, c);
     stein_status status = STEIN_OK;
     *without = f->end; // where only the others act
     if (!on_trial) {
@@ -374,7 +370,7 @@ static stein_status search_in_place(const diag__found *f, diag *d, const lab_can
     status = status == STEIN_OK ? diag__rank(d, err) : status;
     diag__suspect *s = NULL;
     for (int i = 0; i < d->n && s == NULL; i++) {
-        int here = is_same(&d->suspect[i].s.candidate, cause) && d->suspect[i].never == NULL;
+        int here = diag__is_same(&d->suspect[i].s.candidate, cause) && d->suspect[i].never == NULL;
         s = here ? &d->suspect[i] : NULL;
     }
     if (status != STEIN_OK || s == NULL) {
@@ -386,6 +382,23 @@ static stein_status search_in_place(const diag__found *f, diag *d, const lab_can
     }
     carry_over(d, f->end, f->leader, cause, s->x);
     return diag__refit_from(d, s, err);
+}
+
+/* what could stand in the place of any other one, which may lead again from where all have ended */
+static stein_status search_beside(const diag__found *f, diag *d, const lab_candidate *cause,
+                                  stein_err *err)
+{
+    double *x = malloc(sizeof *x * (size_t)(d->p.nu + 1));
+    if (x == NULL) {
+        return lab__no_memory(err);
+    }
+    carry_over(d, f->end, f->leader, cause, x);
+    d->known = cause;
+    d->known_x = x;
+    stein_status status = diag__search(d, err);
+    d->known = NULL;
+    free(x);
+    return status;
 }
 
 /* The search for cause i again, with the others in the model. @param changed  1: it is another one
@@ -400,12 +413,12 @@ static stein_status search_again(diag__found *f, const diag *first, int i, int *
     status = status == STEIN_OK ? diag__suspects(d, err) : status;
     int in_place = was.effect->needs == NULL && !diag__is_more(first, f->chi2_dof);
     if (status == STEIN_OK) {
-        status = in_place ? search_in_place(f, d, &was, err) : diag__search(d, err);
+        status = in_place ? search_in_place(f, d, &was, err) : search_beside(f, d, &was, err);
     }
     const diag__suspect *best = status == STEIN_OK && d->n > 0 ? &d->suspect[0] : NULL;
     *changed = 0;
     if (best == NULL || !best->s.refitted || !isfinite(best->objective) || !best->s.possible ||
-        is_same(&best->s.candidate, &was) ||
+        diag__is_same(&best->s.candidate, &was) ||
         !(best->objective < objective - diag__convincing * f->excess)) {
         return status;
     }
@@ -446,13 +459,66 @@ static stein_status ask_for_law(diag *first, const diag__held *before, stein_err
     return off ? diag__try_laws(first, before, INFINITY, err) : STEIN_OK;
 }
 
+/* The leader of a search is a cause; of a hasty one also when it pays after what was put off. */
+static int accept_or_go_on(diag__found *f, diag *d, const diag__held *before, int begins,
+                           stein_status *status, stein_err *err)
+{
+    int is_cause = accept(f, d, before, begins, status, err);
+    if (!is_cause && *status == STEIN_OK && d->naccepted > 0 && d->put_off) {
+        *status = diag__refit_on(d, err);
+        is_cause = *status == STEIN_OK && accept(f, d, before, begins, status, err);
+    }
+    return is_cause;
+}
+
+/* What the last search has put off. Its leader is a cause already; who leads now takes its place.
+ */
+static stein_status go_on(diag__found *f, stein_err *err)
+{
+    diag *d = f->end;
+    if (!d->put_off || f->leader == NULL) {
+        return STEIN_OK;
+    }
+    diag__held after;
+    diag__asked asked = f->asked[f->n - 1];
+    stein_status status = diag__refit_on(d, err);
+    status = status == STEIN_OK ? judge(d, &d->suspect[0], &after, err) : status;
+    if (status == STEIN_OK) {
+        d->suspect[0].s.held_out = after.rmse;
+        diag__held_free(&f->held);
+        f->held = after;
+        f->n--;
+        lead(f, d, asked);
+    }
+    return status;
+}
+
+/* Hasty searches have led to a pair that leaves more than noise: what they have put off, unless
+ * that is clearly more and a law is all of it, or they are pieces of one. @return  1: nobody goes
+ * on
+ */
+static int wait_for_law(diag__found *f, diag *first, const diag__held *before, stein_status *status,
+                        stein_err *err)
+{
+    int clearly = f->chi2_dof > diag__most_noise(first);
+    *status = clearly ? ask_for_law(first, before, err) : STEIN_OK;
+    if (*status != STEIN_OK || diag__law_is_all(first) || diag__law_has_all(first, f)) {
+        return 1;
+    }
+    f->hasty = 0;
+    *status = go_on(f, err);
+    *status = *status == STEIN_OK ? exchange(f, first, err) : *status;
+    return 0;
+}
+
 stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *f,
                           stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag *d = first;
-    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
-    while (accept(f, d, f->n > 0 ? &f->held : before, pair && begins(d), &status, err)) {
+    int hasty = !pair && first->only == NULL && fit__noise_given(&first->p);
+    *f = (diag__found){.end = first, .excess = 1.0, .hasty = hasty, .held = {.rmse = NAN}};
+    while (accept_or_go_on(f, d, f->n > 0 ? &f->held : before, pair && begins(d), &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
             break; // it is the law: nobody has to be asked again
@@ -467,6 +533,10 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
             break; // they are not all
         }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
+        if (status == STEIN_OK && f->end->put_off && f->n > 1 &&
+            diag__is_more(first, f->chi2_dof) && wait_for_law(f, first, before, &status, err)) {
+            break;
+        }
         d = f->end;
         if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof)) {
             break;

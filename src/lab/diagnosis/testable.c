@@ -77,7 +77,7 @@ const char *diag__untestable(const diag *d, const lab_candidate *c)
         }
     }
     for (int i = 0; i < d->naccepted; i++) {
-        if (d->accepted[i].effect == c->effect && strcmp(d->accepted[i].place, c->place) == 0) {
+        if (diag__is_same(&d->accepted[i], c)) {
             return "it was found already";
         }
     }

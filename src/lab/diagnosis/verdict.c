@@ -245,6 +245,12 @@ int diag__is_more(const diag *d, double chi2_dof)
     return !fit__noise_given(&d->p) || chi2_dof > 1.0 + by_noise * diag__noise_sd(d);
 }
 
+int diag__is_on(const diag *d, double chi2_dof)
+{
+    int one_of_several = d->naccepted > 0 && fit__noise_given(&d->p);
+    return one_of_several ? diag__is_more(d, chi2_dof) : diag__is_off(d, chi2_dof);
+}
+
 double diag__share(const diag *d, double chi2_dof)
 {
     double before = d->out->chi2_dof_before;
