@@ -187,7 +187,7 @@ START_TEST(a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was)
     size_t size = sizeof *w->p.step * (size_t)w->p.nu;
     double *step = malloc(size);
     memcpy(step, w->p.step, size);
-    ck_assert_stein(diag__curve_settle(w, c, err));
+    ck_assert_stein(diag__curve_settle(&b.d, w, c, err));
     ck_assert(c->fitted);
     ck_assert_double_eq(w->p.tolerance, tolerance);
     ck_assert_int_eq(w->p.central, 0);

@@ -722,11 +722,32 @@ START_TEST(an_instrument_that_is_no_output_is_refused)
 }
 END_TEST
 
-/* experiments of the piano action, driven by forces between these */
-static lab_experiment *experiments_of(const lab_model *model, double lo, double hi,
-                                      const lab_plan_def *def, int *n)
+/* a kind at a place of the piano action, open as a side */
+static void side_of(plan__side *side, const lab_suspect *none, const char *effect,
+                    const char *place, const lab_model *model)
 {
-    const char *file = "models/stein1788.yaml";
+    lab_candidate *candidate = NULL;
+    int n = 0, found = 0;
+    lab_suspect s = *none;
+    ck_assert_stein(lab_candidates(&candidate, &n, model, err));
+    for (int i = 0; i < n; i++) {
+        int it = strcmp(candidate[i].effect->kind, effect) == 0 &&
+                 strcmp(candidate[i].place, place) == 0;
+        s.candidate = it ? candidate[i] : s.candidate;
+        found += it;
+    }
+    free(candidate);
+    ck_assert_int_eq(found, 1);
+    lab_options options = cache_here(NULL);
+    ck_assert_stein(plan__side_open(side, &s, "models/stein1788.yaml", model, &options, err));
+    side->s = none;
+}
+
+/* experiments of the piano action, driven by forces between these, for sides: kind, place [n] */
+static lab_experiment *experiments_for(const char *const (*who)[2], int nside,
+                                       const lab_model *model, double lo, double hi,
+                                       const lab_plan_def *def, int *n)
+{
     lab_used eye = {.name = "string_distance", .unit = "m", .hi = 0.04, .noise = 1e-5};
     lab_used finger = {.name = "finger", .unit = "N", .lo = lo, .hi = hi};
     lab_diagnosis d = {.conditions = {.from = 0.0,
@@ -737,26 +758,66 @@ static lab_experiment *experiments_of(const lab_model *model, double lo, double 
                                       .ninput = 1,
                                       .input = &finger}};
     lab_suspect s = {.gain = NAN};
-    lab_candidate *candidate = NULL;
-    int ncandidate = 0;
     plan__bench b;
-    plan__side side;
+    plan__side side[4];
     lab_experiment *list = NULL;
-    ck_assert_stein(lab_candidates(&candidate, &ncandidate, model, err));
-    for (int i = 0; i < ncandidate; i++) {
-        int it = strcmp(candidate[i].effect->kind, "viscous_friction") == 0 &&
-                 strcmp(candidate[i].place, "hammer") == 0;
-        s.candidate = it || i == 0 ? candidate[i] : s.candidate;
+    for (int k = 0; k < nside; k++) {
+        side_of(&side[k], &s, who[k][0], who[k][1], model);
     }
-    free(candidate);
-    ck_assert_str_eq(s.candidate.effect->kind, "viscous_friction");
-    ck_assert_stein(plan__side_open(&side, &s, file, model, NULL, err));
-    ck_assert_stein(plan__bench_make(&b, &side, &d, lab_equations(model), def, err));
-    ck_assert_stein(plan__experiments(&b, &side, 1, &list, n, err));
+    ck_assert_stein(plan__bench_make(&b, &side[0], &d, lab_equations(model), def, err));
+    ck_assert_stein(plan__experiments(&b, side, nside, &list, n, err));
     plan__bench_free(&b);
-    plan__side_close(&side);
+    for (int k = 0; k < nside; k++) {
+        plan__side_close(&side[k]);
+    }
     return list;
 }
+
+static lab_experiment *experiments_of(const lab_model *model, double lo, double hi,
+                                      const lab_plan_def *def, int *n)
+{
+    static const char *const who[][2] = {{"viscous_friction", "hammer"}};
+    return experiments_for(who, 1, model, lo, hi, def, n);
+}
+
+/* the experiment of just that name, NULL: there is none */
+static const lab_experiment *called(const lab_experiment *list, int n, const char *name)
+{
+    const lab_experiment *e = NULL;
+    for (int i = 0; i < n; i++) {
+        e = strcmp(list[i].name, name) == 0 ? &list[i] : e;
+    }
+    return e;
+}
+
+/* A stiffer joint, a wire and a damper: each part comes off by itself, and both at once. */
+START_TEST(all_that_comes_off_is_taken_off_at_once)
+{
+    static const char *const who[][2] = {
+        {"joint_stiffness", "key"}, {"wire", "key"}, {"string_damper", "key"}};
+    static const char wire[] = "key without wire: key_wire.k = 0",
+                      damper[] = "key without string_damper: key_damper.normal.F0 = 0";
+    lab_plan_def def = lab_plan_def_default();
+    lab_model *model = NULL;
+    ck_assert_stein(lab_open(&model, "models/stein1788.yaml", NULL, err));
+    for (int nside = 1; nside <= 3; nside++) {
+        char both[2 * LAB_PLAN_TEXT];
+        int n = 0;
+        lab_experiment *list = experiments_for(who, nside, model, 0.0, 1.2, &def, &n);
+        snprintf(both, sizeof both, "%s, %s", wire, damper);
+        const lab_experiment *e = called(list, n, both);
+        ck_assert_int_eq(called(list, n, wire) != NULL, nside > 1);
+        ck_assert_int_eq(called(list, n, damper) != NULL, nside > 2);
+        ck_assert_int_eq(e != NULL, nside > 2);
+        if (e != NULL) {
+            ck_assert_double_eq(plan__set_of(e, "key_wire.k")->value, 0.0);
+            ck_assert_double_eq(plan__set_of(e, "key_damper.normal.F0")->value, 0.0);
+        }
+        free(list);
+    }
+    lab_close(model);
+}
+END_TEST
 
 START_TEST(what_is_asked_for_can_be_done)
 {
@@ -864,6 +925,7 @@ Suite *plan_suite(void)
     tcase_add_test(tc, readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more);
     tcase_add_loop_test(tc, a_check_of_the_instrument_settles_it, 0, 2);
     tcase_add_loop_test(tc, what_comes_off_is_taken_off, 0, 2);
+    tcase_add_test(tc, all_that_comes_off_is_taken_off_at_once);
     tcase_add_test(tc, where_one_stroke_is_not_enough_things_are_done_at_once);
     tcase_add_test(tc, what_two_experiments_change_is_changed_at_once);
     tcase_add_test(tc, a_plan_begins_where_the_numbers_of_a_rival_were_found);

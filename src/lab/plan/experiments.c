@@ -325,23 +325,49 @@ static int concerns(const plan__side *side, int nside, const char *thing)
     return 0;
 }
 
-/* What somebody supposes to hang on a body comes off, or is found not to be there: the stroke is
+/* the amount of a part that comes off, 0 then; NULL: the side supposes none */
+static const char *comes_off(const plan__side *side, const char **unit)
+{
+    const lab_candidate *c = &side->candidate;
+    const stein_model *m = lab_equations(side->model);
+    const char *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
+    *unit = lab__comes_off(m, amount);
+    return *unit != NULL ? amount : NULL;
+}
+
+/* What some sides suppose to hang on a body comes off, or is found not to be there: the stroke is
  * then the same again. */
+static void take_off(list *l, const plan__side *side, const int *which, int n)
+{
+    lab_experiment *e =
+        add(l, "nothing of that kind may touch it; what is there is taken off", "%s", "");
+    for (int i = 0; e != NULL && i < n; i++) {
+        const lab_candidate *c = &side[which[i]].candidate;
+        const char *unit, *amount = comes_off(&side[which[i]], &unit);
+        char name[LAB_PLAN_TEXT];
+        snprintf(name, sizeof name, "%s without %s: %s = 0", c->place, c->effect->kind, amount);
+        append(e->name, i > 0 ? ", " : "", name);
+        if (!plan__set(e, amount, unit, 0.0)) {
+            l->n--; // it would be there still
+            return;
+        }
+    }
+}
+
+/* every one that somebody supposes, and all of them: where a spring in the joint, a wire and a
+ * damper are rivals, what is left without both is the spring */
 static void without_part(list *l, const plan__side *side, int nside)
 {
+    int which[1 + LAB_PLAN_RIVALS], n = 0;
     for (int i = 0; i < nside; i++) {
-        const lab_candidate *c = &side[i].candidate;
-        const stein_model *m = lab_equations(side[i].model);
-        const char *amount = c->nparam > 0 ? m->params[c->param[0]].name : "";
-        const char *unit = lab__comes_off(m, amount);
-        if (unit == NULL) {
-            continue;
+        const char *unit;
+        if (comes_off(&side[i], &unit) != NULL) {
+            which[n++] = i;
+            take_off(l, side, &which[n - 1], 1);
         }
-        lab_experiment *e = add(l, "nothing of that kind may touch it; what is there is taken off",
-                                "%s without %s: %s = 0", c->place, c->effect->kind, amount);
-        if (e != NULL && !plan__set(e, amount, unit, 0.0)) {
-            l->n--;
-        }
+    }
+    if (n > 1) {
+        take_off(l, side, which, n);
     }
 }
 
