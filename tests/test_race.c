@@ -98,6 +98,58 @@ START_TEST(a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enoug
 }
 END_TEST
 
+/* Where one of two leads, a hasty search leaves races and fits along the swings for later; where
+ * its leader is all that is missing, there is nothing to leave. */
+START_TEST(a_hasty_search_waits_where_its_leader_leaves_more)
+{
+    static const char *const two[] = {"rod.coulomb.T=2 mN m", "rod.preload=4 mN m", NULL};
+    bench b;
+    diag *d = &b.d;
+    open_bench(&b, two, 2, 500);
+    d->hasty = 1;
+    ck_assert_stein(diag__search(d, err));
+    double first = d->suspect[0].objective;
+    ck_assert(d->put_off && !d->raced && diag__is_more(d, d->suspect[0].s.chi2_dof));
+    for (int i = 0; i < d->n; i++) {
+        ck_assert(!d->suspect[i].begun);
+    }
+    ck_assert_stein(diag__refit_on(d, err));
+    ck_assert(!d->put_off && d->raced);
+    ck_assert_double_le(d->suspect[0].objective, first);
+    close_bench(&b);
+
+    open_bench(&b, friction, 2, 2100);
+    d->hasty = 1;
+    ck_assert_stein(diag__search(d, err));
+    ck_assert_str_eq(d->suspect[0].s.candidate.effect->kind, "coulomb_friction");
+    ck_assert(!d->put_off && d->raced);
+    close_bench(&b);
+}
+END_TEST
+
+/* whatever its score, it is fitted from there */
+START_TEST(who_led_elsewhere_is_asked_again)
+{
+    static const char kind[] = "viscous_asymmetry";
+    for (int known = 0; known < 2; known++) {
+        bench b;
+        diag *d = &b.d;
+        open_bench(&b, friction, 2, 2100);
+        lab_candidate led = suspect(d, kind)->s.candidate;
+        double *x = malloc(sizeof *x * (size_t)d->p.nu);
+        memcpy(x, d->x, sizeof *x * (size_t)d->p.nu);
+        d->hasty = 1;
+        d->known = known ? &led : NULL;
+        d->known_x = x;
+        ck_assert_stein(diag__search(d, err));
+        ck_assert_int_eq(suspect(d, kind)->s.refitted, known);
+        ck_assert_str_eq(d->suspect[0].s.candidate.effect->kind, "coulomb_friction");
+        free(x);
+        close_bench(&b);
+    }
+}
+END_TEST
+
 /* along the swings from the file's own numbers with an effect, NULL: without. @return fits */
 static int follow(diag *d, const lab_candidate *effect, diag__pursuit *c)
 {
@@ -391,6 +443,8 @@ Suite *race_suite(void)
     tcase_add_test(tc, what_is_missing_wins_the_race);
     tcase_add_test(tc, who_explains_no_more_than_others_do_is_no_begin);
     tcase_add_test(tc, a_race_that_leaves_more_than_noise_says_that_one_suspect_is_not_enough);
+    tcase_add_test(tc, a_hasty_search_waits_where_its_leader_leaves_more);
+    tcase_add_test(tc, who_led_elsewhere_is_asked_again);
     tcase_add_test(tc, a_fit_that_explains_nothing_of_what_shows_early_is_given_up);
     tcase_add_test(tc, a_fit_that_is_to_leave_but_noise_is_given_up_where_it_leaves_more);
     tcase_add_test(tc, a_fit_that_falls_behind_the_best_one_is_given_up);
