@@ -112,8 +112,10 @@ static const lab_effect effects[] = {
     {"sensor_offset", "sensor", LAB_AT_CHANNEL, "offset", "sensor.offset", NULL,
      "reading y + offset", "one channel, from the first sample on; a marker's offset says the same",
      "", NULL, 1, 0},
+    // a sensor shows what was: where nobody knows when a record began, one that seems to be ahead
+    // is another one that is late
     {"sensor_delay", "sensor", LAB_AT_CHANNEL, "delay", "sensor.delay", NULL,
-     "reading y(t - delay)", "one channel, in proportion to its rate", "time_base", NULL, 1, 1},
+     "reading y(t - delay)", "one channel, in proportion to its rate", "time_base", NULL, 0, 1},
     {"time_base", "sensor", LAB_AT_CLOCK, "error", "clock.error", NULL,
      "the frame at recorded time t was taken at (1 + error) t",
      "all channels, ever later or earlier", "sensor_delay", NULL, 1, 1},
