@@ -192,6 +192,44 @@ START_TEST(one_effect_is_not_called_two)
 }
 END_TEST
 
+/* Two channels of records that began nobody knows when, one of them late: that the other one is
+ * ahead says the same, and is no sensor. */
+START_TEST(of_two_channels_the_late_one_is_named)
+{
+    static const char *const channels[] = {"angle rate", "rate angle"}, *const late[] = {"rate",
+                                                                                         "angle"};
+    static const char *const truth[] = {NULL};
+    static char path[SWINGS][200];
+    const char *data[SWINGS + 1] = {NULL};
+    for (int i = 0; i < SWINGS; i++) {
+        char start[60], name[40];
+        snprintf(start, sizeof start, "rod.initial.position=%d deg", 12 + 6 * i);
+        snprintf(name, sizeof name, "late%d.csv", i);
+        const char *const told[] = {start, NULL};
+        film m = {.model = pendulum,
+                  .truth = truth,
+                  .told = told,
+                  .channels = channels[_i],
+                  .rate = 100.0,
+                  .until = 2.0,
+                  .noise = 1e-3,
+                  .lag = 1e-3,
+                  .unsynchronised = 1,
+                  .seed = 2600 + (unsigned long long)i};
+        snprintf(path[i], sizeof path[i], "%s", take(name, &m));
+        data[i] = path[i];
+    }
+    fitted f;
+    open_fit(&f, pendulum, NULL, data);
+    lab_diagnosis *d = diagnosed(&f, pendulum, late[_i]);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_str_eq(d->suspect[0].candidate.place, late[_i]);
+    ck_assert_cause(d, "sensor_delay", 1e-3, 0);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 /* the file with another line in the place of the one that begins so */
 static void with_line(const char *path, const char *begins, const char *instead)
 {
@@ -432,6 +470,7 @@ Suite *several_suite(void)
     tcase_add_test(tc, what_was_found_first_gives_way_to_what_does_better_beside_the_others);
     tcase_add_test(tc, a_part_is_found_beside_another_cause);
     tcase_add_test(tc, one_effect_is_not_called_two);
+    tcase_add_loop_test(tc, of_two_channels_the_late_one_is_named, 0, 2);
     tcase_add_test(tc, the_mean_of_what_differs_by_itself_is_asked);
     tcase_add_test(tc, a_number_far_out_of_its_tolerance_is_told_though_the_fit_has_moved_it);
     tcase_add_test(tc, what_a_strained_fit_lacks_leads_where_its_numbers_are_believed);

@@ -396,9 +396,9 @@ stein_status diag__curve_judge(diag *d, diag__curves *w, int n, double before, s
     diag__curve *c = w->curve;
     w->held = (diag__held){.x = NULL, .rmse = NAN};
     diag__curve_sort(c, n);
-    int settles = n > 0 && c[0].fitted &&
-                  diag__curve_chi2_dof(d, w, &c[0]) <
-                      fmin(near_noise, diag__most_noise(d)); // else nobody counts its digits
+    double most =
+        fmin(near_noise, diag__most_noise(d)); // nobody counts the digits of what is beyond
+    int settles = n > 0 && c[0].fitted && diag__curve_chi2_dof(d, w, &c[0]) < most;
     stein_status status = settles ? diag__curve_settle(d, w, &c[0], err) : STEIN_OK;
     status = status == STEIN_OK ? judge(d, w, n, &w->held, err) : status;
     o->law = calloc((size_t)n + 1, sizeof *o->law);

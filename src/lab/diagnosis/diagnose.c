@@ -6,7 +6,8 @@
  *   null fit    the model as it is: every number with a tolerance, every stroke's own (pursue.c)
  *   suspects    what every candidate would change (suspects.c)
  *   rank        whom the residual looks like (rank.c)
- *   refit       the best ones in full, then what could stand in their place (refine.c)
+ *   refit       the best ones in full, then what could stand in their place (refine.c,
+ *               contest.c)
  *   held out    is anything gained where nothing was fitted (heldout.c), and is there more
  *               to be found (several.c); where much is left, a law is asked for first (curve.c)
  *   verdict     (verdict.c), numbers (note.c)

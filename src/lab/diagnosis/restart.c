@@ -7,7 +7,7 @@
  * all numbers, Coulomb friction of the key got 9 % of its amount, where viscous friction went all
  * the way. So one more search is made beside each of the others that gain as much as the best one
  * nearly, and beside the best one of the next best place, where those that were not followed along
- * the strokes are first (hear_place in refine.c). A pair that leaves but noise holds.
+ * the strokes are first (hear_place in contest.c). A pair that leaves but noise holds.
  *
  * Or nobody explains anything: two effects that hide each other. Where one of them alone explains
  * how the strokes begin (race.c), fits of whole strokes lead it nowhere, since what the other one

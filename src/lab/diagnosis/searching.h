@@ -12,6 +12,7 @@
  *   early.c       the same where the strokes begin, or where numbers are believed
  *   race.c        who explains how the strokes begin
  *   refine.c      the best suspects fitted in full
+ *   contest.c     what could stand in the leader's place
  *   anew.c        the same from other starts
  *   order.c       in the order of what they have reached
  *   strays.c      single strokes that a fit has lost
@@ -121,11 +122,11 @@ typedef struct diag {
     int anew;                    /* fits of suspects from the file's own numbers */
     struct diag__curves *curves; /* of an unknown effect; NULL: none */
     int laws_tried;
-    const lab_candidate *known; /* of a search that has been made before: who led, and where it */
-    const double *known_x;      /* ended; NULL: it has not */
-    int hasty; /* 1: what refits cost most for waits where more is left (several.c) */
-    int raced;
-    int put_off; /* 1: it waits for the laws, or for other causes (refine.c) */
+    const lab_candidate *known; /* who led in an earlier search of the same; NULL: there was none */
+    const double *known_x;      /* and where that has ended */
+    int hasty;   /* 1: what refits cost most for waits where more is left (several.c) */
+    int raced;   /* 1: races have been run, or nobody had to (refine.c) */
+    int put_off; /* 1: what costs most waits for the laws, or for other causes (refine.c) */
     lab_diagnosis *out;
 } diag;
 
@@ -309,12 +310,22 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 stein_status diag__refit(diag *d, stein_err *err);
 /** What has been put off. */
 stein_status diag__refit_on(diag *d, stein_err *err);
-/** Fits along the strokes of those at the place of suspect k that had none, the first ones; the
- *  order stays. @return OK, ENOMEM */
-stein_status diag__hear_place(diag *d, int k, stein_err *err);
 /** What could stand in the place of one that describes the strokes.
  *  @param s  ranked, with room, and s->x where it does */
 stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);
+
+/* ---- contest.c ---- */
+
+/** Is but noise left to the leader, or to the null fit? */
+int diag__leaves_noise(const diag *d);
+/** What could stand in the leader's place, until nobody else leads. @return OK, ENOMEM */
+stein_status diag__contest(diag *d, stein_err *err);
+/** A gain that may be that of a null fit which is stuck is asked again from the leader's end.
+ *  @return OK, ENOMEM */
+stein_status diag__doubt(diag *d, stein_err *err);
+/** Fits along the strokes of those at the place of suspect k that had none, the first ones; the
+ *  order stays. @return OK, ENOMEM */
+stein_status diag__hear_place(diag *d, int k, stein_err *err);
 
 /* ---- order.c ---- */
 
@@ -333,7 +344,7 @@ int diag__related(const lab_candidate *a, const lab_candidate *b);
  *  else. @return OK, ENOMEM */
 stein_status diag__scan_parts(diag *d, const diag__suspect *leader, stein_err *err);
 
-/* ---- refine.c, for anew.c ---- */
+/* ---- refine.c, for contest.c and anew.c ---- */
 
 /** Numbers in the block of x, r, J and sd of a refit. */
 size_t diag__room_of(const fit__problem *p);
@@ -342,6 +353,10 @@ stein_status diag__make_room(diag *d, diag__suspect *s, stein_err *err);
 /** An amount at which it can be simulated [limits]: parts have no 0, and what was scanned does
  *  nothing there. */
 double diag__least_amount(const diag__suspect *s);
+/** Derivatives [fit__columns] of a base, J, with the suspect's own column G. */
+void diag__borrow(const fit__problem *p, const double *J, const double *G, double *to);
+/** Is it still open how far the fit of a suspect leads? */
+int diag__is_open(const diag__suspect *s);
 /** The fit of a suspect, from s->x with s->J. */
 stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *err);
 /** The same; numerical failures are the suspect's misfortune. @return OK, ENOMEM */

@@ -14,6 +14,13 @@
  * and one cause is not called two. Before that each but the last is searched for again with the
  * others in the model: another one may do better in its place.
  *
+ * Races and fits along the strokes are most of a search, and in vain where the other cause is not
+ * the right one yet. So further searches are hasty at first:
+ *
+ *      second one in haste --> first one again, in haste --> but noise left? --> done
+ *                                  |
+ *                                  +--> a law, where clearly more is left --> what was put off
+ *
  * Where two leave more than the noise that the data state, a law in no table may be what is missing
  * (curve.c): that is asked before a third one is searched for.
  */
