@@ -225,6 +225,7 @@ START_TEST(of_two_channels_the_late_one_is_named)
     ck_assert_int_eq(d->ncause, 1);
     ck_assert_str_eq(d->suspect[0].candidate.place, late[_i]);
     ck_assert_cause(d, "sensor_delay", 1e-3, 0);
+    ck_assert_int_eq(d->nrival, 0);
     lab_diagnosis_destroy(d);
     drop(&f);
 }
