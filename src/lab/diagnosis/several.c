@@ -19,7 +19,8 @@
  *
  *      second one in haste --> first one again, in haste --> but noise left? --> done
  *                                  |
- *                                  +--> a law, where clearly more is left --> what was put off
+ *                                  +--> a law, if both are in one place --> what was put off, and
+ *                                                                           both again with care
  *
  * Where two leave more than the noise that the data state, a law in no table may be what is missing
  * (curve.c): that is asked before a third one is searched for.
@@ -391,7 +392,9 @@ static stein_status search_in_place(const diag__found *f, diag *d, const lab_can
     return diag__refit_from(d, s, err);
 }
 
-/* what could stand in the place of any other one, which may lead again from where all have ended */
+/* What could stand in the place of any other one. In haste that one leads again from where all have
+ * ended, which is quick. With care it does not: who has to come near it on the way is given up too
+ * soon where both causes are wrong. */
 static stein_status search_beside(const diag__found *f, diag *d, const lab_candidate *cause,
                                   stein_err *err)
 {
@@ -400,7 +403,7 @@ static stein_status search_beside(const diag__found *f, diag *d, const lab_candi
         return lab__no_memory(err);
     }
     carry_over(d, f->end, f->leader, cause, x);
-    d->known = cause;
+    d->known = f->hasty ? cause : NULL;
     d->known_x = x;
     stein_status status = diag__search(d, err);
     d->known = NULL;
@@ -500,17 +503,18 @@ static stein_status go_on(diag__found *f, stein_err *err)
     return status;
 }
 
-/* Hasty searches have led to a pair that leaves more than noise: what they have put off, unless
- * that is clearly more and a law is all of it, or they are pieces of one. @return  1: nobody goes
- * on
- */
+/* Hasty searches have led to a pair that leaves more than noise: what they have put off, and again
+ * with care. Where that is clearly more and both are in one place they may be pieces of a law
+ * there, which is asked first. @return  1: they are, nobody goes on */
 static int wait_for_law(diag__found *f, diag *first, const diag__held *before, stein_status *status,
                         stein_err *err)
 {
-    int clearly = f->chi2_dof > diag__most_noise(first);
-    *status = clearly ? ask_for_law(first, before, err) : STEIN_OK;
-    if (*status != STEIN_OK || diag__law_is_all(first) || diag__law_has_all(first, f)) {
-        return 1;
+    const lab_candidate *a = &f->cause[0].candidate, *b = &f->cause[1].candidate;
+    if (f->chi2_dof > diag__most_noise(first) && diag__related(a, b)) {
+        *status = ask_for_law(first, before, err);
+        if (*status != STEIN_OK || diag__law_is_all(first) || diag__law_has_all(first, f)) {
+            return 1;
+        }
     }
     f->hasty = 0;
     *status = go_on(f, err);
@@ -540,8 +544,8 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
             break; // they are not all
         }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
-        if (status == STEIN_OK && f->end->put_off && f->n > 1 &&
-            diag__is_more(first, f->chi2_dof) && wait_for_law(f, first, before, &status, err)) {
+        if (status == STEIN_OK && f->hasty && f->n > 1 && diag__is_more(first, f->chi2_dof) &&
+            wait_for_law(f, first, before, &status, err)) {
             break;
         }
         d = f->end;
