@@ -407,6 +407,7 @@ static stein_status search_beside(const diag__found *f, diag *d, const lab_candi
     d->known_x = x;
     stein_status status = diag__search(d, err);
     d->known = NULL;
+    d->known_x = NULL;
     free(x);
     return status;
 }
@@ -475,7 +476,8 @@ static int accept_or_go_on(diag__found *f, diag *d, const diag__held *before, in
 {
     int is_cause = accept(f, d, before, begins, status, err);
     if (!is_cause && *status == STEIN_OK && d->naccepted > 0 && d->put_off) {
-        *status = diag__refit_on(d, err);
+        stein_err why = {STEIN_OK, ""};
+        *status = fit__forgive(diag__refit_on(d, &why), err); // what was found stays found
         is_cause = *status == STEIN_OK && accept(f, d, before, begins, status, err);
     }
     return is_cause;
@@ -491,7 +493,8 @@ static stein_status go_on(diag__found *f, stein_err *err)
     }
     diag__held after;
     diag__asked asked = f->asked[f->n - 1];
-    stein_status status = diag__refit_on(d, err);
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = fit__forgive(diag__refit_on(d, &why), err); // the best is the first
     status = status == STEIN_OK ? judge(d, &d->suspect[0], &after, err) : status;
     if (status == STEIN_OK) {
         d->suspect[0].s.held_out = after.rmse;
