@@ -21,9 +21,8 @@ enum {
     TRIES = 3,
     ANEW = 5 /* fits from the file's own numbers, of one search: they cost most of it */
 };
+const double diag__worth_anew = 40.0, diag__worth_starts = 0.7;
 static const double worth_a_try = 10.0; /* of the objective */
-static const double worth_anew = 40.0;  /* gain */
-static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
 static const double farthest = 1.8;     /* quarters, of a number beside an amount */
 static const double a_step = 0.05;      /* of the way to the best one: less leads nowhere */
 
@@ -213,7 +212,7 @@ stein_status diag__to_the_end(diag *d, diag__suspect *s, stein_err *err)
  * have numbers that nobody believes */
 int diag__leaves_more(diag *d, const diag__suspect *s)
 {
-    return isfinite(s->objective) && s->s.gain > worth_anew &&
+    return isfinite(s->objective) && s->s.gain > diag__worth_anew &&
            (diag__is_on(d, s->s.chi2_dof) || diag__has_bent(diag__problem(d, s), s->x));
 }
 
@@ -238,13 +237,13 @@ stein_status diag__begin_anew(diag *d, diag__suspect *s, stein_err *err)
 {
     static const double first[] = {NAN, NAN, 1.0, -1.0}; // quarters of the range
     int several =
-        s->s.candidate.side[0].param >= 0 && s->s.gain > worth_starts * d->suspect[0].s.gain;
+        s->s.candidate.side[0].param >= 0 && s->s.gain > diag__worth_starts * d->suspect[0].s.gain;
     stein_status status = STEIN_OK;
     double was = INFINITY;
     for (int k = 0; k < (several ? 4 : 2) && status == STEIN_OK && diag__leaves_more(d, s); k++) {
         int same = k > 0 && was - s->objective <= worth_a_try &&
                    fabs(s->tried - s->objective) <= worth_a_try;
-        if ((k == 1 && !(was - s->objective > worth_anew)) || same || d->anew >= ANEW) {
+        if ((k == 1 && !(was - s->objective > diag__worth_anew)) || same || d->anew >= ANEW) {
             continue;
         }
         d->anew++;

@@ -27,12 +27,10 @@ enum {
     MOST_HEARD = 6,
     RENEW_LEADERS = 2
 };
-static const double worth_anew = 40.0;  /* gain */
-static const double worth_starts = 0.7; /* of the best gain: worth more than one start */
-static const double certain = 0.5;      /* gain per sample that no stuck null fit leaves */
-static const double come_near = 0.5;    /* of the leader's gain */
-static const double almost = 4.0;       /* chi2/dof of a leader that begins anew once more */
-static const double nearly = 0.75;      /* in the leader's place: what loses less than that share */
+static const double certain = 0.5;   /* gain per sample that no stuck null fit leaves */
+static const double come_near = 0.5; /* of the leader's gain */
+static const double almost = 4.0;    /* chi2/dof of a leader that begins anew once more */
+static const double nearly = 0.75;   /* in the leader's place: what loses less than that share */
 
 int diag__leaves_noise(const diag *d)
 {
@@ -191,7 +189,7 @@ static int is_unheard(const diag *d, const diag__suspect *s)
     const lab_effect *e = s->s.candidate.effect;
     int named = (e->site == LAB_AT_CONTACT || e->site == LAB_AT_SURFACE) &&
                 diag__related(&s->s.candidate, &leader->s.candidate);
-    int alike = !diag__leaves_noise(d) && s->alike > fmax(worth_anew, leader->s.gain);
+    int alike = !diag__leaves_noise(d) && s->alike > fmax(diag__worth_anew, leader->s.gain);
     int fitted = s->s.refitted && isfinite(s->objective) && s->s.gain > come_near * leader->s.gain;
     return (named || alike) && !fitted && s->model == NULL && s->never == NULL && s->G != NULL &&
            !s->begun;
@@ -249,7 +247,7 @@ static stein_status polish(diag *d, stein_err *err)
     int explained = 0;
     for (int i = 0; status == STEIN_OK && i < d->n && i < (explained ? POLISHED : MORE); i++) {
         diag__suspect *s = &d->suspect[i];
-        int behind = s->s.gain < (i < POLISHED ? 0.3 : worth_starts) * d->suspect[0].s.gain;
+        int behind = s->s.gain < (i < POLISHED ? 0.3 : diag__worth_starts) * d->suspect[0].s.gain;
         if (!s->s.refitted || !isfinite(s->objective) || behind) {
             continue;
         }
@@ -281,7 +279,7 @@ static stein_status beside(diag *d, stein_err *err)
         diag__suspect *s = &d->suspect[i];
         int fitted = s->s.refitted && isfinite(s->objective);
         if (fitted && s->s.candidate.side[0].param >= 0 &&
-            s->s.gain > fmax(diag__least_gain, worth_starts * d->suspect[0].s.gain)) {
+            s->s.gain > fmax(diag__least_gain, diag__worth_starts * d->suspect[0].s.gain)) {
             status = diag__from_beside(d, s, err);
             n++;
         }

@@ -11,7 +11,6 @@ enum { SETTLINGS = 2, ROUNDS_TO_SETTLE = 40 };
 enum { NOISE_ROUNDS = 15 };       // where each of them learns the noise anew, too
 static const double fine = 1e-12; /* tolerance of a step where a fit settles */
 static const double little = 0.5; /* gain of a fit, of a round */
-static const double off = 3.0;    /* sd of noise: more */
 
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
 {
@@ -120,9 +119,8 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
  * all rounds. Its band is widened by what it leaves, and the last digits of it tell nothing. */
 static double worth(const diag *d, const diag__curves *w, const diag__curve *c)
 {
-    double left = diag__curve_chi2_dof(d, w, c) - 1.0 - off * diag__noise_sd(d);
-    double beyond = fit__noise_given(&w->p) ? left * w->p.samples : 0.0;
-    return fmax(little, beyond / ROUNDS_TO_SETTLE);
+    double more = fit__noise_given(&w->p) ? diag__by_more(d, diag__curve_chi2_dof(d, w, c)) : 0.0;
+    return fmax(little, more * w->p.samples / ROUNDS_TO_SETTLE);
 }
 
 stein_status diag__curve_settle(const diag *d, diag__curves *w, diag__curve *c, stein_err *err)

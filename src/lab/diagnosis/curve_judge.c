@@ -428,8 +428,7 @@ int diag__law_has_all(const diag *d, const diag__found *f)
 {
     int all = diag__law_is_ahead(d, f);
     for (int i = 0; all && i < f->n; i++) {
-        const char *place = f->cause[i].candidate.place, *law = d->out->law[0].place;
-        all = strcspn(place, ".") == strlen(law) && strncmp(place, law, strlen(law)) == 0;
+        all = diag__one_element(f->cause[i].candidate.place, d->out->law[0].place);
     }
     return all;
 }

@@ -41,10 +41,15 @@ int diag__is_same(const lab_candidate *a, const lab_candidate *b)
     return a->effect == b->effect && strcmp(a->place, b->place) == 0;
 }
 
+int diag__one_element(const char *a, const char *b)
+{
+    size_t n = strcspn(a, ".");
+    return n == strcspn(b, ".") && strncmp(a, b, n) == 0;
+}
+
 int diag__related(const lab_candidate *a, const lab_candidate *b)
 {
-    size_t n = strcspn(a->place, ".");
-    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
+    return diag__one_element(a->place, b->place);
 }
 
 /* Where one number of a law is all of it that shows, it and the effect that is named after the law

@@ -19,10 +19,9 @@
 
 enum { FIRST = 16, LEADERS = 3, TURNS = 3, LEADS = 4 };
 enum { RENEW_FIRST = 0, RENEW_LEADERS = 2 };
-static const double enough = 0.3;      /* of the objective */
-static const double worth_anew = 40.0; /* gain */
-static const double worth = 0.08;      /* linear gains below that share of the best are left out */
-static const double almost = 4.0;      /* chi2/dof of a null fit that takes an effect over */
+static const double enough = 0.3; /* of the objective */
+static const double worth = 0.08; /* linear gains below that share of the best are left out */
+static const double almost = 4.0; /* chi2/dof of a null fit that takes an effect over */
 
 /* an amount at which it can be simulated: parts have no 0, and what was scanned does nothing there
  */
@@ -172,12 +171,13 @@ static stein_status from_null(diag *d, stein_err *err)
 static stein_status lead_to_the_end(diag *d, stein_err *err)
 {
     diag__suspect *leader = &d->suspect[0];
-    if (!leader->s.refitted || !isfinite(leader->objective) || leader->s.gain < worth_anew) {
+    if (!leader->s.refitted || !isfinite(leader->objective) || leader->s.gain < diag__worth_anew) {
         return STEIN_OK;
     }
     stein_status status = STEIN_OK;
     double was = INFINITY;
-    for (int k = 0; k < LEADS && status == STEIN_OK && was - leader->objective > worth_anew; k++) {
+    for (int k = 0; k < LEADS && status == STEIN_OK && was - leader->objective > diag__worth_anew;
+         k++) {
         was = leader->objective;
         status = diag__to_the_end(d, leader, err);
     }

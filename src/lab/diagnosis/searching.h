@@ -23,6 +23,7 @@
  *   posterior.c   what is known of causes and rivals, for the next experiment
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
+ *   stage.c       a further search, with the causes so far in the model
  *   restart.c     the same with another one to begin with
  *   motion.h      the verdict once more, from a prescribed motion and its force
  *   verdict.c     from numbers to one of seven words
@@ -196,7 +197,7 @@ extern const double diag__horizon[DIAG_HORIZONS];
 double diag__longest(const fit__problem *p);
 /** Samples up to the problem's horizon. */
 double diag__samples(const fit__problem *p);
-/** Sum of squares of residuals r up to a horizon [s]. */
+/** Sum of squares of residuals r up to one of the horizons, diag__horizon diag__longest [s]. */
 double diag__chi2_to(const fit__problem *p, const double *r, double horizon);
 /** Is that chi2 clearly more than noise, in size and beyond chance? @param dof  or samples */
 int diag__is_clear(double chi2, double dof);
@@ -334,7 +335,9 @@ stein_status diag__hear_place(diag *d, int k, stein_err *err);
 void diag__sort(diag *d);
 /** Are they the same effect at the same place? */
 int diag__is_same(const lab_candidate *a, const lab_candidate *b);
-/** Are they two places of one element of the mechanism, as "stop" and "stop.normal.c"? */
+/** Are they places of one element of the mechanism, as "stop" and "stop.normal.c"? */
+int diag__one_element(const char *a, const char *b);
+/** The same of two candidates. */
 int diag__related(const lab_candidate *a, const lab_candidate *b);
 
 /* ---- parts.c ---- */
@@ -363,6 +366,9 @@ stein_status diag__fit_on(diag *d, diag__suspect *s, int renewals, stein_err *er
 stein_status diag__attempt(diag *d, diag__suspect *s, int renewals, stein_err *err);
 
 /* ---- anew.c: all of these keep what is better, and return OK or ENOMEM ---- */
+
+extern const double diag__worth_anew;   /* gain: worth a fit from another start */
+extern const double diag__worth_starts; /* of the best gain: worth more than one */
 
 /** Another start of a suspect's fit: s->x, and s->J or unknown_J. `found` 0: there is none. */
 typedef stein_status diag__start(diag *d, diag__suspect *s, const void *ctx, int *found,
@@ -539,6 +545,22 @@ double diag__objective(const diag__found *found);
  *  @return the amount; the others follow */
 const fit__unknown *diag__amount(const diag__found *found, int cause, double *x, double *sd);
 
+/* ---- stage.c ---- */
+
+/** A search with the causes of `from` and its leader in the model, all but one, at its minimum; it
+ * is the found's, which frees it.
+ *  @param leader   on trial in `from`; NULL: nobody
+ *  @param without  NULL: all act  @param out  the search  @return OK, ENOMEM, or why not */
+stein_status diag__stage_open(diag__found *f, const diag *first, const diag *from,
+                              const diag__suspect *leader, const lab_candidate *without, diag **out,
+                              stein_err *err);
+/** Where a search has ended as unknowns of another one, to [nu]; c: on trial there, NULL: nothing.
+ */
+void diag__carry_over(const diag *next, const diag *from, const diag__suspect *leader,
+                      const lab_candidate *c, double *to);
+/** Unknown that an effect's amount is at a leader's end, -1: it does not act there. */
+int diag__amount_of(const diag *from, const diag__suspect *leader, const lab_candidate *c);
+
 /* ---- restart.c ---- */
 
 /** The suspect that alone explains how the strokes begin, -1: there is none. */
@@ -636,6 +658,8 @@ double diag__noise_sd(const diag *d);
 double diag__most_noise(const diag *d);
 /** Is a residual of this chi2/dof more than noise? Where nobody stated the noise it may be. */
 int diag__is_more(const diag *d, double chi2_dof);
+/** By how much it is more than noise that is stated; < 0: it is not. */
+double diag__by_more(const diag *d, double chi2_dof);
 /** Does a search go on where its leader leaves that? The first one as long as it is off: of all
  * that may lead it has to find the one. A further one while it is more: its leader has ended there
  * with the causes of others. */

@@ -30,11 +30,9 @@
 #include <string.h>
 
 #include "searching.h"
-#include "structure.h"
 
-enum { RENEWALS = 6, EXCHANGES = 4 };
+enum { EXCHANGES = 4 };
 static const double pieces = 1.5;     /* chi2/dof: two causes leave more where a law leaves none */
-static const double enough = 0.3;     /* of the objective */
 static const double no_worse = 1.005; /* ratio of held-out errors */
 
 /* ---- where a search stands ---- */
@@ -43,161 +41,6 @@ static const double no_worse = 1.005; /* ratio of held-out errors */
 double diag__objective(const diag__found *f)
 {
     return f->leader != NULL ? f->leader->objective : f->end->null_objective;
-}
-
-/* ---- a further search ---- */
-
-/* effects that act in it; @param without  one that does not, NULL: all do */
-static int take_causes(diag *next, const diag *from, const diag__suspect *leader,
-                       const lab_candidate *without)
-{
-    int n = 0;
-    for (int i = 0; i <= from->naccepted; i++) {
-        const lab_candidate *c = i < from->naccepted ? &from->accepted[i]
-                                 : leader != NULL    ? &leader->s.candidate
-                                                     : NULL;
-        if (c != NULL && (without == NULL || !diag__is_same(c, without)) && n < FIT__ACCEPTED) {
-            next->accepted[n++] = *c;
-        }
-    }
-    return next->naccepted = n;
-}
-
-static int parts_of(const lab_candidate *list, int n)
-{
-    int parts = 0;
-    for (int i = 0; i < n; i++) {
-        parts += list[i].effect->needs != NULL;
-    }
-    return parts;
-}
-
-static void take_strokes(diag *next, const lab_model *model, const lab_dataset *fit_data,
-                         const lab_dataset *held_data)
-{
-    next->model = model;
-    next->fit_data = fit_data;
-    next->held_data = held_data;
-}
-
-/* a mechanism that no search has had: a part less than the last one's */
-static stein_status open_model(diag *next, const diag *first, stein_err *err)
-{
-    stein_status status = lab__open_with(&next->own_model, first->file, next->accepted,
-                                         next->naccepted, first->def->options, err);
-    status = status == STEIN_OK
-                 ? diag__read_again(first->fit_data, next->own_model, &next->own_fit, err)
-                 : status;
-    status = status == STEIN_OK
-                 ? diag__read_again(first->held_data, next->own_model, &next->own_held, err)
-                 : status;
-    take_strokes(next, next->own_model, next->own_fit, next->own_held);
-    return status;
-}
-
-/* the mechanism with the parts that the causes need, and the strokes in it */
-static stein_status take_model(diag *next, const diag *first, const diag *from,
-                               const diag__suspect *leader, const lab_candidate *without,
-                               stein_err *err)
-{
-    int parts = parts_of(next->accepted, next->naccepted),
-        had = parts_of(from->accepted, from->naccepted),
-        more = leader != NULL && leader->model != NULL &&
-               (without == NULL || !diag__is_same(&leader->s.candidate, without));
-    if (parts == 0) {
-        take_strokes(next, first->model, first->fit_data, first->held_data);
-    } else if (parts < had + more) {
-        return open_model(next, first, err);
-    } else if (more) {
-        take_strokes(next, leader->model, leader->fit_data, leader->held_data);
-    } else {
-        take_strokes(next, from->model, from->fit_data, from->held_data);
-    }
-    return STEIN_OK;
-}
-
-/* unknown of `from` (at a leader's end) that an effect's amount is, -1: it does not act there */
-static int amount_of(const diag *from, const diag__suspect *leader, const lab_candidate *c)
-{
-    for (int i = 0; i < from->naccepted; i++) {
-        if (diag__is_same(&from->accepted[i], c)) {
-            return from->p.first_accepted + FIT__NUMBERS * i;
-        }
-    }
-    return leader != NULL && diag__is_same(&leader->s.candidate, c) ? from->p.amount : -1;
-}
-
-/* where a search has ended as unknowns of another one; @param c  on trial there, NULL: nothing */
-static void carry_over(const diag *next, const diag *from, const diag__suspect *leader,
-                       const lab_candidate *c, double *to)
-{
-    const double *x = leader != NULL ? leader->x : from->x;
-    const fit__problem *q = &next->p, *p = &from->p;
-    memset(to, 0, sizeof *to * (size_t)q->nu);
-    memcpy(to, x, sizeof *x * (size_t)q->first_accepted);
-    for (int i = 0; i <= next->naccepted; i++) {
-        const lab_candidate *one = i < next->naccepted ? &next->accepted[i] : c;
-        int at = one != NULL ? amount_of(from, leader, one) : -1,
-            k = i < next->naccepted ? q->first_accepted + FIT__NUMBERS * i : q->amount;
-        for (int j = 0; at >= 0 && j < FIT__NUMBERS; j++) {
-            to[k + j] = x[at + j];
-        }
-    }
-    memcpy(to + q->np, x + p->np, sizeof *x * (size_t)(p->nu - p->np));
-}
-
-static stein_status keep(diag__found *f, diag *stage, stein_err *err)
-{
-    diag **more = realloc(f->stage, sizeof *more * (size_t)(f->nstage + 1));
-    if (more == NULL) {
-        free(stage);
-        return lab__no_memory(err);
-    }
-    f->stage = more;
-    f->stage[f->nstage++] = stage;
-    return STEIN_OK;
-}
-
-/* the model with the causes of `from` and its leader, all but one, at its minimum */
-static stein_status open_stage(diag__found *f, const diag *first, const diag *from,
-                               const diag__suspect *leader, const lab_candidate *without,
-                               diag **out, stein_err *err)
-{
-    diag *next = calloc(1, sizeof *next);
-    stein_status status = next != NULL ? keep(f, next, err) : lab__no_memory(err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    next->file = first->file;
-    next->def = first->def;
-    next->fit_def = first->fit_def;
-    next->out = first->out;
-    next->only = first->only;
-    next->hasty = f->hasty;
-    take_causes(next, from, leader, without);
-    status = take_model(next, first, from, leader, without, err);
-    for (int i = 0; status == STEIN_OK && i < next->naccepted; i++) {
-        status = lab_candidate_bind(&next->accepted[i], next->model, err);
-    }
-    status = status == STEIN_OK ? diag__open_problem(next, err) : status;
-    if (status != STEIN_OK) {
-        return status;
-    }
-    next->held_data = next->held_data != NULL ? next->held_data : first->held_data; // none
-    next->p.tolerance = first->p.tolerance;
-    carry_over(next, from, leader, NULL, next->x);
-    fit__end e = {.x = next->x, .J = next->J, .r = next->r};
-    status = fit__descend(&next->p, &e, 0, enough, RENEWALS, err);
-    status =
-        status == STEIN_OK ? fit__sensitivities(&next->p, next->x, next->r, next->J, err) : status;
-    if (status == STEIN_OK) {
-        status = diag__likelihood(&next->p, next->x, next->J, next->r, next->null_D, next->sd,
-                                  &next->null_objective, NULL, err);
-        next->ended = e.ended;
-        first->out->fits++;
-    }
-    *out = next;
-    return status;
 }
 
 /* ---- held-out strokes ---- */
@@ -294,7 +137,7 @@ static stein_status leave_out(diag__found *f, const diag *first, int i, diag **w
     stein_status status = STEIN_OK;
     *without = f->end; // where only the others act
     if (!on_trial) {
-        status = open_stage(f, first, f->end, f->leader, c, without, err);
+        status = diag__stage_open(f, first, f->end, f->leader, c, without, err);
     }
     return status == STEIN_OK ? judge(*without, NULL, held, err) : status;
 }
@@ -388,7 +231,7 @@ static stein_status search_in_place(const diag__found *f, diag *d, const lab_can
     if (status != STEIN_OK) {
         return status;
     }
-    carry_over(d, f->end, f->leader, cause, s->x);
+    diag__carry_over(d, f->end, f->leader, cause, s->x);
     return diag__refit_from(d, s, err);
 }
 
@@ -398,12 +241,15 @@ static stein_status search_in_place(const diag__found *f, diag *d, const lab_can
 static stein_status search_beside(const diag__found *f, diag *d, const lab_candidate *cause,
                                   stein_err *err)
 {
+    if (!f->hasty) {
+        return diag__search(d, err);
+    }
     double *x = malloc(sizeof *x * (size_t)(d->p.nu + 1));
     if (x == NULL) {
         return lab__no_memory(err);
     }
-    carry_over(d, f->end, f->leader, cause, x);
-    d->known = f->hasty ? cause : NULL;
+    diag__carry_over(d, f->end, f->leader, cause, x);
+    d->known = cause;
     d->known_x = x;
     stein_status status = diag__search(d, err);
     d->known = NULL;
@@ -420,7 +266,7 @@ static stein_status search_again(diag__found *f, const diag *first, int i, int *
     const lab_candidate was = f->cause[i].candidate;
     double objective = diag__objective(f);
     diag *d = NULL;
-    stein_status status = open_stage(f, first, f->end, f->leader, &was, &d, err);
+    stein_status status = diag__stage_open(f, first, f->end, f->leader, &was, &d, err);
     status = status == STEIN_OK ? diag__suspects(d, err) : status;
     int in_place = was.effect->needs == NULL && !diag__is_more(first, f->chi2_dof);
     if (status == STEIN_OK) {
@@ -509,8 +355,8 @@ static stein_status go_on(diag__found *f, stein_err *err)
 /* Hasty searches have led to a pair that leaves more than noise: what they have put off, and again
  * with care. Where that is clearly more and both are in one place they may be pieces of a law
  * there, which is asked first. @return  1: they are, nobody goes on */
-static int wait_for_law(diag__found *f, diag *first, const diag__held *before, stein_status *status,
-                        stein_err *err)
+static int with_care(diag__found *f, diag *first, const diag__held *before, stein_status *status,
+                     stein_err *err)
 {
     const lab_candidate *a = &f->cause[0].candidate, *b = &f->cause[1].candidate;
     if (f->chi2_dof > diag__most_noise(first) && diag__related(a, b)) {
@@ -548,7 +394,7 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
         }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
         if (status == STEIN_OK && f->hasty && f->n > 1 && diag__is_more(first, f->chi2_dof) &&
-            wait_for_law(f, first, before, &status, err)) {
+            with_care(f, first, before, &status, err)) {
             break;
         }
         d = f->end;
@@ -563,7 +409,7 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
         }
         stein_err why = {STEIN_OK, ""};
         diag *next = NULL;
-        status = open_stage(f, first, d, f->leader, NULL, &next, &why);
+        status = diag__stage_open(f, first, d, f->leader, NULL, &next, &why);
         if (status == STEIN_OK && !diag__is_more(first, fit__chi2_dof(&next->p, next->r))) {
             status = end_at(f, next, err); // the leader's fit had not ended
             break;
@@ -600,7 +446,7 @@ void diag__found_free(diag__found *f)
 const fit__unknown *diag__amount(const diag__found *f, int i, double *x, double *sd)
 {
     diag__numbers told = {.x = f->end->x, .sd = f->end->sd};
-    int k = amount_of(f->end, f->leader, &f->cause[i].candidate);
+    int k = diag__amount_of(f->end, f->leader, &f->cause[i].candidate);
     fit__problem *p = &f->end->p;
     if (f->leader != NULL) {
         p = diag__problem(f->end, f->leader);

@@ -240,9 +240,14 @@ int diag__spoken(const diag *d)
     return (gains || diag__is_mean(d, best) || diag__is_beyond(d, best)) && !is_crumb(d, best);
 }
 
+double diag__by_more(const diag *d, double chi2_dof)
+{
+    return chi2_dof - 1.0 - by_noise * diag__noise_sd(d);
+}
+
 int diag__is_more(const diag *d, double chi2_dof)
 {
-    return !fit__noise_given(&d->p) || chi2_dof > 1.0 + by_noise * diag__noise_sd(d);
+    return !fit__noise_given(&d->p) || diag__by_more(d, chi2_dof) > 0.0;
 }
 
 int diag__is_on(const diag *d, double chi2_dof)
