@@ -32,6 +32,7 @@ const double diag__tolerance = 1e-9;
 static const double coarse = 1e-8;
 static const double much = 4.0;   /* chi2/dof of the null fit */
 static const double a_part = 0.2; /* of the misfit: explained by one of two causes */
+static const char candidates[] = "fits with more candidates";
 
 lab_diagnose_def lab_diagnose_def_default(void)
 {
@@ -193,6 +194,7 @@ void diag__close(diag *d)
     free(d->r);
     free(d->sd);
     free(d->early.x);
+    free(d->early.J);
     lab_dataset_close(d->own_fit);
     lab_dataset_close(d->own_held);
     lab_close(d->own_model);
@@ -357,6 +359,37 @@ static diag__found none(diag *d)
     return (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
 }
 
+/* A law explains all, and the first search has put off what costs most. Where the strokes begin one
+ * candidate explains them, too: does one of them to the end? @return then it is known */
+static int is_known_after_all(diag *d, stein_status *status, stein_err *err)
+{
+    if (!d->put_off || diag__is_beyond_one(d)) {
+        return 0;
+    }
+    progress(d, 0.83, candidates);
+    *status = diag__refit_on(d, err);
+    return *status == STEIN_OK && diag__leaves_noise(d);
+}
+
+/* two causes along the strokes; or else one after the other, with what was put off */
+static stein_status known_causes(diag *d, const diag__held *before, diag__found *f, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    if (d->put_off) {
+        progress(d, 0.83, "two causes along the strokes");
+        status = diag__two_along(d, before, f, err);
+    }
+    if (status == STEIN_OK && f->n == 0 && d->put_off) {
+        progress(d, 0.84, candidates);
+        status = diag__refit_on(d, err);
+    }
+    if (status == STEIN_OK && f->n == 0) {
+        diag__found_free(f);
+        status = diag__several(d, before, f, err);
+    }
+    return status;
+}
+
 /* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law
  * is asked for in haste before it is searched for more causes: where one law explains all, causes
  * in other places do not, and a search for them costs several times as much. At any price it is
@@ -371,13 +404,11 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         progress(d, 0.82, law);
         status = diag__try_laws(d, before, left(d), err);
     }
-    int all = status == STEIN_OK && diag__law_is_all(d), known = !all || may_be_pieces(d);
-    if (status == STEIN_OK && known && d->put_off) {
-        progress(d, 0.84, "fits with more candidates");
-        status = diag__refit_on(d, err);
-    }
+    int all = status == STEIN_OK && diag__law_is_all(d),
+        one = all && is_known_after_all(d, &status, err),
+        known = !all || one || may_be_pieces(d);
     if (status == STEIN_OK && known) {
-        status = diag__several(d, before, f, err);
+        status = known_causes(d, before, f, err);
     }
     if (status == STEIN_OK && !all && diag__law_is_all(d)) { // it was found on the way
         all = 1;
@@ -390,7 +421,7 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         d->out->gain.ratio = f->held.rmse / before->rmse;
         diag__verdict(d, f);
     }
-    if (status == STEIN_OK && (all || diag__asks_for_law(d, f))) {
+    if (status == STEIN_OK && ((all && !one) || diag__asks_for_law(d, f))) {
         progress(d, 0.88, law);
         status = diag__unknown_law(d, before, f, err);
     }

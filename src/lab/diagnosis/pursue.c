@@ -145,10 +145,14 @@ int diag__is_clear(double chi2, double dof)
 
 double diag__chi2_to(const fit__problem *p, const double *r, double horizon)
 {
-    double T = diag__longest(p), square[DIAG_HORIZONS], n[DIAG_HORIZONS], sum = 0.0;
-    by_horizon(p, r, T, square, n);
-    for (int h = horizon_of(horizon, T); h >= 0; h--) {
-        sum += square[h];
+    double sum = 0.0;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        const double *v = r + fit__offset(p, s);
+        for (int i = 0; i < t->nch * t->n; i++) {
+            int counts = t->data->time[i % t->n] - t->origin <= horizon;
+            sum += counts ? v[i] * v[i] : 0.0;
+        }
     }
     return sum;
 }

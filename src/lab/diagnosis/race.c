@@ -16,8 +16,9 @@
 
 #include "searching.h"
 
-enum { FINAL = 12, FOREMOST = 3, RENEWALS = 3 };
+enum { FINAL = 16, LAST = 6, FOREMOST = 3, FIRST_OF_TWO = 6, NEARER = 2, RENEWALS = 3 };
 static const double enough = 0.3;  /* of the objective */
+static const double nearer = 0.2;  /* of an amount */
 static const double share = 0.1;   /* of what more than noise there is: worth it */
 static const double as_much = 0.8; /* of what the best one explains */
 
@@ -54,17 +55,68 @@ static int by_what_is_left(const void *a, const void *b)
     return (x->left > y->left) - (x->left < y->left);
 }
 
+/* A first step with the derivatives of the null fit up to there, which costs no new ones. An amount
+ * that is none is where it was. */
+static stein_status step(diag *d, runner *r, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, r->s);
+    double *room = malloc(sizeof *room * (fit__offset(p, p->nstroke) + fit__columns(p) + 1));
+    if (room == NULL) {
+        return lab__no_memory(err);
+    }
+    fit__end e = {.x = r->x, .r = room, .J = room + fit__offset(p, p->nstroke)};
+    stein_err why = {STEIN_OK, ""};
+    diag__borrow(p, d->early.J, r->s->early_G, e.J);
+    p->horizon = d->early.horizon;
+    fit__problem_try(p, &r->s->s.candidate);
+    stein_status status = fit__descend(p, &e, 1, enough, 0, &why);
+    fit__problem_try(p, NULL);
+    p->horizon = INFINITY;
+    r->left = status == STEIN_OK ? e.objective : (double)INFINITY;
+    if (!r->s->s.candidate.effect->both_signs && !(r->x[p->amount] > 0.0)) {
+        memcpy(r->x, d->early.x, sizeof *r->x * (size_t)p->nu);
+        r->x[p->amount] = r->s->early;
+        r->left = d->early.objective;
+    }
+    d->out->fits++;
+    free(room);
+    return fit__forgive(status, err);
+}
+
+/* The first step of a part, which is far from linear. Who leaves more than the null fit after it has
+ * begun too far away, which tells nothing: it begins again nearer. */
+static stein_status step_of_part(diag *d, runner *r, stein_err *err)
+{
+    fit__problem *p = diag__problem(d, r->s);
+    double amount = r->x[p->amount];
+    stein_status status = run(d, r, 0, err);
+    for (int k = 0; k < NEARER && status == STEIN_OK && r->left > d->early.objective; k++) {
+        amount *= nearer;
+        memcpy(r->x, d->early.x, sizeof *r->x * (size_t)p->nu);
+        r->x[p->amount] = amount;
+        status = run(d, r, 0, err);
+    }
+    return status;
+}
+
+static stein_status first_step(diag *d, runner *r, stein_err *err)
+{
+    return r->s->model != NULL ? step_of_part(d, r, err) : step(d, r, err);
+}
+
 static stein_status heat(diag *d, runner *all, int n, int renewals, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
-        status = isfinite(all[i].left) ? run(d, &all[i], renewals, err) : STEIN_OK;
+        if (isfinite(all[i].left)) {
+            status = renewals > 0 ? run(d, &all[i], renewals, err) : first_step(d, &all[i], err);
+        }
     }
     qsort(all, (size_t)n, sizeof *all, by_what_is_left);
     return status;
 }
 
-/* those that lead, from where the null fit has ended, with the amounts that were predicted there */
+/* those that lead, from where the null fit has ended */
 static int line_up(diag *d, runner *all, double *x)
 {
     int n = 0;
@@ -73,7 +125,7 @@ static int line_up(diag *d, runner *all, double *x)
         if (isfinite(s->early)) {
             const fit__problem *p = diag__problem(d, s);
             memcpy(x, d->early.x, sizeof *x * (size_t)p->nu);
-            x[p->amount] = s->model != NULL ? fmax(s->early, diag__least_amount(s)) : s->early;
+            x[p->amount] = s->model != NULL ? fmax(s->early, s->step) : diag__least_amount(s);
             all[n++] = (runner){.s = s, .x = x};
             x += p->nu;
         }
@@ -95,16 +147,28 @@ static int begins(const diag *d, const runner *all, int n)
            !diag__is_clear(left, d->early.samples);
 }
 
-static stein_status keep_begin(diag *d, const runner *r, stein_err *err)
+static stein_status keep(diag *d, const runner *r, double **to, stein_err *err)
 {
     size_t size = sizeof *r->x * (size_t)diag__problem(d, r->s)->nu;
-    free(r->s->begins);
-    r->s->begins = malloc(size);
-    if (r->s->begins == NULL) {
+    free(*to);
+    *to = malloc(size);
+    if (*to == NULL) {
         return lab__no_memory(err);
     }
-    memcpy(r->s->begins, r->x, size);
+    memcpy(*to, r->x, size);
     return STEIN_OK;
+}
+
+/* those that may be the first of two causes */
+static stein_status keep_leading(diag *d, const runner *all, int n, double least, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < n && i < FIRST_OF_TWO; i++) {
+        if (d->early.objective - all[i].left > least) {
+            status = keep(d, &all[i], &all[i].s->led, err);
+        }
+    }
+    return status;
 }
 
 static stein_status place(diag *d, const runner *r, int on, stein_err *err)
@@ -141,12 +205,14 @@ stein_status diag__race(diag *d, stein_err *err)
     int n = line_up(d, all, x);
     stein_status status = heat(d, all, n, 0, err);
     status = status == STEIN_OK ? heat(d, all, n < FINAL ? n : FINAL, RENEWALS, err) : status;
+    status = status == STEIN_OK ? heat(d, all, n < LAST ? n : LAST, RENEWALS, err) : status;
     d->early.left = n > 0 ? all[0].left : 0.0;
     double explained = d->early.objective - d->early.left;
     double least = fmax(share * (d->early.objective - d->early.samples), as_much * explained);
     if (status == STEIN_OK && begins(d, all, n)) {
-        status = keep_begin(d, &all[0], err);
+        status = keep(d, &all[0], &all[0].s->begins, err);
     }
+    status = status == STEIN_OK ? keep_leading(d, all, n, least, err) : status;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         status = place(d, &all[i], i < FOREMOST && d->early.objective - all[i].left > least, err);
     }

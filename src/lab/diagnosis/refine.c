@@ -277,6 +277,12 @@ static stein_status race(diag *d, stein_err *err)
     return needed ? diag__race(d, err) : STEIN_OK;
 }
 
+/* who leads where the strokes begin, along them; once */
+static stein_status early_ones(diag *d, stein_err *err)
+{
+    return d->n > 0 && !diag__leaves_noise(d) ? diag__early_ones(d, 0, err) : STEIN_OK;
+}
+
 stein_status diag__refit(diag *d, stein_err *err)
 {
     note_alike(d);
@@ -290,8 +296,11 @@ stein_status diag__refit(diag *d, stein_err *err)
                  diag__is_more(d, d->suspect[0].s.chi2_dof);
     if (status == STEIN_OK && !d->put_off) {
         status = race(d, err);
-        d->put_off = status == STEIN_OK && d->naccepted == 0 && fit__noise_given(&d->p) &&
-                     diag__is_beyond_one(d);
+        int two = d->naccepted == 0 && fit__noise_given(&d->p);
+        if (status == STEIN_OK && !(two && diag__is_beyond_one(d))) {
+            status = early_ones(d, err);
+        }
+        d->put_off = status == STEIN_OK && two && d->n > 0 && !diag__leaves_noise(d);
     }
     return status == STEIN_OK && !d->put_off ? diag__refit_on(d, err) : status;
 }
@@ -300,9 +309,7 @@ stein_status diag__refit_on(diag *d, stein_err *err)
 {
     stein_status status = race(d, err);
     d->put_off = 0;
-    if (status == STEIN_OK && d->n > 0 && !diag__leaves_noise(d)) {
-        status = diag__early_ones(d, 0, err);
-    }
+    status = status == STEIN_OK ? early_ones(d, err) : status;
     status = status == STEIN_OK ? diag__contest(d, err) : status;
     if (status == STEIN_OK && d->naccepted == 0 && d->n > 0 && !diag__leaves_noise(d) &&
         fit__chi2_dof(&d->p, d->r) < almost && diag__is_strained(d)) {

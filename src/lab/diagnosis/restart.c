@@ -97,15 +97,16 @@ static void rule_out(diag *d)
     }
 }
 
-/* Suspect k as the first cause; with a second one that explains the rest it stays in front, and
- * they are what was found.
+/* A suspect as the first cause; with a second one that explains the rest it stays in front, and they
+ * are what was found.
  * @param found  1 then */
-static stein_status begin_with(diag *first, int k, const diag__held *before, diag__found *f,
-                               int *found, stein_err *err)
+static stein_status begin_with(diag *first, const diag__pair *pair, const diag__held *before,
+                               diag__found *f, int *found, stein_err *err)
 {
     diag__found other;
+    int k = pair->first;
     to_front(first, k);
-    stein_status status = diag__causes(first, before, 1, &other, err);
+    stein_status status = diag__causes(first, before, pair, &other, err);
     *found = status == STEIN_OK && other.n > 0 && !diag__is_more(first, other.chi2_dof);
     if (*found) {
         diag__found_free(f);
@@ -128,20 +129,16 @@ int diag__beginner(const diag *d)
     return -1;
 }
 
-/* The one that explains how the strokes begin as the first of two. Fits of whole strokes may have
- * led it nowhere, or away: what the other one does later was missing. Alone it has the fit that it
- * had. */
-static stein_status begin_as_they_do(diag *first, const diag__held *before, diag__found *f,
-                                     stein_err *err)
+/* One that explains how the strokes begin as the first of two. Fits of whole strokes may have led it
+ * nowhere, or away: what the other one does later was missing. Alone it has the fit that it had. */
+static stein_status begin_as_they_do(diag *first, const diag__pair *pair, const diag__held *before,
+                                     diag__found *f, int *found, stein_err *err)
 {
-    int k = diag__beginner(first), found = 0;
-    if (k < 0 || (k == 0 && f->n > 0)) {
-        return STEIN_OK;
-    }
-    diag__suspect *s = &first->suspect[k];
+    diag__suspect *s = &first->suspect[pair->first];
     stein_status status = diag__make_room(first, s, err);
     size_t size = diag__room_of(diag__problem(first, s));
     double *room = status == STEIN_OK ? malloc(sizeof *room * size) : NULL;
+    *found = 0;
     if (room == NULL) {
         return lab__no_memory(err);
     }
@@ -149,9 +146,9 @@ static stein_status begin_as_they_do(diag *first, const diag__held *before, diag
     memcpy(room, s->x, sizeof *room * size);
     status = diag__from_the_begin(first, s, err);
     if (status == STEIN_OK && isfinite(s->objective)) {
-        status = begin_with(first, k, before, f, &found, err);
+        status = begin_with(first, pair, before, f, found, err);
     }
-    if (!found) {
+    if (!*found) {
         memcpy(s->x, room, sizeof *room * size);
         *s = was;
     }
@@ -159,16 +156,41 @@ static stein_status begin_as_they_do(diag *first, const diag__held *before, diag
     return status;
 }
 
+stein_status diag__two_along(diag *first, const diag__held *before, diag__found *f, stein_err *err)
+{
+    diag__pair pair;
+    *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
+    if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0 ||
+        diag__leaves_noise(first)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__along(first, &pair, err);
+    if (status == STEIN_OK && pair.first >= 0) {
+        diag__suspect *s = &first->suspect[pair.first];
+        double *begins = s->begins;
+        int found;
+        s->begins = s->led;
+        status = begin_as_they_do(first, &pair, before, f, &found, err);
+        s = found ? &first->suspect[0] : s; // it stays in front
+        s->begins = begins;
+    }
+    free(pair.x);
+    return status;
+}
+
 stein_status diag__several(diag *first, const diag__held *before, diag__found *f, stein_err *err)
 {
     lab_candidate tried[1 + OTHERS];
-    stein_status status = diag__causes(first, before, 0, f, err);
+    stein_status status = diag__causes(first, before, NULL, f, err);
     if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0 ||
         diag__law_is_all(first) || diag__law_is_ahead(first, f)) {
         return status;
     }
-    if (status == STEIN_OK && diag__is_more(first, left_by(first, f))) {
-        status = begin_as_they_do(first, before, f, err);
+    diag__pair pair = {.first = diag__beginner(first)};
+    if (status == STEIN_OK && diag__is_more(first, left_by(first, f)) &&
+        (pair.first > 0 || (pair.first == 0 && f->n == 0))) {
+        int found;
+        status = begin_as_they_do(first, &pair, before, f, &found, err);
     }
     tried[0] = first->suspect[0].s.candidate;
     for (int n = 1; status == STEIN_OK && n <= OTHERS && diag__is_more(first, left_by(first, f));
@@ -184,7 +206,8 @@ stein_status diag__several(diag *first, const diag__held *before, diag__found *f
         tried[n] = first->suspect[k].s.candidate;
         if (status == STEIN_OK &&
             gains(&first->suspect[k], worth_a_search * first->suspect[0].s.gain)) {
-            status = begin_with(first, k, before, f, &found, err);
+            pair.first = k;
+            status = begin_with(first, &pair, before, f, &found, err);
         }
     }
     return status;

@@ -68,9 +68,12 @@ typedef struct diag__suspect {
     int begun;              /* it was fitted from the file's own numbers, too */
     double
         early; /* amount with which it leads where the strokes begin, in limits; NAN: it does not */
+    double *early_G;   /* G where the strokes begin; NULL: it does not lead there */
     double early_left; /* what it left in their race; 0: there was none */
-    double *begins;    /* unknowns with which it alone explains how the strokes begin; NULL: others
-                        * do as well, or nobody */
+    double *led;       /* unknowns where it has ended in their race; NULL: it is not among the first
+                        * there, of which each is of another element */
+    double *begins;    /* unknowns with which it explains how the strokes begin, alone or as the first
+                        * of two (along.c); NULL: others do as well, or nobody */
     double swap;       /* predicted objective in the leader's place */
     double near;       /* the same, when a fit from there has been made, too */
     double *start;     /* and unknowns */
@@ -89,6 +92,7 @@ typedef struct diag__marks {
 /** Where a null fit up to a horizon has ended that leaves more than noise. */
 typedef struct diag__early {
     double *x;                 /* NULL: it was not looked for */
+    double *J;                 /* derivatives there; NULL: nobody leads */
     double horizon, objective; /* [s], chi2 + priors */
     double samples, z;         /* up to there; chi2 in sd from noise, 0: there is none */
     double left; /* what the best suspect leaves there, after a race; 0: there was none */
@@ -197,7 +201,7 @@ extern const double diag__horizon[DIAG_HORIZONS];
 double diag__longest(const fit__problem *p);
 /** Samples up to the problem's horizon. */
 double diag__samples(const fit__problem *p);
-/** Sum of squares of residuals r up to one of the horizons, diag__horizon diag__longest [s]. */
+/** Sum of squares of residuals r up to a horizon [s]. */
 double diag__chi2_to(const fit__problem *p, const double *r, double horizon);
 /** Is that chi2 clearly more than noise, in size and beyond chance? @param dof  or samples */
 int diag__is_clear(double chi2, double dof);
@@ -408,10 +412,17 @@ int diag__leaves_more(diag *d, const diag__suspect *s);
 stein_status diag__look_early(diag *d, stein_err *err);
 /** The same where the numbers of the file stay within their tolerances. */
 stein_status diag__look_believing(diag *d, stein_err *err);
+/** On along the strokes from where a search stands, d->x, that has explained them up to some horizon
+ * [s], to the first one from there on at which it clearly leaves more than noise: early. x, J and r
+ * are lost.
+ *  @return OK (early.z is 0 where there is none), ENOMEM, a numerical failure */
+stein_status diag__go_on(diag *d, double horizon, stein_err *err);
+/** The suspects that lead there. @return as of diag__look_early */
+stein_status diag__look_there(diag *d, stein_err *err);
 
 /* ---- race.c ---- */
 
-enum { DIAG_RACE = 40 }; /* suspects */
+enum { DIAG_RACE = 64 }; /* suspects */
 /** Those that lead early are fitted up to that horizon: where the ones have ended that explain most
  *  of what is left there is their start, and the others are early no more. @return OK, ENOMEM */
 stein_status diag__race(diag *d, stein_err *err);
@@ -531,13 +542,19 @@ typedef struct diag__found {
     diag **stage;    /* searches after the first one */
     int nstage;
 } diag__found;
+/** Two causes, as where the strokes begin has shown them (along.c). */
+typedef struct diag__pair {
+    int first;            /* suspect of the first search; -1: there is none */
+    lab_candidate second; /* beside it */
+    double *x;            /* the unknowns of both; NULL: who is second is not known */
+} diag__pair;
 /** All causes, after the first search has ended; its best suspect is the first of them.
  *  @param before  held-out strokes of the mechanism as it is; rmse and deviance NAN: none
- *  @param pair    1: nobody goes on where the first two leave more than noise, and a first one that
- *                 alone explains how the strokes begin need not gain anything by itself
+ *  @param pair    not NULL: nobody goes on where the first two leave more than noise, and a first
+ *                 one that explains how the strokes begin need not gain anything by itself
  *  @return OK, ENOMEM; free in any case */
-stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *found,
-                          stein_err *err);
+stein_status diag__causes(diag *first, const diag__held *before, const diag__pair *pair,
+                          diag__found *found, stein_err *err);
 void diag__found_free(diag__found *found);
 /** -2 log likelihood at the end. */
 double diag__objective(const diag__found *found);
@@ -554,6 +571,10 @@ const fit__unknown *diag__amount(const diag__found *found, int cause, double *x,
 stein_status diag__stage_open(diag__found *f, const diag *first, const diag *from,
                               const diag__suspect *leader, const lab_candidate *without, diag **out,
                               stein_err *err);
+/** The same where the leader is, whatever that leaves: no fit is made. */
+stein_status diag__stage_at(diag__found *f, const diag *first, const diag *from,
+                            const diag__suspect *leader, const lab_candidate *without, diag **out,
+                            stein_err *err);
 /** Where a search has ended as unknowns of another one, to [nu]; c: on trial there, NULL: nothing.
  */
 void diag__carry_over(const diag *next, const diag *from, const diag__suspect *leader,
@@ -561,11 +582,21 @@ void diag__carry_over(const diag *next, const diag *from, const diag__suspect *l
 /** Unknown that an effect's amount is at a leader's end, -1: it does not act there. */
 int diag__amount_of(const diag *from, const diag__suspect *leader, const lab_candidate *c);
 
+/* ---- along.c ---- */
+
+/** Two causes in the order in which the strokes show them, where they explain nearly all; pair->x is
+ *  freed by the caller. @return OK, ENOMEM */
+stein_status diag__along(diag *first, diag__pair *pair, stein_err *err);
+
 /* ---- restart.c ---- */
 
 /** The suspect that alone explains how the strokes begin, -1: there is none. */
 int diag__beginner(const diag *d);
 
+/** Two causes in the order in which the strokes show them, if the first search leaves more than noise
+ *  and they leave none. @param found  0 n: there are none; free in any case  @return OK, ENOMEM */
+stein_status diag__two_along(diag *first, const diag__held *before, diag__found *found,
+                             stein_err *err);
 /** All causes; where they leave more than noise and that was stated, pairs that begin with other
  *  suspects are tried. Parameters and @return as of diag__causes. */
 stein_status diag__several(diag *first, const diag__held *before, diag__found *found,

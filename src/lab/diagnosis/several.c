@@ -355,11 +355,11 @@ static stein_status go_on(diag__found *f, stein_err *err)
 /* Hasty searches have led to a pair that leaves more than noise: what they have put off, and again
  * with care. Where that is clearly more and both are in one place they may be pieces of a law
  * there, which is asked first. @return  1: they are, nobody goes on */
-static int with_care(diag__found *f, diag *first, const diag__held *before, stein_status *status,
-                     stein_err *err)
+static int with_care(diag__found *f, diag *first, const diag__held *before, int known,
+                     stein_status *status, stein_err *err)
 {
     const lab_candidate *a = &f->cause[0].candidate, *b = &f->cause[1].candidate;
-    if (f->chi2_dof > diag__most_noise(first) && diag__related(a, b)) {
+    if (!known && f->chi2_dof > diag__most_noise(first) && diag__related(a, b)) {
         *status = ask_for_law(first, before, err);
         if (*status != STEIN_OK || diag__law_is_all(first) || diag__law_has_all(first, f)) {
             return 1;
@@ -371,19 +371,31 @@ static int with_care(diag__found *f, diag *first, const diag__held *before, stei
     return 0;
 }
 
-stein_status diag__causes(diag *first, const diag__held *before, int pair, diag__found *f,
-                          stein_err *err)
+/* a further search for the second one of a pair that leads it where they have ended */
+static stein_status search_second(diag *d, const diag__pair *pair, stein_err *err)
+{
+    d->known = &pair->second;
+    d->known_x = pair->x;
+    stein_status status = diag__search(d, err);
+    d->known = NULL;
+    d->known_x = NULL;
+    return status;
+}
+
+stein_status diag__causes(diag *first, const diag__held *before, const diag__pair *pair,
+                          diag__found *f, stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag *d = first;
-    int hasty = !pair && first->only == NULL && fit__noise_given(&first->p);
+    int known = pair != NULL && pair->x != NULL;
+    int hasty = (known || pair == NULL) && first->only == NULL && fit__noise_given(&first->p);
     *f = (diag__found){.end = first, .excess = 1.0, .hasty = hasty, .held = {.rmse = NAN}};
-    while (accept_or_go_on(f, d, f->n > 0 ? &f->held : before, pair && begins(d), &status, err)) {
+    while (accept_or_go_on(f, d, f->n > 0 ? &f->held : before, pair != NULL && begins(d), &status, err)) {
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
             break; // it is the law: nobody has to be asked again
         }
-        if (pair && f->n > 1 && diag__is_more(first, f->chi2_dof)) {
+        if (pair != NULL && !known && f->n > 1 && diag__is_more(first, f->chi2_dof)) {
             return status;
         }
         int last = first->only != NULL ? 2 : FIT__ACCEPTED;
@@ -394,11 +406,12 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
         }
         status = status == STEIN_OK ? exchange(f, first, err) : status;
         if (status == STEIN_OK && f->hasty && f->n > 1 && diag__is_more(first, f->chi2_dof) &&
-            with_care(f, first, before, &status, err)) {
+            with_care(f, first, before, known, &status, err)) {
             break;
         }
         d = f->end;
-        if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof)) {
+        if (status != STEIN_OK || f->n == last || !diag__is_more(first, f->chi2_dof) ||
+            (known && f->n > 1)) {
             break;
         }
         if (f->n > 1) {
@@ -415,7 +428,9 @@ stein_status diag__causes(diag *first, const diag__held *before, int pair, diag_
             break;
         }
         status = status == STEIN_OK ? diag__suspects(next, &why) : status;
-        status = status == STEIN_OK ? diag__search(next, &why) : status;
+        if (status == STEIN_OK) {
+            status = known ? search_second(next, pair, &why) : diag__search(next, &why);
+        }
         if (status != STEIN_OK) { // what was found stays found
             status = fit__forgive(status, err);
             break;

@@ -121,7 +121,7 @@ static stein_status keep(diag__found *f, diag *stage, stein_err *err)
     return STEIN_OK;
 }
 
-stein_status diag__stage_open(diag__found *f, const diag *first, const diag *from,
+stein_status diag__stage_at(diag__found *f, const diag *first, const diag *from,
                               const diag__suspect *leader, const lab_candidate *without, diag **out,
                               stein_err *err)
 {
@@ -148,6 +148,19 @@ stein_status diag__stage_open(diag__found *f, const diag *first, const diag *fro
     next->held_data = next->held_data != NULL ? next->held_data : first->held_data; // none
     next->p.tolerance = first->p.tolerance;
     diag__carry_over(next, from, leader, NULL, next->x);
+    *out = next;
+    return STEIN_OK;
+}
+
+stein_status diag__stage_open(diag__found *f, const diag *first, const diag *from,
+                              const diag__suspect *leader, const lab_candidate *without, diag **out,
+                              stein_err *err)
+{
+    diag *next;
+    stein_status status = diag__stage_at(f, first, from, leader, without, &next, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
     fit__end e = {.x = next->x, .J = next->J, .r = next->r};
     status = fit__descend(&next->p, &e, 0, enough, RENEWALS, err);
     status =

@@ -385,6 +385,33 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
+/* What moves a surface acts to one side only where it lies at rest: up to an early horizon, where
+ * that is all there is to see, suspects that have no sign have a second secant of the other one. */
+static stein_status other_sides(diag *d, diag__suspect **list, int n, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int left = 0;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        diag__suspect *s = list[i];
+        if (s->s.why == NULL && s->s.candidate.effect->both_signs && diag__number_of(d, s) < 0) {
+            status = make_column(&s->small, &d->p, err);
+            s->small_step = -s->step;
+            diag__swap_secants(s);
+            list[left++] = s;
+        }
+    }
+    status = status == STEIN_OK ? secants(d, &d->p, list, left, err) : status;
+    for (int i = 0; i < left; i++) {
+        diag__swap_secants(list[i]);
+        if (list[i]->s.why != NULL) { // one side will do
+            free(list[i]->small);
+            list[i]->small = NULL;
+            list[i]->s.why = NULL;
+        }
+    }
+    return status;
+}
+
 /* ---- who is asked ---- */
 
 stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
@@ -503,8 +530,22 @@ stein_status diag__changes(diag *d, stein_err *err)
             base[nbase++] = s;
         }
     }
+    for (int i = 0; i < nbase; i++) {
+        free(base[i]->small);
+        base[i]->small = NULL;
+        base[i]->step = fabs(base[i]->step);
+    }
     stein_status status =
         base != NULL ? change_all(d, &d->p, base, nbase, err) : lab__no_memory(err);
+    if (status == STEIN_OK && isfinite(d->p.horizon)) {
+        nbase = 0;
+        for (int i = 0; i < d->n; i++) {
+            if (d->suspect[i].never == NULL && d->suspect[i].fit == NULL) {
+                base[nbase++] = &d->suspect[i];
+            }
+        }
+        status = other_sides(d, base, nbase, err);
+    }
     free(base);
     for (int i = 0; status == STEIN_OK && i < d->n; i++) {
         diag__suspect *s = &d->suspect[i];
@@ -535,6 +576,8 @@ void diag__suspects_free(diag *d)
         free(s->small);
         free(s->x);
         free(s->start);
+        free(s->early_G);
+        free(s->led);
         free(s->begins);
         free(s->settled);
     }
