@@ -359,6 +359,71 @@ START_TEST(what_explains_how_strokes_begin_is_one_of_two_though_fits_of_whole_on
 }
 END_TEST
 
+/* Two act: who leads in a race of the first one explains the beginning, and beside it a second race
+ * finds the other one. Of one alone nothing is left to a second one. */
+START_TEST(two_causes_are_found_in_the_order_in_which_strokes_show_them)
+{
+    for (int n = 1; n <= 2; n++) {
+        bench b;
+        diag *d = &b.d;
+        open_bench(&b, n == 2 ? two : friction, 2, 2800);
+        ck_assert_stein(diag__look_early(d, err));
+        ck_assert_stein(diag__race(d, err));
+        int leading = 0;
+        for (int i = 0; i < d->n; i++) {
+            leading += d->suspect[i].led != NULL;
+        }
+        diag__pair pair;
+        ck_assert_stein(diag__along(d, &pair, err));
+        ck_assert_int_ge(leading, 1);
+        ck_assert(n == 2 || pair.first < 0);
+        if (n == 2) {
+            ck_assert_int_ge(pair.first, 0);
+            const char *first = d->suspect[pair.first].s.candidate.effect->kind,
+                       *second = pair.second.effect->kind;
+            printf("%d lead; %s, then %s\n", leading, first, second);
+            ck_assert(strcmp(first, "coulomb_friction") == 0 || strcmp(first, "preload") == 0);
+            ck_assert(strcmp(second, "coulomb_friction") == 0 || strcmp(second, "preload") == 0);
+            ck_assert_str_ne(first, second);
+        }
+        free(pair.x);
+        close_bench(&b);
+    }
+}
+END_TEST
+
+/* the same from the race to the verdict, with a search of whole swings in which nobody was fitted */
+START_TEST(a_pair_along_the_strokes_is_searched_for_again_and_stands)
+{
+    bench b;
+    diag *d = &b.d;
+    open_bench(&b, two, 2, 2800);
+    diag__held before = {.rmse = NAN};
+    diag__found found;
+    ck_assert_stein(diag__look_early(d, err));
+    ck_assert_stein(diag__race(d, err));
+    ck_assert_stein(diag__changes(d, err));
+    ck_assert_stein(diag__rank(d, err));
+    ck_assert_stein(
+        diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, &d->null_objective, NULL, err));
+    ck_assert_stein(diag__held_out(d, NULL, &before, err));
+    ck_assert_stein(diag__two_along(d, &before, &found, err));
+    ck_assert_int_eq(found.n, 2);
+    ck_assert_double_lt(found.chi2_dof, 1.1);
+    for (int i = 0; i < 2; i++) {
+        double x[FIT__NUMBERS], sd[FIT__NUMBERS];
+        const lab_candidate *c = &found.cause[i].candidate;
+        int friction = strcmp(c->effect->kind, "coulomb_friction") == 0;
+        diag__amount(&found, i, x, sd);
+        ck_assert(friction || strcmp(c->effect->kind, "preload") == 0);
+        ck_assert_double_eq_tol(x[0] * c->limit, friction ? 2e-3 : 4e-3, 4.0 * sd[0] * c->limit);
+    }
+    diag__found_free(&found);
+    diag__held_free(&before);
+    close_bench(&b);
+}
+END_TEST
+
 /* A null fit found a stroke's friction two sd off and yet no scatter: with the variances it says,
  * that number costs millions, and any curve would gain them by letting it go. */
 START_TEST(a_law_gains_nothing_by_numbers_beyond_their_variances)
@@ -451,6 +516,8 @@ Suite *race_suite(void)
     tcase_add_test(tc, strays_that_come_back_leave_what_others_do);
     tcase_add_test(
         tc, what_explains_how_strokes_begin_is_one_of_two_though_fits_of_whole_ones_led_nowhere);
+    tcase_add_test(tc, two_causes_are_found_in_the_order_in_which_strokes_show_them);
+    tcase_add_test(tc, a_pair_along_the_strokes_is_searched_for_again_and_stands);
     tcase_add_test(tc, what_has_brought_nothing_is_not_done_again_from_there);
     tcase_add_test(tc, strokes_one_by_one_end_where_they_end_whoever_is_beside_them);
     tcase_add_test(tc, a_swing_that_the_fit_of_a_law_has_lost_is_called_back);

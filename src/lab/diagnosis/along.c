@@ -20,7 +20,7 @@
 #include "searching.h"
 
 enum { BEGINNERS = DIAG_RACE, ASKED = 3 };
-static const double most = 0.9; /* of the misfit: explained by a pair that is worth another search */
+static const double most = 0.95; /* of the misfit: explained by a pair that is worth another search */
 
 /* one that leads in the first race, and its search for a second one */
 typedef struct beginner {
@@ -66,24 +66,20 @@ static stein_status second_of(diag *next, stein_err *err)
     return status == STEIN_OK ? diag__early_ones(next, 0, err) : status;
 }
 
-/* the best second one beside a first one. @param left  chi2/dof of the pair so far, that has to be
- * worse */
-static stein_status ask(const beginner *b, diag__pair *pair, double *left,
-                        stein_err *err)
+/* the best second one beside a first one. @param least  chi2/dof that a pair has to come below */
+static stein_status ask(const beginner *b, diag__pair *pair, double least, stein_err *err)
 {
     stein_err why = {STEIN_OK, ""};
     stein_status status = second_of(b->next, &why);
     const diag__suspect *s = b->next->n > 0 ? &b->next->suspect[0] : NULL;
     if (status == STEIN_OK && s != NULL && s->s.refitted && isfinite(s->objective) &&
-        s->s.possible && s->s.chi2_dof < *left) {
+        s->s.possible && s->s.chi2_dof < least) {
         size_t size = sizeof *s->x * (size_t)diag__problem(b->next, s)->nu;
-        free(pair->x);
         *pair = (diag__pair){.first = b->k, .second = s->s.candidate, .x = malloc(size)};
         if (pair->x == NULL) {
             return lab__no_memory(err);
         }
         memcpy(pair->x, s->x, size);
-        *left = s->s.chi2_dof;
     }
     return fit__forgive(status, err);
 }
@@ -92,7 +88,7 @@ stein_status diag__along(diag *first, diag__pair *pair, stein_err *err)
 {
     beginner all[BEGINNERS];
     stein_status status = STEIN_OK;
-    double before = fit__chi2_dof(&first->p, first->r), left = before - most * (before - 1.0);
+    double before = fit__chi2_dof(&first->p, first->r), least = before - most * (before - 1.0);
     int n = 0;
     *pair = (diag__pair){.first = -1};
     int alone = 0; // one of them leaves nothing to a second one
@@ -108,7 +104,7 @@ stein_status diag__along(diag *first, diag__pair *pair, stein_err *err)
     for (int i = 0; status == STEIN_OK && !alone && i < n && i < ASKED && all[i].next != NULL &&
                     pair->first < 0;
          i++) {
-        status = ask(&all[i], pair, &left, err);
+        status = ask(&all[i], pair, least, err);
     }
     for (int i = 0; i < n; i++) {
         diag__found_free(&all[i].f);

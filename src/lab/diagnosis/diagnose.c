@@ -205,8 +205,12 @@ void diag__close(diag *d)
 stein_status diag__search(diag *d, stein_err *err)
 {
     progress(d, d->naccepted > 0 ? 0.85 : 0.35, "what every candidate would change");
-    int early = diag__is_off(d, fit__chi2_dof(&d->p, d->r));
-    stein_status status = early ? diag__look_early(d, err) : STEIN_OK;
+    int early = diag__is_off(d, fit__chi2_dof(&d->p, d->r)), found = 0;
+    stein_status status = diag__refit_known(d, &found, err);
+    if (status != STEIN_OK || found) {
+        return status;
+    }
+    status = early ? diag__look_early(d, err) : STEIN_OK;
     status = status == STEIN_OK ? diag__changes(d, err) : status;
     status = status == STEIN_OK ? diag__rank(d, err) : status;
     progress(d, d->naccepted > 0 ? 0.86 : 0.55, "fits with the best candidates");

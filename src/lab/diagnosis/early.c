@@ -19,7 +19,7 @@
 #include "searching.h"
 
 enum { EARLY = 6 }; /* horizons */
-enum { RENEWALS = 4, FOREMOST = 3, RELATIVES = 3, HALVINGS = 2 };
+enum { RENEWALS = 4, FOREMOST = 3, RELATIVES = 3, HALVINGS = 2, FOREMOST_OF_ALL = 4 };
 static const double enough = 0.3; /* of the objective */
 static const double off = 3.0;    /* sd of chi2: more than noise */
 static const double sudden = 30.0; /* sd of chi2, at once: strokes have gone elsewhere */
@@ -230,7 +230,7 @@ static stein_status look_at(diag *d, look *make_fit, int foremost, int relatives
         status = rank(d, &why);
         if (status == STEIN_OK) {
             choose(d, foremost, relatives);
-            status = keep_derivatives(d, &why);
+            status = relatives == 0 ? keep_derivatives(d, &why) : STEIN_OK; // there is a race
         }
     }
     d->x = null.x;
@@ -262,7 +262,8 @@ stein_status diag__go_on(diag *d, double horizon, stein_err *err)
 
 stein_status diag__look_there(diag *d, stein_err *err)
 {
-    return look_at(d, stand_there, DIAG_RACE, 0, err);
+    int whole = !(d->early.horizon < diag__longest(&d->p)); // a race would cost as much as fits
+    return look_at(d, stand_there, whole ? FOREMOST_OF_ALL : DIAG_RACE, 0, err);
 }
 
 stein_status diag__look_believing(diag *d, stein_err *err)

@@ -7,8 +7,10 @@
  * leaves noise there, and what is not leaves about what the null fit left: a race of few steps
  * tells.
  *
- *      all that score there --> one step --> a dozen --> to their ends --> three --> along the
- *                                                                          strokes (anew.c)
+ *      all that score there --> one step --> the best --> to their ends --> three --> along the
+ *                                                                           strokes (anew.c)
+ *                                                                       --> some: as the first of
+ *                                                                           two (along.c)
  */
 #include <math.h>
 #include <stdlib.h>
@@ -28,8 +30,9 @@ typedef struct runner {
     double left; /* chi2 + priors at x; INFINITY: it cannot be fitted */
 } runner;
 
-/* on from x, up to the early horizon */
-static stein_status run(diag *d, runner *r, int renewals, stein_err *err)
+/* on from x, up to the early horizon. @param known  1: with the derivatives of the null fit up to
+ * there, and the suspect's own */
+static stein_status run(diag *d, runner *r, int known, int renewals, stein_err *err)
 {
     fit__problem *p = diag__problem(d, r->s);
     double *room = malloc(sizeof *room * (fit__offset(p, p->nstroke) + fit__columns(p) + 1));
@@ -38,15 +41,26 @@ static stein_status run(diag *d, runner *r, int renewals, stein_err *err)
     }
     fit__end e = {.x = r->x, .r = room, .J = room + fit__offset(p, p->nstroke)};
     stein_err why = {STEIN_OK, ""};
+    if (known) {
+        diag__borrow(p, d->early.J, r->s->early_G, e.J);
+    }
     p->horizon = d->early.horizon;
     fit__problem_try(p, &r->s->s.candidate);
-    stein_status status = fit__descend(p, &e, 0, enough, renewals, &why);
+    stein_status status = fit__descend(p, &e, known, enough, renewals, &why);
     fit__problem_try(p, NULL);
     p->horizon = INFINITY;
     r->left = status == STEIN_OK ? e.objective : (double)INFINITY;
     d->out->fits++;
     free(room);
     return fit__forgive(status, err);
+}
+
+/* back to where the null fit has ended, with some amount */
+static void go_back(diag *d, runner *r, double amount)
+{
+    const fit__problem *p = diag__problem(d, r->s);
+    memcpy(r->x, d->early.x, sizeof *r->x * (size_t)p->nu);
+    r->x[p->amount] = amount;
 }
 
 static int by_what_is_left(const void *a, const void *b)
@@ -55,53 +69,36 @@ static int by_what_is_left(const void *a, const void *b)
     return (x->left > y->left) - (x->left < y->left);
 }
 
-/* A first step with the derivatives of the null fit up to there, which costs no new ones. An amount
- * that is none is where it was. */
-static stein_status step(diag *d, runner *r, stein_err *err)
+/* The first step of a number, which costs no new derivatives. To where its amount would have to be
+ * negative it makes none; what changes events is not linear, and it may yet run. */
+static stein_status step_of_number(diag *d, runner *r, stein_err *err)
 {
-    fit__problem *p = diag__problem(d, r->s);
-    double *room = malloc(sizeof *room * (fit__offset(p, p->nstroke) + fit__columns(p) + 1));
-    if (room == NULL) {
-        return lab__no_memory(err);
-    }
-    fit__end e = {.x = r->x, .r = room, .J = room + fit__offset(p, p->nstroke)};
-    stein_err why = {STEIN_OK, ""};
-    diag__borrow(p, d->early.J, r->s->early_G, e.J);
-    p->horizon = d->early.horizon;
-    fit__problem_try(p, &r->s->s.candidate);
-    stein_status status = fit__descend(p, &e, 1, enough, 0, &why);
-    fit__problem_try(p, NULL);
-    p->horizon = INFINITY;
-    r->left = status == STEIN_OK ? e.objective : (double)INFINITY;
-    if (!r->s->s.candidate.effect->both_signs && !(r->x[p->amount] > 0.0)) {
-        memcpy(r->x, d->early.x, sizeof *r->x * (size_t)p->nu);
-        r->x[p->amount] = r->s->early;
+    stein_status status = run(d, r, 1, 0, err);
+    if (!r->s->s.candidate.effect->both_signs && !(r->x[diag__problem(d, r->s)->amount] > 0.0)) {
+        go_back(d, r, r->s->early);
         r->left = d->early.objective;
     }
-    d->out->fits++;
-    free(room);
-    return fit__forgive(status, err);
+    return status;
 }
 
 /* The first step of a part, which is far from linear. Who leaves more than the null fit after it has
  * begun too far away, which tells nothing: it begins again nearer. */
 static stein_status step_of_part(diag *d, runner *r, stein_err *err)
 {
-    fit__problem *p = diag__problem(d, r->s);
-    double amount = r->x[p->amount];
-    stein_status status = run(d, r, 0, err);
+    double amount = r->x[diag__problem(d, r->s)->amount];
+    stein_status status = run(d, r, 0, 0, err);
     for (int k = 0; k < NEARER && status == STEIN_OK && r->left > d->early.objective; k++) {
         amount *= nearer;
-        memcpy(r->x, d->early.x, sizeof *r->x * (size_t)p->nu);
-        r->x[p->amount] = amount;
-        status = run(d, r, 0, err);
+        go_back(d, r, amount);
+        status = run(d, r, 0, 0, err);
     }
     return status;
 }
 
 static stein_status first_step(diag *d, runner *r, stein_err *err)
 {
-    return r->s->model != NULL ? step_of_part(d, r, err) : step(d, r, err);
+    int linear = r->s->model == NULL && r->s->early_G != NULL;
+    return linear ? step_of_number(d, r, err) : step_of_part(d, r, err);
 }
 
 static stein_status heat(diag *d, runner *all, int n, int renewals, stein_err *err)
@@ -109,7 +106,7 @@ static stein_status heat(diag *d, runner *all, int n, int renewals, stein_err *e
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         if (isfinite(all[i].left)) {
-            status = renewals > 0 ? run(d, &all[i], renewals, err) : first_step(d, &all[i], err);
+            status = renewals > 0 ? run(d, &all[i], 0, renewals, err) : first_step(d, &all[i], err);
         }
     }
     qsort(all, (size_t)n, sizeof *all, by_what_is_left);

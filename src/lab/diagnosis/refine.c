@@ -317,3 +317,19 @@ stein_status diag__refit_on(diag *d, stein_err *err)
     }
     return status;
 }
+
+stein_status diag__refit_known(diag *d, int *found, stein_err *err)
+{
+    *found = 0;
+    if (d->known == NULL || !d->hasty) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__changes(d, err);
+    status = status == STEIN_OK ? diag__rank(d, err) : status;
+    if (status == STEIN_OK) {
+        note_alike(d);
+        status = lead_as_known(d, err);
+    }
+    *found = status == STEIN_OK && d->n > 0 && d->suspect[0].s.refitted && diag__leaves_noise(d);
+    return *found ? diag__contest(d, err) : status;
+}

@@ -315,6 +315,9 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 stein_status diag__refit(diag *d, stein_err *err);
 /** What has been put off. */
 stein_status diag__refit_on(diag *d, stein_err *err);
+/** A hasty search where one led in an earlier one of the same: what could stand in its place, where it
+ *  leaves but noise. @param found  0: it leaves more, or nobody is known */
+stein_status diag__refit_known(diag *d, int *found, stein_err *err);
 /** What could stand in the place of one that describes the strokes.
  *  @param s  ranked, with room, and s->x where it does */
 stein_status diag__refit_from(diag *d, diag__suspect *s, stein_err *err);

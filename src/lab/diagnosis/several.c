@@ -354,7 +354,8 @@ static stein_status go_on(diag__found *f, stein_err *err)
 
 /* Hasty searches have led to a pair that leaves more than noise: what they have put off, and again
  * with care. Where that is clearly more and both are in one place they may be pieces of a law
- * there, which is asked first. @return  1: they are, nobody goes on */
+ * there, which is asked first; not of a pair that was found along the strokes, as a law was asked
+ * for in haste before that. @return  1: they are, nobody goes on */
 static int with_care(diag__found *f, diag *first, const diag__held *before, int known,
                      stein_status *status, stein_err *err)
 {
@@ -404,7 +405,9 @@ stein_status diag__causes(diag *first, const diag__held *before, const diag__pai
         if (more && f->n == FIT__ACCEPTED) {
             break; // they are not all
         }
-        status = status == STEIN_OK ? exchange(f, first, err) : status;
+        if (status == STEIN_OK && !(known && more)) { // else with care at once
+            status = exchange(f, first, err);
+        }
         if (status == STEIN_OK && f->hasty && f->n > 1 && diag__is_more(first, f->chi2_dof) &&
             with_care(f, first, before, known, &status, err)) {
             break;
