@@ -392,7 +392,8 @@ START_TEST(two_causes_are_found_in_the_order_in_which_strokes_show_them)
 }
 END_TEST
 
-/* the same from the race to the verdict, with a search of whole swings in which nobody was fitted */
+/* the same from the race to the verdict, with a search of whole swings in which nobody was fitted
+ */
 START_TEST(a_pair_along_the_strokes_is_searched_for_again_and_stands)
 {
     bench b;
@@ -413,10 +414,10 @@ START_TEST(a_pair_along_the_strokes_is_searched_for_again_and_stands)
     for (int i = 0; i < 2; i++) {
         double x[FIT__NUMBERS], sd[FIT__NUMBERS];
         const lab_candidate *c = &found.cause[i].candidate;
-        int friction = strcmp(c->effect->kind, "coulomb_friction") == 0;
+        int rubs = strcmp(c->effect->kind, "coulomb_friction") == 0;
         diag__amount(&found, i, x, sd);
-        ck_assert(friction || strcmp(c->effect->kind, "preload") == 0);
-        ck_assert_double_eq_tol(x[0] * c->limit, friction ? 2e-3 : 4e-3, 4.0 * sd[0] * c->limit);
+        ck_assert(rubs || strcmp(c->effect->kind, "preload") == 0);
+        ck_assert_double_eq_tol(x[0] * c->limit, rubs ? 2e-3 : 4e-3, 4.0 * sd[0] * c->limit);
     }
     diag__found_free(&found);
     diag__held_free(&before);

@@ -409,8 +409,7 @@ static stein_status explain(diag *d, const diag__held *before, diag__found *f, s
         status = diag__try_laws(d, before, left(d), err);
     }
     int all = status == STEIN_OK && diag__law_is_all(d),
-        one = all && is_known_after_all(d, &status, err),
-        known = !all || one || may_be_pieces(d);
+        one = all && is_known_after_all(d, &status, err), known = !all || one || may_be_pieces(d);
     if (status == STEIN_OK && known) {
         status = known_causes(d, before, f, err);
     }

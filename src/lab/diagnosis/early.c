@@ -20,12 +20,12 @@
 
 enum { EARLY = 6 }; /* horizons */
 enum { RENEWALS = 4, FOREMOST = 3, RELATIVES = 3, HALVINGS = 2, FOREMOST_OF_ALL = 4 };
-static const double enough = 0.3; /* of the objective */
-static const double off = 3.0;    /* sd of chi2: more than noise */
+static const double enough = 0.3;  /* of the objective */
+static const double off = 3.0;     /* sd of chi2: more than noise */
 static const double sudden = 30.0; /* sd of chi2, at once: strokes have gone elsewhere */
-static const double worth = 16.0; /* score */
-static const double within = 1.0; /* tolerances */
-static const double near = 0.2;   /* of the best score: worth it at the same place */
+static const double worth = 16.0;  /* score */
+static const double within = 1.0;  /* tolerances */
+static const double near = 0.2;    /* of the best score: worth it at the same place */
 
 /* the horizon counts where the null fit is furthest from noise so far */
 static int is_furthest(diag *d, double objective, double z)
@@ -63,7 +63,8 @@ static int stand_there(diag *d, const double *null_x, stein_status *status, stei
     return *status == STEIN_OK && failed == 0;
 }
 
-/* the fit up to a horizon. @param z  sd that chi2 is from noise, out  @return is it clearly more? */
+/* the fit up to a horizon. @param z  sd that chi2 is from noise, out  @return is it clearly more?
+ */
 static int goes_off(diag *d, double horizon, fit__end *e, double *z, stein_status *status,
                     stein_err *err)
 {
@@ -96,8 +97,8 @@ static void halve(diag *d, double last, double *x, stein_status *status, stein_e
     }
 }
 
-/* From d->x along the strokes, beginning with a horizon, to the first one at which clearly more than
- * noise is left. @param most  horizons; @return is there one? */
+/* From d->x along the strokes, beginning with a horizon, to the first one at which clearly more
+ * than noise is left. @param most  horizons; @return is there one? */
 static int go_off(diag *d, double from, int most, int near_it, stein_status *status, stein_err *err)
 {
     size_t size = sizeof *d->x * (size_t)d->p.nu;
@@ -132,8 +133,8 @@ static int find(diag *d, const double *null_x, stein_status *status, stein_err *
     return *status == STEIN_OK && d->early.z > 0.0 && stand_there(d, null_x, status, err);
 }
 
-/* The amount that was predicted, as far as it is thinkable: what changes an event is not linear, and
- * a race tells more than a prediction. */
+/* The amount that was predicted, as far as it is thinkable: what changes an event is not linear,
+ * and a race tells more than a prediction. */
 static double begin_at(const diag__suspect *s)
 {
     double amount = fmin(fmax(s->s.amount / s->s.candidate.limit, -1.0), 1.0);

@@ -81,8 +81,8 @@ static stein_status step_of_number(diag *d, runner *r, stein_err *err)
     return status;
 }
 
-/* The first step of a part, which is far from linear. Who leaves more than the null fit after it has
- * begun too far away, which tells nothing: it begins again nearer. */
+/* The first step of a part, which is far from linear. Who leaves more than the null fit after it
+ * has begun too far away, which tells nothing: it begins again nearer. */
 static stein_status step_of_part(diag *d, runner *r, stein_err *err)
 {
     double amount = r->x[diag__problem(d, r->s)->amount];

@@ -5,7 +5,9 @@
  *      first with the derivatives of the null fit, the leading ones with new ones until they end;
  *      where the leader does not end near the data, those that explain how the strokes begin are
  *      followed along them (race.c), and the leading ones begin anew from the file's own numbers
- *      (A hasty search asks whether its leader leaves but noise, and puts off what follows.)
+ *      (A hasty search asks whether its leader leaves but noise, and puts off what follows. A first
+ *      one puts off what follows the race: laws, and two causes in the order in which the strokes
+ *      show them, are asked before.)
  *   2. what could stand in the leader's place (contest.c)
  *
  * Scores at the null fit alone name the wrong one more often: what is missing has bent all
@@ -283,6 +285,12 @@ static stein_status early_ones(diag *d, stein_err *err)
     return d->n > 0 && !diag__leaves_noise(d) ? diag__early_ones(d, 0, err) : STEIN_OK;
 }
 
+/* Does the leader leave more than the noise that is stated? */
+static int leaves_more(const diag *d)
+{
+    return d->n > 0 && d->suspect[0].s.refitted && diag__is_more(d, d->suspect[0].s.chi2_dof);
+}
+
 stein_status diag__refit(diag *d, stein_err *err)
 {
     note_alike(d);
@@ -292,15 +300,14 @@ stein_status diag__refit(diag *d, stein_err *err)
     if (status == STEIN_OK && d->n > 0 && !diag__leaves_noise(d)) {
         status = lead_to_the_end(d, err);
     }
-    d->put_off = status == STEIN_OK && d->hasty && d->n > 0 && d->suspect[0].s.refitted &&
-                 diag__is_more(d, d->suspect[0].s.chi2_dof);
+    d->put_off = status == STEIN_OK && d->hasty && leaves_more(d);
     if (status == STEIN_OK && !d->put_off) {
         status = race(d, err);
-        int two = d->naccepted == 0 && fit__noise_given(&d->p);
+        int two = d->naccepted == 0 && fit__noise_given(&d->p); // may be what it is
         if (status == STEIN_OK && !(two && diag__is_beyond_one(d))) {
             status = early_ones(d, err);
         }
-        d->put_off = status == STEIN_OK && two && d->n > 0 && !diag__leaves_noise(d);
+        d->put_off = status == STEIN_OK && two && leaves_more(d);
     }
     return status == STEIN_OK && !d->put_off ? diag__refit_on(d, err) : status;
 }

@@ -13,6 +13,9 @@
  * how the strokes begin (race.c), fits of whole strokes lead it nowhere, since what the other one
  * does later looks like its failure. So it is a first cause for trial, whatever it gains, and what
  * shows next is searched for beside it.
+ *
+ * A pair that was found along the strokes (along.c) goes the same way, before all that: its first
+ * one in front, and who is second is known.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -97,8 +100,8 @@ static void rule_out(diag *d)
     }
 }
 
-/* A suspect as the first cause; with a second one that explains the rest it stays in front, and they
- * are what was found.
+/* A suspect as the first cause; with a second one that explains the rest it stays in front, and
+ * they are what was found.
  * @param found  1 then */
 static stein_status begin_with(diag *first, const diag__pair *pair, const diag__held *before,
                                diag__found *f, int *found, stein_err *err)
@@ -129,8 +132,9 @@ int diag__beginner(const diag *d)
     return -1;
 }
 
-/* One that explains how the strokes begin as the first of two. Fits of whole strokes may have led it
- * nowhere, or away: what the other one does later was missing. Alone it has the fit that it had. */
+/* One that explains how the strokes begin as the first of two. Fits of whole strokes may have led
+ * it nowhere, or away: what the other one does later was missing. Alone it has the fit that it had.
+ */
 static stein_status begin_as_they_do(diag *first, const diag__pair *pair, const diag__held *before,
                                      diag__found *f, int *found, stein_err *err)
 {
@@ -160,8 +164,7 @@ stein_status diag__two_along(diag *first, const diag__held *before, diag__found 
 {
     diag__pair pair;
     *f = (diag__found){.end = first, .excess = 1.0, .held = {.rmse = NAN}};
-    if (first->only != NULL || !fit__noise_given(&first->p) || first->n == 0 ||
-        diag__leaves_noise(first)) {
+    if (first->only != NULL || !fit__noise_given(&first->p)) {
         return STEIN_OK;
     }
     stein_status status = diag__along(first, &pair, err);

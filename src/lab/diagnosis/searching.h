@@ -24,6 +24,7 @@
  *   heldout.c     error on strokes that nothing was fitted to
  *   several.c     one cause after the other, and whether each is needed
  *   stage.c       a further search, with the causes so far in the model
+ *   along.c       two causes, in the order in which the strokes show them
  *   restart.c     the same with another one to begin with
  *   motion.h      the verdict once more, from a prescribed motion and its force
  *   verdict.c     from numbers to one of seven words
@@ -50,7 +51,8 @@ typedef struct diag__suspect {
     double step;                       /* amount that G was made with, in limits */
     int scanned;                       /* and that of many which the residual asks for most */
     double *G;     /* change of all weighted residuals per limit; NULL: nothing to see */
-    double *small; /* the same of a part with a smaller amount; NULL: of no part */
+    double *small; /* the same of a part with a smaller amount; where strokes begin of a number with
+                    * one of the other sign; NULL: there is none */
     double small_step;
     double *x, *J, *r;      /* of a refit, one block; NULL before */
     double objective;       /* -2 log likelihood of the refit, scatter taken out */
@@ -72,11 +74,11 @@ typedef struct diag__suspect {
     double early_left; /* what it left in their race; 0: there was none */
     double *led;       /* unknowns where it has ended in their race; NULL: it is not among the first
                         * there, of which each is of another element */
-    double *begins;    /* unknowns with which it explains how the strokes begin, alone or as the first
-                        * of two (along.c); NULL: others do as well, or nobody */
-    double swap;       /* predicted objective in the leader's place */
-    double near;       /* the same, when a fit from there has been made, too */
-    double *start;     /* and unknowns */
+    double *begins;  /* unknowns with which it explains how the strokes begin, alone or as the first
+                      * of two (along.c); NULL: others do as well, or nobody */
+    double swap;     /* predicted objective in the leader's place */
+    double near;     /* the same, when a fit from there has been made, too */
+    double *start;   /* and unknowns */
     double *settled; /* [nu + np + columns of J] x, sd and J of settle.c; NULL: it was not asked */
     double settled_D[LAB_SCATTERS];
 } diag__suspect;
@@ -310,13 +312,13 @@ void diag__present(const diag *d, lab_suspect *cause, double sd, double wide);
 /* ---- refine.c ---- */
 
 /** Full fits of the best suspects; the best first. What costs most is put off (d->put_off) where no
- *  single suspect explains how the strokes begin: if a law explains all it is not needed. In a
- *  hasty search the races are, too, where its leader leaves more than noise. */
+ *  single suspect explains the strokes: it is not needed if a law explains all, or two causes do.
+ * In a hasty search the races are put off, too. */
 stein_status diag__refit(diag *d, stein_err *err);
 /** What has been put off. */
 stein_status diag__refit_on(diag *d, stein_err *err);
-/** A hasty search where one led in an earlier one of the same: what could stand in its place, where it
- *  leaves but noise. @param found  0: it leaves more, or nobody is known */
+/** A hasty search where one led in an earlier one of the same: what could stand in its place, where
+ * it leaves but noise. @param found  0: it leaves more, or nobody is known */
 stein_status diag__refit_known(diag *d, int *found, stein_err *err);
 /** What could stand in the place of one that describes the strokes.
  *  @param s  ranked, with room, and s->x where it does */
@@ -415,9 +417,9 @@ int diag__leaves_more(diag *d, const diag__suspect *s);
 stein_status diag__look_early(diag *d, stein_err *err);
 /** The same where the numbers of the file stay within their tolerances. */
 stein_status diag__look_believing(diag *d, stein_err *err);
-/** On along the strokes from where a search stands, d->x, that has explained them up to some horizon
- * [s], to the first one from there on at which it clearly leaves more than noise: early. x, J and r
- * are lost.
+/** On along the strokes from where a search stands, d->x, that has explained them up to some
+ * horizon [s], to the first one from there on at which it clearly leaves more than noise: early. x,
+ * J and r are lost.
  *  @return OK (early.z is 0 where there is none), ENOMEM, a numerical failure */
 stein_status diag__go_on(diag *d, double horizon, stein_err *err);
 /** The suspects that lead there. @return as of diag__look_early */
@@ -587,8 +589,8 @@ int diag__amount_of(const diag *from, const diag__suspect *leader, const lab_can
 
 /* ---- along.c ---- */
 
-/** Two causes in the order in which the strokes show them, where they explain nearly all; pair->x is
- *  freed by the caller. @return OK, ENOMEM */
+/** Two causes in the order in which the strokes show them, where they explain nearly all; pair->x
+ * is freed by the caller. @return OK, ENOMEM */
 stein_status diag__along(diag *first, diag__pair *pair, stein_err *err);
 
 /* ---- restart.c ---- */
@@ -596,8 +598,9 @@ stein_status diag__along(diag *first, diag__pair *pair, stein_err *err);
 /** The suspect that alone explains how the strokes begin, -1: there is none. */
 int diag__beginner(const diag *d);
 
-/** Two causes in the order in which the strokes show them, if the first search leaves more than noise
- *  and they leave none. @param found  0 n: there are none; free in any case  @return OK, ENOMEM */
+/** Two causes in the order in which the strokes show them (along.c), where the first search leaves
+ *  more than the noise that is stated. @param found  n is 0 where they do, too; free in any case
+ *  @return OK, ENOMEM */
 stein_status diag__two_along(diag *first, const diag__held *before, diag__found *found,
                              stein_err *err);
 /** All causes; where they leave more than noise and that was stated, pairs that begin with other

@@ -22,6 +22,9 @@
  *                                  +--> a law, if both are in one place --> what was put off, and
  *                                                                           both again with care
  *
+ * A pair that was found along the strokes (along.c) begins with both: the second search leads the
+ * second one where they have ended.
+ *
  * Where two leave more than the noise that the data state, a law in no table may be what is missing
  * (curve.c): that is asked before a third one is searched for.
  */
@@ -391,7 +394,8 @@ stein_status diag__causes(diag *first, const diag__held *before, const diag__pai
     int known = pair != NULL && pair->x != NULL;
     int hasty = (known || pair == NULL) && first->only == NULL && fit__noise_given(&first->p);
     *f = (diag__found){.end = first, .excess = 1.0, .hasty = hasty, .held = {.rmse = NAN}};
-    while (accept_or_go_on(f, d, f->n > 0 ? &f->held : before, pair != NULL && begins(d), &status, err)) {
+    while (accept_or_go_on(f, d, f->n > 0 ? &f->held : before, pair != NULL && begins(d), &status,
+                           err)) {
         f->excess = diag__excess(d, f->leader);
         if (first->only != NULL && f->n > 1 && f->chi2_dof > pieces) {
             break; // it is the law: nobody has to be asked again

@@ -122,8 +122,8 @@ static stein_status keep(diag__found *f, diag *stage, stein_err *err)
 }
 
 stein_status diag__stage_at(diag__found *f, const diag *first, const diag *from,
-                              const diag__suspect *leader, const lab_candidate *without, diag **out,
-                              stein_err *err)
+                            const diag__suspect *leader, const lab_candidate *without, diag **out,
+                            stein_err *err)
 {
     diag *next = calloc(1, sizeof *next);
     stein_status status = next != NULL ? keep(f, next, err) : lab__no_memory(err);

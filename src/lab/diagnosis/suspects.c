@@ -11,7 +11,9 @@
  *
  * What a part does is far from linear in its amount: a link that bends a little follows slowly, one
  * that bends more rings. Parts change the films by one noise, and have a second secant of a smaller
- * amount; the one that looks more like the residual counts (rank.c).
+ * amount; the one that looks more like the residual counts (rank.c). So do numbers that have no
+ * sign, one of the other sign, where the strokes begin: a key that lies on its rest follows it up,
+ * and its pawl follows it down.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -385,8 +387,8 @@ static stein_status change_part(diag *d, diag__suspect *s, stein_err *err)
     return status;
 }
 
-/* What moves a surface acts to one side only where it lies at rest: up to an early horizon, where
- * that is all there is to see, suspects that have no sign have a second secant of the other one. */
+/* Second secants of the other sign, of numbers that have none. Those that a fit has derivatives of
+ * stay as they are. */
 static stein_status other_sides(diag *d, diag__suspect **list, int n, stein_err *err)
 {
     stein_status status = STEIN_OK;
