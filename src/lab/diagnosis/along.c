@@ -20,8 +20,7 @@
 #include "searching.h"
 
 enum { BEGINNERS = DIAG_RACE, ASKED = 3 };
-static const double most =
-    0.95; /* of the misfit: explained by a pair that is worth another search */
+static const double most = 0.95; /* of the misfit: explained by a pair worth another search */
 
 /* one that leads in the first race, and its search for a second one */
 typedef struct beginner {

@@ -69,12 +69,16 @@ static int goes_off(diag *d, double horizon, fit__end *e, double *z, stein_statu
                     stein_err *err)
 {
     fit__problem *p = &d->p;
+    *z = 0.0;
     p->horizon = horizon;
     *status = fit__descend(p, e, 0, enough, RENEWALS, err);
+    if (*status != STEIN_OK) {
+        return 0;
+    }
     d->out->fits++;
     double dof = fmax(1.0, diag__samples(p) - p->nu), chi2 = fit__chi2(p, d->r);
     *z = (chi2 - dof) / sqrt(2.0 * dof);
-    return *status == STEIN_OK && diag__is_clear(chi2, dof);
+    return diag__is_clear(chi2, dof);
 }
 
 /* Between a horizon with but noise and the next one the strokes have gone far: nearer to where they
@@ -98,7 +102,10 @@ static void halve(diag *d, double last, double *x, stein_status *status, stein_e
 }
 
 /* From d->x along the strokes, beginning with a horizon, to the first one at which clearly more
- * than noise is left. @param most  horizons; @return is there one? */
+ * than noise is left.
+ * @param most     horizons
+ * @param near_it  1: to somewhere before it, if the strokes have gone far there
+ * @return is there one? */
 static int go_off(diag *d, double from, int most, int near_it, stein_status *status, stein_err *err)
 {
     size_t size = sizeof *d->x * (size_t)d->p.nu;
