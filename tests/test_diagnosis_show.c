@@ -57,7 +57,7 @@ static void show(shown *s, const char *const *truth)
     s->def = free_these(names);
     s->def.drive_scatter = 0.0;
     ck_assert_stein(fit__problem_make(&s->p, s->f.model, s->f.data, &s->def, err));
-    size_t nu = (size_t)s->p.nu, frames = diag__row(&s->p, s->p.nstroke);
+    size_t nu = (size_t)s->p.nu, frames = diag__frame(&s->p, s->p.nstroke);
     double *room = calloc(2 * nu, sizeof *room);
     fit__state state = {.x = room, .step = room + nu, .mu = 1e-3, .nu = 2.0};
     for (size_t k = 0; k < nu; k++) {
@@ -119,7 +119,7 @@ static const lab_departure *departure(const lab_diagnosis *d, const char *place,
 /* time at which a phase begins in a stroke; NAN */
 static double begins(const shown *s, int stroke, const char *phase)
 {
-    size_t row = diag__row(&s->p, stroke);
+    size_t row = diag__frame(&s->p, stroke);
     for (int i = 0; i < s->p.stroke[stroke].n; i++) {
         if (strcmp(s->phase[row + (size_t)i], phase) == 0) {
             return s->time[row + (size_t)i];
@@ -186,7 +186,7 @@ START_TEST(a_mechanism_without_stroke_rests_or_moves)
     def.initial = 0;
     ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
     double *x = calloc((size_t)p.nu, sizeof *x);
-    const char **phase = calloc(diag__row(&p, 2), sizeof *phase);
+    const char **phase = calloc(diag__frame(&p, 2), sizeof *phase);
     ck_assert_stein(diag__phases(&p, x, phase, NULL, err));
     for (int i = 0; i < p.stroke[0].n; i++) {
         ck_assert_str_eq(phase[i], i == 0 ? "rest" : "motion");
@@ -221,8 +221,8 @@ static int count_departures(const fit__problem *p, double memory, double scatter
     unsigned long long seed = 11;
     int above = 0;
     double *r = calloc(fit__offset(p, p->nstroke), sizeof *r);
-    const char **phase = calloc(diag__row(p, p->nstroke), sizeof *phase);
-    for (size_t i = 0; i < diag__row(p, p->nstroke); i++) {
+    const char **phase = calloc(diag__frame(p, p->nstroke), sizeof *phase);
+    for (size_t i = 0; i < diag__frame(p, p->nstroke); i++) {
         phase[i] = diag__phase[diag__phase_index("motion")];
     }
     for (int set = 0; set < 300; set++) {
@@ -259,8 +259,8 @@ START_TEST(noise_that_remembers_is_no_departure_but_what_comes_again_is)
     ck_assert_stein(fit__problem_make(&p, f.model, f.data, &def, err));
     // and where two sets of residuals differ most
     double *r = calloc(2 * fit__offset(&p, 8), sizeof *r), *other = r + fit__offset(&p, 8);
-    const char **phase = calloc(diag__row(&p, 8), sizeof *phase);
-    for (size_t i = 0; i < diag__row(&p, 8); i++) {
+    const char **phase = calloc(diag__frame(&p, 8), sizeof *phase);
+    for (size_t i = 0; i < diag__frame(&p, 8); i++) {
         phase[i] = diag__phase[i % 4];
     }
     ck_assert_ptr_null(diag__phase_shown(&p, r, other, phase));

@@ -54,7 +54,7 @@ static void fit_model(models *m, int i, const lab_candidate *effect)
 static void fit_and_ask(models *m, const char *kind, const char *place, lab_verdict verdict)
 {
     fit_model(m, 0, NULL);
-    m->phase = calloc(diag__row(&m->p[0], m->p[0].nstroke), sizeof *m->phase);
+    m->phase = calloc(diag__frame(&m->p[0], m->p[0].nstroke), sizeof *m->phase);
     ck_assert_stein(diag__phases(&m->p[0], m->side[0].x, m->phase, NULL, err));
     if (kind != NULL) {
         m->effect = candidate(m->f.model, kind, place);

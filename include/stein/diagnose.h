@@ -131,10 +131,11 @@ typedef enum {
     LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record says */
     LAB_VERDICT_MISSING_EFFECT,  /* physics that the file lacks */
     LAB_VERDICT_UNKNOWN_EFFECT,  /* there is something, and no candidate explains it */
-    LAB_VERDICT_NOT_CONVERGED    /* no fit to trust, so no verdict on physics */
+    LAB_VERDICT_NOT_CONVERGED,   /* no fit to trust, so no verdict on physics */
+    LAB_VERDICT_UNUSABLE_MODEL   /* whatever is added, the model is far from the records */
 } lab_verdict;
 /** "explained", "wrong_parameter", "sensor", "input", "missing_effect", "unknown_effect",
- *  "not_converged". */
+ *  "not_converged", "unusable_model". */
 const char *lab_verdict_text(lab_verdict verdict);
 
 /** One number of a cause [SI] with its 95 % interval: Student's where strokes scatter by
@@ -408,6 +409,10 @@ typedef struct lab_diagnosis {
     lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
     double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
+    double remainder; /* RMS residual of the best hypothesis [noise] */
+    double share;     /* of the misfit beyond noise that it explains */
+    double verified;  /* largest difference between what the extended model of the report predicts
+                         and what the same numbers predict anew [noise]; NAN: not done */
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;
@@ -434,7 +439,10 @@ typedef struct lab_diagnose_def {
     const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
     int nwithout;               /* words of lab_effect_is */
     int threads;
+    long most_strokes;   /* budget of simulated strokes, 0: none */
+    double most_seconds; /* budget of time [s], 0: none */
     const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
+    const char *trace;   /* file of the search's rows, one JSON object a line; NULL: none */
     lab_fit_progress_fn *progress;
     lab_report_fn *report;
     void *ctx;

@@ -1,249 +1,292 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnose.c - from a mechanism file and strokes to a verdict.
+ * diagnose.c - from a mechanism file and records to a verdict.
  *
- *   audit       what the records say about themselves, before anything is fitted
- *   hold out    strokes that judge the end and that nothing is fitted to
- *   null fit    the model as it is: every number with a tolerance, every stroke's own (pursue.c)
- *   suspects    what every candidate would change (suspects.c)
- *   rank        whom the residual looks like (rank.c)
- *   refit       the best ones in full, then what could stand in their place (refine.c,
- *               contest.c)
- *   held out    is anything gained where nothing was fitted (heldout.c), and is there more
- *               to be found (several.c); where much is left, a law is asked for first (curve.c)
- *   verdict     (verdict.c), numbers (note.c)
- *   law         of an unknown effect, as a curve (curve.c)
- *   show        where the model departs, and the force it lacks (departure.c, latent.c)
- *   check       the same verdict from a prescribed motion and its force (motion_check.c)
+ *   audit      what the records say about themselves, before anything is fitted
+ *   split      records that are fitted, and those that report; the latter are read last
+ *   search     the table of hypotheses (search/)
+ *   judge      the closed table -> finding, causes, rivals (verdict/judge.c)
+ *   law        where the best hypothesis leaves more than noise, a curve (law/)
+ *   report     records that nothing has read before, predicted with and without the causes
+ *   show       where the model departs, the force it lacks, the motion check
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "curve.h"
 #include "motion.h"
-#include "searching.h"
+#include "verdict.h"
 
-enum { FEWEST = 2, HOLD_EVERY = 3, SCATTER_FROM = 4, TRACES = 4, TRACES_HELD = 2 };
-static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
-/* Of integration steps. Ten times coarser ones are quicker and leave little of chi2 beside what is
- * missing where that is gross, nearly the same whatever is on trial; with them a null fit may lose
- * its strokes, and near ties change places. */
-const double diag__tolerance = 1e-9;
-static const double coarse = 1e-8;
-static const double much = 4.0;   /* chi2/dof of the null fit */
-static const double a_part = 0.2; /* of the misfit: explained by one of two causes */
-static const char candidates[] = "fits with more candidates";
+enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
+static const double near = 1.5;  /* chi2/dof up to which the free linear model is good */
+static const double held = 0.05; /* gain of the observer elsewhere */
+
+typedef struct diagnosis {
+    diag__problem q;
+    diag__table t;
+    diag__judgement j;
+    diag__setting setting;
+    lab_dataset fitted, reporting;
+    const lab_diagnose_def *def;
+    diag__laws laws;
+    diag__reported before, after;
+    lab_diagnosis *out;
+} diagnosis;
 
 lab_diagnose_def lab_diagnose_def_default(void)
 {
     return (lab_diagnose_def){.threads = 1};
 }
 
-static void progress(const diag *d, double fraction, const char *step)
+static void progress(const diagnosis *d, double fraction, const char *step)
 {
     if (d->def->progress != NULL) {
         d->def->progress(d->def->ctx, fraction, step);
     }
 }
 
-/* ---- strokes ---- */
+/* ---- records ---- */
 
-static int is_held(const diag *d, int stroke, int n)
+static int is_held(const lab_diagnose_def *def, int record, int n)
 {
-    if (d->def->held_out != NULL) {
-        return d->def->held_out[stroke];
+    if (def->held_out != NULL) {
+        return def->held_out[record];
     }
-    return n >= HOLD_EVERY && stroke % HOLD_EVERY == HOLD_EVERY - 1;
+    return n >= HOLD_EVERY && record % HOLD_EVERY == HOLD_EVERY - 1;
 }
 
-static stein_status split(diag *d, const lab_dataset *data, lab_dataset *fit, lab_dataset *held,
-                          stein_err *err)
+static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
 {
     size_t n = (size_t)data->n;
+    lab_dataset *fit = &d->fitted, *report = &d->reporting;
     fit->stroke = calloc(n + 1, sizeof(lab_data *));
-    held->stroke = calloc(n + 1, sizeof(lab_data *));
-    if (fit->stroke == NULL || held->stroke == NULL) {
+    report->stroke = calloc(n + 1, sizeof(lab_data *));
+    if (fit->stroke == NULL || report->stroke == NULL) {
         return lab__no_memory(err);
     }
     for (int s = 0; s < data->n; s++) {
-        lab_dataset *to = is_held(d, s, data->n) ? held : fit;
+        lab_dataset *to = is_held(d->def, s, data->n) ? report : fit;
         to->stroke[to->n++] = data->stroke[s];
     }
-    d->fit_data = fit;
-    d->held_data = held;
     d->out->nfit = fit->n;
-    d->out->nheld = held->n;
+    d->out->nheld = report->n;
     if (data->n < FEWEST || fit->n < 1) {
         return lab__fail(
             err, STEIN_EINVAL,
             "%d stroke%s to fit to and %d held out: at least %d in all, and one to fit "
             "to",
-            fit->n, fit->n == 1 ? "" : "s", held->n, FEWEST);
+            fit->n, fit->n == 1 ? "" : "s", report->n, FEWEST);
     }
     return STEIN_OK;
 }
 
-stein_status diag__add_finding(diag *d, char *line, stein_err *err)
+/* a line for the findings, which takes it over */
+static stein_status add_finding(lab_diagnosis *o, char *line, int first, stein_err *err)
 {
-    lab_diagnosis *o = d->out;
     char **more = realloc(o->finding, sizeof *more * (size_t)(o->nfinding + 1));
     o->finding = more != NULL ? more : o->finding;
     if (line == NULL || more == NULL) {
         free(line);
         return lab__no_memory(err);
     }
-    o->finding[o->nfinding++] = line;
+    if (first) {
+        memmove(o->finding + 1, o->finding, sizeof *o->finding * (size_t)o->nfinding);
+    }
+    o->finding[first ? 0 : o->nfinding] = line;
+    o->nfinding++;
     return STEIN_OK;
 }
 
-stein_status diag__tell(diag *d, char *line, stein_err *err)
-{
-    if (line != NULL && d->def->report != NULL) {
-        d->def->report(d->def->ctx, line);
-    }
-    stein_status status = diag__add_finding(d, line, err);
-    lab_diagnosis *o = d->out;
-    if (status == STEIN_OK) {
-        memmove(o->finding + 1, o->finding, sizeof *o->finding * (size_t)(o->nfinding - 1));
-        o->finding[0] = line;
-    }
-    return status;
-}
-
-static stein_status audit(diag *d, const lab_dataset *data, stein_err *err)
+static stein_status audit(diagnosis *d, const lab_dataset *data, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         lab_audit *a = NULL;
         status = lab_audit_create(&a, data->stroke[s], err);
         for (int i = 0; status == STEIN_OK && i < a->nfinding; i++) {
-            status = diag__add_finding(d, lab__text("%s: %s", data->stroke[s]->file, a->finding[i]),
-                                       err);
+            status = add_finding(d->out, lab__text("%s: %s", data->stroke[s]->file, a->finding[i]),
+                                 0, err);
         }
         lab_audit_destroy(a);
     }
     return status;
 }
 
-/* ---- the null fit's problem ---- */
-
-/* every number whose tolerance the file states and that not every stroke sets, and what the caller
- * wants free; of a name that is none the fit will tell */
-static stein_status choose_names(diag *d, stein_err *err)
+static stein_status check_step(diagnosis *d, stein_err *err)
 {
-    const stein_model *m = lab_equations(d->model);
-    d->name = malloc(sizeof *d->name * (size_t)(m->np + d->def->nfree + 1));
-    if (d->name == NULL) {
+    char *line = NULL;
+    stein_status status = diag__check_step(&d->q.null, &line, err);
+    if (status != STEIN_OK || line == NULL) {
+        return status;
+    }
+    if (d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    return add_finding(d->out, line, 1, err);
+}
+
+/* ---- the judge's view of the table ---- */
+
+static int element(const diag__problem *q, int k)
+{
+    int i = 0;
+    while (!diag__related(&q->candidate[i], &q->candidate[k])) {
+        i++;
+    }
+    return i;
+}
+
+/* does a candidate move a number of the file with a stated tolerance? */
+static int is_tolerated(const diag__problem *q, const lab_candidate *c)
+{
+    return c->effect->needs == NULL && c->nparam == 1 &&
+           lab_equations(q->model)->params[c->param[0]].tolerance > 0.0;
+}
+
+static int scatters(const diag__problem *q, const lab_candidate *c)
+{
+    return q->fit_def.scatter && c->nparam > 0 && c->effect->needs == NULL &&
+           q->null.group[c->param[0]] != FIT__CALM;
+}
+
+static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
+{
+    diag__evidence e = {.n = row->h.n,
+                        .objective = row->objective,
+                        .chi2_dof = row->chi2_dof,
+                        .inflation = row->failed == NULL ? diag__inflation(row) : 1.0,
+                        .converged = row->converged,
+                        .possible = diag__is_possible(q, row)};
+    for (int i = 0; i < row->h.n; i++) {
+        const lab_candidate *c = &q->candidate[row->h.cause[i]];
+        e.cause[i] = row->h.cause[i];
+        if (row->failed == NULL) {
+            e.amount[i] = diag__amount(row, i, &e.sd[i]);
+        }
+        e.tolerated[i] = is_tolerated(q, c);
+        e.scatters[i] = scatters(q, c);
+        e.named[i] = c->effect->site != LAB_AT_PARAMETER;
+        e.place[i] = element(q, row->h.cause[i]);
+    }
+    return e;
+}
+
+static stein_status judge(diagnosis *d, stein_err *err)
+{
+    const stein_model *m = lab_equations(d->q.model);
+    diag__evidence *e = malloc(sizeof *e * (size_t)(d->t.n + 1));
+    if (e == NULL) {
         return lab__no_memory(err);
     }
-    for (int i = 0; i < m->np; i++) {
-        if (m->params[i].tolerance > 0.0 && !fit__always_set(d->fit_data, i)) {
-            d->name[d->nname++] = m->params[i].name;
-        }
+    for (int i = 0; i < d->t.n; i++) {
+        e[i] = evidence_of(&d->q, d->t.row[i]);
     }
-    for (int k = 0; k < d->def->nfree; k++) {
-        int i = stein_find_param(m, d->def->free[k]);
-        if (i < 0 || !(m->params[i].tolerance > 0.0)) {
-            d->name[d->nname++] = d->def->free[k];
-        }
+    d->setting =
+        (diag__setting){.most_noise = diag__most_noise(&d->q.null), .records = d->fitted.n};
+    for (int k = 0; k < d->q.nname; k++) {
+        int i = stein_find_param(m, d->q.name[k]);
+        d->setting.tolerances += i >= 0 && m->params[i].tolerance > 0.0;
     }
+    d->j = diag__judge(e, d->t.n, &d->setting);
+    free(e);
     return STEIN_OK;
 }
 
-static stein_status make_problem(diag *d, stein_err *err)
+/* numbers that are told have central derivatives and fine steps */
+static stein_status refine(diagnosis *d, stein_err *err)
 {
-    stein_status status = choose_names(d, err);
-    if (status != STEIN_OK) {
-        return status;
+    stein_status status = diag__refine_row(d->t.row[d->j.null], err);
+    if (status == STEIN_OK && d->j.best != d->j.null) {
+        status = diag__refine_row(d->t.row[d->j.best], err);
     }
-    d->fit_def = lab_fit_def_default();
-    d->fit_def.free = d->name;
-    d->fit_def.nfree = d->nname;
-    d->fit_def.offset = offset_prior;
-    d->fit_def.threads = d->def->threads > 0 ? d->def->threads : 1;
-    d->fit_def.scatter = d->fit_data->n >= SCATTER_FROM;
-    status = diag__open_problem(d, err);
-    d->p.tolerance = diag__tolerance;
-    d->out->samples = d->p.samples;
+    for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
+        status = diag__refine_row(d->t.row[d->j.rival[i]], err);
+    }
     return status;
-}
-
-stein_status diag__open_problem(diag *d, stein_err *err)
-{
-    stein_status status = fit__problem_make_with(&d->p, d->model, d->fit_data, &d->fit_def,
-                                                 d->accepted, d->naccepted, err);
-    status = status == STEIN_OK ? fit__check_samples(&d->p, err) : status;
-    if (status != STEIN_OK) {
-        return status;
-    }
-    size_t rows = fit__offset(&d->p, d->p.nstroke);
-    d->x = calloc((size_t)d->p.nu + 1, sizeof *d->x);
-    d->sd = calloc((size_t)d->p.np + 1, sizeof *d->sd);
-    d->J = malloc(sizeof *d->J * (fit__columns(&d->p) + 1));
-    d->r = malloc(sizeof *d->r * (rows + 1));
-    return d->x != NULL && d->sd != NULL && d->J != NULL && d->r != NULL ? STEIN_OK
-                                                                         : lab__no_memory(err);
-}
-
-void diag__close(diag *d)
-{
-    diag__suspects_free(d);
-    fit__problem_free(&d->p);
-    free(d->x);
-    free(d->J);
-    free(d->r);
-    free(d->sd);
-    free(d->early.x);
-    free(d->early.J);
-    lab_dataset_close(d->own_fit);
-    lab_dataset_close(d->own_held);
-    lab_close(d->own_model);
-}
-
-/* ---- the search ---- */
-
-stein_status diag__search(diag *d, stein_err *err)
-{
-    progress(d, d->naccepted > 0 ? 0.85 : 0.35, "what every candidate would change");
-    int early = diag__is_off(d, fit__chi2_dof(&d->p, d->r)), found = 0;
-    stein_status status = diag__refit_known(d, &found, err);
-    if (status != STEIN_OK || found) {
-        return status;
-    }
-    status = early ? diag__look_early(d, err) : STEIN_OK;
-    status = status == STEIN_OK ? diag__changes(d, err) : status;
-    status = status == STEIN_OK ? diag__rank(d, err) : status;
-    progress(d, d->naccepted > 0 ? 0.86 : 0.55, "fits with the best candidates");
-    return status == STEIN_OK ? diag__refit(d, err) : status;
-}
-
-/* of the problems that parts have of their own, too: what is compared has the same steps */
-static void step_coarsely(diag *d)
-{
-    d->p.tolerance = coarse;
-    for (int i = 0; i < d->n; i++) {
-        if (d->suspect[i].fit != NULL) {
-            d->suspect[i].fit->tolerance = coarse;
-        }
-    }
-}
-
-static stein_status search(diag *d, stein_err *err)
-{
-    progress(d, 0.02, "parts that may be missing");
-    stein_status status = diag__suspects(d, err);
-    progress(d, 0.05, "fit of the model as it is");
-    status = status == STEIN_OK ? diag__pursue(d, err) : status;
-    if (status == STEIN_OK && fit__chi2_dof(&d->p, d->r) > much) {
-        step_coarsely(d);
-        status = diag__pursue_on(d, err);
-    }
-    return status == STEIN_OK ? diag__search(d, err) : status;
 }
 
 /* ---- results ---- */
 
-/* predictions of a stroke from its weighted residuals */
+static stein_status results(diagnosis *d, stein_err *err)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    double gain = best->chi2_dof > near ? held : 0.0;
+    diag__linear own = {.n = 0}, *l = &d->t.last;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = STEIN_OK;
+    if (l->row != best) {
+        l = &own;
+        status = diag__linearise(&d->q, best, gain, FREE_RECORDS, l, &why);
+    }
+    status = status == STEIN_OK ? diag__results(&d->q, &d->t, &d->j, l, &d->setting, d->out, &why)
+                                : status;
+    diag__linear_free(&own);
+    if (status != STEIN_OK && err != NULL) {
+        *err = why;
+    }
+    return status;
+}
+
+static stein_status posteriors(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const diag__row *best = d->t.row[d->j.best];
+    stein_status status = diag__conditions(&d->q.null, o->ncause > 0 ? diag__inflation(best) : 1.0,
+                                           &o->conditions, err);
+    for (int i = -1; status == STEIN_OK && o->ncause == 1 && i < d->j.nrival; i++) {
+        const diag__row *row = i < 0 ? best : d->t.row[d->j.rival[i]];
+        for (int k = 0; k < 1 + o->nrival; k++) {
+            if (row->J != NULL && o->suspect[k].posterior.n == 0 &&
+                diag__is_same(&o->suspect[k].candidate, &row->cause[0])) {
+                status = diag__posterior(row, diag__inflation(row), &o->suspect[k].posterior, err);
+            }
+        }
+    }
+    return status;
+}
+
+/* the reporting records, read for the first time; numerical failures leave rmse NAN */
+static stein_status report(diagnosis *d, stein_err *err)
+{
+    stein_err why;
+    stein_status status = STEIN_OK;
+    d->before.rmse = d->after.rmse = NAN;
+    if (d->reporting.n < 1) {
+        return STEIN_OK;
+    }
+    status = diag__report(&d->q, d->t.row[d->j.null], &d->reporting, &d->before, &why);
+    if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
+        status = diag__report(&d->q, d->t.row[d->j.best], &d->reporting, &d->after, &why);
+    }
+    for (int i = 0; i < d->out->ncause; i++) {
+        d->out->suspect[i].held_out = d->after.rmse;
+    }
+    return fit__forgive(status, err);
+}
+
+static stein_status laws(diagnosis *d, stein_err *err)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    if (best->chi2_dof <= d->setting.most_noise || diag__is_spent(&d->q)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err);
+    if (status != STEIN_OK || d->laws.n == 0) {
+        return status;
+    }
+    diag__reported after = {.rmse = NAN};
+    status = diag__law_judge(&d->laws, &d->j, best, &d->reporting, &d->before, &after, d->out, err);
+    if (d->out->nlaw > 0 && d->out->law[0].pays) {
+        diag__reported_free(&d->after);
+        d->after = after;
+        d->out->ncause = d->out->nrival = 0;
+    }
+    return status;
+}
+
+/* ---- what is shown ---- */
+
+/* predictions of a record from its weighted residuals */
 static void predict(const fit__problem *p, int s, const double *r, double *y)
 {
     const fit__stroke *t = &p->stroke[s];
@@ -253,8 +296,8 @@ static void predict(const fit__problem *p, int s, const double *r, double *y)
     }
 }
 
-static stein_status traces(diag *d, const fit__problem *p, const double *before,
-                           const double *after, const char *const *phase, int held, int most,
+static stein_status traces(diagnosis *d, const fit__problem *p, const double *before,
+                           const double *after, const char *const *phase, int reporting, int most,
                            stein_err *err)
 {
     size_t size = (size_t)p->rows;
@@ -266,213 +309,167 @@ static stein_status traces(diag *d, const fit__problem *p, const double *before,
         if (after != NULL) {
             predict(p, s, after, y + size);
         }
-        status = diag__trace(&d->out->trace, &d->out->ntrace, p, s, held, y,
-                             after != NULL ? y + size : NULL, phase + diag__row(p, s), err);
+        status = diag__trace(&d->out->trace, &d->out->ntrace, p, s, reporting, y,
+                             after != NULL ? y + size : NULL, phase + diag__frame(p, s), err);
     }
     free(y);
     return status;
 }
 
-/* the strokes as the file predicts them and as the end does */
-static stein_status show(diag *d, const diag__held *before, const diag__found *f, stein_err *err)
+/* where the extension acts: the best row, or the law. @return 0: there is none */
+static int extended(const diagnosis *d, diag__side *to)
 {
-    const fit__problem *p = &d->p;
-    const double *r = f->n < 1            ? diag__law_residuals(d)
-                      : f->leader != NULL ? f->leader->r
-                                          : f->end->r;
-    size_t frames = diag__row(p, p->nstroke),
-           more = before->x != NULL ? diag__row(&before->p, before->p.nstroke) : 0;
+    const diag__row *best = d->t.row[d->j.best];
+    if (d->out->ncause > 0) {
+        *to = (diag__side){&best->p, best->x, best->r};
+    } else if (d->out->nlaw > 0 && d->out->law[0].pays) {
+        *to = (diag__side){&d->laws.all.p, d->laws.curve[0].x, d->laws.curve[0].r};
+    }
+    return to->p != NULL;
+}
+
+static stein_status motion(diagnosis *d, const char *const *phase, const char *const *held_phase,
+                           stein_err *err)
+{
+    const diag__row *null = d->t.row[d->j.null];
+    diag__side from = {&null->p, null->x, null->r}, to = {NULL, NULL, NULL};
+    int more = extended(d, &to), read = isfinite(d->before.rmse);
+    if (read) {
+        from = (diag__side){&d->before.p, d->before.x, d->before.r};
+        more = more && isfinite(d->after.rmse);
+        to = (diag__side){&d->after.p, d->after.x, d->after.r};
+    }
+    stein_status status =
+        diag__motion_check(&from, more ? &to : NULL, read ? held_phase : phase, d->out->verdict,
+                           read ? d->fitted.n : 0, &d->out->motion, err);
+    d->out->motion.held_out = read;
+    return status;
+}
+
+static stein_status show(diagnosis *d, stein_err *err)
+{
+    const diag__row *null = d->t.row[d->j.null];
+    const fit__problem *p = &null->p;
+    diag__side end = {NULL, NULL, NULL};
+    const double *r = extended(d, &end) ? end.r : NULL;
+    int read = isfinite(d->before.rmse);
+    size_t frames = diag__frame(p, p->nstroke),
+           more = read ? diag__frame(&d->before.p, d->before.p.nstroke) : 0;
     const char **phase = malloc(sizeof *phase * (frames + more + 1));
     double *time = malloc(sizeof *time * (frames + 1));
-    stein_status status = phase != NULL && time != NULL ? diag__phases(p, d->x, phase, time, err)
+    stein_status status = phase != NULL && time != NULL ? diag__phases(p, null->x, phase, time, err)
                                                         : lab__no_memory(err);
     if (status == STEIN_OK && more > 0) {
-        status = diag__phases(&before->p, before->x, phase + frames, NULL, err);
+        status = diag__phases(&d->before.p, d->before.x, phase + frames, NULL, err);
     }
     if (status == STEIN_OK && r != NULL) {
-        d->out->phase = diag__phase_shown(p, d->r, r, phase);
+        d->out->phase = diag__phase_shown(p, null->r, r, phase);
     }
-    status = status == STEIN_OK ? traces(d, p, d->r, r, phase, 0, TRACES, err) : status;
+    status = status == STEIN_OK ? traces(d, p, null->r, r, phase, 0, TRACES, err) : status;
     if (status == STEIN_OK && more > 0) {
-        const diag__held *end = r != NULL && f->held.x != NULL ? &f->held : before;
-        status = traces(d, &before->p, before->r, end != before ? end->r : NULL, phase + frames, 1,
+        int better = isfinite(d->after.rmse);
+        status = traces(d, &d->before.p, d->before.r, better ? d->after.r : NULL, phase + frames, 1,
                         TRACES_HELD, err);
-        status = status == STEIN_OK ? diag__gain(d->out, before, end, phase + frames, err) : status;
     }
-    status =
-        status == STEIN_OK ? diag__show(d->out, p, d->x, d->r, d->J, phase, time, err) : status;
     progress(d, 0.94, "the force that the measured motion needs");
-    status = status == STEIN_OK ? diag__motion(d, before, f, phase, phase + frames, err) : status;
+    status = status == STEIN_OK ? diag__show(d->out, p, null->x, null->r, null->J, phase, time, err)
+                                : status;
+    status = status == STEIN_OK ? motion(d, phase, phase + frames, err) : status;
     free(phase);
     free(time);
     return status;
 }
 
-/* a model of a search goes to the diagnosis, if it is the search's own */
-static void keep_of(lab_diagnosis *o, diag *search, const lab_model *model)
+static stein_status gains(diagnosis *d, stein_err *err)
 {
-    lab_model **owner = search->own_model == model ? &search->own_model : NULL;
-    for (int i = 0; owner == NULL && i < search->n; i++) {
-        owner = search->suspect[i].model == model ? &search->suspect[i].model : NULL;
+    lab_diagnosis *o = d->out;
+    o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
+    o->noise_floor = 1.0;
+    if (!isfinite(d->before.rmse)) {
+        return STEIN_OK;
     }
-    if (owner != NULL) {
-        o->kept[o->nkept++] = *owner;
-        *owner = NULL;
+    size_t frames = diag__frame(&d->before.p, d->before.p.nstroke);
+    const char **phase = malloc(sizeof *phase * (frames + 1));
+    stein_status status = phase != NULL ? diag__phases(&d->before.p, d->before.x, phase, NULL, err)
+                                        : lab__no_memory(err);
+    if (status == STEIN_OK) {
+        status =
+            diag__gain(o, &d->before, isfinite(d->after.rmse) ? &d->after : &d->before, phase, err);
     }
+    free(phase);
+    return status;
 }
 
 /* mechanisms with parts stay: causes and rivals have their units from them */
-static stein_status keep_parts(diag *d, const diag__found *f, stein_err *err)
+static stein_status keep_parts(diagnosis *d, stein_err *err)
 {
-    lab_diagnosis *o = d->out;
-    o->kept = calloc((size_t)f->nstage + 2, sizeof(lab_model *));
-    if (o->kept == NULL) {
+    d->out->kept = calloc((size_t)d->q.nmechanism + 1, sizeof(lab_model *));
+    if (d->out->kept == NULL) {
         return lab__no_memory(err);
     }
-    for (int k = 0; k <= f->nstage; k++) {
-        const lab_model *model = k < f->nstage       ? f->stage[k]->model
-                                 : f->leader != NULL ? f->leader->model
-                                                     : NULL;
-        for (int i = -1; model != NULL && i < f->nstage; i++) {
-            keep_of(o, i < 0 ? d : f->stage[i], model);
+    for (int i = 0; i < d->q.nmechanism; i++) {
+        if (d->q.mechanism[i]->own != NULL) {
+            d->out->kept[d->out->nkept++] = d->q.mechanism[i]->own;
+            d->q.mechanism[i]->own = NULL;
         }
     }
     return STEIN_OK;
 }
 
-/* chi2/dof of the best candidate, or of the null fit */
-static double left(const diag *d)
+static stein_status conclude(diagnosis *d, stein_err *err)
 {
-    const diag__suspect *s = d->n > 0 ? &d->suspect[0] : NULL;
-    int led = s != NULL && s->s.refitted && isfinite(s->objective);
-    return led ? s->s.chi2_dof : fit__chi2_dof(&d->p, d->r);
-}
-
-/* A law explains all: may two causes in its place be what it is? Then they are searched for there.
- */
-static int may_be_pieces(diag *d)
-{
-    d->only = d->out->law[0].place;
-    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): every candidate has a place
-    return d->n > 0 && strcmp(d->suspect[0].s.candidate.place, d->only) == 0 &&
-           diag__share(d, left(d)) > a_part;
-}
-
-static diag__found none(diag *d)
-{
-    return (diag__found){.end = d, .excess = 1.0, .held = {.rmse = NAN}};
-}
-
-/* A law explains all, and the first search has put off what costs most. Where the strokes begin one
- * candidate explains them, too: does one of them to the end? @return then it is known */
-static int is_known_after_all(diag *d, stein_status *status, stein_err *err)
-{
-    if (!d->put_off || diag__is_beyond_one(d)) {
-        return 0;
-    }
-    progress(d, 0.83, candidates);
-    *status = diag__refit_on(d, err);
-    return *status == STEIN_OK && diag__leaves_noise(d);
-}
-
-/* two causes along the strokes; or else one after the other, with what was put off */
-static stein_status known_causes(diag *d, const diag__held *before, diag__found *f, stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    if (d->put_off) {
-        progress(d, 0.83, "two causes along the strokes");
-        status = diag__two_along(d, before, f, err);
-    }
-    if (status == STEIN_OK && f->n == 0 && d->put_off) {
-        progress(d, 0.84, candidates);
-        status = diag__refit_on(d, err);
-    }
-    if (status == STEIN_OK && f->n == 0) {
-        diag__found_free(f);
-        status = diag__several(d, before, f, err);
-    }
-    return status;
-}
-
-/* Causes or a law. Where the best candidate leaves more than the noise that the data state, a law
- * is asked for in haste before it is searched for more causes: where one law explains all, causes
- * in other places do not, and a search for them costs several times as much. At any price it is
- * asked for where two causes leave more than noise (several.c), or where nobody is a cause. */
-static stein_status explain(diag *d, const diag__held *before, diag__found *f, stein_err *err)
-{
-    static const char law[] = "the law of what is in no table";
-    stein_status status = STEIN_OK;
-    d->out->chi2_dof_before = fit__chi2_dof(&d->p, d->r);
-    *f = none(d);
-    if (left(d) > diag__most_noise(d)) {
-        progress(d, 0.82, law);
-        status = diag__try_laws(d, before, left(d), err);
-    }
-    int all = status == STEIN_OK && diag__law_is_all(d),
-        one = all && is_known_after_all(d, &status, err), known = !all || one || may_be_pieces(d);
-    if (status == STEIN_OK && known) {
-        status = known_causes(d, before, f, err);
-    }
-    if (status == STEIN_OK && !all && diag__law_is_all(d)) { // it was found on the way
-        all = 1;
-        known = may_be_pieces(d);
-        diag__found_free(f);
-        *f = none(d);
-        status = known ? diag__several(d, before, f, err) : STEIN_OK;
-    }
-    if (status == STEIN_OK && known) {
-        d->out->gain.ratio = f->held.rmse / before->rmse;
-        diag__verdict(d, f);
-    }
-    if (status == STEIN_OK && ((all && !one) || diag__asks_for_law(d, f))) {
-        progress(d, 0.88, law);
-        status = diag__unknown_law(d, before, f, err);
-    }
-    return status;
-}
-
-static stein_status conclude(diag *d, stein_err *err)
-{
-    diag__held before = {.x = NULL, .rmse = NAN};
-    diag__found found;
     lab_diagnosis *o = d->out;
-    stein_status status =
-        diag__likelihood(&d->p, d->x, d->J, d->r, d->null_D, d->sd, NULL, NULL, err);
+    progress(d, 0.8, "numbers of the causes");
+    stein_status status = judge(d, err);
+    status = status == STEIN_OK ? refine(d, err) : status;
+    status = status == STEIN_OK ? judge(d, err) : status; // with the refined numbers
+    status = status == STEIN_OK ? results(d, err) : status;
     if (status != STEIN_OK) {
         return status;
     }
-    progress(d, 0.8, "strokes that were held out");
-    o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
-    o->noise_floor = 1.0;
-    stein_err why = {STEIN_OK, ""};
-    if (d->held_data->n > 0 && diag__held_out(d, NULL, &before, &why) == STEIN_ENOMEM) {
-        diag__held_free(&before);
-        return lab__no_memory(err);
-    }
-    int alone = 0; // the first search has found the only cause
-    status = explain(d, &before, &found, err);
+    o->remainder = sqrt(o->chi2_dof_after);
+    o->share = d->j.share;
+    progress(d, 0.85, "strokes that were held out");
+    status = report(d, err);
+    status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
-        alone = found.n == 1 && found.leader == d->suspect;
-        status = found.n > 0 && found.leader != NULL ? diag__widths(found.end, err) : STEIN_OK;
+        diag__say(o, &d->j, &d->setting);
+        progress(d, 0.88, "the law of what is in no table");
+        status = laws(d, err);
     }
-    if (status == STEIN_OK && found.n > 0 && found.leader != NULL) {
-        progress(d, 0.9, "what of the strokes can be predicted");
-        status = diag__settle(found.end, found.leader, err);
+    if (status == STEIN_OK && o->nlaw > 0 && o->law[0].pays) {
+        free(o->gains);
+        o->gains = NULL;
+        o->ngain = 0;
+        status = gains(d, err);
     }
-    diag *last = found.n > 0 ? found.from[found.n - 1] : d;
-    status = status == STEIN_OK ? diag__power(last, found.n > 0, err) : status;
-    status = status == STEIN_OK ? diag__note(d, &found, err) : status;
-    status = status == STEIN_OK ? diag__posteriors(d, alone, err) : status;
+    status = status == STEIN_OK ? posteriors(d, err) : status;
     progress(d, 0.92, "where the model departs");
-    status = status == STEIN_OK ? show(d, &before, &found, err) : status;
-    stein_status kept = keep_parts(d, &found, err);
-    status = status == STEIN_OK ? kept : status;
-    if (status == STEIN_OK && alone && o->nrival > 0) {
+    status = status == STEIN_OK ? show(d, err) : status;
+    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0) {
         progress(d, 0.95, "the next experiment");
-        status = diag__next(d, err);
+        status = diag__next(&d->q, o, err);
     }
-    diag__found_free(&found);
-    diag__held_free(&before);
+    stein_status kept = keep_parts(d, err);
+    return status == STEIN_OK ? kept : status;
+}
+
+static stein_status search(diagnosis *d, const char *file, const lab_model *model, stein_err *err)
+{
+    stein_status status = diag__problem_open(&d->q, file, model, &d->fitted, d->def, err);
+    if (status == STEIN_OK && d->def->trace != NULL) {
+        d->q.trace = fopen(d->def->trace, "w");
+        if (d->q.trace == NULL) {
+            return lab__fail(err, STEIN_EIO, "%s: cannot be written", d->def->trace);
+        }
+    }
+    d->out->samples = d->q.null.samples;
+    status = status == STEIN_OK ? check_step(d, err) : status;
+    progress(d, 0.05, "search for causes");
+    status = status == STEIN_OK ? diag__search(&d->q, &d->t, err) : status;
+    if (d->q.trace != NULL && fclose(d->q.trace) != 0 && status == STEIN_OK) {
+        status = lab__fail(err, STEIN_EIO, "%s: cannot be written", d->def->trace);
+    }
     return status;
 }
 
@@ -480,30 +477,28 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err)
 {
     lab_diagnose_def none = lab_diagnose_def_default();
-    lab_dataset fit = {0, NULL}, held = {0, NULL};
-    diag d = {.file = file, .model = model, .def = def != NULL ? def : &none};
-    struct timespec begin, end;
-    clock_gettime(CLOCK_MONOTONIC, &begin);
+    diagnosis d = {.def = def != NULL ? def : &none, .before.rmse = NAN, .after.rmse = NAN};
+    double begin = diag__clock();
     d.out = calloc(1, sizeof *d.out);
     if (d.out == NULL) {
         return lab__no_memory(err);
     }
+    d.out->verified = NAN;
     progress(&d, 0.0, "audit");
-    stein_status status = diag__check_without(&d, err);
-    status = status == STEIN_OK ? split(&d, data, &fit, &held, err) : status;
+    stein_status status = split(&d, data, err);
     status = status == STEIN_OK ? audit(&d, data, err) : status;
-    status = status == STEIN_OK ? make_problem(&d, err) : status;
-    status = status == STEIN_OK ? diag__check_step(&d, err) : status;
-    status = status == STEIN_OK ? search(&d, err) : status;
+    status = status == STEIN_OK ? search(&d, file, model, err) : status;
     status = status == STEIN_OK ? conclude(&d, err) : status;
-    clock_gettime(CLOCK_MONOTONIC, &end);
-    d.out->seconds =
-        (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
-    diag__law_free(&d);
-    diag__close(&d);
-    free(d.name);
-    free(fit.stroke);
-    free(held.stroke);
+    d.out->seconds = diag__clock() - begin;
+    d.out->fits = d.t.n;
+    d.out->strokes_simulated = (int)d.q.strokes;
+    diag__laws_free(&d.laws);
+    diag__reported_free(&d.before);
+    diag__reported_free(&d.after);
+    diag__table_free(&d.t);
+    diag__problem_close(&d.q);
+    free(d.fitted.stroke);
+    free(d.reporting.stroke);
     if (status == STEIN_OK) {
         progress(&d, 1.0, "done");
         *out = d.out;

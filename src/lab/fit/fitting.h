@@ -145,6 +145,7 @@ typedef struct fit__problem {
     int samples, rows;           /* rows: largest stroke */
     int threads, lanes;          /* lanes of each thread; 0: as many as there are */
     struct fit__pool *pool;      /* where its strokes are simulated instead; NULL: nowhere else */
+    long *simulated;             /* strokes so far are counted there; NULL: nowhere */
 } fit__problem;
 
 /** All of its unknowns move at once: fewer samples than that are refused. */

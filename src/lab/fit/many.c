@@ -99,6 +99,9 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
                        stein_err *err)
 {
     rows all = {p, {ask, take, ctx}};
+    if (p->simulated != NULL) {
+        __atomic_add_fetch(p->simulated, jobs, __ATOMIC_RELAXED);
+    }
     if (p->pool != NULL) {
         return fit__pool_run(p->pool, &all.jobs, jobs, err);
     }

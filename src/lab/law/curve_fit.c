@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve_fit.c - fits of one curve, and their ends.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve_fitting.h"
+
+enum { SETTLINGS = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
+enum { NOISE_ROUNDS = 15 };                 // where each of them learns the noise anew, too
+static const double rung[] = {0.05, 0.012}; /* gains of the observer */
+enum { RUNGS = sizeof rung / sizeof *rung };
+static const double far = 9.0;      /* chi2 per sample */
+static const double fine = 1e-12;   /* tolerance of a step where a fit settles */
+static const double little = 0.5;   /* gain of a round */
+static const double by_noise = 3.0; /* sd of chi2/dof: what is left counts as more */
+
+/* chi2 of the free simulation at x, INFINITY: it fails */
+static double misfit(diag__curves *w, const double *x, double *r)
+{
+    int failed = 0;
+    stein_err why;
+    w->p.gain = 0.0;
+    return fit__residuals(&w->p, x, r, &failed, &why) == STEIN_OK && failed == 0
+               ? fit__chi2(&w->p, r)
+               : (double)INFINITY;
+}
+
+stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
+{
+    diag__fitting t;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = diag__fitting_begin_at(&t, w, c, w->x, err), end = STEIN_OK;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
+    for (int i = 0; i < RUNGS && end == STEIN_OK; i++) {
+        if (i > 0 && misfit(w, c->x, t.try_r) < far * w->p.samples) {
+            break;
+        }
+        end = diag__rounds(&t, rung[i], rounds, 0, &why);
+    }
+    end = end == STEIN_OK ? diag__rounds(&t, 0.0, rounds, 0, &why) : end;
+    diag__fitting_weigh(&t, end);
+    diag__fitting_end(&t);
+    return fit__forgive(end, err);
+}
+
+/* with derivatives that are sized and taken with care */
+static stein_status settle(diag__fitting *t, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    int failed = 0;
+    stein_status status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
+    for (int k = 0; k < SETTLINGS && status == STEIN_OK; k++) {
+        status = fit__sensitivities(p, t->c->x, t->c->r, t->J, err);
+        if (status == STEIN_OK) {
+            fit__choose_steps(p, t->J);
+        }
+    }
+    return status == STEIN_OK ? diag__rounds(t, 0.0, ROUNDS_TO_SETTLE, 0, err) : status;
+}
+
+/* What is missing was taken for scatter of friction and drive. With the law in its place they
+ * scatter by what is left, and the law is known the better. */
+static stein_status scatter_anew(diag__fitting *t, stein_err *err)
+{
+    fit__problem *p = &t->w->p;
+    double D[LAB_SCATTERS], objective, *sd = malloc(sizeof *sd * ((size_t)p->np + 1));
+    stein_status status = sd != NULL ? STEIN_OK : lab__no_memory(err);
+    if (status == STEIN_OK) { // J is that of the last round, which has hardly moved
+        status = diag__likelihood(p, t->c->x, t->J, t->c->r, D, sd, &objective, err);
+    }
+    for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
+        D[i] = fmin(D[i], 1.0); // more would be the limit of the limit
+        t->w->D[i] *= D[i];
+    }
+    for (int k = p->np; status == STEIN_OK && k < p->nu; k++) {
+        fit__unknown *u = &p->unknown[k];
+        double factor = u->kind == FIT__SCATTER ? sqrt(D[u->index - FIT__JOINTS]) : 1.0;
+        u->sd *= factor;
+        t->c->x[k] /= factor;
+        p->step[k] /= factor;
+    }
+    free(sd);
+    return status == STEIN_OK ? diag__rounds(t, 0.0, ROUNDS_TO_SETTLE, 0, err) : status;
+}
+
+/* Gain of a round that leads on: of a law that leaves more than noise, what would bring it there in
+ * all rounds. Its band is widened by what it leaves, and the last digits of it tell nothing. */
+static double worth(const diag__curves *w, const diag__curve *c)
+{
+    double sd = sqrt(2.0 / fmax(1.0, w->p.samples)),
+           more = fit__noise_given(&w->p) ? diag__curve_chi2_dof(w, c) - 1.0 - by_noise * sd : 0.0;
+    return fmax(little, more * w->p.samples / ROUNDS_TO_SETTLE);
+}
+
+stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err)
+{
+    fit__problem *p = &w->p;
+    size_t size = sizeof *p->step * (size_t)p->nu;
+    double coarse = p->tolerance, *step = malloc(size + 1);
+    diag__fitting t;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = step != NULL ? STEIN_OK : lab__no_memory(err), end;
+    status = status == STEIN_OK ? diag__fitting_begin(&t, w, c, err) : status;
+    if (status != STEIN_OK) {
+        free(step);
+        return status;
+    }
+    memcpy(step, p->step, size);
+    t.worth = worth(w, c);
+    p->central = 1;
+    p->tolerance = fine;
+    end = settle(&t, &why);
+    if (end == STEIN_OK) {
+        diag__fitting_weigh(&t, end); // in the variances in which all curves are weighed
+        end = scatter_anew(&t, &why);
+    }
+    p->central = 0;
+    p->tolerance = coarse;
+    memcpy(p->step, step, size);
+    diag__fitting_end(&t);
+    free(step);
+    return fit__forgive(end, err);
+}

@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * curve_judge.c - is a recovered law believed, and what is said of it?
+ *
+ * Known effects come before a law: a law is asked for only where the best hypothesis leaves more
+ * than noise. It is believed when its marginal likelihood gains as much as a cause has to gain,
+ * and, where causes were named, when it leaves noise and they do not. What leaves more than noise
+ * with a law, too, is told as what it is: most of the misfit looks like this, and no state function
+ * of those tried explains the rest - a memory has another force on the way out than on the way in.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "curve.h"
+
+static const double least_gain = 25.0;  /* of -2 ln p, as of a cause */
+static const double must_explain = 0.7; /* share of the misfit beyond noise */
+static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
+static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
+
+double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c)
+{
+    return fit__chi2(&w->p, c->r) / fmax(1.0, w->p.samples - w->null->p.nu);
+}
+
+static int by_gain(const void *a, const void *b)
+{
+    const diag__curve *x = a, *y = b;
+    return x->gain > y->gain ? -1 : x->gain < y->gain;
+}
+
+void diag__curve_sort(diag__curve *c, int n)
+{
+    qsort(c, (size_t)n, sizeof *c, by_gain);
+}
+
+/* Factor on sd of a law that leaves more than noise, as of a row (diag__inflation). */
+static double beyond_noise(const diag__curves *w, const diag__curve *c)
+{
+    double v = diag__curve_chi2_dof(w, c);
+    return v > diag__most_noise(&w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r))) : 1.0;
+}
+
+/* ---- records that nothing has read ---- */
+
+static stein_status report(diag__laws *l, const diag__curve *c, const lab_dataset *records,
+                           diag__reported *to, stein_err *err)
+{
+    diag__curves w;
+    *to = (diag__reported){.rmse = NAN};
+    stein_status status = diag__curves_open(&w, &l->in, l->all.q, l->all.null, records, err);
+    if (status == STEIN_OK) {
+        fit__problem *p = &w.p;
+        memcpy(w.x, c->x, sizeof *w.x * (size_t)p->np);
+        status = diag__fit_own(p, l->all.D, w.x, w.r, err);
+        to->x = status == STEIN_OK
+                    ? malloc(sizeof *to->x * ((size_t)p->nu + fit__offset(p, p->nstroke) + 1))
+                    : NULL;
+    }
+    if (status == STEIN_OK && to->x == NULL) {
+        status = lab__no_memory(err);
+    }
+    if (status != STEIN_OK) {
+        diag__curves_close(&w);
+        return status;
+    }
+    size_t rows = fit__offset(&w.p, w.p.nstroke);
+    to->r = to->x + w.p.nu;
+    memcpy(to->x, w.x, sizeof *w.x * (size_t)w.p.nu);
+    memcpy(to->r, w.r, sizeof *w.r * rows);
+    to->rmse = sqrt(fit__chi2(&w.p, w.r) / fmax(1.0, w.p.samples));
+    to->p = w.p;
+    to->own = w.records;
+    free(w.x);
+    return STEIN_OK;
+}
+
+/* ---- results ---- */
+
+static stein_status note(const diag__curves *w, const diag__curve *c, lab_law *to, stein_err *err)
+{
+    const diag__site *s = c->site;
+    size_t n = (size_t)s->n;
+    *to = (lab_law){.site = diag__site_word(s->kind, lab_equations(w->q->model), s->index),
+                    .of = diag__site_of(s->kind),
+                    .what = diag__site_what(s),
+                    .at_unit = diag__site_at_unit(s),
+                    .unit = diag__site_unit(s),
+                    .n = s->n,
+                    .gain = c->gain,
+                    .held_out = NAN,
+                    .share = NAN,
+                    .chi2_dof = diag__curve_chi2_dof(w, c),
+                    .at = malloc(sizeof(double) * 5 * n),
+                    .seen = malloc(sizeof(int) * n)};
+    if (to->at == NULL || to->seen == NULL) {
+        return lab__no_memory(err);
+    }
+    to->value = to->at + n;
+    to->lo = to->value + n;
+    to->hi = to->lo + n;
+    to->sd = to->hi + n;
+    snprintf(to->place, sizeof to->place, "%s", s->place);
+    snprintf(to->table, sizeof to->table, "%s", s->table);
+    double wide = beyond_noise(w, c);
+    for (int k = 0; k < s->n; k++) {
+        to->at[k] = s->at[k];
+        to->sd[k] = wide * sqrt(fmax(0.0, c->cov[k * s->n + k]));
+        double digits = to->sd[k] > 0.0 ? pow(10.0, 2.0 - floor(log10(to->sd[k]))) : 0.0;
+        to->value[k] = c->x[s->first + k];
+        to->value[k] = digits > 0.0 ? round(to->value[k] * digits) / digits : to->value[k];
+        to->lo[k] = to->value[k] - 1.959964 * to->sd[k];
+        to->hi[k] = to->value[k] + 1.959964 * to->sd[k];
+        to->seen[k] = s->seen[k];
+    }
+    return STEIN_OK;
+}
+
+/* the refitted numbers of the file, with the law in the model */
+static stein_status note_values(const diag__curves *w, const diag__curve *c, lab_diagnosis *o,
+                                stein_err *err)
+{
+    const stein_model *m = lab_equations(w->q->model);
+    double wide = beyond_noise(w, c);
+    free(o->value);
+    o->nvalue = 0;
+    o->value = calloc((size_t)w->q->nname + 1, sizeof *o->value);
+    if (o->value == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int k = 0; k < w->q->nname; k++) {
+        const fit__unknown *u = &w->p.unknown[k];
+        int param = stein_find_param(m, w->q->name[k]);
+        if (param < 0) {
+            continue;
+        }
+        double value = fit__value(u, c->x[k]),
+               in_sd = u->prior ? fmin(1.0, wide * c->sd[k]) : wide * c->sd[k],
+               s = in_sd * u->sd * fabs(fit__slope(u, c->x[k]));
+        o->value[o->nvalue++] = (lab_fit_value){.name = m->params[param].name,
+                                                .unit = m->params[param].unit,
+                                                .param = param,
+                                                .logarithmic = u->log,
+                                                .start = m->params[param].value,
+                                                .value = value,
+                                                .sd = s,
+                                                .lo = value - 1.959964 * s,
+                                                .hi = value + 1.959964 * s,
+                                                .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
+                                                .data_sd = NAN};
+    }
+    return STEIN_OK;
+}
+
+/* Where nobody stated the noise, a curve over speed comes before one over position that gains
+ * nearly as much: of a fall from one height both are the same, and what is missing is a loss more
+ * often than a spring. */
+static void prefer_speed(diag__laws *l)
+{
+    diag__curve *c = l->curve;
+    for (int i = 1;
+         i < l->n && !fit__noise_given(&l->all.p) && c[0].site->kind == STEIN_TABLE_POSITION; i++) {
+        if (c[i].fitted && c[i].site->kind == STEIN_TABLE_SPEED &&
+            c[i].site->index == c[0].site->index && c[i].gain > c[0].gain - least_gain) {
+            diag__curve best = c[i];
+            c[i] = c[0];
+            c[0] = best;
+        }
+    }
+}
+
+static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
+                       const diag__row *best)
+{
+    double most = diag__most_noise(&l->all.p);
+    if (!(law->gain > least_gain) || law->chi2_dof > unusable) {
+        return 0;
+    }
+    if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
+        return best->chi2_dof > most && law->chi2_dof <= most && law->gain > j->gain + least_gain;
+    }
+    return 1;
+}
+
+static void say(lab_diagnosis *o, double before, int all)
+{
+    const lab_law *l = &o->law[0];
+    size_t n = strlen(o->reason), room = sizeof o->reason - n;
+    if (l->pays && all) {
+        snprintf(o->reason + n, room, " A %s at %s over its %s does, as a curve", l->what, l->place,
+                 l->of);
+        n = strlen(o->reason);
+        if (isfinite(l->held_out) && isfinite(before)) {
+            snprintf(o->reason + n, sizeof o->reason - n, ": held-out strokes %.3g -> %.3g noise.",
+                     before, l->held_out);
+        } else {
+            snprintf(o->reason + n, sizeof o->reason - n, ".");
+        }
+    } else if (l->pays) {
+        snprintf(o->reason + n, room,
+                 " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
+                 "the misfit: no state function of those tried explains the rest.",
+                 l->what, l->place, l->of, 100.0 * l->share);
+    } else if (o->verdict == LAB_VERDICT_UNKNOWN_EFFECT) {
+        snprintf(o->reason + n, room,
+                 " No state function of those tried explains it either: curves over position or "
+                 "speed of a joint, depth or rate of a contact.");
+    }
+}
+
+stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag__row *best,
+                             const lab_dataset *reporting, const diag__reported *before,
+                             diag__reported *after, lab_diagnosis *o, stein_err *err)
+{
+    diag__curve *c = l->curve;
+    stein_status status = STEIN_OK;
+    prefer_speed(l);
+    if (l->n > 0 && c[0].fitted && diag__curve_chi2_dof(&l->all, &c[0]) < settled) {
+        status = diag__curve_settle(&l->all, &c[0], err);
+    }
+    o->law = calloc((size_t)l->n + 1, sizeof *o->law);
+    if (status == STEIN_OK && o->law == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; status == STEIN_OK && i < l->n && c[i].fitted; i++) {
+        status = note(&l->all, &c[i], &o->law[o->nlaw++], err);
+    }
+    if (status != STEIN_OK || o->nlaw == 0) {
+        return status;
+    }
+    lab_law *law = &o->law[0];
+    law->share =
+        fmin(1.0, (o->chi2_dof_before - law->chi2_dof) / fmax(o->chi2_dof_before - 1.0, 1e-9));
+    law->pays = is_believed(l, law, j, best);
+    if (law->pays) {
+        stein_err why;
+        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+        snprintf(o->reason, sizeof o->reason, "No candidate explains the residual.");
+        o->chi2_dof_after = law->chi2_dof;
+        status = note_values(&l->all, &c[0], o, err);
+        if (status == STEIN_OK && reporting->n > 0) {
+            status = fit__forgive(report(l, &c[0], reporting, after, &why), err);
+            law->held_out = after->rmse;
+        }
+    }
+    say(o, before->rmse,
+        law->share >= must_explain && law->chi2_dof <= diag__most_noise(&l->all.p));
+    return status;
+}

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnosis_json.c - diagnosis.json: what was found, for programs.
+ *
+ * The keys that a reader may rely on: verdict, causes, indistinguishable, next_experiment, gain,
+ * noise_floor, audit, motion_check. What cannot be known is null. RMSE and noise floor count in
+ * units of the noise of one sample, everything else is SI.
+ */
+#include <math.h>
+
+#include "curve.h"
+#include "motion.h"
+#include "planning.h"
+#include "verdict.h"
+
+static void write_number(lab__json *j, const char *name, const char *unit, double value, double lo,
+                         double hi)
+{
+    lab__json_open(j, name, '{');
+    lab__json_real(j, "value", value);
+    lab__json_real(j, "lo", lo);
+    lab__json_real(j, "hi", hi);
+    lab__json_text(j, "unit", unit);
+    lab__json_close(j);
+}
+
+/* fitted numbers; of one that was not refitted the predicted amount */
+static void write_parameters(lab__json *j, const lab_suspect *s)
+{
+    lab__json_open(j, "parameters", '{');
+    for (int i = 0; i < s->nnumber; i++) {
+        const lab_cause_number *n = &s->number[i];
+        write_number(j, n->name, n->unit, n->value, n->lo, n->hi);
+    }
+    if (s->nnumber == 0 && s->candidate.effect != NULL) {
+        write_number(j, s->candidate.effect->size, s->candidate.unit, s->amount, NAN, NAN);
+    }
+    lab__json_close(j);
+}
+
+/* kind, place, what belongs to them */
+static void write_name(lab__json *j, const lab_suspect *s)
+{
+    const lab_effect *e = s->candidate.effect;
+    lab__json_text(j, "kind", e != NULL ? e->kind : NULL);
+    lab__json_text(j, "place", s->candidate.place);
+    lab__json_text(j, "class", e != NULL ? e->cls : NULL);
+}
+
+/* all numbers of its fit with their joint uncertainty; sd and correlation of the logarithm where
+ * one was fitted */
+static void write_posterior(lab__json *j, const lab_posterior *p)
+{
+    lab__json_open(j, "posterior", '[');
+    for (int i = 0; i < p->n; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", p->number[i].name);
+        lab__json_bool(j, "logarithmic", p->number[i].logarithmic);
+        lab__json_real(j, "value", p->number[i].value);
+        lab__json_real(j, "sd", p->number[i].sd);
+        lab__json_reals(j, "correlation", p->correlation + i * p->n, i);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect *s)
+{
+    lab__json_open(j, NULL, '{');
+    write_name(j, s);
+    lab__json_text(j, "phase", d->phase);
+    lab__json_text(j, "equation",
+                   s->candidate.effect != NULL ? s->candidate.effect->equation : NULL);
+    write_parameters(j, s);
+    lab__json_open(j, "evidence", '{');
+    lab__json_real(j, "gain", s->refitted ? s->gain : (double)NAN);
+    lab__json_real(j, "predicted_gain", s->score);
+    lab__json_real(j, "p", d->p);
+    lab__json_real(j, "likeness", s->likeness);
+    lab__json_real(j, "chi2_dof", s->chi2_dof);
+    lab__json_real(j, "held_out", s->held_out);
+    lab__json_open(j, "own", '{');
+    lab__json_real(j, "ratio", s->own_ratio);
+    lab__json_real(j, "lo", s->own_lo);
+    lab__json_real(j, "hi", s->own_hi);
+    lab__json_close(j);
+    lab__json_close(j);
+    write_posterior(j, &s->posterior);
+    lab__json_close(j);
+}
+
+static void write_causes(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "causes", '[');
+    for (int i = 0; i < d->ncause && i < d->nsuspect; i++) {
+        write_cause(j, d, &d->suspect[i]);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "indistinguishable", '[');
+    for (int i = d->ncause; i < d->ncause + d->nrival && i < d->nsuspect; i++) {
+        write_cause(j, d, &d->suspect[i]);
+    }
+    lab__json_close(j);
+    if (d->next != NULL) {
+        plan__experiment_json(j, "next_experiment", d->next, d);
+    } else {
+        lab__json_null(j, "next_experiment");
+    }
+}
+
+static void write_used(lab__json *j, const char *key, const lab_used *u, int n, int noise)
+{
+    lab__json_open(j, key, '[');
+    for (int i = 0; i < n; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", u[i].name);
+        lab__json_text(j, "unit", u[i].unit);
+        lab__json_real(j, "lo", u[i].lo);
+        lab__json_real(j, "hi", u[i].hi);
+        if (noise) {
+            lab__json_real(j, "noise", u[i].noise);
+        }
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+/* what the strokes were like */
+static void write_conditions(lab__json *j, const lab_conditions *c)
+{
+    lab__json_open(j, "conditions", '{');
+    lab__json_real(j, "from", c->from);
+    lab__json_real(j, "until", c->until);
+    lab__json_real(j, "interval", c->interval);
+    lab__json_bool(j, "unsynchronised", c->unsynchronised);
+    write_used(j, "channels", c->channel, c->nchannel, 1);
+    write_used(j, "inputs", c->input, c->ninput, 0);
+    write_used(j, "settings", c->setting, c->nsetting, 0);
+    lab__json_close(j);
+}
+
+static void write_errors(lab__json *j, const lab_gain *g)
+{
+    lab__json_real(j, "rmse_before", g->rmse_before);
+    lab__json_real(j, "rmse_after", g->rmse_after);
+    lab__json_real(j, "ratio", g->ratio);
+    lab__json_real(j, "lo", g->lo);
+    lab__json_real(j, "hi", g->hi);
+}
+
+static void write_gain(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "gain", '{');
+    write_errors(j, &d->gain);
+    lab__json_int(j, "held_out", d->nheld);
+    lab__json_int(j, "samples", d->gain.samples);
+    lab__json_close(j);
+    lab__json_real(j, "noise_floor", d->noise_floor);
+    lab__json_open(j, "gains", '[');
+    for (int i = 0; i < d->ngain; i++) {
+        const lab_gain *g = &d->gains[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "channel", g->channel);
+        lab__json_text(j, "unit", g->unit);
+        lab__json_text(j, "phase", g->phase);
+        lab__json_int(j, "samples", g->samples);
+        write_errors(j, g);
+        lab__json_real(j, "noise", g->noise);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void write_audit(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "audit", '[');
+    for (int i = 0; i < d->nfinding; i++) {
+        lab__json_text(j, NULL, d->finding[i]);
+    }
+    lab__json_close(j);
+}
+
+/* could it have been seen? amounts in the unit of its parameter, shares of its plausible limit */
+static void write_power(lab__json *j, const lab_suspect *s)
+{
+    const lab_power *p = &s->power;
+    int judged = p->presence != LAB_NOT_JUDGED;
+    lab__json_text(j, "presence", lab_presence_text(p->presence));
+    lab__json_text(j, "because", p->because);
+    lab__json_real(j, "limit", s->candidate.limit);
+    lab__json_text(j, "unit", s->candidate.unit);
+    lab__json_real(j, "estimate", judged ? p->amount : (double)NAN);
+    lab__json_real(j, "estimate_sd", judged ? p->sd : (double)NAN);
+    lab__json_real(j, "detectable", judged ? p->detectable : (double)NAN);
+    lab__json_real(j, "upper_limit", judged ? p->upper : (double)NAN);
+    lab__json_real(j, "upper_share", judged ? p->upper / s->candidate.limit : (double)NAN);
+}
+
+static void write_suspects(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "suspects", '[');
+    for (int i = 0; i < d->nsuspect; i++) {
+        const lab_suspect *s = &d->suspect[i];
+        lab__json_open(j, NULL, '{');
+        write_name(j, s);
+        lab__json_real(j, "predicted_gain", s->score);
+        lab__json_real(j, "gain", s->refitted ? s->gain : (double)NAN);
+        lab__json_bool(j, "refitted", s->refitted);
+        lab__json_bool(j, "possible", s->possible);
+        lab__json_real(j, "likeness", s->likeness);
+        lab__json_real(j, "chi2_dof", s->chi2_dof);
+        lab__json_real(j, "held_out", s->held_out);
+        write_parameters(j, s);
+        lab__json_text(j, "why", s->why);
+        write_power(j, s);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void write_departures(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "departures", '[');
+    for (int i = 0; i < d->ndeparture; i++) {
+        const lab_departure *r = &d->departure[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, r->is_force ? "joint" : "channel", r->place);
+        lab__json_text(j, "unit", r->unit);
+        lab__json_text(j, "phase", r->phase);
+        lab__json_int(j, "samples", r->samples);
+        lab__json_real(j, r->is_force ? "force" : "rms", r->size);
+        lab__json_real(j, r->is_force ? "sd" : "noise", r->sd);
+        lab__json_real(j, "z", r->z);
+        if (!r->is_force) {
+            lab__json_real(j, "lag1", r->lag1);
+        }
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void write_forces(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "missing_forces", '[');
+    for (int i = 0; i < d->nlatent; i++) {
+        const lab_latent *l = &d->latent[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "joint", l->joint);
+        lab__json_text(j, "unit", l->unit);
+        lab__json_text(j, "file", l->file);
+        lab__json_reals(j, "time", l->t, l->n);
+        lab__json_reals(j, "force", l->force, l->n);
+        lab__json_reals(j, "sd", l->sd, l->n);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+static void write_fit(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "fit", '{');
+    lab__json_int(j, "strokes", d->nfit);
+    lab__json_int(j, "samples", d->samples);
+    lab__json_real(j, "chi2_dof_before", d->chi2_dof_before);
+    lab__json_real(j, "chi2_dof_after", d->chi2_dof_after);
+    lab__json_open(j, "parameters", '[');
+    for (int i = 0; i < d->nvalue; i++) {
+        const lab_fit_value *v = &d->value[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", v->name);
+        lab__json_real(j, "start", v->start);
+        lab__json_real(j, "value", v->value);
+        lab__json_real(j, "lo", v->lo);
+        lab__json_real(j, "hi", v->hi);
+        lab__json_text(j, "unit", v->unit);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+    lab__json_int(j, "fits", d->fits);
+    lab__json_int(j, "strokes_simulated", d->strokes_simulated);
+    lab__json_real(j, "seconds", d->seconds);
+    lab__json_close(j);
+    lab__json_open(j, "scatter", '{'); // sd of the logarithm, from stroke to stroke
+    lab__json_real(j, "joint_friction", d->scatter[0]);
+    lab__json_real(j, "contact_friction", d->scatter[1]);
+    lab__json_real(j, "drive", d->scatter[2]);
+    lab__json_close(j);
+}
+
+stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_err *err)
+{
+    lab__file file;
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    lab__json j = {.stream = file.stream};
+    lab__json_open(&j, NULL, '{');
+    lab__json_text(&j, "verdict", lab_verdict_text(d->verdict));
+    lab__json_text(&j, "reason", d->reason);
+    lab__json_text(&j, "phase", d->phase);
+    write_causes(&j, d);
+    diag__law_json(&j, d);
+    diag__motion_json(&j, &d->motion);
+    write_gain(&j, d);
+    write_audit(&j, d);
+    write_conditions(&j, &d->conditions);
+    write_fit(&j, d);
+    write_suspects(&j, d);
+    write_departures(&j, d);
+    write_forces(&j, d);
+    lab__json_close(&j);
+    return lab__file_close(&file, 1, err);
+}

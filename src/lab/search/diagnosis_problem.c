@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnosis_problem.c - the records, what may explain them, and the mechanisms that hold it.
+ *
+ * The file's numbers with a tolerance are unknowns of every hypothesis. Candidates are those of the
+ * mechanism (effects/candidates.c), numbered once; a hypothesis names them by number. A candidate
+ * that needs a part acts in a mechanism of its own, which is written, generated and compiled when
+ * the first hypothesis asks for it, and kept.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "search.h"
+#include "structure.h"
+
+enum { SCATTER_FROM = 4 };
+static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
+static const double held = 0.1;          /* gain of the observer that shows how far records go */
+/* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/
+ * sensitivity.c) and have to be right to a percent. */
+static const double step_error = 1e-3, finest = 1e-11, coarsest = 1e-6;
+
+double diag__clock(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int diag__is_spent(const diag__problem *q)
+{
+    return (q->most_strokes > 0 && q->strokes >= q->most_strokes) ||
+           (q->most_seconds > 0.0 && diag__clock() - q->begin >= q->most_seconds);
+}
+
+double diag__tolerance_of(const fit__problem *p)
+{
+    double least = INFINITY;
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            int force = lab_equations(p->model)->channels[p->stroke[s].channel[c]].read ==
+                        STEIN_READ_INPUT_FORCE;
+            least = force ? least : fmin(least, p->stroke[s].noise[c]);
+        }
+    }
+    return fmin(fmax(step_error * least, finest), coarsest);
+}
+
+int diag__is_same(const lab_candidate *a, const lab_candidate *b)
+{
+    return a->effect == b->effect && strcmp(a->place, b->place) == 0;
+}
+
+int diag__related(const lab_candidate *a, const lab_candidate *b)
+{
+    size_t n = strcspn(a->place, ".");
+    return n == strcspn(b->place, ".") && strncmp(a->place, b->place, n) == 0;
+}
+
+/* ---- numbers that are fitted anyhow ---- */
+
+/* every number whose tolerance the file states and that not every record sets, and what the caller
+ * wants free; fit__problem_make names one that is unknown */
+static stein_status choose_names(diag__problem *q, stein_err *err)
+{
+    const stein_model *m = lab_equations(q->model);
+    q->name = malloc(sizeof *q->name * (size_t)(m->np + q->def->nfree + 1));
+    if (q->name == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < m->np; i++) {
+        if (m->params[i].tolerance > 0.0 && !fit__always_set(q->fitted, i)) {
+            q->name[q->nname++] = m->params[i].name;
+        }
+    }
+    for (int k = 0; k < q->def->nfree; k++) {
+        int i = stein_find_param(m, q->def->free[k]);
+        if (i < 0 || !(m->params[i].tolerance > 0.0)) {
+            q->name[q->nname++] = q->def->free[k];
+        }
+    }
+    return STEIN_OK;
+}
+
+static stein_status open_null(diag__problem *q, stein_err *err)
+{
+    q->fit_def = lab_fit_def_default();
+    q->fit_def.free = q->name;
+    q->fit_def.nfree = q->nname;
+    q->fit_def.offset = offset_prior;
+    q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.scatter = q->fitted->n >= SCATTER_FROM;
+    stein_status status =
+        fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
+    status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
+    q->null.tolerance = status == STEIN_OK ? diag__tolerance_of(&q->null) : 0.0;
+    q->null.simulated = &q->strokes;
+    return status;
+}
+
+/* ---- candidates ---- */
+
+static stein_status check_without(const lab_diagnose_def *def, stein_err *err)
+{
+    int n;
+    const lab_effect *e = lab_effects(&n);
+    for (int i = 0; i < def->nwithout; i++) {
+        int any = 0;
+        for (int k = 0; k < n; k++) {
+            any |= lab_effect_is(&e[k], def->without[i]);
+        }
+        if (!any) {
+            return lab__fail(err, STEIN_ENAME,
+                             "no effect is called \"%s\" by kind, site or class: nothing to go "
+                             "without",
+                             def->without[i]);
+        }
+    }
+    return STEIN_OK;
+}
+
+static int is_left_out(const diag__problem *q, const lab_candidate *c)
+{
+    int out = 0;
+    for (int i = 0; i < q->def->nwithout; i++) {
+        out |= lab_effect_is(c->effect, q->def->without[i]);
+    }
+    return out;
+}
+
+/* Does a record say how the motion goes on, where the file's own run does not? It prescribes a
+ * motion, or begins in a state of its own. */
+static int go_elsewhere(const fit__problem *p)
+{
+    const stein_model *m = lab_equations(p->model);
+    const fit__stroke *s = &p->stroke[0];
+    int yes = 0;
+    for (int k = 0; k < s->nsignal; k++) {
+        yes |= m->inputs[s->signal[k].input].kind == STEIN_INPUT_MOTION;
+    }
+    for (int k = s->first; k < s->first + s->own; k++) {
+        yes |= p->unknown[k].kind == FIT__POSITION;
+    }
+    return yes;
+}
+
+typedef struct viewer {
+    stein_status (*look)(void *watch, stein_sim *sim);
+    void *watch;
+} viewer;
+
+static void show(void *ctx, stein_sim *sim, int i)
+{
+    viewer *v = ctx;
+    (void)i;
+    v->look(v->watch, sim);
+}
+
+/* all records, held near the data */
+static stein_status run_records(void *ctx, stein_status (*look)(void *watch, stein_sim *sim),
+                                void *watch, stein_err *err)
+{
+    const diag__problem *q = ctx;
+    fit__problem p = q->null;
+    fit__bench bench;
+    viewer v = {look, watch};
+    p.gain = held;
+    double *y = malloc(sizeof *y * ((size_t)p.rows + 1)), *x = calloc((size_t)p.nu + 1, sizeof *x);
+    stein_status status = fit__bench_make(&bench, &p, err);
+    if (status == STEIN_OK && (y == NULL || x == NULL)) {
+        status = lab__no_memory(err);
+    }
+    bench.watch = show;
+    bench.watch_ctx = &v;
+    for (int s = 0; status == STEIN_OK && s < p.nstroke; s++) {
+        status = fit__simulate(&p, &bench, s, x, y, err);
+    }
+    bench.watch = NULL;
+    fit__bench_free(&bench);
+    free(x);
+    free(y);
+    return status;
+}
+
+static int measures(const fit__problem *p, int channel)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int c = 0; c < p->stroke[s].nch; c++) {
+            if (p->stroke[s].channel[c] == channel) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+static int has_input(const fit__problem *p, const char *name)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int k = 0; k < p->stroke[s].nsignal; k++) {
+            if (strcmp(m->inputs[p->stroke[s].signal[k].input].name, name) == 0) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* were all its numbers measured by themselves, for every record? */
+static int is_known(const diag__problem *q, const lab_candidate *c)
+{
+    int known = c->effect->needs == NULL && c->nparam > 0;
+    for (int k = 0; known && k < c->nparam; k++) {
+        known = fit__always_known(q->fitted, c->param[k]);
+    }
+    return known;
+}
+
+/* was every record made without the part that it supposes? */
+static int was_off(const diag__problem *q, const lab_candidate *c)
+{
+    char name[LAB_NUMBERS][LAB_PLACE];
+    int n = 0;
+    lab__structure_names(c, name);
+    while (n < q->fitted->n && lab_data_without(q->fitted->stroke[n], name[0])) {
+        n++;
+    }
+    return n > 0 && n == q->fitted->n;
+}
+
+static const char *untestable(const diag__problem *q, const lab_candidate *c)
+{
+    if (c->channel >= 0 && !measures(&q->null, c->channel)) {
+        return "the channel was not measured";
+    }
+    if (c->effect->site == LAB_AT_INPUT && !has_input(&q->null, c->place)) {
+        return "the input was not used";
+    }
+    if (is_known(q, c)) {
+        return "every stroke states it";
+    }
+    if (was_off(q, c)) {
+        return "every stroke was played without it";
+    }
+    if (strcmp(c->effect->kind, "sensor_offset") == 0) {
+        return "the offset of the marker, fitted anyhow, says the same";
+    }
+    for (int i = 0; i < q->def->nfree; i++) {
+        if (c->effect->site == LAB_AT_PARAMETER && strcmp(q->def->free[i], c->place) == 0) {
+            return "it is refitted anyhow";
+        }
+    }
+    return NULL;
+}
+
+static stein_status list_candidates(diag__problem *q, stein_err *err)
+{
+    lab__strokes records = {run_records, q};
+    int elsewhere = go_elsewhere(&q->null), left = 0;
+    stein_status status = lab__candidates_at(
+        &q->candidate, &q->n, q->model, lab_parameters(q->model), elsewhere ? &records : NULL, err);
+    for (int i = 0; status == STEIN_OK && i < q->n; i++) {
+        if (!is_left_out(q, &q->candidate[i])) {
+            q->candidate[left++] = q->candidate[i];
+        }
+    }
+    q->n = status == STEIN_OK ? left : 0;
+    q->untestable = calloc((size_t)q->n + 1, sizeof *q->untestable);
+    if (status == STEIN_OK && q->untestable == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < q->n; i++) {
+        q->untestable[i] = untestable(q, &q->candidate[i]);
+    }
+    return status;
+}
+
+/* ---- mechanisms ---- */
+
+stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                              stein_err *err)
+{
+    lab_data_options options = lab_data_options_default(lab_equations(model));
+    const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
+    if (file == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < set->n; i++) {
+        file[i] = set->stroke[i]->file;
+    }
+    stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
+    free(file);
+    return status;
+}
+
+static stein_status make_mechanism(diag__problem *q, diag__mechanism *m, stein_err *err)
+{
+    lab_candidate part[DIAG_CAUSES];
+    stein_status status = STEIN_OK;
+    m->model = q->model;
+    m->fitted = q->fitted;
+    for (int i = 0; i < m->npart; i++) {
+        part[i] = q->candidate[m->part[i]];
+    }
+    if (m->npart > 0) {
+        status = lab__open_with(&m->own, q->file, part, m->npart, q->def->options, err);
+        m->model = m->own;
+        status =
+            status == STEIN_OK ? diag__read_again(q->fitted, m->own, &m->own_fitted, err) : status;
+        m->fitted = m->own_fitted;
+    }
+    for (int i = 0; status == STEIN_OK && i < q->n; i++) {
+        int in = q->candidate[i].effect->needs == NULL;
+        for (int k = 0; k < m->npart; k++) {
+            in |= m->part[k] == i;
+        }
+        status = in ? lab_candidate_bind(&m->candidate[i], m->model, err) : STEIN_OK;
+    }
+    return status;
+}
+
+const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
+                                          stein_err *err)
+{
+    diag__mechanism like = {.npart = 0};
+    stein_err why = {STEIN_OK, ""};
+    for (int i = 0; i < h->n; i++) {
+        if (q->candidate[h->cause[i]].effect->needs != NULL) {
+            like.part[like.npart++] = h->cause[i];
+        }
+    }
+    for (int k = 0; k < q->nmechanism; k++) {
+        const diag__mechanism *m = q->mechanism[k];
+        if (m->npart == like.npart &&
+            memcmp(m->part, like.part, sizeof *m->part * (size_t)m->npart) == 0) {
+            return m;
+        }
+    }
+    diag__mechanism **more = realloc(q->mechanism, sizeof *more * (size_t)(q->nmechanism + 1)),
+                    *m = malloc(sizeof *m);
+    q->mechanism = more != NULL ? more : q->mechanism;
+    like.candidate = malloc(sizeof *like.candidate * (size_t)(q->n + 1));
+    if (more == NULL || m == NULL || like.candidate == NULL) {
+        free(m);
+        free(like.candidate);
+        (void)lab__no_memory(err);
+        return NULL;
+    }
+    memcpy(like.candidate, q->candidate, sizeof *like.candidate * (size_t)q->n);
+    *m = like;
+    q->mechanism[q->nmechanism++] = m;
+    stein_status status = make_mechanism(q, m, &why);
+    if (status == STEIN_ENOMEM) {
+        (void)lab__no_memory(err);
+        return NULL;
+    }
+    if (status != STEIN_OK) {
+        m->why = lab__text("%s", why.msg);
+    }
+    return m;
+}
+
+/* ---- the whole ---- */
+
+stein_status diag__problem_open(diag__problem *q, const char *file, const lab_model *model,
+                                const lab_dataset *fitted, const lab_diagnose_def *def,
+                                stein_err *err)
+{
+    *q = (diag__problem){.file = file,
+                         .model = model,
+                         .def = def,
+                         .fitted = fitted,
+                         .most_strokes = def->most_strokes,
+                         .most_seconds = def->most_seconds,
+                         .begin = diag__clock()};
+    stein_status status = check_without(def, err);
+    status = status == STEIN_OK ? choose_names(q, err) : status;
+    status = status == STEIN_OK ? open_null(q, err) : status;
+    return status == STEIN_OK ? list_candidates(q, err) : status;
+}
+
+void diag__problem_close(diag__problem *q)
+{
+    for (int i = 0; i < q->nmechanism; i++) {
+        diag__mechanism *m = q->mechanism[i];
+        lab_dataset_close(m->own_fitted);
+        lab_close(m->own);
+        free(m->candidate);
+        free(m->why);
+        free(m);
+    }
+    free(q->mechanism);
+    fit__problem_free(&q->null);
+    free(q->candidate);
+    free(q->untestable);
+    free(q->name);
+}

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * propose_add.c - one cause more, or two at once, by what a linear model at a row lets expect.
+ *
+ * Two at once are asked because of two causes each alone may explain little: which pair explains
+ * most is a question to the same matrix, without a simulation more.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "proposing.h"
+
+enum { POOL = 60 };                  /* columns that pairs are made of */
+static const double the_same = 0.99; /* likeness from which on two columns are one proposal */
+static const double alike = 0.95;    /* the same of the members of a pair */
+
+/* the row's own causes and columns a, b (-1: none) */
+static int take(const diag__linear *l, int a, int b, diag__proposal *to)
+{
+    int set[DIAG_CAUSES], n = 0;
+    double amount[DIAG_CAUSES + 1];
+    for (; n < l->own; n++) {
+        set[n] = n;
+    }
+    set[n++] = a;
+    if (b >= 0) {
+        set[n++] = b;
+    }
+    return diag__proposal_of(l, set, n, amount, to);
+}
+
+/* is it what a better one says, too? */
+static int is_repeated(const diag__linear *l, const diag__ranked *list, int n,
+                       const diag__ranked *one)
+{
+    for (int i = 0; i < n; i++) {
+        int same_first = diag__likeness(l, list[i].a, one->a) > (one->b < 0 ? the_same : alike);
+        int crossed =
+            one->b >= 0 && ((same_first && diag__likeness(l, list[i].b, one->b) > alike) ||
+                            (diag__likeness(l, list[i].a, one->b) > alike &&
+                             diag__likeness(l, list[i].b, one->a) > alike));
+        if (one->b < 0 ? same_first : crossed) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* the first of a ranked list that differ from each other. @return how many */
+static int choose(const diag__problem *q, const diag__linear *l, diag__ranked *list, int n,
+                  char source, diag__proposal *out, int most)
+{
+    int found = 0;
+    diag__rank(list, n);
+    for (int i = 0; i < n && found < most; i++) {
+        const lab_candidate *c = &q->candidate[l->cause[list[i].a]];
+        int part = c->effect->needs != NULL;
+        if (!part && is_repeated(l, list, found, &list[i])) {
+            continue;
+        }
+        if (take(l, list[i].a, list[i].b, &out[found])) {
+            out[found].source = source;
+            list[found++] = list[i];
+        }
+    }
+    return found;
+}
+
+static int add(const diag__problem *q, const diag__table *t, const diag__linear *l,
+               diag__proposal *out, int most)
+{
+    diag__ranked list[DIAG_COLUMNS];
+    diag__proposal p;
+    int n = 0;
+    (void)t;
+    for (int a = l->own; l->own < DIAG_CAUSES && a < l->n && n < DIAG_COLUMNS; a++) {
+        if (take(l, a, -1, &p) && diag__is_thinkable(q, &p)) {
+            list[n++] = (diag__ranked){a, -1, p.expected};
+        }
+    }
+    return choose(q, l, list, n, 'A', out, most);
+}
+
+static int pair(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                diag__proposal *out, int most)
+{
+    diag__ranked single[DIAG_COLUMNS], list[POOL * POOL / 2];
+    diag__proposal p;
+    int n = 0, m = 0;
+    (void)t;
+    for (int a = l->own; l->own < DIAG_CAUSES - 1 && a < l->n && n < DIAG_COLUMNS; a++) {
+        if (take(l, a, -1, &p)) {
+            single[n++] = (diag__ranked){a, -1, p.expected};
+        }
+    }
+    diag__rank(single, n);
+    for (int i = 0; i < n && i < POOL; i++) {
+        for (int k = 0; k < i; k++) {
+            int a = single[k].a, b = single[i].a;
+            if (l->cause[a] != l->cause[b] && diag__likeness(l, a, b) < alike &&
+                take(l, a, b, &p) && diag__is_thinkable(q, &p)) {
+                list[m++] = (diag__ranked){a, b, p.expected};
+            }
+        }
+    }
+    return choose(q, l, list, m, 'P', out, most);
+}
+
+const diag__proposer diag__propose_add = {'A', "one cause more", add},
+                     diag__propose_pair = {'P', "two causes more", pair};

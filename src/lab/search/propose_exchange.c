@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * propose_exchange.c - another cause in the place of one, a cause less, other amounts.
+ *
+ * The first cause was found while all that came after was missing, and may have been chosen by
+ * that; and what the data cannot tell from a cause is its rival. Both are the same question: what
+ * does as well in its place, all else refitted.
+ */
+#include <math.h>
+
+#include "proposing.h"
+
+static const double far_amount = 0.3; /* share by which a linear model wants another amount */
+static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
+
+/* own causes but i, and column c (-1: none) */
+static int take(const diag__linear *l, int i, int c, diag__proposal *to)
+{
+    int set[DIAG_CAUSES], n = 0;
+    double amount[DIAG_CAUSES + 1];
+    for (int k = 0; k < l->own; k++) {
+        if (k != i) {
+            set[n++] = k;
+        }
+    }
+    if (c >= 0) {
+        set[n++] = c;
+    }
+    return diag__proposal_of(l, set, n, amount, to);
+}
+
+static int exchange(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                    diag__proposal *out, int most)
+{
+    diag__ranked list[DIAG_COLUMNS * DIAG_CAUSES];
+    diag__proposal p;
+    int n = 0, found = 0;
+    (void)t;
+    for (int i = 0; i < l->own; i++) {
+        for (int c = l->own; c < l->n && n < DIAG_COLUMNS * DIAG_CAUSES; c++) {
+            if (take(l, i, c, &p) && diag__is_thinkable(q, &p)) {
+                list[n++] = (diag__ranked){c, i, p.expected};
+            }
+        }
+    }
+    diag__rank(list, n);
+    for (int k = 0; k < n && found < most; k++) {
+        if (take(l, list[k].b, list[k].a, &out[found])) {
+            out[found++].source = 'X';
+        }
+    }
+    return found;
+}
+
+static int drop(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                diag__proposal *out, int most)
+{
+    int found = 0;
+    (void)q;
+    (void)t;
+    for (int i = 0; l->own > 1 && i < l->own && found < most; i++) {
+        if (take(l, i, -1, &out[found])) {
+            out[found++].source = 'D';
+        }
+    }
+    return found;
+}
+
+/* The amounts that the linear model at the row wants, where they are far from the row's: its fit
+ * has ended in another minimum. Numbers beside an amount from further on and further back. */
+static int restart(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                   diag__proposal *out, int most)
+{
+    int set[DIAG_CAUSES] = {0, 1, 2}, found = 0, off = 0;
+    double amount[DIAG_CAUSES + 1], sd;
+    (void)t;
+    if (l->own == 0 || most < 1 || !diag__proposal_of(l, set, l->own, amount, &out[0])) {
+        return 0;
+    }
+    for (int i = 0; i < l->own; i++) {
+        double is = diag__amount(l->row, i, &sd);
+        off |= fabs(amount[i] - is) > far_amount * fabs(is);
+    }
+    if (off && diag__is_thinkable(q, &out[0])) {
+        out[found++].source = 'R';
+    }
+    for (int i = 0; i < l->own; i++) {
+        const lab_side *side = &l->row->cause[i].side[0];
+        for (int up = 0; side->param >= 0 && side->hi > side->lo && up < 2 && found < most; up++) {
+            double at = l->row->x[diag__unknown_at(l->row, i) + 1];
+            diag__proposal_of(l, set, l->own, amount, &out[found]);
+            for (int k = 0; k < DIAG_CAUSES; k++) {
+                out[found].amount[k] = NAN;
+            }
+            out[found].side[i] = up ? at + quarters : at - quarters;
+            out[found++].source = 'R';
+        }
+    }
+    return found;
+}
+
+const diag__proposer diag__propose_exchange = {'X', "another cause in the place of one", exchange},
+                     diag__propose_drop = {'D', "a cause less", drop},
+                     diag__propose_restart = {'R', "other amounts", restart};

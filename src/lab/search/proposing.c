@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * proposing.c - what the proposers share.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "proposing.h"
+
+int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,
+                      diag__proposal *to)
+{
+    double gain = diag__linear_gain(l, set, n, amount);
+    diag__hypothesis h = {.n = 0};
+    for (int i = 0; i < n; i++) {
+        h = diag__with(h, l->cause[set[i]]);
+    }
+    if (!isfinite(gain) || h.n != n) {
+        return 0;
+    }
+    *to = (diag__proposal){.h = h, .parent = -1, .expected = diag__expected(l, gain)};
+    for (int k = 0; k < DIAG_CAUSES; k++) {
+        to->amount[k] = to->side[k] = NAN;
+        for (int i = 0; k < n && i < n; i++) {
+            to->amount[k] = l->cause[set[i]] == h.cause[k] ? amount[i] : to->amount[k];
+        }
+    }
+    return 1;
+}
+
+int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
+{
+    for (int i = 0; i < p->h.n; i++) {
+        if (!diag__thinkable(&q->candidate[p->h.cause[i]], p->amount[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static int by_expected(const void *a, const void *b)
+{
+    const diag__ranked *x = a, *y = b;
+    return x->expected < y->expected ? -1 : x->expected > y->expected;
+}
+
+void diag__rank(diag__ranked *list, int n)
+{
+    qsort(list, (size_t)n, sizeof *list, by_expected);
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * proposing.h - what the proposers share. Not installed.
+ */
+#ifndef DIAG_PROPOSING_H
+#define DIAG_PROPOSING_H
+
+#include "search.h"
+
+enum { DIAG_COLUMNS = 1000 }; /* of a linear model that are ranked, at most */
+
+/** Columns of a proposal with what it lets expect; b: a second column, a cause, or -1. */
+typedef struct diag__ranked {
+    int a, b;
+    double expected;
+} diag__ranked;
+
+/** The proposal of a set of columns, amounts as the linear model has them.
+ *  @param amount  [n] out  @return 0: it has no solution, or names a cause twice */
+int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,
+                      diag__proposal *to);
+/** Are all its amounts of a possible sign and size? */
+int diag__is_thinkable(const diag__problem *q, const diag__proposal *p);
+/** The least expected objective first. */
+void diag__rank(diag__ranked *list, int n);
+
+#endif

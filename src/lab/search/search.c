@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * search.c - proposals in the order of what they let expect, until nothing proposed can be better.
+ *
+ *      null row
+ *      while a row is worth it: linearise there -> proposers -> the best proposals -> evaluate
+ *
+ * A row that leaves more than noise is linearised while an observer holds it near the records, one
+ * that leaves noise freely. Where a row leaves noise, proposals that are worth a fit are those that
+ * may be as good (they are its rivals) and those with a cause less; where it leaves more, those
+ * with the least expected objective.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "proposing.h"
+
+enum {
+    EXPANSIONS = 8,
+    PROPOSALS = 12,
+    TRIED_FAR = 4,
+    TRIED_NEAR = 10,
+    FREE_RECORDS = 16,
+    HELD_RECORDS = 6
+};
+static const double held = 0.05;      /* gain of the observer, of a sample */
+static const double near = 1.5;       /* chi2/dof up to which the free linear model is good */
+static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
+static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
+static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
+static const double convincing = 9.2; /* of -2 ln L: odds of 1 to 100 */
+static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
+const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
+static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
+static const double of_excess = 0.05; /* a cause more has to explain that share of it */
+
+double diag__most_noise(const fit__problem *p)
+{
+    double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu));
+    return fit__noise_given(p) ? 1.0 + slack + 5.0 * sd : guessed;
+}
+
+double diag__inflation(const diag__row *row)
+{
+    int noise = fit__noise_given(&row->p) && row->chi2_dof <= diag__most_noise(&row->p);
+    double memory = noise ? 1.0 : fit__memory(&row->p, row->r);
+    return noise ? 1.0 : fmax(1.0, row->chi2_dof) * fmax(1.0, memory);
+}
+
+int diag__leaves_noise(const diag__row *row)
+{
+    double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
+    return row->chi2_dof <= (fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed);
+}
+
+diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
+{
+    diag__row *best = diag__best(q, t, 0);
+    for (int n = 1; n <= DIAG_CAUSES; n++) {
+        diag__row *more = diag__best(q, t, n);
+        if (more != NULL &&
+            (best == NULL ||
+             more->objective < best->objective - diag__least_gain * diag__inflation(more))) {
+            best = more;
+        }
+    }
+    return best;
+}
+
+/* ---- which row ---- */
+
+/* has a proposer seen this hypothesis where it fits as well? */
+static int is_seen(const diag__table *t, const diag__row *row)
+{
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *other = t->row[i];
+        if (other->expanded && diag__equals(&other->h, &row->h) &&
+            row->objective > other->objective - rounding) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* The best row that no proposer has seen; where one leaves noise, that one alone. */
+static diag__row *next_row(const diag__problem *q, const diag__table *t)
+{
+    diag__row *best = diag__incumbent(q, t), *next = NULL;
+    for (int i = 0; i < t->n; i++) {
+        diag__row *row = t->row[i];
+        if (is_seen(t, row) || !diag__is_possible(q, row) ||
+            (diag__leaves_noise(best) && row != best)) {
+            continue;
+        }
+        next = next == NULL || row->objective < next->objective ? row : next;
+    }
+    return next;
+}
+
+/* ---- which proposals ---- */
+
+static int by_value(const void *a, const void *b)
+{
+    const diag__proposal *x = a, *y = b;
+    return x->value < y->value ? -1 : x->value > y->value;
+}
+
+/* few causes first: a linear model is never exactly right, and more columns explain more of what
+ * it misses */
+static double value_of(const diag__linear *l, const diag__proposal *p)
+{
+    const diag__row *row = l->row;
+    double excess = fmax(0.0, fit__chi2(&row->p, row->r) - row->p.samples);
+    return p->expected + p->h.n * of_excess * (l->gain > 0.0 ? excess : 0.0);
+}
+
+static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                   diag__proposal *list)
+{
+    const diag__proposer *all[] = {&diag__propose_add, &diag__propose_pair, &diag__propose_exchange,
+                                   &diag__propose_drop, &diag__propose_restart};
+    int n = 0, row = diag__index(t, l->row);
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        n += all[i]->propose(q, t, l, list + n, PROPOSALS);
+    }
+    for (int i = 0; i < n; i++) {
+        list[i].parent = row;
+        list[i].value = value_of(l, &list[i]);
+    }
+    qsort(list, (size_t)n, sizeof *list, by_value);
+    return n;
+}
+
+/* is a proposal worth its cost, with the rows so far? */
+static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                    const diag__proposal *p)
+{
+    const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
+    if (p->source == 'R' && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
+        return 0; // its fit has ended where nothing is left, or is another start already
+    }
+    if (had != NULL && p->source != 'R' &&
+        (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
+        return 0;
+    }
+    double wide = diag__inflation(best);
+    if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
+        return p->expected < best->objective + (diag__least_gain + rounding) * wide;
+    }
+    if (diag__leaves_noise(best) && p->h.n > best->h.n) { // a cause more has to gain
+        return p->expected < best->objective - worth * wide;
+    }
+    return p->expected < best->objective + (convincing + rounding) * wide;
+}
+
+static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, stein_err *err)
+{
+    diag__proposal list[5 * PROPOSALS];
+    diag__linear l;
+    stein_err why = {STEIN_OK, ""};
+    double gain = row->chi2_dof > near ? held : 0.0;
+    row->expanded = 1;
+    stein_status status =
+        diag__linearise(q, row, gain, gain > 0.0 ? HELD_RECORDS : FREE_RECORDS, &l, &why);
+    int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
+    int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
+    for (int i = 0; i < n && tried < most && !found && status == STEIN_OK && !diag__is_spent(q);
+         i++) {
+        diag__row *one = NULL;
+        if (is_worth(q, t, &l, &list[i])) {
+            status = diag__evaluate(q, t, &list[i], &one, err);
+            tried++;
+        }
+        if (one != NULL && q->trace != NULL) {
+            diag__trace_row(q->trace, q, t, one);
+        }
+        found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
+                diag__leaves_noise(one);
+    }
+    diag__linear_free(&t->last); // of the incumbent where it is the last one that was expanded
+    t->last = l;
+    return fit__forgive(status, err);
+}
+
+stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
+    diag__row *row;
+    stein_status status = diag__evaluate(q, t, &null, &row, err);
+    if (status == STEIN_OK && row->failed != NULL) {
+        return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
+    }
+    if (status == STEIN_OK && q->trace != NULL) {
+        diag__trace_row(q->trace, q, t, row);
+    }
+    for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
+        row = next_row(q, t);
+        if (row == NULL) {
+            break;
+        }
+        status = expand(q, t, row, err);
+    }
+    return status;
+}

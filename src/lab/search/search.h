@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * search.h - the search for causes: a table of hypotheses, one way into it. Not installed.
+ *
+ *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
+ *   evaluate.c     fits one hypothesis from one start; the only writer of rows
+ *   table.c        rows by hypothesis
+ *   linear.c       what every candidate changes at a row, all else refitted linearly
+ *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
+ *   search.c       proposals in the order of their expected gain, until the budget is spent
+ *   trace.c        one JSON line a row
+ *   likelihood.c, mixed.c   the records as a mixed model
+ *
+ *      problem -> [proposer -> proposal -> evaluate -> row -> table] ... -> judge (verdict/)
+ *
+ * A hypothesis is a set of causes. Whatever is believed about one comes from evaluate(): proposers
+ * predict by linear models, and their predictions order the work, nothing else.
+ *
+ * A model that lacks a cause leaves the records after the first event that comes late, and then its
+ * derivatives say nothing. So far rows are fitted and linearised while an observer holds the
+ * simulation near the records (fit/observer.c): what the observer has to correct is the residual,
+ * events stay those of the records, and the correction is linear in what is missing even where that
+ * is gross. The observer's gain is then reduced to 0.
+ */
+#ifndef DIAG_SEARCH_H
+#define DIAG_SEARCH_H
+
+#include <gsl/gsl_rng.h>
+
+#include "diagnosing.h"
+#include "mixed.h"
+
+enum { DIAG_CAUSES = FIT__ACCEPTED, DIAG_CLASSES = 3 }; /* scatter: joints, contacts, drive */
+
+/** A set of causes: candidates by number, ascending. */
+typedef struct diag__hypothesis {
+    int n, cause[DIAG_CAUSES];
+} diag__hypothesis;
+
+/** A mechanism with parts in it, the records bound to it. Candidates count as in the problem. */
+typedef struct diag__mechanism {
+    int npart, part[DIAG_CAUSES]; /* candidates whose parts it has */
+    const lab_model *model;
+    const lab_dataset *fitted;
+    lab_candidate *candidate; /* [n] bound to it; nparam 0: its part is absent */
+    lab_model *own;           /* NULL: the file's own mechanism */
+    lab_dataset *own_fitted;
+    char *why; /* it cannot be made; NULL: it can */
+} diag__mechanism;
+
+/** What is fitted, and what may explain it. */
+typedef struct diag__problem {
+    const char *file;
+    const lab_model *model;
+    const lab_diagnose_def *def;
+    lab_fit_def fit_def;
+    const char **name; /* [nname] free parameters */
+    int nname;
+    const lab_dataset *fitted;
+    fit__problem null; /* of the file's own mechanism without a cause */
+    lab_candidate *candidate;
+    const char **untestable; /* [n] why no fit of these records could tell; NULL: it may */
+    int n;
+    diag__mechanism **mechanism; /* made when they are asked for */
+    int nmechanism;
+    long strokes;        /* simulated so far */
+    long most_strokes;   /* the budget, 0: none */
+    double most_seconds; /* 0: none */
+    double begin;        /* of the clock [s] */
+    FILE *trace;         /* of rows, NULL: none */
+} diag__problem;
+
+/** One fit of a hypothesis. */
+typedef struct diag__row {
+    diag__hypothesis h;
+    const diag__mechanism *in;
+    lab_candidate cause[DIAG_CAUSES]; /* bound to its mechanism */
+    fit__problem p;                   /* its causes act; nothing is on trial */
+    double *x, *r;                    /* [nu], [rows] at the end; one block with sd and J */
+    double *sd;                       /* [np] in x, scatter estimated */
+    double *J;                        /* derivatives there */
+    double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
+    double objective;                 /* -2 ln marginal likelihood (Laplace) */
+    double chi2_dof;
+    int converged;
+    char *failed; /* why it has no numbers; NULL: it has */
+    char source;  /* letter of the proposer */
+    int parent;   /* row that it was proposed from, -1: none */
+    long strokes; /* simulated for it */
+    double seconds;
+    int expanded; /* proposers have seen it */
+} diag__row;
+
+/** Columns of a linear model around a row: candidates with all else eliminated. */
+typedef struct diag__linear {
+    const diag__row *row;
+    double gain;         /* of the observer, 0: free */
+    int n, own;          /* columns; the first `own` are the row's own causes */
+    int *cause;          /* [n] candidate */
+    double *step;        /* [n] amount that a column was made with, in limits */
+    double *I, *s;       /* [n*n], [n]: G'PG, G'Pr with P what all else leaves */
+    double square;       /* r'Pr: what is left without any column */
+    double samples;      /* of the records that were used */
+    const char **unseen; /* [candidates] why a candidate has no column; NULL: it has */
+} diag__linear;
+
+typedef struct diag__table {
+    diag__row **row; /* in the order of evaluation */
+    int n;
+    diag__linear last; /* linear model of the row that was expanded last */
+} diag__table;
+
+/** A hypothesis worth a fit, and where that begins. */
+typedef struct diag__proposal {
+    diag__hypothesis h;
+    double amount[DIAG_CAUSES]; /* of each cause [limits]; NAN: as the parent has it */
+    double side[DIAG_CAUSES];   /* first number beside it [quarters of its range]; NAN likewise */
+    int parent;                 /* row whose end is the start of everything else */
+    double expected;            /* objective that is expected */
+    double value;               /* the same, few causes first: the order of the work */
+    char source;
+} diag__proposal;
+
+/* ---- problem.c ---- */
+
+/** @param def, fitted  outlive it  @return OK, ENAME, EINVAL, ENOMEM, numerical failures at the
+ *  file's own values; close it in any case */
+stein_status diag__problem_open(diag__problem *q, const char *file, const lab_model *model,
+                                const lab_dataset *fitted, const lab_diagnose_def *def,
+                                stein_err *err);
+void diag__problem_close(diag__problem *q);
+/** The mechanism with the parts that a hypothesis needs. @return NULL: no memory (err), else with
+ *  `why` where it cannot be made */
+const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
+                                          stein_err *err);
+/** The same records bound to another model. @return OK, or what lab_dataset_open returns */
+stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                              stein_err *err);
+/** Of integration steps, as fine as the noise asks for [rad or m]. */
+double diag__tolerance_of(const fit__problem *p);
+/** Is the budget spent? */
+int diag__is_spent(const diag__problem *q);
+double diag__clock(void);
+/** Are they the same effect at the same place? */
+int diag__is_same(const lab_candidate *a, const lab_candidate *b);
+/** Are they at one element of the mechanism, as "stop" and "stop.normal.c"? */
+int diag__related(const lab_candidate *a, const lab_candidate *b);
+
+/* ---- hypotheses (table.c) ---- */
+
+/** h with candidate k, without it. */
+diag__hypothesis diag__with(diag__hypothesis h, int k);
+diag__hypothesis diag__without(diag__hypothesis h, int k);
+int diag__has(const diag__hypothesis *h, int k);
+int diag__equals(const diag__hypothesis *a, const diag__hypothesis *b);
+/** Where cause number i of a row is among its unknowns. */
+int diag__unknown_at(const diag__row *row, int i);
+
+/* ---- evaluate.c ---- */
+
+/** Fits a hypothesis: into a new row of the table.
+ *  @return OK (row->failed where the hypothesis cannot be simulated), ENOMEM */
+stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
+                            diag__row **out, stein_err *err);
+/** A fit from x while the observer holds with one gain after the other, then free.
+ *  @param ended  out  @return OK, or a failure of the simulation */
+stein_status diag__descend(fit__problem *p, fit__end *e, stein_err *err);
+/** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
+ *  @param D  variances of scatter, in those of the prior  @return OK, ENOMEM, a failure */
+stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *r, stein_err *err);
+/** Derivatives and standard deviations of a row from central differences. @return OK, ENOMEM */
+stein_status diag__refine_row(diag__row *row, stein_err *err);
+void diag__row_free(diag__row *row);
+
+/* ---- table.c ---- */
+
+stein_status diag__table_add(diag__table *t, diag__row *row, stein_err *err);
+void diag__table_free(diag__table *t);
+/** The best row of a hypothesis; NULL: it has none. */
+diag__row *diag__find(const diag__table *t, const diag__hypothesis *h);
+/** Number of a row, -1: none. */
+int diag__index(const diag__table *t, const diag__row *row);
+/** The row of least objective with n causes (n < 0: any) that is possible; NULL: there is none. */
+diag__row *diag__best(const diag__problem *q, const diag__table *t, int n);
+/** Amount of cause i [limits], and its standard deviation. */
+double diag__amount(const diag__row *row, int i, double *sd);
+/** Are all amounts of a row of a possible sign and size? */
+int diag__is_possible(const diag__problem *q, const diag__row *row);
+
+/* ---- linear.c ---- */
+
+/** @param most  records that are used at most  @return OK, ENOMEM, numerical failures; free it in
+ *  any case */
+stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain, int most,
+                             diag__linear *l, stein_err *err);
+void diag__linear_free(diag__linear *l);
+/** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
+ *  @param amount  [n] out [limits] */
+double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
+/** Is the amount of a candidate of a possible sign and size? */
+int diag__thinkable(const lab_candidate *c, double amount);
+/** Correlation of two columns. */
+double diag__likeness(const diag__linear *l, int a, int b);
+/** Objective of a fit that a gain at this linear model lets expect. */
+double diag__expected(const diag__linear *l, double gain);
+
+/* ---- propose_*.c ---- */
+
+typedef struct diag__proposer {
+    char letter;
+    const char *name;
+    /** Proposals about a row, at most `most`. @return how many */
+    int (*propose)(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                   diag__proposal *out, int most);
+} diag__proposer;
+extern const diag__proposer diag__propose_add, diag__propose_pair, diag__propose_exchange,
+    diag__propose_drop, diag__propose_restart;
+
+/* ---- search.c ---- */
+
+/** Fills the table: rows of the null hypothesis and of whatever was worth a fit.
+ *  @return OK, ENOMEM, a failure of the null hypothesis */
+stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err);
+/** The row that stands for the verdict: of the best rows with 0, 1, 2, 3 causes the one from which
+ *  on a cause more gains nothing to speak of. */
+diag__row *diag__incumbent(const diag__problem *q, const diag__table *t);
+extern const double diag__least_gain; /* of -2 ln L, to name a cause */
+int diag__leaves_noise(const diag__row *row);
+/** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
+double diag__most_noise(const fit__problem *p);
+/** Factor on variances where more than noise is left, or noise that nobody stated: chi2/dof and
+ *  the number of samples that the residual is alike over. */
+double diag__inflation(const diag__row *row);
+
+/* ---- step.c ---- */
+
+/** Is the file's own step good enough? @param line  out: a finding, freed by the caller; NULL: it
+ * is
+ *  @return OK, ENOMEM */
+stein_status diag__check_step(const fit__problem *p, char **line, stein_err *err);
+
+/* ---- trace.c ---- */
+
+/** Appends a line about a row. @return OK, EIO */
+stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table *t,
+                             const diag__row *row);
+
+/* ---- likelihood.c ---- */
+
+/** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
+int diag__scatters_most(const double *D);
+/** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;
+ *  lab__mixed_free in any case. @return OK, ENOMEM */
+stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *x, const double *J,
+                            const double *r, const double *const *column, int nc, stein_err *err);
+/** The column of unknown k < np over all rows, freed by the caller; NULL: out of memory. */
+double *diag__column(const fit__problem *p, const double *J, int k);
+/** -2 log likelihood at unknowns x with derivatives J and residuals r, scatter estimated: as
+ *  Laplace has it, with the sum of squares that is reached.
+ *  @param D   variances of scatter, out
+ *  @param sd  [np] standard deviations of the free unknowns in x, out
+ *  @param objective  out, may be NULL  @return OK, ENOMEM */
+stein_status diag__likelihood(const fit__problem *p, const double *x, const double *J,
+                              const double *r, double *D, double *sd, double *objective,
+                              stein_err *err);
+/** Covariance of all unknowns that all records share. */
+typedef struct diag__local {
+    lab__mixed m;
+    int nfree, *free;   /* unknowns that are of all strokes */
+    double *beta, *cov; /* [nfree], its square */
+} diag__local;
+/** @return OK, ENOMEM; diag__local_close in any case */
+stein_status diag__local_open(diag__local *l, const fit__problem *p, const double *x,
+                              const double *J, const double *r, stein_err *err);
+void diag__local_close(diag__local *l);
+
+#endif

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * table.c - hypotheses, and the rows that fits of them are.
+ *
+ * A hypothesis may have several rows, one a start; the one of least objective stands for it.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "search.h"
+
+static const double largest = 3.0;   /* amount that is possible [limits] */
+static const double of_clock = 10.0; /* the same of a time base: gravity and lengths may say so */
+
+/* ---- hypotheses ---- */
+
+int diag__has(const diag__hypothesis *h, int k)
+{
+    for (int i = 0; i < h->n; i++) {
+        if (h->cause[i] == k) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+diag__hypothesis diag__with(diag__hypothesis h, int k)
+{
+    int at = h.n;
+    if (diag__has(&h, k) || h.n == DIAG_CAUSES) {
+        return h;
+    }
+    for (; at > 0 && h.cause[at - 1] > k; at--) {
+        h.cause[at] = h.cause[at - 1];
+    }
+    h.cause[at] = k;
+    h.n++;
+    return h;
+}
+
+diag__hypothesis diag__without(diag__hypothesis h, int k)
+{
+    diag__hypothesis to = {.n = 0};
+    for (int i = 0; i < h.n; i++) {
+        if (h.cause[i] != k) {
+            to.cause[to.n++] = h.cause[i];
+        }
+    }
+    return to;
+}
+
+int diag__equals(const diag__hypothesis *a, const diag__hypothesis *b)
+{
+    return a->n == b->n && memcmp(a->cause, b->cause, sizeof *a->cause * (size_t)a->n) == 0;
+}
+
+/* ---- rows ---- */
+
+int diag__unknown_at(const diag__row *row, int i)
+{
+    return row->p.first_accepted + FIT__NUMBERS * i;
+}
+
+double diag__amount(const diag__row *row, int i, double *sd)
+{
+    int k = diag__unknown_at(row, i);
+    *sd = row->sd[k];
+    return row->x[k];
+}
+
+int diag__thinkable(const lab_candidate *c, double amount)
+{
+    double most = c->effect->site == LAB_AT_CLOCK ? of_clock : largest;
+    return fabs(amount) <= most && (c->effect->both_signs || amount > 0.0);
+}
+
+int diag__is_possible(const diag__problem *q, const diag__row *row)
+{
+    int yes = row->failed == NULL;
+    for (int i = 0; yes && i < row->h.n; i++) {
+        double sd;
+        yes = diag__thinkable(&q->candidate[row->h.cause[i]], diag__amount(row, i, &sd));
+    }
+    return yes;
+}
+
+stein_status diag__table_add(diag__table *t, diag__row *row, stein_err *err)
+{
+    diag__row **more = realloc(t->row, sizeof *more * (size_t)(t->n + 1));
+    if (more == NULL) {
+        diag__row_free(row);
+        return lab__no_memory(err);
+    }
+    t->row = more;
+    t->row[t->n++] = row;
+    return STEIN_OK;
+}
+
+void diag__table_free(diag__table *t)
+{
+    for (int i = 0; i < t->n; i++) {
+        diag__row_free(t->row[i]);
+    }
+    free(t->row);
+    diag__linear_free(&t->last);
+    *t = (diag__table){.n = 0};
+}
+
+diag__row *diag__find(const diag__table *t, const diag__hypothesis *h)
+{
+    diag__row *best = NULL;
+    for (int i = 0; i < t->n; i++) {
+        diag__row *row = t->row[i];
+        if (diag__equals(&row->h, h) && (best == NULL || row->objective < best->objective)) {
+            best = row;
+        }
+    }
+    return best;
+}
+
+int diag__index(const diag__table *t, const diag__row *row)
+{
+    for (int i = 0; i < t->n; i++) {
+        if (t->row[i] == row) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+diag__row *diag__best(const diag__problem *q, const diag__table *t, int n)
+{
+    diag__row *best = NULL;
+    for (int i = 0; i < t->n; i++) {
+        diag__row *row = t->row[i];
+        if ((n < 0 || row->h.n == n) && diag__is_possible(q, row) &&
+            (best == NULL || row->objective < best->objective)) {
+            best = row;
+        }
+    }
+    return best;
+}

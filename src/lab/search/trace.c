@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * trace.c - what the search did, one JSON object a line.
+ */
+#include <math.h>
+#include <stdio.h>
+
+#include "search.h"
+
+static void number(FILE *f, const char *name, double value)
+{
+    fprintf(f, isfinite(value) ? ",\"%s\":%.10g" : ",\"%s\":null", name, value);
+}
+
+stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table *t,
+                             const diag__row *row)
+{
+    fprintf(f, "{\"row\":%d,\"source\":\"%c\",\"parent\":%d,\"hypothesis\":[", diag__index(t, row),
+            row->source, row->parent);
+    for (int i = 0; i < row->h.n; i++) {
+        const lab_candidate *c = &q->candidate[row->h.cause[i]];
+        double sd = NAN, amount = row->failed == NULL ? diag__amount(row, i, &sd) : (double)NAN;
+        fprintf(f, "%s{\"kind\":\"%s\",\"place\":\"%s\"", i > 0 ? "," : "", c->effect->kind,
+                c->place);
+        number(f, "amount", amount * c->limit);
+        number(f, "sd", sd * c->limit);
+        fputs("}", f);
+    }
+    fputs("]", f);
+    number(f, "evidence", -0.5 * row->objective);
+    number(f, "chi2_dof", row->chi2_dof);
+    number(f, "remainder", sqrt(row->chi2_dof));
+    fprintf(f, ",\"converged\":%s,\"possible\":%s,\"strokes\":%ld",
+            row->converged ? "true" : "false", diag__is_possible(q, row) ? "true" : "false",
+            row->strokes);
+    number(f, "seconds", row->seconds);
+    fputs("}\n", f);
+    fflush(f);
+    return ferror(f) ? STEIN_EIO : STEIN_OK;
+}

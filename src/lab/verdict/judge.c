@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * judge.c - the verdict of a closed table: a pure function of fitted numbers.
+ *
+ *      gain = L(less) - L(more),  L = -2 ln p,  over the inflation of variances
+ *
+ *   1  A cause more is named when it gains 25. The laws of a real mechanism are never exactly those
+ *      of the file, and what shows only because there are many samples is no cause.
+ *   2  A number of the file beyond its tolerance gains little: the fit without the cause moves it
+ *      there for the price of its prior. It is asked z = amount/sd instead, against the chance that
+ *      one of all numbers with a tolerance is that far off.
+ *   3  What acts like the scatter from record to record has as many witnesses as there are records:
+ *      t = amount/sd, Student's with n - 1 degrees of freedom.
+ *   4  Of hypotheses with 0, 1, 2, 3 causes the first one is best from which on no cause more is
+ *      named.
+ *   5  Rivals have as many causes and come within odds of 1 to 100.
+ *   6  Nothing is named whose 95 % interval contains 0, or that leaves most of a misfit.
+ *   7  A best hypothesis that is far from the records is no model of them, whatever it gains.
+ */
+#include <gsl/gsl_cdf.h>
+#include <math.h>
+
+#include "verdict.h"
+
+static const double least_gain = 25.0;     /* of -2 ln L */
+static const double convincing = 9.2;      /* the same: odds of 1 to 100 */
+static const double same_fit = 2.0;        /* the same: no difference */
+static const double by_chance = 0.01;      /* of one of all numbers */
+static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
+static const double must_explain = 0.7;    /* share of the misfit beyond noise */
+static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
+static const double within = 1.96;         /* sd */
+
+static double gain_of(const diag__evidence *more, const diag__evidence *less)
+{
+    return (less->objective - more->objective) / more->inflation;
+}
+
+/* the cause that one has and the other has not, -1: there is none, or several */
+static int added(const diag__evidence *more, const diag__evidence *less)
+{
+    int which = -1, n = 0;
+    for (int i = 0; i < more->n; i++) {
+        int has = 0;
+        for (int k = 0; k < less->n; k++) {
+            has |= less->cause[k] == more->cause[i];
+        }
+        which = has ? which : i;
+        n += !has;
+    }
+    return n == 1 ? which : -1;
+}
+
+int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s)
+{
+    double gain = gain_of(more, less);
+    int i = added(more, less);
+    if (gain > least_gain * (more->n - less->n)) {
+        return 1;
+    }
+    if (i < 0 || !(gain > 0.0)) {
+        return 0;
+    }
+    double z = fabs(more->amount[i]) / fmax(more->sd[i] * sqrt(more->inflation), 1e-300);
+    int beyond = more->tolerated[i] && s->tolerances * 2.0 * gsl_cdf_ugaussian_Q(z) <= by_chance;
+    int mean = more->scatters[i] && s->records > 1 &&
+               2.0 * gsl_cdf_tdist_Q(z, s->records - 1) < by_chance_mean;
+    return beyond || mean;
+}
+
+/* the least objective with n causes; a named effect before a number of the same element that fits
+ * as well: the name says more. @return -1: there is none */
+static int best_of(const diag__evidence *e, int rows, int n)
+{
+    int best = -1;
+    for (int i = 0; i < rows; i++) {
+        if (e[i].n == n && e[i].possible && (best < 0 || e[i].objective < e[best].objective)) {
+            best = i;
+        }
+    }
+    for (int i = 0, from = best; i < rows && from >= 0; i++) {
+        int better = e[i].n == n && e[i].possible && n == 1 && e[i].named[0] && !e[from].named[0] &&
+                     e[i].place[0] == e[from].place[0] &&
+                     e[i].objective < e[from].objective + same_fit;
+        best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
+    }
+    return best;
+}
+
+static int excludes_zero(const diag__evidence *e)
+{
+    int yes = 1;
+    for (int i = 0; i < e->n; i++) {
+        yes &= fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation);
+    }
+    return yes;
+}
+
+static int same_causes(const diag__evidence *a, const diag__evidence *b)
+{
+    for (int i = 0; i < a->n; i++) {
+        if (a->cause[i] != b->cause[i]) {
+            return 0;
+        }
+    }
+    return a->n == b->n;
+}
+
+/* hypotheses with as many causes that the records cannot tell from the best one, each once */
+static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
+{
+    const diag__evidence *best = &e[j->best];
+    for (int i = 0; i < n && j->nrival < DIAG_RIVALS; i++) {
+        int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
+                   e[i].objective < best->objective + convincing * best->inflation;
+        for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
+            near = k == i || !same_causes(&e[k], &e[i]) || e[k].objective > e[i].objective ||
+                   (!(e[k].objective < e[i].objective) && k > i);
+        }
+        if (near && !same_causes(&e[i], best) && excludes_zero(&e[i])) {
+            int at = j->nrival++;
+            for (; at > 0 && e[j->rival[at - 1]].objective > e[i].objective; at--) {
+                j->rival[at] = j->rival[at - 1];
+            }
+            j->rival[at] = i;
+        }
+    }
+}
+
+static diag__finding find(const diag__evidence *null, const diag__evidence *best,
+                          const diag__judgement *j, const diag__setting *s)
+{
+    int noise = best->chi2_dof <= s->most_noise;
+    if (best->chi2_dof > unusable) {
+        return DIAG_FAR_OFF;
+    }
+    if (best->n == 0) {
+        return noise ? DIAG_EXPLAINED : null->converged ? DIAG_NO_CAUSE : DIAG_NOT_CONVERGED;
+    }
+    if (!noise && j->share < must_explain) {
+        return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
+    }
+    return excludes_zero(best) ? DIAG_NAMED : noise ? DIAG_EXPLAINED : DIAG_UNDECIDED;
+}
+
+diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
+{
+    diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .null = best_of(e, n, 0)};
+    j.best = j.null;
+    for (int k = 1; k <= DIAG_CAUSES && j.null >= 0; k++) {
+        int more = best_of(e, n, k);
+        j.best = more >= 0 && diag__gains(&e[more], &e[j.best], s) ? more : j.best;
+    }
+    if (j.null < 0) {
+        return j;
+    }
+    const diag__evidence *null = &e[j.null], *best = &e[j.best];
+    j.gain = gain_of(best, null);
+    j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
+    j.finding = find(null, best, &j, s);
+    find_rivals(e, n, &j);
+    return j;
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * power.c - could it have been seen? One of four answers for every candidate that is no cause.
+ *
+ * At the best row the records are linear in an amount a [limits] beside the causes (linear.c), with
+ * information I and score s once everything else, the causes' amounts among it, is projected out:
+ *
+ *      a = s/I,   sd = sqrt(w/I),   z = a/sd,    w the inflation of variances
+ *      named      = sqrt(25 + ln(1 + I)/w)           the z from which on the judge names it
+ *      detectable = (named + 1.645) sd               an amount that would have been, with 95 %
+ *      upper      = max(a, 0) + 1.645 sd             95 % upper limit (|a| where both signs may be)
+ *
+ *   not_testable  no column, or 1.645 sd >= limit: even the largest plausible amount could be 0
+ *   weak          z >= 2 in a possible direction, or detectable > limit: a plausible amount may
+ * hide absent        the rest: it would have been named at its limit, and nothing points to it
+ *
+ * (Saris & Satorra 1987.) A linear model says so only where the best row leaves noise; elsewhere
+ * nothing is called absent.
+ */
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+
+#include "verdict.h"
+
+enum { OWN = DIAG_CAUSES };
+static const double sure = 1.645, points_to = 2.0, least_gain = 25.0;
+
+const char *lab_presence_text(lab_presence presence)
+{
+    static const char *const text[] = {NULL, "present", "weak", "absent", "not_testable"};
+    return text[presence];
+}
+
+/* information and score of column k with the row's own causes projected out */
+static void project(const diag__linear *l, int k, double *info, double *score)
+{
+    size_t n = (size_t)l->n, m = (size_t)l->own, c = (size_t)k;
+    double a[OWN * OWN], b[OWN];
+    *info = l->I[c * n + c];
+    *score = l->s[c];
+    if (m == 0) {
+        return;
+    }
+    for (size_t i = 0; i < m; i++) {
+        for (size_t j = 0; j < m; j++) {
+            a[i * m + j] = l->I[i * n + j] + (i == j);
+        }
+        b[i] = l->I[i * n + c];
+    }
+    gsl_matrix_view A = gsl_matrix_view_array(a, m, m);
+    gsl_vector_view v = gsl_vector_view_array(b, m);
+    if (gsl_linalg_cholesky_decomp1(&A.matrix) != 0) {
+        return;
+    }
+    gsl_linalg_cholesky_svx(&A.matrix, &v.vector);
+    for (size_t i = 0; i < m; i++) {
+        *info -= b[i] * l->I[i * n + c];
+        *score -= b[i] * l->s[i];
+    }
+}
+
+lab_power diag__power(const diag__problem *q, const diag__linear *l, int k, double wide)
+{
+    const lab_candidate *c = &q->candidate[l->cause[k]];
+    double info, score, raw = l->I[(size_t)k * (size_t)l->n + (size_t)k];
+    project(l, k, &info, &score);
+    double sd = info > 1e-9 * raw ? sqrt(wide / info) : INFINITY;
+    if (!(sure * sd < 1.0)) {
+        return (lab_power){LAB_NOT_TESTABLE,
+                           NAN,
+                           NAN,
+                           NAN,
+                           NAN,
+                           sure * sqrt(wide / raw) < 1.0
+                               ? "what it changes, other numbers, the causes or the strokes' own "
+                                 "change too"
+                               : "too little of it shows in these strokes"};
+    }
+    double z = sqrt(least_gain + log1p(info) / wide), a = score / info,
+           toward = c->effect->both_signs ? fabs(a) : a;
+    int hides = (z + sure) * sd > 1.0, points = toward >= points_to * sd,
+        noise = diag__leaves_noise(l->row);
+    return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,
+                       .amount = a * c->limit,
+                       .sd = sd * c->limit,
+                       .detectable = (z + sure) * sd * c->limit,
+                       .upper = (fmax(toward, 0.0) + sure * sd) * c->limit,
+                       .because = points   ? "something points to it"
+                                  : hides  ? "a plausible amount of it may hide"
+                                  : !noise ? "more than noise is left, which may hide it"
+                                           : "it would have been named at its limit"};
+}

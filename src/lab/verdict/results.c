@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * results.c - the numbers of a diagnosis: causes, rivals, other candidates, the file's own.
+ *
+ * All of them are those of rows of the table. Where more than stated noise is left, or nobody
+ * stated it, intervals are wider by sqrt(chi2/dof * memory) (diag__inflation).
+ */
+#include <gsl/gsl_cdf.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "verdict.h"
+
+static const double normal95 = 1.96;
+
+/* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
+ * from them: Student's t. */
+static double half_interval(const fit__problem *p)
+{
+    const fit__stroke *t = &p->stroke[0];
+    int scatter = 0;
+    for (int k = 0; k < t->own; k++) {
+        scatter |= p->unknown[t->first + k].kind == FIT__SCATTER;
+    }
+    return scatter && p->nstroke > 1 ? gsl_cdf_tdist_Pinv(0.975, p->nstroke - 1) : normal95;
+}
+
+static lab_cause_number *next_number(lab_suspect *to, const char *name, const char *unit)
+{
+    lab_cause_number *n = &to->number[to->nnumber++];
+    snprintf(n->name, sizeof n->name, "%s", name);
+    n->unit = unit;
+    return n;
+}
+
+/* amount and the numbers beside it of cause i of a row */
+static void note_numbers(const diag__row *row, int i, lab_suspect *s)
+{
+    const lab_candidate *c = &row->cause[i];
+    const fit__problem *p = &row->p;
+    int at = diag__unknown_at(row, i);
+    const fit__unknown *u = &p->unknown[at];
+    double half = half_interval(p), wide = sqrt(diag__inflation(row)), sd;
+    s->nnumber = 0;
+    s->amount = diag__amount(row, i, &sd) * c->limit;
+    lab_cause_number *n = next_number(s, c->effect->size, c->unit);
+    n->value = s->amount;
+    n->sd = wide * sd * c->limit;
+    n->lo = n->value - half * n->sd;
+    n->hi = n->value + half * n->sd;
+    for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
+        double own = fmin(1.0, wide * row->sd[at + 1 + k]), x = row->x[at + 1 + k];
+        n = next_number(s, c->side[k].name, c->side[k].unit);
+        n->value = fit__value(&u[1 + k], x);
+        n->sd = 0.5 * fabs(fit__value(&u[1 + k], x + own) - fit__value(&u[1 + k], x - own));
+        n->lo = fit__value(&u[1 + k], x - half * own);
+        n->hi = fit__value(&u[1 + k], x + half * own);
+        s->candidate.side[k].value = n->value;
+    }
+}
+
+static lab_suspect blank(const lab_candidate *c)
+{
+    return (lab_suspect){.candidate = *c,
+                         .score = NAN,
+                         .gain = NAN,
+                         .held_out = NAN,
+                         .chi2_dof = NAN,
+                         .own_ratio = NAN,
+                         .own_lo = NAN,
+                         .own_hi = NAN};
+}
+
+/* cause i of a row: what it gains over the same row without it, or over no cause */
+static lab_suspect of_row(const diag__table *t, const diag__row *null, const diag__row *row, int i)
+{
+    lab_suspect s = blank(&row->cause[i]);
+    diag__hypothesis less = diag__without(row->h, row->h.cause[i]);
+    const diag__row *without = diag__find(t, &less);
+    without = without != NULL && isfinite(without->objective) ? without : null;
+    s.refitted = 1;
+    s.gain = without->objective - row->objective;
+    s.chi2_dof = row->chi2_dof;
+    s.possible = 1;
+    note_numbers(row, i, &s);
+    return s;
+}
+
+/* the best row that has a candidate */
+static const diag__row *row_with(const diag__problem *q, const diag__table *t, int k)
+{
+    const diag__row *best = NULL;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        if (diag__has(&row->h, k) && diag__is_possible(q, row) &&
+            (best == NULL || row->objective < best->objective)) {
+            best = row;
+        }
+    }
+    return best;
+}
+
+static int place_in(const diag__row *row, int k)
+{
+    int i = 0;
+    while (row->h.cause[i] != k) {
+        i++;
+    }
+    return i;
+}
+
+/* a candidate that is neither a cause nor a rival */
+static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row *null,
+                         const diag__row *best, const diag__linear *l, int k)
+{
+    const diag__row *row = row_with(q, t, k);
+    lab_suspect s = row != NULL ? of_row(t, null, row, place_in(row, k)) : blank(&q->candidate[k]);
+    double amount[DIAG_CAUSES + 1], most = 0.0;
+    int column = -1;
+    s.power = (lab_power){LAB_NOT_TESTABLE,
+                          NAN,
+                          NAN,
+                          NAN,
+                          NAN,
+                          l->unseen[k] != NULL ? l->unseen[k] : "it was not simulated"};
+    s.why = q->untestable[k] != NULL ? q->untestable[k] : l->unseen[k];
+    for (int c = l->own; c < l->n; c++) {
+        int set[DIAG_CAUSES + 1] = {0, 1, 2}, n = l->own;
+        set[n++] = c;
+        if (l->cause[c] == k) {
+            double gain = diag__linear_gain(l, set, n, amount) -
+                          (n > 1 ? diag__linear_gain(l, set, n - 1, amount + n) : 0.0);
+            column = column < 0 || gain > most ? c : column;
+            most = fmax(most, gain);
+        }
+    }
+    if (column >= 0) {
+        int set[DIAG_CAUSES + 1] = {0, 1, 2}, n = l->own;
+        set[n++] = column;
+        diag__linear_gain(l, set, n, amount);
+        double a = amount[n - 1];
+        s.score = most;
+        s.amount = s.refitted ? s.amount : a * s.candidate.limit;
+        s.possible = s.refitted || diag__thinkable(&q->candidate[k], a);
+        s.why = s.possible                                  ? NULL
+                : s.candidate.effect->both_signs || a > 0.0 ? "it would have to be larger than is "
+                                                              "thinkable"
+                                                            : "it would have to be negative";
+        s.power = diag__power(q, l, column, diag__inflation(best));
+    }
+    return s;
+}
+
+/* as of power.c, from the row itself */
+static void present(lab_suspect *s)
+{
+    double sd = s->number[0].sd;
+    s->power = (lab_power){.presence = LAB_PRESENT,
+                           .amount = s->amount,
+                           .sd = sd,
+                           .detectable = (5.0 + 1.645) * sd,
+                           .upper = fabs(s->amount) + 1.645 * sd,
+                           .because = "it is a cause"};
+}
+
+static int is_listed(const lab_diagnosis *o, const lab_candidate *c)
+{
+    for (int i = 0; i < o->nsuspect; i++) {
+        if (diag__is_same(&o->suspect[i].candidate, c)) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static void list_causes(const diag__table *t, const diag__judgement *j, lab_diagnosis *o)
+{
+    const diag__row *null = t->row[j->null], *best = t->row[j->best];
+    for (int i = 0; j->finding == DIAG_NAMED && i < best->h.n; i++) {
+        lab_suspect s = of_row(t, null, best, i);
+        s.likeness = 1.0;
+        present(&s);
+        o->suspect[o->nsuspect++] = s;
+        o->ncause++;
+    }
+    for (int r = 0; j->finding == DIAG_NAMED && r < j->nrival; r++) {
+        const diag__row *row = t->row[j->rival[r]];
+        for (int i = 0; i < row->h.n; i++) {
+            if (!is_listed(o, &row->cause[i])) {
+                lab_suspect s = of_row(t, null, row, i);
+                s.likeness = sqrt(fmax(0.0, fmin(1.0, (null->objective - row->objective) /
+                                                          (null->objective - best->objective))));
+                s.power = (lab_power){.presence = LAB_WEAK,
+                                      .amount = s.amount,
+                                      .sd = s.number[0].sd,
+                                      .detectable = (5.0 + 1.645) * s.number[0].sd,
+                                      .upper = fabs(s.amount) + 1.645 * s.number[0].sd,
+                                      .because = "it could stand in the cause's place"};
+                o->suspect[o->nsuspect++] = s;
+                o->nrival++;
+            }
+        }
+    }
+}
+
+static int by_gain(const void *a, const void *b)
+{
+    const lab_suspect *x = a, *y = b;
+    double gx = x->refitted ? x->gain : x->score, gy = y->refitted ? y->gain : y->score;
+    gx = isfinite(gx) ? gx : -1e300;
+    gy = isfinite(gy) ? gy : -1e300;
+    return gx > gy ? -1 : gx < gy;
+}
+
+/* ---- the file's own numbers ---- */
+
+static void note_value(const diag__problem *q, const diag__row *row, int k, lab_diagnosis *o)
+{
+    const stein_model *m = lab_equations(q->model);
+    const fit__problem *p = &row->p;
+    const fit__unknown *u = &p->unknown[k];
+    int param = u->kind == FIT__PARAM
+                    ? stein_find_param(m, lab_equations(p->model)->params[u->index].name)
+                    : -1;
+    if (param < 0) {
+        return; // an amount
+    }
+    const stein_param *f = &m->params[param];
+    double wide = sqrt(diag__inflation(row)), x = row->x[k], value = fit__value(u, x),
+           in_sd = u->prior ? fmin(1.0, wide * row->sd[k]) : wide * row->sd[k],
+           s = in_sd * u->sd * fabs(fit__slope(u, x));
+    o->value[o->nvalue++] = (lab_fit_value){.name = f->name,
+                                            .unit = f->unit,
+                                            .param = param,
+                                            .logarithmic = u->log,
+                                            .start = f->value,
+                                            .value = value,
+                                            .sd = s,
+                                            .lo = value - normal95 * s,
+                                            .hi = value + normal95 * s,
+                                            .prior_sd = u->sd * fabs(fit__slope(u, 0.0)),
+                                            .data_sd = NAN};
+}
+
+static stein_status note_values(const diag__problem *q, const diag__row *row, lab_diagnosis *o,
+                                stein_err *err)
+{
+    const double prior[DIAG_CLASSES] = {q->fit_def.joint_scatter, q->fit_def.contact_scatter,
+                                        q->fit_def.drive_scatter};
+    o->value = calloc((size_t)row->p.np + 1, sizeof *o->value);
+    if (o->value == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int k = 0; k < row->p.np; k++) {
+        note_value(q, row, k, o);
+    }
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        o->scatter[i] = prior[i] * sqrt(row->D[i]);
+    }
+    return STEIN_OK;
+}
+
+stein_status diag__results(diag__problem *q, const diag__table *t, const diag__judgement *j,
+                           const diag__linear *l, const diag__setting *s, lab_diagnosis *o,
+                           stein_err *err)
+{
+    const diag__row *null = t->row[j->null], *best = t->row[j->best],
+                    *end = j->finding == DIAG_NAMED ? best : null;
+    (void)s;
+    o->suspect = calloc((size_t)q->n + DIAG_CAUSES * (DIAG_RIVALS + 1) + 1, sizeof *o->suspect);
+    if (o->suspect == NULL) {
+        return lab__no_memory(err);
+    }
+    o->chi2_dof_before = null->chi2_dof;
+    o->chi2_dof_after = best->chi2_dof;
+    list_causes(t, j, o);
+    int first = o->nsuspect;
+    for (int k = 0; k < q->n; k++) {
+        if (!is_listed(o, &q->candidate[k])) {
+            o->suspect[o->nsuspect++] = other(q, t, null, best, l, k);
+        }
+    }
+    qsort(o->suspect + first, (size_t)(o->nsuspect - first), sizeof *o->suspect, by_gain);
+    return note_values(q, end, o, err);
+}

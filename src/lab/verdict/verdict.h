@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * verdict.h - from a closed table of hypotheses to a diagnosis. Not installed.
+ *
+ *   judge.c        the rules: a pure function of numbers
+ *   sentence.c     the reason in words, from the same numbers
+ *   reporting.c    records that nothing has read before, predicted
+ *   power.c        which other candidates could have been seen
+ *   results.c      numbers of causes, rivals and the file
+ *   posterior.c    what is known of causes and rivals, for the next experiment
+ *   motion.h       the verdict once more, from a prescribed motion and its force
+ */
+#ifndef DIAG_VERDICT_H
+#define DIAG_VERDICT_H
+
+#include "search.h"
+
+/* ---- judge.c ---- */
+
+/** What the judge knows of a row of the table: numbers of its fit. */
+typedef struct diag__evidence {
+    int n, cause[DIAG_CAUSES]; /* candidates */
+    double objective, chi2_dof;
+    double inflation; /* of variances: 1 where what is left is stated noise */
+    int converged, possible;
+    double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
+    int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
+    int scatters[DIAG_CAUSES];  /* 1: it differs from record to record by itself */
+    int named[DIAG_CAUSES];     /* 1: an effect of the table, 0: a number of the file */
+    int place[DIAG_CAUSES];     /* which element of the mechanism: equal numbers, equal elements */
+} diag__evidence;
+
+/** What holds for the whole table. */
+typedef struct diag__setting {
+    double most_noise; /* chi2/dof up to which a residual is noise */
+    int records;       /* fitted */
+    int tolerances;    /* numbers of the file with one */
+} diag__setting;
+
+/** Why nothing is named, or what is. */
+typedef enum {
+    DIAG_EXPLAINED,    /* the null hypothesis leaves noise, and no cause gains */
+    DIAG_NAMED,        /* causes */
+    DIAG_NO_CAUSE,     /* more than noise, and no candidate gains */
+    DIAG_MOST_LEFT,    /* the best hypothesis leaves most of the misfit */
+    DIAG_UNDECIDED,    /* the best hypothesis's amount may be 0 */
+    DIAG_FAR_OFF,      /* the best hypothesis is far from the records: no usable model */
+    DIAG_NOT_CONVERGED /* its fit has not ended */
+} diag__finding;
+
+enum { DIAG_RIVALS = 16 };
+typedef struct diag__judgement {
+    diag__finding finding;
+    int best, null; /* rows */
+    int nrival, rival[DIAG_RIVALS];
+    double gain;  /* objective(null) - objective(best), over the inflation */
+    double share; /* of the misfit beyond noise that the best one explains */
+} diag__judgement;
+/** The verdict of a table [n], of which one row has no cause. */
+diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s);
+/** Does the first hypothesis, with a cause more, gain enough over the second one? */
+int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s);
+
+/* ---- reporting.c ---- */
+
+/** Records that nothing was fitted to, as a row predicts them: what all records share as fitted,
+ *  each record's own fitted to it. */
+typedef struct diag__reported {
+    fit__problem p;
+    lab_dataset *own; /* NULL: the file's own mechanism */
+    lab_candidate cause[DIAG_CAUSES];
+    double *x, *r;
+    double rmse; /* in units of noise; NAN: they cannot be simulated */
+} diag__reported;
+/** @param data  in the file's own mechanism  @return OK, ENOMEM, a failure; free in any case */
+stein_status diag__report(const diag__problem *q, const diag__row *row, const lab_dataset *data,
+                          diag__reported *to, stein_err *err);
+void diag__reported_free(diag__reported *h);
+/** gain and gains of a diagnosis. @param phase  of all frames of those records  @return OK, ENOMEM
+ */
+stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
+                        const diag__reported *after, const char *const *phase, stein_err *err);
+
+/* ---- sentence.c ---- */
+
+/** Verdict and reason of a diagnosis; gain and numbers of suspects are known. */
+void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s);
+
+/* ---- power.c ---- */
+
+/** What the linear model at the best row says of a candidate with column k. */
+lab_power diag__power(const diag__problem *q, const diag__linear *l, int k, double inflation);
+
+/* ---- results.c ---- */
+
+/** Suspects, refitted numbers and scatter of the diagnosis.
+ *  @param l  at the best row  @return OK, ENOMEM */
+stein_status diag__results(diag__problem *q, const diag__table *t, const diag__judgement *j,
+                           const diag__linear *l, const diag__setting *s, lab_diagnosis *o,
+                           stein_err *err);
+
+/* ---- posterior.c ---- */
+
+/** What causes and rivals are known to be. @return OK, ENOMEM */
+stein_status diag__posterior(const diag__row *row, double inflation, lab_posterior *to,
+                             stein_err *err);
+/** What the records were like. @return OK, ENOMEM */
+stein_status diag__conditions(const fit__problem *p, double inflation, lab_conditions *to,
+                              stein_err *err);
+/** The next experiment. @return OK (also when none can be simulated), ENOMEM */
+stein_status diag__next(const diag__problem *q, lab_diagnosis *o, stein_err *err);
+void diag__posteriors_free(lab_diagnosis *o);
+
+#endif
