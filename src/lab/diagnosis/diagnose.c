@@ -192,13 +192,10 @@ static stein_status judge(diagnosis *d, stein_err *err)
     return STEIN_OK;
 }
 
-/* numbers that are told have central derivatives and fine steps */
+/* rows whose numbers are told, to the end of their fits */
 static stein_status refine(diagnosis *d, stein_err *err)
 {
-    stein_status status = diag__refine_row(d->t.row[d->j.null], err);
-    if (status == STEIN_OK && d->j.best != d->j.null) {
-        status = diag__refine_row(d->t.row[d->j.best], err);
-    }
+    stein_status status = diag__refine_row(d->t.row[d->j.best], err);
     for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
         status = diag__refine_row(d->t.row[d->j.rival[i]], err);
     }

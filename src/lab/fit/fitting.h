@@ -129,6 +129,7 @@ typedef struct fit__problem {
     int clock;            /* parameter of the recorder's time base, -1: none */
     double *step;         /* [nu] half-width of differences, in x */
     double gain;          /* of the ladder, 0: plain simulation */
+    int stride;           /* samples from one correction of the ladder to the next; 0: one */
     double tolerance;     /* of one step [rad or m] */
     int plain;            /* 1: steps as long as the file's instead */
     double horizon;       /* samples after it do not count [s of the simulation] */
@@ -235,9 +236,10 @@ stein_status fit__finish(fit__bench *b, stein_status status);
 typedef struct fit__observer fit__observer;
 fit__observer *fit__observer_make(const stein_model *model);
 void fit__observer_free(fit__observer *o);
-/** Forces for the interval after sample i, that bring the measured points nearer to the data.
+/** Forces for the interval from sample i to sample `next`, that bring the measured points nearer to
+ *  the data.
  *  @param y  predictions of sample i, [nch] apart n */
-stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, const double *y,
+stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, int next, const double *y,
                           stein_err *err);
 /** The half of the interval that comes. */
 void fit__observer_half(fit__observer *o, double gain, int second);

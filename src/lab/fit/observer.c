@@ -173,12 +173,12 @@ static double mass_of(const fit__observer *o, int a)
     return sum > 0.0 ? 1.0 / sum : 0.0; // 0: nothing free moves this channel
 }
 
-stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, const double *y,
+stein_status fit__observe(fit__bench *b, const fit__stroke *s, int i, int next, const double *y,
                           stein_err *err)
 {
     fit__observer *o = b->observer;
     const stein_model *m = stein_sim_model(b->sim);
-    double h = s->data->time[i + 1] - s->data->time[i];
+    double h = s->data->time[next] - s->data->time[i];
     int slot[MAX_CHANNELS], n = 0;
     fit__observer_rest(o);
     for (int c = 0; c < s->nch && n < MAX_CHANNELS; c++) {

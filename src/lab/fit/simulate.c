@@ -32,6 +32,7 @@
 /* in steps of the file: the first step, any step */
 static const double first = 0.1, longest = 30.0;
 /* trial steps of a stroke: in all, and for each longest step or run */
+static const double most_gain = 0.3; /* of a correction of several samples */
 static const double fewest_trials = 2e4, trials_a_longest = 100.0;
 
 static stein_pace pace_of(const fit__problem *p)
@@ -56,6 +57,7 @@ typedef struct clocked {
 struct fit__reader {
     const fit__stroke *s;
     double horizon, gain;
+    int stride;
     double shift, error; /* a frame recorded at t has the time (1 + error) t + shift */
     double *delay;       /* [nch] s */
     int *next;           /* [nch] */
@@ -377,15 +379,16 @@ static stein_status run(fit__bench *b)
     return status;
 }
 
-/* down the ladder: from sample i to the next one, at T */
-static stein_status pulled(fit__bench *b, int i, double T)
+/* down the ladder: from sample i to sample `next`, at T */
+static stein_status pulled(fit__bench *b, int i, int next, double T)
 {
     fit__reader *r = b->reader;
     double t = stein_time(b->sim);
-    stein_status status = t > 0.0 ? fit__observe(b, r->s, i, r->y + i, r->err) : STEIN_OK;
+    stein_status status = t > 0.0 ? fit__observe(b, r->s, i, next, r->y + i, r->err) : STEIN_OK;
     for (int second = 0; status == STEIN_OK && second < 2; second++) {
         fit__observer_half(b->observer, r->gain, second);
         stein_on_force(b->sim, fit__observer_force, b->observer); // it has changed: evaluate anew
+        r->pace.next = next_time(r);
         status = stein_run_adaptive(b->sim, second ? T : 0.5 * (t + T), &r->pace, r->err);
     }
     bound_trials(b);
@@ -397,20 +400,26 @@ static stein_status run_pulled(fit__bench *b)
 {
     fit__reader *r = b->reader;
     stein_status status = STEIN_OK;
-    r->pace.look = NULL;
+    int last = -1; // sample that the simulation stands at
     for (int c = 0; c < r->s->nch; c++) {
         r->delay[c] = 0.0;
         expect(r, c, 0);
     }
     for (int i = 0; status == STEIN_OK && isfinite(sample_time(r, 0, i)); i++) {
         double T = sample_time(r, 0, i);
-        if (T > 0.0) {
-            status = i > 0 ? pulled(b, i - 1, T) : stein_run_adaptive(b->sim, T, &r->pace, r->err);
+        if (i - last < r->stride && isfinite(sample_time(r, 0, i + 1))) {
+            continue; // read on the way
         }
-        if (status == STEIN_OK) {
+        if (T > 0.0) {
+            r->pace.next = next_time(r);
+            status = last >= 0 ? pulled(b, last, i, T)
+                               : stein_run_adaptive(b->sim, T, &r->pace, r->err);
+        }
+        while (status == STEIN_OK && next_time(r) <= T) { // those before the simulation begins
             look(b, b->sim);
             status = r->status;
         }
+        last = i;
     }
     return status;
 }
@@ -433,7 +442,8 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     fit__reader *r = b->reader;
     const fit__stroke *s = r->s;
     r->horizon = p->horizon;
-    r->gain = p->gain;
+    r->stride = p->stride > 1 ? p->stride : 1;
+    r->gain = fmin(p->gain * r->stride, fmax(p->gain, most_gain));
     r->shift = tau - s->origin;
     r->error = p->clock >= 0 ? b->p[p->clock] : 0.0;
     r->y = y;

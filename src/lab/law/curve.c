@@ -106,6 +106,7 @@ stein_status diag__curves_open(diag__curves *w, const diag__tables *in, diag__pr
         return status;
     }
     w->p.tolerance = q->null.tolerance;
+    w->p.stride = q->null.stride;
     w->p.simulated = &q->strokes;
     size_t rows = fit__offset(&w->p, w->p.nstroke);
     w->x = calloc((size_t)w->p.nu + rows + fit__columns(&w->p) + 1, sizeof *w->x);

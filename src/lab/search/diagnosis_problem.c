@@ -95,6 +95,7 @@ static stein_status open_null(diag__problem *q, stein_err *err)
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
     q->null.tolerance = status == STEIN_OK ? diag__tolerance_of(&q->null) : 0.0;
+    q->null.stride = status == STEIN_OK ? diag__stride_of(&q->null) : 0;
     q->null.simulated = &q->strokes;
     return status;
 }
@@ -268,7 +269,8 @@ static stein_status list_candidates(diag__problem *q, stein_err *err)
     }
     q->n = status == STEIN_OK ? left : 0;
     q->untestable = calloc((size_t)q->n + 1, sizeof *q->untestable);
-    if (status == STEIN_OK && q->untestable == NULL) {
+    q->step = calloc((size_t)q->n + 1, sizeof *q->step);
+    if (status == STEIN_OK && (q->untestable == NULL || q->step == NULL)) {
         return lab__no_memory(err);
     }
     for (int i = 0; i < q->n; i++) {
@@ -395,5 +397,6 @@ void diag__problem_close(diag__problem *q)
     fit__problem_free(&q->null);
     free(q->candidate);
     free(q->untestable);
+    free(q->step);
     free(q->name);
 }

@@ -312,6 +312,7 @@ static stein_status open_part(work *w, const diag__mechanism *in, lab_dataset *r
         fit__problem_make_with(p, in->model, records, &w->q->fit_def, own, w->row->h.n, err);
     p->tolerance = w->p.tolerance;
     p->gain = w->p.gain;
+    p->stride = w->p.stride;
     p->simulated = &w->q->strokes;
     return status;
 }
@@ -460,6 +461,7 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
     }
     size_t rows = fit__offset(&w->p, w->p.nstroke);
     w->p.tolerance = w->q->null.tolerance;
+    w->p.stride = w->q->null.stride;
     w->p.simulated = &w->q->strokes;
     w->x = calloc((size_t)w->p.nu + rows + fit__columns(&w->p) + 1, sizeof *w->x);
     if (w->x == NULL) {
@@ -525,7 +527,7 @@ static int list_columns(const work *w, diag__linear *l, column *list)
             continue;
         }
         for (int i = 0; i < 1 + two; i++) {
-            list[n++] = (column){.cause = k, .step = c->start};
+            list[n++] = (column){.cause = k, .step = w->q->step[k] > 0.0 ? w->q->step[k] : c->start};
         }
     }
     return n;
@@ -557,6 +559,8 @@ static stein_status keep_columns(work *w, diag__linear *l, stein_err *err)
     for (int i = 0; status == STEIN_OK && i < w->n; i++) {
         const column *c = &w->column[i];
         if (c->why == NULL) {
+            int first = i == 0 || w->column[i - 1].cause != c->cause;
+            w->q->step[c->cause] = first && i >= l->own ? c->step : w->q->step[c->cause];
             G[l->n] = c->G;
             l->step[l->n] = c->step;
             l->cause[l->n++] = c->cause;

@@ -15,15 +15,18 @@
 #include "proposing.h"
 
 enum {
-    EXPANSIONS = 8,
+    EXPANSIONS = 10,
     PROPOSALS = 12,
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
-    HELD_RECORDS = 6
+    HELD_RECORDS = 6,
+    HELD = 1,
+    FREE = 2
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
 static const double near = 1.5;       /* chi2/dof up to which the free linear model is good */
+static const double far = 9.0;          /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
@@ -68,30 +71,34 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
 
 /* ---- which row ---- */
 
-/* has a proposer seen this hypothesis where it fits as well? */
-static int is_seen(const diag__table *t, const diag__row *row)
+/* how a row is linearised next: 1 held, 2 free, 0: it was, or its hypothesis where it fits as well */
+static int next_look(const diag__table *t, const diag__row *row)
 {
+    int seen = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
-        if (other->expanded && diag__equals(&other->h, &row->h) &&
-            row->objective > other->objective - rounding) {
-            return 1;
+        if (diag__equals(&other->h, &row->h) && row->objective > other->objective - rounding) {
+            seen |= other->expanded;
         }
     }
-    return 0;
+    int hold = row->chi2_dof > near && !(seen & HELD);
+    return hold ? HELD : row->chi2_dof < far && !(seen & FREE) ? FREE : 0;
 }
 
-/* The best row that no proposer has seen; where one leaves noise, that one alone. */
-static diag__row *next_row(const diag__problem *q, const diag__table *t)
+/* The best row that is to be linearised; where one leaves noise, that one alone. */
+static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
-        if (is_seen(t, row) || !diag__is_possible(q, row) ||
-            (diag__leaves_noise(best) && row != best)) {
+        int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
+        if (how == 0 || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
-        next = next == NULL || row->objective < next->objective ? row : next;
+        if (next == NULL || row->objective < next->objective) {
+            next = row;
+            *look = how;
+        }
     }
     return next;
 }
@@ -110,7 +117,7 @@ static double value_of(const diag__linear *l, const diag__proposal *p)
 {
     const diag__row *row = l->row;
     double excess = fmax(0.0, fit__chi2(&row->p, row->r) - row->p.samples);
-    return p->expected + p->h.n * of_excess * (l->gain > 0.0 ? excess : 0.0);
+    return p->expected + p->h.n * (l->gain > 0.0 ? fmax(worth, of_excess * excess) : worth);
 }
 
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
@@ -124,6 +131,7 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     }
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
+        list[i].held = l->gain > 0.0;
         list[i].value = value_of(l, &list[i]);
     }
     qsort(list, (size_t)n, sizeof *list, by_value);
@@ -152,13 +160,14 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     return p->expected < best->objective + (convincing + rounding) * wide;
 }
 
-static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, stein_err *err)
+static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
+                           stein_err *err)
 {
     diag__proposal list[5 * PROPOSALS];
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
-    double gain = row->chi2_dof > near ? held : 0.0;
-    row->expanded = 1;
+    double gain = look == HELD ? held : 0.0;
+    row->expanded |= look;
     stein_status status =
         diag__linearise(q, row, gain, gain > 0.0 ? HELD_RECORDS : FREE_RECORDS, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
@@ -193,11 +202,12 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
-        row = next_row(q, t);
+        int look = 0;
+        row = next_row(q, t, &look);
         if (row == NULL) {
             break;
         }
-        status = expand(q, t, row, err);
+        status = expand(q, t, row, look, err);
     }
     return status;
 }

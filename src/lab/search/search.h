@@ -62,6 +62,7 @@ typedef struct diag__problem {
     int n;
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
+    double *step; /* [n] amounts that columns were made with last [limits]; 0: none yet */
     long strokes;        /* simulated so far */
     long most_strokes;   /* the budget, 0: none */
     double most_seconds; /* 0: none */
@@ -87,7 +88,7 @@ typedef struct diag__row {
     int parent;   /* row that it was proposed from, -1: none */
     long strokes; /* simulated for it */
     double seconds;
-    int expanded; /* proposers have seen it */
+    int expanded; /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
 
 /** Columns of a linear model around a row: candidates with all else eliminated. */
@@ -117,6 +118,7 @@ typedef struct diag__proposal {
     int parent;                 /* row whose end is the start of everything else */
     double expected;            /* objective that is expected */
     double value;               /* the same, few causes first: the order of the work */
+    int held; /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
 
@@ -162,12 +164,14 @@ int diag__unknown_at(const diag__row *row, int i);
 stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
                             diag__row **out, stein_err *err);
 /** A fit from x while the observer holds with one gain after the other, then free.
- *  @param ended  out  @return OK, or a failure of the simulation */
-stein_status diag__descend(fit__problem *p, fit__end *e, stein_err *err);
+ *  @param held  0: free at once  @return OK, or a failure of the simulation */
+stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
+/** Samples between two corrections of the observer in these records. */
+int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
  *  @param D  variances of scatter, in those of the prior  @return OK, ENOMEM, a failure */
 stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *r, stein_err *err);
-/** Derivatives and standard deviations of a row from central differences. @return OK, ENOMEM */
+/** A row to the end of its fit, with central differences and fine steps. @return OK, ENOMEM */
 stein_status diag__refine_row(diag__row *row, stein_err *err);
 void diag__row_free(diag__row *row);
 
