@@ -78,6 +78,7 @@ typedef struct lab_data {
     const lab_note *note;
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
+    int planned; /* 1: it has not been made yet, values of its outputs mean nothing */
 } lab_data;
 
 /** How to read. Start from lab_data_options_default(model). */

@@ -10,11 +10,11 @@
  *
  * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
  * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
- * mechanism does not settle and nobody says what it was (with it, the trigger's time would say the
- * same again and is left out); one factor each on all joint frictions, on all contact frictions and
- * on the drive, because felt and leather are not twice the same and neither is a finger. Left out,
- * that scatter goes into the parameters, which then come out ten standard deviations wrong. Fewer
- * than four strokes cannot show it.
+ * mechanism does not settle and the stroke does not state it (with it, the trigger's time would say
+ * the same again and is left out); one factor each on all joint frictions, on all contact frictions
+ * and on the drive, because felt and leather are not twice the same and neither is a finger. Left
+ * out, that scatter goes into the parameters, which then come out ten standard deviations wrong.
+ * Fewer than four strokes cannot show it.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -223,7 +223,7 @@ static int is_driven(const fit__problem *p, const fit__stroke *s, int joint)
     return 0;
 }
 
-/* does the file, the stroke or the user already say where this joint starts? */
+/* does the stroke or the user already say where this joint starts? */
 static int initial_known(const fit__problem *p, const fit__stroke *s, int joint, int *position)
 {
     const stein_model *m = lab_equations(p->model);
@@ -240,7 +240,7 @@ static int initial_known(const fit__problem *p, const fit__stroke *s, int joint,
             known |= p->unknown[k].index == index;
         }
     }
-    return known || is_driven(p, s, joint);
+    return known;
 }
 
 static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int index, double sd,
@@ -251,13 +251,19 @@ static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int
     s->own++;
 }
 
+/* Scales are replaced by what the record says (initial.c). A state that the stroke states is that
+ * of t = 0; if none is, the simulation starts at the first sample, wherever that is. */
 static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
 {
     const stein_model *m = lab_equations(p->model);
     int free = p->def->initial == 1 || (p->def->initial < 0 && !m->settle && m->load.body < 0);
-    int n = 0, position;
+    int n = 0, known = 0, position;
     for (int j = 0; free && j < m->nq; j++) {
+        if (is_driven(p, s, j)) {
+            continue;
+        }
         if (initial_known(p, s, j, &position)) {
+            known++;
             continue;
         }
         double tolerance = position >= 0 ? m->params[position].tolerance : 0.0;
@@ -266,6 +272,9 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
             tolerance > 0.0);
         own(p, s, stroke, FIT__SPEED, j, 0.01 * fmax(size, 0.1), 0);
         n++;
+    }
+    if (n > 0 && known == 0 && m->load.body < 0 && !s->waits && !s->data->planned) {
+        s->origin = s->data->time[0];
     }
     return n;
 }
@@ -416,6 +425,13 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     return STEIN_OK;
 }
 
+/* does the mechanism rest until t = 0, where it is let go? */
+static int waits(const fit__stroke *s, const lab_audit *a)
+{
+    return s->nsignal == 0 && s->data->time[0] < 0.0 && a->starts_at_rest &&
+           s->data->trigger != LAB_TRIGGER_UNSYNCHRONISED && a->trigger_fits;
+}
+
 static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err)
 {
     fit__stroke *s = &p->stroke[stroke];
@@ -440,6 +456,7 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     for (int c = 0; status == STEIN_OK && c < data->ncolumn; c++) {
         status = take_column(p, s, audit, c, err);
     }
+    s->waits = status == STEIN_OK && waits(s, audit);
     lab_audit_destroy(audit);
     if (status == STEIN_OK && s->nch == 0) {
         return lab__fail(err, STEIN_EINVAL, "%s has no output channel of the model: nothing to fit",
@@ -526,7 +543,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     for (int k = 0; k < p->nu; k++) {
         p->step[k] = 1e-2;
     }
-    return status;
+    return status == STEIN_OK ? fit__initial_states(p, err) : status;
 }
 
 stein_status fit__check_samples(const fit__problem *p, stein_err *err)
