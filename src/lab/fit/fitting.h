@@ -4,7 +4,9 @@
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
  *   start_window.c value and slope of a channel at the start of its record
+ *   start_state.c  the state that a record's channels show at its start, start_state.h
  *   initial.c      initial states from the records
+ *   start_follow.c the initial state from which a simulation follows a record's beginning
  *   setup.c        why a record cannot begin as the model says: sense, zero, plane
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
@@ -194,6 +196,9 @@ typedef struct fit__start {
     double length;             /* of the window [s] */
     int samples;               /* in it */
 } fit__start;
+/** The angle of a turning joint without the jumps that an instrument makes at its turn's end: a
+ *  record that has them lies within one turn. @param y  [n] */
+void fit__unwrap(double *y, int n);
 /** Value and slope at time `at` of samples in order of their distance from the start, forwards or
  *  backwards in time.
  *  @param noise  sd of one sample  @return 1; 0: fewer than three samples, out is untouched */
@@ -265,6 +270,21 @@ int fit__initial_state(const fit__problem *p, fit__bench *b, int stroke, double 
 /** chi2 per sample of a stroke from its start to `until` [s of the simulation], without weights.
  *  Overwrites b->y. @param x  [nu]  @return INFINITY when it cannot be simulated */
 double fit__misfit(const fit__problem *p, fit__bench *b, int stroke, const double *x, double until);
+
+/* ---- start_follow.c ---- */
+
+/** What is to be followed. */
+typedef struct fit__follow {
+    const double *sd; /* [nch] of a sample against the model [unit] */
+    double until;     /* horizon [s of the simulation] */
+    double most;      /* |x| of a number that the data decide, which then costs x^2; INFINITY: any,
+                         at no cost. One with a prior costs x^2 and stays within 1 in any case */
+    int steps;        /* of Gauss-Newton, at most */
+} fit__follow;
+/** Improve x of a stroke's initial state. @param x  [nu] in and out
+ *  @return objective per sample; INFINITY when it cannot be simulated */
+double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const fit__follow *how,
+                         double *x);
 
 /* ---- setup.c ---- */
 

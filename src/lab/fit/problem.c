@@ -367,10 +367,15 @@ static void own_unknowns(fit__problem *p, int stroke)
         own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
-    for (int c = 0; c < s->nch && p->def->offset > 0.0; c++) {
+    // a channel that counts from rest, in a record that begins somewhere else
+    int moves = initial > 0 && !s->data->planned && s->origin == s->data->time[0] &&
+                (s->origin != 0.0 || s->data->trigger == LAB_TRIGGER_UNSYNCHRONISED);
+    for (int c = 0; c < s->nch; c++) {
         const stein_channel *channel = &m->channels[s->channel[c]];
         double sd = p->def->offset / (strcmp(channel->unit, "rad") == 0 ? marker_arm : 1.0);
-        if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
+        if (moves && channel->from_rest) {
+            own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
+        } else if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }
@@ -421,6 +426,10 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
         s->samples += c->present[i] != 0;
+    }
+    const stein_channel *channel = &m->channels[c->index];
+    if (channel->read == STEIN_READ_POSITION && m->bodies[channel->index].type == 'R') {
+        fit__unwrap(s->y + k * s->n, s->n);
     }
     return STEIN_OK;
 }

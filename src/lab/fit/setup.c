@@ -21,14 +21,13 @@
  * so that wrong parameters, which cost some hundredths of the range in half a swing, do not decide.
  * An alternative is reported when m falls ten times, in every stroke that was simulated.
  */
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fitting.h"
 
-enum { MOST_STROKES = 4, MOST_CHANNELS = 12, MOST_STATE = 16, STEPS = 4 };
+enum { MOST_STROKES = 4, MOST_CHANNELS = 12, STEPS = 4 };
 static const double pi = 3.14159265358979323846;
 static const double earth = 9.81; /* gravity [m/s^2] */
 static const double axis[6][3] = {{1.0, 0.0, 0.0},  {-1.0, 0.0, 0.0}, {0.0, 1.0, 0.0},
@@ -57,7 +56,6 @@ typedef struct trial {
     int stroke[MOST_STROKES], nstroke;
     double until[MOST_STROKES];
     double *kept, *x; /* samples of a stroke; [nu] */
-    double *r, *J;    /* residuals of a stroke, and by each number of its initial state */
 } trial;
 
 /* ---- another gravity ---- */
@@ -146,113 +144,25 @@ static void find_scales(const fit__stroke *s, double until, double *sd)
     }
 }
 
-/* residuals of a stroke at x in those units, 0 behind the horizon. @return their sum of squares */
-static double residuals(trial *a, const fit__problem *p, int stroke, const double *sd, double *r)
-{
-    const fit__stroke *s = &p->stroke[stroke];
-    double sum = 0.0;
-    a->bench.force = a->gravity != NULL ? pull : NULL;
-    a->bench.force_ctx = a;
-    stein_status status = fit__simulate(p, &a->bench, stroke, a->x, r, NULL);
-    a->bench.force = NULL;
-    for (int i = 0; status == STEIN_OK && i < s->nch * s->n; i++) {
-        int counts = isfinite(s->y[i]) && s->data->time[i % s->n] - s->origin <= p->horizon;
-        r[i] = counts ? (s->y[i] - r[i]) / sd[i / s->n] : 0.0;
-        sum += r[i] * r[i];
-    }
-    return status == STEIN_OK && isfinite(sum) ? sum : (double)INFINITY;
-}
-
-/* Gauss-Newton with damping on the initial state: one step from x, whose residuals are in a->r.
- * @return sum of squares, x is there; INFINITY: no better place was found */
-static double step(trial *a, const fit__problem *p, int stroke, const double *sd, double here)
-{
-    const fit__stroke *s = &p->stroke[stroke];
-    size_t rows = (size_t)(s->nch * s->n);
-    double A[MOST_STATE * MOST_STATE] = {0.0}, g[MOST_STATE] = {0.0}, was[MOST_STATE];
-    int at[MOST_STATE], n = 0;
-    for (int k = s->first; k < s->first + s->own && n < MOST_STATE; k++) {
-        fit__kind kind = p->unknown[k].kind;
-        if (kind == FIT__POSITION || kind == FIT__SPEED) {
-            at[n] = k;
-            was[n++] = a->x[k];
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        double h = 1e-5 / p->unknown[at[i]].sd, *J = a->J + (size_t)i * rows;
-        a->x[at[i]] = was[i] + h;
-        double there = residuals(a, p, stroke, sd, J);
-        a->x[at[i]] = was[i];
-        if (!isfinite(there)) {
-            return INFINITY;
-        }
-        for (size_t k = 0; k < rows; k++) {
-            J[k] = (J[k] - a->r[k]) / h;
-        }
-        g[i] = -lab__dot(J, a->r, rows);
-        for (int j = 0; j <= i; j++) {
-            A[i * n + j] = A[j * n + i] = lab__dot(J, a->J + (size_t)j * rows, rows);
-        }
-    }
-    for (double mu = 1e-6; mu < 1e6; mu *= 30.0) {
-        double B[MOST_STATE * MOST_STATE], v[MOST_STATE];
-        memcpy(B, A, sizeof B);
-        memcpy(v, g, sizeof v);
-        for (int i = 0; i < n; i++) {
-            B[i * n + i] = (1.0 + mu) * B[i * n + i] + 1e-30;
-        }
-        gsl_matrix_view M = gsl_matrix_view_array(B, (size_t)n, (size_t)n);
-        gsl_vector_view b = gsl_vector_view_array(v, (size_t)n);
-        if (gsl_linalg_cholesky_decomp1(&M.matrix) != 0) {
-            continue;
-        }
-        gsl_linalg_cholesky_svx(&M.matrix, &b.vector);
-        for (int i = 0; i < n; i++) {
-            a->x[at[i]] = was[i] + v[i];
-        }
-        double there = residuals(a, p, stroke, sd, a->r);
-        if (there < here) {
-            return there;
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        a->x[at[i]] = was[i];
-    }
-    return INFINITY;
-}
-
 /* mean misfit of a stroke from its beginning, at the initial state that suits it best. @param chi2
  * out: over noise only */
 static double misfit(trial *a, int k, double *chi2)
 {
-    int stroke = a->stroke[k], n = 0;
+    int stroke = a->stroke[k];
     const fit__stroke *s = &a->p->stroke[stroke];
-    fit__problem to = *a->p;
     double sd[MOST_CHANNELS];
-    to.horizon = a->until[k];
-    memset(a->x, 0, sizeof *a->x * (size_t)to.nu);
-    (void)fit__initial_state(&to, &a->bench, stroke, a->x);
+    fit__follow how = {.sd = sd, .until = a->until[k], .most = INFINITY, .steps = STEPS};
+    memset(a->x, 0, sizeof *a->x * (size_t)a->p->nu);
+    (void)fit__initial_state(a->p, &a->bench, stroke, a->x);
     (void)stein_try_all(a->probe, a->bench.p, NULL);
     find_masses(a, a->bench.p);
-    find_scales(s, to.horizon, sd);
-    double sum = residuals(a, &to, stroke, sd, a->r);
-    for (int i = 0; i < STEPS && isfinite(sum); i++) {
-        double there = step(a, &to, stroke, sd, sum);
-        int over = !(there < 0.9 * sum);
-        sum = fmin(sum, there);
-        if (over) {
-            break;
-        }
-    }
-    *chi2 = 0.0;
-    (void)residuals(a, &to, stroke, sd, a->r);
-    for (int i = 0; i < s->nch * s->n; i++) {
-        double r = a->r[i] * sd[i / s->n] / s->noise[i / s->n];
-        n += isfinite(s->y[i]) && s->data->time[i % s->n] - s->origin <= to.horizon;
-        *chi2 += r * r;
-    }
-    *chi2 /= n > 0 ? n : 1;
-    return n > 0 ? sum / n : (double)INFINITY;
+    find_scales(s, how.until, sd);
+    a->bench.force = a->gravity != NULL ? pull : NULL;
+    a->bench.force_ctx = a;
+    double m = fit__follow_start(a->p, &a->bench, stroke, &how, a->x);
+    *chi2 = fit__misfit(a->p, &a->bench, stroke, a->x, how.until);
+    a->bench.force = NULL;
+    return m;
 }
 
 /* all strokes in one way; stops where one is no better than it was. @return 1: all are */
@@ -481,8 +391,6 @@ stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err 
     }
     a.kept = malloc(sizeof *a.kept * (size_t)(p->rows + 1));
     a.x = calloc((size_t)p->nu + 1, sizeof *a.x);
-    a.r = calloc((size_t)p->rows * (MOST_STATE + 1) + 1, sizeof *a.r);
-    a.J = a.r + (a.r != NULL ? p->rows : 0);
     a.q = calloc(nq * (10 + nq) + 1, sizeof *a.q);
     if (a.q != NULL) {
         a.mass = a.q + nq;
@@ -492,10 +400,9 @@ stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err 
         a.M = a.c + 2 * nq;
     }
     *list = calloc(most, sizeof **list);
-    stein_status status =
-        a.kept != NULL && a.x != NULL && a.r != NULL && a.q != NULL && *list != NULL
-            ? lab_sim(p->model, &def, &a.probe, err)
-            : lab__no_memory(err);
+    stein_status status = a.kept != NULL && a.x != NULL && a.q != NULL && *list != NULL
+                              ? lab_sim(p->model, &def, &a.probe, err)
+                              : lab__no_memory(err);
     status = status == STEIN_OK ? fit__bench_make(&a.bench, p, err) : status;
     status = status == STEIN_OK ? look(&a, *list, n, err) : status;
     status = status == STEIN_OK && a.bench.no_memory ? lab__no_memory(err) : status;
@@ -503,7 +410,6 @@ stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err 
     stein_sim_destroy(a.probe);
     free(a.kept);
     free(a.x);
-    free(a.r);
     free(a.q);
     if (status != STEIN_OK) {
         fit__setup_free(*list, *n);

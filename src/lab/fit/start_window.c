@@ -12,8 +12,9 @@
  *      residual sum of squares of degree d  =  y'y - z_0^2 - ... - z_d^2,
  *
  * so that one factorisation shows every degree. A window is unbiased in degree d when the terms
- * above d are noise, z_k^2 < 6 sigma^2, and the residual is no more than noise. Among the unbiased
- * windows the one with the smallest sd of the slope is taken (the rule of Lepski).
+ * above d are noise, z_k^2 < 6 sigma^2, and the residual is no more than noise. Among the windows
+ * that are unbiased, and would be if they were half as long again, the one with the smallest sd of
+ * the slope is taken (after Lepski).
  *
  * Sigma is what the file states or the audit has estimated; within a window the residual of the
  * highest degree replaces it where it is clearly smaller. If no window passes, sigma is doubled: it
@@ -24,7 +25,15 @@
 
 #include "fitting.h"
 
-enum { TERMS = 8, MOST_DEGREE = 5, FEWEST = 6, LONGEST = 5000, IN_A_ROW = 4, DOUBLINGS = 12 };
+enum {
+    TERMS = 8,
+    MOST_DEGREE = 5,
+    FEWEST = 6,
+    LONGEST = 5000,
+    IN_A_ROW = 4,
+    DOUBLINGS = 12,
+    AHEAD = 2
+};
 static const double significant = 6.0; /* z^2/sigma^2 of a term that is no noise: 2.45 sd */
 static const double grow = 1.25;       /* from window to window */
 
@@ -136,27 +145,42 @@ static void evaluate(const window *w, int d, double sigma, double y0, double at,
     out->length = 2.0 * fabs(w->half);
 }
 
-/* the best window at this sigma. @return 1 when there is one */
+/* The best window at this sigma. A bias that its own samples do not show is of the size of their
+ * noise, and up to 4 sd of the slope; it falls with N^(d + 3/2). So a window takes the degree that
+ * windows up to AHEAD sizes longer need. @return 1 when there is one */
 static int best_window(const double *t, const double *y, int n, double noise, double at,
                        fit__start *out)
 {
-    int found = 0, refused = 0;
-    for (int m = n < FEWEST ? n : FEWEST; m <= n && refused < IN_A_ROW;) {
-        window w;
-        fit__start here;
-        fit_window(&w, t, y, m);
-        double sigma = sigma_of(&w, noise);
-        int d = degree_of(&w, sigma);
+    window w[AHEAD + 1];
+    double sigma[AHEAD + 1];
+    int degree[AHEAD + 1], found = 0, refused = 0, made = 0, m = n < FEWEST ? n : FEWEST;
+    for (int first = 0; refused < IN_A_ROW; first++) {
+        for (; made <= first + AHEAD && m > 0; made++) {
+            window *next = &w[made % (AHEAD + 1)];
+            fit_window(next, t, y, m);
+            sigma[made % (AHEAD + 1)] = sigma_of(next, noise);
+            degree[made % (AHEAD + 1)] = degree_of(next, sigma[made % (AHEAD + 1)]);
+            int longer = (int)ceil(grow * m);
+            m = m == n ? 0 : longer < n ? longer : n;
+        }
+        if (first >= made) {
+            break;
+        }
+        int d = degree[first % (AHEAD + 1)];
+        for (int k = first; k < made; k++) {
+            int more = degree[k % (AHEAD + 1)];
+            d = d < 0 || more < 0 ? -1 : more > d ? more : d;
+        }
+        const window *here = &w[first % (AHEAD + 1)];
         refused = d < 0 ? refused + 1 : 0;
-        if (d >= 0) {
-            evaluate(&w, d, sigma, y[0], at, &here);
-            if (!found || here.slope_sd < out->slope_sd) {
-                *out = here;
+        if (d >= 0 && d <= here->D) {
+            fit__start to;
+            evaluate(here, d, sigma[first % (AHEAD + 1)], y[0], at, &to);
+            if (!found || to.slope_sd < out->slope_sd) {
+                *out = to;
             }
             found = 1;
         }
-        int next = (int)ceil(grow * m);
-        m = next > n && m < n ? n : next;
     }
     return found;
 }
@@ -173,4 +197,18 @@ int fit__start_of(const double *t, const double *y, int n, double noise, double 
         }
     }
     return 0;
+}
+
+void fit__unwrap(double *y, int n)
+{
+    static const double turn = 2.0 * 3.14159265358979323846;
+    double last = NAN, lo = INFINITY, hi = -INFINITY;
+    for (int i = 0; i < n; i++) {
+        lo = isfinite(y[i]) ? fmin(lo, y[i]) : lo;
+        hi = isfinite(y[i]) ? fmax(hi, y[i]) : hi;
+    }
+    for (int i = 0; i < n && hi - lo < 1.02 * turn; i++) {
+        y[i] -= isfinite(last) && isfinite(y[i]) ? turn * round((y[i] - last) / turn) : 0.0;
+        last = isfinite(y[i]) ? y[i] : last;
+    }
 }
