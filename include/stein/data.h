@@ -142,6 +142,7 @@ typedef struct lab_channel_audit {
     double low, high;
     double noise;           /* sd of one sample, to be used: that of `# noise`, or the estimate */
     double noise_estimated; /* from the record alone, quantisation included */
+    double noise_error;     /* relative sd of the estimate; NAN when unknown */
     lab_noise_source noise_from;
     int noise_samples;            /* behind the estimate */
     double correlation[LAB_LAGS]; /* of the noise at lags 1, 2, ... samples; NAN when unknown */

@@ -36,6 +36,7 @@ static const double share = 0.01;       /* of the range, as noise */
 static const double suspicious = 10.0;  /* m above which alternatives are tried: 3 % of the range */
 static const double hopeless = 300.0;   /* m above which it is said that nothing helps: 17 % */
 static const double much_better = 10.0; /* ratio of m from which an alternative is reported */
+static const double coarse = 1e-7;      /* tolerance of a step [rad or m] */
 static const double windows = 4.0; /* length of what is simulated, in start windows, at least */
 
 /* one way to read the records otherwise */
@@ -404,7 +405,10 @@ stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err 
                               ? lab_sim(p->model, &def, &a.probe, err)
                               : lab__no_memory(err);
     status = status == STEIN_OK ? fit__bench_make(&a.bench, p, err) : status;
+    double exact = p->tolerance;
+    p->tolerance = coarse;
     status = status == STEIN_OK ? look(&a, *list, n, err) : status;
+    p->tolerance = exact;
     status = status == STEIN_OK && a.bench.no_memory ? lab__no_memory(err) : status;
     fit__bench_free(&a.bench);
     stein_sim_destroy(a.probe);
