@@ -4,7 +4,8 @@
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
  *   start_window.c value and slope of a channel at the start of its record
- *   start_state.c  the state that a record's channels show at its start, start_state.h
+ *   start_kinematics.c positions and speeds from what the channels show there
+ *   start_state.c  one state out of these, start_state.h
  *   initial.c      initial states from the records
  *   start_follow.c the initial state from which a simulation follows a record's beginning
  *   setup.c        why a record cannot begin as the model says: sense, zero, plane
@@ -267,6 +268,8 @@ stein_status fit__initial_states(fit__problem *p, stein_err *err);
  *  Overwrites b->x, b->y, except that x may be b->x. @return 1; 0: it says nothing, x is untouched
  */
 int fit__initial_state(const fit__problem *p, fit__bench *b, int stroke, double *x);
+/** Does the mechanism rest until t = 0, where it is let go? */
+int fit__waits(const fit__stroke *s, const lab_audit *a);
 /** chi2 per sample of a stroke from its start to `until` [s of the simulation], without weights.
  *  Overwrites b->y. @param x  [nu]  @return INFINITY when it cannot be simulated */
 double fit__misfit(const fit__problem *p, fit__bench *b, int stroke, const double *x, double until);

@@ -44,6 +44,12 @@ double fit__misfit(const fit__problem *p, fit__bench *b, int stroke, const doubl
 
 /* ---- strokes ---- */
 
+int fit__waits(const fit__stroke *s, const lab_audit *a)
+{
+    return s->nsignal == 0 && s->data->time[0] < 0.0 && a->starts_at_rest && a->trigger_fits &&
+           s->data->trigger != LAB_TRIGGER_UNSYNCHRONISED;
+}
+
 /* the offset of a channel that counts from the initial state: it is what it shows there */
 static int is_zero_of_start(const fit__unknown *u)
 {

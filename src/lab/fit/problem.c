@@ -251,8 +251,7 @@ static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int
     s->own++;
 }
 
-/* Scales are replaced by what the record says (initial.c). A state that the stroke states is that
- * of t = 0; if none is, the simulation starts at the first sample, wherever that is. */
+/* A state that the stroke states is that of t = 0; if none is, the start is the first sample. */
 static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
 {
     const stein_model *m = lab_equations(p->model);
@@ -434,13 +433,6 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     return STEIN_OK;
 }
 
-/* does the mechanism rest until t = 0, where it is let go? */
-static int waits(const fit__stroke *s, const lab_audit *a)
-{
-    return s->nsignal == 0 && s->data->time[0] < 0.0 && a->starts_at_rest &&
-           s->data->trigger != LAB_TRIGGER_UNSYNCHRONISED && a->trigger_fits;
-}
-
 static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *data, stein_err *err)
 {
     fit__stroke *s = &p->stroke[stroke];
@@ -465,7 +457,7 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     for (int c = 0; status == STEIN_OK && c < data->ncolumn; c++) {
         status = take_column(p, s, audit, c, err);
     }
-    s->waits = status == STEIN_OK && waits(s, audit);
+    s->waits = status == STEIN_OK && fit__waits(s, audit);
     lab_audit_destroy(audit);
     if (status == STEIN_OK && s->nch == 0) {
         return lab__fail(err, STEIN_EINVAL, "%s has no output channel of the model: nothing to fit",
