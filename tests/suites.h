@@ -40,6 +40,7 @@
     X(reality)       \
     X(outside)       \
     X(fit)           \
+    X(initial)       \
     X(fit_claims)    \
     X(many)          \
     X(measured)      \

@@ -91,6 +91,112 @@ START_TEST(given_noise_is_used_and_a_wrong_one_is_told)
 }
 END_TEST
 
+/* A rod that swings at 1 Hz, far enough that its motion is no sine, seen by an encoder or a camera.
+ * The record of a rate is the thinned one of a higher rate. */
+typedef struct swinging {
+    double rate, noise, step, amplitude, length;
+} swinging;
+
+static lab_audit *audit_swing(swinging w, const char *notes, unsigned long long seed,
+                              lab_data **data)
+{
+    const char *path = in_folder("swing.csv");
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "%stime [s],angle [rad]\n", notes);
+    double q = w.amplitude, v = 0.0, t = 0.0;
+    const double h = 1e-4, square = 39.5;
+    for (int i = 0; i < (int)(w.length * w.rate); i++) {
+        for (; t < i / w.rate - 0.5 * h; t += h) { // Stoermer-Verlet
+            v -= 0.5 * h * square * sin(q);
+            q += h * v;
+            v -= 0.5 * h * square * sin(q);
+        }
+        double y = q + v * (i / w.rate - t) + w.noise * gaussian(&seed);
+        fprintf(f, "%.6f,%.9f\n", i / w.rate, w.step > 0.0 ? w.step * round(y / w.step) : y);
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    *data = open_data(path, &stein_model_pendulum);
+    return audit_of(*data);
+}
+
+START_TEST(noise_does_not_depend_on_the_sampling_rate)
+{
+    static const double rate[] = {30.0, 60.0, 125.0, 500.0, 1000.0};
+    static const double noise[] = {1.1e-4, 6.3e-4, 4.7e-3}, amplitude[] = {0.27, 1.13};
+    swinging w = {.rate = rate[_i % 5],
+                  .noise = noise[_i / 5 % 3],
+                  .amplitude = amplitude[_i / 15],
+                  .length = 11.0};
+    lab_data *d;
+    lab_audit *a = audit_swing(w, "", 7u + (unsigned)_i, &d);
+    const lab_channel_audit *ch = &a->channel[0];
+    ck_assert_close(ch->noise, w.noise, w.rate < 50.0 ? 0.3 : 0.2, 0.0);
+    ck_assert_double_lt(ch->noise_error, 0.1);
+    close_both(a, d);
+}
+END_TEST
+
+START_TEST(an_encoder_without_other_noise_has_that_of_its_step)
+{
+    static const double rate[] = {30.0, 60.0, 125.0, 500.0, 1000.0}, dither[] = {0.0, 7e-4};
+    swinging w = {.rate = rate[_i % 5],
+                  .step = 1.5e-3,
+                  .noise = dither[_i / 5],
+                  .amplitude = 0.61,
+                  .length = 11.0};
+    lab_data *d;
+    lab_audit *a = audit_swing(w, "", 3u + (unsigned)_i, &d);
+    const lab_channel_audit *ch = &a->channel[0];
+    ck_assert_close(ch->step, w.step, 0.02, 0.0);
+    ck_assert_close(ch->noise, hypot(w.noise, w.step / sqrt(12.0)), w.rate < 50.0 ? 0.3 : 0.2, 0.0);
+    close_both(a, d);
+}
+END_TEST
+
+START_TEST(noise_is_found_between_the_bounces_of_a_ball)
+{
+    static const double rate[] = {60.0, 240.0, 1000.0};
+    const char *path = in_folder("bounces.csv");
+    double noise = 4.3e-4, z = 0.31, v = 0.0, t = 0.0;
+    unsigned long long seed = 5u + (unsigned)_i;
+    FILE *f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fprintf(f, "time [s],height [m]\n");
+    for (int i = 0; i < (int)(2.0 * rate[_i]); i++) {
+        for (; t < i / rate[_i]; t += 1e-5) {
+            v -= 9.81e-5;
+            z += 1e-5 * v;
+            v = z < 0.0 && v < 0.0 ? -0.86 * v : v;
+        }
+        fprintf(f, "%.6f,%.9f\n", i / rate[_i], z + noise * gaussian(&seed));
+    }
+    ck_assert_int_eq(fclose(f), 0);
+    lab_data *d = open_data(path, &stein_model_bouncing_ball);
+    lab_audit *a = audit_of(d);
+    ck_assert_close(a->channel[0].noise, noise, 0.25, 0.0);
+    close_both(a, d);
+}
+END_TEST
+
+START_TEST(a_noise_that_the_record_contradicts_is_told_with_both_numbers)
+{
+    static const struct {
+        const char *notes;
+        int told;
+    } given[] = {{"# noise angle: 1.2 mrad\n", 0},
+                 {"# noise angle: 1.6 mrad\n", 0},
+                 {"# noise angle: 3 mrad\n", 1},
+                 {"# noise angle: 0.4 mrad\n", 1}};
+    swinging w = {.rate = 100.0, .noise = 1e-3, .amplitude = 0.5, .length = 11.0};
+    lab_data *d;
+    lab_audit *a = audit_swing(w, given[_i].notes, 11, &d);
+    ck_assert_int_eq(was_found(a, "angle: the noise is given as "), given[_i].told);
+    ck_assert_int_eq(was_found(a, " mrad, the record shows "), given[_i].told);
+    close_both(a, d);
+}
+END_TEST
+
 /* ---- quantisation ---- */
 
 START_TEST(a_quantisation_step_is_found_again)
@@ -543,6 +649,10 @@ void data_audit_cases(Suite *suite)
     tcase_add_loop_test(tc, noise_is_estimated_where_nothing_rests, 0, 3);
     tcase_add_loop_test(tc, correlated_noise_keeps_its_size_and_is_told, 0, 3);
     tcase_add_test(tc, given_noise_is_used_and_a_wrong_one_is_told);
+    tcase_add_loop_test(tc, noise_does_not_depend_on_the_sampling_rate, 0, 30);
+    tcase_add_loop_test(tc, an_encoder_without_other_noise_has_that_of_its_step, 0, 10);
+    tcase_add_loop_test(tc, noise_is_found_between_the_bounces_of_a_ball, 0, 3);
+    tcase_add_loop_test(tc, a_noise_that_the_record_contradicts_is_told_with_both_numbers, 0, 4);
     tcase_add_loop_test(tc, a_quantisation_step_is_found_again, 0, 9);
     tcase_add_test(tc, a_record_locked_to_its_pixels_is_told);
     tcase_add_loop_test(tc, jitter_of_the_frames_is_measured, 0, 3);

@@ -78,6 +78,7 @@ typedef struct lab_data {
     const lab_note *note;
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
+    int planned; /* 1: it has not been made yet, values of its outputs mean nothing */
 } lab_data;
 
 /** How to read. Start from lab_data_options_default(model). */
@@ -141,6 +142,7 @@ typedef struct lab_channel_audit {
     double low, high;
     double noise;           /* sd of one sample, to be used: that of `# noise`, or the estimate */
     double noise_estimated; /* from the record alone, quantisation included */
+    double noise_error;     /* relative sd of the estimate; NAN when unknown */
     lab_noise_source noise_from;
     int noise_samples;            /* behind the estimate */
     double correlation[LAB_LAGS]; /* of the noise at lags 1, 2, ... samples; NAN when unknown */

@@ -13,6 +13,7 @@
 #include "data_inner.h"
 
 enum { MOST_RESTS = 1000 };
+static const double of_step = 0.1; /* relative sd of step/sqrt(12) as the noise: it may lock */
 
 /* ---- time base ---- */
 
@@ -85,22 +86,26 @@ static double working_sigma(const data__series *s, double noise, double step)
 static int find_rests(data__series *s, const lab_column *c, lab_channel_audit *a, int (*rest)[2])
 {
     int samples = 0, still = 0;
-    double moving = data__noise_in_windows(s, &samples), noise = NAN;
+    double error = NAN, still_error = NAN, noise = NAN;
+    double moving = data__noise_in_windows(s, &samples, &error);
     double given = isnan(moving) ? c->noise : moving;
     int n = 0;
     s->sigma = working_sigma(s, given, a->step);
     for (int pass = 0; pass < 2; pass++) {
         n = data__rests(s, rest, MOST_RESTS);
-        still = data__noise_at_rest(s, rest, n, &noise, a->correlation);
+        still = data__noise_at_rest(s, rest, n, &noise, &still_error, a->correlation);
         double finer = working_sigma(s, noise, a->step);
         if (still == 0 || finer > 0.7 * s->sigma) {
             break;
         }
         s->sigma = finer;
     }
-    int rests_count = still > 0 && !(noise > 3.0 * moving);
+    // a resting value may be locked to one level, where its noise does not show
+    int locked = noise < 0.5 * a->step && moving < a->step;
+    int rests_count = still > 0 && !(noise > 3.0 * moving) && !locked;
     a->noise_estimated = rests_count ? noise : moving;
     a->noise_samples = rests_count ? still : samples;
+    a->noise_error = rests_count ? still_error : error;
     a->noise_from = rests_count     ? LAB_NOISE_REST
                     : isnan(moving) ? LAB_NOISE_UNKNOWN
                                     : LAB_NOISE_MOTION;
@@ -110,6 +115,7 @@ static int find_rests(data__series *s, const lab_column *c, lab_channel_audit *a
     }
     if (a->noise_estimated < a->step / sqrt(12.0)) {
         a->noise_estimated = a->step / sqrt(12.0);
+        a->noise_error = of_step;
         a->noise_from = LAB_NOISE_STEP;
     }
     return n;

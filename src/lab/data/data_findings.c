@@ -12,6 +12,9 @@
 
 #include "data_inner.h"
 
+static const double contradicts = 2.0; /* ratio of stated and estimated noise */
+static const double rounding = 1e-15;  /* steps of sums that should be 0 [SI] */
+
 void data__finding(lab_audit *a, int *nomem, const char *format, ...)
 {
     char text[400];
@@ -131,7 +134,8 @@ static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_aud
 {
     char x[DATA_SHOWN], y[DATA_SHOWN];
     double ratio = c->noise / ch->noise_estimated;
-    if (ratio > 3.0 || ratio < 1.0 / 3.0) {
+    double sure = contradicts * (1.0 + (isfinite(ch->noise_error) ? 2.0 * ch->noise_error : 0.0));
+    if (ratio > sure || ratio < 1.0 / sure) {
         data__finding(a, nomem, "%s: the noise is given as %s, the record shows %s", c->name,
                       data__quantity(x, c->noise, c->unit),
                       data__quantity(y, ch->noise_estimated, c->unit));
@@ -140,7 +144,7 @@ static void judge_noise(lab_audit *a, const lab_column *c, const lab_channel_aud
         data__finding(a, nomem, "%s: %d samples are too few to tell the noise", c->name,
                       ch->samples);
     }
-    if (ch->step > 2.5 * ch->noise_estimated || ch->locking > 0.8) {
+    if (ch->step > rounding && (ch->step > 2.5 * ch->noise_estimated || ch->locking > 0.8)) {
         data__finding(a, nomem, "%s: locked to steps of %s, the noise does not reach across",
                       c->name, data__quantity(x, ch->step, c->unit));
     }

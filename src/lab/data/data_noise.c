@@ -1,11 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_noise.c - noise, quantisation step, spikes, cut-off values of one channel.
  *
- * Noise. While nothing moves, it is the scatter about a slow cubic drift. In motion, cubics are
- * fitted to windows of 25 samples; impacts and let-off leave large residuals in some of the
- * windows, so the lower quartile of the windows' variances counts, divided by the same quartile of
- * the chi-squared distribution of its degrees of freedom. Second differences, the usual way, would
- * halve a noise that is correlated from sample to sample.
+ * Noise. While nothing moves, it is the scatter about a slow cubic drift. In motion, polynomials
+ * are fitted to windows; impacts and let-off leave large residuals in some of the windows, so the
+ * lower quartile of the windows' variances counts, divided by the same quartile of the chi-squared
+ * distribution of its degrees of freedom. Second differences, the usual way, would halve a noise
+ * that is correlated from sample to sample.
+ *
+ * Windows have 25 samples and cubics where that is many samples to an oscillation. Where it is not,
+ * the cubic leaves some of the motion over. Its variance then falls steeply with a higher degree or
+ * a shorter window - with the power 2 (degree + 1) of the window - while that of noise stays, and
+ * that of noise which is correlated from sample to sample falls slowly. So of the windows of 25,
+ * 18, 13, 9 and 7 samples and the degrees 3, 5 .. 11 the first one counts, in the order of their
+ * degrees of freedom, whose variance is at most 1.2 times that of the next degree and of the next
+ * window.
  *
  * Step. Values of a camera or converter lie on a lattice. The difference of two neighbours is a
  * whole number of steps; a candidate is refined from small to ever larger multiples, so that a step
@@ -19,7 +27,18 @@
 
 #include "data_inner.h"
 
-enum { WINDOW = 25, MOST_WINDOWS = 4000, FEWEST_DIFFERENCES = 20 };
+enum {
+    WINDOW = 25,
+    SHORTEST = 7,
+    WINDOWS = 5, /* lengths */
+    DEGREES = 5, /* 3, 5 .. 11 */
+    TERMS = 12,
+    LEAST_DOF = 2,
+    PASSES = 4,
+    MOST_WINDOWS = 4000,
+    FEWEST_DIFFERENCES = 20
+};
+static const double tolerated = 1.2; /* ratio of variances of two windows: 10 % of the noise */
 
 int data__compare(const void *a, const void *b)
 {
@@ -38,18 +57,18 @@ double data__median(double *v, int n)
 
 /* ---- polynomials ---- */
 
-static void legendre(double x, double p[4])
+static void legendre(double x, double *p, int m)
 {
-    p[0] = 1.0;
-    p[1] = x;
-    p[2] = 1.5 * x * x - 0.5;
-    p[3] = (2.5 * x * x - 1.5) * x;
+    const double first[4] = {1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x};
+    for (int k = 0; k < m; k++) {
+        p[k] = k < 4 ? first[k] : ((2 * k - 1) * x * p[k - 1] - (k - 1) * p[k - 2]) / k;
+    }
 }
 
 /* Cholesky, in place, of the normal equations; a direction that the samples do not have gets 0 */
-static void solve(double A[4][4], double b[4], int m)
+static void solve(double A[TERMS][TERMS], double b[TERMS], int m)
 {
-    double floor_of[4];
+    double floor_of[TERMS];
     for (int i = 0; i < m; i++) {
         floor_of[i] = 1e-12 * A[i][i];
     }
@@ -82,11 +101,14 @@ static void solve(double A[4][4], double b[4], int m)
 
 double data__residual(const double *t, const double *v, int n, int degree, double *r)
 {
-    double A[4][4] = {{0.0}}, b[4] = {0.0}, p[4], sum = 0.0;
+    double A[TERMS][TERMS], b[TERMS] = {0.0}, p[TERMS], sum = 0.0;
     double middle = 0.5 * (t[0] + t[n - 1]), half = n > 1 ? 0.5 * (t[n - 1] - t[0]) : 1.0;
     int m = degree + 1;
+    for (int k = 0; k < m; k++) {
+        memset(A[k], 0, sizeof *A[k] * (size_t)m);
+    }
     for (int i = 0; i < n; i++) {
-        legendre((t[i] - middle) / half, p);
+        legendre((t[i] - middle) / half, p, m);
         for (int k = 0; k < m; k++) {
             b[k] += p[k] * (v[i] - v[0]);
             for (int j = 0; j <= k; j++) {
@@ -96,7 +118,7 @@ double data__residual(const double *t, const double *v, int n, int degree, doubl
     }
     solve(A, b, m);
     for (int i = 0; i < n; i++) {
-        legendre((t[i] - middle) / half, p);
+        legendre((t[i] - middle) / half, p, m);
         r[i] = v[i] - v[0];
         for (int k = 0; k < m; k++) {
             r[i] -= b[k] * p[k];
@@ -115,28 +137,122 @@ static double chi_squared(double dof, double z)
     return dof * root * root * root;
 }
 
+/* longest window of a record of n samples */
 static int window_of(int n)
 {
     int w = n / 4;
     return w > WINDOW ? WINDOW : w < 9 ? 9 : w;
 }
 
-double data__noise_in_windows(const data__series *s, int *samples)
+/* variance as windows of w samples and polynomials of one degree have it */
+typedef struct guess {
+    int window, degree;
+    double variance, error; /* error: relative sd of the variance */
+    double clean;           /* share of the windows without impacts */
+} guess;
+
+static guess look_through(const data__series *s, int w, int degree)
 {
-    int w = window_of(s->n), hop = w / 2, count = s->n < w ? 0 : (s->n - w) / hop + 1;
-    double variance[MOST_WINDOWS], r[WINDOW];
-    *samples = 0;
+    guess g = {w, degree, NAN, NAN, 0.0};
+    int hop = w / 2, count = s->n < w ? 0 : (s->n - w) / hop + 1;
+    double variance[MOST_WINDOWS], r[WINDOW], dof = w - degree - 1;
     if (count < 3) {
-        return NAN;
+        return g;
     }
     int used = count < MOST_WINDOWS ? count : MOST_WINDOWS;
     for (int i = 0; i < used; i++) {
         int first = (int)((long long)i * count / used) * hop;
-        variance[i] = data__residual(s->t + first, s->v + first, w, 3, r);
+        variance[i] = data__residual(s->t + first, s->v + first, w, degree, r);
     }
     qsort(variance, (size_t)used, sizeof *variance, data__compare);
-    *samples = s->n;
-    return sqrt(variance[used / 4] / chi_squared(w - 4, -0.6745));
+    int clean = used;
+    for (int pass = 0; pass < PASSES; pass++) { // the quartile of the windows without impacts
+        g.variance = variance[clean / 4] / chi_squared(dof, -0.6745);
+        double most = g.variance * chi_squared(dof, 2.326);
+        for (clean = used; clean > used / 4 + 1 && variance[clean - 1] > most; clean--) {
+        }
+    }
+    // a quartile knows three quarters of what the mean does; half of the windows overlap
+    g.error = 1.36 * sqrt(2.0 / dof / (0.75 * clean));
+    g.clean = (double)clean / used;
+    return g;
+}
+
+/* all that have been asked for; row: window, column: degree */
+typedef struct guesses {
+    const data__series *s;
+    int window[WINDOWS], n;
+    guess made[WINDOWS][DEGREES];
+} guesses;
+
+static int dof_of(const guesses *g, int k, int j)
+{
+    return k < g->n && j < DEGREES ? g->window[k] - (3 + 2 * j) - 1 : 0;
+}
+
+static const guess *guess_at(guesses *g, int k, int j)
+{
+    guess *to = &g->made[k][j];
+    if (to->window == 0) {
+        *to = look_through(g->s, g->window[k], 3 + 2 * j);
+    }
+    return to;
+}
+
+/* Does another degree or window, which leaves less of the motion over, see a smaller variance by
+ * more than both are uncertain? */
+static int is_biased(guesses *g, int k, int j)
+{
+    const guess *a = guess_at(g, k, j);
+    for (int way = 0; way < 2; way++) {
+        int k2 = k + way, j2 = j + !way;
+        if (dof_of(g, k2, j2) >= LEAST_DOF) {
+            const guess *b = guess_at(g, k2, j2);
+            if (isnan(b->variance) ||
+                a->variance > (tolerated + 1.5 * hypot(a->error, b->error)) * b->variance) {
+                return 1;
+            }
+        }
+    }
+    return !(a->clean >= 0.5);
+}
+
+/* The guess with the most degrees of freedom that is unbiased; if none is, the smallest. */
+static guess best_guess(guesses *g)
+{
+    guess least = {0, 3, NAN, NAN, 0.0};
+    for (int dof = g->window[0] - 4; dof >= LEAST_DOF; dof--) {
+        for (int k = 0; k < g->n; k++) {
+            for (int j = 0; j < DEGREES; j++) {
+                if (dof_of(g, k, j) != dof) {
+                    continue;
+                }
+                const guess *here = guess_at(g, k, j);
+                int last = dof_of(g, k + 1, j) < LEAST_DOF && dof_of(g, k, j + 1) < LEAST_DOF;
+                if (!last && !is_biased(g, k, j)) {
+                    return *here;
+                }
+                if (!(here->variance > least.variance)) {
+                    least = isnan(here->variance) ? least : *here;
+                }
+            }
+        }
+    }
+    return least;
+}
+
+double data__noise_in_windows(data__series *s, int *samples, double *error)
+{
+    guesses g = {.s = s};
+    for (int w = window_of(s->n); w >= SHORTEST && g.n < WINDOWS; w = 18 * w / 25) {
+        g.window[g.n++] = w;
+    }
+    guess best = best_guess(&g);
+    s->window = best.window;
+    s->degree = best.degree;
+    *samples = best.window > 0 ? s->n : 0;
+    *error = 0.5 * best.error;
+    return sqrt(best.variance);
 }
 
 /* correlation of the rows of residuals at each lag, sums kept by the caller */
@@ -181,7 +297,7 @@ static int clip(double *r, int n, double *scratch)
     return left;
 }
 
-int data__noise_at_rest(const data__series *s, int (*rest)[2], int n, double *noise,
+int data__noise_at_rest(const data__series *s, int (*rest)[2], int n, double *noise, double *error,
                         double correlation[LAB_LAGS])
 {
     lags l = {{0.0}, {0.0}};
@@ -207,23 +323,27 @@ int data__noise_at_rest(const data__series *s, int (*rest)[2], int n, double *no
         return 0;
     }
     *noise = sqrt(sum / dof);
+    *error = sqrt(0.5 / dof);
     finish_lags(&l, correlation);
     return used;
 }
 
 void data__correlation_in_windows(const data__series *s, double correlation[LAB_LAGS])
 {
-    int w = window_of(s->n), count = s->n / w, lag = w - 2 < LAB_LAGS ? w - 2 : LAB_LAGS;
-    int hop = count > MOST_WINDOWS ? count / MOST_WINDOWS : 1;
-    lags l = {{0.0}, {0.0}}, white = {{0.0}, {0.0}};
-    double r[WINDOW], unit[WINDOW], t[WINDOW];
     for (int i = 0; i < LAB_LAGS; i++) {
         correlation[i] = NAN;
     }
+    if (s->window == 0) {
+        return;
+    }
+    int w = s->window, count = s->n / w, lag = w - 2 < LAB_LAGS ? w - 2 : LAB_LAGS;
+    int hop = count > MOST_WINDOWS ? count / MOST_WINDOWS : 1;
+    lags l = {{0.0}, {0.0}}, white = {{0.0}, {0.0}};
+    double r[WINDOW], unit[WINDOW], t[WINDOW], dof = w - s->degree - 1;
     for (int i = 0; i < count; i += hop) {
         size_t first = (size_t)i * (size_t)w;
-        double sum = data__residual(s->t + first, s->v + first, w, 3, r);
-        if (sum <= 2.0 * s->sigma * s->sigma * (w - 4)) {
+        double sum = data__residual(s->t + first, s->v + first, w, s->degree, r);
+        if (sum <= 2.0 * s->sigma * s->sigma * dof) {
             add_lags(&l, r, w);
         }
     }
@@ -237,7 +357,7 @@ void data__correlation_in_windows(const data__series *s, double correlation[LAB_
     for (int i = 0; i < w; i++) {
         memset(unit, 0, sizeof unit);
         unit[i] = 1.0;
-        data__residual(t, unit, w, 3, r);
+        data__residual(t, unit, w, s->degree, r);
         for (int k = 0; k <= lag && i + k < w; k++) {
             white.sum[k] += r[i + k];
         }

@@ -3,6 +3,12 @@
  *
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
+ *   start_window.c value and slope of a channel at the start of its record
+ *   start_kinematics.c positions and speeds from what the channels show there
+ *   start_state.c  one state out of these, start_state.h
+ *   initial.c      initial states from the records
+ *   start_follow.c the initial state from which a simulation follows a record's beginning
+ *   setup.c        why a record cannot begin as the model says: sense, zero, plane
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
  *   many.c         many strokes, on threads and in lanes
@@ -109,6 +115,9 @@ typedef struct fit__stroke {
     double *weight;   /* [nch*n] square roots of robust weights; NULL: all 1 */
     int samples;
     double origin;       /* time of the data at which the simulation starts, before tau [s] */
+    int waits;           /* 1: it rests in its initial state until t = 0 */
+    double window;       /* length of the start window that its initial state comes from [s] */
+    double half;         /* half a swing of the fastest channel [s]; 0: it does not swing */
     fit__signal *signal; /* [nsignal] */
     int nsignal;
     int first, own; /* its unknowns */
@@ -181,6 +190,24 @@ double fit__value(const fit__unknown *u, double x);
 /** dz value: value for a logarithm, else 1. */
 double fit__slope(const fit__unknown *u, double x);
 
+/* ---- start_window.c ---- */
+
+/** A channel at the start of its record. */
+typedef struct fit__start {
+    double value, slope;       /* [unit], [unit/s] */
+    double value_sd, slope_sd; /* standard deviations */
+    double length;             /* of the window [s] */
+    int samples;               /* in it */
+} fit__start;
+/** The angle of a turning joint without the jumps that an instrument makes at its turn's end: a
+ *  record that has them lies within one turn. @param y  [n] */
+void fit__unwrap(double *y, int n);
+/** Value and slope at time `at` of samples in order of their distance from the start, forwards or
+ *  backwards in time.
+ *  @param noise  sd of one sample  @return 1; 0: fewer than three samples, out is untouched */
+int fit__start_of(const double *t, const double *y, int n, double noise, double at,
+                  fit__start *out);
+
 /* ---- simulate.c ---- */
 
 /** Called when the simulation stands at sample i (of the first channel). */
@@ -230,6 +257,65 @@ int fit__next_run(fit__bench *b, double *t_end, stein_pace **pace);
 stein_status fit__alone(fit__bench *b);
 /** The rest of y. @param status  of the steps  @return as fit__simulate */
 stein_status fit__finish(fit__bench *b, stein_status status);
+
+/* ---- initial.c ---- */
+
+/** Estimate the initial state of every stroke from its first samples. start, sd and prior of the
+ *  unknowns FIT__POSITION and FIT__SPEED are replaced: x = 0 is the estimated state, prior = 0
+ * where the data decide. Unknowns of strokes that say nothing of their state, or that are only
+ * planned, keep what they had.
+ *  @return OK, ENOMEM, the failure of making a simulation */
+stein_status fit__initial_states(fit__problem *p, stein_err *err);
+/** The same for one stroke, whose samples may have changed since: x of its initial state.
+ *  Overwrites b->x, b->y, except that x may be b->x. @return 1; 0: it says nothing, x is untouched
+ */
+int fit__initial_state(const fit__problem *p, fit__bench *b, int stroke, double *x);
+/** Does the mechanism rest until t = 0, where it is let go? */
+int fit__waits(const fit__stroke *s, const lab_audit *a);
+/** chi2 per sample of a stroke from its start to `until` [s of the simulation], without weights.
+ *  Overwrites b->y. @param x  [nu]  @return INFINITY when it cannot be simulated */
+double fit__misfit(const fit__problem *p, fit__bench *b, int stroke, const double *x, double until);
+
+/* ---- start_follow.c ---- */
+
+/** What is to be followed. */
+typedef struct fit__follow {
+    const double *sd; /* [nch] of a sample against the model [unit] */
+    double until;     /* horizon [s of the simulation] */
+    double most;      /* |x| of a number that the data decide, which then costs x^2; INFINITY: any,
+                         at no cost. One with a prior costs x^2 and stays within 1 in any case */
+    int steps;        /* of Gauss-Newton, at most */
+} fit__follow;
+/** Improve x of a stroke's initial state. @param x  [nu] in and out
+ *  @return objective per sample; INFINITY when it cannot be simulated */
+double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const fit__follow *how,
+                         double *x);
+
+/* ---- setup.c ---- */
+
+typedef enum {
+    FIT__SENSE,    /* a channel has the other sign */
+    FIT__ZERO,     /* an angle counts from elsewhere */
+    FIT__UNIT,     /* deg for rad, mm for m */
+    FIT__EXCHANGE, /* two columns are exchanged */
+    FIT__ABSOLUTE, /* an angle of a body against the frame, not against its parent */
+    FIT__GRAVITY,  /* gravity along another axis */
+    FIT__NOTHING   /* none of these helps */
+} fit__doubt;
+/** What would let the beginning of the records follow from the equations. */
+typedef struct fit__finding {
+    fit__doubt doubt;
+    int channel, other;   /* of the model; -1: none */
+    double before, after; /* chi2 per sample with and without it */
+    char *text;           /* one sentence */
+} fit__finding;
+/** Do the records begin as the model moves? Up to four strokes are simulated for about half a swing
+ *  from their initial states; where they are missed by much more than wrong parameters explain, the
+ *  alternatives are simulated as well. Samples are changed meanwhile and put back.
+ *  @param list  out, freed by fit__setup_free; best first  @return OK, ENOMEM, the failure of
+ *  making a simulation */
+stein_status fit__setup(fit__problem *p, fit__finding **list, int *n, stein_err *err);
+void fit__setup_free(fit__finding *list, int n);
 
 /* ---- observer.c ---- */
 

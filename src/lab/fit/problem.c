@@ -10,11 +10,11 @@
  *
  * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
  * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
- * mechanism does not settle and nobody says what it was (with it, the trigger's time would say the
- * same again and is left out); one factor each on all joint frictions, on all contact frictions and
- * on the drive, because felt and leather are not twice the same and neither is a finger. Left out,
- * that scatter goes into the parameters, which then come out ten standard deviations wrong. Fewer
- * than four strokes cannot show it.
+ * mechanism does not settle and the stroke does not state it (with it, the trigger's time would say
+ * the same again and is left out); one factor each on all joint frictions, on all contact frictions
+ * and on the drive, because felt and leather are not twice the same and neither is a finger. Left
+ * out, that scatter goes into the parameters, which then come out ten standard deviations wrong.
+ * Fewer than four strokes cannot show it.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -223,7 +223,7 @@ static int is_driven(const fit__problem *p, const fit__stroke *s, int joint)
     return 0;
 }
 
-/* does the file, the stroke or the user already say where this joint starts? */
+/* does the stroke or the user already say where this joint starts? */
 static int initial_known(const fit__problem *p, const fit__stroke *s, int joint, int *position)
 {
     const stein_model *m = lab_equations(p->model);
@@ -240,7 +240,7 @@ static int initial_known(const fit__problem *p, const fit__stroke *s, int joint,
             known |= p->unknown[k].index == index;
         }
     }
-    return known || is_driven(p, s, joint);
+    return known;
 }
 
 static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int index, double sd,
@@ -251,13 +251,18 @@ static void own(fit__problem *p, fit__stroke *s, int stroke, fit__kind kind, int
     s->own++;
 }
 
+/* A state that the stroke states is that of t = 0; if none is, the start is the first sample. */
 static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
 {
     const stein_model *m = lab_equations(p->model);
     int free = p->def->initial == 1 || (p->def->initial < 0 && !m->settle && m->load.body < 0);
-    int n = 0, position;
+    int n = 0, known = 0, position;
     for (int j = 0; free && j < m->nq; j++) {
+        if (is_driven(p, s, j)) {
+            continue;
+        }
         if (initial_known(p, s, j, &position)) {
+            known++;
             continue;
         }
         double tolerance = position >= 0 ? m->params[position].tolerance : 0.0;
@@ -266,6 +271,9 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
             tolerance > 0.0);
         own(p, s, stroke, FIT__SPEED, j, 0.01 * fmax(size, 0.1), 0);
         n++;
+    }
+    if (n > 0 && known == 0 && m->load.body < 0 && !s->waits && !s->data->planned) {
+        s->origin = s->data->time[0];
     }
     return n;
 }
@@ -358,10 +366,15 @@ static void own_unknowns(fit__problem *p, int stroke)
         own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
-    for (int c = 0; c < s->nch && p->def->offset > 0.0; c++) {
+    // a channel that counts from rest, in a record that begins somewhere else
+    int moves = initial > 0 && !s->data->planned && s->origin == s->data->time[0] &&
+                (s->origin != 0.0 || s->data->trigger == LAB_TRIGGER_UNSYNCHRONISED);
+    for (int c = 0; c < s->nch; c++) {
         const stein_channel *channel = &m->channels[s->channel[c]];
         double sd = p->def->offset / (strcmp(channel->unit, "rad") == 0 ? marker_arm : 1.0);
-        if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
+        if (moves && channel->from_rest) {
+            own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
+        } else if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }
@@ -413,6 +426,10 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
         s->samples += c->present[i] != 0;
     }
+    const stein_channel *channel = &m->channels[c->index];
+    if (channel->read == STEIN_READ_POSITION && m->bodies[channel->index].type == 'R') {
+        fit__unwrap(s->y + k * s->n, s->n);
+    }
     return STEIN_OK;
 }
 
@@ -440,6 +457,7 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     for (int c = 0; status == STEIN_OK && c < data->ncolumn; c++) {
         status = take_column(p, s, audit, c, err);
     }
+    s->waits = status == STEIN_OK && fit__waits(s, audit);
     lab_audit_destroy(audit);
     if (status == STEIN_OK && s->nch == 0) {
         return lab__fail(err, STEIN_EINVAL, "%s has no output channel of the model: nothing to fit",
@@ -526,7 +544,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     for (int k = 0; k < p->nu; k++) {
         p->step[k] = 1e-2;
     }
-    return status;
+    return status == STEIN_OK ? fit__initial_states(p, err) : status;
 }
 
 stein_status fit__check_samples(const fit__problem *p, stein_err *err)

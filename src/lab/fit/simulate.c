@@ -3,7 +3,8 @@
  *
  *      T = (1 + e) t + tau - origin      simulation time of the frame recorded at t
  *
- * with e the error of the recorder's time base (clock.error); a lagging instrument shows in it what
+ * with e the error of the recorder's time base (clock.error), which acts from the origin on where
+ * nothing else has a time; a lagging instrument shows in it what
  * was at T - delay. Before T = 0 the mechanism waits in its initial state. Measured motions and
  * forces are no frames: they have the trigger's time, and a time base that is right.
  *
@@ -444,8 +445,8 @@ static void ready(const fit__problem *p, fit__bench *b, double tau, double *y)
     r->horizon = p->horizon;
     r->stride = p->stride > 1 ? p->stride : 1;
     r->gain = fmin(p->gain * r->stride, fmax(p->gain, most_gain));
-    r->shift = tau - s->origin;
     r->error = p->clock >= 0 ? b->p[p->clock] : 0.0;
+    r->shift = tau - (s->nsignal > 0 ? 1.0 : 1.0 + r->error) * s->origin;
     r->y = y;
     r->status = STEIN_OK;
     for (int c = 0; c < s->nch; c++) {

@@ -98,6 +98,7 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
         b->value[i] = e->zero + e->size * lab_shape_at(e->shape, e->time, b->time[i]);
     }
     b->data.file = "an experiment";
+    b->data.planned = 1;
     b->data.model = m;
     b->data.nrow = rows;
     b->data.time = b->time;

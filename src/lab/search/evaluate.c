@@ -265,7 +265,8 @@ static void carry_over(diag__row *row, const diag__row *parent)
         for (int k = t->first; k < t->first + t->own; k++) {
             int at = counterpart(to, from, s, &from->unknown[k]);
             if (at >= 0) {
-                row->x[at] = parent->x[k];
+                const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
+                row->x[at] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
                 to->step[at] = from->step[k];
             }
         }

@@ -286,7 +286,7 @@ static void translate(const fit__problem *from, const double *x, const fit__prob
                 if (z->kind == v->kind &&
                     (joint ? strcmp(a->bodies[v->index].name, b->bodies[z->index].name) == 0
                            : z->index == v->index)) {
-                    y[i] = x[k];
+                    y[i] = (v->start + v->sd * x[k] - z->start) / z->sd;
                 }
             }
         }
