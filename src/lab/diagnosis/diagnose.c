@@ -154,6 +154,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
     diag__evidence e = {.n = row->h.n,
                         .objective = row->objective,
                         .chi2_dof = row->chi2_dof,
+                        .relative = row->relative,
                         .inflation = row->failed == NULL ? diag__inflation(row) : 1.0,
                         .converged = row->converged,
                         .possible = diag__is_possible(q, row)};

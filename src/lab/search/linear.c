@@ -314,6 +314,7 @@ static stein_status open_part(work *w, const diag__mechanism *in, lab_dataset *r
     p->gain = w->p.gain;
     p->stride = w->p.stride;
     p->simulated = &w->q->strokes;
+    diag__scale_noise(p, w->row->scale);
     return status;
 }
 
@@ -470,6 +471,7 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
     w->r = w->x + w->p.nu;
     w->J = w->r + rows;
     copy_unknowns(w);
+    diag__scale_noise(&w->p, w->row->scale);
     w->p.gain = gain;
     int failed = 0;
     if (gain > 0.0) {
@@ -527,7 +529,8 @@ static int list_columns(const work *w, diag__linear *l, column *list)
             continue;
         }
         for (int i = 0; i < 1 + two; i++) {
-            list[n++] = (column){.cause = k, .step = w->q->step[k] > 0.0 ? w->q->step[k] : c->start};
+            list[n++] =
+                (column){.cause = k, .step = w->q->step[k] > 0.0 ? w->q->step[k] : c->start};
         }
     }
     return n;

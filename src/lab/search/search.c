@@ -26,7 +26,7 @@ enum {
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
 static const double near = 1.5;       /* chi2/dof up to which the free linear model is good */
-static const double far = 9.0;          /* the same up to which it is worth a look */
+static const double far = 9.0;        /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
@@ -44,9 +44,8 @@ double diag__most_noise(const fit__problem *p)
 
 double diag__inflation(const diag__row *row)
 {
-    int noise = fit__noise_given(&row->p) && row->chi2_dof <= diag__most_noise(&row->p);
-    double memory = noise ? 1.0 : fit__memory(&row->p, row->r);
-    return noise ? 1.0 : fmax(1.0, row->chi2_dof) * fmax(1.0, memory);
+    (void)row;
+    return 1.0; // of rows whose noise is estimated with the fit it is in the noise
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -71,7 +70,8 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
 
 /* ---- which row ---- */
 
-/* how a row is linearised next: 1 held, 2 free, 0: it was, or its hypothesis where it fits as well */
+/* how a row is linearised next: 1 held, 2 free, 0: it was, or its hypothesis where it fits as well
+ */
 static int next_look(const diag__table *t, const diag__row *row)
 {
     int seen = 0;
@@ -81,8 +81,9 @@ static int next_look(const diag__table *t, const diag__row *row)
             seen |= other->expanded;
         }
     }
-    int hold = row->chi2_dof > near && !(seen & HELD);
-    return hold ? HELD : row->chi2_dof < far && !(seen & FREE) ? FREE : 0;
+    int hold = row->chi2_dof > near && !(seen & HELD),
+        close = row->scale > 1.0 || row->chi2_dof < far;
+    return hold ? HELD : close && !(seen & FREE) ? FREE : 0;
 }
 
 /* The best row that is to be linearised; where one leaves noise, that one alone. */
@@ -190,10 +191,53 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     return fit__forgive(status, err);
 }
 
+static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
+        int look = 0;
+        diag__row *row = next_row(q, t, &look);
+        if (row == NULL) {
+            break;
+        }
+        status = expand(q, t, row, look, err);
+    }
+    return status;
+}
+
+/* No hypothesis leaves as little as the stated noise: the best ones and the null hypothesis once
+ * more, with noise that is estimated. */
+static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int rows[DIAG_CAUSES + 1], n = 0;
+    for (int k = 0; k <= DIAG_CAUSES; k++) {
+        rows[n] = diag__index(t, diag__best(q, t, k));
+        n += rows[n] >= 0;
+    }
+    q->scale_free = 1;
+    for (int k = 0; k < t->n; k++) { // rows so far have other objectives
+        t->row[k]->superseded = 1;
+    }
+    for (int k = 0; status == STEIN_OK && k < n; k++) {
+        diag__row *one = NULL;
+        diag__proposal again = {.h = t->row[rows[k]]->h, .parent = rows[k], .source = 'N'};
+        for (int i = 0; i < DIAG_CAUSES; i++) {
+            again.amount[i] = again.side[i] = NAN;
+        }
+        status = diag__evaluate(q, t, &again, &one, err);
+        if (one != NULL && q->trace != NULL) {
+            diag__trace_row(q->trace, q, t, one);
+        }
+    }
+    return status;
+}
+
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
+    q->scale_free = !fit__noise_given(&q->null);
     stein_status status = diag__evaluate(q, t, &null, &row, err);
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
@@ -201,13 +245,11 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
     }
-    for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
-        int look = 0;
-        row = next_row(q, t, &look);
-        if (row == NULL) {
-            break;
-        }
-        status = expand(q, t, row, look, err);
+    status = status == STEIN_OK ? expand_all(q, t, err) : status;
+    if (status == STEIN_OK && !q->scale_free &&
+        diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null)) {
+        status = begin_scale_free(q, t, err);
+        status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }
     return status;
 }

@@ -62,8 +62,11 @@ typedef struct diag__problem {
     int n;
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
-    double *step; /* [n] amounts that columns were made with last [limits]; 0: none yet */
-    long strokes;        /* simulated so far */
+    int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
+                     * as little as was stated */
+    double memory;  /* of the row that leaves least: samples that count as one, scale_free */
+    double *step;   /* [n] amounts that columns were made with last [limits]; 0: none yet */
+    long strokes;   /* simulated so far */
     long most_strokes;   /* the budget, 0: none */
     double most_seconds; /* 0: none */
     double begin;        /* of the clock [s] */
@@ -80,15 +83,21 @@ typedef struct diag__row {
     double *sd;                       /* [np] in x, scatter estimated */
     double *J;                        /* derivatives there */
     double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
-    double objective;                 /* -2 ln marginal likelihood (Laplace) */
-    double chi2_dof;
+    double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
+                   * the fit */
+    double objective; /* -2 ln marginal likelihood (Laplace) */
+    double rest;      /* what of it are priors and volumes */
+    double chi2_dof;  /* in noise of file or audit */
+    double memory;    /* samples that the residual is alike over */
+    double relative;  /* RMS residual in that of the motion */
     int converged;
     char *failed; /* why it has no numbers; NULL: it has */
     char source;  /* letter of the proposer */
     int parent;   /* row that it was proposed from, -1: none */
     long strokes; /* simulated for it */
     double seconds;
-    int expanded; /* proposers have seen it: 1 held near the records, 2 free */
+    int superseded; /* it was fitted with noise that turned out too small */
+    int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
 
 /** Columns of a linear model around a row: candidates with all else eliminated. */
@@ -118,7 +127,7 @@ typedef struct diag__proposal {
     int parent;                 /* row whose end is the start of everything else */
     double expected;            /* objective that is expected */
     double value;               /* the same, few causes first: the order of the work */
-    int held; /* it was proposed where an observer holds: its fit begins there */
+    int held;                   /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
 
@@ -166,6 +175,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
 /** A fit from x while the observer holds with one gain after the other, then free.
  *  @param held  0: free at once  @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
+/** Noise of the records in p times a factor. */
+void diag__scale_noise(fit__problem *p, double factor);
 /** Samples between two corrections of the observer in these records. */
 int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
@@ -181,6 +192,8 @@ stein_status diag__table_add(diag__table *t, diag__row *row, stein_err *err);
 void diag__table_free(diag__table *t);
 /** The best row of a hypothesis; NULL: it has none. */
 diag__row *diag__find(const diag__table *t, const diag__hypothesis *h);
+/** Objectives of all rows, with the memory of the one that leaves least. */
+void diag__weigh(diag__problem *q, diag__table *t);
 /** Number of a row, -1: none. */
 int diag__index(const diag__table *t, const diag__row *row);
 /** The row of least objective with n causes (n < 0: any) that is possible; NULL: there is none. */
@@ -231,8 +244,7 @@ extern const double diag__least_gain; /* of -2 ln L, to name a cause */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const fit__problem *p);
-/** Factor on variances where more than noise is left, or noise that nobody stated: chi2/dof and
- *  the number of samples that the residual is alike over. */
+/** Factor on variances beside the noise that a row was fitted with. */
 double diag__inflation(const diag__row *row);
 
 /* ---- step.c ---- */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "search.h"
 
 static const double largest = 3.0;   /* amount that is possible [limits] */
@@ -76,7 +77,7 @@ int diag__thinkable(const lab_candidate *c, double amount)
 
 int diag__is_possible(const diag__problem *q, const diag__row *row)
 {
-    int yes = row->failed == NULL;
+    int yes = row->failed == NULL && !row->superseded;
     for (int i = 0; yes && i < row->h.n; i++) {
         double sd;
         yes = diag__thinkable(&q->candidate[row->h.cause[i]], diag__amount(row, i, &sd));
@@ -111,7 +112,8 @@ diag__row *diag__find(const diag__table *t, const diag__hypothesis *h)
     diag__row *best = NULL;
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
-        if (diag__equals(&row->h, h) && (best == NULL || row->objective < best->objective)) {
+        if (!row->superseded && diag__equals(&row->h, h) &&
+            (best == NULL || row->objective < best->objective)) {
             best = row;
         }
     }
@@ -139,4 +141,23 @@ diag__row *diag__best(const diag__problem *q, const diag__table *t, int n)
         }
     }
     return best;
+}
+
+void diag__weigh(diag__problem *q, diag__table *t)
+{
+    const diag__row *least = NULL;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        if (row->failed == NULL && !row->superseded &&
+            (least == NULL || row->chi2_dof < least->chi2_dof)) {
+            least = row;
+        }
+    }
+    q->memory = least != NULL ? least->memory : 1.0;
+    for (int i = 0; i < t->n && q->scale_free; i++) {
+        diag__row *row = t->row[i];
+        if (row->failed == NULL) {
+            row->objective = row->p.samples / q->memory * stein__log_of(row->chi2_dof) + row->rest;
+        }
+    }
 }

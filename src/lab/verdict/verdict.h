@@ -20,7 +20,8 @@
 typedef struct diag__evidence {
     int n, cause[DIAG_CAUSES]; /* candidates */
     double objective, chi2_dof;
-    double inflation; /* of variances: 1 where what is left is stated noise */
+    double inflation; /* of variances beside the noise of the fit */
+    double relative;  /* RMS residual in that of the motion */
     int converged, possible;
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
