@@ -68,6 +68,9 @@ int lab_effect_is(const lab_effect *effect, const char *word);
 /** What its amount is a share of, a path behind the place: "damping" of an asymmetry. Without that
  *  there is nothing to be a share of, and no candidate. NULL: it stands alone. */
 const char *lab_effect_share(const lab_effect *effect);
+/** What kinds have in common where data cannot tell them apart: "dissipation", "stiffness",
+ *  "inertia", "geometry", "contact", "drive", "sensor", "clock", "part". */
+const char *lab_effect_family(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
 
@@ -425,6 +428,7 @@ typedef struct lab_diagnosis {
     lab_law *law; /* with an unknown effect: the best first; law[0].pays: it is in the extension */
     int nlaw;
     lab_motion motion; /* the same asked of forces */
+    char *explanation; /* why a candidate is not the verdict; NULL: it was not asked for */
     int fits, strokes_simulated;
     double seconds;
     lab_model **kept; /* mechanisms with parts, to which names and units belong */
@@ -442,6 +446,7 @@ typedef struct lab_diagnose_def {
     long most_strokes;   /* budget of simulated strokes, 0: none */
     double most_seconds; /* budget of time [s], 0: none */
     const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
+    const char *explain; /* "KIND@PLACE": lab_diagnosis.explanation; NULL: nothing */
     const char *trace;   /* file of the search's rows, one JSON object a line; NULL: none */
     lab_fit_progress_fn *progress;
     lab_report_fn *report;

@@ -143,6 +143,28 @@ static int read_without(job *j)
     return CLI_OK;
 }
 
+/* "20000" strokes or "30s" */
+static int read_budget(job *j)
+{
+    const char *budget = cli_value(j->args, "budget");
+    char *end = NULL;
+    if (budget == NULL) {
+        return CLI_OK;
+    }
+    double n = strtod(budget, &end);
+    if (end == budget || !(n >= 1.0) || !(n < 1e12) || (*end != '\0' && strcmp(end, "s") != 0)) {
+        return cli_misuse(j->args->command,
+                          "--budget %s: expected a number of strokes, 20000, or seconds, 30s",
+                          budget);
+    }
+    if (*end == 's') {
+        j->def.most_seconds = n;
+    } else {
+        j->def.most_strokes = (long)n;
+    }
+    return CLI_OK;
+}
+
 static int read_options(job *j)
 {
     const char *free = cli_value(j->args, "free");
@@ -159,7 +181,10 @@ static int read_options(job *j)
                               free);
         }
     }
-    int code = read_without(j);
+    j->def.trace = cli_value(j->args, "trace");
+    j->def.explain = cli_value(j->args, "explain");
+    int code = read_budget(j);
+    code = code == CLI_OK ? read_without(j) : code;
     if (code != CLI_OK) {
         return code;
     }
@@ -471,6 +496,11 @@ static int show(const job *j)
                 j->diagnosis->reason);
         code = CLI_NUMERICAL;
     }
+    if (code == CLI_OK && j->diagnosis->verdict == LAB_VERDICT_UNUSABLE_MODEL) {
+        fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
+                j->diagnosis->reason);
+        code = CLI_FAILED;
+    }
     return code;
 }
 
@@ -525,6 +555,12 @@ static const cli_option options[] = {
      "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
      "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
      "explained is then a law to be recovered."},
+    {"budget", 0, "N|Ss",
+     "The search ends after N simulated strokes, or S seconds."},
+    {"trace", 0, "FILE",
+     "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},
+    {"explain", 0, "KIND@PLACE",
+     "Why this candidate is not the verdict, with its numbers."},
     {"trust-settings", 0, NULL,
      "Go on with strokes that move far from what their own \"# set\" lines say."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
@@ -559,7 +595,8 @@ const cli_command cli_diagnose = {
         "  input            what drives the mechanism is not what the record says\n"
         "  missing_effect   physics that the file lacks\n"
         "  unknown_effect   there is something, and no candidate explains it\n"
-        "  not_converged    no fit to trust, so nothing is said about physics (exit status 3)",
+        "  not_converged    no fit to trust, so nothing is said about physics (exit status 3)\n"
+        "  unusable_model   whatever is added, the model is far from the records (exit status 1)",
     .output =
         "The verdict with its cause, what the data cannot tell from it, and the gain on strokes\n"
         "held out. In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"

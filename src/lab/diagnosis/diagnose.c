@@ -30,6 +30,7 @@ typedef struct diagnosis {
     const lab_diagnose_def *def;
     diag__laws laws;
     diag__reported before, after;
+    char suspicion[300]; /* what would let the records begin as the model moves; "": nothing */
     lab_diagnosis *out;
 } diagnosis;
 
@@ -123,6 +124,26 @@ static stein_status check_step(diagnosis *d, stein_err *err)
         d->def->report(d->def->ctx, line);
     }
     return add_finding(d->out, line, 1, err);
+}
+
+/* signs, zeros, units and planes with which the records' beginnings would follow */
+static stein_status check_setup(diagnosis *d, stein_err *err)
+{
+    fit__finding *list = NULL;
+    int n = 0;
+    stein_err why;
+    stein_status status = fit__setup(&d->q.null, &list, &n, &why);
+    for (int i = n - 1; status == STEIN_OK && i >= 0; i--) {
+        if (d->def->report != NULL) {
+            d->def->report(d->def->ctx, list[i].text);
+        }
+        status = add_finding(d->out, lab__text("%s", list[i].text), 1, err);
+    }
+    if (status == STEIN_OK && n > 0) {
+        snprintf(d->suspicion, sizeof d->suspicion, "%s", list[0].text);
+    }
+    fit__setup_free(list, n);
+    return fit__forgive(status, err);
 }
 
 /* ---- the judge's view of the table ---- */
@@ -425,13 +446,19 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     if (status != STEIN_OK) {
         return status;
     }
+    if (d->def->explain != NULL) {
+        status = diag__explain(&d->q, &d->t, &d->j, d->def->explain, &o->explanation, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
     o->remainder = sqrt(o->chi2_dof_after);
     o->share = d->j.share;
     progress(d, 0.85, "strokes that were held out");
     status = report(d, err);
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
-        diag__say(o, &d->j, &d->setting);
+        diag__say(o, &d->j, &d->setting, d->suspicion);
         progress(d, 0.88, "the law of what is in no table");
         status = laws(d, err);
     }
@@ -463,6 +490,7 @@ static stein_status search(diagnosis *d, const char *file, const lab_model *mode
     }
     d->out->samples = d->q.null.samples;
     status = status == STEIN_OK ? check_step(d, err) : status;
+    status = status == STEIN_OK ? check_setup(d, err) : status;
     progress(d, 0.05, "search for causes");
     status = status == STEIN_OK ? diag__search(&d->q, &d->t, err) : status;
     if (d->q.trace != NULL && fclose(d->q.trace) != 0 && status == STEIN_OK) {

@@ -171,6 +171,42 @@ const char *lab_effect_share(const lab_effect *effect)
     return NULL;
 }
 
+const char *lab_effect_family(const lab_effect *effect)
+{
+    static const char *const dissipation[] = {"viscous_friction",  "coulomb_friction",
+                                              "stiction_peak",     "quadratic_drag",
+                                              "viscous_asymmetry", "coulomb_asymmetry"};
+    for (size_t i = 0; i < sizeof dissipation / sizeof *dissipation; i++) {
+        if (strcmp(effect->kind, dissipation[i]) == 0) {
+            return "dissipation";
+        }
+    }
+    if (effect->needs != NULL) {
+        return "part";
+    }
+    switch (effect->site) {
+    case LAB_AT_JOINT:
+        return "stiffness";
+    case LAB_AT_BODY:
+        return "inertia";
+    case LAB_AT_CONTACT:
+    case LAB_AT_SURFACE:
+    case LAB_AT_LINK:
+        return "contact";
+    case LAB_AT_LOAD:
+    case LAB_AT_INPUT:
+        return "drive";
+    case LAB_AT_CHANNEL:
+    case LAB_AT_MARKER:
+        return "sensor";
+    case LAB_AT_CLOCK:
+        return "clock";
+    case LAB_AT_PARAMETER:
+        break;
+    }
+    return "geometry";
+}
+
 const char *lab_site_text(lab_site site)
 {
     static const char *const text[] = {"joint",  "body",  "contact",  "contact or notch",

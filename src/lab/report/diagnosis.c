@@ -70,6 +70,7 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
     }
     free(d->law);
     diag__motion_free(&d->motion);
+    free(d->explanation);
     free(d->suspect);
     free(d->gains);
     free(d->value);

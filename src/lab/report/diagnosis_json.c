@@ -286,6 +286,48 @@ static void write_fit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
+/* what is left, what was fitted, by which strokes */
+static void write_remainder(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "remainder", '{');
+    lab__json_real(j, "noises", d->remainder);
+    lab__json_real(j, "share", d->share);
+    lab__json_close(j);
+    lab__json_open(j, "families", '[');
+    for (int i = 0; i < d->ncause + d->nrival && i < d->nsuspect; i++) {
+        const char *family = lab_effect_family(d->suspect[i].candidate.effect);
+        int known = 0;
+        for (int k = 0; k < i; k++) {
+            known |= strcmp(family, lab_effect_family(d->suspect[k].candidate.effect)) == 0;
+        }
+        if (!known) {
+            lab__json_text(j, NULL, family);
+        }
+    }
+    lab__json_close(j);
+    lab__json_open(j, "refitted", '[');
+    for (int i = 0; i < d->nvalue; i++) {
+        const lab_fit_value *v = &d->value[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", v->name);
+        lab__json_real(j, "value", v->value);
+        lab__json_real(j, "lo", v->lo);
+        lab__json_real(j, "hi", v->hi);
+        lab__json_text(j, "unit", v->unit);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+    lab__json_open(j, "strokes", '{');
+    lab__json_int(j, "fitted", d->nfit);
+    lab__json_int(j, "choosing", 0);
+    lab__json_int(j, "reporting", d->nheld);
+    lab__json_close(j);
+    lab__json_real(j, "verified", d->verified);
+    if (d->explanation != NULL) {
+        lab__json_text(j, "explanation", d->explanation);
+    }
+}
+
 stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_err *err)
 {
     lab__file file;
@@ -298,6 +340,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "verdict", lab_verdict_text(d->verdict));
     lab__json_text(&j, "reason", d->reason);
     lab__json_text(&j, "phase", d->phase);
+    write_remainder(&j, d);
     write_causes(&j, d);
     diag__law_json(&j, d);
     diag__motion_json(&j, &d->motion);

@@ -71,7 +71,8 @@ static lab_verdict class_of(const lab_diagnosis *o)
     return LAB_VERDICT_MISSING_EFFECT;
 }
 
-void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s)
+void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
+               const char *suspicion)
 {
     char text[200];
     o->reason[0] = '\0';
@@ -105,10 +106,16 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     case DIAG_FAR_OFF:
         o->verdict = LAB_VERDICT_UNUSABLE_MODEL;
         snprintf(text, sizeof text,
-                 "The best of all hypotheses is %.2g noises from the records. Check signs of "
-                 "channels and joints, planes, units, the start and the clock first.",
-                 o->remainder);
+                 "The best of all hypotheses is %.2g noises from the records. Check %s first.",
+                 o->remainder,
+                 suspicion[0] != '\0' ? "this"
+                                      : "signs of channels and joints, planes, units, the "
+                                        "start and the clock");
         append(o, text);
+        if (suspicion[0] != '\0') {
+            append(o, " ");
+            append(o, suspicion);
+        }
         break;
     case DIAG_NOT_CONVERGED:
         o->verdict = LAB_VERDICT_NOT_CONVERGED;

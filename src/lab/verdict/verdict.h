@@ -4,6 +4,7 @@
  *   judge.c        the rules: a pure function of numbers
  *   sentence.c     the reason in words, from the same numbers
  *   reporting.c    records that nothing has read before, predicted
+ *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates could have been seen
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
@@ -83,8 +84,17 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
 
 /* ---- sentence.c ---- */
 
-/** Verdict and reason of a diagnosis; gain and numbers of suspects are known. */
-void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s);
+/** Verdict and reason of a diagnosis; gain and numbers of suspects are known.
+ *  @param suspicion  what would let the records begin as the model moves, "": nothing */
+void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
+               const char *suspicion);
+
+/* ---- explain.c ---- */
+
+/** Why a candidate, "KIND@PLACE", is not the verdict, or that it is.
+ *  @param text  out, freed by the caller  @return OK, ENAME, ENOMEM */
+stein_status diag__explain(const diag__problem *q, const diag__table *t, const diag__judgement *j,
+                           const char *name, char **text, stein_err *err);
 
 /* ---- power.c ---- */
 
