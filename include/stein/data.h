@@ -46,6 +46,8 @@ typedef struct lab_column {
     int samples;                  /* present ones */
     double noise;                 /* `# noise` [unit], NAN when not given */
     int line, column;             /* place of its title in the file, from 1 */
+    int unit_assumed;             /* 1: the title states no unit, the values were read as SI */
+    int wraps;                    /* turns by 2 pi that were taken out of an angle */
 } lab_column;
 
 /** A `# set` or `# known`. */
@@ -78,6 +80,7 @@ typedef struct lab_data {
     const lab_note *note;
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
+    int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
 } lab_data;
 
 /** How to read. Start from lab_data_options_default(model). */

@@ -72,7 +72,7 @@ static int number(data__reader *r, const char *text, data__cell cell, int k, dou
 {
     const data__title *t = &r->title[k];
     char shown[DATA_SHOWN];
-    const char *wrong = data__number(cell, t->exp10, r->c, v);
+    const char *wrong = data__number(cell, t->exp10, r->c, &r->point, v);
     if (wrong == NULL && isinf(*v * t->factor)) {
         wrong = "the number is too large";
     }
@@ -94,7 +94,7 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
         data__problem(&r->problems, NO_TIME, line, column, "a row without time");
         return 0;
     }
-    if (!number(r, text, cell, 0, t)) {
+    if (!number(r, text, cell, r->time_at, t)) {
         return 0;
     }
     if (*t <= r->last) {
@@ -110,16 +110,23 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
     return 1;
 }
 
+static const char *separator_name(char separator)
+{
+    return separator == '\t' ? "tabs" : separator == ';' ? "\";\"" : "\",\"";
+}
+
 static void ragged(data__reader *r, const char *text, size_t size, const data__cell *cell, int n)
 {
     char hint[80] = "";
     int at = n > r->ntitle ? cell[r->ntitle].at : (int)size;
-    const char *semicolon = memchr(text, ';', size);
-    if (r->ntitle > 1 && n == 2 * r->ntitle) {
+    char other = data__separator(text, size);
+    const char *foreign = other != r->separator ? memchr(text, other, size) : NULL;
+    if (r->separator == ',' && r->ntitle > 1 && n == 2 * r->ntitle) {
         snprintf(hint, sizeof hint, ": are these decimal commas? expected decimal points");
-    } else if (n == 1 && semicolon != NULL) {
-        at = (int)(semicolon - text);
-        snprintf(hint, sizeof hint, ": cells are separated by \";\", expected \",\"");
+    } else if (n == 1 && foreign != NULL) {
+        at = (int)(foreign - text);
+        snprintf(hint, sizeof hint, ": cells are separated by %s, expected %s as in the header",
+                 separator_name(other), separator_name(r->separator));
     }
     data__problem(&r->problems, RAGGED, r->lines.line, data__column(text, at),
                   "%s%d cell%s where the header has %d%s", n > DATA_COLUMNS ? "more than " : "",
@@ -154,11 +161,20 @@ static void take_row(data__reader *r, const char *text, const data__cell *cell, 
     r->rows++;
 }
 
+static int is_empty(const data__cell *cell, int n)
+{
+    int k = 0;
+    while (k < n && cell[k].n == 0) {
+        k++;
+    }
+    return k == n;
+}
+
 static void row_line(data__reader *r, const char *text, size_t size)
 {
     data__cell cell[DATA_COLUMNS + 1];
     double time = NAN;
-    int n = data__cells(text, size, cell);
+    int n = data__cells(text, size, r->separator, cell);
     if (text[0] == '#') {
         data__problem(&r->problems, NOTE_BELOW, r->lines.line, 1,
                       "a \"#\" line below the header, "
@@ -175,9 +191,12 @@ static void row_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
+    if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
+        return;
+    }
     if (n != r->ntitle) {
         ragged(r, text, size, cell, n);
-    } else if (read_time(r, text, cell[0], &time)) {
+    } else if (read_time(r, text, cell[r->time_at], &time)) {
         take_row(r, text, cell, time);
         return;
     }
@@ -187,20 +206,75 @@ static void row_line(data__reader *r, const char *text, size_t size)
 
 /* ---- the whole file ---- */
 
+/* do numbers begin here? */
+static int is_row(const data__reader *r, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    char point = '\0';
+    double value;
+    int n = data__cells(text, size, data__separator(text, size), cell);
+    return n > 0 && data__number(cell[0], 0, r->c, &point, &value) == NULL;
+}
+
+/* is this "#" line a header? it begins with the time and has other columns */
+static int is_header(const data__reader *r, const lab_note *note)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    const char *text = note->value;
+    size_t size = strlen(text);
+    int n = *note->name == '\0' ? data__cells(text, size, data__separator(text, size), cell) : 0;
+    return n > 1 && data__cut_title(r->model, cell[0], name, unit) >= 0 &&
+           data__is_time(r->model, name);
+}
+
+/* The header, or the first row below a header that is the last "#" line: numpy.savetxt writes so.
+ */
+static void header_line(data__reader *r, const char *text, size_t size)
+{
+    lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
+    if (!is_row(r, text, size)) {
+        data__header_line(r, r->lines.line, text, size);
+        data__settle_noise(r);
+    } else if (last == NULL || !is_header(r, last)) {
+        data__problem(&r->problems, 0, r->lines.line, 1,
+                      "numbers where the titles of the columns should be, expected "
+                      "\"time [s],...\" above the first row");
+        r->stop = 1;
+    } else {
+        data__header_line(r, last->line, last->value, strlen(last->value));
+        data__settle_noise(r);
+        if (r->ntitle > 0 && !r->stop) {
+            row_line(r, text, size);
+        }
+        free((void *)last->name);
+        free((void *)last->value);
+        r->out->data.nnote--;
+    }
+}
+
+static int is_blank(const char *text, size_t size)
+{
+    size_t n = 0;
+    while (n < size && (text[n] == ' ' || text[n] == '\t')) {
+        n++;
+    }
+    return n == size;
+}
+
 static stein_status read_lines(data__reader *r, stein_err *err)
 {
     const char *text;
     size_t size;
     while (!r->stop && !r->problems.more && !r->problems.nomem &&
            data__next_line(&r->lines, &r->problems, &text, &size)) {
-        if (size == 0) {
+        if (is_blank(text, size)) {
             continue;
         }
         if (r->header_line == 0 && text[0] == '#') {
             data__note_line(r, text, size);
         } else if (r->header_line == 0) {
-            data__header_line(r, text, size);
-            data__settle_noise(r);
+            header_line(r, text, size);
         } else {
             row_line(r, text, size);
         }
@@ -237,7 +311,7 @@ static void check_columns(data__reader *r)
         data__problem(&r->problems, 0, r->header_line, 1, "no rows below the header");
         return;
     }
-    if (r->ntitle == 1 && !r->options->inputs_only) {
+    if (r->ntitle == r->time_at + 1 && !r->options->inputs_only) {
         data__problem(&r->problems, 0, r->header_line, 1, "no columns beside the time");
     }
     if (r->rows < least) {
@@ -275,8 +349,11 @@ static void hand_over(data__reader *r)
     out->data.file = out->file;
     out->data.hash = r->lines.hash;
     for (int k = 1; k < r->ntitle; k++) {
-        if (r->title[k].known) {
-            out->column[r->title[k].to].samples = r->title[k].samples;
+        const data__title *t = &r->title[k];
+        if (t->known) {
+            lab_column *c = &out->column[t->to];
+            c->samples = t->samples;
+            c->wraps = data__unwrap(r->model, c, t->value, r->rows);
         }
     }
 }
