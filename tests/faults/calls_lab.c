@@ -64,7 +64,7 @@ static stein_status call_write(uint64_t *result, stein_err *err)
     char picture[FILES_PATH + 8];
     stein_status status = STEIN_OK;
     uint64_t hash = STEIN_HASH;
-    for (int form = LAB_CSV; status == STEIN_OK && form <= LAB_MAT; form++) {
+    for (int form = LAB_CSV; status == STEIN_OK && form <= LAB_CSV_PLAIN; form++) {
         status = lab_write(thing->out, (lab_format)form, thing->record, notes, err);
     }
     snprintf(picture, sizeof picture, "%s.svg", thing->out);
