@@ -207,6 +207,48 @@ stein_status lab_data_check_rest(const lab_audit *audit, const double *expected,
 stein_status lab_data_check_settings(const lab_dataset *data, const lab_model *model,
                                      lab_report_fn *report, void *ctx, stein_err *err);
 
+/* ---- are the records read as they were meant? ---- */
+
+/** What is suspected of a record. */
+typedef enum {
+    LAB_DOUBT_SCALE,   /* a column, or all of one unit, in another unit than stated */
+    LAB_DOUBT_SIGN,    /* a column counts against the model */
+    LAB_DOUBT_SWAPPED, /* two columns of one unit are exchanged */
+    LAB_DOUBT_TIME,    /* the time is in another unit than stated */
+    LAB_DOUBT_ALIEN    /* nothing explains this record, but all others are explained */
+} lab_doubt_kind;
+
+/** One suspicion. Columns are indices into those of the record. */
+typedef struct lab_doubt {
+    lab_doubt_kind kind;
+    int grave;         /* 1: as the data are read, no verdict about the mechanism can be trusted */
+    int stroke;        /* first record that it concerns */
+    int records;       /* how many it concerns */
+    int column, other; /* -1: none (time, all columns of a unit, the whole record) */
+    double factor;     /* of the numbers as they were read; 1: not a matter of scale */
+    double off, then;  /* misfit of the affected channels as read, and with the other reading:
+                          sd(y - h) / (sd(y) + sd(h)), 0 the same motion, 0.7 unrelated */
+    char *text;        /* "file: column: what; what would fit" */
+} lab_doubt;
+
+/** Suspicions, the worst first. */
+typedef struct lab_doubts {
+    int n, grave; /* grave: at least one is */
+    lab_doubt *item;
+} lab_doubts;
+/** Simulate every record once with the numbers of the file and its own settings, and compare sizes,
+ *  signs, order of columns and time scale with those measured: milliseconds a record. A suspicion
+ *  needs a reading that fits; wrong numbers of the model and missing physics give none.
+ *  @return OK, ENOMEM, or what makes the model unusable */
+stein_status lab_doubts_find(lab_doubts **doubts, const lab_model *model, const lab_dataset *data,
+                             stein_err *err);
+void lab_doubts_free(lab_doubts *doubts);
+/** Their texts alone. @param finding  out: [*n], for lab_suspicions_free; NULL for none
+ *  @return as lab_doubts_find */
+stein_status lab_suspicions(char ***finding, int *n, const lab_model *model,
+                            const lab_dataset *data, stein_err *err);
+void lab_suspicions_free(char **finding, int n);
+
 #ifdef __cplusplus
 }
 #endif
