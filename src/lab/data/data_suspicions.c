@@ -11,9 +11,9 @@
  *   - channels that could not be compared (misfit above `apart`) move about as they should, by the
  *     right amount within 25 %;
  *
- * in two thirds of the records that do not fit, or, where most records do fit, in that one. A model
- * that is merely wrong does not do so: two motions that have nothing in common have a misfit of
- * 0.7, and no factor of 1000 brings that to 0.25.
+ * and is better than a straight line, in two thirds of the records that do not fit, or, where most
+ * records do fit, in that one. A model that is merely wrong does not do so: two motions that have
+ * nothing in common have a misfit of 0.7, and no factor of 1000 brings that to 0.25.
  *
  * A linear model whose initial state is unknown follows its data at any scale. There the travel is
  * compared with the largest length of the model's file.
@@ -22,9 +22,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_trial.h"
+#include "data_doubts.h"
 
-static const double fits = 0.25, better = 3.0, apart = 0.9, nearly = 0.45, within = 1.25;
+static const double fits = 0.25, fits_adapted = 0.15, better = 3.0, apart = 0.9, nearly = 0.45,
+                    within = 1.25;
+/* misfit of a record that is asked about always, never; in between by that of the median record */
+static const double asked = 0.12, not_asked = 0.05, usual = 5.0;
+static const double longest = 50.0, shortest = 500.0; /* a record, in runs of the model */
+static const double straight = 0.5;                   /* share of a straight line's misfit */
+static const double alike = 2.0; /* misfits of two readings that cannot be told apart */
 static const double foreign = 0.6, well = 0.15;   /* misfit of a foreign record; median of all */
 static const double beyond = 30.0, inside = 3.0;  /* travel in largest lengths of the model */
 static const double degrees = 57.295779513082321; /* in a radian */
@@ -35,31 +41,9 @@ enum {
     FEW = 4 /* records; fewer do not show which of them is foreign */
 };
 
-/* a reading in terms of names, for records whose columns are in different orders */
-typedef struct guess {
-    const char *a, *b, *unit; /* NULL: none */
-    double factor, time;
-    int tested, accepted;    /* records */
-    int first;               /* record that it was accepted in first, -1: none */
-    double off, then, score; /* sums over the records in which it was accepted */
-    double travel, predicted;
-} guess;
-
-typedef struct audit {
-    const lab_model *model;
-    const lab_dataset *data;
-    data__match **plain; /* [n] of each record, as it is read */
-    data__match *other;  /* room for one more */
-    guess *guess;        /* [READINGS] */
-    int nguess;
-    lab_doubts *out;
-    stein_status status;
-    stein_err *err;
-} audit;
-
 /* ---- trials ---- */
 
-static void try(audit *a, int record, data__reading reading, data__match *match)
+static void try(data__suspects *a, int record, data__reading reading, data__match *match)
 {
     long patience = PATIENCE;
     if (a->status != STEIN_OK) {
@@ -70,7 +54,7 @@ static void try(audit *a, int record, data__reading reading, data__match *match)
 }
 
 /* is the column among those that the guess is about? */
-static int affects(const guess *g, const lab_data *d, int k)
+static int affects(const data__guess *g, const lab_data *d, int k)
 {
     const lab_column *c = &d->column[k];
     if (g->unit != NULL) {
@@ -81,7 +65,7 @@ static int affects(const guess *g, const lab_data *d, int k)
            (g->b != NULL && strcmp(c->name, g->b) == 0);
 }
 
-static int applies(const guess *g, const lab_data *d, data__reading *reading)
+int data__reading_of(const data__guess *g, const lab_data *d, data__reading *reading)
 {
     const lab_column *a = g->a != NULL ? lab_data_column(d, g->a) : NULL;
     const lab_column *b = g->b != NULL ? lab_data_column(d, g->b) : NULL;
@@ -96,15 +80,18 @@ static int applies(const guess *g, const lab_data *d, data__reading *reading)
 
 /* what a guess does for one record */
 typedef struct effect {
+    int adapted;                     /* the initial state was taken from the record */
     int channels;                    /* affected */
     double off, then;                /* means over the affected channels */
     double least_off, most_then;     /* of them */
     double all_off, all_then;        /* means over all channels */
+    double line;                     /* mean misfit of straight lines in the affected channels */
+    double worst;                    /* largest misfit then, of all channels */
     double ratio, travel, predicted; /* travel over predicted, worst; of the first affected one */
 } effect;
 
-static effect compare(const guess *g, const lab_data *d, const data__match *plain,
-                      const data__match *then)
+static effect compare(const data__guess *g, const lab_data *d, int all_affected,
+                      const data__match *plain, const data__match *then)
 {
     effect e = {.least_off = INFINITY, .ratio = 1.0, .travel = NAN, .predicted = NAN};
     int all = 0;
@@ -115,7 +102,9 @@ static effect compare(const guess *g, const lab_data *d, const data__match *plai
         all++;
         e.all_off += plain[k].off;
         e.all_then += then[k].off;
-        if (!affects(g, d, k)) {
+        e.worst = fmax(e.worst, then[k].off);
+        e.adapted |= plain[k].adapted;
+        if (!all_affected && !affects(g, d, k)) {
             continue;
         }
         double ratio = then[k].travel / then[k].predicted;
@@ -125,39 +114,58 @@ static effect compare(const guess *g, const lab_data *d, const data__match *plai
         e.channels++;
         e.off += plain[k].off;
         e.then += then[k].off;
+        e.line += then[k].line;
         e.least_off = fmin(e.least_off, plain[k].off);
         e.most_then = fmax(e.most_then, then[k].off);
         e.ratio = isfinite(ratio) ? fmax(e.ratio, ratio) : (double)INFINITY;
     }
     e.off /= fmax(1.0, e.channels);
     e.then /= fmax(1.0, e.channels);
+    e.line /= fmax(1.0, e.channels);
     e.all_off /= fmax(1.0, all);
     e.all_then /= fmax(1.0, all);
     return e;
 }
 
-static int is_accepted(const effect *e)
+static int is_accepted(const data__guess *g, const effect *e)
 {
-    int fitting = e->most_then < fits && e->off > better * e->then + 0.1;
+    int fitting =
+        e->most_then < (e->adapted ? fits_adapted : fits) && e->off > better * e->then + 0.1;
     int sized = e->most_then < nearly && e->least_off > apart && e->ratio < within;
-    return e->channels > 0 && (fitting || sized) && e->all_then < e->all_off;
+    // a body that is thrown hard enough moves straight on, whatever the forces
+    int calmer = fabs(g->factor) < 1.0;
+    int curved = calmer || !e->adapted || e->then < straight * e->line;
+    return e->channels > 0 && (fitting || (sized && !e->adapted)) && curved &&
+           e->all_then < e->all_off;
 }
 
-static void try_guess(audit *a, guess *g, int record)
+/* would the record last about as long as a run of the model? */
+static int lasts_long_enough(const data__guess *g, const lab_data *d)
+{
+    double length = g->time * (d->time[d->nrow - 1] - d->time[0]), until = d->model->until;
+    return g->time == 1.0 || (length < longest * until && length > until / shortest);
+}
+
+static void try_guess(data__suspects *a, data__guess *g, int record)
 {
     const lab_data *d = a->data->stroke[record];
     data__reading reading;
-    if (!applies(g, d, &reading)) {
+    if (!data__reading_of(g, d, &reading) || !lasts_long_enough(g, d)) {
         return;
     }
     try(a, record, reading, a->other);
-    effect e = compare(g, d, a->plain[record], a->other);
+    // through an adapted initial state a wrong column spoils the others
+    effect e = compare(g, d, 0, a->plain[record], a->other);
+    effect all = compare(g, d, 1, a->plain[record], a->other);
+    int spoils = all.adapted && is_accepted(g, &all) && all.off > e.off;
     g->tested++;
-    if (a->status == STEIN_OK && is_accepted(&e)) {
+    if (a->status == STEIN_OK && (spoils || is_accepted(g, &e))) {
+        e.off = spoils ? all.off : e.off;
         g->first = g->accepted == 0 ? record : g->first;
         g->travel = g->accepted == 0 ? e.travel : g->travel;
         g->predicted = g->accepted == 0 ? e.predicted : g->predicted;
         g->accepted++;
+        g->cured += e.worst < fits;
         g->off += e.off;
         g->then += e.then;
         g->score += e.all_then;
@@ -166,7 +174,7 @@ static void try_guess(audit *a, guess *g, int record)
 
 /* ---- what slips lead to ---- */
 
-static void offer(audit *a, guess g)
+static void offer(data__suspects *a, data__guess g)
 {
     if (a->nguess < READINGS) {
         g.first = -1;
@@ -186,153 +194,34 @@ static int begins_group(const lab_data *d, int k)
     return before == 0 && same > 1;
 }
 
-static void offer_all(audit *a, const lab_data *d)
+static void offer_all(data__suspects *a, const lab_data *d)
 {
     a->nguess = 0;
-    offer(a, (guess){.factor = 1.0, .time = 1e-3});
-    offer(a, (guess){.factor = 1.0, .time = 1e3});
+    offer(a, (data__guess){.factor = 1.0, .time = 1e-3});
+    offer(a, (data__guess){.factor = 1.0, .time = 1e3});
     for (int k = 0; k < d->ncolumn; k++) {
         const lab_column *c = &d->column[k];
         double odd = strcmp(c->unit, "rad") == 0 || strcmp(c->unit, "rad/s") == 0 ? degrees : 100.0;
         double factor[] = {1e-3, 1e3, 1.0 / odd, odd, -1.0};
         for (int i = 0; i < 5; i++) {
-            offer(a, (guess){.a = c->name, .factor = factor[i], .time = 1.0});
+            offer(a, (data__guess){.a = c->name, .factor = factor[i], .time = 1.0});
             if (i < 4 && begins_group(d, k)) {
-                offer(a, (guess){.unit = c->unit, .factor = factor[i], .time = 1.0});
+                offer(a, (data__guess){.unit = c->unit, .factor = factor[i], .time = 1.0});
             }
         }
         for (int i = k + 1; i < d->ncolumn; i++) {
             const lab_column *b = &d->column[i];
             if (strcmp(c->unit, b->unit) == 0 && c->role == b->role) {
-                offer(a, (guess){.a = c->name, .b = b->name, .factor = 1.0, .time = 1.0});
+                offer(a, (data__guess){.a = c->name, .b = b->name, .factor = 1.0, .time = 1.0});
             }
         }
     }
 }
 
-/* ---- words ---- */
-
-/* what a factor says of a unit: the numbers are in one unit under a title that states another */
-static const char *units_of(char *to, const char *unit, double factor)
-{
-    static const struct {
-        const char *unit, *small;
-        double factor;
-    } known[] = {{"m", "mm", 1e-3},
-                 {"m", "cm", 1e-2},
-                 {"rad", "deg", 1.0 / 57.295779513082321},
-                 {"rad", "mrad", 1e-3},
-                 {"s", "ms", 1e-3},
-                 {"N", "mN", 1e-3},
-                 {"N m", "mN m", 1e-3},
-                 {"m/s", "mm/s", 1e-3},
-                 {"m/s", "cm/s", 1e-2},
-                 {"rad/s", "deg/s", 1.0 / 57.295779513082321}};
-    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-        double up = factor / known[i].factor, down = factor * known[i].factor;
-        if (strcmp(known[i].unit, unit) == 0 && fabs(up - 1.0) < 1e-6) {
-            snprintf(to, DATA_SHOWN, "as %s instead of %s", known[i].small, unit);
-            return to;
-        }
-        if (strcmp(known[i].unit, unit) == 0 && fabs(down - 1.0) < 1e-6) {
-            snprintf(to, DATA_SHOWN, "as %s instead of %s", unit, known[i].small);
-            return to;
-        }
-    }
-    snprintf(to, DATA_SHOWN, "times %.4g", factor);
-    return to;
-}
-
-/* names of the columns of one unit */
-static void list_columns(char *to, size_t room, const lab_data *d, const char *unit)
-{
-    size_t n = 0;
-    *to = '\0';
-    for (int k = 0; k < d->ncolumn && n + 2 * DATA_SHOWN < room; k++) {
-        if (strcmp(d->column[k].unit, unit) == 0) {
-            n += (size_t)snprintf(to + n, room - n, "%s%s", n > 0 ? ", " : "", d->column[k].name);
-        }
-    }
-}
-
-static char *describe(const audit *a, const guess *g, const char *records)
-{
-    const lab_data *d = a->data->stroke[g->first];
-    const lab_column *c = g->a != NULL ? lab_data_column(d, g->a) : NULL;
-    char unit[DATA_SHOWN], x[DATA_SHOWN], y[DATA_SHOWN], names[400], misfit[80];
-    snprintf(misfit, sizeof misfit, "misfit %.2f, then %.2g%s", g->off / g->accepted,
-             g->then / g->accepted, records);
-    if (g->time != 1.0) {
-        return lab__text("%s: time: the record lasts %s, the model moves on another time scale; "
-                         "read %s it fits (%s)",
-                         d->file, data__quantity(x, d->time[d->nrow - 1] - d->time[0], "s"),
-                         units_of(unit, "s", g->time), misfit);
-    }
-    if (g->b != NULL) {
-        return lab__text("%s: %s and %s: each fits the prediction of the other; exchanged they fit "
-                         "(%s)",
-                         d->file, g->a, g->b, misfit);
-    }
-    if (g->factor < 0.0) {
-        return lab__text("%s: %s: moves against the model; with the opposite sign it fits: check "
-                         "the sign of the sensor and the sense of the joint (%s)",
-                         d->file, g->a, misfit);
-    }
-    const char *si = g->unit != NULL ? g->unit : c->unit;
-    list_columns(names, sizeof names, d, si);
-    if (g->unit == NULL && c->role == LAB_INPUT) {
-        return lab__text("%s: %s: with this input the model moves far from the record; read %s it "
-                         "fits (%s)",
-                         d->file, g->a, units_of(unit, si, g->factor), misfit);
-    }
-    return lab__text("%s: %s: %s of travel, the model moves %s; read %s it fits (%s)", d->file,
-                     g->unit != NULL ? names : g->a, data__quantity(x, g->travel, si),
-                     data__quantity(y, g->predicted, si), units_of(unit, si, g->factor), misfit);
-}
-
-/* ---- suspicions ---- */
-
-static void add(audit *a, lab_doubt doubt)
-{
-    lab_doubt *grown = realloc(a->out->item, sizeof *grown * ((size_t)a->out->n + 1));
-    if (grown != NULL) {
-        a->out->item = grown;
-    }
-    if (grown == NULL || doubt.text == NULL) {
-        free(doubt.text);
-        a->status = lab__no_memory(a->err);
-        return;
-    }
-    grown[a->out->n++] = doubt;
-    a->out->grave |= doubt.grave;
-}
-
-static void tell(audit *a, const guess *g, int records)
-{
-    const lab_data *d = a->data->stroke[g->first];
-    char many[60] = "";
-    if (a->data->n > 1) {
-        snprintf(many, sizeof many, "; %d of %d records", records, a->data->n);
-    }
-    data__reading reading;
-    applies(g, d, &reading);
-    add(a, (lab_doubt){.kind = g->time != 1.0    ? LAB_DOUBT_TIME
-                               : g->b != NULL    ? LAB_DOUBT_SWAPPED
-                               : g->factor < 0.0 ? LAB_DOUBT_SIGN
-                                                 : LAB_DOUBT_SCALE,
-                       .grave = 1,
-                       .stroke = g->first,
-                       .records = records,
-                       .column = reading.column,
-                       .other = reading.other,
-                       .factor = g->time != 1.0 ? g->time : g->factor,
-                       .off = g->off / g->accepted,
-                       .then = g->then / g->accepted,
-                       .text = describe(a, g, many)});
-}
+/* ---- the best of them ---- */
 
 /* do two guesses speak of the same column? */
-static int overlap(const guess *g, const guess *h, const lab_data *d)
+static int overlap(const data__guess *g, const data__guess *h, const lab_data *d)
 {
     for (int k = 0; k < d->ncolumn; k++) {
         if (affects(g, d, k) && affects(h, d, k)) {
@@ -342,37 +231,59 @@ static int overlap(const guess *g, const guess *h, const lab_data *d)
     return 0;
 }
 
-/* the best guesses that enough of the tested records accept, each column once.
- * @return how many were told */
-static int tell_best(audit *a, int records, double share)
+/* the best guess that enough of the tested records accept; NULL: none */
+static data__guess *best_guess(data__suspects *a, double share)
 {
-    int told = 0;
-    for (;;) {
-        guess *best = NULL;
-        for (int i = 0; i < a->nguess; i++) {
-            guess *g = &a->guess[i];
-            if (g->accepted > 0 && g->accepted >= share * g->tested &&
-                (best == NULL || g->score / g->accepted < best->score / best->accepted)) {
-                best = g;
-            }
-        }
-        if (best == NULL || a->status != STEIN_OK) {
-            return told;
-        }
-        tell(a, best, records);
-        told++;
-        const lab_data *d = a->data->stroke[best->first];
-        guess done = *best;
-        for (int i = 0; i < a->nguess; i++) {
-            a->guess[i].accepted = overlap(&done, &a->guess[i], d) ? 0 : a->guess[i].accepted;
+    data__guess *best = NULL;
+    for (int i = 0; i < a->nguess; i++) {
+        data__guess *g = &a->guess[i];
+        if (g->accepted > 0 && g->accepted >= share * g->tested &&
+            (best == NULL || g->score / g->accepted < best->score / best->accepted)) {
+            best = g;
         }
     }
+    return best;
+}
+
+/* Another column whose sign explains all of it, too: two pendulums swing alike to both sides. */
+static const char *other_sign(const data__suspects *a, const data__guess *best)
+{
+    for (int i = 0; i < a->nguess && best->factor < 0.0 && best->cured == best->accepted; i++) {
+        const data__guess *g = &a->guess[i];
+        if (g != best && g->factor < 0.0 && g->accepted == best->accepted &&
+            g->cured == g->accepted && g->score < alike * best->score) {
+            return g->a;
+        }
+    }
+    return NULL;
+}
+
+/* The best guesses that enough of the tested records accept, each column once, until every channel
+ * fits. @return how many were told */
+static int tell_best(data__suspects *a, int records, double share, int alone)
+{
+    int told = 0;
+    data__guess *best = best_guess(a, share);
+    while (best != NULL && a->status == STEIN_OK) {
+        data__guess done = *best;
+        data__tell_guess(a, best, other_sign(a, best), records, alone);
+        told++;
+        if (done.cured == done.accepted) {
+            break;
+        }
+        for (int i = 0; i < a->nguess; i++) {
+            data__guess *g = &a->guess[i];
+            g->accepted = overlap(&done, g, a->data->stroke[done.first]) ? 0 : g->accepted;
+        }
+        best = best_guess(a, share);
+    }
+    return told;
 }
 
 /* ---- records ---- */
 
-/* mean and worst misfit of the channels that show places; of all, where none does */
-static double misfit(const audit *a, int record, double *worst)
+/* mean and worst misfit of the channels that show places or speeds; of all, where none does */
+static double misfit(const data__suspects *a, int record, double *worst)
 {
     const lab_data *d = a->data->stroke[record];
     double sum[2] = {0.0}, most[2] = {0.0};
@@ -390,60 +301,56 @@ static double misfit(const audit *a, int record, double *worst)
     return n[i] > 0 ? sum[i] / n[i] : 0.0;
 }
 
-static void tell_foreign(audit *a, int record, double own, double median)
+/* readings that most of the records that do not fit agree on */
+static void judge_all(data__suspects *a, const int *bad, int nbad)
 {
-    const lab_data *d = a->data->stroke[record];
-    add(a, (lab_doubt){.kind = LAB_DOUBT_ALIEN,
-                       .stroke = record,
-                       .records = 1,
-                       .column = -1,
-                       .other = -1,
-                       .factor = 1.0,
-                       .off = own,
-                       .then = NAN,
-                       .text = lab__text("%s: all columns: the motion cannot be reproduced (misfit "
-                                         "%.2f, the median of all records %.2g); a record of "
-                                         "another mechanism, or of other settings than it states, "
-                                         "would look so",
-                                         d->file, own, median)});
+    int tested = nbad < TESTED ? nbad : TESTED;
+    offer_all(a, a->data->stroke[bad[0]]);
+    for (int i = 0; i < a->nguess; i++) {
+        for (int k = 0; k < tested; k++) {
+            // two that do not fit are enough
+            if (k < 2 || a->guess[i].accepted > 0) {
+                try_guess(a, &a->guess[i], bad[k * nbad / tested]);
+            }
+        }
+    }
+    tell_best(a, nbad, 2.0 / 3.0, 0);
 }
 
-static void judge(audit *a, double *off, double *worst, double *sorted)
+/* what is odd about one record, while most fit */
+static void judge_one(data__suspects *a, int record, double own, double median)
+{
+    offer_all(a, a->data->stroke[record]);
+    for (int k = 0; k < a->nguess; k++) {
+        try_guess(a, &a->guess[k], record);
+    }
+    if (tell_best(a, 1, 1.0, 1) == 0 && a->data->n >= FEW && median < well && own > foreign) {
+        data__tell_foreign(a, record, own, median);
+    }
+}
+
+static void judge(data__suspects *a, double *off, double *worst, double *sorted)
 {
     int n = a->data->n, nbad = 0, *bad = malloc(sizeof *bad * (size_t)n);
     if (bad == NULL) {
         a->status = lab__no_memory(a->err);
         return;
     }
+    memcpy(sorted, worst, sizeof *sorted * (size_t)n);
+    qsort(sorted, (size_t)n, sizeof *sorted, data__compare);
+    double limit = fmin(asked, fmax(not_asked, usual * sorted[(n - 1) / 2]));
     for (int r = 0; r < n; r++) {
-        sorted[r] = off[r];
-        if (worst[r] > fits) {
+        if (worst[r] > limit) {
             bad[nbad++] = r;
         }
     }
+    memcpy(sorted, off, sizeof *sorted * (size_t)n);
     qsort(sorted, (size_t)n, sizeof *sorted, data__compare);
-    double median = sorted[(n - 1) / 2];
-    int most = 2 * nbad > n, tested = nbad < TESTED ? nbad : TESTED, told = 0;
-    if (most) {
-        offer_all(a, a->data->stroke[bad[0]]);
-        for (int i = 0; i < a->nguess; i++) {
-            for (int k = 0; k < tested; k++) {
-                // two that do not fit are enough
-                if (k < 2 || a->guess[i].accepted > 0) {
-                    try_guess(a, &a->guess[i], bad[k * nbad / tested]);
-                }
-            }
-        }
-        told = tell_best(a, nbad, 2.0 / 3.0);
-    }
-    for (int i = 0; !most && i < nbad && a->status == STEIN_OK; i++) {
-        offer_all(a, a->data->stroke[bad[i]]);
-        for (int k = 0; k < a->nguess; k++) {
-            try_guess(a, &a->guess[k], bad[i]);
-        }
-        told = tell_best(a, 1, 1.0);
-        if (told == 0 && n >= FEW && median < well && off[bad[i]] > foreign) {
-            tell_foreign(a, bad[i], off[bad[i]], median);
+    if (2 * nbad > n) {
+        judge_all(a, bad, nbad);
+    } else {
+        for (int i = 0; i < nbad && a->status == STEIN_OK; i++) {
+            judge_one(a, bad[i], off[bad[i]], sorted[(n - 1) / 2]);
         }
     }
     free(bad);
@@ -465,7 +372,7 @@ static double largest_length(const lab_model *model)
 }
 
 /* a linear model fits at any scale: then its lengths decide */
-static void judge_travel(audit *a, int record, int k)
+static void judge_travel(data__suspects *a, int record, int k)
 {
     const lab_data *d = a->data->stroke[record];
     const data__match *m = &a->plain[record][k];
@@ -474,27 +381,14 @@ static void judge_travel(audit *a, int record, int k)
         !(reach > 0.0) || travel < beyond * reach || 1e-3 * travel > inside * reach) {
         return;
     }
-    guess g = {.a = d->column[k].name, .factor = 1e-3, .time = 1.0};
+    data__guess g = {.a = d->column[k].name, .factor = 1e-3, .time = 1.0};
     data__reading reading;
-    applies(&g, d, &reading);
+    data__reading_of(&g, d, &reading);
     try(a, record, reading, a->other);
     if (a->status != STEIN_OK || a->other[k].off > fits) {
         return; // gravity, say, tells the scale
     }
-    char x[DATA_SHOWN], y[DATA_SHOWN];
-    add(a, (lab_doubt){.kind = LAB_DOUBT_SCALE,
-                       .grave = 1,
-                       .stroke = record,
-                       .records = a->data->n,
-                       .column = k,
-                       .other = -1,
-                       .factor = 1e-3,
-                       .off = m->off,
-                       .then = a->other[k].off,
-                       .text = lab__text("%s: %s: %s of travel, the largest length of the model is "
-                                         "%s; read as mm instead of m it would suit",
-                                         d->file, d->column[k].name, data__quantity(x, travel, "m"),
-                                         data__quantity(y, reach, "m"))});
+    data__tell_travel(a, record, k, reach, a->other[k].off);
 }
 
 /* ---- the whole ---- */
@@ -508,7 +402,7 @@ static int by_severity(const void *a, const void *b)
                        : (p->stroke > q->stroke) - (p->stroke < q->stroke);
 }
 
-static void look(audit *a, double *room)
+static void look(data__suspects *a, double *room)
 {
     int n = a->data->n;
     for (int r = 0; r < n && a->status == STEIN_OK; r++) {
@@ -518,7 +412,7 @@ static void look(audit *a, double *room)
     if (a->status == STEIN_OK) {
         judge(a, room, room + n, room + 2 * n);
     }
-    for (int k = 0; k < a->data->stroke[0]->ncolumn && a->status == STEIN_OK; k++) {
+    for (int k = 0; a->out->n == 0 && k < a->data->stroke[0]->ncolumn; k++) {
         judge_travel(a, 0, k);
     }
     if (a->out->n > 1) {
@@ -529,7 +423,7 @@ static void look(audit *a, double *room)
 stein_status lab_doubts_find(lab_doubts **doubts, const lab_model *model, const lab_dataset *data,
                              stein_err *err)
 {
-    audit a = {.model = model, .data = data, .status = STEIN_OK, .err = err};
+    data__suspects a = {.model = model, .data = data, .status = STEIN_OK, .err = err};
     size_t n = (size_t)data->n;
     double *room = calloc(3 * n + 1, sizeof *room);
     a.out = calloc(1, sizeof *a.out);
@@ -560,46 +454,4 @@ stein_status lab_doubts_find(lab_doubts **doubts, const lab_model *model, const 
     }
     *doubts = a.out;
     return STEIN_OK;
-}
-
-void lab_doubts_free(lab_doubts *doubts)
-{
-    for (int i = 0; doubts != NULL && i < doubts->n; i++) {
-        free(doubts->item[i].text);
-    }
-    if (doubts != NULL) {
-        free(doubts->item);
-        free(doubts);
-    }
-}
-
-stein_status lab_suspicions(char ***finding, int *n, const lab_model *model,
-                            const lab_dataset *data, stein_err *err)
-{
-    lab_doubts *doubts = NULL;
-    stein_status status = lab_doubts_find(&doubts, model, data, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    char **text = doubts->n > 0 ? calloc((size_t)doubts->n, sizeof *text) : NULL;
-    if (doubts->n > 0 && text == NULL) {
-        lab_doubts_free(doubts);
-        return lab__no_memory(err);
-    }
-    *n = doubts->n;
-    for (int i = 0; i < *n; i++) { // handed over
-        text[i] = doubts->item[i].text;
-        doubts->item[i].text = NULL;
-    }
-    *finding = text;
-    lab_doubts_free(doubts);
-    return STEIN_OK;
-}
-
-void lab_suspicions_free(char **finding, int n)
-{
-    for (int i = 0; i < n; i++) {
-        free(finding[i]);
-    }
-    free(finding);
 }

@@ -6,25 +6,20 @@
  *
  *   - at most ROWS samples up to the third turning point of every channel are compared: beyond it
  *     a small error of the initial state or of a friction may have grown to any size;
- *   - an unknown initial state q, qd solves h(q) = y(0), dh/dq qd = dy/dt(0) in the least-squares
- *     sense, with a weak prior at the file's values for what no channel shows. y(0) and its slope
- *     are those of a parabola through the first samples;
+ *   - an unknown initial state is taken from the record (data_start.c);
  *   - the measure has no scale and no offset (data_trial.h).
  *
  * A reading that makes no sense (an angle of 20 000 rad/s) may be stiff: it is broken off.
  */
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "data_start.h"
 #include "data_trial.h"
-#include "fitting.h"
 
-enum { ROWS = 300, TURNS = 3, FEWEST = 8, NEWTON = 6, SHIFTS = 25 };
-static const double hysteresis = 0.1;  /* of the travel: less is no turning point */
-static const double first_part = 0.08; /* of the window: where the initial slope is taken from */
-static const double weak = 1e-3;       /* weight of the prior against a channel's travel */
+enum { ROWS = 300, TURNS = 3, SHIFTS = 25 };
+static const double hysteresis = 0.1; /* of the travel: less is no turning point */
 
 data__reading data__as_it_is(void)
 {
@@ -33,28 +28,10 @@ data__reading data__as_it_is(void)
 
 /* ---- the window ---- */
 
-/* 2 % and 98 % of the samples that are finite. @return their distance; 0: too few */
-static double travel_of(const double *v, int n)
-{
-    double *sorted = malloc(sizeof *sorted * ((size_t)n + 1)), travel = 0.0;
-    int k = 0;
-    for (int i = 0; sorted != NULL && i < n; i++) {
-        if (isfinite(v[i])) {
-            sorted[k++] = v[i];
-        }
-    }
-    if (k >= FEWEST) {
-        qsort(sorted, (size_t)k, sizeof *sorted, data__compare);
-        travel = sorted[k - 1 - k / 50] - sorted[k / 50];
-    }
-    free(sorted);
-    return travel;
-}
-
 /* row behind the third turning point of a channel */
 static int third_turn(const lab_column *c, int n)
 {
-    double low = INFINITY, high = -INFINITY, range = travel_of(c->value, n < 20000 ? n : 20000);
+    double low = INFINITY, high = -INFINITY, range = data__travel(c->value, n < 20000 ? n : 20000);
     int turns = 0, way = 0;
     for (int i = 0; i < n; i++) {
         if (!c->present[i]) {
@@ -78,7 +55,7 @@ static int third_turn(const lab_column *c, int n)
 
 static int window_of(const lab_data *d)
 {
-    int rows = FEWEST;
+    int rows = DATA_FEWEST;
     for (int k = 0; k < d->ncolumn; k++) {
         int turned = d->column[k].role == LAB_OUTPUT ? third_turn(&d->column[k], d->nrow) : 0;
         rows = turned > rows ? turned : rows;
@@ -156,214 +133,6 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
     return STEIN_OK;
 }
 
-/* ---- initial state ---- */
-
-/* what an initial state is estimated with */
-typedef struct beginning {
-    fit__problem *p;
-    fit__bench *b;
-    const stein_model *m;
-    int n, *unknown;      /* joints whose state is unknown, their unknown of the problem */
-    double *q, *qd;       /* [nq] */
-    double *q0, *qd0;     /* [nq] of the file */
-    double *value, *rate; /* [nch] of the record at its start; NAN: not known */
-    double *scale;        /* [nch] weight of a channel: 1 over its travel */
-    double *read;         /* [2 nch] */
-} beginning;
-
-static int shows_place(stein_read_kind read)
-{
-    return read == STEIN_READ_POSITION || read == STEIN_READ_GAP || read == STEIN_READ_X ||
-           read == STEIN_READ_Y || read == STEIN_READ_Z;
-}
-
-static int shows_speed(stein_read_kind read)
-{
-    return read == STEIN_READ_SPEED || read == STEIN_READ_VX || read == STEIN_READ_VY ||
-           read == STEIN_READ_VZ;
-}
-
-/* value and slope of the first samples of a channel: a parabola by least squares */
-static void start_of(const fit__stroke *s, const double *y, double *value, double *rate)
-{
-    const double *t = s->data->time;
-    int n = (int)(first_part * s->n) > 5 ? (int)(first_part * s->n) : 5, k = 0;
-    double t0 = t[0], span = t[n < s->n ? n : s->n - 1] - t0, A[9] = {0}, g[3] = {0}, x[3];
-    for (int i = 0; i < s->n && i < n; i++) {
-        double u = (t[i] - t0) / span, basis[3] = {1.0, u, u * u};
-        for (int r = 0; !isnan(y[i]) && r < 9; r++) {
-            A[r] += basis[r / 3] * basis[r % 3];
-            g[r / 3] += r % 3 == 0 ? basis[r / 3] * y[i] : 0.0;
-        }
-        k += !isnan(y[i]);
-    }
-    *value = *rate = NAN;
-    gsl_matrix_view M = gsl_matrix_view_array(A, 3, 3);
-    gsl_vector_view right = gsl_vector_view_array(g, 3), left = gsl_vector_view_array(x, 3);
-    if (k >= 4 && span > 0.0 && gsl_linalg_cholesky_decomp1(&M.matrix) == 0) {
-        gsl_linalg_cholesky_solve(&M.matrix, &right.vector, &left.vector);
-        *value = x[0];
-        *rate = x[1] / span;
-    }
-}
-
-/* readings at q, qd. @return OK or what stein_set_state returns */
-static stein_status read_at(const beginning *g, const double *q, const double *qd, double *to)
-{
-    const fit__stroke *s = &g->p->stroke[0];
-    stein_status status = stein_set_state(g->b->sim, 0.0, q, qd, NULL);
-    for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
-        to[c] = stein_read(g->b->sim, s->channel[c]);
-    }
-    return status;
-}
-
-/* Derivatives of the readings by the unknown joints' q (or qd); J [nch x n]. */
-static stein_status slopes(const beginning *g, double *at, double *J)
-{
-    int nch = g->p->stroke[0].nch;
-    for (int k = 0; k < g->n; k++) {
-        int joint = g->p->unknown[g->unknown[k]].index;
-        double kept = at[joint], h = 1e-6 * fmax(1.0, fabs(kept));
-        for (int side = 0; side < 2; side++) {
-            at[joint] = kept + (side ? -h : h);
-            stein_status status = read_at(g, g->q, g->qd, g->read + side * nch);
-            at[joint] = kept;
-            if (status != STEIN_OK) {
-                return status;
-            }
-        }
-        for (int c = 0; c < nch; c++) {
-            J[c * g->n + k] = (g->read[c] - g->read[nch + c]) / (2.0 * h);
-        }
-    }
-    return STEIN_OK;
-}
-
-/* Least squares of J dx = r with weights and the weak prior dx = 0; rows whose r is NAN say
- * nothing.
- * @param A  [n * n] room, dx [n] out. @return 0, -1 singular */
-static int solve(const beginning *g, const double *J, const double *r, double *A, double *dx)
-{
-    size_t n = (size_t)g->n;
-    memset(A, 0, sizeof *A * n * n);
-    memset(dx, 0, sizeof *dx * n);
-    for (size_t i = 0; i < n; i++) {
-        A[i * n + i] = weak * weak;
-    }
-    for (int c = 0; c < g->p->stroke[0].nch; c++) {
-        double w = g->scale[c] * g->scale[c];
-        const double *row = J + (size_t)c * n;
-        for (size_t i = 0; !isnan(r[c]) && i < n; i++) {
-            dx[i] += w * row[i] * r[c];
-            for (size_t k = 0; k < n; k++) {
-                A[i * n + k] += w * row[i] * row[k];
-            }
-        }
-    }
-    gsl_matrix_view M = gsl_matrix_view_array(A, n, n);
-    gsl_vector_view x = gsl_vector_view_array(dx, n);
-    return gsl_linalg_cholesky_decomp1(&M.matrix) == 0 &&
-                   gsl_linalg_cholesky_svx(&M.matrix, &x.vector) == 0
-               ? 0
-               : -1;
-}
-
-/* positions by Gauss-Newton, speeds by one linear problem; J [nch x n], room [nch + n * n + n] */
-static stein_status estimate(beginning *g, double *J, double *room)
-{
-    const fit__stroke *s = &g->p->stroke[0];
-    double *r = room, *A = room + s->nch, *dx = A + g->n * g->n;
-    stein_status status = STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < NEWTON; i++) {
-        status = slopes(g, g->q, J);
-        status = status == STEIN_OK ? read_at(g, g->q, g->qd, g->read) : status;
-        for (int c = 0; c < s->nch; c++) {
-            const stein_channel *channel = &g->m->channels[s->channel[c]];
-            int usable = shows_place(channel->read) && !channel->from_rest;
-            r[c] = usable ? g->value[c] - g->read[c] : NAN;
-        }
-        if (status != STEIN_OK || solve(g, J, r, A, dx) != 0) {
-            return STEIN_ESINGULAR;
-        }
-        for (int k = 0; k < g->n; k++) {
-            g->q[g->p->unknown[g->unknown[k]].index] += dx[k];
-        }
-    }
-    // a place moves with dh/dq qd, of all joints; a speed reads dh/dqd qd
-    double *by_speed = J + s->nch * g->n;
-    status = status == STEIN_OK ? slopes(g, g->q, J) : status;
-    status = status == STEIN_OK ? slopes(g, g->qd, by_speed) : status;
-    status = status == STEIN_OK ? read_at(g, g->q, g->qd, g->read) : status;
-    for (int c = 0; status == STEIN_OK && c < s->nch; c++) {
-        stein_read_kind read = g->m->channels[s->channel[c]].read;
-        r[c] = shows_place(read) ? g->rate[c] : shows_speed(read) ? g->value[c] - g->read[c] : NAN;
-        for (int k = 0; k < g->n; k++) {
-            int joint = g->p->unknown[g->unknown[k]].index;
-            r[c] -= shows_place(read) ? J[c * g->n + k] * g->qd[joint] : 0.0;
-            J[c * g->n + k] = shows_speed(read) ? by_speed[c * g->n + k] : J[c * g->n + k];
-        }
-    }
-    if (status != STEIN_OK || solve(g, J, r, A, dx) != 0) {
-        return STEIN_ESINGULAR;
-    }
-    for (int k = 0; k < g->n; k++) {
-        g->qd[g->p->unknown[g->unknown[k]].index] += dx[k];
-    }
-    return STEIN_OK;
-}
-
-/* state of the problem's simulation before it is moved, what the record shows at its start, and the
- * estimate, in the unknowns x. @return OK, ENOMEM, or what the simulation says */
-static stein_status find_start(fit__problem *p, fit__bench *b, double *x, stein_err *err)
-{
-    const stein_model *m = lab_equations(p->model);
-    fit__stroke *s = &p->stroke[0];
-    size_t nq = (size_t)m->nq, nch = (size_t)s->nch;
-    beginning g = {.p = p, .b = b, .m = m};
-    int *unknown = calloc(nq + 1, sizeof *unknown);
-    double *room = calloc(4 * nq + 6 * nch + 2 * nch * nq + nq * nq + nq + 1, sizeof *room);
-    if (unknown == NULL || room == NULL) {
-        free(unknown);
-        free(room);
-        return lab__no_memory(err);
-    }
-    g.unknown = unknown;
-    g.q = room;
-    g.qd = g.q + nq;
-    g.q0 = g.qd + nq;
-    g.qd0 = g.q0 + nq;
-    g.value = g.qd0 + nq;
-    g.rate = g.value + nch;
-    g.scale = g.rate + nch;
-    g.read = g.scale + nch;
-    for (int k = s->first; k < s->first + s->own; k++) {
-        if (p->unknown[k].kind == FIT__POSITION) {
-            unknown[g.n++] = k;
-        }
-    }
-    stein_status status = g.n > 0 ? fit__begin(p, b, 0, x, b->y, NULL) : STEIN_OK;
-    if (status == STEIN_OK && g.n > 0) {
-        memcpy(g.q, stein_q(b->sim), sizeof *g.q * nq);
-        memcpy(g.qd, stein_qd(b->sim), sizeof *g.qd * nq);
-        memcpy(g.q0, g.q, 2 * sizeof *g.q * nq);
-        for (size_t c = 0; c < nch; c++) {
-            double travel = travel_of(s->y + c * (size_t)s->n, s->n);
-            start_of(s, s->y + c * (size_t)s->n, &g.value[c], &g.rate[c]);
-            g.scale[c] = travel > 0.0 ? 1.0 / travel : 1.0;
-        }
-        status = estimate(&g, g.read + 2 * nch, g.read + 2 * nch + 2 * nch * (size_t)g.n);
-    }
-    for (int k = 0; status == STEIN_OK && k < g.n; k++) {
-        int u = unknown[k], joint = p->unknown[u].index; // its speed comes next
-        x[u] = (g.q[joint] - g.q0[joint]) / p->unknown[u].sd;
-        x[u + 1] = (g.qd[joint] - g.qd0[joint]) / p->unknown[u + 1].sd;
-    }
-    free(unknown);
-    free(room);
-    return status;
-}
-
 /* ---- the comparison ---- */
 
 typedef struct watch {
@@ -413,7 +182,27 @@ static double off_by(const fit__stroke *s, int c, const double *predicted, doubl
         sd[j] = n > 0 ? sqrt(fmax(0.0, squares[j] / n - (sum[j] / n) * (sum[j] / n))) : 0.0;
     }
     double off = sd[0] + sd[1] > 0.0 ? sd[2] / (sd[0] + sd[1]) : 0.0;
-    return n < FEWEST ? -1.0 : isfinite(off) ? off : 1.0;
+    return n < DATA_FEWEST ? -1.0 : isfinite(off) ? off : 1.0;
+}
+
+/* misfit of a straight line through channel c */
+static double off_line(const fit__stroke *s, int c)
+{
+    const double *y = s->y + (size_t)c * (size_t)s->n, *t = s->data->time;
+    double n = 0.0, mean[2] = {0.0}, tt = 0.0, ty = 0.0, yy = 0.0;
+    for (int i = 0; i < s->n; i++) {
+        n += !isnan(y[i]);
+        mean[0] += isnan(y[i]) ? 0.0 : t[i];
+        mean[1] += isnan(y[i]) ? 0.0 : y[i];
+    }
+    for (int i = 0; i < s->n; i++) {
+        double a = t[i] - mean[0] / n, b = y[i] - mean[1] / n;
+        tt += isnan(y[i]) ? 0.0 : a * a;
+        ty += isnan(y[i]) ? 0.0 : a * b;
+        yy += isnan(y[i]) ? 0.0 : b * b;
+    }
+    double along = tt > 0.0 ? ty * ty / tt : 0.0;
+    return yy > 0.0 ? sqrt(fmax(0.0, yy - along)) / (sqrt(yy) + sqrt(along)) : 0.0;
 }
 
 /* the shift of an unknown trigger at which all channels together are nearest */
@@ -451,11 +240,13 @@ static void take_matches(const fit__problem *p, const double *predicted, int fai
         stein_read_kind read = lab_equations(p->model)->channels[s->channel[c]].read;
         double off = off_by(s, c, failed ? s->y : predicted, tau);
         size_t first = (size_t)c * (size_t)s->n;
-        m->place = shows_place(read) || shows_speed(read);
-        m->travel = travel_of(s->y + first, s->n);
+        m->place = data__shows_place(read) || data__shows_speed(read);
+        m->travel = data__travel(s->y + first, s->n);
         m->compared = off >= 0.0 && m->travel > 0.0;
         m->off = failed ? 1.0 : off;
-        m->predicted = failed ? NAN : travel_of(predicted + first, s->n);
+        m->line = off_line(s, c);
+        m->adapted = p->nu > p->np && p->unknown[s->first].kind == FIT__POSITION;
+        m->predicted = failed ? NAN : data__travel(predicted + first, s->n);
     }
 }
 
@@ -465,22 +256,23 @@ static stein_status run(fit__problem *p, data__match *match, long *patience, ste
     fit__bench b;
     fit__stroke *s = &p->stroke[0];
     watch w = {0, *patience};
-    double *x = calloc((size_t)p->nu + 1, sizeof *x);
-    stein_status status = x != NULL ? fit__bench_make(&b, p, err) : lab__no_memory(err);
+    double *x = calloc((size_t)p->nu + (size_t)p->rows + 1, sizeof *x), *y = x + p->nu;
     if (x == NULL) {
-        return status;
+        return lab__no_memory(err);
     }
     for (int k = 0; k < p->nu && s->nsignal == 0; k++) {
         // an unknown initial state is that of the first sample
         s->origin = p->unknown[k].kind == FIT__POSITION ? s->data->time[0] : s->origin;
     }
+    stein_status status = fit__bench_make(&b, p, err);
     if (status == STEIN_OK) {
         b.force = lose_patience;
         b.force_ctx = &w;
-        stein_status moved = find_start(p, &b, x, err);
-        moved = moved == STEIN_OK ? fit__simulate(p, &b, 0, x, b.y, NULL) : moved;
+        stein_status moved = data__find_start(p, &b, x, err);
+        moved = moved == STEIN_OK ? fit__simulate(p, &b, 0, x, y, NULL) : moved;
+        moved = moved == STEIN_OK ? data__refine_start(p, &b, x, y, err) : moved;
         status = fit__forgive(moved, err);
-        take_matches(p, b.y, moved != STEIN_OK, match);
+        take_matches(p, y, moved != STEIN_OK, match);
     }
     *patience = w.used;
     fit__bench_free(&b);

@@ -18,10 +18,12 @@ data__reading data__as_it_is(void);
 /** How a channel of the record compares with its prediction. */
 typedef struct data__match {
     int compared; /* 0: an input, or too few samples */
+    int adapted;  /* 1: the initial state was taken from the record, which helps any reading */
     int place;    /* shows where something is, or how fast it is */
     /** sd(y - h) / (sd(y) + sd(h)): 0 the same motion, about 0.7 two that have nothing in common, 1
      *  the opposite motion or sizes that cannot be compared */
     double off;
+    double line; /* the same of the best straight line: a reading that is no better says nothing */
     double travel, predicted; /* 2 % to 98 % of the samples, and of the prediction [unit] */
 } data__match;
 
