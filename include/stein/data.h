@@ -12,6 +12,11 @@
  *      0,39.23
  *      0.25,                                  an empty cell: a missing sample
  *
+ * As other programs write it: titles `name [unit]`, `name (unit)`, `name_unit` or `name` (SI, which
+ * the audit tells); commas, semicolons or tabs between cells, with the latter two also decimal
+ * commas; an index without a name in front of the time; the titles in the last "#" line. Angles
+ * that stay within one turn and jump are made continuous.
+ *
  * All problems of a file are reported, "file:line:column: ...", and a file with problems gives no
  * data. What is merely doubtful (gaps, saturation, a trigger that does not fit) is a finding of the
  * audit. Everything is SI after reading.
@@ -83,6 +88,9 @@ typedef struct lab_data {
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
 } lab_data;
 
+/** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */
+typedef void lab_read_progress_fn(void *ctx, double fraction);
+
 /** How to read. Start from lab_data_options_default(model). */
 typedef struct lab_data_options {
     const stein_model *model; /* must outlive the data */
@@ -90,6 +98,7 @@ typedef struct lab_data_options {
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
     lab_report_fn *report;    /* hears every problem; may be NULL */
     void *ctx;
+    lab_read_progress_fn *progress; /* called every 64 KiB; may be NULL */
 } lab_data_options;
 lab_data_options lab_data_options_default(const stein_model *model);
 

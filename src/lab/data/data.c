@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "data_inner.h"
 
@@ -361,6 +362,10 @@ static void hand_over(data__reader *r)
 static stein_status read_file(data__reader *r, const lab_data_options *o, stein_err *err)
 {
     stein_status status = data__lines_open(&r->lines, r->out->file, err);
+    r->lines.bytes = r->before;
+    r->lines.total = r->total;
+    r->lines.progress = o->progress;
+    r->lines.ctx = o->ctx;
     if (status == STEIN_OK) {
         status = read_lines(r, err);
     }
@@ -384,10 +389,20 @@ static stein_status read_file(data__reader *r, const lab_data_options *o, stein_
     return status;
 }
 
-stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
-                           stein_err *err)
+/* bytes of a file; 0: not known */
+static double size_of(const char *file)
+{
+    struct stat st;
+    return stat(file, &st) == 0 && S_ISREG(st.st_mode) ? (double)st.st_size : 0.0;
+}
+
+/* @param before, total  bytes of the files before it, of all files */
+static stein_status open_one(lab_data **data, const char *file, const lab_data_options *options,
+                             double before, double total, stein_err *err)
 {
     data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
+    r.before = before;
+    r.total = total;
     r.out = calloc(1, sizeof *r.out);
     r.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (r.out != NULL) {
@@ -417,6 +432,12 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
         freelocale(r.c);
     }
     return status;
+}
+
+stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
+                           stein_err *err)
+{
+    return open_one(data, file, options, 0.0, size_of(file), err);
 }
 
 /* ---- access ---- */
@@ -496,10 +517,15 @@ stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
         return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
+    double before = 0.0, total = 0.0;
     set->n = n;
+    for (int i = 0; options->progress != NULL && i < n; i++) {
+        total += size_of(file[i]);
+    }
     for (int i = 0; i < n; i++) { // to the end: every problem of every file
         stein_err why = {STEIN_OK, ""};
-        stein_status one = lab_data_open(&set->stroke[i], file[i], options, &why);
+        stein_status one = open_one(&set->stroke[i], file[i], options, before, total, &why);
+        before += total > 0.0 ? size_of(file[i]) : 0.0;
         if (one == STEIN_EIO && options->report != NULL) {
             options->report(options->ctx, why.msg);
         }

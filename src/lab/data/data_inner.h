@@ -53,6 +53,9 @@ typedef struct data__lines {
     int line; /* number of the present one */
     int ended;
     unsigned long long hash; /* of all bytes so far, FNV-1a */
+    double bytes, total;     /* read, of this file and those before; of all files; 0: not known */
+    lab_read_progress_fn *progress;
+    void *ctx;
 } data__lines;
 stein_status data__lines_open(data__lines *l, const char *file, stein_err *err);
 void data__lines_close(data__lines *l);
@@ -141,7 +144,8 @@ typedef struct data__reader {
     data__file *out;
     data__problems problems;
     data__lines lines;
-    data__title *title; /* [ntitle] */
+    double before, total; /* bytes of the files before this one, of all */
+    data__title *title;   /* [ntitle] */
     int ntitle, header_line;
     char separator, point; /* of cells; of decimals, 0: not seen yet */
     int time_at;           /* column of the time: 0, or 1 behind an index without a name */

@@ -138,7 +138,11 @@ static void refill(data__lines *l)
     size_t n = fread(l->buffer + l->have, 1, DATA_LINE + 1 - l->have, l->stream);
     l->hash = lab__hash(l->hash, l->buffer + l->have, n);
     l->have += n;
+    l->bytes += (double)n;
     l->ended = n == 0;
+    if (l->progress != NULL && l->total > 0.0) {
+        l->progress(l->ctx, fmin(1.0, l->bytes / l->total));
+    }
 }
 
 /* byte order marks: UTF-8 is passed over, UTF-16 cannot be read */
