@@ -6,7 +6,6 @@
  * the first samples. The slope of a noisy record is poor, so a few Gauss-Newton steps on all
  * samples follow.
  */
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +16,35 @@ enum { NEWTON = 6, REFINEMENTS = 4 };
 static const double first_part = 0.08; /* of the samples: where the initial slope is taken from */
 static const double weak = 1e-3;       /* weight of the prior against a channel's travel */
 
-/* 2 % and 98 % of the samples that are finite. @return their distance; 0: too few */
+/* A x = b by Cholesky, A [n * n] symmetric, its lower triangle is replaced by the factor; x holds b
+ * and then x. @return 0, -1 not positive definite */
+static int solve_positive(double *A, double *x, int n)
+{
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k <= i; k++) {
+            double sum = A[i * n + k];
+            for (int j = 0; j < k; j++) {
+                sum -= A[i * n + j] * A[k * n + j];
+            }
+            if (i == k && !(sum > 0.0 && isfinite(sum))) {
+                return -1;
+            }
+            A[i * n + k] = i == k ? sqrt(sum) : sum / A[k * n + k];
+        }
+        for (int j = 0; j < i; j++) {
+            x[i] -= A[i * n + j] * x[j];
+        }
+        x[i] /= A[i * n + i];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) {
+            x[i] -= A[j * n + i] * x[j];
+        }
+        x[i] /= A[i * n + i];
+    }
+    return 0;
+}
+
 double data__travel(const double *v, int n)
 {
     double *sorted = malloc(sizeof *sorted * ((size_t)n + 1)), travel = 0.0;
@@ -65,7 +92,7 @@ static void start_of(const fit__stroke *s, const double *y, double *value, doubl
 {
     const double *t = s->data->time;
     int n = (int)(first_part * s->n) > 5 ? (int)(first_part * s->n) : 5, k = 0;
-    double t0 = t[0], span = t[n < s->n ? n : s->n - 1] - t0, A[9] = {0}, g[3] = {0}, x[3];
+    double t0 = t[0], span = t[n < s->n ? n : s->n - 1] - t0, A[9] = {0}, g[3] = {0};
     for (int i = 0; i < s->n && i < n; i++) {
         double u = (t[i] - t0) / span, basis[3] = {1.0, u, u * u};
         for (int r = 0; !isnan(y[i]) && r < 9; r++) {
@@ -75,12 +102,9 @@ static void start_of(const fit__stroke *s, const double *y, double *value, doubl
         k += !isnan(y[i]);
     }
     *value = *rate = NAN;
-    gsl_matrix_view M = gsl_matrix_view_array(A, 3, 3);
-    gsl_vector_view right = gsl_vector_view_array(g, 3), left = gsl_vector_view_array(x, 3);
-    if (k >= 4 && span > 0.0 && gsl_linalg_cholesky_decomp1(&M.matrix) == 0) {
-        gsl_linalg_cholesky_solve(&M.matrix, &right.vector, &left.vector);
-        *value = x[0];
-        *rate = x[1] / span;
+    if (k >= 4 && span > 0.0 && solve_positive(A, g, 3) == 0) {
+        *value = g[0];
+        *rate = g[1] / span;
     }
 }
 
@@ -138,12 +162,7 @@ static int solve(const beginning *g, const double *J, const double *r, double *A
             }
         }
     }
-    gsl_matrix_view M = gsl_matrix_view_array(A, n, n);
-    gsl_vector_view x = gsl_vector_view_array(dx, n);
-    return gsl_linalg_cholesky_decomp1(&M.matrix) == 0 &&
-                   gsl_linalg_cholesky_svx(&M.matrix, &x.vector) == 0
-               ? 0
-               : -1;
+    return solve_positive(A, dx, g->n);
 }
 
 /* positions by Gauss-Newton, speeds by one linear problem; J [nch x n], room [nch + n * n + n] */
@@ -345,11 +364,8 @@ stein_status data__refine_start(fit__problem *p, fit__bench *b, double *x, doubl
     }
     double sum = left_over(s, y, scale, r);
     for (int i = 0; n > 0 && i < REFINEMENTS; i++) {
-        gsl_matrix_view M = gsl_matrix_view_array(A, n, n);
-        gsl_vector_view dx = gsl_vector_view_array(g, n);
         if (derivatives(p, b, x, unknown, (int)n, r, scale, J, A, g) != STEIN_OK ||
-            gsl_linalg_cholesky_decomp1(&M.matrix) != 0 ||
-            gsl_linalg_cholesky_svx(&M.matrix, &dx.vector) != 0 ||
+            solve_positive(A, g, (int)n) != 0 ||
             !step(p, b, x, trial, unknown, (int)n, g, scale, y, r, &sum)) {
             break;
         }

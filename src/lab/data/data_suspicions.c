@@ -30,7 +30,6 @@ static const double fits = 0.25, fits_adapted = 0.15, better = 3.0, apart = 0.9,
 static const double asked = 0.12, not_asked = 0.05, usual = 5.0;
 static const double longest = 50.0, shortest = 500.0; /* a record, in runs of the model */
 static const double straight = 0.5;                   /* share of a straight line's misfit */
-static const double alike = 2.0; /* misfits of two readings that cannot be told apart */
 static const double foreign = 0.6, well = 0.15;   /* misfit of a foreign record; median of all */
 static const double beyond = 30.0, inside = 3.0;  /* travel in largest lengths of the model */
 static const double degrees = 57.295779513082321; /* in a radian */
@@ -250,8 +249,7 @@ static const char *other_sign(const data__suspects *a, const data__guess *best)
 {
     for (int i = 0; i < a->nguess && best->factor < 0.0 && best->cured == best->accepted; i++) {
         const data__guess *g = &a->guess[i];
-        if (g != best && g->factor < 0.0 && g->accepted == best->accepted &&
-            g->cured == g->accepted && g->score < alike * best->score) {
+        if (g != best && g->factor < 0.0 && 2 * g->cured >= best->cured) {
             return g->a;
         }
     }
