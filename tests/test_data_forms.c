@@ -114,6 +114,115 @@ START_TEST(only_wraps_are_unwrapped)
 }
 END_TEST
 
+/* what others read of ours is read by us */
+START_TEST(a_plain_table_reads_back_bit_for_bit)
+{
+    stein_sim *sim = make_sim(action, STEIN_RK4, 0.0);
+    lab_record *record = NULL;
+    lab_stroke_def def = lab_stroke_def_default(action);
+    ck_assert_stein(lab_record_create(&record, action, 1.03e-3, err));
+    def.until = 0.0613;
+    def.sample = lab_record_sample;
+    def.ctx = record;
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    ck_assert_stein(lab_write(in_folder("plain.csv"), LAB_CSV_PLAIN, record, NULL, err));
+    lab_data *d = open_data(in_folder("plain.csv"), action);
+    ck_assert_int_eq(d->nrow, lab__record_rows(record));
+    ck_assert_int_eq(d->ncolumn, action->nchannel - 1);
+    for (int k = 0; k < d->ncolumn; k++) {
+        for (int i = 0; i < d->nrow; i++) {
+            double there = lab__record_at(record, i, k + 1);
+            ck_assert(memcmp(&d->column[k].value[i], &there, sizeof there) == 0);
+        }
+    }
+    lab_data_close(d);
+    lab_record_destroy(record);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+/* ---- many and large files ---- */
+
+typedef struct seen {
+    double first, last;
+    int calls, backwards;
+} seen;
+
+static void see_progress(void *ctx, double fraction)
+{
+    seen *s = ctx;
+    s->first = s->calls++ == 0 ? fraction : s->first;
+    s->backwards += fraction < s->last;
+    s->last = fraction;
+}
+
+START_TEST(two_hundred_files_are_read_with_progress)
+{
+    enum { FILES = 200 };
+    static char path[FILES][200];
+    const char *file[FILES];
+    lab_dataset *set = NULL;
+    seen s = {.calls = 0};
+    lab_data_options o = lab_data_options_default(action);
+    o.progress = see_progress;
+    o.ctx = &s;
+    for (int i = 0; i < FILES; i++) {
+        snprintf(path[i], sizeof path[i], "%s/record_%d.csv", folder, i);
+        FILE *f = fopen(path[i], "w");
+        fprintf(f, "time [ms],key_dip [mm]\n");
+        for (int row = 0; row < (i == 17 ? 40000 : 40); row++) {
+            fprintf(f, "%d,%.3f\n", row, 3.0 * sin(0.1 * row + i));
+        }
+        fclose(f);
+        file[i] = path[i];
+    }
+    ck_assert_stein(lab_dataset_open(&set, file, FILES, &o, err));
+    ck_assert_int_eq(set->n, FILES);
+    ck_assert_int_ge(s.calls, FILES);
+    ck_assert_int_eq(s.backwards, 0);
+    ck_assert_double_lt(s.first, 0.01);
+    ck_assert_double_gt(s.last, 0.999);
+    lab_dataset_close(set);
+}
+END_TEST
+
+/* one message for a file, with its place and what would be right */
+START_TEST(bad_files_are_told_in_one_message_each)
+{
+    static const struct {
+        const char *text, *says;
+    } bad[] = {
+        {"", "no header line, expected \"time [s],...\""},
+        {"\n\n", "no header line"},
+        {"time [s],key_dip [m]\n", ":1:1: no rows below the header"},
+        {"time [s],key_dip [m]\n0,1\n", ":1:1: 1 sample, expected at least 4"},
+        {"time [s],key_dip [m]\n0,1\n1,2\n", ":1:1: 2 samples, expected at least 4"},
+        {"time,key_dip\n0,1\n1,NaN\n2,nan\n3,inf\n4,1\n5,2\n6,1\n7,3\n",
+         ":3:3: key_dip \"NaN\": not a finite number; a missing sample is an empty cell (and 2 "
+         "more"},
+        {"time,key_dip\n0,1\n1,2\n1,3\n2,4\n2,1\n3,3\n",
+         ":4:1: the time stands still, from 1 s to 1 s, expected rows in increasing time (and 1"},
+        {"time,key_dip\n9,1\n8,2\n7,3\n6,4\n",
+         ":3:1: the time goes back from 9 s to 8 s, expected rows in increasing time (and 2 more"},
+        {"time,theta1,theta2\n0,1,2\n1,2,3\n2,1,2\n3,2,2\n",
+         ":1:6: none of the 2 columns from \"theta1\" on is an output or input of \"stein1788\": a "
+         "record of another mechanism? expected some of string_distance, "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        lab_data_options o = lab_data_options_default(action);
+        said s = {.n = 0};
+        lab_data *d = NULL;
+        o.report = hear;
+        o.ctx = &s;
+        ck_assert_int_eq(lab_data_open(&d, write_file("bad.csv", bad[i].text), &o, NULL),
+                         STEIN_EPARSE);
+        ck_assert_ptr_null(d);
+        ck_assert_msg(s.n == 1 && was_said(&s, "bad.csv") && was_said(&s, bad[i].says),
+                      "%d messages, the first: %s", s.n, s.text[0]);
+    }
+}
+END_TEST
+
 void data_forms_cases(Suite *suite)
 {
     TCase *tc = tcase_create("forms");
@@ -123,5 +232,8 @@ void data_forms_cases(Suite *suite)
     tcase_add_test(tc, titles_without_a_unit_are_si_and_told);
     tcase_add_test(tc, wrapped_angles_are_made_continuous);
     tcase_add_test(tc, only_wraps_are_unwrapped);
+    tcase_add_test(tc, a_plain_table_reads_back_bit_for_bit);
+    tcase_add_test(tc, two_hundred_files_are_read_with_progress);
+    tcase_add_test(tc, bad_files_are_told_in_one_message_each);
     suite_add_tcase(suite, tc);
 }
