@@ -12,7 +12,7 @@
 
 #include "data_start.h"
 
-enum { NEWTON = 6, REFINEMENTS = 4 };
+enum { NEWTON = 6, REFINEMENTS = 4, SORTED = 512 };
 static const double first_part = 0.08; /* of the samples: where the initial slope is taken from */
 static const double weak = 1e-3;       /* weight of the prior against a channel's travel */
 
@@ -47,19 +47,18 @@ static int solve_positive(double *A, double *x, int n)
 
 double data__travel(const double *v, int n)
 {
-    double *sorted = malloc(sizeof *sorted * ((size_t)n + 1)), travel = 0.0;
-    int k = 0;
-    for (int i = 0; sorted != NULL && i < n; i++) {
+    double sorted[SORTED];
+    int stride = 1 + n / SORTED, k = 0;
+    for (int i = 0; i < n; i += stride) {
         if (isfinite(v[i])) {
             sorted[k++] = v[i];
         }
     }
-    if (k >= DATA_FEWEST) {
-        qsort(sorted, (size_t)k, sizeof *sorted, data__compare);
-        travel = sorted[k - 1 - k / 50] - sorted[k / 50];
+    if (k < DATA_FEWEST) {
+        return 0.0;
     }
-    free(sorted);
-    return travel;
+    qsort(sorted, (size_t)k, sizeof *sorted, data__compare);
+    return sorted[k - 1 - k / 50] - sorted[k / 50];
 }
 
 /* what an initial state is estimated with */
@@ -262,79 +261,91 @@ stein_status data__find_start(fit__problem *p, fit__bench *b, double *x, stein_e
 
 /* ---- on all samples ---- */
 
-/* sum of squares of what is left over, each channel in its travels */
-static double left_over(const fit__stroke *s, const double *y, const double *scale, double *r)
+/* what the steps share */
+typedef struct refinement {
+    fit__problem *p;
+    fit__bench *b;
+    int n, *unknown;       /* positions and speeds at the start */
+    double *J, *A, *g;     /* [n * rows], [n * n], [n] derivatives, normal equations */
+    double *r, *scale;     /* [rows], [nch] what is left over, in travels of the channels */
+    double *x, *y, *trial; /* [nu], [rows] present unknowns and prediction; [nu] */
+    double sum;            /* of squares of r */
+} refinement;
+
+/* sum of squares of what a prediction leaves over, r [rows] out */
+static double left_over(const refinement *f, const double *y, double *r)
 {
+    const fit__stroke *s = &f->p->stroke[0];
     double sum = 0.0;
     for (int c = 0; c < s->nch; c++) {
         for (int i = c * s->n; i < (c + 1) * s->n; i++) {
-            r[i] = isnan(s->y[i]) ? 0.0 : scale[c] * (s->y[i] - y[i]);
+            r[i] = isnan(s->y[i]) ? 0.0 : f->scale[c] * (s->y[i] - y[i]);
             sum += r[i] * r[i];
         }
     }
     return sum;
 }
 
-/* normal equations by differences; J [n x rows] room, A [n * n], g [n] out */
-static stein_status derivatives(fit__problem *p, fit__bench *b, double *x, const int *unknown,
-                                int n, const double *r, const double *scale, double *J, double *A,
-                                double *g)
+static double product(const double *a, const double *b, size_t n)
 {
-    const fit__stroke *s = &p->stroke[0];
-    int rows = s->nch * s->n;
-    for (int k = 0; k < n; k++) {
-        double kept = x[unknown[k]], h = 1e-4 / p->unknown[unknown[k]].sd;
-        x[unknown[k]] += h;
-        stein_status status = fit__simulate(p, b, 0, x, b->y, NULL);
-        x[unknown[k]] = kept;
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* normal equations by differences */
+static stein_status derivatives(refinement *f)
+{
+    const fit__stroke *s = &f->p->stroke[0];
+    size_t rows = (size_t)(s->nch * s->n);
+    for (int k = 0; k < f->n; k++) {
+        int u = f->unknown[k];
+        double kept = f->x[u], h = 1e-4 / f->p->unknown[u].sd, *column = f->J + (size_t)k * rows;
+        f->x[u] += h;
+        stein_status status = fit__simulate(f->p, f->b, 0, f->x, f->b->y, NULL);
+        f->x[u] = kept;
         if (status != STEIN_OK) {
             return status;
         }
-        left_over(s, b->y, scale, J + (size_t)k * (size_t)rows);
-        for (int i = 0; i < rows; i++) {
-            J[k * rows + i] = (r[i] - J[k * rows + i]) / h;
+        left_over(f, f->b->y, column);
+        for (size_t i = 0; i < rows; i++) {
+            column[i] = (f->r[i] - column[i]) / h;
         }
     }
-    for (int k = 0; k < n; k++) {
-        g[k] = 0.0;
-        for (int i = 0; i < rows; i++) {
-            g[k] += J[k * rows + i] * r[i];
-        }
+    for (int k = 0; k < f->n; k++) {
+        const double *column = f->J + (size_t)k * rows;
+        f->g[k] = product(column, f->r, rows);
         for (int l = 0; l <= k; l++) {
-            double sum = 0.0;
-            for (int i = 0; i < rows; i++) {
-                sum += J[k * rows + i] * J[l * rows + i];
-            }
-            A[k * n + l] = A[l * n + k] =
-                sum * (k == l ? 1.0 + 1e-6 : 1.0) + (k == l ? 1e-12 : 0.0);
+            f->A[k * f->n + l] = product(column, f->J + (size_t)l * rows, rows);
         }
+        f->A[k * f->n + k] = f->A[k * f->n + k] * (1.0 + 1e-6) + 1e-12; // what nothing depends on
     }
     return STEIN_OK;
 }
 
-/* one step, halved while it makes things worse. @return 1 when it has helped */
-static int step(fit__problem *p, fit__bench *b, double *x, double *trial, const int *unknown, int n,
-                const double *dx, const double *scale, double *y, double *r, double *sum)
+/* The step in g, halved while it makes things worse. @return 1 when it has helped by much */
+static int step(refinement *f)
 {
-    const fit__stroke *s = &p->stroke[0];
+    const fit__stroke *s = &f->p->stroke[0];
+    size_t rows = (size_t)(s->nch * s->n), nu = (size_t)f->p->nu;
     for (double part = 1.0; part > 0.1; part *= 0.5) {
-        memcpy(trial, x, sizeof *trial * (size_t)p->nu);
-        for (int k = 0; k < n; k++) {
-            trial[unknown[k]] += part * dx[k];
+        memcpy(f->trial, f->x, sizeof *f->trial * nu);
+        for (int k = 0; k < f->n; k++) {
+            f->trial[f->unknown[k]] += part * f->g[k];
         }
-        if (fit__simulate(p, b, 0, trial, b->y, NULL) != STEIN_OK) {
+        if (fit__simulate(f->p, f->b, 0, f->trial, f->b->y, NULL) != STEIN_OK) {
             continue;
         }
-        double now = left_over(s, b->y, scale, r);
-        if (now < *sum) {
-            memcpy(x, trial, sizeof *x * (size_t)p->nu);
-            memcpy(y, b->y, sizeof *y * (size_t)(s->nch * s->n));
-            int helped = now < 0.9 * *sum;
-            *sum = now;
-            return helped;
+        double now = left_over(f, f->b->y, f->r), before = f->sum;
+        if (now < before) {
+            memcpy(f->x, f->trial, sizeof *f->x * nu);
+            memcpy(f->y, f->b->y, sizeof *f->y * rows);
+            f->sum = now;
+            return now < 0.9 * before;
         }
     }
-    left_over(s, y, scale, r);
     return 0;
 }
 
@@ -343,34 +354,36 @@ stein_status data__refine_start(fit__problem *p, fit__bench *b, double *x, doubl
 {
     const fit__stroke *s = &p->stroke[0];
     size_t rows = (size_t)(s->nch * s->n), nu = (size_t)p->nu, n = 0;
-    int *unknown = calloc(nu + 1, sizeof *unknown);
-    for (int k = s->first; unknown != NULL && k < s->first + s->own; k++) {
+    refinement f = {.p = p, .b = b, .x = x, .y = y};
+    f.unknown = calloc(nu + 1, sizeof *f.unknown);
+    for (int k = s->first; f.unknown != NULL && k < s->first + s->own; k++) {
         fit__kind kind = p->unknown[k].kind;
         if (kind == FIT__POSITION || kind == FIT__SPEED) {
-            unknown[n++] = k;
+            f.unknown[n++] = k;
         }
     }
-    double *room = calloc(rows * (n + 1) + n * n + n + nu + (size_t)s->nch + 1, sizeof *room);
-    if (unknown == NULL || room == NULL) {
-        free(unknown);
-        free(room);
+    f.J = calloc(rows * (n + 1) + n * n + n + nu + (size_t)s->nch + 1, sizeof *f.J);
+    if (f.unknown == NULL || f.J == NULL) {
+        free(f.unknown);
+        free(f.J);
         return lab__no_memory(err);
     }
-    double *J = room, *r = J + rows * n, *A = r + rows, *g = A + n * n, *trial = g + n,
-           *scale = trial + nu;
+    f.n = (int)n;
+    f.r = f.J + rows * n;
+    f.A = f.r + rows;
+    f.g = f.A + n * n;
+    f.trial = f.g + n;
+    f.scale = f.trial + nu;
     for (int c = 0; c < s->nch; c++) {
         double travel = data__travel(s->y + c * s->n, s->n);
-        scale[c] = travel > 0.0 ? 1.0 / travel : 0.0;
+        f.scale[c] = travel > 0.0 ? 1.0 / travel : 0.0;
     }
-    double sum = left_over(s, y, scale, r);
-    for (int i = 0; n > 0 && i < REFINEMENTS; i++) {
-        if (derivatives(p, b, x, unknown, (int)n, r, scale, J, A, g) != STEIN_OK ||
-            solve_positive(A, g, (int)n) != 0 ||
-            !step(p, b, x, trial, unknown, (int)n, g, scale, y, r, &sum)) {
-            break;
-        }
+    f.sum = left_over(&f, y, f.r);
+    int goes_on = n > 0;
+    for (int i = 0; goes_on && i < REFINEMENTS; i++) {
+        goes_on = derivatives(&f) == STEIN_OK && solve_positive(f.A, f.g, f.n) == 0 && step(&f);
     }
-    free(unknown);
-    free(room);
-    return STEIN_OK;
+    free(f.unknown);
+    free(f.J);
+    return b->no_memory ? lab__no_memory(err) : STEIN_OK;
 }

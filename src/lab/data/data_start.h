@@ -9,7 +9,8 @@
 
 enum { DATA_FEWEST = 8 }; /* samples of a channel; fewer say nothing */
 
-/** 2 % to 98 % of the samples that are finite; 0: too few. */
+/** Distance of the 2 % and the 98 % quantile of the samples that are finite, at most 512 of them;
+ *  0: too few. */
 double data__travel(const double *v, int n);
 int data__shows_place(stein_read_kind read);
 int data__shows_speed(stein_read_kind read);

@@ -31,7 +31,7 @@ data__reading data__as_it_is(void)
 /* row behind the third turning point of a channel */
 static int third_turn(const lab_column *c, int n)
 {
-    double low = INFINITY, high = -INFINITY, range = data__travel(c->value, n < 20000 ? n : 20000);
+    double low = INFINITY, high = -INFINITY, range = data__travel(c->value, n);
     int turns = 0, way = 0;
     for (int i = 0; i < n; i++) {
         if (!c->present[i]) {
