@@ -114,7 +114,9 @@ START_TEST(a_scale_a_sign_and_an_exchange_are_noticed_in_strokes)
         lab_doubt_kind kind;
         const char *says;
     } list[] = {
-        {{1, 0, 1e3}, LAB_DOUBT_SCALE, "string_distance: 39"},
+        {{1, 0, 1e3},
+         LAB_DOUBT_SCALE,
+         "string_distance: 38.98 m of travel, the model moves 39.22 mm"},
         {{1, 0, 1e3}, LAB_DOUBT_SCALE, "read as mm instead of m it fits"},
         {{2, 0, 1e-3}, LAB_DOUBT_SCALE, "read as m instead of mm it fits"},
         {{2, 0, 100.0}, LAB_DOUBT_SCALE, "key_dip: 710 mm of travel"},
@@ -177,6 +179,29 @@ START_TEST(strokes_as_they_are_are_not_suspected)
 {
     nothing(doubts_of(model, OF_STROKES, STROKES, 0, 0, (slip){0, 0, 1.0}));
     nothing(doubts_of(model, OF_STROKES, 1, 0, 0, (slip){0, 0, 1.0}));
+}
+END_TEST
+
+/* key_dip has a quarter of the other channel's rate, in rows of its own */
+START_TEST(channels_of_different_rates_are_compared)
+{
+    char line[200], time[40], distance[40], dip[40];
+    FILE *f = fopen("models/strokes/stroke_06.csv", "r"), *g = fopen(in_folder("rates.csv"), "w");
+    for (int row = 0; fgets(line, sizeof line, f) != NULL;) {
+        if (sscanf(line, "%30[-0-9.],%30[-0-9.],%30[-0-9.e]", time, distance, dip) == 3) {
+            fprintf(g, row % 4 == 3 ? "%s,,%.9g\n" : "%s,%.9g,\n", time,
+                    row % 4 == 3 ? -atof(dip) : atof(distance));
+            row++;
+        } else if (row == 0) {
+            fputs(line, g);
+        }
+    }
+    fclose(f);
+    fclose(g);
+    char path[200];
+    snprintf(path, sizeof path, "%s", in_folder("rates.csv"));
+    suspected(doubts_of(model, path, 1, 0, 0, (slip){0, 0, 1.0}), LAB_DOUBT_SIGN,
+              "key_dip: moves against the model");
 }
 END_TEST
 
@@ -399,6 +424,7 @@ Suite *suspicions_suite(void)
     tcase_add_test(strokes, one_record_with_a_slip_is_named);
     tcase_add_test(strokes, a_record_of_another_mechanism_is_named);
     tcase_add_test(strokes, strokes_as_they_are_are_not_suspected);
+    tcase_add_test(strokes, channels_of_different_rates_are_compared);
     tcase_add_test(strokes, a_wrong_number_of_the_model_is_no_slip);
     tcase_add_test(strokes, the_texts_alone_are_handed_out);
     tcase_add_test(swings, slips_are_noticed_where_the_start_is_unknown);

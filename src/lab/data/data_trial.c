@@ -71,6 +71,7 @@ typedef struct copy {
     lab_column *column;
     double *number;         /* [(1 + ncolumn) * nrow] */
     unsigned char *present; /* [ncolumn * nrow] */
+    int *row;               /* [nrow] of the record, and room */
     lab_data *list[1];
     lab_dataset set;
 } copy;
@@ -80,6 +81,7 @@ static void copy_free(copy *c)
     free(c->column);
     free(c->number);
     free(c->present);
+    free(c->row);
 }
 
 static double factor_of(const data__reading *r, const lab_data *d, int k)
@@ -95,6 +97,29 @@ static int source_of(const data__reading *r, int k)
     return r->other < 0 ? k : k == r->column ? r->other : k == r->other ? r->column : k;
 }
 
+/* Of every `stride` rows one, the one with most samples; those of a column of which few have been
+ * taken weigh more, so that channels of different rates all keep some.
+ * @param taken  [ncolumn] room, 0; row [rows] out */
+static void choose_rows(const lab_data *d, int window, int stride, int rows, int *taken, int *row)
+{
+    for (int i = 0; i < rows; i++) {
+        double most = -1.0;
+        for (int at = i * stride; at < (i + 1) * stride && at < window; at++) {
+            double weight = 0.0;
+            for (int k = 0; k < d->ncolumn; k++) {
+                weight += d->column[k].present[at] ? 1.0 / (1.0 + taken[k]) : 0.0;
+            }
+            if (weight > most) {
+                most = weight;
+                row[i] = at;
+            }
+        }
+        for (int k = 0; k < d->ncolumn; k++) {
+            taken[k] += d->column[k].present[row[i]];
+        }
+    }
+}
+
 static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein_err *err)
 {
     int window = window_of(d), stride = 1 + (window - 1) / ROWS, rows = 1 + (window - 1) / stride;
@@ -103,11 +128,13 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
     c->column = malloc(sizeof *c->column * (columns + 1));
     c->number = malloc(sizeof *c->number * (columns + 1) * n);
     c->present = malloc(columns * n + 1);
-    if (c->column == NULL || c->number == NULL || c->present == NULL) {
+    c->row = calloc(columns + n + 1, sizeof *c->row);
+    if (c->column == NULL || c->number == NULL || c->present == NULL || c->row == NULL) {
         return lab__no_memory(err);
     }
+    choose_rows(d, window, stride, rows, c->row + n, c->row);
     for (int i = 0; i < rows; i++) {
-        c->number[i] = r.time * d->time[i * stride];
+        c->number[i] = r.time * d->time[c->row[i]];
     }
     for (int k = 0; k < d->ncolumn; k++) {
         const lab_column *from = &d->column[source_of(&r, k)];
@@ -115,8 +142,8 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
         unsigned char *present = c->present + (size_t)k * n;
         int samples = 0;
         for (int i = 0; i < rows; i++) {
-            present[i] = from->present[i * stride];
-            value[i] = present[i] ? factor * from->value[i * stride] : NAN;
+            present[i] = from->present[c->row[i]];
+            value[i] = present[i] ? factor * from->value[c->row[i]] : NAN;
             samples += present[i];
         }
         c->column[k] = d->column[k];
@@ -124,6 +151,9 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
         c->column[k].present = present;
         c->column[k].samples = samples;
         c->column[k].noise = fabs(factor) * from->noise;
+        if (factor != 1.0) { // degrees under rad wrap as degrees
+            data__unwrap(d->model, &c->column[k], value, rows);
+        }
     }
     c->data.nrow = rows;
     c->data.time = c->number;
