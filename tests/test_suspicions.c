@@ -119,7 +119,7 @@ START_TEST(a_scale_a_sign_and_an_exchange_are_noticed_in_strokes)
          "string_distance: 38.98 m of travel, the model moves 39.22 mm"},
         {{1, 0, 1e3}, LAB_DOUBT_SCALE, "read as mm instead of m it fits"},
         {{2, 0, 1e-3}, LAB_DOUBT_SCALE, "read as m instead of mm it fits"},
-        {{2, 0, 100.0}, LAB_DOUBT_SCALE, "key_dip: 710 mm of travel"},
+        {{2, 0, 100.0}, LAB_DOUBT_SCALE, "key_dip: 708 mm of travel"},
         {{2, 0, -1.0}, LAB_DOUBT_SIGN, "key_dip: moves against the model; with the opposite sign"},
         {{1, 2, 1.0}, LAB_DOUBT_SWAPPED, "string_distance and key_dip: each fits"},
         {{0, 0, 1e3}, LAB_DOUBT_TIME, "time: the record lasts 1"},

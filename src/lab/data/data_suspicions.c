@@ -15,6 +15,11 @@
  * records do fit, in that one. A model that is merely wrong does not do so: two motions that have
  * nothing in common have a misfit of 0.7, and no factor of 1000 brings that to 0.25.
  *
+ * Measured: of 68 slips put into records of a pendulum, a double arm, a thrown cube, the action and
+ * the double pendulum (one record or all of them) 64 were named, and the others leave the motion as
+ * it is; 19 honest sets, and 60 of their records alone, gave none; 83 sets compared with models of
+ * which one to four numbers were wrong by factors of 0.3 to 3 gave one.
+ *
  * A linear model whose initial state is unknown follows its data at any scale. There the travel is
  * compared with the largest length of the model's file.
  */
@@ -24,14 +29,24 @@
 
 #include "data_doubts.h"
 
-static const double fits = 0.25, fits_adapted = 0.15, better = 3.0, apart = 0.9, nearly = 0.45,
-                    within = 1.25;
-/* misfit of a record that is asked about always, never; in between by that of the median record */
-static const double asked = 0.12, not_asked = 0.05, usual = 5.0;
-static const double longest = 50.0, shortest = 500.0; /* a record, in runs of the model */
-static const double straight = 0.5;                   /* share of a straight line's misfit */
-static const double foreign = 0.6, well = 0.15;   /* misfit of a foreign record; median of all */
-static const double beyond = 30.0, inside = 3.0;  /* travel in largest lengths of the model */
+/* Misfits. Two unrelated motions have 0.7; a right reading of the records named above has at most
+ * 0.08, of a model that lacks friction or damping 0.2. */
+static const double fits = 0.25;         /* a reading fits */
+static const double fits_adapted = 0.15; /* the same where the initial state helped it */
+static const double apart = 0.9;         /* sizes that cannot be compared */
+static const double nearly = 0.45;       /* moves about as it should */
+static const double asked = 0.12,
+                    not_asked = 0.05;           /* of a record that is asked about always, never */
+static const double foreign = 0.6, well = 0.15; /* of a foreign record; median of all then */
+static const double odd_sign = 0.45; /* a sensor seldom changes its sign for one record */
+/* factors */
+static const double better = 3.0;   /* of the misfit before over that of the reading */
+static const double usual = 5.0;    /* of the median record: between never and always asked */
+static const double within = 1.25;  /* of the travel */
+static const double straight = 0.5; /* share of a straight line's misfit */
+static const double longest = 50.0,
+                    shortest = 500.0;             /* a record over a run of the model, and back */
+static const double beyond = 30.0, inside = 3.0;  /* travel over the largest length of the model */
 static const double degrees = 57.295779513082321; /* in a radian */
 enum {
     PATIENCE = 200000, /* evaluations of the equations for one trial */
@@ -231,12 +246,13 @@ static int overlap(const data__guess *g, const data__guess *h, const lab_data *d
 }
 
 /* the best guess that enough of the tested records accept; NULL: none */
-static data__guess *best_guess(data__suspects *a, double share)
+static data__guess *best_guess(data__suspects *a, double share, int alone)
 {
     data__guess *best = NULL;
     for (int i = 0; i < a->nguess; i++) {
         data__guess *g = &a->guess[i];
-        if (g->accepted > 0 && g->accepted >= share * g->tested &&
+        int likely = !alone || g->factor > 0.0 || g->off > odd_sign * g->accepted;
+        if (likely && g->accepted > 0 && g->accepted >= share * g->tested &&
             (best == NULL || g->score / g->accepted < best->score / best->accepted)) {
             best = g;
         }
@@ -261,7 +277,7 @@ static const char *other_sign(const data__suspects *a, const data__guess *best)
 static int tell_best(data__suspects *a, int records, double share, int alone)
 {
     int told = 0;
-    data__guess *best = best_guess(a, share);
+    data__guess *best = best_guess(a, share, alone);
     while (best != NULL && a->status == STEIN_OK) {
         data__guess done = *best;
         data__tell_guess(a, best, other_sign(a, best), records, alone);
@@ -273,7 +289,7 @@ static int tell_best(data__suspects *a, int records, double share, int alone)
             data__guess *g = &a->guess[i];
             g->accepted = overlap(&done, g, a->data->stroke[done.first]) ? 0 : g->accepted;
         }
-        best = best_guess(a, share);
+        best = best_guess(a, share, alone);
     }
     return told;
 }
