@@ -17,7 +17,7 @@
  *
  * Measured: of 68 slips put into records of a pendulum, a double arm, a thrown cube, the action and
  * the double pendulum (one record or all of them) 64 were named, and the others leave the motion as
- * it is; 19 honest sets, and 60 of their records alone, gave none; 83 sets compared with models of
+ * it is; 17 honest sets, and 105 of their records alone, gave none; 83 sets compared with models of
  * which one to four numbers were wrong by factors of 0.3 to 3 gave one.
  *
  * A linear model whose initial state is unknown follows its data at any scale. There the travel is
@@ -30,7 +30,7 @@
 #include "data_doubts.h"
 
 /* Misfits. Two unrelated motions have 0.7; a right reading of the records named above has at most
- * 0.08, of a model that lacks friction or damping 0.2. */
+ * 0.08, and a model may lack more than theirs. */
 static const double fits = 0.25;         /* a reading fits */
 static const double fits_adapted = 0.15; /* the same where the initial state helped it */
 static const double apart = 0.9;         /* sizes that cannot be compared */
