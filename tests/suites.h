@@ -33,6 +33,7 @@
     X(journal)       \
     X(data)          \
     X(settings)      \
+    X(suspicions)    \
     X(effects)       \
     X(structure)     \
     X(extend)        \

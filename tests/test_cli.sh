@@ -62,6 +62,18 @@ for model in models/*.yaml models/robotran/*.yaml; do
     json "operations of $model" \
         "all(sum(v['operations'][k][o] for o in ('add','mul','neg','div','trig')) == v['operations'][k]['total'] for k in ('M_c','inverse_dynamics','setup'))"
 done
+claim 0 "check looks at data" "$stein" check models/stein1788.yaml models/strokes/stroke_01.csv
+shows "their audit is shown" 'stroke_01.csv: [0-9]* rows'
+shows "and that nothing is suspected" 'suspicions (0)'
+awk -F, '/^#/ || /^time/ { print; next } { print $1 "," $2 "," ($3 == "" ? "" : -$3) }' \
+    models/strokes/stroke_01.csv >"$dir/mirrored.csv"
+claim 1 "check suspects a sign" "$stein" check models/stein1788.yaml "$dir/mirrored.csv"
+shows "with file, column and what would fit" 'mirrored.csv: key_dip: moves against the model; with the opposite sign it fits'
+claim 1 "also as JSON" "$stein" check models/stein1788.yaml "$dir/mirrored.csv" --json
+shows "with its kind" '"kind": *"sign"'
+: >"$dir/empty.csv"
+claim 1 "an empty file is no data" "$stein" check models/stein1788.yaml "$dir/empty.csv"
+says "which is told" 'empty.csv: no header line'
 claim 0 "check takes overrides" "$stein" check models/stein1788.yaml --set pawl.stop_shift=-0.3mm --json
 json "and shows them" \
     "[abs(p['value'] + 3e-4) < 1e-18 for p in v['parameters'] if p['name'] == 'pawl.stop_shift'] == [True]"

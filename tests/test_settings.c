@@ -65,6 +65,14 @@ START_TEST(a_load_of_another_stroke_is_noticed)
 }
 END_TEST
 
+/* off by 3 % of its travel, and its peers by 0.4 % */
+START_TEST(a_load_that_only_the_peers_contradict_is_noticed)
+{
+    *setting(1, "load.mass") = 0.14;
+    refused("with 0.1 kg it is off by");
+}
+END_TEST
+
 START_TEST(kilograms_for_grams_are_noticed)
 {
     *setting(2, "load.mass") = 140.0;
@@ -119,6 +127,7 @@ Suite *settings_suite(void)
     tcase_set_timeout(tc, 900.0);
     tcase_add_test(tc, strokes_that_move_as_they_say_are_accepted);
     tcase_add_test(tc, a_load_of_another_stroke_is_noticed);
+    tcase_add_test(tc, a_load_that_only_the_peers_contradict_is_noticed);
     tcase_add_test(tc, kilograms_for_grams_are_noticed);
     tcase_add_test(tc, a_lost_sign_is_noticed);
     tcase_add_test(tc, metres_for_millimetres_end_in_time);

@@ -12,6 +12,11 @@
  *      0,39.23
  *      0.25,                                  an empty cell: a missing sample
  *
+ * As other programs write it: titles `name [unit]`, `name (unit)`, `name_unit` or `name` (SI, which
+ * the audit tells); commas, semicolons or tabs between cells, with the latter two also decimal
+ * commas; an index without a name in front of the time; the titles in the last "#" line. Angles
+ * that stay within one turn and jump are made continuous.
+ *
  * All problems of a file are reported, "file:line:column: ...", and a file with problems gives no
  * data. What is merely doubtful (gaps, saturation, a trigger that does not fit) is a finding of the
  * audit. Everything is SI after reading.
@@ -46,6 +51,8 @@ typedef struct lab_column {
     int samples;                  /* present ones */
     double noise;                 /* `# noise` [unit], NAN when not given */
     int line, column;             /* place of its title in the file, from 1 */
+    int unit_assumed;             /* 1: the title states no unit, the values were read as SI */
+    int wraps;                    /* turns by 2 pi that were taken out of an angle */
 } lab_column;
 
 /** A `# set` or `# known`. */
@@ -79,7 +86,11 @@ typedef struct lab_data {
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
     int planned; /* 1: it has not been made yet, values of its outputs mean nothing */
+    int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
 } lab_data;
+
+/** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */
+typedef void lab_read_progress_fn(void *ctx, double fraction);
 
 /** How to read. Start from lab_data_options_default(model). */
 typedef struct lab_data_options {
@@ -88,6 +99,7 @@ typedef struct lab_data_options {
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
     lab_report_fn *report;    /* hears every problem; may be NULL */
     void *ctx;
+    lab_read_progress_fn *progress; /* called every 64 KiB; may be NULL */
 } lab_data_options;
 lab_data_options lab_data_options_default(const stein_model *model);
 
@@ -205,6 +217,48 @@ stein_status lab_data_check_rest(const lab_audit *audit, const double *expected,
  *  @return OK, EPARSE, ENOMEM, numerical failures at the file's own values */
 stein_status lab_data_check_settings(const lab_dataset *data, const lab_model *model,
                                      lab_report_fn *report, void *ctx, stein_err *err);
+
+/* ---- are the records read as they were meant? ---- */
+
+/** What is suspected of a record. */
+typedef enum {
+    LAB_DOUBT_SCALE,   /* a column, or all of one unit, in another unit than stated */
+    LAB_DOUBT_SIGN,    /* a column counts against the model */
+    LAB_DOUBT_SWAPPED, /* two columns of one unit are exchanged */
+    LAB_DOUBT_TIME,    /* the time is in another unit than stated */
+    LAB_DOUBT_ALIEN    /* nothing explains this record, but all others are explained */
+} lab_doubt_kind;
+
+/** One suspicion. Columns are indices into those of the record. */
+typedef struct lab_doubt {
+    lab_doubt_kind kind;
+    int grave;         /* 1: as the data are read, no verdict about the mechanism can be trusted */
+    int stroke;        /* first record that it concerns */
+    int records;       /* how many it concerns */
+    int column, other; /* -1: none (time, all columns of a unit, the whole record) */
+    double factor;     /* of the numbers as they were read; 1: not a matter of scale */
+    double off, then;  /* misfit of the affected channels as read, and with the other reading:
+                          sd(y - h) / (sd(y) + sd(h)), 0 the same motion, 0.7 unrelated */
+    char *text;        /* "file: column: what; what would fit" */
+} lab_doubt;
+
+/** Suspicions, the worst first. */
+typedef struct lab_doubts {
+    int n, grave; /* grave: at least one is */
+    lab_doubt *item;
+} lab_doubts;
+/** Simulate every record once with the numbers of the file and its own settings, and compare sizes,
+ *  signs, order of columns and time scale with those measured: milliseconds a record. A suspicion
+ *  needs a reading that fits; wrong numbers of the model and missing physics give none.
+ *  @return OK, ENOMEM, or what makes the model unusable */
+stein_status lab_doubts_find(lab_doubts **doubts, const lab_model *model, const lab_dataset *data,
+                             stein_err *err);
+void lab_doubts_free(lab_doubts *doubts);
+/** Their texts alone. @param finding  out: [*n], for lab_suspicions_free; NULL for none
+ *  @return as lab_doubts_find */
+stein_status lab_suspicions(char ***finding, int *n, const lab_model *model,
+                            const lab_dataset *data, stein_err *err);
+void lab_suspicions_free(char **finding, int n);
 
 #ifdef __cplusplus
 }

@@ -131,11 +131,13 @@ stein_status lab_record_finish(lab_record *record, stein_sim *sim);
 stein_status lab_write_csv(const char *path, const lab_record *record, const char *const *notes,
                            stein_err *err);
 /** Forms of a record: CSV; NPY, a structured array of NumPy with a field for each channel; MAT,
- *  MATLAB's level 5 with a column for each channel, a struct `units` and the text `notes`. */
-typedef enum { LAB_CSV, LAB_NPY, LAB_MAT } lab_format;
+ *  MATLAB's level 5 with a column for each channel, a struct `units` and the text `notes`;
+ * CSV_PLAIN, names of the channels and rows in SI units, which any program reads without being told
+ * how. */
+typedef enum { LAB_CSV, LAB_NPY, LAB_MAT, LAB_CSV_PLAIN } lab_format;
 /** By the ending of a path: .npy, .mat, else CSV. */
 lab_format lab_format_of(const char *path);
-/** Write a record. @param notes  as for lab_write_csv; NPY has no place for them
+/** Write a record. @param notes  as for lab_write_csv; NPY and CSV_PLAIN have no place for them
  *  @return OK, EIO, ENOMEM, EINVAL (more than 2^28 rows in a binary form) */
 stein_status lab_write(const char *path, lab_format format, const lab_record *record,
                        const char *const *notes, stein_err *err);

@@ -419,9 +419,10 @@ static void json_operations(lab__json *j, const gen_result *g)
     lab__json_close(j);
 }
 
-static void print_json(const checked *c)
+static int print_json(const checked *c, const cli_args *args)
 {
     const mechanism *m = c->m;
+    int code = CLI_OK;
     lab__json j = {.stream = stdout};
     lab__json_open(&j, NULL, '{');
     lab__json_text(&j, "model", m->name);
@@ -448,11 +449,31 @@ static void print_json(const checked *c)
     lab__json_bool(&j, "settle", m->settle);
     lab__json_close(&j);
     json_operations(&j, c->g);
+    if (args->noperand > 1) {
+        code = cli_check_data(args, &j);
+    }
     lab__json_close(&j);
+    return code;
+}
+
+/* data are no mechanisms */
+static const char *second_model(const cli_args *args)
+{
+    for (int i = 1; i < args->noperand; i++) {
+        const char *end = strrchr(args->operand[i], '.');
+        if (end != NULL && (strcmp(end, ".yaml") == 0 || strcmp(end, ".yml") == 0)) {
+            return args->operand[i];
+        }
+    }
+    return NULL;
 }
 
 static int run(const cli_args *args)
 {
+    int code = CLI_OK;
+    if (second_model(args) != NULL) {
+        return cli_misuse(args->command, "one model at a time: %s is no data", second_model(args));
+    }
     mechanism *m = NULL;
     gen_result g;
     stein_err err = {STEIN_OK, ""};
@@ -464,28 +485,37 @@ static int run(const cli_args *args)
     if (status == STEIN_OK) {
         checked c = {m, &g};
         if (cli_value(args, "json") != NULL) {
-            print_json(&c);
+            code = print_json(&c, args);
         } else {
             print_text(&c);
+            code = args->noperand > 1 ? cli_check_data(args, NULL) : CLI_OK;
         }
         gen_free(&g);
     }
     mech_free(m);
-    return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
+    return status == STEIN_OK ? code : cli_failed(status, &err);
 }
 
 static const cli_option options[] = {CLI_COMMON};
 
 const cli_command cli_check = {
     .name = "check",
-    .summary = "validate a mechanism file and show what is in it",
-    .operands = "MODEL",
+    .summary = "validate a mechanism file, show what is in it, and look at data",
+    .operands = "MODEL [DATA...]",
     .noperands = 1,
+    .more = 1,
     .options = options,
     .description =
         "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
         "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
-        "perhaps meant. Nothing is compiled or simulated.",
+        "perhaps meant. Without DATA nothing is compiled or simulated.\n"
+        "\n"
+        "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"
+        "rests, wrapped angles. Then every record is simulated once with the numbers of the files\n"
+        "and compared with what was measured. Suspected are a column in another unit than stated\n"
+        "(mm under m, degrees under rad), milliseconds for seconds, an opposite sign, two columns\n"
+        "exchanged, a record of another mechanism, and a `# set` that its record contradicts.\n"
+        "Nothing is fitted: it takes milliseconds a record.",
     .output =
         "Bodies with joint, parent and mass; parameters with value, unit and tolerance; contacts,\n"
         "notches, links; points, inputs, outputs and regulation; and the operations of the\n"
@@ -494,13 +524,19 @@ const cli_command cli_check = {
         "evaluation with external forces and moments on all bodies; setup is done once a\n"
         "parameter set.\n"
         "\n"
+        "With DATA: the audit of every record, its findings behind `!`; and the suspicions, those\n"
+        "behind `!` leave no diagnosis to be trusted, and the exit status is 1.\n"
+        "\n"
         "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"
         "\"regulation\", \"load\", \"stroke\", \"simulation\", \"operations\": {\"M_c\":\n"
         "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
-        "\"setup\", \"poses\", \"points\", \"energy\"}},\n"
+        "\"setup\", \"poses\", \"points\", \"energy\"}}, with DATA also \"data\": [{\"file\",\n"
+        "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
+        "\"text\"}],\n"
         "values in SI units.",
     .examples = "stein check models/stein1788.yaml\n"
+                "stein check models/stein1788.yaml models/strokes/*.csv\n"
                 "stein check my.yaml --json | python3 -m json.tool",
     .run = run,
 };

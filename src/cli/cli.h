@@ -111,6 +111,12 @@ void cli_manual_overview(void);
 /** The completion of bash on standard output. */
 void cli_completion(void);
 
+/* ---- check_data.c ---- */
+
+/** The records of stein check: audit and suspicions, as text, or into the object of `out`.
+ *  @return the exit code */
+int cli_check_data(const cli_args *args, lab__json *out);
+
 /* ---- results.c ---- */
 
 /** Points of a table. */
@@ -149,6 +155,8 @@ void cli_progress_show(cli_progress *p, double fraction);
 void cli_progress_end(cli_progress *p);
 /** A bar on a terminal, elsewhere a line now and then. @param ctx  the cli_progress */
 void cli_progress_step(void *ctx, double fraction, const char *step);
+/** The same while data are read (a lab_read_progress_fn). */
+void cli_progress_read(void *ctx, double fraction);
 
 enum { CLI_TEXT = 64 };
 /** A quantity for people: "7.2 mm", "82 g", "1.571 rad = 90 deg". @param text [CLI_TEXT] */

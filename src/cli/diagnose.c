@@ -200,7 +200,11 @@ static int open_data(job *j)
     stein_err err = {STEIN_OK, ""};
     lab_data_options options = lab_data_options_default(lab_equations(j->model));
     options.report = on_report;
+    options.progress = cli_progress_read;
+    options.ctx = &j->progress;
+    cli_progress_begin(&j->progress, "reading");
     stein_status status = lab_dataset_open(&j->data, j->file, j->nfile, &options, &err);
+    cli_progress_end(&j->progress);
     if (status == STEIN_EPARSE || status == STEIN_EIO) {
         err.msg[0] = '\0'; // told one by one
     }

@@ -132,6 +132,11 @@ void cli_progress_step(void *ctx, double fraction, const char *step)
     progress_line(p, fraction);
 }
 
+void cli_progress_read(void *ctx, double fraction)
+{
+    cli_progress_step(ctx, fraction, "reading");
+}
+
 /* ---- for people ---- */
 
 const char *cli_quantity(char *text, double value, const char *unit)

@@ -68,7 +68,7 @@ static int read_numbers(job *j)
 /* --format, else by the ending of -o */
 static int read_format(job *j)
 {
-    static const char *const name[] = {"csv", "npy", "mat"};
+    static const char *const name[] = {"csv", "npy", "mat", "csv-plain"};
     const char *table = cli_value(j->args, "output"), *format = cli_value(j->args, "format");
     j->format = table != NULL ? lab_format_of(table) : LAB_CSV;
     if (format == NULL) {
@@ -77,13 +77,13 @@ static int read_format(job *j)
     if (table == NULL) {
         return cli_misuse(j->args->command, "--format %s needs a file: -o", format);
     }
-    for (int i = LAB_CSV; i <= LAB_MAT; i++) {
+    for (int i = LAB_CSV; i <= LAB_CSV_PLAIN; i++) {
         if (strcmp(format, name[i]) == 0) {
             j->format = (lab_format)i;
             return CLI_OK;
         }
     }
-    return cli_misuse(j->args->command, "--format %s: expected csv, npy or mat", format);
+    return cli_misuse(j->args->command, "--format %s: expected csv, csv-plain, npy or mat", format);
 }
 
 /* ---- running ---- */
@@ -389,10 +389,12 @@ static const cli_option options[] = {
     {"output", 'o', "FILE.csv",
      "Write all output channels; - is standard output (the summary then goes to standard\n"
      "error)."},
-    {"format", 0, "csv|npy|mat",
-     "Form of -o; default: by its ending, else csv. npy is a structured array of NumPy with a\n"
-     "field for each channel, mat is MATLAB's level 5 with a column for each channel, a struct\n"
-     "of their units and the notes of the CSV as a text."},
+    {"format", 0, "csv|csv-plain|npy|mat",
+     "Form of -o; default: by its ending, else csv. csv-plain has no # lines and names without\n"
+     "units: numpy.genfromtxt(file, names=True, delimiter=',') and pandas.read_csv(file) read\n"
+     "it as it is. npy is a structured array of NumPy with a field for each channel, mat is\n"
+     "MATLAB's level 5 with a column for each channel, a struct of their units and the notes\n"
+     "of the CSV as a text."},
     {"plot", 0, "FILE.svg", "Draw the run with gnuplot, .svg or .png."},
     CLI_COMMON};
 

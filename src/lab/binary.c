@@ -200,6 +200,9 @@ stein_status lab_write(const char *path, lab_format format, const lab_record *re
     if (format == LAB_CSV) {
         return lab_write_csv(path, record, notes, err);
     }
+    if (format == LAB_CSV_PLAIN) {
+        return lab__write_csv_plain(path, record, err);
+    }
     if (lab__record_rows(record) > MOST_ROWS) {
         return lab__fail(err, STEIN_EINVAL, "%d rows, but a file takes %d: sample less often",
                          lab__record_rows(record), (int)MOST_ROWS);

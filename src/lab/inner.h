@@ -355,5 +355,7 @@ int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 const stein_model *lab__record_model(const lab_record *record);
 int lab__record_rows(const lab_record *record);
 double lab__record_at(const lab_record *record, int row, int channel);
+/** LAB_CSV_PLAIN. @return OK, EIO */
+stein_status lab__write_csv_plain(const char *path, const lab_record *record, stein_err *err);
 
 #endif

@@ -98,6 +98,38 @@ double lab__record_at(const lab_record *r, int row, int channel)
     return r->cell[(size_t)row * (size_t)r->model->nchannel + (size_t)channel];
 }
 
+/* @param plain  1: titles are the names alone */
+static void put_table(FILE *f, const lab_record *r, int plain)
+{
+    int n = r->model->nchannel;
+    for (int i = 0; i < n; i++) {
+        const stein_channel *c = &r->model->channels[i];
+        fputs(c->name, f);
+        if (!plain) {
+            fprintf(f, " [%s]", c->unit);
+        }
+        putc(i + 1 < n ? ',' : '\n', f);
+    }
+    for (int row = 0; row < r->rows; row++) {
+        char text[LAB_NUMBER];
+        for (int i = 0; i < n; i++) {
+            fputs(lab__number(text, lab__record_at(r, row, i)), f);
+            putc(i + 1 < n ? ',' : '\n', f);
+        }
+    }
+}
+
+stein_status lab__write_csv_plain(const char *path, const lab_record *r, stein_err *err)
+{
+    lab__file file;
+    stein_status status = lab__file_open(&file, path, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    put_table(file.stream, r, 1);
+    return lab__file_close(&file, 1, err);
+}
+
 stein_status lab_write_csv(const char *path, const lab_record *r, const char *const *notes,
                            stein_err *err)
 {
@@ -110,17 +142,6 @@ stein_status lab_write_csv(const char *path, const lab_record *r, const char *co
         fputs("# ", file.stream);
         lab__put_line(file.stream, notes[i]);
     }
-    int n = r->model->nchannel;
-    for (int i = 0; i < n; i++) {
-        const stein_channel *c = &r->model->channels[i];
-        fprintf(file.stream, "%s [%s]%s", c->name, c->unit, i + 1 < n ? "," : "\n");
-    }
-    for (int row = 0; row < r->rows; row++) {
-        char text[LAB_NUMBER];
-        for (int i = 0; i < n; i++) {
-            fputs(lab__number(text, lab__record_at(r, row, i)), file.stream);
-            putc(i + 1 < n ? ',' : '\n', file.stream);
-        }
-    }
+    put_table(file.stream, r, 0);
     return lab__file_close(&file, 1, err);
 }

@@ -64,7 +64,7 @@ static stein_status call_write(uint64_t *result, stein_err *err)
     char picture[FILES_PATH + 8];
     stein_status status = STEIN_OK;
     uint64_t hash = STEIN_HASH;
-    for (int form = LAB_CSV; status == STEIN_OK && form <= LAB_MAT; form++) {
+    for (int form = LAB_CSV; status == STEIN_OK && form <= LAB_CSV_PLAIN; form++) {
         status = lab_write(thing->out, (lab_format)form, thing->record, notes, err);
     }
     snprintf(picture, sizeof picture, "%s.svg", thing->out);
@@ -211,11 +211,13 @@ static stein_status call_fit(uint64_t *result, stein_err *err)
     return status;
 }
 
-/* strokes that move as they say, and where each of them rests */
+/* strokes that move as they say, are read as they were meant, and where each of them rests */
 static stein_status call_settings(uint64_t *result, stein_err *err)
 {
     const char *const file[] = {thing->swing[0], thing->swing[1], thing->swing[2]};
     const double tolerance[] = {1e-3};
+    char **suspicion = NULL;
+    int suspicions = 0;
     lab_data_options options = lab_data_options_default(lab_equations(thing->pendulum));
     lab_dataset *set = NULL;
     stein_status status = lab_dataset_open(&set, file, 3, &options, err);
@@ -223,6 +225,13 @@ static stein_status call_settings(uint64_t *result, stein_err *err)
     if (status == STEIN_OK) {
         status = lab_data_check_settings(set, thing->pendulum, hear, result, err);
     }
+    if (status == STEIN_OK) {
+        status = lab_suspicions(&suspicion, &suspicions, thing->pendulum, set, err);
+    }
+    for (int i = 0; i < suspicions; i++) {
+        hear(result, suspicion[i]);
+    }
+    lab_suspicions_free(suspicion, suspicions);
     for (int i = 0; status == STEIN_OK && i < set->n; i++) {
         double rest[] = {NAN};
         lab_audit *audit = NULL;

@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "data_inner.h"
 
@@ -72,7 +73,7 @@ static int number(data__reader *r, const char *text, data__cell cell, int k, dou
 {
     const data__title *t = &r->title[k];
     char shown[DATA_SHOWN];
-    const char *wrong = data__number(cell, t->exp10, r->c, v);
+    const char *wrong = data__number(cell, t->exp10, r->c, &r->point, v);
     if (wrong == NULL && isinf(*v * t->factor)) {
         wrong = "the number is too large";
     }
@@ -94,7 +95,7 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
         data__problem(&r->problems, NO_TIME, line, column, "a row without time");
         return 0;
     }
-    if (!number(r, text, cell, 0, t)) {
+    if (!number(r, text, cell, r->time_at, t)) {
         return 0;
     }
     if (*t <= r->last) {
@@ -110,16 +111,23 @@ static int read_time(data__reader *r, const char *text, data__cell cell, double 
     return 1;
 }
 
+static const char *separator_name(char separator)
+{
+    return separator == '\t' ? "tabs" : separator == ';' ? "\";\"" : "\",\"";
+}
+
 static void ragged(data__reader *r, const char *text, size_t size, const data__cell *cell, int n)
 {
     char hint[80] = "";
     int at = n > r->ntitle ? cell[r->ntitle].at : (int)size;
-    const char *semicolon = memchr(text, ';', size);
-    if (r->ntitle > 1 && n == 2 * r->ntitle) {
+    char other = data__separator(text, size);
+    const char *foreign = other != r->separator ? memchr(text, other, size) : NULL;
+    if (r->separator == ',' && r->ntitle > 1 && n == 2 * r->ntitle) {
         snprintf(hint, sizeof hint, ": are these decimal commas? expected decimal points");
-    } else if (n == 1 && semicolon != NULL) {
-        at = (int)(semicolon - text);
-        snprintf(hint, sizeof hint, ": cells are separated by \";\", expected \",\"");
+    } else if (n == 1 && foreign != NULL) {
+        at = (int)(foreign - text);
+        snprintf(hint, sizeof hint, ": cells are separated by %s, expected %s as in the header",
+                 separator_name(other), separator_name(r->separator));
     }
     data__problem(&r->problems, RAGGED, r->lines.line, data__column(text, at),
                   "%s%d cell%s where the header has %d%s", n > DATA_COLUMNS ? "more than " : "",
@@ -154,11 +162,20 @@ static void take_row(data__reader *r, const char *text, const data__cell *cell, 
     r->rows++;
 }
 
+static int is_empty(const data__cell *cell, int n)
+{
+    int k = 0;
+    while (k < n && cell[k].n == 0) {
+        k++;
+    }
+    return k == n;
+}
+
 static void row_line(data__reader *r, const char *text, size_t size)
 {
     data__cell cell[DATA_COLUMNS + 1];
     double time = NAN;
-    int n = data__cells(text, size, cell);
+    int n = data__cells(text, size, r->separator, cell);
     if (text[0] == '#') {
         data__problem(&r->problems, NOTE_BELOW, r->lines.line, 1,
                       "a \"#\" line below the header, "
@@ -175,9 +192,12 @@ static void row_line(data__reader *r, const char *text, size_t size)
         r->stop = 1;
         return;
     }
+    if (n == r->ntitle && is_empty(cell, n)) { // what a spreadsheet adds
+        return;
+    }
     if (n != r->ntitle) {
         ragged(r, text, size, cell, n);
-    } else if (read_time(r, text, cell[0], &time)) {
+    } else if (read_time(r, text, cell[r->time_at], &time)) {
         take_row(r, text, cell, time);
         return;
     }
@@ -187,20 +207,75 @@ static void row_line(data__reader *r, const char *text, size_t size)
 
 /* ---- the whole file ---- */
 
+/* do numbers begin here? */
+static int is_row(const data__reader *r, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    char point = '\0';
+    double value;
+    int n = data__cells(text, size, data__separator(text, size), cell);
+    return n > 0 && data__number(cell[0], 0, r->c, &point, &value) == NULL;
+}
+
+/* is this "#" line a header? it begins with the time and has other columns */
+static int is_header(const data__reader *r, const lab_note *note)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    const char *text = note->value;
+    size_t size = strlen(text);
+    int n = *note->name == '\0' ? data__cells(text, size, data__separator(text, size), cell) : 0;
+    return n > 1 && data__cut_title(r->model, cell[0], name, unit) >= 0 &&
+           data__is_time(r->model, name);
+}
+
+/* The header, or the first row below a header that is the last "#" line: numpy.savetxt writes so.
+ */
+static void header_line(data__reader *r, const char *text, size_t size)
+{
+    lab_note *last = r->out->data.nnote > 0 ? &r->out->note[r->out->data.nnote - 1] : NULL;
+    if (!is_row(r, text, size)) {
+        data__header_line(r, r->lines.line, text, size);
+        data__settle_noise(r);
+    } else if (last == NULL || !is_header(r, last)) {
+        data__problem(&r->problems, 0, r->lines.line, 1,
+                      "numbers where the titles of the columns should be, expected "
+                      "\"time [s],...\" above the first row");
+        r->stop = 1;
+    } else {
+        data__header_line(r, last->line, last->value, strlen(last->value));
+        data__settle_noise(r);
+        if (r->ntitle > 0 && !r->stop) {
+            row_line(r, text, size);
+        }
+        free((void *)last->name);
+        free((void *)last->value);
+        r->out->data.nnote--;
+    }
+}
+
+static int is_blank(const char *text, size_t size)
+{
+    size_t n = 0;
+    while (n < size && (text[n] == ' ' || text[n] == '\t')) {
+        n++;
+    }
+    return n == size;
+}
+
 static stein_status read_lines(data__reader *r, stein_err *err)
 {
     const char *text;
     size_t size;
     while (!r->stop && !r->problems.more && !r->problems.nomem &&
            data__next_line(&r->lines, &r->problems, &text, &size)) {
-        if (size == 0) {
+        if (is_blank(text, size)) {
             continue;
         }
         if (r->header_line == 0 && text[0] == '#') {
             data__note_line(r, text, size);
         } else if (r->header_line == 0) {
-            data__header_line(r, text, size);
-            data__settle_noise(r);
+            header_line(r, text, size);
         } else {
             row_line(r, text, size);
         }
@@ -237,7 +312,7 @@ static void check_columns(data__reader *r)
         data__problem(&r->problems, 0, r->header_line, 1, "no rows below the header");
         return;
     }
-    if (r->ntitle == 1 && !r->options->inputs_only) {
+    if (r->ntitle == r->time_at + 1 && !r->options->inputs_only) {
         data__problem(&r->problems, 0, r->header_line, 1, "no columns beside the time");
     }
     if (r->rows < least) {
@@ -275,8 +350,11 @@ static void hand_over(data__reader *r)
     out->data.file = out->file;
     out->data.hash = r->lines.hash;
     for (int k = 1; k < r->ntitle; k++) {
-        if (r->title[k].known) {
-            out->column[r->title[k].to].samples = r->title[k].samples;
+        const data__title *t = &r->title[k];
+        if (t->known) {
+            lab_column *c = &out->column[t->to];
+            c->samples = t->samples;
+            c->wraps = data__unwrap(r->model, c, t->value, r->rows);
         }
     }
 }
@@ -284,6 +362,10 @@ static void hand_over(data__reader *r)
 static stein_status read_file(data__reader *r, const lab_data_options *o, stein_err *err)
 {
     stein_status status = data__lines_open(&r->lines, r->out->file, err);
+    r->lines.bytes = r->before;
+    r->lines.total = r->total;
+    r->lines.progress = o->progress;
+    r->lines.ctx = o->ctx;
     if (status == STEIN_OK) {
         status = read_lines(r, err);
     }
@@ -307,10 +389,20 @@ static stein_status read_file(data__reader *r, const lab_data_options *o, stein_
     return status;
 }
 
-stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
-                           stein_err *err)
+/* bytes of a file; 0: not known */
+static double size_of(const char *file)
+{
+    struct stat st;
+    return stat(file, &st) == 0 && S_ISREG(st.st_mode) ? (double)st.st_size : 0.0;
+}
+
+/* @param before, total  bytes of the files before it, of all files */
+static stein_status open_one(lab_data **data, const char *file, const lab_data_options *options,
+                             double before, double total, stein_err *err)
 {
     data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
+    r.before = before;
+    r.total = total;
     r.out = calloc(1, sizeof *r.out);
     r.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (r.out != NULL) {
@@ -340,6 +432,12 @@ stein_status lab_data_open(lab_data **data, const char *file, const lab_data_opt
         freelocale(r.c);
     }
     return status;
+}
+
+stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
+                           stein_err *err)
+{
+    return open_one(data, file, options, 0.0, size_of(file), err);
 }
 
 /* ---- access ---- */
@@ -419,10 +517,15 @@ stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
         return lab__no_memory(err);
     }
     stein_status status = STEIN_OK;
+    double before = 0.0, total = 0.0;
     set->n = n;
+    for (int i = 0; options->progress != NULL && i < n; i++) {
+        total += size_of(file[i]);
+    }
     for (int i = 0; i < n; i++) { // to the end: every problem of every file
         stein_err why = {STEIN_OK, ""};
-        stein_status one = lab_data_open(&set->stroke[i], file[i], options, &why);
+        stein_status one = open_one(&set->stroke[i], file[i], options, before, total, &why);
+        before += total > 0.0 ? size_of(file[i]) : 0.0;
         if (one == STEIN_EIO && options->report != NULL) {
             options->report(options->ctx, why.msg);
         }

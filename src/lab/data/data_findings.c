@@ -163,6 +163,10 @@ static void judge_channel(lab_audit *a, int k, int *nomem)
     const lab_channel_audit *ch = &a->channel[k];
     char x[DATA_SHOWN];
     judge_noise(a, c, ch, nomem);
+    if (c->wraps > 0) {
+        data__finding(a, nomem, "%s: the angle wraps %d time%s: unwrapped", c->name, c->wraps,
+                      c->wraps == 1 ? "" : "s");
+    }
     if (ch->low == ch->high) {
         data__finding(a, nomem, "%s: %s throughout", c->name, data__quantity(x, ch->low, c->unit));
     }
@@ -184,8 +188,29 @@ static void judge_channel(lab_audit *a, int k, int *nomem)
     }
 }
 
+/* titles without a unit, in one sentence */
+static void tell_assumed(lab_audit *a, int *nomem)
+{
+    const lab_data *d = a->data;
+    char list[300] = "";
+    size_t n = 0;
+    if (d->time_unit_assumed) {
+        n = (size_t)snprintf(list, sizeof list, "time [s]");
+    }
+    for (int k = 0; k < d->ncolumn && n + 2 * DATA_SHOWN < sizeof list; k++) {
+        if (d->column[k].unit_assumed) {
+            n += (size_t)snprintf(list + n, sizeof list - n, "%s%s [%s]", n > 0 ? ", " : "",
+                                  d->column[k].name, d->column[k].unit);
+        }
+    }
+    if (n > 0) {
+        data__finding(a, nomem, "titles without a unit, read as %s", list);
+    }
+}
+
 void data__findings(lab_audit *a, int *nomem)
 {
+    tell_assumed(a, nomem);
     judge_time(a, nomem);
     for (int k = 0; k < a->data->ncolumn; k++) {
         judge_channel(a, k, nomem);

@@ -3,8 +3,8 @@
  *
  * Every name is looked up in the model at once, and every unit is checked against the one the model
  * has for that name: a record in the wrong unit, or of another mechanism, is refused before a
- * single row is believed. A title without a unit is refused too, except for a pure number:
- * "key_angle" alone may be degrees.
+ * single row is read. A title without a unit is taken as SI; what does not move as the model does
+ * then is told before anything is fitted (audit_model.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -269,48 +269,22 @@ void data__note_line(data__reader *r, const char *text, size_t size)
 
 /* ---- titles ---- */
 
-/* "name [unit]" cut in two; unit is NULL without brackets */
-static int cut_title(data__cell cell, char name[DATA_SHOWN], char unit[DATA_SHOWN])
-{
-    const char *open = memchr(cell.s, '[', cell.n);
-    size_t n = open != NULL ? (size_t)(open - cell.s) : cell.n;
-    part p = trimmed(cell.s, 0, n);
-    data__shown(name, cell.s + p.from, p.to - p.from);
-    *unit = '\0';
-    if (open == NULL) {
-        return 0;
-    }
-    const char *shut = memchr(open, ']', cell.n - n);
-    p = trimmed(open, 1, shut != NULL ? (size_t)(shut - open) : cell.n - n);
-    data__shown(unit, open + p.from, p.to - p.from);
-    return shut == NULL || shut + 1 != cell.s + cell.n ? -1 : 1;
-}
-
-/* unit of a title against the model's. @return 1 when it fits */
-static int fit_unit(data__reader *r, data__title *t, const char *unit, int has_unit,
-                    const char *wanted)
+/* unit of a title against the model's; without one it is SI, and the audit says so.
+ * @return 1 when it fits */
+static int fit_unit(data__reader *r, data__title *t, const char *wanted)
 {
     int line = r->header_line;
-    if (has_unit < 0) {
+    if (t->has_unit < 0) {
         data__problem(&r->problems, 0, line, t->at,
                       "\"%s\": the unit is not closed, expected \"%s "
                       "[%s]\"",
                       t->name, t->name, wanted);
         return 0;
     }
-    if (!has_unit) {
-        if (strcmp(wanted, "1") != 0) {
-            data__problem(&r->problems, 0, line, t->at,
-                          "\"%s\" has no unit, expected \"%s [%s]\" "
-                          "or another unit of this kind",
-                          t->name, t->name, wanted);
-        }
-        return strcmp(wanted, "1") == 0;
-    }
-    int wrong = data__unit(unit, wanted, &t->exp10, &t->factor);
+    int wrong = t->has_unit ? data__unit(t->unit, wanted, &t->exp10, &t->factor) : 0;
     if (wrong != 0) {
         data__problem(&r->problems, 0, line, t->at, "\"%s\" is in [%s], expected [%s]%s", t->name,
-                      unit, wanted,
+                      t->unit, wanted,
                       wrong == 2 ? ": this is no known unit" : " or another unit of this kind");
     }
     return wrong == 0;
@@ -330,20 +304,21 @@ static int is_repeated(data__reader *r, const data__title *t)
     return 0;
 }
 
-static void add_time(data__reader *r, data__title *t, const char *unit, int has_unit)
+static void add_time(data__reader *r, data__title *t)
 {
-    t->known = 1;
-    if (strcmp(t->name, "time") != 0) {
+    if (!data__is_time(r->model, t->name)) {
         data__problem(&r->problems, 0, r->header_line, t->at,
                       "the first column is \"%s%s%s%s\": "
                       "expected time [s]",
-                      t->name, has_unit ? " [" : "", unit, has_unit ? "]" : "");
+                      t->name, t->has_unit ? " [" : "", t->unit, t->has_unit ? "]" : "");
         return;
     }
-    fit_unit(r, t, unit, has_unit, "s");
+    snprintf(t->name, sizeof t->name, "time");
+    r->out->data.time_unit_assumed = !t->has_unit;
+    fit_unit(r, t, "s");
 }
 
-static void add_channel(data__reader *r, data__title *t, const char *unit, int has_unit)
+static void add_channel(data__reader *r, data__title *t)
 {
     const stein_model *m = r->model;
     int input = stein_find_input(m, t->name);
@@ -357,7 +332,7 @@ static void add_channel(data__reader *r, data__title *t, const char *unit, int h
         return;
     }
     const char *wanted = input >= 0 ? m->inputs[input].unit : m->channels[channel].unit;
-    if (!fit_unit(r, t, unit, has_unit, wanted)) {
+    if (!fit_unit(r, t, wanted)) {
         return;
     }
     t->known = 1;
@@ -369,32 +344,74 @@ static void add_channel(data__reader *r, data__title *t, const char *unit, int h
                      .index = input >= 0 ? input : channel,
                      .noise = NAN,
                      .line = r->header_line,
-                     .column = t->at};
+                     .column = t->at,
+                     .unit_assumed = !t->has_unit && strcmp(wanted, "1") != 0};
 }
 
-/* other separators than a comma */
-static int is_foreign(data__reader *r, const char *text, size_t size)
+/* Is none of the columns the model's? One message then, with what would be right. */
+static int is_foreign(data__reader *r)
 {
-    const char *semicolon = memchr(text, ';', size), *tab = memchr(text, '\t', size);
-    if (memchr(text, ',', size) != NULL || (semicolon == NULL && tab == NULL)) {
+    const stein_model *m = r->model;
+    char has[200] = "";
+    int known = 0, named = 0;
+    for (int k = r->time_at + 1; k < r->ntitle; k++) {
+        known += data__wanted_unit(m, r->title[k].name) != NULL;
+        named += *r->title[k].name != '\0';
+    }
+    if (known > 0 || named < 2 || r->options->inputs_only ||
+        !data__is_time(m, r->title[r->time_at].name)) {
         return 0;
     }
-    data__problem(&r->problems, 0, r->header_line,
-                  data__column(text, (int)((semicolon != NULL ? semicolon : tab) - text)),
-                  "columns are separated by %s, expected commas (and decimal points)",
-                  semicolon != NULL ? "\";\"" : "tabs");
-    r->stop = 1;
+    for (int i = 1; i < m->nchannel && strlen(has) + MECH_PATH / 2 < sizeof has; i++) {
+        size_t n = strlen(has);
+        snprintf(has + n, sizeof has - n, "%s%s", i > 1 ? ", " : "", m->channels[i].name);
+    }
+    data__problem(&r->problems, 0, r->header_line, r->title[r->time_at + 1].at,
+                  "none of the %d columns from \"%s\" on is an output or input of \"%s\": a record "
+                  "of another mechanism? expected some of %s",
+                  named, r->title[r->time_at + 1].name, m->name, has);
     return 1;
 }
 
-void data__header_line(data__reader *r, const char *text, size_t size)
+static void add_title(data__reader *r, int k)
 {
-    data__cell cell[DATA_COLUMNS + 1];
-    r->header_line = r->lines.line;
-    if (is_foreign(r, text, size)) {
+    data__title *t = &r->title[k];
+    int used = !r->options->inputs_only || stein_find_input(r->model, t->name) >= 0;
+    if (k == r->time_at) {
+        add_time(r, t);
+    } else if (used && *t->name == '\0') {
+        data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name", k + 1);
+    } else if (used && !is_repeated(r, t)) {
+        add_channel(r, t);
+    }
+}
+
+/* A table that was written with an index has a column without a name in front of the time. */
+static void add_titles(data__reader *r, const char *text, const data__cell *cell, int n)
+{
+    for (r->ntitle = 0; r->ntitle < n; r->ntitle++) {
+        data__title *t = &r->title[r->ntitle];
+        t->has_unit = data__cut_title(r->model, cell[r->ntitle], t->name, t->unit);
+        t->at = data__column(text, cell[r->ntitle].at);
+        t->factor = 1.0;
+    }
+    r->time_at = n > 2 && *r->title[0].name == '\0' && data__is_time(r->model, r->title[1].name);
+    if (is_foreign(r)) {
+        r->stop = 1;
         return;
     }
-    int n = data__cells(text, size, cell);
+    for (int k = r->time_at; k < n; k++) {
+        add_title(r, k);
+    }
+}
+
+void data__header_line(data__reader *r, int line, const char *text, size_t size)
+{
+    data__cell cell[DATA_COLUMNS + 1];
+    r->header_line = line;
+    r->separator = data__separator(text, size);
+    r->point = r->separator == ',' ? '.' : '\0';
+    int n = data__cells(text, size, r->separator, cell);
     if (n < 0 || n > DATA_COLUMNS) {
         data__problem(&r->problems, 0, r->header_line, n < 0 ? data__column(text, -1 - n) : 1,
                       n < 0 ? "a quoted title that does not end at a comma"
@@ -408,22 +425,7 @@ void data__header_line(data__reader *r, const char *text, size_t size)
         r->problems.nomem = 1;
         return;
     }
-    for (r->ntitle = 0; r->ntitle < n; r->ntitle++) {
-        data__title *t = &r->title[r->ntitle];
-        char unit[DATA_SHOWN];
-        int has_unit = cut_title(cell[r->ntitle], t->name, unit);
-        t->at = data__column(text, cell[r->ntitle].at);
-        t->factor = 1.0;
-        int used = !r->options->inputs_only || stein_find_input(r->model, t->name) >= 0;
-        if (r->ntitle == 0) {
-            add_time(r, t, unit, has_unit);
-        } else if (used && *t->name == '\0') {
-            data__problem(&r->problems, 0, r->header_line, t->at, "column %d has no name",
-                          r->ntitle + 1);
-        } else if (used && !is_repeated(r, t)) {
-            add_channel(r, t, unit, has_unit);
-        }
-    }
+    add_titles(r, text, cell, n);
 }
 
 /* ---- noise ---- */
@@ -441,7 +443,7 @@ static lab_column *column_named(data__reader *r, const char *name)
 /* is there such a title, of a column that was refused? that has been told */
 static int is_refused(const data__reader *r, const char *name)
 {
-    for (int k = 1; k < r->ntitle; k++) {
+    for (int k = r->time_at + 1; k < r->ntitle; k++) {
         if (!r->title[k].known && strcmp(r->title[k].name, name) == 0) {
             return 1;
         }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_inner.h - what the files that read and audit data share with each other. Not installed.
  *
- *   bytes --data_lines.c--> lines, cells, numbers --data_header.c, data.c--> lab_data
+ *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
+ *                                                     data.c, data_wraps.c--> lab_data
  *                                                        |
  *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
  *                       +--data_findings.c--> sentences, text
@@ -52,6 +53,9 @@ typedef struct data__lines {
     int line; /* number of the present one */
     int ended;
     unsigned long long hash; /* of all bytes so far, FNV-1a */
+    double bytes, total;     /* read, of this file and those before; of all files; 0: not known */
+    lab_read_progress_fn *progress;
+    void *ctx;
 } data__lines;
 stein_status data__lines_open(data__lines *l, const char *file, stein_err *err);
 void data__lines_close(data__lines *l);
@@ -64,18 +68,38 @@ typedef struct data__cell {
     size_t n;
     int at; /* byte in the line */
 } data__cell;
-/** Cut a line at its commas. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
+/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab. */
+char data__separator(const char *text, size_t size);
+/** Cut a line at its separators. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
  *  where quotes do not close */
-int data__cells(const char *text, size_t size, data__cell cell[DATA_COLUMNS + 1]);
+int data__cells(const char *text, size_t size, char separator, data__cell cell[DATA_COLUMNS + 1]);
 /** Column of a byte of a line, in characters from 1. */
 int data__column(const char *text, int at);
 
 /** Decimal number times 10^exp10, correctly rounded. `c` is the "C" locale.
+ *  @param point  in, out: decimal sign of the file, 0 until a number has shown it
  *  @return NULL, or what is wrong: "expected a number" ... (static text) */
-const char *data__number(data__cell cell, int exp10, locale_t c, double *value);
+const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value);
+
+/* ---- data_titles.c ---- */
+
 /** A unit against the one of the model: the number in the file times 10^exp10 * factor is SI.
  *  @return 0; 1 another quantity, 2 no unit at all */
 int data__unit(const char *unit, const char *wanted, int *exp10, double *factor);
+/** A title cut in two: "name [unit]", "name (unit)", or "name_unit" where only the name without the
+ *  suffix is `time`, a channel or an input of the model.
+ *  @return 1 with a unit, 0 without, -1 the bracket does not close */
+int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
+/** Is it the title of the time: "time" in any case, or "t"? */
+int data__is_time(const stein_model *m, const char *name);
+/** Unit of the model for a name; NULL: neither the time nor a channel or input. */
+const char *data__wanted_unit(const stein_model *m, const char *name);
+
+/* ---- data_wraps.c ---- */
+
+/** Make an angle that was kept within one turn continuous. @param value  [n] of the column
+ *  @return turns that were taken out */
+int data__unwrap(const stein_model *m, lab_column *c, double *value, int n);
 
 /* ---- data_header.c ---- */
 
@@ -99,13 +123,14 @@ typedef struct data__noise {
     int line, name_column, value_column;
 } data__noise;
 
-/** What is known of a column of the file; 0 is the time. */
+/** What is known of a column of the file. */
 typedef struct data__title {
-    char name[DATA_SHOWN];
-    int known; /* has a place in the data */
-    int to;    /* which */
-    int at;    /* character column of the title */
-    int exp10; /* see data__unit */
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    int has_unit; /* of data__cut_title */
+    int known;    /* 1: a channel or an input, with a place in the data */
+    int to;       /* which */
+    int at;       /* character column of the title */
+    int exp10;    /* see data__unit */
     double factor;
     double *value; /* being filled */
     unsigned char *present;
@@ -119,8 +144,11 @@ typedef struct data__reader {
     data__file *out;
     data__problems problems;
     data__lines lines;
-    data__title *title; /* [ntitle] */
+    double before, total; /* bytes of the files before this one, of all */
+    data__title *title;   /* [ntitle] */
     int ntitle, header_line;
+    char separator, point; /* of cells; of decimals, 0: not seen yet */
+    int time_at;           /* column of the time: 0, or 1 behind an index without a name */
     int trigger_line, notes;
     data__noise *noise;
     int nnoise;
@@ -133,7 +161,8 @@ typedef struct data__reader {
 
 /** A "#" line before the header. */
 void data__note_line(data__reader *r, const char *text, size_t size);
-void data__header_line(data__reader *r, const char *text, size_t size);
+/** @param line  of the file */
+void data__header_line(data__reader *r, int line, const char *text, size_t size);
 /** Give every `# noise` to its column. */
 void data__settle_noise(data__reader *r);
 

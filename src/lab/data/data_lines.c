@@ -15,7 +15,6 @@
 #include <string.h>
 
 #include "data_inner.h"
-#include "reader.h"
 
 /* ---- problems ---- */
 
@@ -139,7 +138,11 @@ static void refill(data__lines *l)
     size_t n = fread(l->buffer + l->have, 1, DATA_LINE + 1 - l->have, l->stream);
     l->hash = lab__hash(l->hash, l->buffer + l->have, n);
     l->have += n;
+    l->bytes += (double)n;
     l->ended = n == 0;
+    if (l->progress != NULL && l->total > 0.0) {
+        l->progress(l->ctx, fmin(1.0, l->bytes / l->total));
+    }
 }
 
 /* byte order marks: UTF-8 is passed over, UTF-16 cannot be read */
@@ -187,7 +190,7 @@ int data__next_line(data__lines *l, data__problems *p, const char **text, size_t
         return 0;
     }
     l->at += n + (end != NULL);
-    while (n > 0 && (start[n - 1] == '\r' || start[n - 1] == ' ' || start[n - 1] == '\t')) {
+    while (n > 0 && (start[n - 1] == '\r' || start[n - 1] == ' ')) {
         n--;
     }
     *text = start;
@@ -206,40 +209,54 @@ int data__column(const char *text, int at)
     return column;
 }
 
-static int is_blank(char c)
+static int is_blank(char c, char separator)
 {
-    return c == ' ' || c == '\t' || c == '\r';
+    return (c == ' ' || c == '\t' || c == '\r') && c != separator;
 }
 
-/* cell at byte `at`, to its comma or the end; @return the byte after it, or -1 */
-static int cell_at(const char *text, int size, int at, data__cell *cell)
+char data__separator(const char *text, size_t size)
 {
-    while (at < size && is_blank(text[at])) {
+    int quoted = 0, semicolon = 0, tab = 0;
+    for (size_t i = 0; i < size; i++) {
+        quoted ^= text[i] == '"';
+        if (!quoted && text[i] == ',') {
+            return ',';
+        }
+        semicolon |= !quoted && text[i] == ';';
+        tab |= !quoted && text[i] == '\t';
+    }
+    return semicolon ? ';' : tab ? '\t' : ',';
+}
+
+/* cell at byte `at`, to its separator or the end; @return the byte after it, or -1 */
+static int cell_at(const char *text, int size, int at, char separator, data__cell *cell)
+{
+    while (at < size && is_blank(text[at], separator)) {
         at++;
     }
     if (at < size && text[at] == '"') {
         const char *shut = memchr(text + at + 1, '"', (size_t)(size - at - 1));
         int end = shut == NULL ? size : (int)(shut - text) + 1;
         *cell = (data__cell){text + at + 1, (size_t)(end - at - 2), at};
-        while (shut != NULL && end < size && is_blank(text[end])) {
+        while (shut != NULL && end < size && is_blank(text[end], separator)) {
             end++;
         }
-        return shut == NULL || (end < size && text[end] != ',') ? -1 : end;
+        return shut == NULL || (end < size && text[end] != separator) ? -1 : end;
     }
-    const char *comma = memchr(text + at, ',', (size_t)(size - at));
-    int end = comma != NULL ? (int)(comma - text) : size, n = end - at;
-    while (n > 0 && is_blank(text[at + n - 1])) {
+    const char *next = memchr(text + at, separator, (size_t)(size - at));
+    int end = next != NULL ? (int)(next - text) : size, n = end - at;
+    while (n > 0 && is_blank(text[at + n - 1], separator)) {
         n--;
     }
     *cell = (data__cell){text + at, (size_t)n, at};
     return end;
 }
 
-int data__cells(const char *text, size_t size, data__cell cell[DATA_COLUMNS + 1])
+int data__cells(const char *text, size_t size, char separator, data__cell cell[DATA_COLUMNS + 1])
 {
     int at = 0;
     for (int n = 0; n <= DATA_COLUMNS; n++) {
-        int end = cell_at(text, (int)size, at, &cell[n]);
+        int end = cell_at(text, (int)size, at, separator, &cell[n]);
         if (end < 0) {
             return -1 - cell[n].at;
         }
@@ -259,7 +276,7 @@ static int is_digit(char c)
 }
 
 /* why a cell that is no number is none */
-static const char *no_number(data__cell cell)
+static const char *no_number(data__cell cell, char point)
 {
     static const char *const missing[] = {"nan",  "inf",  "infinity", "na", "n/a",
                                           "null", "none", "-",        "--"};
@@ -268,7 +285,10 @@ static const char *no_number(data__cell cell)
     if (memchr(s, ';', n) != NULL) {
         return "cells are separated by \";\", expected \",\"";
     }
-    if (memchr(s, ',', n) != NULL) {
+    if (point == ',' && memchr(s, '.', n) != NULL) {
+        return "a decimal point, but numbers before it have a decimal comma";
+    }
+    if (point == '.' && memchr(s, ',', n) != NULL) {
         return "a decimal comma, expected a decimal point";
     }
     for (size_t i = 0; i < sizeof missing / sizeof *missing; i++) {
@@ -305,7 +325,7 @@ typedef struct decimal {
     int n, exp10, minus;
 } decimal;
 
-static int take_apart(data__cell cell, decimal *d)
+static int take_apart(data__cell cell, char sign, decimal *d)
 {
     const char *s = cell.s;
     size_t i = 0, n = cell.n;
@@ -313,8 +333,8 @@ static int take_apart(data__cell cell, decimal *d)
     d->n = d->exp10 = 0;
     d->minus = n > 0 && s[0] == '-';
     i += n > 0 && (s[0] == '-' || s[0] == '+');
-    for (; i < n && (is_digit(s[i]) || (s[i] == '.' && !point)); i++) {
-        if (s[i] == '.') {
+    for (; i < n && (is_digit(s[i]) || (s[i] == sign && !point)); i++) {
+        if (s[i] == sign) {
             point = 1;
             continue;
         }
@@ -344,7 +364,18 @@ static double by_strtod(const decimal *d, locale_t c)
     return v;
 }
 
-const char *data__number(data__cell cell, int exp10, locale_t c, double *value)
+/* the first decimal sign of a file decides for all of it */
+static char decided(data__cell cell, char point)
+{
+    if (point != '\0') {
+        return point;
+    }
+    return memchr(cell.s, ',', cell.n) != NULL   ? ','
+           : memchr(cell.s, '.', cell.n) != NULL ? '.'
+                                                 : '\0';
+}
+
+const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value)
 {
     static const double ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
@@ -353,9 +384,11 @@ const char *data__number(data__cell cell, int exp10, locale_t c, double *value)
     if (cell.n >= DATA_CELL) {
         return "a number of more than 200 characters";
     }
-    if (take_apart(cell, &d) != 0) {
-        return no_number(cell);
+    char sign = decided(cell, *point);
+    if (take_apart(cell, sign, &d) != 0) {
+        return no_number(cell, sign);
     }
+    *point = sign;
     d.exp10 += exp10;
     double v = 0.0;
     if (d.n > 0 && d.n <= 15 && abs(d.exp10) <= 22 && FLT_EVAL_METHOD == 0) {
@@ -372,25 +405,4 @@ const char *data__number(data__cell cell, int exp10, locale_t c, double *value)
     }
     *value = d.minus ? -v : v;
     return NULL;
-}
-
-int data__unit(const char *unit, const char *wanted, int *exp10, double *factor)
-{
-    mech_dim found, expected;
-    double f, w;
-    if (mech_parse_unit(unit, &found, &f) != 0) {
-        return 2;
-    }
-    if (mech_parse_unit(wanted, &expected, &w) != 0 || !mech__dim_fits(found, expected)) {
-        return 1;
-    }
-    char power[16];
-    double back = NAN;
-    f /= w;
-    int k = (int)lround(log10(f));
-    snprintf(power, sizeof power, "1e%d", k);
-    mech_parse_quantity(power, (mech_dim){0, 0, 0, 0}, &back, NULL);
-    *exp10 = back == f ? k : 0;
-    *factor = back == f ? 1.0 : f;
-    return 0;
 }

@@ -31,6 +31,7 @@
 
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */
 static const double suspected = 0.04, far_off = 0.25, well = 0.012;
+static const double seen = 0.01; /* less is within what strokes differ by themselves */
 static const double worse = 5.0, much_worse = 10.0, explained = 4.0, usual = 2.0;
 static const double largest_nudge = 3.0; /* of what differs by itself, in its prior sd */
 enum {
@@ -300,7 +301,8 @@ static void judge(check *c, int stroke)
     const lab_data *d = c->p->stroke[stroke].data;
     double own = c->misfit[stroke];
     int others_fit = c->p->nstroke > 3 && c->median < well;
-    if (d->nset == 0 || !(own > suspected) || begins_anywhere(c, stroke)) {
+    int stands_out = others_fit && own > worse * c->median && own > seen;
+    if (d->nset == 0 || !(own > suspected || stands_out) || begins_anywhere(c, stroke)) {
         return;
     }
     guess g = look_further(c, stroke);

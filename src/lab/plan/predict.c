@@ -131,7 +131,9 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
                                                     rows,
                                                     1e-12,
                                                     1,
-                                                    1};
+                                                    1,
+                                                    0,
+                                                    0};
     }
     for (int i = 0; i < bench->neye; i++) {
         int k = stein_find_channel(m, bench->eye[i].name);
@@ -147,7 +149,9 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
                                                     rows,
                                                     bench->eye[i].noise,
                                                     1,
-                                                    1};
+                                                    1,
+                                                    0,
+                                                    0};
     }
     b->list[0] = &b->data;
     b->set = (lab_dataset){1, b->list};

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * test_data_forms.c - measured data as different programs write them.
+ */
+#include "data_support.h"
+
+void data_forms_cases(Suite *suite);
+
+static const stein_model *const action = &stein_model_stein1788;
+
+/* the same record as different programs write it: the same bits */
+START_TEST(a_record_is_read_in_every_usual_form)
+{
+    static const char *const text[] = {
+        "time [s],key_dip [m],key_angle [rad],finger [N]\n"
+        "0,0.0015,0.25,-1.5\n0.25,0.00175,0.125,2\n0.5,,-1,0\n0.75,-0.001,3,1e3\n",
+        "time,key_dip,key_angle,finger\r\n"
+        "0,0.0015,0.25,-1.5\r\n0.25,0.00175,0.125,2\r\n0.5,,-1,0\r\n0.75,-0.001,3,1e3\r\n",
+        "\xef\xbb\xbftime_ms,key_dip_mm,key_angle_rad,finger_N\n"
+        "0,1.5,0.25,-1.5\n250,1.75,0.125,2\n500,,-1,0\n750,-1,3,1000\n",
+        "Time (ms);key_dip (mm);key_angle (rad);finger (N)\r\n"
+        "0;1,5;0,25;-1,5\r\n250;1,75;0,125;2\r\n500;;-1;0\r\n750;-1;3;1e3\r\n;;;\r\n;;;\r\n",
+        "t [ms]\tkey_dip [mm]\tfinger_N\tkey_angle\n"
+        "0\t1,5\t-1,5\t0,25\n250\t1,75\t2\t0,125\n500\t\t0\t-1\n750\t-1\t1E3\t3\n\t\n",
+        ",time,key_dip,key_angle,finger\n0,0.0,0.0015,0.25,-1.5\n"
+        "1,0.25,0.00175,0.125,2.0\n2,0.5,,-1.0,0.0\n3,0.75,-0.001,3.0,1000.0\n",
+        "# made by hand\n# time [msec], key_dip [mm], finger [N], key_angle [radians]\n"
+        "0.000e+00,1.500e+00,-1.5,0.25\n2.5e2,1.75,2,0.125\n5e2,,0,-1\n750,-1,1000,3\n"};
+    lab_data *first = NULL;
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        lab_data *d = NULL;
+        lab_data_options o = lab_data_options_default(action);
+        o.min_samples = 3;
+        ck_assert_stein(lab_data_open(&d, write_file("form.csv", text[i]), &o, err));
+        first = first == NULL ? d : first;
+        ck_assert_int_eq(d->nrow, 4);
+        ck_assert_int_eq(d->ncolumn, 3);
+        ck_assert(memcmp(d->time, first->time, sizeof *d->time * 4) == 0);
+        for (int k = 0; k < 3; k++) {
+            const lab_column *c = &first->column[k], *same = lab_data_column(d, c->name);
+            ck_assert_msg(same != NULL, "form %d has no %s", (int)i, c->name);
+            for (int row = 0; row < 4; row++) {
+                ck_assert_int_eq(same->present[row], c->present[row]);
+                ck_assert(!c->present[row] || same->value[row] == c->value[row]);
+            }
+        }
+        if (d != first) {
+            lab_data_close(d);
+        }
+    }
+    lab_data_close(first);
+}
+END_TEST
+
+START_TEST(titles_without_a_unit_are_si_and_told)
+{
+    lab_data *d = open_data(write_file("a.csv", "time,key_angle_deg,key_dip\n0,180,0\n1,90,1\n"
+                                                "2,45,3\n3,60,2\n"),
+                            action);
+    lab_audit *a = audit_of(d);
+    ck_assert_int_eq(d->time_unit_assumed, 1);
+    ck_assert_int_eq(d->column[0].unit_assumed, 0);
+    ck_assert_close(d->column[0].value[1], 1.5707963267948966, 1e-15, 0.0);
+    ck_assert_int_eq(d->column[1].unit_assumed, 1);
+    ck_assert_int_eq(was_found(a, "titles without a unit, read as time [s], key_dip [m]"), 1);
+    lab_audit_destroy(a);
+    lab_data_close(d);
+}
+END_TEST
+
+/* two turns one way and two the other, seen within +-180 deg, 0 .. 360 deg and +-pi */
+START_TEST(wrapped_angles_are_made_continuous)
+{
+    static const double low[] = {-180.0, 0.0, -3.14159265358979};
+    static const double turn[] = {360.0, 360.0, 6.28318530717959};
+    for (int i = 0; i < 3; i++) {
+        char text[12000];
+        size_t n = (size_t)sprintf(text, "time [s],key_angle [%s]\n", i < 2 ? "deg" : "rad");
+        for (int row = 0; row <= 200; row++) {
+            double angle = turn[i] * (0.1 + 2.2 * sin(0.01 * 3.14159265358979 * row));
+            double seen = angle - turn[i] * floor((angle - low[i]) / turn[i]);
+            n += (size_t)(row == 90 ? sprintf(text + n, "%d,\n", row)
+                                    : sprintf(text + n, "%d,%.12g\n", row, seen));
+        }
+        lab_data *d = open_data(write_file("turns.csv", text), action);
+        lab_audit *a = audit_of(d);
+        for (int row = 0; row <= 200; row++) {
+            double angle = 6.28318530717959 * (0.1 + 2.2 * sin(0.01 * 3.14159265358979 * row));
+            ck_assert(!d->column[0].present[row] || fabs(d->column[0].value[row] - angle) < 1e-9);
+        }
+        ck_assert_int_eq(d->column[0].wraps, i == 1 ? 10 : 8);
+        ck_assert_int_eq(was_found(a, i == 1 ? "key_angle: the angle wraps 10 times: unwrapped"
+                                             : "key_angle: the angle wraps 8 times: unwrapped"),
+                         1);
+        lab_audit_destroy(a);
+        lab_data_close(d);
+    }
+}
+END_TEST
+
+/* an inverted arm trembles about +-180 deg; what leaves one turn, or jumps by less, is no wrap */
+START_TEST(only_wraps_are_unwrapped)
+{
+    static const char *const text[] = {
+        "time [s],key_angle [deg]\n0,179\n1,-179\n2,178\n3,179.5\n4,-177\n",
+        "time [s],key_angle [deg]\n0,179\n1,-179\n2,178\n3,185\n4,-177\n",
+        "time [s],key_angle [deg]\n0,120\n1,-120\n2,118\n3,-119\n4,-117\n",
+        "time [s],key_dip [m]\n0,3.1\n1,-3.1\n2,3.0\n3,-3\n4,-2.9\n"};
+    static const int wraps[] = {3, 0, 0, 0};
+    for (int i = 0; i < 4; i++) {
+        lab_data *d = open_data(write_file("turns.csv", text[i]), action);
+        ck_assert_int_eq(d->column[0].wraps, wraps[i]);
+        lab_data_close(d);
+    }
+}
+END_TEST
+
+/* what others read of ours is read by us */
+START_TEST(a_plain_table_reads_back_bit_for_bit)
+{
+    stein_sim *sim = make_sim(action, STEIN_RK4, 0.0);
+    lab_record *record = NULL;
+    lab_stroke_def def = lab_stroke_def_default(action);
+    ck_assert_stein(lab_record_create(&record, action, 1.03e-3, err));
+    def.until = 0.0613;
+    def.sample = lab_record_sample;
+    def.ctx = record;
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    ck_assert_stein(lab_write(in_folder("plain.csv"), LAB_CSV_PLAIN, record, NULL, err));
+    lab_data *d = open_data(in_folder("plain.csv"), action);
+    ck_assert_int_eq(d->nrow, lab__record_rows(record));
+    ck_assert_int_eq(d->ncolumn, action->nchannel - 1);
+    for (int k = 0; k < d->ncolumn; k++) {
+        for (int i = 0; i < d->nrow; i++) {
+            double there = lab__record_at(record, i, k + 1);
+            ck_assert(memcmp(&d->column[k].value[i], &there, sizeof there) == 0);
+        }
+    }
+    lab_data_close(d);
+    lab_record_destroy(record);
+    stein_sim_destroy(sim);
+}
+END_TEST
+
+/* ---- many and large files ---- */
+
+typedef struct seen {
+    double first, last;
+    int calls, backwards;
+} seen;
+
+static void see_progress(void *ctx, double fraction)
+{
+    seen *s = ctx;
+    s->first = s->calls++ == 0 ? fraction : s->first;
+    s->backwards += fraction < s->last;
+    s->last = fraction;
+}
+
+START_TEST(two_hundred_files_are_read_with_progress)
+{
+    enum { FILES = 200 };
+    static char path[FILES][200];
+    const char *file[FILES];
+    lab_dataset *set = NULL;
+    seen s = {.calls = 0};
+    lab_data_options o = lab_data_options_default(action);
+    o.progress = see_progress;
+    o.ctx = &s;
+    for (int i = 0; i < FILES; i++) {
+        snprintf(path[i], sizeof path[i], "%s/record_%d.csv", folder, i);
+        FILE *f = fopen(path[i], "w");
+        fprintf(f, "time [ms],key_dip [mm]\n");
+        for (int row = 0; row < (i == 17 ? 40000 : 40); row++) {
+            fprintf(f, "%d,%.3f\n", row, 3.0 * sin(0.1 * row + i));
+        }
+        fclose(f);
+        file[i] = path[i];
+    }
+    ck_assert_stein(lab_dataset_open(&set, file, FILES, &o, err));
+    ck_assert_int_eq(set->n, FILES);
+    ck_assert_int_ge(s.calls, FILES);
+    ck_assert_int_eq(s.backwards, 0);
+    ck_assert_double_lt(s.first, 0.01);
+    ck_assert_double_gt(s.last, 0.999);
+    lab_dataset_close(set);
+}
+END_TEST
+
+/* one message for a file, with its place and what would be right */
+START_TEST(bad_files_are_told_in_one_message_each)
+{
+    static const struct {
+        const char *text, *says;
+    } bad[] = {
+        {"", "no header line, expected \"time [s],...\""},
+        {"\n\n", "no header line"},
+        {"time [s],key_dip [m]\n", ":1:1: no rows below the header"},
+        {"time [s],key_dip [m]\n0,1\n", ":1:1: 1 sample, expected at least 4"},
+        {"time [s],key_dip [m]\n0,1\n1,2\n", ":1:1: 2 samples, expected at least 4"},
+        {"time,key_dip\n0,1\n1,NaN\n2,nan\n3,inf\n4,1\n5,2\n6,1\n7,3\n",
+         ":3:3: key_dip \"NaN\": not a finite number; a missing sample is an empty cell (and 2 "
+         "more"},
+        {"time,key_dip\n0,1\n1,2\n1,3\n2,4\n2,1\n3,3\n",
+         ":4:1: the time stands still, from 1 s to 1 s, expected rows in increasing time (and 1"},
+        {"time,key_dip\n9,1\n8,2\n7,3\n6,4\n",
+         ":3:1: the time goes back from 9 s to 8 s, expected rows in increasing time (and 2 more"},
+        {"time,theta1,theta2\n0,1,2\n1,2,3\n2,1,2\n3,2,2\n",
+         ":1:6: none of the 2 columns from \"theta1\" on is an output or input of \"stein1788\": a "
+         "record of another mechanism? expected some of string_distance, "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        lab_data_options o = lab_data_options_default(action);
+        said s = {.n = 0};
+        lab_data *d = NULL;
+        o.report = hear;
+        o.ctx = &s;
+        ck_assert_int_eq(lab_data_open(&d, write_file("bad.csv", bad[i].text), &o, NULL),
+                         STEIN_EPARSE);
+        ck_assert_ptr_null(d);
+        ck_assert_msg(s.n == 1 && was_said(&s, "bad.csv") && was_said(&s, bad[i].says),
+                      "%d messages, the first: %s", s.n, s.text[0]);
+    }
+}
+END_TEST
+
+void data_forms_cases(Suite *suite)
+{
+    TCase *tc = tcase_create("forms");
+    tcase_add_checked_fixture(tc, make_folder, remove_folder);
+    tcase_set_timeout(tc, 60.0);
+    tcase_add_test(tc, a_record_is_read_in_every_usual_form);
+    tcase_add_test(tc, titles_without_a_unit_are_si_and_told);
+    tcase_add_test(tc, wrapped_angles_are_made_continuous);
+    tcase_add_test(tc, only_wraps_are_unwrapped);
+    tcase_add_test(tc, a_plain_table_reads_back_bit_for_bit);
+    tcase_add_test(tc, two_hundred_files_are_read_with_progress);
+    tcase_add_test(tc, bad_files_are_told_in_one_message_each);
+    suite_add_tcase(suite, tc);
+}
