@@ -320,13 +320,16 @@ static void print_law(const lab_diagnosis *d)
 static void print_gain(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    if (d->nheld > 0 && is_extended(d)) {
+    if (d->nheld > 0 && isfinite(g->ratio) && is_extended(d)) {
         printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
                "noise alone leaves %.4g\n",
                g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
-    } else if (d->nheld > 0) {
+    } else if (d->nheld > 0 && isfinite(g->rmse_before)) {
         printf("held-out strokes: error %.4g noise; noise alone leaves %.4g\n", g->rmse_before,
                d->noise_floor);
+    }
+    if (!isfinite(d->chi2_dof_before)) {
+        return; // nothing was fitted
     }
     printf("fit: chi2/dof %.4g", d->chi2_dof_before);
     if (is_extended(d)) {

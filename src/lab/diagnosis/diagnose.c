@@ -113,6 +113,25 @@ static stein_status audit(diagnosis *d, const lab_dataset *data, stein_err *err)
     return status;
 }
 
+/* Slips that the records show before anything is fitted: units, signs, columns, the clock. With a
+ * grave one no verdict on the mechanism could be trusted, so none is given. */
+static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_dataset *data,
+                                stein_err *err)
+{
+    lab_doubts *doubts = NULL;
+    stein_status status = lab_doubts_find(&doubts, model, data, err);
+    for (int i = status == STEIN_OK ? doubts->n - 1 : -1; status == STEIN_OK && i >= 0; i--) {
+        status = add_finding(d->out, lab__text("%s", doubts->item[i].text), 1, err);
+    }
+    if (status == STEIN_OK && doubts->grave) {
+        d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
+        snprintf(d->out->reason, sizeof d->out->reason, "The records do not mean what they say: %s",
+                 doubts->item[0].text);
+    }
+    lab_doubts_free(doubts);
+    return status;
+}
+
 static stein_status check_step(diagnosis *d, stein_err *err)
 {
     char *line = NULL;
@@ -509,12 +528,19 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     if (d.out == NULL) {
         return lab__no_memory(err);
     }
-    d.out->verified = NAN;
+    d.out->verified = d.out->remainder = d.out->share = d.out->p = NAN;
+    d.out->chi2_dof_before = d.out->chi2_dof_after = NAN;
+    d.out->gain.ratio = d.out->gain.rmse_before = d.out->gain.rmse_after = NAN;
+    d.out->gain.lo = d.out->gain.hi = NAN;
+    d.out->noise_floor = 1.0;
     progress(&d, 0.0, "audit");
     stein_status status = split(&d, data, err);
     status = status == STEIN_OK ? audit(&d, data, err) : status;
-    status = status == STEIN_OK ? search(&d, file, model, err) : status;
-    status = status == STEIN_OK ? conclude(&d, err) : status;
+    status = status == STEIN_OK ? check_slips(&d, model, data, err) : status;
+    if (status == STEIN_OK && d.out->verdict != LAB_VERDICT_UNUSABLE_MODEL) {
+        status = search(&d, file, model, err);
+        status = status == STEIN_OK ? conclude(&d, err) : status;
+    }
     d.out->seconds = diag__clock() - begin;
     d.out->fits = d.t.n;
     d.out->strokes_simulated = (int)d.q.strokes;

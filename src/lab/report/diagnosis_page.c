@@ -115,7 +115,8 @@ static void headline(FILE *f, const lab_diagnosis *d)
                                         "The input is not what the record says",
                                         "The model lacks something",
                                         "Something is missing, and no known effect explains it",
-                                        "No fit to trust, so no verdict"};
+                                        "No fit to trust, so no verdict",
+                                        "The model is far from these records"};
     fputs(begin[d->verdict], f);
     if (has_cause(d)) {
         fputs(": ", f);
@@ -294,6 +295,9 @@ static const char *advice(const lab_diagnosis *d)
         }
         return "Look where the map below is darkest, and at the force that is missing there: its "
                "course over time is what a new effect has to explain.";
+    case LAB_VERDICT_UNUSABLE_MODEL:
+        return "Compare signs, units, planes, the start and the clock of the first record with the "
+               "mechanism file; nothing about physics can be said before they agree.";
     default: break;
     }
     if (d->nrival > 0) {
