@@ -282,6 +282,8 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
     static const char *const cause[] = {"coulomb_friction", "viscous_friction", "preload"},
                              *const hidden[] = {"viscous_asymmetry", "coulomb_asymmetry", NULL};
     static const double published[] = {20.3935, 203.5034, 3.1648};
+    // the offset is told from dry friction where the motion turns, so it depends on its smoothing
+    static const double within[] = {0.02, 0.02, 0.04};
     if (is_too_slow() || !converted()) {
         return;
     }
@@ -294,7 +296,7 @@ START_TEST(a_diagnosis_of_the_axis_finds_its_friction_and_its_offset)
         printf("emps: %-16s %.5g (published %.5g), error %.3f of what it is without\n",
                s->candidate.effect->kind, s->number[0].value, published[i], s->own_ratio);
         ck_assert_str_eq(s->candidate.effect->kind, cause[i]);
-        ck_assert_close(s->number[0].value, published[i], 0.02, 0.0);
+        ck_assert_close(s->number[0].value, published[i], within[i], 0.0);
         ck_assert(s->own_hi < 1.0);
     }
     printf("emps: held-out error %.3f of what it was\n", d->gain.ratio);

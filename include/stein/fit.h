@@ -41,7 +41,9 @@ typedef struct lab_fit_def {
     double trigger; /* prior sd of an unknown trigger [s]; default 2 ms. Of a stroke with a recorded
                        input at most a frame / sqrt(12) */
     int initial;    /* initial state: 1 free, 0 as the file says, -1 (default) free where the
-                       file says neither `settle` nor a tolerance, and the stroke does not set it */
+                       mechanism neither settles nor has a load, and the stroke does not set it.
+                       A free one starts from the first samples of the record, which is where the
+                       simulation begins */
     int scatter; /* strokes differ by themselves: 1 yes, 0 no, -1 (default) when there are 4 or more
                   */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */

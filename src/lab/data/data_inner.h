@@ -179,8 +179,8 @@ char *data__quantity(char *text, double value, const char *unit);
 typedef struct data__series {
     double *t, *v;
     int n;
-    double range, sigma;        /* max - min; working sd of one sample: never 0 */
-    int window, degree;         /* of the polynomials that the noise in motion comes from; 0: none */
+    double range, sigma; /* max - min; working sd of one sample: never 0 */
+    int window, degree;  /* of the polynomials that the noise in motion comes from; 0: none */
     double *scratch, *residual; /* [n] */
     double *difference;         /* [DATA_DIFFERENCES] */
 } data__series;
@@ -190,8 +190,8 @@ double data__median(double *v, int n); /* reorders v; NAN for n = 0 */
 int data__compare(const void *a, const void *b);
 /** Quantisation step; 0 when there is none. */
 double data__step(const data__series *s);
-/** Standard deviation of what smooth motion leaves over, in windows whose length and degree, left in
- *  s, suit the motion. NAN for too few samples. @param error  out: its relative sd */
+/** Standard deviation of what smooth motion leaves over, in windows whose length and degree, left
+ * in s, suit the motion. NAN for too few samples. @param error  out: its relative sd */
 double data__noise_in_windows(data__series *s, int *samples, double *error);
 /** Rest phases as index ranges [first, last]. @return their number, at most `max` */
 int data__rests(const data__series *s, int (*rest)[2], int max);
@@ -200,7 +200,8 @@ int data__noise_at_rest(const data__series *s, int (*rest)[2], int n, double *no
                         double correlation[LAB_LAGS]);
 /** Correlation from windows. */
 void data__correlation_in_windows(const data__series *s, double correlation[LAB_LAGS]);
-/** Residual of a polynomial of `degree` <= 11 by least squares; r [n] out. @return sum of squares */
+/** Residual of a polynomial of `degree` <= 11 by least squares; r [n] out. @return sum of squares
+ */
 double data__residual(const double *t, const double *v, int n, int degree, double *r);
 void data__spikes(const data__series *s, lab_channel_audit *a);
 void data__saturation(const data__series *s, lab_channel_audit *a);

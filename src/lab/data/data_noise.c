@@ -172,7 +172,7 @@ static guess look_through(const data__series *s, int w, int degree)
         for (clean = used; clean > used / 4 + 1 && variance[clean - 1] > most; clean--) {
         }
     }
-    // a quartile knows three quarters of what the mean does; half of the windows overlap
+    // efficiency of a quartile against the mean; half of the windows overlap
     g.error = 1.36 * sqrt(2.0 / dof / (0.75 * clean));
     g.clean = (double)clean / used;
     return g;
@@ -199,8 +199,8 @@ static const guess *guess_at(guesses *g, int k, int j)
     return to;
 }
 
-/* Does another degree or window, which leaves less of the motion over, see a smaller variance by
- * more than both are uncertain? */
+/* Does another degree or window, which leaves less of the motion over, have a smaller variance
+ * by more than the uncertainty of both? */
 static int is_biased(guesses *g, int k, int j)
 {
     const guess *a = guess_at(g, k, j);

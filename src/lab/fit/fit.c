@@ -296,10 +296,24 @@ static stein_status check_profiles(const lab_fit_def *def, stein_err *err)
     return STEIN_OK;
 }
 
+/* what keeps the records from beginning as the model moves */
+static stein_status doubt_setup(fit__problem *p, stein_err *err)
+{
+    fit__finding *list = NULL;
+    int n = 0;
+    stein_status status = p->def->report != NULL ? fit__setup(p, &list, &n, err) : STEIN_OK;
+    for (int i = 0; i < n; i++) {
+        p->def->report(p->def->ctx, list[i].text);
+    }
+    fit__setup_free(list, n);
+    return status;
+}
+
 static stein_status run(fit__problem *p, lab_fit *fit, stein_err *err)
 {
     fit__search s;
-    stein_status status = set_clocks(p, err);
+    stein_status status = doubt_setup(p, err);
+    status = status == STEIN_OK ? set_clocks(p, err) : status;
     status = status == STEIN_OK ? set_scales(p, err) : status;
     status = status == STEIN_OK ? fit__search_make(&s, p, err) : status;
     if (status != STEIN_OK) {

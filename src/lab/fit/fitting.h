@@ -8,7 +8,7 @@
  *   start_state.c  one state out of these, start_state.h
  *   initial.c      initial states from the records
  *   start_follow.c the initial state from which a simulation follows a record's beginning
- *   setup.c        why a record cannot begin as the model says: sense, zero, plane
+ *   setup.c        what keeps a record from beginning as the model moves: sense, zero, plane
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
  *   many.c         many strokes, on threads and in lanes
@@ -262,12 +262,12 @@ stein_status fit__finish(fit__bench *b, stein_status status);
 
 /** Estimate the initial state of every stroke from its first samples. start, sd and prior of the
  *  unknowns FIT__POSITION and FIT__SPEED are replaced: x = 0 is the estimated state, prior = 0
- * where the data decide. Unknowns of strokes that say nothing of their state, or that are only
- * planned, keep what they had.
+ * where the data decide. Unknowns of strokes without usable channels, or that are only planned,
+ * keep what they had.
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__initial_states(fit__problem *p, stein_err *err);
 /** The same for one stroke, whose samples may have changed since: x of its initial state.
- *  Overwrites b->x, b->y, except that x may be b->x. @return 1; 0: it says nothing, x is untouched
+ *  Overwrites b->x, b->y, except that x may be b->x. @return 1; 0: there is none, x is untouched
  */
 int fit__initial_state(const fit__problem *p, fit__bench *b, int stroke, double *x);
 /** Does the mechanism rest until t = 0, where it is let go? */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * initial.c - initial states from the records.
  *
- * A record that begins in mid-motion says where the mechanism was and how fast (start_state.c).
+ * The first samples of a record that begins in mid-motion give the mechanism's positions and speeds
+ * (start_state.c).
  * One-sided slopes are uncertain: after the length of a window their error is ten noises. Within
  * three standard deviations the state is therefore improved by the model's own simulation of the
  * start window (start_follow.c); a model that is wrong cannot lead it further away.

@@ -10,8 +10,8 @@
  *
  * A stroke's own unknowns: the time of an unsynchronised trigger; an offset of every channel that a
  * camera marker shows (a place or a gap: markers are glued on by hand); the initial state where the
- * mechanism does not settle and the stroke does not state it (with it, the trigger's time would say
- * the same again and is left out); one factor each on all joint frictions, on all contact frictions
+ * mechanism does not settle and the stroke does not state it (the trigger's time would have the
+ * same effect, and is left out); one factor each on all joint frictions, on all contact frictions
  * and on the drive, because felt and leather are not twice the same and neither is a finger. Left
  * out, that scatter goes into the parameters, which then come out ten standard deviations wrong.
  * Fewer than four strokes cannot show it.
@@ -223,7 +223,7 @@ static int is_driven(const fit__problem *p, const fit__stroke *s, int joint)
     return 0;
 }
 
-/* does the stroke or the user already say where this joint starts? */
+/* is the joint's start set by the stroke or a free parameter? */
 static int initial_known(const fit__problem *p, const fit__stroke *s, int joint, int *position)
 {
     const stein_model *m = lab_equations(p->model);

@@ -34,7 +34,7 @@ static const double axis[6][3] = {{1.0, 0.0, 0.0},  {-1.0, 0.0, 0.0}, {0.0, 1.0,
                                   {0.0, -1.0, 0.0}, {0.0, 0.0, 1.0},  {0.0, 0.0, -1.0}};
 static const double share = 0.01;       /* of the range, as noise */
 static const double suspicious = 10.0;  /* m above which alternatives are tried: 3 % of the range */
-static const double hopeless = 300.0;   /* m above which it is said that nothing helps: 17 % */
+static const double hopeless = 300.0;   /* m above which FIT__NOTHING is reported: 17 % */
 static const double much_better = 10.0; /* ratio of m from which an alternative is reported */
 static const double coarse = 1e-7;      /* tolerance of a step [rad or m] */
 static const double windows = 4.0; /* length of what is simulated, in start windows, at least */

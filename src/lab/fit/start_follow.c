@@ -2,8 +2,8 @@
  * start_follow.c - the initial state from which a simulation follows the beginning of a record.
  *
  * Gauss-Newton with damping on the numbers of one stroke's initial state, over the samples up to a
- * horizon. What a channel may be off by is given: its noise alone, or more where the model is not
- * trusted. Derivatives are differences of short simulations, so that a step costs as many of them
+ * horizon. What a channel may be off by is given: its noise alone, or more where the model may
+ * be wrong. Derivatives are differences of short simulations, so that a step costs as many of them
  * as the state has numbers.
  */
 #include <gsl/gsl_linalg.h>

@@ -30,7 +30,7 @@ static double shown(fit__beginning *w, int c)
     return stein_read(w->b->sim, w->s->channel[c]) + w->b->shown[c];
 }
 
-int fit__says_place(const fit__beginning *w, int c)
+int fit__measures_place(const fit__beginning *w, int c)
 {
     return w->start[c].samples > 0 && fit__shows_place(fit__channel_of(w, c)) &&
            !fit__channel_of(w, c)->from_rest;
@@ -69,7 +69,7 @@ static double objective(fit__beginning *w, const double *q)
         return INFINITY;
     }
     for (int c = 0; c < w->s->nch; c++) {
-        if (fit__says_place(w, c)) {
+        if (fit__measures_place(w, c)) {
             w->base[c] = w->start[c].value - shown(w, c);
             double r = w->base[c] / value_sd(w, c);
             sum += r * r;
@@ -90,7 +90,7 @@ static void fill_positions(fit__beginning *w)
     memset(w->A, 0, sizeof *w->A * (size_t)(n * n));
     memset(w->grad, 0, sizeof *w->grad * (size_t)n);
     for (int c = 0; c < w->s->nch; c++) {
-        double sd = fit__says_place(w, c) ? value_sd(w, c) : (double)INFINITY;
+        double sd = fit__measures_place(w, c) ? value_sd(w, c) : (double)INFINITY;
         for (int a = 0; a < n && isfinite(sd); a++) {
             double h = w->H[c * w->nq + w->joint[a]] / sd;
             w->grad[a] += h * w->base[c] / sd;

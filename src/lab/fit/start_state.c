@@ -125,11 +125,11 @@ static void take_priors(fit__beginning *w)
 
 /* ---- one state out of several ---- */
 
-/* the channels that say something are joints' own positions: one minimum */
+/* all channels of places read positions of joints: there is one minimum */
 static int is_linear(const fit__beginning *w)
 {
     for (int c = 0; c < w->s->nch; c++) {
-        if (fit__says_place(w, c) && fit__channel_of(w, c)->read != STEIN_READ_POSITION) {
+        if (fit__measures_place(w, c) && fit__channel_of(w, c)->read != STEIN_READ_POSITION) {
             return 0;
         }
     }
@@ -319,7 +319,7 @@ static void free_work(fit__beginning *w)
     free(w->start);
 }
 
-/* @return 1 when the record says something of the state. The estimate counts from the reset state
+/* @return 1 when there is an estimate. The estimate counts from the reset state
  */
 int fit__estimate_state(const fit__problem *p, fit__bench *b, int stroke, fit__estimate *e)
 {

@@ -11,7 +11,7 @@ typedef struct fit__estimate {
     double *q, *qd, *q_sd, *qd_sd; /* [nq] deviations from the stroke's reset state; sd */
     double *q_prior, *qd_prior;    /* [nq] sd */
     double *shown;                 /* [nch] value of every channel, NAN: unknown */
-    int known;                     /* 0: the record says nothing, or no state can be read */
+    int known;                     /* 0: no channel can be used, or no state can be read */
     double length;                 /* of the start window [s] */
     double rate;                   /* at which the channels move [rad/s] */
 } fit__estimate;
@@ -30,7 +30,7 @@ typedef struct fit__beginning {
     double *q0, *qd0;           /* [nq] reset state */
     double *q, *qd, *to, *grad; /* [nq] */
     double *H, *A, *base;       /* [nch*nq], [nq*nq], [nch] */
-    fit__start *start;          /* [nch]; samples 0: the channel says nothing */
+    fit__start *start;          /* [nch]; samples 0: the channel is not used */
     double *offset;             /* [nch] sd of its marker */
     fit__estimate *e;
 } fit__beginning;
@@ -54,8 +54,9 @@ static inline const stein_channel *fit__channel_of(const fit__beginning *w, int 
 
 /* ---- start_kinematics.c ---- */
 
-/** Does the value of a channel say where it is? One that counts from the initial state does not. */
-int fit__says_place(const fit__beginning *w, int c);
+/** Does the value of a channel depend on the position at the start? One that counts from the
+ * initial state does not. */
+int fit__measures_place(const fit__beginning *w, int c);
 /** Levenberg-Marquardt on the positions from w->q, which is the minimum then. @return objective
  *  there; INFINITY when no state near can be read */
 double fit__find_positions(fit__beginning *w);
@@ -67,7 +68,7 @@ int fit__find_speeds(fit__beginning *w, double *sd);
 
 /* ---- start_state.c ---- */
 
-/** Overwrites b->x and b->y. @return 1 when the record says something of the state */
+/** Overwrites b->x and b->y. @return 1 when there is an estimate */
 int fit__estimate_state(const fit__problem *p, fit__bench *b, int stroke, fit__estimate *e);
 
 #endif

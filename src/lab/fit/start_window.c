@@ -105,7 +105,8 @@ static void fit_window(window *w, const double *t, const double *y, int n)
     w->residual = fmax(w->residual, 0.0);
 }
 
-/* sd of a sample within the window: the stated one, or less where the residual says so clearly */
+/* sd of a sample within the window: the stated one, or less where the residual is clearly smaller
+ */
 static double sigma_of(const window *w, double noise)
 {
     double dof = w->n - w->D - 1, slack = 1.0 - 1.6 * sqrt(2.0 / dof);
