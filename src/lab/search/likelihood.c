@@ -19,6 +19,7 @@
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
 static const double nearly = 0.98;
+static const double flat = 1e3; /* sd of what has no prior, in its unit */
 
 /* ---- columns ---- */
 
@@ -77,10 +78,10 @@ static int free_ones(const fit__problem *p, int *list)
     return n;
 }
 
-static void negative(double *to, const double *from, size_t n)
+static void negative(double *to, const double *from, size_t n, double times)
 {
     for (size_t i = 0; i < n; i++) {
-        to[i] = -from[i];
+        to[i] = -times * from[i];
     }
 }
 
@@ -102,14 +103,14 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
         }
         int slot = k < p->np ? -1 : slot_of(l, t, &p->unknown[u]);
         if (slot >= 0) {
-            negative(Z + (size_t)slot * n, j, n);
+            negative(Z + (size_t)slot * n, j, n, p->unknown[u].prior ? 1.0 : flat);
         }
     }
     for (int k = 0; k < m->nf; k++) {
-        negative(C + (size_t)k * n, J + fit__column(p, s, beta[k]), n);
+        negative(C + (size_t)k * n, J + fit__column(p, s, beta[k]), n, 1.0);
     }
     for (int k = 0; k < m->nc; k++) {
-        negative(C + (size_t)(m->nf + k) * n, column[k] + at, n);
+        negative(C + (size_t)(m->nf + k) * n, column[k] + at, n, 1.0);
     }
     lab__mixed_stroke(m, s, (int)n, C);
 }
