@@ -43,7 +43,7 @@ static char *own_name(const fit__problem *p, const fit__unknown *u, const char *
     case FIT__OFFSET:
         *unit = m->channels[s->channel[u->index]].unit;
         return lab__text("offset %s", m->channels[s->channel[u->index]].name);
-    case FIT__SCATTER: *unit = "1"; return lab__text("%s", group[u->index]);
+    case FIT__SCATTER: *unit = "1"; return lab__text("%s", group[fit__class(u->index)]);
     case FIT__POSITION:
         *unit = turns ? "rad" : "m";
         return lab__text("initial position %s", m->bodies[u->index].name);

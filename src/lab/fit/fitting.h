@@ -82,6 +82,11 @@ typedef enum {
 } fit__kind;
 /** Numbers that scatter together from stroke to stroke. */
 enum { FIT__CALM, FIT__JOINTS, FIT__CONTACTS, FIT__DRIVE, FIT__GROUPS };
+/** The class of a group: those of places are beyond FIT__GROUPS. */
+static inline int fit__class(int group)
+{
+    return group % FIT__GROUPS;
+}
 
 /** The numbers of an effect: its amount and those beside it. */
 enum { FIT__NUMBERS = 1 + LAB_SIDES };
@@ -134,7 +139,8 @@ typedef struct fit__problem {
     int nstroke;
     fit__unknown *unknown;
     int np, nu;           /* free parameters; all unknowns */
-    unsigned char *group; /* [np of the model] what each parameter scatters with */
+    unsigned short *group; /* [np of the model] what each parameter scatters with */
+    int places;            /* that scatter by themselves; 0: by class only */
     int clock;            /* parameter of the recorder's time base, -1: none */
     double *step;         /* [nu] half-width of differences, in x */
     double gain;          /* of the ladder, 0: plain simulation */

@@ -286,27 +286,36 @@ static int is_named(const char *name, const char *owner, const char *rest)
     return strncmp(name, owner, n) == 0 && strcmp(name + n, rest) == 0;
 }
 
-/* what scatters together: frictions of joints, frictions of contacts, load and inputs */
-static int group_of(const stein_model *m, const char *name)
+/* What scatters together: frictions of joints, frictions of contacts, load and inputs. With
+ * `by_place` the friction of every place is a group of its own, of the same class. */
+static int group_of(const stein_model *m, const char *name, int by_place)
 {
-    int group = FIT__CALM;
-    for (int i = 0; i < m->nq; i++) {
+    int group = FIT__CALM, place = 0, at = 0;
+    for (int i = 0; i < m->nq; i++, at++) {
         if (is_named(name, m->bodies[i].name, ".friction.A") ||
             is_named(name, m->bodies[i].name, ".coulomb.T")) {
             group = FIT__JOINTS;
+            place = at;
         }
     }
-    for (int i = 0; i < m->ncontact; i++) {
-        group = is_named(name, m->contacts[i].name, ".friction.A") ? FIT__CONTACTS : group;
+    for (int i = 0; i < m->ncontact; i++, at++) {
+        if (is_named(name, m->contacts[i].name, ".friction.A")) {
+            group = FIT__CONTACTS;
+            place = at;
+        }
     }
-    for (int i = 0; i < m->nnotch; i++) {
-        group = is_named(name, m->notches[i].name, ".friction.A") ? FIT__CONTACTS : group;
+    for (int i = 0; i < m->nnotch; i++, at++) {
+        if (is_named(name, m->notches[i].name, ".friction.A")) {
+            group = FIT__CONTACTS;
+            place = at;
+        }
     }
     for (int i = 0; i < m->ninput; i++) {
         group = is_named(name, m->inputs[i].name, ".gain") ? FIT__DRIVE : group;
     }
     int load = m->load.body >= 0 && is_named(name, m->bodies[m->load.body].name, ".mass");
-    return load ? FIT__DRIVE : group;
+    group = load ? FIT__DRIVE : group;
+    return group + FIT__GROUPS * (by_place && group != FIT__DRIVE ? place : 0);
 }
 
 /* is there anything in the group that is not 0, or will not stay so? */
@@ -328,9 +337,9 @@ static void own_scatter(fit__problem *p, fit__stroke *s, int stroke)
     const lab_fit_def *d = p->def;
     double sd[FIT__GROUPS] = {0.0, d->joint_scatter, d->contact_scatter, d->drive_scatter};
     int on = d->scatter > 0 || (d->scatter < 0 && p->nstroke >= FEW);
-    for (int g = FIT__JOINTS; on && g < FIT__GROUPS; g++) {
-        if (sd[g] > 0.0 && group_acts(p, g)) {
-            own(p, s, stroke, FIT__SCATTER, g, sd[g], 1);
+    for (int g = FIT__JOINTS; on && g < FIT__GROUPS * (p->places + 1); g++) {
+        if (sd[fit__class(g)] > 0.0 && group_acts(p, g)) {
+            own(p, s, stroke, FIT__SCATTER, g, sd[fit__class(g)], 1);
             p->unknown[p->nu - 1].log = 1;
         }
     }
@@ -515,12 +524,13 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     p->stroke = calloc((size_t)data->n, sizeof *p->stroke);
     size_t most = (size_t)def->nfree + FIT__NUMBERS * ((size_t)n + 1),
            nq = (size_t)lab_equations(model)->nq;
+    const stein_model *m = lab_equations(model);
+    p->places = def->scatter == LAB_SCATTER_PLACES ? m->nq + m->ncontact + m->nnotch : 0;
     for (int s = 0; s < data->n; s++) {
-        most += 1 + FIT__GROUPS + 2 * nq + (size_t)data->stroke[s]->ncolumn;
+        most += 1 + FIT__GROUPS + (size_t)p->places + 2 * nq + (size_t)data->stroke[s]->ncolumn;
     }
     p->unknown = calloc(most, sizeof *p->unknown);
     p->step = calloc(most, sizeof *p->step);
-    const stein_model *m = lab_equations(model);
     p->group = calloc((size_t)m->np + 1, sizeof *p->group);
     if (p->stroke == NULL || p->unknown == NULL || p->step == NULL || p->group == NULL) {
         p->nstroke = 0;
@@ -528,7 +538,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
     }
     p->clock = stein_find_param(m, "clock.error");
     for (int i = 0; i < m->np; i++) {
-        p->group[i] = (unsigned char)group_of(m, m->params[i].name);
+        p->group[i] = (unsigned short)group_of(m, m->params[i].name, p->places > 0);
     }
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         status = take_stroke(p, s, data->stroke[s], err);

@@ -246,7 +246,7 @@ static void own_columns(plan__view *v, const fit__problem *p, const double *scat
     size_t n = (size_t)v->neye * (size_t)v->rows;
     for (int k = 0; k < v->nz; k++) {
         const fit__unknown *u = &p->unknown[p->stroke[0].first + k];
-        double by = u->kind == FIT__SCATTER ? scatter[u->index - FIT__JOINTS] / u->sd
+        double by = u->kind == FIT__SCATTER ? scatter[fit__class(u->index) - FIT__JOINTS] / u->sd
                     : u->prior              ? 1.0
                                             : unknown_start;
         own[k] = by;

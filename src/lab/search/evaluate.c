@@ -159,7 +159,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
         fit__unknown *u = &own.unknown[k];
         u->idle |= k < own.np;
         u->sd *= u->kind == FIT__SCATTER && a->D != NULL
-                     ? sqrt(fmax(a->D[u->index - FIT__JOINTS], 1e-6))
+                     ? sqrt(fmax(a->D[fit__class(u->index) - FIT__JOINTS], 1e-6))
                      : 1.0;
     }
     double *x =
