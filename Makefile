@@ -276,6 +276,10 @@ $(B)/check: $(call obj,$(TEST_SRC)) $(TEST_LANE_OBJ) $(TEST_MEMORY_OBJ) $(B)/lib
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/elementary.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+# the same of any mechanism: nothing of ours at all
+$(B)/world: $(call obj,$(wildcard tests/world/*.c))
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ -lm
 # blind tests of the diagnosis: other programs and their files, nothing linked
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
