@@ -199,6 +199,9 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     snprintf(r->place, NAME, "%s", *kind != '\0' ? tree_text(answer, "place") : "-");
     snprintf(r->cls, NAME, "%s", tree_text(answer, "class"));
     snprintf(r->verdict, NAME, "%s", found != NULL ? tree_text(found, "verdict") : "failed");
+    snprintf(r->mechanism, NAME, "%s", tree_text(answer, "mechanism"));
+    int rank = 0;
+    r->offered = rank_in(candidates, names_of(answer), candidates, &rank) > 0;
     r->reached = tree_number(level, "reached");
     r->met = met != NULL && met->type == 't';
     r->rough = rough != NULL && rough->type == 't';
@@ -236,7 +239,13 @@ int judge(const setup *s, const char *answer, const char *out, score *result)
     snprintf(path, sizeof path, "%s/diagnosis.json", out);
     // no verdict was given: 0 and 3 (not converged) have one
     int gave = result->exit_code == 0 || result->exit_code == 3;
-    tree *found = gave ? tree_read(path) : NULL, *sealed = tree_read(answer);
+    tree *found = gave || result->exit_code == 1 ? tree_read(path) : NULL;
+    tree *sealed = tree_read(answer);
+    // with 1 there is one verdict only: that the model cannot be used
+    if (!gave && strcmp(tree_text(found, "verdict"), "unusable_model") != 0) {
+        tree_free(found);
+        found = NULL;
+    }
     tree *effects = judge_effects(s, out);
     if (sealed != NULL) {
         judge_answer(s, out, found, sealed, tree_get(effects, "candidates"), result);

@@ -18,7 +18,15 @@
 
 enum { MOST_RECORDS = 4, MOST_ROWS = 300, MOST_COLUMNS = 160, TRIALS = 9 };
 static const double tolerance = 1e-9;
-static const double position_sd = 0.02, speed_sd = 0.2, friction_sd = 0.03;
+/* of what differs from record to record; a state that is not told may be any [rad, rad/s] */
+static const double told_sd = 0.005, position_sd = 0.5, speed_sd = 3.0, friction_sd = 0.03;
+static const double sliding = 0.1;                          /* [m] for a [rad] */
+static const double small_angle = 2e-5, small_speed = 2e-4; /* by which it is changed */
+
+static int is_driven(const mech *m)
+{
+    return m->ninput > 0 && m->input[0].kind == INPUT_MOTION;
+}
 
 typedef struct films {
     const mech *m;
@@ -132,15 +140,16 @@ static int record_columns(const films *f, const double *p, int record, const dou
 {
     int status = 0;
     for (int b = 0; b < f->m->nbody && status == 0; b++) {
-        double unit = f->m->body[b].type == 'R' ? 1.0 : 0.1;
+        double unit = f->m->body[b].type == 'R' ? 1.0 : sliding;
+        double sd = isfinite(f->d->record[record].said[b]) ? told_sd : position_sd;
         setup s = f->d->record[record];
-        if (!f->m->settle && !(f->m->ninput > 0 && f->m->input[0].kind == INPUT_MOTION)) {
-            s.q[b] += 1e-3 * position_sd * unit;
-            status = own_column(f, p, record, &s, 1e-3, base, c);
+        if (!f->m->settle && !is_driven(f->m)) {
+            s.q[b] += small_angle * unit;
+            status = own_column(f, p, record, &s, small_angle / sd, base, c);
             s = f->d->record[record];
-            s.qd[b] += 1e-3 * speed_sd * unit;
+            s.qd[b] += small_speed * unit;
             if (f->d->moving && status == 0) {
-                status = own_column(f, p, record, &s, 1e-3, base, c);
+                status = own_column(f, p, record, &s, small_speed / speed_sd, base, c);
             }
         }
         s = f->d->record[record];
@@ -330,11 +339,6 @@ static void look_at(const play *s, const double *q, const double *qd, const doub
         x->qd[b] += qd[b] * qd[b];
         x->torque[b] += moment * moment;
     }
-}
-
-static int is_driven(const mech *m)
-{
-    return m->ninput > 0 && m->input[0].kind == INPUT_MOTION;
 }
 
 static void look_outside(play *s, const double *q, const double *qd, extent *x)

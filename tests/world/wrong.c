@@ -78,12 +78,14 @@ static int swapped(wrong *w, const mech *m, chance *c)
 
 int wrong_fits(const mech *m, const mech *told)
 {
-    int same = m->ninput == 0 && told->ninput == 0 && m->nchannel >= told->nchannel &&
+    // two levers, or two sleds on springs, may be one another with other numbers
+    int alone = m->nbody == 1 && told->nbody == 1 && m->ncontact == told->ncontact;
+    int fits = m->ninput == 0 && told->ninput == 0 && m->nchannel >= told->nchannel && !alone &&
                strcmp(m->name, told->name) != 0;
-    for (int i = 0; same && i < told->nchannel; i++) {
-        same = strcmp(m->channel[i].unit, told->channel[i].unit) == 0;
+    for (int i = 0; fits && i < told->nchannel; i++) {
+        fits = strcmp(m->channel[i].unit, told->channel[i].unit) == 0;
     }
-    return same;
+    return fits;
 }
 
 int wrong_draw(wrong *w, mech *told, const mech *m, const double *p, const design *d, chance *c)
