@@ -108,6 +108,8 @@ typedef struct score {
     int all_alike;        /* as all, with identical descriptions as one */
     char mechanism[NAME]; /* of tests/world; "-": the action */
     int offered;          /* the truth is one of the candidates of `stein effects` */
+    int tied;             /* effects that the records cannot tell from the truth (tests/world) */
+    int first_tied, set_tied; /* first, in the set: the truth or one of those */
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);

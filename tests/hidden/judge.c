@@ -126,6 +126,21 @@ static void judge_names(score *r, const tree *found, names truth, const tree *ca
     }
 }
 
+/* what these records cannot tell from the truth counts as well: it would be chance to be right */
+static void judge_ties(score *r, const tree *found, const tree *answer, const tree *candidates)
+{
+    const tree *alike = tree_get(answer, "alike"), *causes = tree_get(found, "causes");
+    r->tied = length(alike);
+    r->first_tied = r->first_alike;
+    r->set_tied = r->set_alike;
+    for (const tree *a = alike != NULL ? alike->child : NULL; a != NULL; a = a->next) {
+        int rank = 0, at = rank_in(causes, names_of(a), candidates, &rank);
+        r->first_tied |= at == 1;
+        r->set_tied |= at > 0 || rank_in(tree_get(found, "indistinguishable"), names_of(a),
+                                         candidates, &rank) > 0;
+    }
+}
+
 /* ---- the number ---- */
 
 static double extended_value(const setup *s, const char *out, const char *parameter)
@@ -211,6 +226,7 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     int second =
         also != NULL && also->type == '{' && first != NULL && same(names_of(first), names_of(also));
     judge_names(r, found, second ? names_of(also) : names_of(answer), candidates);
+    judge_ties(r, found, answer, candidates);
     r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
     r->all = is_all(causes, names_of(answer), also, NULL);
     r->all_alike = is_all(causes, names_of(answer), also, candidates);

@@ -104,10 +104,12 @@ static void median(char text[TEXT], double *v, int n, const char *format, const 
 typedef enum {
     FIRST,
     FIRST_ALIKE,
+    FIRST_TIED,
     ALL,
     ALL_ALIKE,
     SET,
     SET_ALIKE,
+    SET_TIED,
     SET_SIZE,
     CLASS,
     CLASS_ALIKE,
@@ -145,10 +147,12 @@ static const struct {
 } rows[] = {
     {FIRST, "L", "right cause and place first", "90 / 70 %, L3 35 %"},
     {FIRST_ALIKE, "L", "- identical descriptions as one", ""},
+    {FIRST_TIED, "L", "- or what the records cannot tell from it", ""},
     {ALL, "L", "all that is hidden and nothing else", "70 % at L1x2"},
     {ALL_ALIKE, "L", "- identical descriptions as one", ""},
     {SET, "L", "right cause in the reported set", "95 / 88 %"},
     {SET_ALIKE, "L", "- identical descriptions as one", ""},
+    {SET_TIED, "L", "- or what the records cannot tell from it", ""},
     {SET_SIZE, "LT", "mean size of the reported set", "2.5"},
     {CLASS, "L", "right class", "95 / 88 %"},
     {CLASS_ALIKE, "L", "- identical descriptions as one", ""},
@@ -236,6 +240,8 @@ static int counts(figure what, const score *d)
     switch (what) {
     case FIRST: return d->first;
     case FIRST_ALIKE: return d->first_alike;
+    case FIRST_TIED: return d->first_tied;
+    case SET_TIED: return d->set_tied;
     case ALL: return d->all;
     case ALL_ALIKE: return d->all_alike;
     case SET: return d->set;
@@ -273,6 +279,8 @@ static int concerns(figure what, const score *d)
     case LAW_ERROR:
     case LAW_COVER: return d->compared;
     case ALL_ALIKE: return d->threads > 0;
+    case FIRST_TIED:
+    case SET_TIED: return *d->mechanism != '\0' && *d->mechanism != '-';
     case WALL: return d->threads == 2;
     case TWINS_SET:
     case CHECKED:
@@ -330,7 +338,7 @@ static int belongs(int row, const char *level)
 /* a row that old records know nothing of is there when a draw of level k has it */
 static int is_known(const results *r, int k, figure what)
 {
-    int known = what != WALL && what != ALL_ALIKE;
+    int known = what != WALL && what != ALL_ALIKE && what != FIRST_TIED && what != SET_TIED;
     for (int i = 0; i < r->n[k] && !known; i++) {
         known = concerns(what, &r->of[k][i]);
     }

@@ -103,6 +103,17 @@ static void put_curve(FILE *f, const answer *a)
     fprintf(f, "]},\n");
 }
 
+static void put_alike(FILE *f, const answer *a)
+{
+    fprintf(f, "  \"alike\": [");
+    for (int i = 0; i < a->nalike; i++) {
+        const effect *e = &a->alike[i];
+        fprintf(f, "%s\n    {\"kind\": \"%s\", \"place\": \"%s\", \"size\": %.4g}",
+                i > 0 ? "," : "", e->kind->name, e->place, e->size);
+    }
+    fprintf(f, "],\n");
+}
+
 static void put_truth(FILE *f, const answer *a)
 {
     int n = 0;
@@ -163,6 +174,7 @@ int write_answer(const char *path, const answer *a)
     fprintf(f, "{\n  \"seed\": %lu,\n  \"mechanism\": \"%s\",\n", a->seed, a->told->name);
     put_effect(f, a);
     put_curve(f, a);
+    put_alike(f, a);
     fprintf(f,
             "  \"level\": {\"name\": \"%s\", \"target\": %.10g, \"reached\": %.6g, \"met\": %s},\n",
             a->level, a->target, a->reached, a->met ? "true" : "false");

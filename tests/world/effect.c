@@ -63,13 +63,14 @@ static int is_lacking(const mech *m, const kind *k, int joint)
 static double limit_of_joint(const kind *k, const extent *x, int j)
 {
     double q = fmax(x->q[j], 1e-6), v = fmax(x->qd[j], 1e-6), T = x->torque[j];
+    double far = q + fabs(x->mid[j]); // from where springs are relaxed
     switch (k->offset) {
     case J_B: return 2.0 * T / v;
     case J_DRAG: return 2.0 * T / (v * v);
     case J_ASYMMETRY:
     case J_T_ASYMMETRY: return 0.9;
-    case J_K: return 2.0 * T / q;
-    case J_K3: return 4.0 * T / (q * q * q);
+    case J_K: return 2.0 * T / far;
+    case J_K3: return 1.5 * T / (far * far * far);
     case J_STOP: return 20.0 * T / q;
     case J_ROOT: return 2.0 * T;
     default: return T;
@@ -133,7 +134,7 @@ static int add_contacts(const mech *m, const extent *x, const kind *k, effect *o
                        : k->offset == N_D   ? 1.5
                        : k->offset == N_P   ? 0.7
                        : k->offset == N_H   ? 0.8
-                       : k->offset == N_GAP ? 1e-3
+                       : k->offset == N_GAP ? 2e-3
                                             : 2.0;
         if (x->depth[i] > 0.0) {
             out[n] = (effect){.kind = k, .index = i, .limit = limit};
@@ -153,8 +154,10 @@ static int add_channels(const mech *m, const extent *x, const kind *k, effect *o
                        : k->offset == S_OFFSET ? y
                        : k->offset == S_DELAY  ? 0.05
                                                : 0.5 / fmax(y, 1e-9);
-        // an offset that the file knows of is none that is hidden
-        if (k->offset == S_OFFSET && m->number[m->channel[i].law + S_OFFSET].stated) {
+        // an offset that the file knows of is none that is hidden; what a force is at rest is
+        // nobody's
+        if ((k->offset == S_OFFSET && m->number[m->channel[i].law + S_OFFSET].stated) ||
+            (k->offset == S_SQUARE && m->channel[i].read == READ_EFFORT)) {
             continue;
         }
         out[n] = (effect){.kind = k, .index = i, .limit = limit};

@@ -3,9 +3,10 @@
  *
  *   world draw --level LEVEL --seed N [--mechanism NAME] -o DIR --answer FILE.json
  *       a set: DIR/model.yaml, fit_01.csv ..., held_01.csv ..., and what is hidden in it
- *   world exact NAME [--seed N] -o DIR
+ *   world exact NAME [--seed N] [--hide I] -o DIR
  *       model.yaml and exact.csv: nothing hidden, exact instruments, for comparison with another
- *       simulator
+ *       simulator; with --hide effect I of the list is in the record and not in the file, and the
+ *       options that put it into `stein simulate` are printed
  *   world compare A.csv B.csv
  *       largest difference of each column that both have, over the largest value of it
  *   world list               the mechanisms
@@ -25,9 +26,10 @@
 #include "world.h"
 
 enum { OK, FAILED, USAGE };
+enum { CANDIDATES = 200 };
 
 typedef struct options {
-    const char *word[3], *level, *mechanism, *folder, *answer;
+    const char *word[3], *level, *mechanism, *folder, *answer, *hide;
     int words;
     unsigned long seed;
 } options;
@@ -61,6 +63,34 @@ static int folder_made(const char *path)
     return 1;
 }
 
+/* hide effect number `which` in p, as large as a quarter of its limit, and print it as options of
+ * another simulator. @return 0, -1: it is none of a simulation, but of whoever samples; or no such
+ */
+static int hide_in(const mech *m, const design *d, double *p, int which, chance *c)
+{
+    static effect list[CANDIDATES];
+    double clean[NUMBERS];
+    extent x;
+    memcpy(clean, p, sizeof clean);
+    int n = size_extent(m, p, d, &x) == 0 ? effect_list(m, &x, list, CANDIDATES, 0) : 0;
+    if (which >= n) {
+        return -1;
+    }
+    effect *e = &list[which];
+    effect_sides(e, m, &x, c);
+    fprintf(stderr, "%s %s\n", e->kind->name, e->place);
+    if (strstr(e->kind->name, "delay") != NULL || e->kind->site == 't') {
+        return 0;
+    }
+    effect_apply(e, m, 0.25 * e->limit, p);
+    for (int i = 0; i < m->nnumber; i++) {
+        if (fabs(p[i] - clean[i]) > 0.0) {
+            printf("--set %s=%.17g\n", m->number[i].name, p[i]);
+        }
+    }
+    return 0;
+}
+
 static int exact(const options *o)
 {
     const entry *e = entry_of(o->word[1]);
@@ -80,11 +110,40 @@ static int exact(const options *o)
     for (int i = 0; i < m.nnumber; i++) {
         p[i] = m.number[i].value = m.number[i].file;
     }
+    if (o->hide != NULL && hide_in(&m, &d, p, (int)strtol(o->hide, NULL, 10), &c) != 0) {
+        return FAILED;
+    }
     snprintf(path, sizeof path, "%.900s/exact.csv", o->folder);
     return write_model(o->folder, &m, &d, 1) == 0 &&
                    write_record(path, &m, &m, p, &d, &d.record[0], &w, &c, 1) == 0
                ? OK
                : FAILED;
+}
+
+/* all that can be hidden in a mechanism, in the numbering of `exact --hide` */
+static int list_effects(const options *o)
+{
+    const entry *e = entry_of(o->word[1]);
+    static mech m;
+    static design d;
+    static effect list[CANDIDATES];
+    double p[NUMBERS];
+    extent x;
+    chance c;
+    if (e == NULL) {
+        return FAILED;
+    }
+    chance_seed(&c, o->seed);
+    e->build(&m, &c);
+    design_draw(&d, &m, &c, 1);
+    for (int i = 0; i < m.nnumber; i++) {
+        p[i] = m.number[i].value;
+    }
+    int n = size_extent(&m, p, &d, &x) == 0 ? effect_list(&m, &x, list, CANDIDATES, 0) : 0;
+    for (int i = 0; i < n; i++) {
+        printf("%s %s\n", list[i].kind->name, list[i].place);
+    }
+    return n > 0 ? OK : FAILED;
 }
 
 /* ---- a draw ---- */
@@ -94,7 +153,7 @@ static const struct {
     double target; /* noises that are left */
 } levels[] = {{"null", 0.0}, {"small", 0.5}, {"clear", 2.0}, {"gross", 100.0},
               {"two", 2.0},  {"law", 2.0},   {"wrong", 0.0}};
-enum { LEVELS = sizeof levels / sizeof *levels, CANDIDATES = 200, REDRAWS = 25 };
+enum { LEVELS = sizeof levels / sizeof *levels, REDRAWS = 25 };
 
 /* a kind first, then a place: else channels and lengths, which are many, would be most of it */
 static effect picked(const effect *list, int n, chance *c)
@@ -135,6 +194,19 @@ static int hide(answer *a, sizer *z, int which, double *p, chance *c)
     return 0;
 }
 
+/* what else would look like the first effect */
+static void find_alike(answer *a, sizer *z, chance *c)
+{
+    static effect list[CANDIDATES];
+    int n = effect_list(a->m, &a->x, list, CANDIDATES, 0);
+    for (int i = 0; i < n; i++) {
+        effect_sides(&list[i], a->m, &a->x, c);
+    }
+    n = size_alike(z, &a->e[0], list, n);
+    a->nalike = n < ALIKE ? n : ALIKE;
+    memcpy(a->alike, list, sizeof *list * (size_t)a->nalike);
+}
+
 /* numbers that are true, with what is hidden. @return 0, -1: it cannot be done with this design */
 static int hidden_numbers(answer *a, double *p, chance *c)
 {
@@ -151,6 +223,10 @@ static int hidden_numbers(answer *a, double *p, chance *c)
     int status = z != NULL && size_extent(a->m, clean, a->d, &a->x) == 0 ? 0 : -1;
     for (int k = 0; status == 0 && k < 1 + (strcmp(a->level, "two") == 0); k++) {
         status = hide(a, z, k, p, c) ? 0 : -1;
+    }
+    if (status == 0 && !a->e[0].kind->outside) {
+        chance apart = *c; // the records do not depend on it
+        find_alike(a, z, &apart);
     }
     size_drop(z);
     return status;
@@ -243,7 +319,8 @@ static int parse(options *o, int argc, char **argv)
         } texts[] = {{"--level", &o->level},
                      {"--mechanism", &o->mechanism},
                      {"-o", &o->folder},
-                     {"--answer", &o->answer}};
+                     {"--answer", &o->answer},
+                     {"--hide", &o->hide}};
         int known = 0;
         if (argv[i][0] != '-') {
             if (o->words == 3) {
@@ -279,6 +356,9 @@ int main(int argc, char **argv)
     const char *what = o.word[0];
     if (strcmp(what, "exact") == 0 && o.words == 2) {
         return exact(&o);
+    }
+    if (strcmp(what, "effects") == 0 && o.words == 2) {
+        return list_effects(&o);
     }
     if (strcmp(what, "draw") == 0 && o.words == 1) {
         return draw(&o);

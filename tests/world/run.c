@@ -84,16 +84,18 @@ int run_to(play *s, state *x, double until, double tolerance)
 
 int run_settle(play *s, state *x)
 {
+    enum { ROUNDS = 100 };
+    static const double round_time = 0.1, at_rest = 1e-8; /* [s], [rad/s, m/s] */
     int n = s->m->nbody, status = 0;
-    s->calm = 20.0;
-    for (int k = 0; k < 40 && status == 0; k++) {
-        x->t = 0.0;
-        status = run_to(s, x, 0.5, 1e-9);
+    s->calm = 40.0;
+    for (int k = 0; k < ROUNDS && status == 0; k++) {
         double fastest = 0.0;
+        x->t = 0.0;
+        status = run_to(s, x, round_time, 1e-10);
         for (int i = 0; i < n; i++) {
             fastest = fmax(fastest, fabs(x->qd[i]));
         }
-        if (fastest < 1e-9) {
+        if (fastest < at_rest) {
             break;
         }
     }

@@ -16,7 +16,7 @@
 
 #include "world.h"
 
-enum { MOST_RECORDS = 4, MOST_ROWS = 300, MOST_COLUMNS = 160, TRIALS = 9 };
+enum { MOST_RECORDS = 4, FEW_RECORDS = 2, MOST_ROWS = 300, MOST_COLUMNS = 160, TRIALS = 9 };
 static const double tolerance = 1e-9;
 /* of what differs from record to record; a state that is not told may be any [rad, rad/s] */
 static const double told_sd = 0.005, position_sd = 0.5, speed_sd = 3.0, friction_sd = 0.03;
@@ -36,7 +36,8 @@ typedef struct films {
 
 static films of_design(const mech *m, const design *d)
 {
-    films f = {.m = m, .d = d, .records = d->nfit < MOST_RECORDS ? d->nfit : MOST_RECORDS};
+    int most = m->ncontact > 0 ? FEW_RECORDS : MOST_RECORDS; // contacts take many steps
+    films f = {.m = m, .d = d, .records = d->nfit < most ? d->nfit : most};
     for (int i = 0; i < f.records; i++) {
         f.stride[i] = 1 + d->record[i].n / MOST_ROWS;
         f.first[i] = f.rows;
@@ -227,7 +228,7 @@ struct sizer {
     films f;
     columns c;
     const double *p;
-    double *base, *d;
+    double *base, *d, *other, *rest;
 };
 
 void size_drop(sizer *z)
@@ -237,6 +238,8 @@ void size_drop(sizer *z)
         free(z->c.L);
         free(z->base);
         free(z->d);
+        free(z->other);
+        free(z->rest);
         free(z);
     }
 }
@@ -252,7 +255,9 @@ sizer *size_begin(const mech *m, const double *p, const design *d)
         z->c.X = calloc((size_t)MOST_COLUMNS * (size_t)z->f.rows, sizeof(double));
         z->base = calloc((size_t)z->f.rows, sizeof(double));
         z->d = calloc((size_t)z->f.rows, sizeof(double));
-        status = z->c.X != NULL && z->base != NULL && z->d != NULL ? 0 : -1;
+        z->other = calloc((size_t)z->f.rows, sizeof(double));
+        z->rest = calloc((size_t)z->f.rows, sizeof(double));
+        status = z->c.X && z->base && z->d && z->other && z->rest ? 0 : -1;
     }
     status = status == 0 ? shoot_all(&z->f, p, z->base) : status;
     status = status == 0 ? common_columns(&z->f, p, z->base, &z->c) : status;
@@ -323,6 +328,114 @@ int size_find(sizer *z, effect *e, double target, double *reached)
     e->size = at * e->limit;
     *reached = rms;
     return isfinite(rms) && rms > 0.8 * target && rms < 1.25 * target;
+}
+
+/* ---- what cannot be told from an effect ---- */
+
+static int change_of(sizer *z, const effect *e, double size, double *d)
+{
+    double q[NUMBERS];
+    memcpy(q, z->p, sizeof q);
+    effect_apply(e, z->f.m, size, q);
+    if (shoot_all(&z->f, q, d) != 0) {
+        return -1;
+    }
+    for (int k = 0; k < z->f.rows; k++) {
+        d[k] -= z->base[k];
+    }
+    return 0;
+}
+
+static double all_samples(const films *f)
+{
+    double n = 0.0;
+    for (int i = 0; i < f->d->nfit; i++) {
+        n += f->d->record[i].n * f->m->nchannel;
+    }
+    return n;
+}
+
+static double product(const double *x, const double *y, int n)
+{
+    double sum = 0.0;
+    for (int k = 0; k < n; k++) {
+        sum += x[k] * y[k];
+    }
+    return sum;
+}
+
+/* what is left of the change to a size of a rival, into x */
+static int left_by(sizer *z, const effect *rival, double size, double *x)
+{
+    int status = change_of(z, rival, size, x);
+    if (status == 0) {
+        left_of(&z->c, x);
+    }
+    return status;
+}
+
+/* The sum of squares that is left of d when a rival takes the best size, found by Gauss and
+ * Newton's steps from 0; *size is that. A rival that explains little in the first step is given up.
+ */
+static double rest_of(sizer *z, const effect *rival, const double *d, double *size)
+{
+    enum { STEPS = 4 };
+    const double promising = 0.8, step = 1e-3 * rival->limit;
+    int n = z->f.rows;
+    double *x = z->other, *r = z->rest, left = product(d, d, n), first = left;
+    *size = 0.0;
+    memcpy(r, d, sizeof *r * (size_t)n);
+    for (int i = 0; i < STEPS; i++) {
+        if (left_by(z, rival, *size + step, x) != 0) {
+            break;
+        }
+        for (int k = 0; k < n; k++) {
+            x[k] -= d[k] - r[k]; // the slope at the size that it has
+        }
+        double xx = product(x, x, n), rx = product(r, x, n);
+        if (!(xx > 0.0) || left - rx * rx / xx > promising * first) {
+            break;
+        }
+        double next = *size + step * rx / xx;
+        if (fabs(next) > 1.5 * fabs(rival->limit) || left_by(z, rival, next, x) != 0) {
+            break;
+        }
+        for (int k = 0; k < n; k++) {
+            r[k] = d[k] - x[k];
+        }
+        double now = product(r, r, n);
+        if (!(now < left)) {
+            break;
+        }
+        *size = next;
+        left = now;
+    }
+    return left;
+}
+
+int size_alike(sizer *z, const effect *e, effect *list, int n)
+{
+    const double told_apart = 9.0; // 3 standard deviations
+    double share = all_samples(&z->f) / z->f.rows;
+    int kept = 0;
+    leave_out(z, e);
+    if (change_of(z, e, e->size, z->d) != 0) {
+        return 0;
+    }
+    left_of(&z->c, z->d);
+    for (int i = 0; i < n; i++) {
+        effect r = list[i];
+        double size = 0.0;
+        if (r.kind == e->kind && r.index == e->index) {
+            continue;
+        }
+        r.size = share * rest_of(z, &r, z->d, &size) < told_apart ? size : 0.0;
+        int right_sign = r.kind->both || size * r.limit > 0.0;
+        if (fabs(r.size) > 0.0 && fabs(size) <= 1.2 * fabs(r.limit) && right_sign) {
+            list[kept++] = r;
+        }
+    }
+    return kept;
 }
 
 /* ---- what a motion is like ---- */

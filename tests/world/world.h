@@ -34,6 +34,7 @@ enum {
     POINTS = 10,
     RECORDS = 18,
     TONES = 4,
+    ALIKE = 40,
     NAME = 64,
     PATH = 1000
 };
@@ -317,6 +318,10 @@ double size_of(sizer *z, const mech *m, const double *p);
 /** The size at which an effect leaves `target` noises. @return 1: reached, 0: not within its limit
  */
 int size_find(sizer *z, effect *e, double target, double *reached);
+/** Which effects of a list would do the same to these records, to first order: with the best size
+ * of theirs less than 3 standard deviations are left. They come first in the list. @return how many
+ */
+int size_alike(sizer *z, const effect *e, effect *list, int n);
 
 /* ---- wrong.c ---- */
 
@@ -350,7 +355,8 @@ typedef struct answer {
     const mech *m, *told;
     const design *d;
     const double *p;
-    effect e[2];
+    effect e[2], alike[ALIKE];
+    int nalike;
     wrong w;
     extent x;
 } answer;
