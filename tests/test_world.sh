@@ -49,7 +49,7 @@ laws() {
 laws pendulum 1e-6
 laws block 1e-6
 laws ball 1e-6
-laws crank 1e-6 3
+laws crank 5e-6 3 # a spring that begins inside of a fixed step
 laws rotary_pendulum 1e-6 4
 laws arm_inverse 1e-6 5
 laws key_hammer 1e-5 7

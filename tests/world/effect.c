@@ -2,7 +2,7 @@
  * effect.c - what can be hidden, by the names of `stein effects`, and laws that are in no table.
  *
  * An effect is a change of true numbers. Its limit follows from the motion: the half range of a
- * joint, the RMS of its speed and of the moment that accelerates it say how large a friction, a
+ * joint, the RMS of its speed and the mean moment that accelerates it say how large a friction, a
  * spring or an offset may be before the mechanism is another one.
  */
 #include <math.h>

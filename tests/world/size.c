@@ -450,7 +450,7 @@ static void look_at(const play *s, const double *q, const double *qd, const doub
         }
         lo[b] = fmin(lo[b], q[b]), hi[b] = fmax(hi[b], q[b]);
         x->qd[b] += qd[b] * qd[b];
-        x->torque[b] += moment * moment;
+        x->torque[b] += fabs(moment); // the mean: impacts would be most of a square
     }
 }
 
@@ -516,7 +516,7 @@ int size_extent(const mech *m, const double *p, const design *d, extent *x)
     double n = records * (double)LOOKS;
     for (int b = 0; b < m->nbody; b++) {
         x->q[b] = 0.5 * (hi[b] - lo[b]), x->mid[b] = 0.5 * (hi[b] + lo[b]);
-        x->qd[b] = sqrt(x->qd[b] / n), x->torque[b] = sqrt(x->torque[b] / n);
+        x->qd[b] = sqrt(x->qd[b] / n), x->torque[b] /= n;
     }
     return status;
 }

@@ -293,7 +293,8 @@ typedef struct effect {
 } effect;
 /** Typical sizes of a motion, from its records. */
 typedef struct extent {
-    double q[BODIES], mid[BODIES], qd[BODIES], torque[BODIES]; /* half range, middle, RMS, RMS */
+    double q[BODIES], mid[BODIES], qd[BODIES],
+        torque[BODIES]; /* half range, middle, RMS, mean size */
     double y[CHANNELS], depth[CONTACTS];
 } extent;
 extern const kind kinds[];
