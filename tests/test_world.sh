@@ -33,6 +33,9 @@ laws() {
     "$stein" effects "$dir/$1/model.yaml" --json >"$dir/table.json" 2>"$dir/err"
     tr -d ' \n' <"$dir/table.json" | tr '{' '\n' |
         sed -n 's/^"kind":"\([a-z_]*\)","class":"[a-z_]*","place":"\([^"]*\)".*/\1 \2/p' >"$dir/table"
+    # other names of the same
+    sed -n 's/^ *"also_called": "\([^"]*\)".*/\1/p' "$dir/table.json" | tr ' ' '\n' |
+        sed '/./s/^/wrong_parameter /' | sed '/^$/d' >>"$dir/table"
     "$world" effects "$1" --seed 1 >"$dir/list"
     grep -vxFf "$dir/table" "$dir/list" >"$dir/strange"
     ok "$1: stein effects has all of them, not: $(tr '\n' ' ' <"$dir/strange")" "$([ -s "$dir/strange" ]; echo $((!$?)))"

@@ -20,9 +20,10 @@ enum { CURVE = 41 };
 
 static double amount(const answer *a, const effect *e)
 {
-    if (e->kind->site == 'c' && (e->kind->offset == N_C || e->kind->offset == N_D)) {
+    if (e->kind->site == 'c' &&
+        (e->kind->offset == N_C || e->kind->offset == N_D || e->kind->offset == N_MU)) {
         int law = a->m->contact[e->index].law;
-        int of = e->kind->offset == N_D || a->m->number[law + N_C].stated ? e->kind->offset : N_B;
+        int of = e->kind->offset != N_C || a->m->number[law + N_C].stated ? e->kind->offset : N_B;
         return log(a->p[law + of] / a->m->number[law + of].file);
     }
     return e->size;

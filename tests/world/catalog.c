@@ -289,6 +289,10 @@ static void key_hammer(mech *m, chance *c)
     felt(m, c, stop, 5e3, 3e6);
     felt(m, c, lift, 4e3, 2e6);
     felt(m, c, string, 1e4, 0.0);
+    if (chance_coin(c, 0.5)) {
+        mech_state(m, m->contact[lift].law + N_MU, chance_uniform(c, 0.2, 0.5), 0.05);
+        mech_state(m, m->contact[lift].law + N_VT, 0.01, 0.0);
+    }
     mech_input(m, "finger", INPUT_FORCE, front);
     m->drive[0] = chance_uniform(c, 2.0, 5.0);
     m->pushes = 1;

@@ -34,7 +34,6 @@ static void draw_file(design *d, mech *m, chance *c, int quiet)
         }
         if (!(n->sd > 0.0) || quiet) {
             n->value = n->file = rounded(n->value, n->scale, 4);
-            n->sd = quiet ? 0.0 : n->sd;
             continue;
         }
         n->sd *= (d->tolerances ? 1.0 : unstated) * chance_log(c, 0.6, 2.0);

@@ -25,14 +25,18 @@ const kind kinds[] = {
     {"joint_stiffness", MISSING, "k", 'j', J_K, -1, 0, 0},
     {"hardening_spring", MISSING, "k3", 'j', J_K3, -1, 1, 0},
     {"backlash", MISSING, "k", 'j', J_STOP, J_GAP, 0, 0},
+    {"stiction_peak", MISSING, "B1", 'j', J_B1, J_B2, 0, 0},
     {"mass", WRONG, "mass", 'b', 0, -1, 1, 0},
     {"inertia", WRONG, "inertia", 'b', 1, -1, 1, 0},
+    {"centre", WRONG, "x", 'b', 2, -1, 1, 0},
     {"contact_stiffness", WRONG, "log_scale", 'c', N_C, -1, 1, 0},
     {"contact_exponent", MISSING, "p", 'c', N_P, -1, 1, 0},
     {"contact_damping", WRONG, "log_scale", 'c', N_D, -1, 1, 0},
     {"contact_hysteresis", MISSING, "h", 'c', N_H, -1, 0, 0},
     {"adhesion", MISSING, "F", 'c', N_F, N_RANGE, 0, 0},
     {"contact_gap", WRONG, "gap", 'c', N_GAP, -1, 1, 0},
+    {"contact_friction", WRONG, "log_scale", 'c', N_MU, -1, 1, 0},
+    {"one_sided_link", MISSING, "slack", 'l', L_SLACK, -1, 0, 0},
     {"input_gain", "input", "error", 'i', I_GAIN, -1, 1, 0},
     {"input_delay", "input", "delay", 'i', I_DELAY, -1, 0, 0},
     {"sensor_gain", "sensor", "error", 's', S_GAIN, -1, 1, 0},
@@ -55,6 +59,7 @@ static int is_lacking(const mech *m, const kind *k, int joint)
     case J_ASYMMETRY: return law[J_B].stated;
     case J_T_ASYMMETRY: return law[J_T].stated;
     case J_T: return !law[J_T].stated && !law[J_A].stated;
+    case J_B1: return law[J_A].stated && !law[J_B1].stated;
     case J_ROOT: return !law[J_T].stated && !law[J_A].stated && !law[J_B].stated;
     default: return !law[k->offset].stated;
     }
@@ -73,6 +78,7 @@ static double limit_of_joint(const kind *k, const extent *x, int j)
     case J_K3: return 1.5 * T / (far * far * far);
     case J_STOP: return 20.0 * T / q;
     case J_ROOT: return 2.0 * T;
+    case J_B1: return 30.0;
     default: return T;
     }
 }
@@ -105,7 +111,7 @@ static int add_numbers(const mech *m, const kind *k, effect *out, int most)
     int n = 0;
     for (int b = 0; k->site == 'b' && b < m->nbody && n < most; b++) {
         const body *B = &m->body[b];
-        int at = k->offset == 0 ? B->mass : B->inertia[1];
+        int at = k->offset == 0 ? B->mass : k->offset == 1 ? B->inertia[1] : B->centre[0];
         if (at >= 0 && !(k->offset == 1 && B->inertia[0] >= 0)) {
             out[n] = (effect){.kind = k, .index = at, .limit = 0.6 * m->number[at].value};
             out[n].unit = m->number[at].unit;
@@ -116,8 +122,9 @@ static int add_numbers(const mech *m, const kind *k, effect *out, int most)
         const number *N = &m->number[i];
         int length = N->stated && N->sd > 0.0 && strcmp(N->unit, "m") == 0;
         int of_link = strstr(N->name, "spring.") == N->name;
-        // the height of a line is called its contact's gap
-        if ((length || of_link) && N->stated && strstr(N->name, ".line.") == NULL) {
+        // the height of a line is called its contact's gap, a centre along x centre
+        if ((length || of_link) && N->stated && strstr(N->name, ".line.") == NULL &&
+            strstr(N->name, ".centre.x") == NULL) {
             out[n] =
                 (effect){.kind = k, .index = i, .limit = 0.5 * fabs(N->value), .unit = N->unit};
             place_it(&out[n++], N->name);
@@ -130,13 +137,14 @@ static int add_contacts(const mech *m, const extent *x, const kind *k, effect *o
 {
     int n = 0;
     for (int i = 0; i < m->ncontact && n < most; i++) {
-        double limit = k->offset == N_C     ? 1.5
-                       : k->offset == N_D   ? 1.5
-                       : k->offset == N_P   ? 0.7
-                       : k->offset == N_H   ? 0.8
-                       : k->offset == N_GAP ? 2e-3
-                                            : 2.0;
-        if (x->depth[i] > 0.0) {
+        double limit = k->offset == N_C || k->offset == N_MU ? 1.5
+                       : k->offset == N_D                    ? 1.5
+                       : k->offset == N_P                    ? 0.7
+                       : k->offset == N_H                    ? 0.8
+                       : k->offset == N_GAP                  ? 2e-3
+                                                             : 2.0;
+        int rubs = k->offset != N_MU || m->number[m->contact[i].law + N_MU].stated;
+        if (x->depth[i] > 0.0 && rubs) {
             out[n] = (effect){.kind = k, .index = i, .limit = limit};
             out[n].unit = k->offset == N_F ? "N" : k->offset == N_GAP ? "m" : "1";
             place_it(&out[n++], m->contact[i].name);
@@ -178,6 +186,16 @@ static int add_inputs(const mech *m, const kind *k, effect *out, int most)
     return n;
 }
 
+static int add_links(const mech *m, const kind *k, effect *out, int most)
+{
+    int n = 0;
+    for (int i = 0; i < m->nlink && n < most; i++) {
+        out[n] = (effect){.kind = k, .index = i, .limit = 1.0, .unit = "1"};
+        place_it(&out[n++], m->link[i].name);
+    }
+    return n;
+}
+
 int effect_list(const mech *m, const extent *x, effect *out, int most, int outside)
 {
     int n = 0;
@@ -191,6 +209,7 @@ int effect_list(const mech *m, const extent *x, effect *out, int most, int outsi
         case 'p': n += add_numbers(m, k, out + n, most - n); break;
         case 'c': n += add_contacts(m, x, k, out + n, most - n); break;
         case 's': n += add_channels(m, x, k, out + n, most - n); break;
+        case 'l': n += add_links(m, k, out + n, most - n); break;
         case 'i': n += add_inputs(m, k, out + n, most - n); break;
         default:
             if (n < most) {
@@ -211,6 +230,7 @@ void effect_sides(effect *e, const mech *m, const extent *x, chance *c)
         return;
     }
     switch (e->kind->site == 'j' ? e->kind->side : -1) {
+    case J_B2: e->side = chance_log(c, 0.01, 0.3); break;
     case J_W: e->side = chance_log(c, 0.02, 0.1) * (turns ? 1.0 : 0.1); break;
     case J_GAP: e->side = x->q[j] * chance_uniform(c, 0.3, 0.7); break;
     case J_BUMP_AT:
@@ -228,6 +248,7 @@ void effect_apply(const effect *e, const mech *m, double size, double *p)
     const kind *k = e->kind;
     int law = k->site == 'j'   ? m->body[e->index].law
               : k->site == 'c' ? m->contact[e->index].law
+              : k->site == 'l' ? m->link[e->index].law
               : k->site == 's' ? m->channel[e->index].law
               : k->site == 'i' ? m->input[e->index].law
                                : e->index;
@@ -241,8 +262,8 @@ void effect_apply(const effect *e, const mech *m, double size, double *p)
         p[law + N_A] *= exp(size);
         p[law + N_B] *= exp(size);
         p[law + N_C] *= exp(size);
-    } else if (k->site == 'c' && k->offset == N_D) {
-        p[law + N_D] *= exp(size);
+    } else if (k->site == 'c' && (k->offset == N_D || k->offset == N_MU)) {
+        p[law + k->offset] *= exp(size);
     } else {
         p[law + (strchr("bpt", k->site) != NULL ? 0 : k->offset)] += size;
     }

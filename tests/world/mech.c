@@ -178,7 +178,7 @@ int mech_contact(mech *m, const char *name, int a, int b, double radius_a, doubl
     contact *c = &m->contact[m->ncontact];
     snprintf(c->name, NAME, "%s", name);
     c->point[0] = a, c->point[1] = b;
-    c->radius[0] = mech_length(m, name, b < 0 ? "circle.radius" : "circle1.radius", radius_a);
+    c->radius[0] = mech_length(m, name, "circle.radius", radius_a);
     c->radius[1] = b < 0 ? -1 : mech_length(m, name, "circle2.radius", radius_b);
     c->line_at[0] = c->line_at[1] = c->facing = -1;
     c->line_body = -1;
