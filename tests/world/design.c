@@ -113,6 +113,9 @@ static void draw_record(const mech *m, design *d, setup *s, int turn, chance *c,
     double length = chance_uniform(c, m->duration[0], m->duration[1]) * (d->one_long ? 4.0 : 1.0);
     s->n = (int)(length * d->rate);
     s->n = s->n > LONGEST ? LONGEST : s->n;
+    for (int b = 0; b < BODIES; b++) {
+        s->joint_scatter[b] = 1.0; // also of a body that is hidden
+    }
     s->before = d->moving ? chance_uniform(c, 0.1, 0.6) * m->duration[0] : 0.0;
     for (int b = 0; b < m->nbody; b++) {
         int turns = m->body[b].type == 'R';

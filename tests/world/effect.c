@@ -29,6 +29,9 @@ const kind kinds[] = {
     {"mass", WRONG, "mass", 'b', 0, -1, 1, 0},
     {"inertia", WRONG, "inertia", 'b', 1, -1, 1, 0},
     {"centre", WRONG, "x", 'b', 2, -1, 1, 0},
+    {"elastic_hinge", MISSING, "compliance", 'x', STRUCTURE_HINGE, -1, 0, 0},
+    {"axis_translation", MISSING, "compliance", 'x', STRUCTURE_AXIS, -1, 0, 0},
+    {"compliant_partner", MISSING, "compliance", 'x', STRUCTURE_PARTNER, -1, 0, 0},
     {"contact_stiffness", WRONG, "log_scale", 'c', N_C, -1, 1, 0},
     {"contact_exponent", MISSING, "p", 'c', N_P, -1, 1, 0},
     {"contact_damping", WRONG, "log_scale", 'c', N_D, -1, 1, 0},
@@ -196,6 +199,31 @@ static int add_links(const mech *m, const kind *k, effect *out, int most)
     return n;
 }
 
+/* compliances: of a link a tenth of a radian, of an axis a slow frequency, of a partner that of the
+ * contact itself */
+static int add_structures(const mech *m, const extent *x, const kind *k, effect *out, int most)
+{
+    const double bend = 0.1, slow = 20.0; /* [rad], [rad/s] */
+    int n = 0, partner = k->offset == STRUCTURE_PARTNER;
+    for (int i = 0; i < (partner ? m->ncontact : m->nbody) && n < most; i++) {
+        if (!structure_can(m, k->offset, i) || (partner && !(x->depth[i] > 0.0))) {
+            continue;
+        }
+        double law[N_SIZE] = {0.0}, limit;
+        for (int j = 0; partner && j < N_SIZE; j++) {
+            law[j] = m->number[m->contact[i].law + j].value;
+        }
+        limit = partner ? x->depth[i] / law_normal(law, x->depth[i], 0.0)
+                : k->offset == STRUCTURE_HINGE
+                    ? bend / fmax(x->torque[i], 1e-9)
+                    : 1.0 / (m->number[m->body[i].mass].value * slow * slow);
+        out[n] = (effect){.kind = k, .index = i, .limit = limit};
+        out[n].unit = k->offset == STRUCTURE_HINGE ? "rad/(N m)" : "m/N";
+        place_it(&out[n++], partner ? m->contact[i].name : m->body[i].name);
+    }
+    return n;
+}
+
 int effect_list(const mech *m, const extent *x, effect *out, int most, int outside)
 {
     int n = 0;
@@ -209,6 +237,7 @@ int effect_list(const mech *m, const extent *x, effect *out, int most, int outsi
         case 'p': n += add_numbers(m, k, out + n, most - n); break;
         case 'c': n += add_contacts(m, x, k, out + n, most - n); break;
         case 's': n += add_channels(m, x, k, out + n, most - n); break;
+        case 'x': n += add_structures(m, x, k, out + n, most - n); break;
         case 'l': n += add_links(m, k, out + n, most - n); break;
         case 'i': n += add_inputs(m, k, out + n, most - n); break;
         default:
@@ -225,6 +254,14 @@ void effect_sides(effect *e, const mech *m, const extent *x, chance *c)
 {
     int j = e->index, turns = e->kind->site == 'j' && m->body[j].type == 'R';
     e->limit *= e->kind->both && chance_coin(c, 0.5) ? -1.0 : 1.0;
+    if (e->kind->site == 'x') {
+        int partner = e->kind->offset == STRUCTURE_PARTNER;
+        const body *hits = partner ? &m->body[m->point[m->contact[j].point[0]].body] : NULL;
+        e->side = partner ? m->number[hits->mass].value * chance_log(c, 0.05, 0.3)
+                          : chance_log(c, 0.03, 0.2);
+        e->width = partner ? chance_log(c, 0.02, 0.1) : chance_uniform(c, 0.35, 0.6);
+        return;
+    }
     if (e->kind->site == 'c' && e->kind->side == N_RANGE) {
         e->side = chance_log(c, 3e-5, 2e-4);
         return;
@@ -252,6 +289,9 @@ void effect_apply(const effect *e, const mech *m, double size, double *p)
               : k->site == 's' ? m->channel[e->index].law
               : k->site == 'i' ? m->input[e->index].law
                                : e->index;
+    if (k->site == 'x') {
+        return; // structure.c
+    }
     if (k->side >= 0) {
         p[law + k->side] = e->side;
     }

@@ -79,7 +79,7 @@ static int hide_in(const mech *m, const design *d, double *p, int which, chance 
     effect *e = &list[which];
     effect_sides(e, m, &x, c);
     fprintf(stderr, "%s %s\n", e->kind->name, e->place);
-    if (strstr(e->kind->name, "delay") != NULL || e->kind->site == 't') {
+    if (strstr(e->kind->name, "delay") != NULL || strchr("tx", e->kind->site) != NULL) {
         return 0;
     }
     effect_apply(e, m, 0.25 * e->limit, p);
@@ -178,16 +178,21 @@ static effect picked(const effect *list, int n, chance *c)
 static int hide(answer *a, sizer *z, int which, double *p, chance *c)
 {
     static effect list[CANDIDATES];
-    int n = effect_list(a->m, &a->x, list, CANDIDATES, strcmp(a->level, "law") == 0);
+    int n = effect_list(a->told, &a->x, list, CANDIDATES, strcmp(a->level, "law") == 0);
     for (int i = 0; i < REDRAWS && n > 0; i++) {
         effect e = picked(list, n, c);
-        effect_sides(&e, a->m, &a->x, c);
-        if (which == 1 && strcmp(e.place, a->e[0].place) == 0) {
+        effect_sides(&e, a->told, &a->x, c);
+        // numbers of a body that is cut in two are those of its parts
+        int cut = a->e[0].kind != NULL && a->e[0].kind->site == 'x' && strchr("bp", e.kind->site);
+        if (which == 1 && (cut || strcmp(e.place, a->e[0].place) == 0)) {
             continue;
         }
         if (size_find(z, &e, a->target, &a->reached) == 1) {
             a->e[which] = e;
-            effect_apply(&e, a->m, e.size, p);
+            static mech room[2];
+            double q[NUMBERS];
+            a->m = structure_with(&room[which], a->m, &e, e.size, p, q);
+            memcpy(p, q, sizeof q);
             return 1;
         }
     }
@@ -198,9 +203,9 @@ static int hide(answer *a, sizer *z, int which, double *p, chance *c)
 static void find_alike(answer *a, sizer *z, chance *c)
 {
     static effect list[CANDIDATES];
-    int n = effect_list(a->m, &a->x, list, CANDIDATES, 0);
+    int n = effect_list(a->told, &a->x, list, CANDIDATES, 0);
     for (int i = 0; i < n; i++) {
-        effect_sides(&list[i], a->m, &a->x, c);
+        effect_sides(&list[i], a->told, &a->x, c);
     }
     n = size_alike(z, &a->e[0], list, n);
     a->nalike = n < ALIKE ? n : ALIKE;
@@ -276,10 +281,10 @@ static int attempt(const options *o, int level, const entry *e, unsigned long se
     e->build(&m, &c);
     design_draw(&d, &m, &c, 0);
     wrong_none(&a.w);
+    told = m;
     if (hidden_numbers(&a, p, &c) != 0) {
         return -1;
     }
-    told = m;
     if (strcmp(a.level, "wrong") == 0 && !wrong_draw(&a.w, &told, &m, p, &d, &c)) {
         return -1;
     }

@@ -109,6 +109,7 @@ int mech_body(mech *m, const char *name, int parent, char type, int axis, int si
         b->at[i] = b->centre[i] = b->inertia[i] = -1;
     }
     b->law = joint_law(m, name, type == 'R');
+    m->order[m->nbody] = m->nbody;
     return m->nbody++;
 }
 

@@ -72,7 +72,8 @@ static void carried(const pose *P, const double r[3], double v[3], double a[3])
 
 void motion_poses(play *s, const double *q, const double *qd)
 {
-    for (int b = 0; b < s->m->nbody; b++) {
+    for (int i = 0; i < s->m->nbody; i++) {
+        int b = s->m->order[i];
         const body *B = &s->m->body[b];
         const pose *P = B->parent < 0 ? &still : &s->pose[B->parent];
         pose *N = &s->pose[b];
@@ -85,9 +86,9 @@ void motion_poses(play *s, const double *q, const double *qd)
         turned(P->R, e, s->axis[b]);
         turned(P->R, r, r);
         carried(P, r, N->v, N->a);
-        for (int i = 0; i < 3; i++) {
-            N->o[i] = P->o[i] + r[i];
-            rate[i] = s->axis[b][i] * qd[b];
+        for (int k = 0; k < 3; k++) {
+            N->o[k] = P->o[k] + r[k];
+            rate[k] = s->axis[b][k] * qd[b];
         }
         cross(P->w, rate, wx);
         memcpy(N->w, P->w, sizeof N->w);
@@ -96,13 +97,13 @@ void motion_poses(play *s, const double *q, const double *qd)
         if (B->type == 'R') {
             spin(P->R, B->axis, B->sign * q[b], N->R);
         }
-        for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
             if (B->type == 'R') {
-                N->w[i] += rate[i];
-                N->alpha[i] += wx[i];
+                N->w[k] += rate[k];
+                N->alpha[k] += wx[k];
             } else {
-                N->v[i] += rate[i];
-                N->a[i] += 2.0 * wx[i];
+                N->v[k] += rate[k];
+                N->a[k] += 2.0 * wx[k];
             }
         }
     }

@@ -286,10 +286,9 @@ double size_of(sizer *z, const mech *m, const double *p)
 
 static double with_effect(sizer *z, const effect *e, double size)
 {
+    static mech room;
     double q[NUMBERS];
-    memcpy(q, z->p, sizeof q);
-    effect_apply(e, z->f.m, size, q);
-    return size_of(z, z->f.m, q);
+    return size_of(z, structure_with(&room, z->f.m, e, size, z->p, q), q);
 }
 
 /* numbers that the effect changes cannot take it up as errors of the file */
@@ -334,10 +333,11 @@ int size_find(sizer *z, effect *e, double target, double *reached)
 
 static int change_of(sizer *z, const effect *e, double size, double *d)
 {
+    static mech room;
     double q[NUMBERS];
-    memcpy(q, z->p, sizeof q);
-    effect_apply(e, z->f.m, size, q);
-    if (shoot_all(&z->f, q, d) != 0) {
+    films f = z->f;
+    f.m = structure_with(&room, z->f.m, e, size, z->p, q);
+    if (shoot_all(&f, q, d) != 0) {
         return -1;
     }
     for (int k = 0; k < z->f.rows; k++) {

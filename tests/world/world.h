@@ -163,6 +163,7 @@ typedef struct mech {
     input input[INPUTS];
     channel channel[CHANNELS];
     number number[NUMBERS];
+    int order[BODIES]; /* a body comes after its parent */
     int settle;
     double dt; /* step that the file names [s] */
     /* how it is set going, for the catalogue's records */
@@ -279,7 +280,7 @@ int catalog_count(void);
 typedef struct kind {
     const char *name, *cls, *size;
     char site; /* 'j' joint, 'b' body, 'c' contact, 's' channel, 'i' input, 't' clock, 'p' number,
-                  'l' link */
+                  'l' link, 'x' a body more */
     int offset, side; /* in the law */
     int both;         /* of either sign */
     int outside;      /* in no table */
@@ -304,6 +305,16 @@ int effect_list(const mech *m, const extent *x, effect *out, int most, int outsi
 void effect_sides(effect *e, const mech *m, const extent *x, chance *c);
 /** The numbers with so much of an effect in them. */
 void effect_apply(const effect *e, const mech *m, double size, double *p);
+
+/* ---- structure.c ---- */
+
+enum { STRUCTURE_HINGE, STRUCTURE_AXIS, STRUCTURE_PARTNER };
+/** Can a body (of a partner: a contact) have it? */
+int structure_can(const mech *m, int which, int place);
+/** The mechanism with so much of any effect in it, and its numbers q [NUMBERS].
+ *  @param room  where it is put when it has a body more  @return m or room */
+const mech *structure_with(mech *room, const mech *m, const effect *e, double size, const double *p,
+                           double *q);
 
 /* ---- size.c ---- */
 
