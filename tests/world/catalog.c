@@ -162,7 +162,8 @@ static void rotary(mech *m, chance *c)
     int p = mech_body(m, "pole", a, 'R', 0, 1);
     mech_at(m, p, reach, 0.0);
     mech_mass(m, p, mass, 0.0, -length * chance_uniform(c, 0.42, 0.6));
-    mech_inertia(m, p, I, I * 1.005, I * 0.01);
+    // a flat lever: errors of its moments leave a body that can be
+    mech_inertia(m, p, I, I * 0.9, I * 0.3);
     rubbing(m, c, p, mass * g * length / 2.0, 5.0, 0.4);
     if (chance_coin(c, 0.5)) {
         mech_input(m, "motor", INPUT_TORQUE, a);

@@ -156,6 +156,14 @@ static int add_contacts(const mech *m, const extent *x, const kind *k, effect *o
     return n;
 }
 
+static const char *per_unit(const char *unit)
+{
+    return strcmp(unit, "rad") == 0     ? "1/rad"
+           : strcmp(unit, "m") == 0     ? "1/m"
+           : strcmp(unit, "rad/s") == 0 ? "s/rad"
+                                        : "s/m";
+}
+
 static int add_channels(const mech *m, const extent *x, const kind *k, effect *out, int most)
 {
     int n = 0;
@@ -172,7 +180,10 @@ static int add_channels(const mech *m, const extent *x, const kind *k, effect *o
             continue;
         }
         out[n] = (effect){.kind = k, .index = i, .limit = limit};
-        out[n].unit = k->offset == S_OFFSET ? m->channel[i].unit : k->offset == S_DELAY ? "s" : "1";
+        out[n].unit = k->offset == S_OFFSET   ? m->channel[i].unit
+                      : k->offset == S_DELAY  ? "s"
+                      : k->offset == S_SQUARE ? per_unit(m->channel[i].unit)
+                                              : "1";
         place_it(&out[n++], m->channel[i].name);
     }
     return n;
