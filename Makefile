@@ -277,6 +277,10 @@ $(B)/check: $(call obj,$(TEST_SRC)) $(TEST_LANE_OBJ) $(TEST_MEMORY_OBJ) $(B)/lib
 $(B)/reality: $(call obj,$(wildcard tests/reality/*.c) $(MODEL_SRC) src/core/elementary.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(YAML_LIBS) $(GSL_LIBS) -lm
+# the same of any mechanism: nothing of ours at all
+$(B)/world: $(call obj,$(wildcard tests/world/*.c))
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ -lm
 # blind tests of the diagnosis: other programs and their files, nothing linked
 $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 	@echo "  LD    $@"
@@ -373,7 +377,7 @@ ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
 JOBS ?= $(shell echo $$(($$(nproc) + 1)))
 
 # what the tests run
-tested: all shared manual $(B)/check $(B)/reality $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
+tested: all shared manual $(B)/check $(B)/reality $(B)/world $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
   $(B)/importer
 
 check: deps-check  ## build and run every test
@@ -446,12 +450,14 @@ mutate:  ## small mistakes in generator, laws, notch and integrators, for the su
 	$(Q)sh tests/mutate.sh $(N) $(SEED) $(JOBS) $(FILES)
 
 DRAWS  ?= 200
-LEVELS ?= null,L1,L2,L3
+WORLD  ?=
+LEVELS ?= $(if $(WORLD),null$(COMMA)small$(COMMA)clear$(COMMA)gross,null$(COMMA)L1$(COMMA)L2$(COMMA)L3)
 SEED   ?= 1
 THREADS ?= 1
-HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) $(if $(RECORD),--record $(RECORD))
-hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1
-	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/hidden
+HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --seed $(SEED) $(if $(RECORD),--record $(RECORD)) \
+          $(if $(WORLD),--world $(WORLD)) $(if $(ONLY),--only $(ONLY)) $(if $(LIMIT),--limit $(LIMIT))
+hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1; WORLD=any (any mechanism) LEVELS=null,small,clear,gross,two,law,wrong ONLY=mechanism LIMIT=seconds
+	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/world $(B)/hidden
 	$(Q)$(call HIDDEN,run) --jobs $(JOBS) --threads $(THREADS)
 hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
 	$(Q)$(call HIDDEN,readme README.md)
@@ -467,7 +473,7 @@ clean:  ## remove everything that was built
 	$(Q)rm -rf build build-debug build-san build-fuzz build-fuzzmany build-coverage build-mutate build-memory build-thread build-mcdc
 
 SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
-            tests/reality/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
+            tests/reality/*.[ch] tests/world/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
             tests/faults/*.[ch] tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)

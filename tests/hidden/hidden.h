@@ -14,9 +14,14 @@
  * begins anew on the same sets. Nothing here is linked with the library: the scorer knows what
  * other programs know, files.
  *
- * Levels: null; L1, L2, L3 one effect of the table, 2, 0.5, 0.15 of one sample's noise; L1x2 two at
- * once; X1 a law outside of the table, as large as L1; T1 twins: an effect of L3's size in strokes
- * that are all made in the same way.
+ * With `--world any` the sets are those of tests/world: each has a mechanism of its own,
+ * SET/model.yaml, and as many records as were drawn. Their levels: null; small, clear, gross one
+ * effect of 0.5, 2, 100 noises; two; law, one that is in no table; wrong, the set-up is wrong and
+ * no verdict may be trusted.
+ *
+ * Levels of the action: null; L1, L2, L3 one effect of the table, 2, 0.5, 0.15 of one sample's
+ * noise; L1x2 two at once; X1 a law outside of the table, as large as L1; T1 twins: an effect of
+ * L3's size in strokes that are all made in the same way.
  *
  *   main.c     command line, draws in parallel     judge.c   verdict against answer
  *   draw.c     one draw: make, diagnose            law.c     a recovered law against the hidden one
@@ -33,6 +38,8 @@
 enum { NAME = 100, PATH = 1000, DRAWS = 9999 };
 /** Strokes of a set: fit_01.csv ..., held_01.csv ... */
 enum { FIT = 12, HELD = 6 };
+/** And at most so many of each in a set of tests/world. */
+enum { RECORDS = 18 };
 /** The seed of a draw is that of its run times this, and more (draw.c). */
 enum { SEEDS_A_RUN = 100000 };
 
@@ -97,8 +104,12 @@ typedef struct score {
     char experiment[NAME], film[NAME], after_kind[NAME], after_place[NAME];
     int repeats, separated;
     double cpu_after;
-    int threads;   /* of the diagnosis; 0: an old row, without what follows; it had one */
-    int all_alike; /* as all, with identical descriptions as one */
+    int threads;          /* of the diagnosis; 0: an old row, without what follows; it had one */
+    int all_alike;        /* as all, with identical descriptions as one */
+    char mechanism[NAME]; /* of tests/world; "-": the action */
+    int offered;          /* the truth is one of the candidates of `stein effects` */
+    int tied;             /* effects that the records cannot tell from the truth (tests/world) */
+    int first_tied, set_tied; /* first, in the set: the truth or one of those */
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);
@@ -114,6 +125,9 @@ int score_of_row(const char *head, const char *row, score *s);
 typedef struct setup {
     const char *build, *model, *folder;
     const char *record; /* file of results that are kept, NULL: none */
+    int world;          /* 1: sets of tests/world */
+    const char *only;   /* the mechanism to draw there, NULL: all of them in turn */
+    int limit;          /* of processor time of a diagnosis [s] */
     char results[PATH]; /* DIR/BUILD */
     char hash[NAME];
     unsigned long seed;
@@ -123,8 +137,11 @@ typedef struct setup {
 } setup;
 /** @return 0: judged, or was before; -1: could not be made, after a message */
 int draw_run(const setup *s, int level, int draw);
-/** What the name of a level says: 'n' nothing hidden, 'L' an effect of the table, 'X', 'T'. */
+/** What the name of a level says: 'n' nothing hidden, 'L' an effect of the table, 'X' a law of
+ * none, 'T' twins, 'W' the set-up is wrong. */
 char draw_kind(const char *level);
+/** Number of a level of tests/world, -1: it is none. */
+int draw_world(const char *level);
 /** Command line that makes a draw's set, without its end. @return words */
 int draw_command(const setup *s, int level, int draw, char *argv[], char program[PATH],
                  char seed[NAME]);

@@ -126,6 +126,21 @@ static void judge_names(score *r, const tree *found, names truth, const tree *ca
     }
 }
 
+/* what these records cannot tell from the truth counts as well: it would be chance to be right */
+static void judge_ties(score *r, const tree *found, const tree *answer, const tree *candidates)
+{
+    const tree *alike = tree_get(answer, "alike"), *causes = tree_get(found, "causes");
+    r->tied = length(alike);
+    r->first_tied = r->first_alike;
+    r->set_tied = r->set_alike;
+    for (const tree *a = alike != NULL ? alike->child : NULL; a != NULL; a = a->next) {
+        int rank = 0, at = rank_in(causes, names_of(a), candidates, &rank);
+        r->first_tied |= at == 1;
+        r->set_tied |= at > 0 || rank_in(tree_get(found, "indistinguishable"), names_of(a),
+                                         candidates, &rank) > 0;
+    }
+}
+
 /* ---- the number ---- */
 
 static double extended_value(const setup *s, const char *out, const char *parameter)
@@ -199,6 +214,9 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     snprintf(r->place, NAME, "%s", *kind != '\0' ? tree_text(answer, "place") : "-");
     snprintf(r->cls, NAME, "%s", tree_text(answer, "class"));
     snprintf(r->verdict, NAME, "%s", found != NULL ? tree_text(found, "verdict") : "failed");
+    snprintf(r->mechanism, NAME, "%s", tree_text(answer, "mechanism"));
+    int rank = 0;
+    r->offered = rank_in(candidates, names_of(answer), candidates, &rank) > 0;
     r->reached = tree_number(level, "reached");
     r->met = met != NULL && met->type == 't';
     r->rough = rough != NULL && rough->type == 't';
@@ -208,6 +226,7 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     int second =
         also != NULL && also->type == '{' && first != NULL && same(names_of(first), names_of(also));
     judge_names(r, found, second ? names_of(also) : names_of(answer), candidates);
+    judge_ties(r, found, answer, candidates);
     r->right_class |= second && strcmp(r->verdict, tree_text(also, "class")) == 0;
     r->all = is_all(causes, names_of(answer), also, NULL);
     r->all_alike = is_all(causes, names_of(answer), also, candidates);
@@ -236,7 +255,13 @@ int judge(const setup *s, const char *answer, const char *out, score *result)
     snprintf(path, sizeof path, "%s/diagnosis.json", out);
     // no verdict was given: 0 and 3 (not converged) have one
     int gave = result->exit_code == 0 || result->exit_code == 3;
-    tree *found = gave ? tree_read(path) : NULL, *sealed = tree_read(answer);
+    tree *found = gave || result->exit_code == 1 ? tree_read(path) : NULL;
+    tree *sealed = tree_read(answer);
+    // with 1 there is one verdict only: that the model cannot be used
+    if (!gave && strcmp(tree_text(found, "verdict"), "unusable_model") != 0) {
+        tree_free(found);
+        found = NULL;
+    }
     tree *effects = judge_effects(s, out);
     if (sealed != NULL) {
         judge_answer(s, out, found, sealed, tree_get(effects, "candidates"), result);

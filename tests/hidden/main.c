@@ -10,7 +10,9 @@
  *   hidden readme FILE ...              the table into a document, between the two marker lines of
  *                                       these levels
  *   hidden judge ANSWER OUT             one diagnosis in the folder OUT, as "name value" lines
- * and for all of them: --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
+ * and for all of them: --world any (mechanisms of tests/world; --levels
+ * null,small,clear,gross,two,law, wrong; --only MECHANISM), --limit SECONDS of processor time,
+ * --build build, --model models/stein1788.yaml, -o DIR (build/hidden-sets),
  * --record FILE.csv: results that are kept. Draws that are in it are not made again; run adds its
  * own, table shows them.
  *
@@ -29,12 +31,12 @@ enum { OK, FAILED, USAGE };
 
 static int usage(const char *why, const char *what)
 {
-    fprintf(
-        stderr,
-        "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--draws N] "
-        "[--levels null,L1,L2,L3] [--jobs N] [--threads N] [--seed N] [--build DIR] [--model FILE] "
-        "[-o DIR] [--record FILE]\n",
-        why, what);
+    fprintf(stderr,
+            "hidden: %s%s\nusage: hidden run|sets|table|readme FILE|judge ANSWER OUT [--world any] "
+            "[--only MECHANISM] [--draws N] [--levels null,L1,L2,L3] [--limit SECONDS] [--jobs N] "
+            "[--threads N] [--seed N] [--build DIR] [--model FILE] "
+            "[-o DIR] [--record FILE]\n",
+            why, what);
     return USAGE;
 }
 
@@ -49,6 +51,9 @@ static int read_levels(setup *s, const char *list)
         int known = (n == 4 && strncmp(list, "null", 4) == 0) ||
                     (n == 2 && (strncmp(list, "X1", 2) == 0 || strncmp(list, "T1", 2) == 0)) ||
                     ((n == 2 || two) && list[0] == 'L' && list[1] >= '1' && list[1] <= '3');
+        char name[NAME];
+        snprintf(name, sizeof name, "%.*s", (int)n, list);
+        known |= draw_world(name) >= 0;
         if (!known || s->nlevel == (int)(sizeof s->level / sizeof *s->level)) {
             return -1;
         }
@@ -80,9 +85,18 @@ static int option(setup *s, const char *name, const char *value)
     if (strcmp(name, "--levels") == 0) {
         return read_levels(s, value) == 0;
     }
+    if (strcmp(name, "--limit") == 0) {
+        s->limit = (int)n;
+        return n >= 1 && n <= 100000;
+    }
+    if (strcmp(name, "--world") == 0) {
+        s->world = 1;
+        return strcmp(value, "any") == 0;
+    }
     const struct {
         const char *name, **to;
     } texts[] = {{"--build", &s->build},
+                 {"--only", &s->only},
                  {"--model", &s->model},
                  {"-o", &s->folder},
                  {"--record", &s->record}};
@@ -105,8 +119,8 @@ static int parse(setup *s, int argc, char **argv, const char *word[3])
                  .draws = 200,
                  .jobs = 2,
                  .threads = 1,
+                 .limit = 1200,
                  .verbose = 1};
-    read_levels(s, "null,L1,L2,L3");
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--quiet") == 0) {
             s->verbose = 0;
@@ -119,6 +133,15 @@ static int parse(setup *s, int argc, char **argv, const char *word[3])
             word[n++] = argv[i];
         } else {
             return usage("one word too many: ", argv[i]), -1;
+        }
+    }
+    if (s->nlevel == 0) {
+        read_levels(s, s->world ? "null,small,clear,gross" : "null,L1,L2,L3");
+    }
+    for (int k = 0; k < s->nlevel; k++) {
+        int there = strcmp(s->level[k], "null") == 0 || (draw_world(s->level[k]) >= 0) == s->world;
+        if (!there) {
+            return usage("no level of this world: ", s->level[k]), -1;
         }
     }
     return n;
@@ -148,7 +171,7 @@ static int prepare(setup *s, int copy)
     char program[PATH], mine[PATH + 8], path[PATH];
     static char folder[PATH];
     if (s->folder == NULL) {
-        snprintf(folder, sizeof folder, "%s/hidden-sets", s->build);
+        snprintf(folder, sizeof folder, s->world ? "%s/world-sets" : "%s/hidden-sets", s->build);
         s->folder = folder;
     }
     snprintf(program, sizeof program, "%s/stein", s->build);

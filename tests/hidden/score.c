@@ -36,7 +36,9 @@ static const field fields[] = {
     FIELD(law_error, 'd'),  FIELD(law_cover, 'd'),   FIELD(experiment, 's'),
     FIELD(film, 's'),       FIELD(after_kind, 's'),  FIELD(after_place, 's'),
     FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd'),
-    FIELD(threads, 'i'),    FIELD(all_alike, 'i')};
+    FIELD(threads, 'i'),    FIELD(all_alike, 'i'),   FIELD(mechanism, 's'),
+    FIELD(offered, 'i'),    FIELD(tied, 'i'),        FIELD(first_tied, 'i'),
+    FIELD(set_tied, 'i')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
 static void print_value(FILE *f, const score *s, int i)

@@ -104,10 +104,12 @@ static void median(char text[TEXT], double *v, int n, const char *format, const 
 typedef enum {
     FIRST,
     FIRST_ALIKE,
+    FIRST_TIED,
     ALL,
     ALL_ALIKE,
     SET,
     SET_ALIKE,
+    SET_TIED,
     SET_SIZE,
     CLASS,
     CLASS_ALIKE,
@@ -133,7 +135,9 @@ typedef enum {
     FAILED,
     SECONDS,
     SLOW,
-    WALL
+    WALL,
+    TRUSTED,
+    UNUSABLE
 } figure;
 
 static const struct {
@@ -143,10 +147,12 @@ static const struct {
 } rows[] = {
     {FIRST, "L", "right cause and place first", "90 / 70 %, L3 35 %"},
     {FIRST_ALIKE, "L", "- identical descriptions as one", ""},
+    {FIRST_TIED, "L", "- or what the records cannot tell from it", ""},
     {ALL, "L", "all that is hidden and nothing else", "70 % at L1x2"},
     {ALL_ALIKE, "L", "- identical descriptions as one", ""},
     {SET, "L", "right cause in the reported set", "95 / 88 %"},
     {SET_ALIKE, "L", "- identical descriptions as one", ""},
+    {SET_TIED, "L", "- or what the records cannot tell from it", ""},
     {SET_SIZE, "LT", "mean size of the reported set", "2.5"},
     {CLASS, "L", "right class", "95 / 88 %"},
     {CLASS_ALIKE, "L", "- identical descriptions as one", ""},
@@ -173,8 +179,45 @@ static const struct {
     {SECONDS, "nLXT", "processor time of a diagnosis, median", "240 s"},
     {SLOW, "nLXT", "- more than 240 s of it", ""},
     {WALL, "nLXT", "time on the wall with 2 threads, median", "60 s"},
+    {TRUSTED, "W", "wrong set-up, given a verdict to be trusted", "0"},
+    {UNUSABLE, "W", "- called an unusable model", ""},
 };
 enum { ROWS = sizeof rows / sizeof *rows };
+
+/* what is said otherwise of the sets of tests/world; text NULL: the same, "": not asked */
+static const struct {
+    figure what;
+    const char *text, *bar;
+} in_world[] = {
+    {FIRST, NULL, "small 65, clear 85, gross 85 %"},
+    {ALL, NULL, ""},
+    {SET, NULL, "95 %"},
+    {CLASS, NULL, ""},
+    {UNKNOWN, NULL, ""},
+    {OUTSIDE_RIGHT, NULL, ""},
+    {LAW_ERROR, NULL, ""},
+    {LAW_COVER, NULL, ""},
+    {ALARM, NULL, "3 %"},
+    {ALARM_ROUGH, "- tolerances are not stated", ""},
+    {ALARM_CLEAN, "- they are stated", ""},
+    {COVERED, NULL, "90 .. 98 %"},
+    {ERROR, NULL, ""},
+    {HELD_OUT, NULL, ""},
+    {SECONDS, NULL, ""},
+    {SLOW, "", ""},
+    {WALL, NULL, ""},
+};
+
+static void words_of(const setup *s, int row, const char **text, const char **bar)
+{
+    *text = rows[row].text, *bar = rows[row].bar;
+    for (size_t i = 0; s->world && i < sizeof in_world / sizeof *in_world; i++) {
+        if (in_world[i].what == rows[row].what) {
+            *text = in_world[i].text != NULL ? in_world[i].text : *text;
+            *bar = in_world[i].bar;
+        }
+    }
+}
 
 static int has_twins(const score *d)
 {
@@ -197,6 +240,8 @@ static int counts(figure what, const score *d)
     switch (what) {
     case FIRST: return d->first;
     case FIRST_ALIKE: return d->first_alike;
+    case FIRST_TIED: return d->first_tied;
+    case SET_TIED: return d->set_tied;
     case ALL: return d->all;
     case ALL_ALIKE: return d->all_alike;
     case SET: return d->set;
@@ -220,6 +265,8 @@ static int counts(figure what, const score *d)
     case NOT_CONVERGED: return strcmp(d->verdict, "not_converged") == 0;
     case FAILED: return strcmp(d->verdict, "failed") == 0;
     case SLOW: return d->cpu > 240.0;
+    case TRUSTED: return d->exit_code == 0 && strcmp(d->verdict, "unusable_model") != 0;
+    case UNUSABLE: return strcmp(d->verdict, "unusable_model") == 0;
     default: return 0;
     }
 }
@@ -232,6 +279,8 @@ static int concerns(figure what, const score *d)
     case LAW_ERROR:
     case LAW_COVER: return d->compared;
     case ALL_ALIKE: return d->threads > 0;
+    case FIRST_TIED:
+    case SET_TIED: return *d->mechanism != '\0' && *d->mechanism != '-';
     case WALL: return d->threads == 2;
     case TWINS_SET:
     case CHECKED:
@@ -289,7 +338,7 @@ static int belongs(int row, const char *level)
 /* a row that old records know nothing of is there when a draw of level k has it */
 static int is_known(const results *r, int k, figure what)
 {
-    int known = what != WALL && what != ALL_ALIKE;
+    int known = what != WALL && what != ALL_ALIKE && what != FIRST_TIED && what != SET_TIED;
     for (int i = 0; i < r->n[k] && !known; i++) {
         known = concerns(what, &r->of[k][i]);
     }
@@ -298,7 +347,7 @@ static int is_known(const results *r, int k, figure what)
 
 static void print_rows(FILE *f, const results *r)
 {
-    fprintf(f, "| figure | bar (L1 / L2) |");
+    fprintf(f, r->s->world ? "| figure | bar |" : "| figure | bar (L1 / L2) |");
     for (int k = 0; k < r->s->nlevel; k++) {
         fprintf(f, " %s |", r->s->level[k]);
     }
@@ -308,14 +357,16 @@ static void print_rows(FILE *f, const results *r)
     }
     fprintf(f, "\n");
     for (int i = 0; i < ROWS; i++) {
+        const char *said, *bar;
         int asked = 0;
-        for (int k = 0; k < r->s->nlevel; k++) {
+        words_of(r->s, i, &said, &bar);
+        for (int k = 0; k < r->s->nlevel && *said != '\0'; k++) {
             asked |= belongs(i, r->s->level[k]) && is_known(r, k, rows[i].what);
         }
         if (!asked) {
             continue;
         }
-        fprintf(f, "| %s | %s |", rows[i].text, rows[i].bar);
+        fprintf(f, "| %s | %s |", said, bar);
         for (int k = 0; k < r->s->nlevel; k++) {
             char text[TEXT] = "";
             if (belongs(i, r->s->level[k])) {
@@ -371,6 +422,24 @@ static void print_kinds(FILE *f, const score *list, int n)
     }
 }
 
+/* and each mechanism of tests/world */
+static void print_mechanisms(FILE *f, const score *list, int n)
+{
+    for (int i = 0; i < n; i++) {
+        int seen = 0, drawn = 0, first = 0, set = 0, class = 0;
+        for (int k = 0; k < n; k++) {
+            int same = strcmp(list[k].mechanism, list[i].mechanism) == 0;
+            seen |= same && k < i;
+            drawn += same, first += same && list[k].first, set += same && list[k].set;
+            class += same && list[k].right_class;
+        }
+        if (!seen && *list[i].mechanism != '\0' && *list[i].mechanism != '-') {
+            fprintf(f, "# in %-20s %3d drawn, first %3d, in the set %3d, class %3d\n",
+                    list[i].mechanism, drawn, first, set, class);
+        }
+    }
+}
+
 static void print_draw(FILE *f, const score *d)
 {
     char truth[2 * NAME + 4], found[2 * NAME + 4];
@@ -385,6 +454,10 @@ static void print_draw(FILE *f, const score *d)
     if (d->numbered) {
         fprintf(f, "  %.4g (%.4g .. %.4g) true %.4g%s", d->found, d->lo, d->hi, d->truth,
                 d->covered ? "" : " OUTSIDE");
+    }
+    if (*d->mechanism != '\0' && *d->mechanism != '-') {
+        fprintf(f, "  in %s%s", d->mechanism,
+                d->offered || draw_kind(d->level) != 'L' ? "" : ", NOT OFFERED");
     }
     if (d->outside) {
         fprintf(f, "  law at %s over %s%s", d->law_place, d->law_of, d->law_right ? " =" : "");
@@ -415,6 +488,7 @@ int table_confusions(const char *path, const setup *s)
         qsort(r.of[k], (size_t)r.n[k], sizeof *r.of[k], by_truth);
         fprintf(f, "# ---- %s\n", s->level[k]);
         print_kinds(f, r.of[k], r.n[k]);
+        print_mechanisms(f, r.of[k], r.n[k]);
         for (int i = 0; i < r.n[k]; i++) {
             print_draw(f, &r.of[k][i]);
         }
