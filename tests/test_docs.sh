@@ -68,6 +68,22 @@ while read -r name value; do
     ok "docs/diagnosis.md: $name is $value" $?
 done <"$dir/thresholds"
 
+# layers of docs/architecture.md, by what is included. layer HEADERS FOLDER...
+layer() {
+    headers=$1
+    shift
+    grep -rnE "#include \"($headers)\"" "$@" | head -n 3 >"$dir/included"
+    test ! -s "$dir/included"
+    ok "docs/architecture.md: $* includes nothing of a layer below ($(cat "$dir/included"))" $?
+}
+upper=inner.h,fitting.h,data_inner.h,structure.h,search.h,verdict.h,curve.h,diagnosis_page.h,planning.h,study.h,cli.h
+upper=$(echo "$upper" | sed 's/\./[.]/g; s/,/|/g')
+layer "$upper|stein/(lab|data|fit|diagnose|plan|import)[.]h" src/core src/load src/model gen
+layer 'cli[.]h' src/lab
+layer 'search[.]h|verdict[.]h|curve[.]h|diagnosis_page[.]h|planning[.]h' src/lab/data src/lab/fit
+layer 'verdict[.]h|curve[.]h|motion[.]h|diagnosis_page[.]h|planning[.]h' src/lab/search
+layer 'curve[.]h|planning[.]h' src/lab/verdict
+
 test "$(wc -l <README.md)" -le 150
 ok "README.md is a page" $?
 
