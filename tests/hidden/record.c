@@ -2,8 +2,9 @@
  * record.c - results that are kept: a CSV table of all draws that were ever counted, one row each.
  *
  * 200 draws a level take hours: a run may be broken off and continued elsewhere, and a reader of
- * the tables in docs/validation.md finds every draw behind them. Rows of the seed that is asked for become score
- * files at the start of a run and are written back at its end; rows of other seeds stay.
+ * the tables in docs/validation.md finds every draw behind them. Rows of the seed that is asked for
+ * become score files at the start of a run and are written back at its end; rows of other seeds
+ * stay.
  */
 #include <errno.h>
 #include <stdlib.h>
