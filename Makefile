@@ -459,8 +459,8 @@ HIDDEN  = $(B)/hidden $(1) --build $(B) --draws $(DRAWS) --levels $(LEVELS) --se
 hidden: deps  ## effects hidden in data, diagnosed blindly: DRAWS=200 LEVELS=null,L1,L2,L3,L1x2,X1,T1 SEED=1 THREADS=1; WORLD=any (any mechanism) LEVELS=null,small,clear,gross,two,law,wrong ONLY=mechanism LIMIT=seconds
 	$(Q)$(MAKE) --no-print-directory all $(B)/reality $(B)/world $(B)/hidden
 	$(Q)$(call HIDDEN,run) --jobs $(JOBS) --threads $(THREADS)
-hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into README.md
-	$(Q)$(call HIDDEN,readme README.md)
+hidden-readme: $(B)/hidden  ## put the table of the last `make hidden` into docs/validation.md
+	$(Q)$(call HIDDEN,readme docs/validation.md)
 
 golden: $(B)/steingen $(B)/stein $(B)/check  ## accept the generated texts and the bits of now as the golden ones
 	$(Q)$(B)/stein version --hash | sed 1d >tests/golden/hash

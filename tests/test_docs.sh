@@ -34,9 +34,57 @@ for folder in $(sed -n 's/^| `\([a-z0-9]*\)\/`.*/\1/p' examples/README.md); do
     ok "examples/README.md: $folder is there" $?
 done
 
-for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' README.md | sort -u); do
-    "$stein" help "$command" >/dev/null 2>&1
-    ok "README.md: stein $command exists" $?
+for doc in README.md docs/*.md; do
+    for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' "$doc" | sort -u); do
+        "$stein" help "$command" >/dev/null 2>&1
+        ok "$doc: stein $command exists" $?
+    done
+    for target in $(sed -n 's/^.*`make \([a-z-]*\)[ `].*/\1/p; s/^    make \([a-z-]*\)\( .*\)*$/\1/p' "$doc" | sort -u); do
+        grep -q "^$target:" Makefile packaging/install.mk
+        ok "$doc: make $target exists" $?
+    done
 done
+
+# options of a command that a document shows
+"$stein" help diagnose >"$dir/help"
+for option in $(grep -oh '`--[a-z-]*' docs/diagnosis.md | tr -d '`' | sort -u); do
+    grep -q -- "$option" "$dir/help"
+    ok "docs/diagnosis.md: stein diagnose $option exists" $?
+done
+
+# files that documents name by their path
+for doc in README.md docs/*.md; do
+    for path in $(grep -oE '`(src|tests|models|bench|gen|docs|include)/[A-Za-z0-9_./]*`' "$doc" | tr -d '`' | sort -u); do
+        test -e "$path"
+        ok "$doc: $path is there" $?
+    done
+done
+
+# thresholds of the diagnosis: each name stands in the code with the value of the table
+sed -n '/^## Thresholds/,/^Not built/p' docs/diagnosis.md |
+    grep -oE '`[A-Za-z_]+` [0-9][0-9.e-]*' | tr -d '`' | sort -u >"$dir/thresholds"
+while read -r name value; do
+    grep -rqE "[ _]$name(\[\])? = \{?$value[,;} ]|[ _]$name = $value(\.0)?[,;]?( |$)" src/lab/search src/lab/verdict src/lab/law
+    ok "docs/diagnosis.md: $name is $value" $?
+done <"$dir/thresholds"
+
+# layers of docs/architecture.md, by what is included. layer HEADERS FOLDER...
+layer() {
+    headers=$1
+    shift
+    grep -rnE "#include \"($headers)\"" "$@" | head -n 3 >"$dir/included"
+    test ! -s "$dir/included"
+    ok "docs/architecture.md: $* includes nothing of a layer below ($(cat "$dir/included"))" $?
+}
+upper=inner.h,fitting.h,data_inner.h,structure.h,search.h,verdict.h,curve.h,diagnosis_page.h,planning.h,study.h,cli.h
+upper=$(echo "$upper" | sed 's/\./[.]/g; s/,/|/g')
+layer "$upper|stein/(lab|data|fit|diagnose|plan|import)[.]h" src/core src/load src/model gen
+layer 'cli[.]h' src/lab
+layer 'search[.]h|verdict[.]h|curve[.]h|diagnosis_page[.]h|planning[.]h' src/lab/data src/lab/fit
+layer 'verdict[.]h|curve[.]h|motion[.]h|diagnosis_page[.]h|planning[.]h' src/lab/search
+layer 'curve[.]h|planning[.]h' src/lab/verdict
+
+test "$(wc -l <README.md)" -le 150
+ok "README.md is a page" $?
 
 finish

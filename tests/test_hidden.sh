@@ -447,9 +447,11 @@ ok "a table goes where its levels are named" $?
 test $? -ne 0 && grep -q 'no place for the table between' "$dir/told" && grep -q 'hidden L2: begin' "$dir/told"
 ok "a document without that place is told what it lacks" $?
 
-# ---- its place in the README
-grep -qx '<!-- hidden L1,L2,null: begin, written by make hidden-readme -->' README.md &&
-    grep -qx '<!-- hidden: end -->' README.md
-ok "README.md has the place for the table" $?
+# ---- their places in docs/validation.md
+for levels in L1,L2,null L1x2 X1 T1; do
+    sed -n "/^<!-- hidden $levels: begin, written by make hidden-readme -->\$/,\$p" docs/validation.md |
+        grep -qx '<!-- hidden: end -->'
+    ok "docs/validation.md has the place for the table of $levels" $?
+done
 
 finish

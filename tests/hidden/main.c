@@ -16,7 +16,7 @@
  * --record FILE.csv: results that are kept. Draws that are in it are not made again; run adds its
  * own, table shows them.
  *
- * Seeds: the table of the README is drawn with a seed that nothing was tuned on.
+ * Seeds: tables of docs/validation.md are drawn with seeds that nothing was tuned on.
  */
 #include <errno.h>
 #include <stdint.h>

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * record.c - results that are kept: a CSV table of all draws that were ever counted, one row each.
  *
- * 200 draws a level take hours: a run may be broken off and go on elsewhere, and whoever reads the
- * table of the README finds every draw behind it. Rows of the seed that is asked for become score
- * files at the start of a run and are written back at its end; rows of other seeds stay.
+ * 200 draws a level take hours: a run may be broken off and continued elsewhere, and a reader of
+ * the tables in docs/validation.md finds every draw behind them. Rows of the seed that is asked for
+ * become score files at the start of a run and are written back at its end; rows of other seeds
+ * stay.
  */
 #include <errno.h>
 #include <stdlib.h>

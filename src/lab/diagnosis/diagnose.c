@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnose.c - from a mechanism file and records to a verdict.
  *
- *   audit      what the records say about themselves, before anything is fitted
- *   split      records that are fitted, and those that report; the latter are read last
+ *   audit      noise, rests and slips of the records, before anything is fitted
+ *   split      records that are fitted, and those that report, read after the table is closed
  *   search     the table of hypotheses (search/)
  *   judge      the closed table -> finding, causes, rivals (verdict/judge.c)
  *   law        where the best hypothesis leaves more than noise, a curve (law/)
- *   report     records that nothing has read before, predicted with and without the causes
+ *   report     reporting records, predicted with and without the causes
  *   show       where the model departs, the force it lacks, the motion check
  */
 #include <math.h>
@@ -233,7 +233,7 @@ static stein_status judge(diagnosis *d, stein_err *err)
     return STEIN_OK;
 }
 
-/* rows whose numbers are told, to the end of their fits */
+/* rows whose numbers are reported, to the end of their fits */
 static stein_status refine(diagnosis *d, stein_err *err)
 {
     stein_status status = diag__refine_row(d->t.row[d->j.best], err);
@@ -283,7 +283,7 @@ static stein_status posteriors(diagnosis *d, stein_err *err)
     return status;
 }
 
-/* the reporting records, read for the first time; numerical failures leave rmse NAN */
+/* the reporting records, predicted for the first time; numerical failures leave rmse NAN */
 static stein_status report(diagnosis *d, stein_err *err)
 {
     stein_err why;

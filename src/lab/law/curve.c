@@ -8,7 +8,7 @@
  *          without a law near the records (curve_stand.c): there the residual is linear in what is
  *          missing even where that is gross
  * fits     the best ones in full, everything else refitted, held first, then free (curve_fit.c)
- * judge    by marginal likelihood and by what is left (curve_judge.c)
+ * judge    by marginal likelihood and by the residual (curve_judge.c)
  */
 #include <math.h>
 #include <stdlib.h>

@@ -7,7 +7,7 @@
  *   curve_stand.c    the fit without a law from which curves begin
  *   curve_prior.c    a curve as a Gaussian process: how large, how smooth
  *   curve_fitting.h  a curve and all other unknowns, by penalised least squares
- *   curve_judge.c    is it believed, and what is said of it
+ *   curve_judge.c    is it accepted, and its sentence
  *   curve_show.c     the law in diagnosis.json and report.html
  */
 #ifndef CURVE_H
@@ -42,7 +42,7 @@ typedef struct diag__curve {
     double gain;   /* linear; then of the fit: fall of -2 ln marginal likelihood */
     double price;  /* of the fit's freedom: what of -2 ln p is the curve's prior and logdet */
     double cov[CURVE_POINTS * CURVE_POINTS];
-    double excess; /* factor on variances where nobody stated the noise */
+    double excess; /* factor on variances where the noise is not stated */
     int fitted;
 } diag__curve;
 
@@ -129,8 +129,8 @@ typedef struct diag__reduced {
 } diag__reduced;
 /** Prior of the largest marginal likelihood, then f, cov, logdet, gained from M and c. */
 void diag__curve_choose(const diag__site *s, diag__reduced *q);
-/** cov of q as chosen, about f, of all priors, each as its marginal likelihood weighs it: the data
- *  may hardly know how smooth a law is, and the best prior alone gives bands that are too narrow.
+/** cov of q as chosen, about f, of all priors, weighted by their marginal likelihood: the data may
+ *  determine the smoothness poorly, and the best prior alone gives bands that are too narrow.
  */
 void diag__curve_spread(const diag__site *s, diag__reduced *q);
 /** f and cov from M and c of q with the prior of another one. */
@@ -147,7 +147,7 @@ void diag__curve_hold(diag__curves *w, int all_move);
 stein_status diag__stand(diag__curves *w, double gain, stein_err *err);
 /** J there, by all curves. @return OK, ENOMEM, or the failure of a stroke */
 stein_status diag__stand_derive(diag__curves *w, stein_err *err);
-/** J at x with residuals r. What one stroke bears may be too much for another one: then differences
+/** J at x with residuals r. A difference may be too large for one of the strokes: then differences
  *  by unknowns first .. end - 1 are shorter. @return as fit__sensitivities */
 stein_status diag__curve_derive(fit__problem *p, int first, int end, const double *x,
                                 const double *r, double *J, stein_err *err);
@@ -163,9 +163,9 @@ stein_status diag__curve_scores(diag__curves *w, diag__curve *c, stein_err *err)
 /** Fit one curve with everything else, held near the records first, then free. A stroke that cannot
  *  be simulated ends it where it is. @return OK, ENOMEM */
 stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err);
-/** The end of a fit that describes the data: differences to both sides and fine integration tell
- *  numbers apart that do nearly the same, a curve's offset and a spring's preload, say; with coarse
- *  ones such a pair seems known. @return OK (also where it stays), ENOMEM */
+/** The end of a fit that describes the data: central differences and fine integration separate
+ *  numbers with nearly the same effect, as a curve's offset and a spring's preload; with coarse
+ *  ones such a pair seems determined. @return OK (also where it stays), ENOMEM */
 stein_status diag__curve_settle(diag__curves *w, diag__curve *c, stein_err *err);
 
 /* ---- curve_rounds.c ---- */
@@ -177,11 +177,11 @@ void diag__curve_free_only(diag__curves *w, const diag__site *s);
 
 /** The largest gain first. */
 void diag__curve_sort(diag__curve *c, int n);
-/** As of the null fit: how many degrees of freedom a curve takes is its prior's business. */
+/** With the degrees of freedom of the null fit: those of a curve are in its prior. */
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c);
-/** The laws into o; is the first one believed beside the judgement, it becomes the verdict.
- *  @param reporting  records that nothing has read; n 0: none
- *  @param before, after  of the report; after is that of the law where it is believed
+/** The laws into o; if the first one is accepted beside the judgement, it becomes the verdict.
+ *  @param reporting  records that no fit has read; n 0: none
+ *  @param before, after  of the report; after is that of the law where it is accepted
  *  @return OK, ENOMEM */
 stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag__row *best,
                              const lab_dataset *reporting, const diag__reported *before,

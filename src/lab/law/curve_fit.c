@@ -8,7 +8,7 @@
 #include "curve_fitting.h"
 
 enum { SETTLINGS = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
-enum { NOISE_ROUNDS = 15 };                 // where each of them learns the noise anew, too
+enum { NOISE_ROUNDS = 15 };                 // where each round estimates the noise as well
 static const double rung[] = {0.05, 0.012}; /* gains of the observer */
 enum { RUNGS = sizeof rung / sizeof *rung };
 static const double far = 9.0;      /* chi2 per sample */
@@ -63,8 +63,8 @@ static stein_status settle(diag__fitting *t, stein_err *err)
     return status == STEIN_OK ? diag__rounds(t, 0.0, ROUNDS_TO_SETTLE, 0, err) : status;
 }
 
-/* What is missing was taken for scatter of friction and drive. With the law in its place they
- * scatter by what is left, and the law is known the better. */
+/* The fit without the law explains part of it by scatter of friction and drive. With the law,
+ * scatter is estimated again from what is left, and the band of the law is narrower. */
 static stein_status scatter_anew(diag__fitting *t, stein_err *err)
 {
     fit__problem *p = &t->w->p;
@@ -88,8 +88,9 @@ static stein_status scatter_anew(diag__fitting *t, stein_err *err)
     return status == STEIN_OK ? diag__rounds(t, 0.0, ROUNDS_TO_SETTLE, 0, err) : status;
 }
 
-/* Gain of a round that leads on: of a law that leaves more than noise, what would bring it there in
- * all rounds. Its band is widened by what it leaves, and the last digits of it tell nothing. */
+/* Gain of a round that is worth another one. Of a law that leaves more than noise it is the share
+ * of the excess that each round would have to remove; the band of such a law is widened by the
+ * excess, so that its last digits do not matter. */
 static double worth(const diag__curves *w, const diag__curve *c)
 {
     double sd = sqrt(2.0 / fmax(1.0, w->p.samples)),

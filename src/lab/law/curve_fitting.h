@@ -25,7 +25,7 @@ stein_status diag__globals_of(fit__normal *n, const fit__problem *p, diag__globa
                               stein_err *err);
 void diag__globals_free(diag__globals *o);
 
-/** The step of the parameters for a change of the curve, and what is known of them. */
+/** The step of the parameters for a change of the curve, and their precision. */
 typedef struct diag__others {
     int n, *index;
     gsl_matrix *F; /* Cholesky factor of S_pp */
@@ -38,8 +38,8 @@ stein_status diag__reduce(const diag__curves *w, const diag__site *s, const diag
                           const double *x, diag__others *t, diag__reduced *q, stein_err *err);
 void diag__others_free(diag__others *o);
 /** Prior of the largest marginal likelihood, as diag__curve_choose, of a curve that stands at x
- * with residuals r. @return factor on variances that goes with it: 1 where somebody stated the
- * noise */
+ * with residuals r. @return factor on variances that belongs to it: 1 where the noise is
+ * stated */
 double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, const double *x,
                                 const double *r, diag__reduced *q);
 void diag__temper(diag__reduced *q, double excess);

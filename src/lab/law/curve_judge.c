@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_judge.c - is a recovered law believed, and what is said of it?
+ * curve_judge.c - is a recovered law accepted, and its sentence in the report.
  *
- * Known effects come before a law: a law is asked for only where the best hypothesis leaves more
- * than noise. It is believed when its marginal likelihood gains as much as a cause has to gain,
- * and, where causes were named, when it leaves noise and they do not. What leaves more than noise
- * with a law, too, is told as what it is: most of the misfit looks like this, and no state function
- * of those tried explains the rest - a memory has another force on the way out than on the way in.
+ * Effects of the table come before a law: laws are fitted only where the best hypothesis leaves
+ * more than noise. A law is accepted if its marginal likelihood gains as much as a cause has to
+ * gain, and, where causes were named, if it leaves noise and they do not. A law that leaves more
+ * than noise is reported with the share of the misfit that it explains: no function of one state of
+ * those tried explains the rest, as with hysteresis, where the force differs between loading and
+ * unloading.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -152,9 +153,9 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     return STEIN_OK;
 }
 
-/* Where nobody stated the noise, a curve over speed comes before one over position that gains
- * nearly as much: of a fall from one height both are the same, and what is missing is a loss more
- * often than a spring. */
+/* Where the noise is not stated, a curve over speed comes before one over position that gains
+ * nearly as much: in a fall from one height both are equivalent, and a missing loss is more
+ * frequent than a missing spring. */
 static void prefer_speed(diag__laws *l)
 {
     diag__curve *c = l->curve;

@@ -163,7 +163,7 @@ void diag__curve_choose(const diag__site *s, diag__reduced *q)
     }
 }
 
-/* adds weight w of what a prior says to cov, about f */
+/* adds the covariance of a prior with weight w to cov, about f */
 static void add_spread(const diag__reduced *one, const double *f, double w, double *cov)
 {
     int n = one->n;

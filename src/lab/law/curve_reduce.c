@@ -17,9 +17,8 @@
  *      -2 ln p(r | tau, length) = const - c'L (1 + L'ML)^-1 L'c + ln |1 + L'ML|
  *
  * and tau, length and kind are those of the largest marginal likelihood (Rasmussen & Williams 2006,
- * ch. 5). That prior knows no favourite shape: constant, straight, wavy as the data want, and it
- * prices a curve by what its freedom would have let it fit, so places and states of different units
- * compare.
+ * ch. 5). The prior prefers no shape: constant, straight or wavy. The determinant is the price of
+ * the curve's freedom, so that places and states of different units compare.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -40,7 +39,7 @@ stein_status diag__globals_of(fit__normal *n, const fit__problem *p, diag__globa
     if (o->S == NULL || o->g == NULL) {
         return lab__no_memory(err);
     }
-    fit__normal_factor(n, 0.0); // S may be singular, the factors of the strokes are wanted
+    fit__normal_factor(n, 0.0); // S may be singular; the factors of the strokes are needed
     gsl_matrix_memcpy(o->S, n->A);
     for (size_t i = 0; i < o->g->size; i++) {
         gsl_vector_set(o->g, i, n->g[n->moving[i]]);

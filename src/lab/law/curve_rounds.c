@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_rounds.c - a curve and all other unknowns in rounds, each linearised anew.
+ * curve_rounds.c - a curve and all other unknowns, by damped Gauss-Newton steps (rounds).
  *
  * A round takes derivatives, lets the data choose the curve's prior (curve_reduce.c) and steps:
  *
  *      (H + mu diag(H)) dx = -g      H, g: normal equations of strokes and priors, the curve's
  * added
  *
- * A law decides about escapements and bounces, so the valley that its fit follows is narrow and
- * bent: shares of the full step lead down it for hundreds of rounds, a damped one (Marquardt 1963)
- * turns into it. And each stroke's own numbers bend it most: behind every step they are corrected
- * alone, by the residuals there and the derivatives at hand, while that helps (as in variable
- * projection, Golub & Pereyra 1973). It costs a simulation, derivatives cost one per unknown.
+ * Escapements and bounces depend on the law, so the objective has a narrow, bent valley: a
+ * shortened full step needs hundreds of rounds, a damped one (Marquardt 1963) follows the valley.
+ * Each stroke's own numbers bend it most: after every step they are corrected alone, with the
+ * residuals there and the present derivatives, as long as the objective falls (as in variable
+ * projection, Golub & Pereyra 1973). That costs one simulation; derivatives cost one per unknown.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -150,7 +150,7 @@ static void step_of(diag__fitting *t, const diag__reduced *q, const diag__others
 }
 
 /* Diagonals of the normal equations, larger by a factor: a step is short in directions that the
- * data hardly know. */
+ * data hardly determine. */
 static void damp(diag__fitting *t, double by)
 {
     for (size_t i = 0; i < (size_t)t->n.n; i++) {
@@ -222,7 +222,7 @@ static double follow_own(diag__fitting *t, double there, stein_status *status, s
     return there;
 }
 
-/* the step, damped by mu. @return 1 when it leads down */
+/* the step, damped by mu. @return 1 when the objective falls */
 static int go(diag__fitting *t, double mu, stein_status *status, stein_err *err)
 {
     fit__problem *p = &t->w->p;
@@ -298,8 +298,8 @@ static stein_status derive(diag__fitting *t, stein_err *err)
     return diag__curve_derive(&t->w->p, s->first, s->first + s->n, t->c->x, t->c->r, t->J, err);
 }
 
-/* whose derivatives a round goes by: its own; those of the null fit; those of the round before, as
- * chords in the place of tangents: they lead less far and cost a few strokes */
+/* the derivatives of a round: its own; those of the null fit; those of the round before, as chords
+ * in the place of tangents: they reach less far and cost a few strokes */
 typedef enum { OWN, OF_NULL, OF_LAST } derivatives;
 
 /* one round. @return its gain, 0 when it did not go on */
@@ -366,7 +366,7 @@ stein_status diag__rounds(diag__fitting *t, double gain_of_observer, int rounds,
     for (int k = 0; status == STEIN_OK && k < rounds; k++) {
         int first = known && k == 0;
         double gain = one_round(t, first ? OF_NULL : OWN, &status, err);
-        if (k > 0 && status != STEIN_OK) { // it stands where the last round has led
+        if (k > 0 && status != STEIN_OK) { // x is that of the last round
             status = fit__forgive(status, err);
             break;
         }

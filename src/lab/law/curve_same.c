@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * curve_same.c - numbers that move a stroke exactly as a curve does.
  *
- * A joint's spring is a straight line over its position: more stiffness and a curve that takes it
- * back are no change at all, and what the data say of their sum they say of neither. Differences of
- * the two do not cancel exactly, though; and where the events of a stroke answer to a torque in a
- * part of 10^5, what is left of them is a direction that seems known when nothing is. So the column
- * of such a number is made of those of the curve,
+ * A joint's spring is a straight line over its position: more stiffness and a curve that subtracts
+ * it change nothing, and the data determine their sum only. Numerical differences of the two do not
+ * cancel exactly; since the events of a stroke depend on a torque to 1 part in 10^5, what is left
+ * of them is a direction that seems determined. So the column of such a number is made of those of
+ * the curve,
  *
  *      dr/dp = sum_k dT/dp(x_k) dr/df_k      T: torque or force in the joint at the points x_k
  *
@@ -22,7 +22,7 @@
 static const double eps = 1e-3;      /* of a difference, in x */
 static const double exact = 1e-7;    /* relative */
 static const double like = 0.1;      /* relative difference from the column that was simulated */
-static const double elsewhere = 0.3; /* other state at which T is asked */
+static const double elsewhere = 0.3; /* other state at which T is evaluated */
 
 /* parameters at x, and constants of the equations with unknown u moved by dx */
 static void constants(const diag__curves *w, const double *x, int u, double dx, double *p,

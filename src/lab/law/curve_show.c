@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_show.c - a recovered law for people and programs.
+ * curve_show.c - a recovered law in report.html and diagnosis.json.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -188,7 +188,7 @@ static void count(diag__site *s, const double *v, int n)
 }
 
 /* @param most  points, by the samples that there are
- * @return 0, or -1 when the strokes tell too little of it */
+ * @return 0, or -1 when the strokes visit too little of it */
 static int place_points(diag__site *s, const double *v, int n, int most)
 {
     if (n < FEWEST_VISITS) {

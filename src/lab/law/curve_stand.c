@@ -2,9 +2,9 @@
  * curve_stand.c - the fit without a law from which curves begin, and what curves would change
  * there.
  *
- * What is missing bends a fit without it: strokes that escape at a wrong moment cannot be
- * explained, so their own numbers and the parameters make up for it. So the observer holds the
- * simulation near the records, and what the residual looks like there is the law.
+ * A fit without the law is biased: strokes that escape at a wrong moment are compensated by their
+ * own numbers and by the parameters. So the observer holds the simulation near the records, and the
+ * residual there is the effect of the law.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -69,7 +69,7 @@ static double moved(const sizing *z, fit__bench *b, const diag__site *site, doub
     return sqrt(sum / fmax(1.0, s->samples));
 }
 
-/* a value that changes the strokes by about the noise, to begin with: by one stroke */
+/* first a value that changes one stroke by about the noise */
 static void one_size(void *ctx, fit__bench *b, int job)
 {
     sizing *z = ctx;

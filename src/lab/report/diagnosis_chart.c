@@ -123,7 +123,7 @@ static double clamped(const page__plot *p, double y)
     return fmin(fmax(pixel, p->top - reach), p->top + p->height + reach);
 }
 
-/* of n points every so manieth is drawn */
+/* one of how many points is drawn */
 static int stride_of(int n)
 {
     return n > MOST_POINTS ? (n + MOST_POINTS - 1) / MOST_POINTS : 1;

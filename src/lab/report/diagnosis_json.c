@@ -179,7 +179,7 @@ static void write_audit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
-/* could it have been seen? amounts in the unit of its parameter, shares of its plausible limit */
+/* detectability: amounts in the unit of its parameter, shares of its plausible limit */
 static void write_power(lab__json *j, const lab_suspect *s)
 {
     const lab_power *p = &s->power;

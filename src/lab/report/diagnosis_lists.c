@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_lists.c - the map of departures, suspects as bars, gains, audit and parameters.
+ * diagnosis_lists.c - the map of departures, candidates as bars, gains, audit and parameters.
  */
 #include <math.h>
 #include <string.h>
@@ -20,7 +20,7 @@ static int phase_used(const lab_diagnosis *d, int phase)
     return 0;
 }
 
-/* how hot a cell is, 0 .. 5 */
+/* colour of a cell, 0 .. 5 */
 static int heat(double z)
 {
     return !(z >= 2.0) ? 0 : z < 3.0 ? 1 : z < 4.0 ? 2 : z < 6.0 ? 3 : z < 10.0 ? 4 : 5;
@@ -121,7 +121,7 @@ void page__map(FILE *f, const lab_diagnosis *d)
     fputs("</table></div>\n</section>\n", f);
 }
 
-/* ---- suspects ---- */
+/* ---- candidates ---- */
 
 static double gain_of(const lab_suspect *s)
 {

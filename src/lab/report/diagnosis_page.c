@@ -2,7 +2,7 @@
  * diagnosis_page.c - report.html: one file without network, scripts or fonts of its own.
  *
  * The first screen is the whole story: verdict, place, phase, size, rivals, gain, what to do next.
- * Everything below is for who wants to see it for himself.
+ * The rest is detail.
  */
 #include <math.h>
 #include <string.h>

@@ -14,7 +14,7 @@
  * where V_k is the scatter of a_sk from stroke to stroke, but at least V, the larger of two
  * estimates over all k: that scatter, and the mean square of the next cosines k = K .. K + 5
  * (equally weighted cosines, the variance that holds under autocorrelation: Lazarus, Lewis, Stock &
- * Watson 2018). Neither asks what the noise was said to be. F is taken for the F distribution with
+ * Watson 2018). Neither uses the stated noise. F is taken for the F distribution with
  * K and the degrees of freedom of V, a little on the safe side; the normal deviate with the same
  * two-sided probability is the significance. The stroke is the unit: 1000 frames of one stroke that
  * was struck differently are one contradiction, not 1000.
@@ -28,7 +28,7 @@
 #include "functions.h"
 #include "diagnosing.h"
 
-enum { SLOW = 3, NEXT = 6, FEWEST = 4 }; /* functions; samples of a phase that say something */
+enum { SLOW = 3, NEXT = 6, FEWEST = 4 }; /* functions; samples of a phase */
 static const double largest_z = 37.0;
 
 /* sums over strokes for one channel and phase */

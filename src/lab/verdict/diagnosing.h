@@ -74,7 +74,7 @@ stein_status diag__push_columns(const fit__problem *p, const double *x, const do
 
 /* ---- evidence.c ---- */
 
-/** What linear forces f say about residuals, all nuisances eliminated: -2 ln L and f follow from
+/** Linear forces f that explain residuals, all nuisances eliminated: -2 ln L and f follow from
  *      M = G'PG  [n*n],   c = -G'Pr  [n]
  *  and a prior f = same * constant[group] + g, the constant with sd wide[group], g with sd scale *
  *  tau[group] and correlated by rho where tied. */
@@ -86,7 +86,7 @@ typedef struct diag__gauss {
     const double *scale, *same; /* [n] */
     const double *wide;         /* [ngroup] */
     double *M, *c;
-    double *tau;        /* [ngroup] out: as far up as the likelihood goes along */
+    double *tau;        /* [ngroup] out: the largest that the likelihood allows */
     double *mean, *cov; /* [n], [n*n] out: of f */
     double explained;   /* out: fall of the sum of squares */
 } diag__gauss;
@@ -123,13 +123,13 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
 
 /* ---- diagnosis_seen.c ---- */
 
-/** How many suspects have that presence. */
+/** Number of candidates with that presence. */
 int diag__count(const lab_diagnosis *d, lab_presence presence);
 
 /* ---- diagnosis.c ---- */
 
 /** All of the above into departure and latent of a diagnosis, from the residuals r at x; J may be
- *  NULL: found anew. @return OK, ENOMEM, failures of simulations */
+ *  NULL: they are computed. @return OK, ENOMEM, failures of simulations */
 stein_status diag__show(lab_diagnosis *d, const fit__problem *p, const double *x, const double *r,
                         const double *J, const char *const *phase, const double *time,
                         stein_err *err);

@@ -10,13 +10,14 @@
  *      h | r ~ N((T'MT + Q)^-1 T'c, (T'MT + Q)^-1),
  *      -2 ln p(r | tau) = const - c'T (T'MT + Q)^-1 T'c + ln |T'MT + Q| - ln |Q|
  *
- * The constant is there for what parameters imitate: a preload that a shifted centre of mass has
- * taken over leaves nothing to see, and a band that says how large it may be all the same.
+ * The constant stands for what parameters imitate: a preload that a shifted centre of mass replaces
+ * leaves no residual, but its size is uncertain and belongs to the band.
  *
- * tau, one for each joint, grows from nothing: the joint whose forces explain most comes first, and
- * the others only get what it leaves over. A force that is not needed ends with a tau of nothing,
- * and with it its band would vanish, as if the data had excluded it. So each tau is then raised as
- * far as -2 ln p rises by no more than one: the band tells what could hide there.
+ * tau, one for each joint, begins at its lowest value: first for the joint whose forces explain
+ * most, then for the others, which explain what is left. The tau of a force that is not needed
+ * stays at the lowest value, and its band would vanish as if the data excluded the force. Therefore
+ * each tau is raised as long as -2 ln p rises by at most one: the band then covers what the data
+ * allow.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>

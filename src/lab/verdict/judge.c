@@ -6,15 +6,18 @@
  *   1  A cause more is named when it gains 25. The laws of a real mechanism are never exactly those
  *      of the file, and what shows only because there are many samples is no cause.
  *   2  A number of the file beyond its tolerance gains little: the fit without the cause moves it
- *      there for the price of its prior. It is asked z = amount/sd instead, against the chance that
+ *      there for the price of its prior. The test is z = amount/sd, against the probability that
  *      one of all numbers with a tolerance is that far off.
- *   3  What acts like the scatter from record to record has as many witnesses as there are records:
+ *   3  A cause that acts like the scatter from record to record is observed once a record:
  *      t = amount/sd, Student's with n - 1 degrees of freedom.
  *   4  Of hypotheses with 0, 1, 2, 3 causes the first one is best from which on no cause more is
  *      named.
  *   5  Rivals have as many causes and come within odds of 1 to 100.
- *   6  Nothing is named whose 95 % interval contains 0, or that leaves most of a misfit.
- *   7  A best hypothesis that is far from the records is no model of them, whatever it gains.
+ *   6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of the
+ *      misfit.
+ *   7  A best hypothesis that is far from the records is no usable model, whatever it gains.
+ *
+ * Reasons of the thresholds: docs/diagnosis.md.
  */
 #include <gsl/gsl_cdf.h>
 #include <math.h>
@@ -36,7 +39,7 @@ static double gain_of(const diag__evidence *more, const diag__evidence *less)
     return (less->objective - more->objective) / more->inflation;
 }
 
-/* the cause that one has and the other has not, -1: there is none, or several */
+/* the cause that only the first hypothesis contains, -1: none, or several */
 static int added(const diag__evidence *more, const diag__evidence *less)
 {
     int which = -1, n = 0;
@@ -68,8 +71,8 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
     return beyond || mean;
 }
 
-/* the least objective with n causes; a named effect before a number of the same element that fits
- * as well: the name says more. @return -1: there is none */
+/* the least objective with n causes; of two that fit equally well, an effect of the table before a
+ * number of the same element. @return -1: there is none */
 static int best_of(const diag__evidence *e, int rows, int n)
 {
     int best = -1;
@@ -106,7 +109,7 @@ static int same_causes(const diag__evidence *a, const diag__evidence *b)
     return a->n == b->n;
 }
 
-/* hypotheses with as many causes that the records cannot tell from the best one, each once */
+/* hypotheses with as many causes and nearly the same evidence as the best one, each once */
 static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
 {
     const diag__evidence *best = &e[j->best];

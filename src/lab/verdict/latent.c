@@ -19,9 +19,9 @@
  *
  * and tau is what the marginal likelihood makes of it (evidence.c). That is the smoother of inverse
  * dynamics: with full and exact measurements of q it returns M qdd + c - Q, with fewer it returns
- * what they tell and a standard deviation for the rest - also for the part of a force that other
+ * their projection and a standard deviation for the rest - also for the part of a force that other
  * parameters would imitate. All is to first order at the fit: a large force moves contacts, and
- * what refitted parameters have taken over shows only as far as their priors resist.
+ * what refitted parameters have absorbed is visible only as far as their priors allow.
  */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * latent_phase.c - the force that the model lacks, joint by phase, over all strokes.
  *
- * As in latent.c, with f constant in one phase of all strokes. Strokes scatter: each has its own
- * unknowns and its own deviation of every one of these forces, with variances from the strokes
- * themselves (mixed.h),
+ * As in latent.c, with f constant in one phase of all strokes. Each stroke has its own unknowns and
+ * its own deviation of every one of these forces, with variances from the strokes themselves
+ * (mixed.h),
  *
  *      r_s = J_s v + G_s (f + f_s) + Z_s u_s + e,      f_s ~ N(0, D),  u_s under its priors
  *

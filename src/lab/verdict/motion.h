@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * motion.h - what the files of the motion-driven check share. Not installed.
  *
- *   motion_check.c   is it possible, the runs, what they say
+ *   motion_check.c   is it possible, the runs, their result
  *   motion_run.c     a stroke under its measured motion
  *   motion_judge.c   errors in blocks, in units of their uncertainty
  *   motion_show.c    diagnosis.json, report.html
@@ -29,11 +29,11 @@ typedef struct diag__course {
     int ended;
     double *time;    /* [n] of the simulation [s]; not after 0: nothing moves yet */
     double *error;   /* [n] force needed less force that is there; NAN: unknown */
-    double *present; /* [n] the latter; NULL: not asked for */
+    double *present; /* [n] the latter; NULL: not needed */
     double *y;       /* [nch*n] free channels: measured less simulated; NAN: none */
 } diag__course;
 
-/** What the joint is told, and what is compared. */
+/** The motion that is prescribed, and what is compared. */
 typedef struct diag__told {
     const double *motion;  /* [n] of the channel, or of the knots of the recorded input [unit] */
     const double *y;       /* [nch*n] */

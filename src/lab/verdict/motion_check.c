@@ -2,15 +2,14 @@
  * motion_check.c - the verdict once more, from a prescribed motion and the force that it needs.
  *
  * Strokes driven by a load are compared in position, and a mechanism filters that: a model that is
- * wrong in its forces may well look right (Masoudi & Birkett 2015; Thorin 2014). So the driven
- * joint is told how it was measured to move, the rest is simulated, and the force that this needs
- * is compared with the one that was there, in the model as it is and in the extended one. The
- * accelerations are those of a smoothed position: how much its noise makes of forces is what the
- * same check shows of strokes with known answers (motion_judge.c), and it may be too much to tell
- * anything.
+ * wrong in its forces may fit them (Masoudi & Birkett 2015; Thorin 2014). So the measured motion is
+ * prescribed to the driven joint, the rest is simulated, and the force that this motion needs is
+ * compared with the force that acted, in the model as it is and in the extended one. The
+ * accelerations are those of a smoothed position. The uncertainty of the force is that of the same
+ * check on simulated strokes with known forces (motion_judge.c); it may exceed the force.
  *
- * It reports and changes nothing. Its cost is one simulation of a stroke for each model, and three
- * for each draw of noise.
+ * The check reports and does not change the verdict. Its cost is one simulation of a stroke for
+ * each model, and three for each draw of noise.
  */
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>
@@ -47,7 +46,7 @@ typedef struct check {
     double *input_noise;     /* of all signals of all strokes */
     diag__runs runs;
     double *memory;
-    int model;           /* whose runs these are */
+    int model;           /* of these runs */
     int *run, jobs_each; /* runs of that model */
 } check;
 
@@ -56,7 +55,7 @@ static int model_of(int run)
     return run < MOTION_DRAWS ? run : (run - MOTION_DRAWS) % MOTION_KINDS == MOTION_11;
 }
 
-/* who makes the stroke of a run; -1: it is measured */
+/* the model that makes the stroke of a run; -1: it is measured */
 static int maker_of(int run)
 {
     return run < MOTION_DRAWS ? -1 : (run - MOTION_DRAWS) % MOTION_KINDS != MOTION_00;
@@ -92,7 +91,8 @@ static size_t first_signal(const fit__problem *p, int stroke)
     return n;
 }
 
-/* what a run is told. @param room  [nch*n + knots]  @return 0: as it was measured and smoothed */
+/* motion and data of a run. @param room  [nch*n + knots]  @return 0: as it was measured and
+ * smoothed */
 static void tell(const check *c, int run, int stroke, double *room, diag__told *told)
 {
     int maker = maker_of(run), draw = (run - MOTION_DRAWS) / MOTION_KINDS;
@@ -309,7 +309,7 @@ static void free_check(check *c)
     free(c->run);
 }
 
-/* ---- what it says ---- */
+/* ---- result ---- */
 
 static void name_it(const check *c, lab_motion *out)
 {
@@ -323,7 +323,7 @@ static void name_it(const check *c, lab_motion *out)
     out->draws = c->runs.draws;
 }
 
-/* Any part that contradicts does; else the force decides, and all together where it cannot. */
+/* One part that contradicts is enough; else the force decides, or all together where it cannot. */
 static const char *conclude_extended(lab_motion *out)
 {
     const lab_motion_part *f = &out->of_force, *c = &out->of_channels, *all = &out->all;
@@ -362,7 +362,7 @@ static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
               : out->says == LAB_MOTION_CONTRADICTS
                   ? "the force departs by more than its noise"
                   : "noise of the measured motion is too large beside the force";
-    } else { // something is there, nobody knows what
+    } else { // more than noise, of unknown cause
         int departs = f->says == LAB_MOTION_CONTRADICTS || out->all.says == LAB_MOTION_CONTRADICTS;
         out->says = departs ? LAB_MOTION_SUPPORTS : LAB_MOTION_CANNOT_TELL;
         why = departs ? "under the measured motion, too, more departs than noise makes"

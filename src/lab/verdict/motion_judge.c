@@ -2,14 +2,14 @@
  * motion_judge.c - errors under a measured motion, in units of their own uncertainty.
  *
  * Errors e of the force and of every free channel are averaged over blocks of a few milliseconds
- * within one phase. How far noise alone takes them nobody has to derive: strokes that the model
- * itself makes, with the noise of the data on them, go the same way through smoother, mechanism
- * and blocks,
+ * within one phase. Their distribution under noise alone is simulated: strokes of the model itself,
+ * with the noise of the data on them, pass through the same smoother, mechanism and blocks,
  *
  *      bias_b = mean of e_b,   sd_b^2 = variance of e_b (1 + 1/draws) + (bias_b/10)^2
  *
- * over such draws. The bias is what smoothing takes away where the motion bends. It is taken off
- * what is measured, as far as it is known: it is a little different when a stroke lands earlier.
+ * over such draws. The bias is what smoothing removes where the motion bends. It is subtracted from
+ * the measured errors; the second term of sd is its uncertainty, since it changes when a stroke
+ * lands earlier.
  * With e0 of the model before, e1 of the extended one and d = e0 - e1, what the extension changes,
  * the share of that which is there is
  *
@@ -209,8 +209,8 @@ static int is_clean(const work *w)
     return w->r->way->channel >= 0;
 }
 
-/* what a model shows of strokes of its own goes off what it shows of others: of a draw the mean of
- * the other ones */
+/* the errors of a model on its own strokes are subtracted from those on others; of a draw, the mean
+ * of the other draws */
 static void take_off(const work *w, block *b, int item)
 {
     for (int run = 0; run < w->nrun; run++) {
@@ -297,7 +297,7 @@ static void misfit_of_noise(const work *w, int kind, int group, double *mean, do
     }
     *mean = sum / n;
     double scatter = sqrt(fmax(0.0, square / n - *mean * *mean) * n / fmax(1.0, n - 1.0));
-    *sd = fmax(scatter, 0.05 * *mean) * sqrt(w->r->wide); // few draws say little about it
+    *sd = fmax(scatter, 0.05 * *mean) * sqrt(w->r->wide); // estimated from few draws
 }
 
 /* sum d e/var over the blocks of a stroke (-1: of all) */
@@ -344,10 +344,10 @@ static void share_of(const work *w, int group, lab_motion_part *to)
     to->share_sd = sqrt(var) / fabs(a1 - a0);
 }
 
-/* Is the extended model far more likely than the one before, and is it not another multiple of what
- * it changes that is there, and what departed gone but for noise or a small part? Where the
- * effect is too small to be seen, what is left says nothing of it. Normal errors: the logarithm of
- * the odds is (share - 1/2)/sd^2. */
+/* Three conditions: the extended model is far more likely than the one before; the share is 1
+ * within its uncertainty; what departed is gone but for noise or a small part. The last one is not
+ * applied where the effect is too small to be detected. Normal errors: the logarithm of the odds is
+ * (share - 1/2)/sd^2. */
 static lab_motion_says compare(const lab_motion_part *p)
 {
     double left = p->after * p->after - 1.0, was = p->before * p->before - 1.0;
@@ -530,8 +530,8 @@ static stein_status show_stroke(const work *w, lab_motion *out, stein_err *err)
 
 /* ---- the whole ---- */
 
-/* Where nothing departs: would anything have been seen? The mean force in one of the phases has to
- * be known well enough. */
+/* Where nothing departs: would an effect have been detected? The mean force in one of the phases
+ * has to be known well enough. */
 static int is_blind(const lab_motion *out)
 {
     for (int i = 0; i < out->nrow; i++) {

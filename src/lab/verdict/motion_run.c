@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * motion_run.c - a stroke under the motion of a joint as it was measured.
  *
- * A channel that depends on one coordinate alone tells it,
+ * A channel that depends on one coordinate alone determines it,
  *
  *      y_i = h(q_j(t_i)) + offset + noise,       q_j = h^-1(y - offset)
  *
@@ -30,7 +30,7 @@
 
 enum { TABLE = 33, WIDENINGS = 5 };
 static const double nudge = 1e-4;    /* of a coordinate [rad or m] */
-static const double shift = 1e-2;    /* the other state at which dependences are asked */
+static const double shift = 1e-2;    /* the other state at which dependences are tested */
 static const double ends = 10.0;     /* lengths over which a motion was smoothed: e^-5 is left */
 static const double most_ends = 0.1; /* of a record */
 static const double silent = 1e-7;   /* share of a dependence that is none */
@@ -313,7 +313,7 @@ static int signal_from_channel(const diag__side *side, const diag__way *way, fit
 typedef struct eye {
     const diag__way *way;
     diag__course *c;
-    stein_sim *bare; /* the same without load and forces; NULL: not asked for */
+    stein_sim *bare; /* the same without load and forces; NULL: not needed */
     void *state;
 } eye;
 

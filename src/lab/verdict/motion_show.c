@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * motion_show.c - the motion-driven check for people and programs.
+ * motion_show.c - the motion-driven check in report.html and diagnosis.json.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 enum { WIDTH = 560 };
 
-/* ---- for programs ---- */
+/* ---- diagnosis.json ---- */
 
 static void write_part(lab__json *j, const char *key, const lab_motion_part *p)
 {

@@ -10,9 +10,9 @@
  *      fall         the head goes away from the string
  *      re-arm       the beak is back at the pawl: on its face, or below the roof again
  *
- * A measured channel cannot tell a beak on the roof from a beak on the corner; the model at its
- * best parameters can, to the accuracy of its fit, also where no channel shows the hammer. Where
- * the model is wrong the limits of the phases are off by as much as it is, a fraction of a ms.
+ * A measured channel does not distinguish a beak on the roof from a beak on the corner; the model
+ * at its best parameters does, to the accuracy of its fit, also where no channel shows the hammer.
+ * Where the model is wrong, the limits of the phases are wrong by as much, a fraction of a ms.
  *
  * Mechanisms that name no stroke are at "rest" or in "motion": a joint faster than a thousandth of
  * its largest speed moves.
@@ -58,7 +58,7 @@ typedef struct frame {
 
 typedef struct view {
     int nq, notch, gap, force; /* channels of the string; -1: none */
-    int n;                     /* frames seen */
+    int n;                     /* frames read */
     frame *frame;
     double *speed; /* [n*nq] */
 } view;

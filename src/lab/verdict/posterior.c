@@ -5,9 +5,9 @@
  *      cov(x) = ([F g]' V^-1 [F g] + 1)^-1
  *
  * F the parameters, g the effect's own columns, V noise, nuisances and scatter (mixed.h): the
- * intervals of the diagnosis with what they leave out, their correlations. Numbers that one kind of
- * stroke cannot tell apart have wide intervals and a narrow sum; without it an experiment that
- * measures that sum once more would look worth its time.
+ * intervals of the diagnosis and their correlations. Numbers that one kind of stroke does not
+ * separate have wide intervals and a well known sum; without the correlations an experiment that
+ * measures only that sum would seem useful.
  */
 #include <math.h>
 #include <stdlib.h>

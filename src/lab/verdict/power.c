@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * power.c - could it have been seen? One of four answers for every candidate that is no cause.
+ * power.c - detectability: one of four results for every candidate that is no cause.
  *
  * At the best row the records are linear in an amount a [limits] beside the causes (linear.c), with
  * information I and score s once everything else, the causes' amounts among it, is projected out:
@@ -11,10 +11,11 @@
  *
  *   not_testable  no column, or 1.645 sd >= limit: even the largest plausible amount could be 0
  *   weak          z >= 2 in a possible direction, or detectable > limit: a plausible amount may
- * hide absent        the rest: it would have been named at its limit, and nothing points to it
+ *                 stay undetected
+ *   absent        the rest: it would have been named at its limit, and nothing points to it
  *
- * (Saris & Satorra 1987.) A linear model says so only where the best row leaves noise; elsewhere
- * nothing is called absent.
+ * (Saris & Satorra 1987.) The linear model is valid where the best row leaves noise; elsewhere
+ * no candidate is called absent.
  */
 #include <gsl/gsl_linalg.h>
 #include <math.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * reporting.c - error on records that nothing has read before the table was closed.
+ * reporting.c - error on records that no fit has read before the table was closed.
  *
- * What all records share stays as it was fitted; a record's own - initial state, trigger, offsets,
- * and what scatters, with the variances the fit has found - is fitted to it, as no model could know
- * it. The model with and the model without the causes get the same help. The error is the RMS of
- * what is left; the gain is the ratio of two such errors, its interval a bootstrap over records:
- * samples of one record are no independent witnesses.
+ * What all records share stays as it was fitted; a record's own unknowns - initial state, trigger,
+ * offsets, and what scatters, with the variances of the fit - are fitted to it, since no model
+ * predicts them; with and without the causes alike. The error is the RMS of the residual; the gain
+ * is the ratio of two such errors, its interval a bootstrap over records: samples of one record are
+ * not independent.
  */
 #include <gsl/gsl_rng.h>
 #include <gsl/gsl_sort.h>

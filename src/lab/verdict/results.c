@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * results.c - the numbers of a diagnosis: causes, rivals, other candidates, the file's own.
  *
- * All of them are those of rows of the table. Where more than stated noise is left, or nobody
- * stated it, intervals are wider by sqrt(chi2/dof * memory) (diag__inflation).
+ * All of them are those of rows of the table. Where noise is estimated with the fit, its rows have
+ * it in their noise, correlation of the residual included.
  */
 #include <gsl/gsl_cdf.h>
 #include <math.h>

@@ -7,7 +7,7 @@
 
 #include "verdict.h"
 
-static const double noise_left = 1.05; /* remainder in noises that is not worth a word */
+static const double noise_left = 1.05; /* remainder [noises] that is not mentioned */
 
 static void append(lab_diagnosis *o, const char *text)
 {
@@ -34,7 +34,7 @@ static void name_causes(lab_diagnosis *o)
     append(o, ".");
 }
 
-/* what the records that nothing has read say: better only where the interval says so */
+/* the gain on reporting records: "better" only if its interval is below 1 */
 static void say_gain(lab_diagnosis *o)
 {
     char text[160];

@@ -3,9 +3,9 @@
  *
  *   judge.c        the rules: a pure function of numbers
  *   sentence.c     the reason in words, from the same numbers
- *   reporting.c    records that nothing has read before, predicted
+ *   reporting.c    reporting records, predicted
  *   explain.c      why a candidate is not the verdict
- *   power.c        which other candidates could have been seen
+ *   power.c        which other candidates would have been detected
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
  *   motion.h       the verdict once more, from a prescribed motion and its force
@@ -17,7 +17,7 @@
 
 /* ---- judge.c ---- */
 
-/** What the judge knows of a row of the table: numbers of its fit. */
+/** What the judge reads of a row of the table: numbers of its fit. */
 typedef struct diag__evidence {
     int n, cause[DIAG_CAUSES]; /* candidates */
     double objective, chi2_dof;
@@ -64,7 +64,7 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
 
 /* ---- reporting.c ---- */
 
-/** Records that nothing was fitted to, as a row predicts them: what all records share as fitted,
+/** Reporting records as a row predicts them: what all records share as fitted,
  *  each record's own fitted to it. */
 typedef struct diag__reported {
     fit__problem p;
@@ -84,7 +84,7 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
 
 /* ---- sentence.c ---- */
 
-/** Verdict and reason of a diagnosis; gain and numbers of suspects are known.
+/** Verdict and reason of a diagnosis; gain and numbers of candidates are known.
  *  @param suspicion  what would let the records begin as the model moves, "": nothing */
 void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
                const char *suspicion);
@@ -98,12 +98,12 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 
 /* ---- power.c ---- */
 
-/** What the linear model at the best row says of a candidate with column k. */
+/** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k, double inflation);
 
 /* ---- results.c ---- */
 
-/** Suspects, refitted numbers and scatter of the diagnosis.
+/** Candidates, refitted numbers and scatter of the diagnosis.
  *  @param l  at the best row  @return OK, ENOMEM */
 stein_status diag__results(diag__problem *q, const diag__table *t, const diag__judgement *j,
                            const diag__linear *l, const diag__setting *s, lab_diagnosis *o,
@@ -111,7 +111,7 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
 
 /* ---- posterior.c ---- */
 
-/** What causes and rivals are known to be. @return OK, ENOMEM */
+/** Numbers of causes and rivals with their joint uncertainty. @return OK, ENOMEM */
 stein_status diag__posterior(const diag__row *row, double inflation, lab_posterior *to,
                              stein_err *err);
 /** What the records were like. @return OK, ENOMEM */
