@@ -195,6 +195,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .objective = row->objective,
                         .chi2_dof = row->chi2_dof,
                         .relative = row->relative,
+                        .memory = row->memory,
                         .inflation = row->failed == NULL ? diag__inflation(row) : 1.0,
                         .converged = row->converged,
                         .possible = diag__is_possible(q, row)};
@@ -223,7 +224,8 @@ static stein_status judge(diagnosis *d, stein_err *err)
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
     d->setting =
-        (diag__setting){.most_noise = diag__most_noise(&d->q.null), .records = d->fitted.n};
+        (diag__setting){.most_noise = diag__most_noise(&d->q.null),
+                                 .stated = fit__noise_given(&d->q.null), .records = d->fitted.n};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
         d->setting.tolerances += i >= 0 && m->params[i].tolerance > 0.0;

@@ -32,6 +32,7 @@ static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
+static const double white = 3.0;             /* samples: a residual that is noise by its colour */
 static const double within = 1.96;         /* sd */
 
 static double gain_of(const diag__evidence *more, const diag__evidence *less)
@@ -90,11 +91,27 @@ static int best_of(const diag__evidence *e, int rows, int n)
     return best;
 }
 
-static int excludes_zero(const diag__evidence *e)
+/* does a row have the causes of e but number i, and as good a fit is none of it? */
+static int loses(const diag__evidence *e, int i, const diag__evidence *all, int rows)
+{
+    int asked = 0, lost = 1;
+    for (int k = 0; k < rows; k++) {
+        if (all[k].n == e->n - 1 && all[k].possible && added(e, &all[k]) == i) {
+            asked = 1;
+            lost &= gain_of(e, &all[k]) > least_gain;
+        }
+    }
+    return asked && lost;
+}
+
+/* The interval from derivatives, or the ratio of likelihoods with and without it: where numbers
+ * beside an amount are hardly known, derivatives at the end say little of how far 0 is. */
+static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int rows)
 {
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
-        yes &= fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation);
+        yes &= fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation) ||
+               loses(e, i, all, rows);
     }
     return yes;
 }
@@ -120,7 +137,7 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
             near = k == i || !same_causes(&e[k], &e[i]) || e[k].objective > e[i].objective ||
                    (!(e[k].objective < e[i].objective) && k > i);
         }
-        if (near && !same_causes(&e[i], best) && excludes_zero(&e[i])) {
+        if (near && !same_causes(&e[i], best) && excludes_zero(&e[i], e, n)) {
             int at = j->nrival++;
             for (; at > 0 && e[j->rival[at - 1]].objective > e[i].objective; at--) {
                 j->rival[at] = j->rival[at - 1];
@@ -130,10 +147,11 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
     }
 }
 
-static diag__finding find(const diag__evidence *null, const diag__evidence *best,
-                          const diag__judgement *j, const diag__setting *s)
+static diag__finding find(const diag__evidence *e, int n, const diag__judgement *j,
+                          const diag__setting *s)
 {
-    int noise = best->chi2_dof <= s->most_noise;
+    const diag__evidence *null = &e[j->null], *best = &e[j->best];
+    int noise = best->chi2_dof <= s->most_noise || (!s->stated && best->memory < white);
     if (best->chi2_dof > unusable && best->relative > no_model) {
         return DIAG_FAR_OFF;
     }
@@ -143,7 +161,9 @@ static diag__finding find(const diag__evidence *null, const diag__evidence *best
     if (!noise && j->share < must_explain) {
         return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
     }
-    return excludes_zero(best) ? DIAG_NAMED : noise ? DIAG_EXPLAINED : DIAG_UNDECIDED;
+    return excludes_zero(best, e, n)            ? DIAG_NAMED
+           : null->chi2_dof <= s->most_noise ? DIAG_EXPLAINED
+                                             : DIAG_UNDECIDED;
 }
 
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
@@ -160,7 +180,7 @@ diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting 
     const diag__evidence *null = &e[j.null], *best = &e[j.best];
     j.gain = gain_of(best, null);
     j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
-    j.finding = find(null, best, &j, s);
+    j.finding = find(e, n, &j, s);
     find_rivals(e, n, &j);
     return j;
 }

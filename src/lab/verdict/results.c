@@ -11,7 +11,7 @@
 
 #include "verdict.h"
 
-static const double normal95 = 1.96;
+static const double normal95 = 1.96, least_gain = 25.0;
 
 /* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
  * from them: Student's t. */
@@ -34,7 +34,7 @@ static lab_cause_number *next_number(lab_suspect *to, const char *name, const ch
 }
 
 /* amount and the numbers beside it of cause i of a row */
-static void note_numbers(const diag__row *row, int i, lab_suspect *s)
+static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *s)
 {
     const lab_candidate *c = &row->cause[i];
     const fit__problem *p = &row->p;
@@ -43,6 +43,8 @@ static void note_numbers(const diag__row *row, int i, lab_suspect *s)
     double half = half_interval(p), wide = sqrt(diag__inflation(row)), sd;
     s->nnumber = 0;
     s->amount = diag__amount(row, i, &sd) * c->limit;
+    // derivatives at the end are no better than the ratio of likelihoods with and without it
+    sd = gain > least_gain ? fmin(sd, fabs(row->x[at]) / sqrt(gain)) : sd;
     lab_cause_number *n = next_number(s, c->effect->size, c->unit);
     n->value = s->amount;
     n->sd = wide * sd * c->limit;
@@ -82,7 +84,7 @@ static lab_suspect of_row(const diag__table *t, const diag__row *null, const dia
     s.gain = without->objective - row->objective;
     s.chi2_dof = row->chi2_dof;
     s.possible = 1;
-    note_numbers(row, i, &s);
+    note_numbers(row, i, s.gain, &s);
     return s;
 }
 

@@ -23,6 +23,7 @@ typedef struct diag__evidence {
     double objective, chi2_dof;
     double inflation; /* of variances beside the noise of the fit */
     double relative;  /* RMS residual in that of the motion */
+    double memory;    /* samples that the residual is alike over */
     int converged, possible;
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
@@ -34,6 +35,7 @@ typedef struct diag__evidence {
 /** What holds for the whole table. */
 typedef struct diag__setting {
     double most_noise; /* chi2/dof up to which a residual is noise */
+    int stated;        /* the noise is */
     int records;       /* fitted */
     int tolerances;    /* numbers of the file with one */
 } diag__setting;
