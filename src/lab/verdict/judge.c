@@ -113,8 +113,8 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
                    e[i].objective < best->objective + convincing * best->inflation;
         for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
-            near = k == i || !same_causes(&e[k], &e[i]) || e[k].objective > e[i].objective ||
-                   (!(e[k].objective < e[i].objective) && k > i);
+            near = k == i || !e[k].possible || !same_causes(&e[k], &e[i]) ||
+                   e[k].objective > e[i].objective || (!(e[k].objective < e[i].objective) && k > i);
         }
         if (near && !same_causes(&e[i], best) && excludes_zero(&e[i])) {
             int at = j->nrival++;
@@ -139,7 +139,9 @@ static diag__finding find(const diag__evidence *null, const diag__evidence *best
     if (!noise && j->share < must_explain) {
         return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
     }
-    return excludes_zero(best) ? DIAG_NAMED : noise ? DIAG_EXPLAINED : DIAG_UNDECIDED;
+    return excludes_zero(best)               ? DIAG_NAMED
+           : null->chi2_dof <= s->most_noise ? DIAG_EXPLAINED
+                                             : DIAG_UNDECIDED;
 }
 
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
