@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "curve.h"
+#include "functions.h"
 
 static const double least_gain = 25.0;  /* of -2 ln p, as of a cause */
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
@@ -160,16 +161,27 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     return STEIN_OK;
 }
 
-/* Where nobody stated the noise, a curve over speed comes before one over position that gains
- * nearly as much: of a fall from one height both are the same, and what is missing is a loss more
- * often than a spring. */
+/* Does the first curve fit as well as the second? Where nobody stated the noise it is what each
+ * leaves, and n ln(chi2) stands for -2 ln p. */
+static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag__curve *than)
+{
+    if (fit__noise_given(&w->p)) {
+        return c->gain > than->gain - convincing;
+    }
+    double ratio = diag__curve_chi2_dof(w, c) / fmax(diag__curve_chi2_dof(w, than), 1e-9);
+    return w->p.samples * stein__log_of(fmax(ratio, 1e-9)) < least_gain;
+}
+
+/* Where nobody stated the noise, a curve over speed comes before one over position that fits as
+ * well: of a fall from one height both are the same, and what is missing is a loss more often than
+ * a spring. */
 static void prefer_speed(diag__laws *l)
 {
     diag__curve *c = l->curve;
     for (int i = 1;
          i < l->n && !fit__noise_given(&l->all.p) && c[0].site->kind == STEIN_TABLE_POSITION; i++) {
         if (c[i].fitted && c[i].site->kind == STEIN_TABLE_SPEED &&
-            c[i].site->index == c[0].site->index && c[i].gain > c[0].gain - least_gain) {
+            c[i].site->index == c[0].site->index && fits_as_well(&l->all, &c[i], &c[0])) {
             diag__curve best = c[i];
             c[i] = c[0];
             c[0] = best;
@@ -190,14 +202,12 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     return 1;
 }
 
-/* A curve over another state of the same place that fits as well; NULL: there is none. Where nobody
- * stated the noise it has to be worse by as much as a cause has to gain (prefer_speed). */
+/* A curve over another state of the same place that fits as well; NULL: there is none. */
 static const lab_law *twin_of(const diag__laws *l, const lab_diagnosis *o)
 {
-    double margin = fit__noise_given(&l->all.p) ? convincing : least_gain;
     for (int i = 1; i < o->nlaw; i++) {
         if (strcmp(o->law[i].place, o->law[0].place) == 0 &&
-            o->law[i].gain > o->law[0].gain - margin) {
+            fits_as_well(&l->all, &l->curve[i], &l->curve[0])) {
             return &o->law[i];
         }
     }
