@@ -59,4 +59,16 @@ static inline lab_diagnosis *diagnosed(fitted *f, const char *model, const char 
     return d;
 }
 
+/* the cause of that kind, or the test fails */
+static inline const lab_suspect *cause_of(const lab_diagnosis *d, const char *kind)
+{
+    for (int i = 0; i < d->ncause; i++) {
+        if (strcmp(d->suspect[i].candidate.effect->kind, kind) == 0) {
+            return &d->suspect[i];
+        }
+    }
+    ck_abort_msg("%s is not among the causes: %s", kind, d->reason);
+    return NULL;
+}
+
 #endif

@@ -46,12 +46,12 @@
     X(many)          \
     X(measured)      \
     X(measured_laws) \
-    X(order)         \
-    X(several)       \
-    X(race)          \
     X(motion_check)  \
     X(curve)         \
     X(law_search)    \
+    X(judge)         \
+    X(hypotheses)    \
+    X(search)        \
     X(settle)        \
     X(coupling)      \
     X(show)          \

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * test_law_search.c - the steps of the search for a law: where it begins, what its outline says,
- * how it goes along the strokes, how it ends; and normal equations of which most unknowns stay.
+ * test_law_search.c - the steps of the search for a law: what scores where an observer holds the
+ * model near the records, how the fit of a curve ends, what is said of it; and normal equations of
+ * which most unknowns stay.
  *
  * The law is a hump of potential on a pendulum's way: slow swings turn back before it, fast ones go
  * over. Without it no fit is anywhere near the swings.
@@ -10,7 +11,7 @@
 
 #include "curve_fitting.h"
 #include "suites.h"
-#include "swing_bench.h"
+#include "swings.h"
 
 enum { HUMP_POINTS = 25 };
 static const double height = 0.006, middle = 0.1, width = 0.2; /* J, rad */
@@ -46,28 +47,32 @@ static const char *humped(void)
     return path;
 }
 
-static const diag__held before = {.rmse = 3.0};
+/* the search for a law, up to where it ends; the null hypothesis has this row */
+typedef struct bench {
+    fitted f;
+    lab_options options;
+    lab_diagnose_def def;
+    diag__problem q;
+    diag__table t;
+    diag__row *null;
+    diag__laws laws;
+} bench;
 
-/* up to the search for what is missing in the file
- * @param name  [n] free numbers of it */
-static void ready_bench(bench *b, const char *file, const char **name, int n, int threads)
+static void search_bench(bench *b, const char *file)
 {
-    begin_bench(b, file, name, n, threads);
-    b->found = (diag__found){.n = 0, .end = &b->d};
-    for (int i = 0; i < LAB_SCATTERS; i++) {
-        b->d.null_D[i] = 1.0;
-    }
-}
-
-static void search_bench(bench *b, const char *file, const char **name, int n, int threads)
-{
-    ready_bench(b, file, name, n, threads);
-    ck_assert_stein(diag__unknown_law(&b->d, &before, &b->found, err));
-    ck_assert_ptr_nonnull(b->d.curves);
+    const diag__proposal none = {.h = {.n = 0}, .parent = -1, .source = '0'};
+    b->options = cache_here(NULL);
+    b->def = lab_diagnose_def_default();
+    b->def.options = &b->options;
+    ck_assert_stein(diag__problem_open(&b->q, file, b->f.model, b->f.data, &b->def, err));
+    ck_assert_stein(diag__evaluate(&b->q, &b->t, &none, &b->null, err));
+    ck_assert_ptr_null(b->null->failed);
+    ck_assert_stein(diag__laws_find(&b->q, b->null, &b->laws, err));
+    ck_assert_int_gt(b->laws.n, 0);
 }
 
 /* the swings over the hump */
-static void film_bench(bench *b)
+static void open_bench(bench *b)
 {
     const char *data[SWINGS + 1] = {NULL};
     char with[200];
@@ -77,12 +82,15 @@ static void film_bench(bench *b)
         data[i] = film_swing(i, with, NULL, 2700);
     }
     open_fit(&b->f, pendulum, NULL, data);
+    search_bench(b, pendulum);
 }
 
-static void open_bench(bench *b, int threads)
+static void close_bench(bench *b)
 {
-    film_bench(b);
-    search_bench(b, pendulum, NULL, 0, threads);
+    diag__laws_free(&b->laws);
+    diag__table_free(&b->t);
+    diag__problem_close(&b->q);
+    drop(&b->f);
 }
 
 static const diag__site *rod_position(const diag__curves *w)
@@ -96,66 +104,43 @@ static const diag__site *rod_position(const diag__curves *w)
     return NULL;
 }
 
-START_TEST(a_law_that_decides_where_strokes_go_is_found_from_where_they_begin)
+START_TEST(a_law_that_decides_where_strokes_go_is_found)
 {
     bench b;
-    open_bench(&b, 1);
-    diag__curves *w = b.d.curves;
-    const diag__curve *c = &w->curve[0];
-    double dof = w->p.samples - b.d.p.nu, worst = 0.0;
-    printf("null fit %.0f of %.0f; more than noise up to %.2f s of %.2f\n", w->null.objective, dof,
-           w->early.horizon, diag__longest(&w->p));
-    ck_assert_double_gt(w->null.objective, 20.0 * dof);
-    ck_assert_ptr_nonnull(w->early.x);
-    ck_assert_double_lt(w->early.horizon, 0.5 * diag__longest(&w->p));
+    open_bench(&b);
+    const diag__curves *w = &b.laws.all;
+    const diag__curve *c = &b.laws.curve[0];
+    double worst = 0.0;
+    ck_assert_double_gt(b.null->chi2_dof, 20.0);
     ck_assert(c->fitted && c->site == rod_position(w));
-    ck_assert_double_lt(diag__curve_chi2_dof(&b.d, w, c), 1.15);
+    ck_assert_double_lt(diag__curve_chi2_dof(w, c), 1.15);
     for (int k = 0; k < c->site->n; k++) {
         double is = fit__value(&w->p.unknown[c->site->first + k], c->x[c->site->first + k]);
         worst = fmax(worst, fabs(is - hump(c->site->at[k])));
     }
-    printf("the law is off by %.4f of %.4f N m at most\n", worst, hump(middle + 0.7 * width));
+    printf("without a law %.0f, with it %.3f; it is off by %.4f of %.4f N m at most\n",
+           b.null->chi2_dof, diag__curve_chi2_dof(w, c), worst, hump(middle + 0.7 * width));
     ck_assert_double_lt(worst, 0.05 * hump(middle + 0.7 * width));
     close_bench(&b);
 }
 END_TEST
 
-START_TEST(the_outline_that_explains_how_strokes_begin_leads_to_the_law)
+START_TEST(where_the_model_is_held_near_the_records_the_right_curve_scores_most)
 {
     bench b;
-    open_bench(&b, 1);
-    diag__curves *w = b.d.curves;
-    diag__curve score[40], to[OUTLINES];
-    int found = 0;
+    open_bench(&b);
+    diag__curves *w = &b.laws.all;
+    diag__curve score[40];
     ck_assert_int_le(w->nsite, 40);
-    ck_assert_stein(diag__curve_scores(w, &w->early, score, err));
+    ck_assert_stein(diag__stand(w, 0.05, err));
+    ck_assert_stein(diag__stand_derive(w, err));
+    ck_assert_stein(diag__curve_scores(w, score, err));
     diag__curve_sort(score, w->nsite);
+    ck_assert(score[0].site == rod_position(w));
     ck_assert_double_gt(score[0].gain, 30.0);
-    ck_assert_stein(diag__curve_outlines(&b.d, w, score, w->nsite, to, &found, err));
-    ck_assert_int_ge(found, 1);
-    ck_assert(to[0].site == rod_position(w) && to[0].fitted);
-    ck_assert_double_lt(diag__curve_chi2_dof(&b.d, w, &to[0]), 1.15);
-    for (int i = 0; i < found; i++) {
-        free(to[i].x);
+    for (int i = 1; i < w->nsite; i++) {
+        ck_assert_double_le(score[i].gain, score[i - 1].gain);
     }
-    ck_assert(w->p.horizon == (double)INFINITY);
-    close_bench(&b);
-}
-END_TEST
-
-START_TEST(what_no_law_reaches_in_haste_is_asked_again_from_there)
-{
-    bench b;
-    film_bench(&b);
-    ready_bench(&b, pendulum, NULL, 0, 1);
-    ck_assert_stein(diag__try_laws(&b.d, &before, 0.5, err)); // less than noise
-    const diag__curves *w = b.d.curves;
-    ck_assert_ptr_nonnull(w);
-    ck_assert(diag__in_haste(w) && !b.d.laws_tried && b.out->nlaw == 0);
-    ck_assert_stein(diag__unknown_law(&b.d, &before, &b.found, err));
-    ck_assert(b.d.curves == w && !diag__in_haste(w) && b.d.laws_tried);
-    ck_assert(b.out->nlaw > 0 && w->curve[0].site == rod_position(w));
-    ck_assert_double_lt(b.out->law[0].chi2_dof, 1.15);
     close_bench(&b);
 }
 END_TEST
@@ -163,12 +148,13 @@ END_TEST
 START_TEST(the_step_of_a_number_that_is_held_stays)
 {
     bench b;
-    open_bench(&b, 1);
-    fit__problem *p = &b.d.curves->p;
-    const diag__site *s = rod_position(b.d.curves), *o = s + b.d.curves->nsite;
+    open_bench(&b);
+    fit__problem *p = &b.laws.all.p;
+    const diag__site *s = rod_position(&b.laws.all);
+    const diag__site *o = s > b.laws.all.site ? s - 1 : s + 1;
     double *J = calloc(fit__columns(p), sizeof *J); // nothing changes anything
     double held = p->step[o->first + o->pinned], moves = p->step[s->first + s->pinned];
-    diag__curve_hold(b.d.curves, DIAG_CURVES);
+    diag__curve_free_only(&b.laws.all, s);
     fit__choose_steps(p, J);
     ck_assert_double_eq(p->step[o->first + o->pinned], held);
     ck_assert_double_gt(p->step[s->first + s->pinned], moves);
@@ -180,49 +166,21 @@ END_TEST
 START_TEST(a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was)
 {
     bench b;
-    open_bench(&b, 1);
-    diag__curves *w = b.d.curves;
-    diag__curve *c = &w->curve[0];
-    double tolerance = w->p.tolerance, gain = c->gain, chi2 = diag__curve_chi2_dof(&b.d, w, c);
+    open_bench(&b);
+    diag__curves *w = &b.laws.all;
+    diag__curve *c = &b.laws.curve[0];
+    double tolerance = w->p.tolerance, gain = c->gain, chi2 = diag__curve_chi2_dof(w, c);
     size_t size = sizeof *w->p.step * (size_t)w->p.nu;
     double *step = malloc(size);
     memcpy(step, w->p.step, size);
-    ck_assert_stein(diag__curve_settle(&b.d, w, c, err));
+    ck_assert_stein(diag__curve_settle(w, c, err));
     ck_assert(c->fitted);
     ck_assert_double_eq(w->p.tolerance, tolerance);
     ck_assert_int_eq(w->p.central, 0);
     ck_assert_mem_eq(step, w->p.step, size);
-    ck_assert_double_lt(fabs(c->gain - gain), 5.0); // it had been settled
-    ck_assert_double_eq_tol(diag__curve_chi2_dof(&b.d, w, c), chi2, 0.01);
+    ck_assert_double_gt(c->gain, gain - 5.0);
+    ck_assert_double_le(diag__curve_chi2_dof(w, c), chi2 + 0.01);
     free(step);
-    close_bench(&b);
-}
-END_TEST
-
-START_TEST(samples_behind_a_horizon_have_no_derivative)
-{
-    bench b;
-    open_bench(&b, 1);
-    const fit__problem *p = &b.d.curves->p;
-    const diag__stand *s = &b.d.curves->early;
-    int counted = 0, offsets = 0;
-    for (int k = 0; k < p->nstroke; k++) {
-        const fit__stroke *t = &p->stroke[k];
-        for (int i = 0; i < t->nch * t->n; i++) {
-            int counts = s->r[fit__offset(p, k) + (size_t)i] != 0.0;
-            counted += counts;
-            for (int u = 0; u < p->np + t->own; u++) {
-                double dr = s->J[fit__column(p, k, u) + (size_t)i];
-                int offset = u >= p->np && p->unknown[t->first + u - p->np].kind == FIT__OFFSET;
-                ck_assert(counts || dr == 0.0);
-                ck_assert(!counts || !offset || dr != 0.0);
-                offsets += counts && offset;
-            }
-        }
-    }
-    ck_assert_int_gt(counted, 0);
-    ck_assert_int_lt(counted, p->samples / 10);
-    ck_assert_int_eq(offsets, counted);
     close_bench(&b);
 }
 END_TEST
@@ -231,12 +189,14 @@ END_TEST
 START_TEST(normal_equations_are_those_of_what_moves)
 {
     bench b;
-    open_bench(&b, 1);
-    fit__problem *p = &b.d.curves->p;
-    const diag__stand *s = &b.d.curves->early;
-    const diag__site *o = rod_position(b.d.curves) + b.d.curves->nsite; // its outline
+    open_bench(&b);
+    diag__curves *s = &b.laws.all;
+    fit__problem *p = &s->p;
+    const diag__site *o = rod_position(s);
+    ck_assert_stein(diag__stand(s, 0.05, err));
+    ck_assert_stein(diag__stand_derive(s, err));
     int at[200], n = 0, rows = (int)fit__offset(p, p->nstroke);
-    diag__curve_free_only(b.d.curves, o);
+    diag__curve_free_only(s, o);
     for (int u = 0; u < p->nu; u++) {
         if (!p->unknown[u].idle) {
             ck_assert_int_lt(n, 200);
@@ -310,9 +270,11 @@ END_TEST
 START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
 {
     bench b;
-    open_bench(&b, 1);
-    fit__problem *p = &b.d.curves->p;
-    const diag__stand *s = &b.d.curves->early;
+    open_bench(&b);
+    diag__curves *s = &b.laws.all;
+    fit__problem *p = &s->p;
+    ck_assert_stein(diag__stand(s, 0.05, err));
+    ck_assert_stein(diag__stand_derive(s, err));
     for (int u = 0; u < p->np; u++) {
         p->unknown[u].idle = 1;
     }
@@ -379,7 +341,6 @@ static void check_same(const fit__problem *p, const diag__site *s, int u, const 
 
 START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
 {
-    static const char *name[] = {"rod.spring.k", "rod.damping"};
     const char *data[SWINGS + 1] = {NULL};
     bench b;
     memset(&b, 0, sizeof b);
@@ -389,8 +350,15 @@ START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
         data[i] = film_swing(i, file, NULL, 2800);
     }
     open_fit(&b.f, file, NULL, data);
-    search_bench(&b, file, name, 2, 1);
-    diag__curves *w = b.d.curves;
+    search_bench(&b, file);
+    diag__curves *w = &b.laws.all;
+    int spring = -1, damping = -1;
+    for (int i = 0; i < b.q.nname; i++) {
+        spring = strcmp(b.q.name[i], "rod.spring.k") == 0 ? i : spring;
+        damping = strcmp(b.q.name[i], "rod.damping") == 0 ? i : damping;
+    }
+    ck_assert(spring >= 0 && damping >= 0);
+    ck_assert_stein(diag__stand(w, 0.0, err));
     fit__problem *p = &w->p;
     double *J = malloc(2 * sizeof *J * fit__columns(p)), *was = J + fit__columns(p);
     for (int kind = STEIN_TABLE_POSITION; kind <= STEIN_TABLE_SPEED; kind++) {
@@ -399,19 +367,20 @@ START_TEST(what_a_spring_does_is_what_a_curve_does_exactly)
             s++;
             ck_assert(s < w->site + w->nsite);
         }
-        double weight[CURVE_POINTS], *x = w->null.x;
+        double weight[CURVE_POINTS], *x = w->x;
         for (int k = 0; k < s->n; k++) {
-            double of_k = fit__value(&p->unknown[0], x[0]) * p->unknown[0].sd; // of logarithms
-            double of_b = fit__value(&p->unknown[1], x[1]) * p->unknown[1].sd;
+            const fit__unknown *uk = &p->unknown[spring], *ub = &p->unknown[damping];
+            double of_k = fit__value(uk, x[spring]) * uk->sd; // of logarithms
+            double of_b = fit__value(ub, x[damping]) * ub->sd;
             weight[k] = kind == STEIN_TABLE_POSITION ? -(s->at[k] - 0.5) * of_k : -s->at[k] * of_b;
         }
-        ck_assert(p->unknown[0].log && p->unknown[1].log);
+        ck_assert(p->unknown[spring].log && p->unknown[damping].log);
         diag__curve_free_only(w, s);
-        ck_assert_stein(fit__sensitivities(p, x, w->null.r, J, err));
+        ck_assert_stein(fit__sensitivities(p, x, w->r, J, err));
         memcpy(was, J, sizeof *J * fit__columns(p));
         ck_assert_stein(diag__same_as_curve(w, s, x, J, err));
-        check_same(p, s, kind == STEIN_TABLE_POSITION ? 0 : 1, weight, was, J, 1);
-        check_same(p, s, kind == STEIN_TABLE_POSITION ? 1 : 0, weight, was, J, 0);
+        check_same(p, s, kind == STEIN_TABLE_POSITION ? spring : damping, weight, was, J, 1);
+        check_same(p, s, kind == STEIN_TABLE_POSITION ? damping : spring, weight, was, J, 0);
     }
     free(J);
     close_bench(&b);
@@ -487,8 +456,8 @@ END_TEST
 START_TEST(what_is_left_beyond_noise_is_alike_from_sample_to_sample)
 {
     bench b;
-    open_bench(&b, 1);
-    const fit__problem *p = &b.d.p;
+    open_bench(&b);
+    const fit__problem *p = &b.null->p;
     size_t rows = fit__offset(p, p->nstroke);
     double *r = malloc(sizeof *r * rows);
     unsigned long long seed = 4200;
@@ -511,14 +480,12 @@ Suite *law_search_suite(void)
     Suite *suite = suite_create("law_search");
     TCase *tc = tcase_create("law_search");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
-    tcase_set_timeout(tc, 60);
-    tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found_from_where_they_begin);
-    tcase_add_test(tc, the_outline_that_explains_how_strokes_begin_leads_to_the_law);
-    tcase_add_test(tc, what_no_law_reaches_in_haste_is_asked_again_from_there);
+    tcase_set_timeout(tc, 120);
+    tcase_add_test(tc, a_law_that_decides_where_strokes_go_is_found);
+    tcase_add_test(tc, where_the_model_is_held_near_the_records_the_right_curve_scores_most);
     tcase_add_test(tc, the_step_of_a_number_that_is_held_stays);
     tcase_add_test(tc, a_fit_settles_where_it_is_and_leaves_the_problem_as_it_was);
     tcase_add_test(tc, what_a_spring_does_is_what_a_curve_does_exactly);
-    tcase_add_test(tc, samples_behind_a_horizon_have_no_derivative);
     tcase_add_test(tc, normal_equations_are_those_of_what_moves);
     tcase_add_test(tc, normal_equations_of_strokes_own_numbers_alone_have_a_solution);
     tcase_add_test(tc, a_band_does_not_take_for_granted_how_smooth_the_law_is);

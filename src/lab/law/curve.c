@@ -23,7 +23,7 @@ enum {
 };
 static const double held = 0.05; /* gain of the observer */
 static const double near = 0.3;  /* share of the best linear gain from which on a curve is fitted */
-static const double close_enough = 1.2; /* chi2/dof: no other curve is fitted */
+static const double close_enough = 1.2; /* chi2/dof over stated noise: no other curve is fitted */
 
 /* ---- the mechanism with all tables ---- */
 
@@ -159,7 +159,7 @@ static stein_status fit_best(diag__laws *l, diag__curve *c, stein_err *err)
         l->curve[l->n] = c[i];
         status = diag__curve_fit(&l->all, &l->curve[l->n], err);
         l->n++;
-        if (status == STEIN_OK && l->curve[l->n - 1].fitted &&
+        if (status == STEIN_OK && l->curve[l->n - 1].fitted && fit__noise_given(&l->all.p) &&
             diag__curve_chi2_dof(&l->all, &l->curve[l->n - 1]) < close_enough) {
             break;
         }

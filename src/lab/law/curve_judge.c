@@ -13,11 +13,14 @@
 #include <string.h>
 
 #include "curve.h"
+#include "functions.h"
 
 static const double least_gain = 25.0;  /* of -2 ln p, as of a cause */
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
 static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
+static const double convincing = 9.2;   /* of -2 ln p: odds of 1 to 100, as of rivals */
+static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
 
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c)
 {
@@ -129,6 +132,12 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     if (o->value == NULL) {
         return lab__no_memory(err);
     }
+    const lab_fit_def *def = &w->q->fit_def; // what was taken for scatter is the law
+    const double prior[DIAG_CLASSES] = {def->joint_scatter, def->contact_scatter,
+                                        def->drive_scatter};
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        o->scatter[i] = prior[i] * sqrt(w->D[i]);
+    }
     for (int k = 0; k < w->q->nname; k++) {
         const fit__unknown *u = &w->p.unknown[k];
         int param = stein_find_param(m, w->q->name[k]);
@@ -153,16 +162,27 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
     return STEIN_OK;
 }
 
-/* Where the noise is not stated, a curve over speed comes before one over position that gains
- * nearly as much: in a fall from one height both are equivalent, and a missing loss is more
- * frequent than a missing spring. */
+/* Does the first curve fit as well as the second? Where nobody stated the noise it is what each
+ * leaves, and n ln(chi2) stands for -2 ln p. */
+static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag__curve *than)
+{
+    if (fit__noise_given(&w->p)) {
+        return c->gain > than->gain - convincing;
+    }
+    double ratio = diag__curve_chi2_dof(w, c) / fmax(diag__curve_chi2_dof(w, than), 1e-9);
+    return w->p.samples * stein__log_of(fmax(ratio, 1e-9)) < least_gain;
+}
+
+/* Where nobody stated the noise, a curve over speed comes before one over position that fits as
+ * well: in a fall from one height both are equivalent, and a missing loss is more frequent
+ * than a missing spring. */
 static void prefer_speed(diag__laws *l)
 {
     diag__curve *c = l->curve;
     for (int i = 1;
          i < l->n && !fit__noise_given(&l->all.p) && c[0].site->kind == STEIN_TABLE_POSITION; i++) {
         if (c[i].fitted && c[i].site->kind == STEIN_TABLE_SPEED &&
-            c[i].site->index == c[0].site->index && c[i].gain > c[0].gain - least_gain) {
+            c[i].site->index == c[0].site->index && fits_as_well(&l->all, &c[i], &c[0])) {
             diag__curve best = c[i];
             c[i] = c[0];
             c[0] = best;
@@ -173,8 +193,8 @@ static void prefer_speed(diag__laws *l)
 static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
                        const diag__row *best)
 {
-    double most = diag__most_noise(&l->all.p);
-    if (!(law->gain > least_gain) || law->chi2_dof > unusable) {
+    double most = diag__most_noise(&l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
+    if (!(law->gain > least_gain * wide * wide) || law->chi2_dof > unusable) {
         return 0;
     }
     if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
@@ -183,7 +203,40 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     return 1;
 }
 
-static void say(lab_diagnosis *o, double before, int all)
+/* A curve over another state of the same place that fits as well; NULL: there is none. */
+static const lab_law *twin_of(const diag__laws *l, const lab_diagnosis *o)
+{
+    for (int i = 1; i < o->nlaw; i++) {
+        if (strcmp(o->law[i].place, o->law[0].place) == 0 &&
+            fits_as_well(&l->all, &l->curve[i], &l->curve[0])) {
+            return &o->law[i];
+        }
+    }
+    return NULL;
+}
+
+static void say_twin(const diag__laws *l, lab_diagnosis *o)
+{
+    const lab_law *twin = twin_of(l, o);
+    size_t n = strlen(o->reason);
+    if (twin != NULL) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " A curve over its %s fits as well: these strokes do not tell the two apart.",
+                 twin->of);
+    }
+}
+
+/* Is nothing but noise left to the law, where it was fitted and in the records that report? What a
+ * state function nearly explains may be no function of that state. */
+static int explains_all(const diag__laws *l, const lab_law *law, const diag__reported *after)
+{
+    double sd = sqrt(2.0 / fmax(1.0, after->p.samples));
+    int reported = !isfinite(after->rmse) || !fit__noise_given(&l->all.p) ||
+                   after->rmse * after->rmse < 1.0 + certain * sd;
+    return law->share >= must_explain && law->chi2_dof <= diag__most_noise(&l->all.p) && reported;
+}
+
+static void say(const diag__laws *laws, lab_diagnosis *o, double before, int all)
 {
     const lab_law *l = &o->law[0];
     size_t n = strlen(o->reason), room = sizeof o->reason - n;
@@ -197,6 +250,7 @@ static void say(lab_diagnosis *o, double before, int all)
         } else {
             snprintf(o->reason + n, sizeof o->reason - n, ".");
         }
+        say_twin(laws, o);
     } else if (l->pays) {
         snprintf(o->reason + n, room,
                  " Of all curves over one state, a %s at %s over its %s explains most, %.0f %% of "
@@ -244,7 +298,6 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
             law->held_out = after->rmse;
         }
     }
-    say(o, before->rmse,
-        law->share >= must_explain && law->chi2_dof <= diag__most_noise(&l->all.p));
+    say(l, o, before->rmse, explains_all(l, law, after));
     return status;
 }

@@ -19,7 +19,7 @@ static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 static const double held = 0.1;          /* gain of the observer that shows how far records go */
 /* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/
  * sensitivity.c) and have to be right to a percent. */
-static const double step_error = 1e-3, finest = 1e-11, coarsest = 1e-6;
+static const double step_error = 1e-3, finest = 1e-11, coarsest = 1e-9;
 
 double diag__clock(void)
 {

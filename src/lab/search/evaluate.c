@@ -255,9 +255,12 @@ static int counterpart(const fit__problem *to, const fit__problem *from, int str
     int joint = u->kind == FIT__POSITION || u->kind == FIT__SPEED;
     for (int k = t->first; k < t->first + t->own; k++) {
         const fit__unknown *v = &to->unknown[k];
+        if (v->kind != u->kind) { // its index may be of something else
+            continue;
+        }
         int same = joint ? strcmp(a->bodies[u->index].name, b->bodies[v->index].name) == 0
                          : u->index == v->index;
-        if (v->kind == u->kind && same) {
+        if (same) {
             return k;
         }
     }

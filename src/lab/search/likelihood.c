@@ -55,7 +55,8 @@ static void find_slots(slots *l, const fit__problem *p)
             if (slot_of(l, t, u) < 0 && l->n < SLOTS) {
                 l->kind[l->n] = u->kind;
                 l->index[l->n] = index_of(t, u);
-                l->class[l->n++] = u->kind == FIT__SCATTER ? fit__class(u->index) - FIT__JOINTS : -1;
+                l->class[l->n++] =
+                    u->kind == FIT__SCATTER ? fit__class(u->index) - FIT__JOINTS : -1;
             }
         }
     }

@@ -25,8 +25,9 @@ enum {
     FREE = 2
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
-static const double near = 1.5;       /* chi2/dof up to which the free linear model is good */
-static const double far = 9.0;        /* the same up to which it is worth a look */
+static const double near = 25.0;      /* chi2/dof up to which the free linear model comes first */
+static const double noise_like = 1.5; /* the same up to which the held one is not needed */
+static const double far = 400.0;      /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
@@ -81,9 +82,10 @@ static int next_look(const diag__table *t, const diag__row *row)
             seen |= other->expanded;
         }
     }
-    int hold = row->chi2_dof > near && !(seen & HELD),
-        close = row->scale > 1.0 || row->chi2_dof < far;
-    return hold ? HELD : close && !(seen & FREE) ? FREE : 0;
+    int first = row->chi2_dof > near ? HELD : FREE, then = HELD + FREE - first;
+    int more =
+        row->chi2_dof > noise_like && (then == HELD || row->scale > 1.0 || row->chi2_dof < far);
+    return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
 /* The best row that is to be linearised; where one leaves noise, that one alone. */

@@ -32,7 +32,7 @@ static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
-static const double white = 3.0;             /* samples: a residual that is noise by its colour */
+static const double white = 3.0;           /* samples: a residual that is noise by its colour */
 static const double within = 1.96;         /* sd */
 
 static double gain_of(const diag__evidence *more, const diag__evidence *less)
@@ -110,8 +110,8 @@ static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int
 {
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
-        yes &= fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation) ||
-               loses(e, i, all, rows);
+        yes &=
+            fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation) || loses(e, i, all, rows);
     }
     return yes;
 }
@@ -134,8 +134,8 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
                    e[i].objective < best->objective + convincing * best->inflation;
         for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
-            near = k == i || !same_causes(&e[k], &e[i]) || e[k].objective > e[i].objective ||
-                   (!(e[k].objective < e[i].objective) && k > i);
+            near = k == i || !e[k].possible || !same_causes(&e[k], &e[i]) ||
+                   e[k].objective > e[i].objective || (!(e[k].objective < e[i].objective) && k > i);
         }
         if (near && !same_causes(&e[i], best) && excludes_zero(&e[i], e, n)) {
             int at = j->nrival++;
@@ -161,7 +161,7 @@ static diag__finding find(const diag__evidence *e, int n, const diag__judgement 
     if (!noise && j->share < must_explain) {
         return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
     }
-    return excludes_zero(best, e, n)            ? DIAG_NAMED
+    return excludes_zero(best, e, n)         ? DIAG_NAMED
            : null->chi2_dof <= s->most_noise ? DIAG_EXPLAINED
                                              : DIAG_UNDECIDED;
 }

@@ -117,7 +117,7 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
 {
     const diag__row *row = row_with(q, t, k);
     lab_suspect s = row != NULL ? of_row(t, null, row, place_in(row, k)) : blank(&q->candidate[k]);
-    double amount[DIAG_CAUSES + 1], most = 0.0;
+    double amount[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1], most = -INFINITY;
     int column = -1;
     s.power = (lab_power){LAB_NOT_TESTABLE,
                           NAN,
@@ -131,8 +131,8 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
         set[n++] = c;
         if (l->cause[c] == k) {
             double gain = diag__linear_gain(l, set, n, amount) -
-                          (n > 1 ? diag__linear_gain(l, set, n - 1, amount + n) : 0.0);
-            column = column < 0 || gain > most ? c : column;
+                          (n > 1 ? diag__linear_gain(l, set, n - 1, without) : 0.0);
+            column = gain > most ? c : column;
             most = fmax(most, gain);
         }
     }
