@@ -18,7 +18,7 @@
 #include "verdict.h"
 
 enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
-static const double near = 1.5;  /* chi2/dof up to which the free linear model is good */
+static const double near = 25.0; /* chi2/dof up to which the free linear model is good */
 static const double held = 0.05; /* gain of the observer elsewhere */
 
 typedef struct diagnosis {

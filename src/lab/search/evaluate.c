@@ -31,7 +31,7 @@
 #include "search.h"
 
 enum {
-    RENEWALS_HELD = 2,
+    RENEWALS_HELD = 1,
     RENEWALS = 5,
     RENEWALS_FAR = 2,
     RECOVERIES = 2,
@@ -75,6 +75,15 @@ static double misfit(fit__problem *p, const double *x, double *r)
     return (fit__chi2(p, r) + fit__priors(p, x)) / fmax(1.0, p->samples);
 }
 
+void diag__hold_scatter(fit__problem *p, int hold)
+{
+    for (int k = p->np; k < p->nu; k++) {
+        if (p->unknown[k].kind == FIT__SCATTER) {
+            p->unknown[k].idle = hold;
+        }
+    }
+}
+
 /* can the observer act on any channel of these records? */
 static int can_hold(const fit__problem *p)
 {
@@ -100,12 +109,14 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
         return lab__no_memory(err);
     }
     memcpy(x, e->x, size);
+    diag__hold_scatter(p, 1);
     for (int i = 0; i < RUNGS && least > far; i++) {
         stein_err why;
         p->gain = rung[i];
         stein_status status = fit__descend(p, e, 0, enough, RENEWALS_HELD, &why);
         if (status == STEIN_ENOMEM) {
             free(x);
+            diag__hold_scatter(p, 0);
             return lab__no_memory(err);
         }
         double here = status == STEIN_OK ? misfit(p, e->x, e->r) : (double)INFINITY;
@@ -116,6 +127,7 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     }
     memcpy(e->x, x, size);
     free(x);
+    diag__hold_scatter(p, 0);
     p->gain = 0.0;
     return STEIN_OK;
 }

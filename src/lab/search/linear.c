@@ -473,6 +473,7 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
     copy_unknowns(w);
     diag__scale_noise(&w->p, w->row->scale);
     w->p.gain = gain;
+    diag__hold_scatter(&w->p, gain > 0.0);
     int failed = 0;
     if (gain > 0.0) {
         fit__end e = {.x = w->x, .J = w->J, .r = w->r};

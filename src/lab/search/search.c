@@ -20,7 +20,7 @@ enum {
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
-    HELD_RECORDS = 6,
+    HELD_RECORDS = 5,
     HELD = 1,
     FREE = 2
 };

@@ -177,6 +177,9 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
 stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
+/** What scatters from record to record stays as it is, or moves. While an observer holds, it would
+ *  cost half of the derivatives and explain little. */
+void diag__hold_scatter(fit__problem *p, int hold);
 /** Samples between two corrections of the observer in these records. */
 int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.

@@ -43,8 +43,9 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     double half = half_interval(p), wide = sqrt(diag__inflation(row)), sd;
     s->nnumber = 0;
     s->amount = diag__amount(row, i, &sd) * c->limit;
-    // derivatives at the end are no better than the ratio of likelihoods with and without it
-    sd = gain > least_gain ? fmin(sd, fabs(row->x[at]) / sqrt(gain)) : sd;
+    if (gain > least_gain && fabs(row->x[at]) < normal95 * sd) {
+        sd = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
+    }
     lab_cause_number *n = next_number(s, c->effect->size, c->unit);
     n->value = s->amount;
     n->sd = wide * sd * c->limit;
