@@ -176,19 +176,6 @@ static int element(const diag__problem *q, int k)
     return i;
 }
 
-/* does a candidate move a number of the file with a stated tolerance? */
-static int is_tolerated(const diag__problem *q, const lab_candidate *c)
-{
-    return c->effect->needs == NULL && c->nparam == 1 &&
-           lab_equations(q->model)->params[c->param[0]].tolerance > 0.0;
-}
-
-static int scatters(const diag__problem *q, const lab_candidate *c)
-{
-    return q->fit_def.scatter && c->nparam > 0 && c->effect->needs == NULL &&
-           q->null.group[c->param[0]] != FIT__CALM;
-}
-
 static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
 {
     diag__evidence e = {.n = row->h.n,
@@ -205,8 +192,8 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
         if (row->failed == NULL) {
             e.amount[i] = diag__amount(row, i, &e.sd[i]);
         }
-        e.tolerated[i] = is_tolerated(q, c);
-        e.scatters[i] = scatters(q, c);
+        e.tolerated[i] = diag__is_tolerated(q, c);
+        e.scatters[i] = diag__scatters(q, c);
         e.named[i] = c->effect->site != LAB_AT_PARAMETER;
         e.place[i] = element(q, row->h.cause[i]);
     }
@@ -223,9 +210,9 @@ static stein_status judge(diagnosis *d, stein_err *err)
     for (int i = 0; i < d->t.n; i++) {
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
-    d->setting =
-        (diag__setting){.most_noise = diag__most_noise(&d->q.null),
-                                 .stated = fit__noise_given(&d->q.null), .records = d->fitted.n};
+    d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q.null),
+                                 .stated = fit__noise_given(&d->q.null),
+                                 .records = d->fitted.n};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
         d->setting.tolerances += i >= 0 && m->params[i].tolerance > 0.0;
@@ -298,8 +285,9 @@ static stein_status report(diagnosis *d, stein_err *err)
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
         status = diag__report(&d->q, d->t.row[d->j.best], &d->reporting, &d->after, &why);
     }
-    for (int i = 0; i < d->out->ncause; i++) {
+    for (int i = 0; i < d->out->ncause && status != STEIN_ENOMEM; i++) {
         d->out->suspect[i].held_out = d->after.rmse;
+        status = d->out->ncause > 1 ? own_gain(d, i, &d->out->suspect[i], &why) : status;
     }
     return fit__forgive(status, err);
 }
@@ -480,6 +468,11 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
+        if (diag__is_spent(&d->q)) {
+            size_t n = strlen(o->reason);
+            snprintf(o->reason + n, sizeof o->reason - n,
+                     " The search ended with its budget: %ld simulated strokes.", d->q.strokes);
+        }
         progress(d, 0.88, "the law of what is in no table");
         status = laws(d, err);
     }

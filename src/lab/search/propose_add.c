@@ -9,9 +9,10 @@
 
 #include "proposing.h"
 
-enum { POOL = 60 };                  /* columns that pairs are made of */
-static const double the_same = 0.99; /* likeness from which on two columns are one proposal */
-static const double alike = 0.95;    /* the same of the members of a pair */
+enum { POOL = 60, MOVED = 3 };           /* columns that pairs are made of */
+static const double the_same = 0.99;     /* likeness from which on two columns are one proposal */
+static const double beyond_chance = 2.5; /* z of a score */
+static const double alike = 0.95;        /* the same of the members of a pair */
 
 /* the row's own causes and columns a, b (-1: none) */
 static int take(const diag__linear *l, int a, int b, diag__proposal *to)
@@ -105,5 +106,29 @@ static int pair(const diag__problem *q, const diag__table *t, const diag__linear
     return choose(q, l, list, m, 'P', out, most);
 }
 
-const diag__proposer diag__propose_add = {'A', "one cause more", add},
+/* Numbers that every fit moves anyhow, within a tolerance or from record to record, gain little
+ * whatever is wrong with them; the judge has rules of their own for them. So they are fitted where
+ * their score is beyond chance. */
+static int moved(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                 diag__proposal *out, int most)
+{
+    diag__ranked list[DIAG_COLUMNS];
+    diag__proposal p;
+    int n = 0;
+    (void)t;
+    for (int a = l->own; l->own < DIAG_CAUSES && l->gain == 0.0 && a < l->n && n < DIAG_COLUMNS;
+         a++) {
+        const lab_candidate *c = &q->candidate[l->cause[a]];
+        size_t k = (size_t)a;
+        double info = l->I[k * (size_t)l->n + k], z = info > 0.0 ? fabs(l->s[k]) / sqrt(info) : 0.0;
+        if ((diag__is_tolerated(q, c) || diag__scatters(q, c)) && z > beyond_chance &&
+            take(l, a, -1, &p) && diag__is_thinkable(q, &p)) {
+            list[n++] = (diag__ranked){a, -1, -z};
+        }
+    }
+    return choose(q, l, list, n, 'T', out, most < MOVED ? most : MOVED);
+}
+
+const diag__proposer diag__propose_moved = {'T', "a number that fits move anyhow", moved},
+                     diag__propose_add = {'A', "one cause more", add},
                      diag__propose_pair = {'P', "two causes more", pair};

@@ -126,7 +126,8 @@ static double value_of(const diag__linear *l, const diag__proposal *p)
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *list)
 {
-    const diag__proposer *all[] = {&diag__propose_add, &diag__propose_pair, &diag__propose_exchange,
+    const diag__proposer *all[] = {&diag__propose_add,  &diag__propose_moved,
+                                   &diag__propose_pair, &diag__propose_exchange,
                                    &diag__propose_drop, &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
@@ -153,6 +154,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
         return 0;
     }
+    if (p->source == 'T') {
+        return had == NULL;
+    }
     double wide = diag__inflation(best);
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         return p->expected < best->objective + (diag__least_gain + rounding) * wide;
@@ -166,7 +170,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
-    diag__proposal list[5 * PROPOSALS];
+    diag__proposal list[6 * PROPOSALS];
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;

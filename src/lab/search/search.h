@@ -216,6 +216,10 @@ void diag__linear_free(diag__linear *l);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
+/** Does a candidate move a number of the file with a stated tolerance? */
+int diag__is_tolerated(const diag__problem *q, const lab_candidate *c);
+/** Does it act like what differs from record to record by itself? */
+int diag__scatters(const diag__problem *q, const lab_candidate *c);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
 /** Correlation of two columns. */
@@ -232,8 +236,8 @@ typedef struct diag__proposer {
     int (*propose)(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *out, int most);
 } diag__proposer;
-extern const diag__proposer diag__propose_add, diag__propose_pair, diag__propose_exchange,
-    diag__propose_drop, diag__propose_restart;
+extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propose_pair,
+    diag__propose_exchange, diag__propose_drop, diag__propose_restart;
 
 /* ---- search.c ---- */
 

@@ -161,3 +161,15 @@ void diag__weigh(diag__problem *q, diag__table *t)
         }
     }
 }
+
+int diag__is_tolerated(const diag__problem *q, const lab_candidate *c)
+{
+    return c->effect->needs == NULL && c->nparam == 1 &&
+           lab_equations(q->model)->params[c->param[0]].tolerance > 0.0;
+}
+
+int diag__scatters(const diag__problem *q, const lab_candidate *c)
+{
+    return q->fit_def.scatter && c->nparam > 0 && c->effect->needs == NULL &&
+           q->null.group[c->param[0]] != FIT__CALM;
+}

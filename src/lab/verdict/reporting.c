@@ -137,6 +137,14 @@ static int measure(const diag__reported *before, const diag__reported *after,
     return g->samples;
 }
 
+stein_status diag__compare(const diag__reported *before, const diag__reported *after, lab_gain *g,
+                           stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    measure(before, after, NULL, -1, NULL, g, err, &status);
+    return status;
+}
+
 stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
                         const diag__reported *after, const char *const *phase, stein_err *err)
 {

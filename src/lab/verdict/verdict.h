@@ -79,6 +79,9 @@ typedef struct diag__reported {
 stein_status diag__report(const diag__problem *q, const diag__row *row, const lab_dataset *data,
                           diag__reported *to, stein_err *err);
 void diag__reported_free(diag__reported *h);
+/** Error after over error before, with its interval. @return OK, ENOMEM */
+stein_status diag__compare(const diag__reported *before, const diag__reported *after, lab_gain *g,
+                           stein_err *err);
 /** gain and gains of a diagnosis. @param phase  of all frames of those records  @return OK, ENOMEM
  */
 stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
