@@ -272,6 +272,28 @@ static stein_status posteriors(diagnosis *d, stein_err *err)
     return status;
 }
 
+/* what the reporting records lose without one of several causes, where that was fitted, too */
+static stein_status own_gain(diagnosis *d, int i, lab_suspect *cause, stein_err *err)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    const diag__hypothesis less = diag__without(best->h, best->h.cause[i]);
+    const diag__row *row = diag__find(&d->t, &less);
+    diag__reported without = {.rmse = NAN};
+    if (row == NULL || row->failed != NULL || !isfinite(d->after.rmse)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__report(&d->q, row, &d->reporting, &without, err);
+    if (status == STEIN_OK) {
+        lab_gain g = {.ratio = NAN};
+        status = diag__compare(&without, &d->after, &g, err);
+        cause->own_ratio = g.ratio;
+        cause->own_lo = g.lo;
+        cause->own_hi = g.hi;
+    }
+    diag__reported_free(&without);
+    return status;
+}
+
 /* the reporting records, predicted for the first time; numerical failures leave rmse NAN */
 static stein_status report(diagnosis *d, stein_err *err)
 {
