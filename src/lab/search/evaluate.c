@@ -36,7 +36,7 @@ enum {
     RENEWALS_FAR = 2,
     RECOVERIES = 2,
     FAR_MOST = 2,
-    CORRECTIONS = 150,
+    CORRECTIONS = 75,
     REFINEMENTS = 8,
     NOISES = 6
 };

@@ -116,8 +116,7 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
     diag__proposal p;
     int n = 0;
     (void)t;
-    for (int a = l->own; l->own < DIAG_CAUSES && l->gain == 0.0 && a < l->n && n < DIAG_COLUMNS;
-         a++) {
+    for (int a = 0; l->own == 0 && l->gain == 0.0 && a < l->n && n < DIAG_COLUMNS; a++) {
         const lab_candidate *c = &q->candidate[l->cause[a]];
         size_t k = (size_t)a;
         double info = l->I[k * (size_t)l->n + k], z = info > 0.0 ? fabs(l->s[k]) / sqrt(info) : 0.0;
