@@ -11,7 +11,7 @@
 #include "verdict.h"
 
 enum { A = 3, B = 7, C = 11, D = 12 }; /* candidates */
-static const diag__setting plain = {.most_noise = 1.13, .records = 9, .tolerances = 4};
+static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .records = 9, .tolerances = 4};
 static const double far_left = 3.0, noise_left = 1.02; /* chi2/dof */
 
 static diag__evidence none(double objective, double chi2_dof)
@@ -19,6 +19,8 @@ static diag__evidence none(double objective, double chi2_dof)
     return (diag__evidence){.objective = objective,
                             .chi2_dof = chi2_dof,
                             .inflation = 1.0,
+                            .relative = 0.3,
+                            .memory = 20.0,
                             .converged = 1,
                             .possible = 1};
 }
@@ -370,19 +372,35 @@ END_TEST
 
 /* ---- 6: intervals, and what is left ---- */
 
+/* of a pair: what is lost without one of them was not fitted, or is little */
 START_TEST(a_cause_whose_interval_contains_0_is_not_named)
 {
     const double z[] = {1.9, 2.1};
     for (int i = 0; i < 2; i++) {
-        diag__evidence e[] = {none(1000.0, 2.0), one(A, 900.0, 1.3)};
-        e[1].amount[0] = 0.1 * z[i];
-        e[1].sd[0] = 0.1;
-        diag__judgement j = diag__judge(e, 2, &plain);
+        diag__evidence e[] = {none(1000.0, 2.0), two(A, B, 900.0, 1.3), one(A, 920.0, 1.35)};
+        e[1].amount[1] = 0.1 * z[i];
+        e[1].sd[1] = 0.1;
+        e[2].possible = 0;
+        diag__judgement j = diag__judge(e, 3, &plain);
         ck_assert_int_eq(j.finding, i ? DIAG_NAMED : DIAG_UNDECIDED);
-        e[1].amount[0] *= -1.0;
-        ck_assert_int_eq(diag__judge(e, 2, &plain).finding, j.finding);
+        e[1].amount[1] *= -1.0;
+        ck_assert_int_eq(diag__judge(e, 3, &plain).finding, j.finding);
         e[1].inflation = 1.5;
-        ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_UNDECIDED);
+        ck_assert_int_eq(diag__judge(e, 3, &plain).finding, DIAG_UNDECIDED);
+    }
+}
+END_TEST
+
+/* numbers beside an amount that are hardly known make its derivative say little */
+START_TEST(an_interval_that_contains_0_gives_way_to_the_ratio_of_likelihoods)
+{
+    for (int i = 0; i < 2; i++) {
+        diag__evidence e[] = {none(1000.0, 2.0), two(A, B, 900.0, 1.3),
+                              one(A, i ? 930.0 : 920.0, 1.2)};
+        e[1].sd[1] = e[1].amount[1];
+        diag__judgement j = diag__judge(e, 3, &plain);
+        ck_assert_int_eq(j.finding, DIAG_NAMED);
+        ck_assert_int_eq(j.best, i ? 1 : 2); // 20 is too little for a cause more
     }
 }
 END_TEST
@@ -400,6 +418,7 @@ END_TEST
 START_TEST(a_model_that_leaves_more_than_noise_is_never_explained)
 {
     diag__evidence e[] = {none(1000.0, far_left), one(A, 500.0, noise_left)};
+    e[1] = two(A, B, 500.0, noise_left);
     e[1].sd[0] = e[1].amount[0];
     ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_UNDECIDED);
     e[0].chi2_dof = 1.1;
@@ -485,6 +504,28 @@ START_TEST(a_best_hypothesis_far_from_the_records_is_no_usable_model)
 }
 END_TEST
 
+START_TEST(a_misfit_that_is_small_beside_the_motion_is_no_unusable_model)
+{
+    diag__evidence e[] = {none(1e6, 4000.0), one(A, 1e4, 51.0)};
+    e[0].relative = e[1].relative = 0.01;
+    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_NAMED);
+    e[1].relative = 0.21;
+    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_FAR_OFF);
+}
+END_TEST
+
+START_TEST(a_white_residual_is_noise_where_none_was_stated)
+{
+    diag__evidence e[] = {none(1000.0, 10.0), one(A, 900.0, 9.0)};
+    diag__setting unstated = plain;
+    unstated.stated = 0;
+    ck_assert_int_eq(diag__judge(e, 2, &unstated).finding, DIAG_MOST_LEFT);
+    e[1].memory = 1.5;
+    ck_assert_int_eq(diag__judge(e, 2, &unstated).finding, DIAG_NAMED);
+    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_MOST_LEFT);
+}
+END_TEST
+
 START_TEST(a_model_that_is_far_off_is_told_whether_its_fit_has_ended_or_not)
 {
     diag__evidence e[] = {none(1e6, 4000.0)};
@@ -548,6 +589,7 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_rival_whose_amount_may_be_0_is_none);
     tcase_add_test(tc, no_more_rivals_are_listed_than_there_is_room_for);
     tcase_add_test(tc, a_cause_whose_interval_contains_0_is_not_named);
+    tcase_add_test(tc, an_interval_that_contains_0_gives_way_to_the_ratio_of_likelihoods);
     tcase_add_test(tc, of_a_pair_both_intervals_have_to_exclude_0);
     tcase_add_test(tc, a_model_that_leaves_more_than_noise_is_never_explained);
     tcase_add_test(tc, a_cause_that_leaves_most_of_the_misfit_is_not_named);
@@ -558,6 +600,8 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_table_without_the_null_hypothesis_has_no_verdict);
     tcase_add_test(tc, a_best_hypothesis_far_from_the_records_is_no_usable_model);
     tcase_add_test(tc, a_model_that_is_far_off_is_told_whether_its_fit_has_ended_or_not);
+    tcase_add_test(tc, a_misfit_that_is_small_beside_the_motion_is_no_unusable_model);
+    tcase_add_test(tc, a_white_residual_is_noise_where_none_was_stated);
     tcase_add_test(tc, a_verdict_does_not_depend_on_the_order_of_the_table);
     suite_add_tcase(suite, tc);
     return suite;

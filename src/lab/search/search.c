@@ -252,7 +252,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && !q->scale_free &&
+    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) &&
         diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null)) {
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
