@@ -52,7 +52,6 @@
     X(judge)         \
     X(hypotheses)    \
     X(search)        \
-    X(settle)        \
     X(coupling)      \
     X(show)          \
     X(report)        \

@@ -103,7 +103,7 @@ START_TEST(a_coupling_that_lets_go_is_found_with_its_height)
     static const char *const truth[] = {"jack.let_off.share=1", "jack.let_off.z=5.37 mm"};
     lab_diagnosis *d = diagnosed(truth, 2, 12e-3);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
-    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_msg(d->ncause == 1, "%s", d->reason);
     ck_assert_str_eq(d->suspect[0].candidate.effect->kind, "let_off");
     const lab_cause_number *n = &d->suspect[0].number[0]; // below the 8 mm of the file
     printf("coupling: lets go at %.3f mm (95 %%: %.3f .. %.3f), truly 5.370\n",

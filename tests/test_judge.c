@@ -382,11 +382,11 @@ START_TEST(a_cause_whose_interval_contains_0_is_not_named)
         e[1].sd[1] = 0.1;
         e[2].possible = 0;
         diag__judgement j = diag__judge(e, 3, &plain);
-        ck_assert_int_eq(j.finding, i ? DIAG_NAMED : DIAG_UNDECIDED);
+        ck_assert_int_eq(j.finding, i ? DIAG_NAMED : DIAG_NO_CAUSE);
         e[1].amount[1] *= -1.0;
         ck_assert_int_eq(diag__judge(e, 3, &plain).finding, j.finding);
         e[1].inflation = 1.5;
-        ck_assert_int_eq(diag__judge(e, 3, &plain).finding, DIAG_UNDECIDED);
+        ck_assert_int_eq(diag__judge(e, 3, &plain).finding, DIAG_NO_CAUSE);
     }
 }
 END_TEST
@@ -410,7 +410,7 @@ START_TEST(of_a_pair_both_intervals_have_to_exclude_0)
     diag__evidence e[] = {none(1000.0, far_left), two(A, B, 500.0, 1.2)};
     ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_NAMED);
     e[1].sd[1] = e[1].amount[1];
-    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_UNDECIDED);
+    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_NO_CAUSE);
 }
 END_TEST
 
@@ -420,7 +420,7 @@ START_TEST(a_model_that_leaves_more_than_noise_is_never_explained)
     diag__evidence e[] = {none(1000.0, far_left), one(A, 500.0, noise_left)};
     e[1] = two(A, B, 500.0, noise_left);
     e[1].sd[0] = e[1].amount[0];
-    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_UNDECIDED);
+    ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_NO_CAUSE);
     e[0].chi2_dof = 1.1;
     ck_assert_int_eq(diag__judge(e, 2, &plain).finding, DIAG_EXPLAINED);
 }

@@ -366,7 +366,7 @@ static void diagnose_ball(const char *ball, int light)
     printf("%-20s %-15s %-17s held-out error %.3f of what it was\n", ball,
            lab_verdict_text(d->verdict), kind, d->gain.ratio);
     if (light) {
-        ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+        ck_assert_msg(d->verdict == LAB_VERDICT_MISSING_EFFECT, "%s: %s", ball, d->reason);
         ck_assert_msg(strcmp(kind, "viscous_friction") == 0 || strcmp(kind, "quadratic_drag") == 0,
                       "%s: %s", ball, kind);
         ck_assert(d->gain.ratio <= 0.2);

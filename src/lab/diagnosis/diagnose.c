@@ -273,9 +273,13 @@ static stein_status posteriors(diagnosis *d, stein_err *err)
 }
 
 /* what the reporting records lose without one of several causes, where that was fitted, too */
-static stein_status own_gain(diagnosis *d, int i, lab_suspect *cause, stein_err *err)
+static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
+    int i = 0;
+    while (!diag__is_same(&best->cause[i], &cause->candidate)) {
+        i++;
+    }
     const diag__hypothesis less = diag__without(best->h, best->h.cause[i]);
     const diag__row *row = diag__find(&d->t, &less);
     diag__reported without = {.rmse = NAN};
@@ -309,7 +313,7 @@ static stein_status report(diagnosis *d, stein_err *err)
     }
     for (int i = 0; i < d->out->ncause && status != STEIN_ENOMEM; i++) {
         d->out->suspect[i].held_out = d->after.rmse;
-        status = d->out->ncause > 1 ? own_gain(d, i, &d->out->suspect[i], &why) : status;
+        status = d->out->ncause > 1 ? own_gain(d, &d->out->suspect[i], &why) : status;
     }
     return fit__forgive(status, err);
 }

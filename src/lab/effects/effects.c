@@ -176,10 +176,13 @@ const char *lab_effect_family(const lab_effect *effect)
     static const char *const dissipation[] = {"viscous_friction",  "coulomb_friction",
                                               "stiction_peak",     "quadratic_drag",
                                               "viscous_asymmetry", "coulomb_asymmetry"};
-    for (size_t i = 0; i < sizeof dissipation / sizeof *dissipation; i++) {
+    for (size_t i = 0; effect != NULL && i < sizeof dissipation / sizeof *dissipation; i++) {
         if (strcmp(effect->kind, dissipation[i]) == 0) {
             return "dissipation";
         }
+    }
+    if (effect == NULL) {
+        return "unknown";
     }
     if (effect->needs != NULL) {
         return "part";

@@ -42,7 +42,9 @@ void diag__curve_sort(diag__curve *c, int n)
 static double beyond_noise(const diag__curves *w, const diag__curve *c)
 {
     double v = diag__curve_chi2_dof(w, c);
-    return v > diag__most_noise(&w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r))) : 1.0;
+    int in_excess = !fit__noise_given(&w->p); // of noise that nobody stated it is in the fit
+    return !in_excess && v > diag__most_noise(&w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
+                                                     : 1.0;
 }
 
 /* ---- records that nothing has read ---- */
@@ -190,12 +192,27 @@ static void prefer_speed(diag__laws *l)
     }
 }
 
+/* What a law gains where the noise is an unknown, too (search/evaluate.c): by the ratio of what the
+ * null hypothesis and it leave, less the price of its freedom. */
+static double scale_free_gain(const diag__laws *l, const lab_law *law)
+{
+    const diag__row *null = l->all.null;
+    double dof = l->all.p.samples / fmax(1.0, null->memory);
+    return dof * stein__log_of(fmax(null->chi2_dof / fmax(law->chi2_dof, 1e-9), 1e-9)) -
+           l->curve[0].price;
+}
+
 static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
                        const diag__row *best)
 {
     double most = diag__most_noise(&l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
-    if (!(law->gain > least_gain * wide * wide) || law->chi2_dof > unusable) {
+    int stated = fit__noise_given(&l->all.p);
+    double gain = stated ? law->gain / (wide * wide) : scale_free_gain(l, law);
+    if (!(gain > least_gain) || law->chi2_dof > unusable) {
         return 0;
+    }
+    if (j->finding == DIAG_NAMED && !fit__noise_given(&l->all.p)) {
+        return 0; // known effects come first, and nothing says that what they leave is no noise
     }
     if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
         return best->chi2_dof > most && law->chi2_dof <= most && law->gain > j->gain + least_gain;

@@ -16,6 +16,7 @@
 
 enum { SCATTER_FROM = 4 };
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
+static const double nothing = 1e-300;    /* of a friction */
 static const double held = 0.1;          /* gain of the observer that shows how far records go */
 /* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/
  * sensitivity.c) and have to be right to a percent. */
@@ -256,12 +257,35 @@ static const char *untestable(const diag__problem *q, const lab_candidate *c)
     return NULL;
 }
 
+/* The file's numbers, and next to nothing of what an effect may be a share of: a share of friction
+ * that is found on the way is a candidate beside it. @return freed by the caller; NULL: no memory
+ */
+static double *with_shares(const diag__problem *q)
+{
+    static const char *const of[] = {".damping", ".coulomb.T"};
+    const stein_model *m = lab_equations(q->model);
+    double *p = malloc(sizeof *p * ((size_t)m->np + 1));
+    for (int i = 0; p != NULL && i < m->np; i++) {
+        size_t n = strlen(m->params[i].name);
+        p[i] = lab_parameters(q->model)[i];
+        for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+            size_t end = strlen(of[k]);
+            int is = n > end && strcmp(m->params[i].name + n - end, of[k]) == 0;
+            p[i] = is ? fmax(p[i], nothing) : p[i];
+        }
+    }
+    return p;
+}
+
 static stein_status list_candidates(diag__problem *q, stein_err *err)
 {
     lab__strokes records = {run_records, q};
     int elsewhere = go_elsewhere(&q->null), left = 0;
-    stein_status status = lab__candidates_at(
-        &q->candidate, &q->n, q->model, lab_parameters(q->model), elsewhere ? &records : NULL, err);
+    double *p = with_shares(q);
+    stein_status status = p != NULL ? lab__candidates_at(&q->candidate, &q->n, q->model, p,
+                                                         elsewhere ? &records : NULL, err)
+                                    : lab__no_memory(err);
+    free(p);
     for (int i = 0; status == STEIN_OK && i < q->n; i++) {
         if (!is_left_out(q, &q->candidate[i])) {
             q->candidate[left++] = q->candidate[i];
@@ -323,6 +347,15 @@ static stein_status make_mechanism(diag__problem *q, diag__mechanism *m, stein_e
     return status;
 }
 
+static void free_mechanism(diag__mechanism *m)
+{
+    lab_dataset_close(m->own_fitted);
+    lab_close(m->own);
+    free(m->candidate);
+    free(m->why);
+    free(m);
+}
+
 const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
                                           stein_err *err)
 {
@@ -354,12 +387,12 @@ const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothes
     *m = like;
     q->mechanism[q->nmechanism++] = m;
     stein_status status = make_mechanism(q, m, &why);
-    if (status == STEIN_ENOMEM) {
+    m->why = status != STEIN_OK && status != STEIN_ENOMEM ? lab__text("%s", why.msg) : NULL;
+    if (status != STEIN_OK && m->why == NULL) {
         (void)lab__no_memory(err);
+        q->nmechanism--;
+        free_mechanism(m);
         return NULL;
-    }
-    if (status != STEIN_OK) {
-        m->why = lab__text("%s", why.msg);
     }
     return m;
 }
@@ -386,12 +419,7 @@ stein_status diag__problem_open(diag__problem *q, const char *file, const lab_mo
 void diag__problem_close(diag__problem *q)
 {
     for (int i = 0; i < q->nmechanism; i++) {
-        diag__mechanism *m = q->mechanism[i];
-        lab_dataset_close(m->own_fitted);
-        lab_close(m->own);
-        free(m->candidate);
-        free(m->why);
-        free(m);
+        free_mechanism(q->mechanism[i]);
     }
     free(q->mechanism);
     fit__problem_free(&q->null);

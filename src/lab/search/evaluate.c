@@ -13,7 +13,8 @@
  * of every fit: with v = chi2/dof in the noise of file or audit and residuals that are alike over m
  * samples
  *
- *      L = (N/m) ln v + rest,     data weigh 1/(v m) of what they did, priors what they always do
+ *      L = ((N - k)/m + k) ln v + rest,     data weigh 1/(v m) of what they did, priors what they
+ * always do
  *
  * so what is left counts as noise of a model that is never exactly right, and hypotheses compare by
  * the ratio of what they leave.
@@ -38,7 +39,8 @@ enum {
     FAR_MOST = 2,
     CORRECTIONS = 75,
     REFINEMENTS = 8,
-    NOISES = 6
+    NOISES = 6,
+    COUNTED = 10
 };
 static const double rung[] = {0.05, 0.012};
 enum { RUNGS = sizeof rung / sizeof *rung };
@@ -376,12 +378,20 @@ static double relative_of(const fit__problem *p, const double *r)
     return sqrt(fit__chi2(p, r) / fmax(motion, 1e-300));
 }
 
+/* Samples that the residual is alike over. However smooth it is, a record counts as several
+ * samples: one law may take all of a misfit away, and that is more than one coincidence. */
+static double memory_of(const fit__problem *p, const double *r)
+{
+    double most = p->samples / (COUNTED * fmax(1.0, p->nstroke));
+    return fmax(1.0, fmin(fit__memory(p, r), most));
+}
+
 /* the noise becomes what the fit leaves. @return the factor that it has changed by */
 static double take_noise(diag__row *row, const double *r)
 {
     fit__problem *p = &row->p;
     double v = fit__chi2_dof(p, r) * row->scale * row->scale,
-           to = sqrt(fmax(1.0, v) * fmax(1.0, fit__memory(p, r))), factor = to / row->scale;
+           to = sqrt(fmax(1.0, v) * memory_of(p, r)), factor = to / row->scale;
     row->scale = to;
     diag__scale_noise(p, factor);
     return factor;
@@ -419,7 +429,7 @@ static stein_status note(diag__row *row, stein_err *err)
         diag__likelihood(p, row->x, row->J, row->r, row->D, row->sd, &row->objective, err);
     row->rest = row->objective - fit__chi2(p, row->r);
     row->chi2_dof = fit__chi2_dof(p, row->r) * square;
-    row->memory = fmax(1.0, fit__memory(p, row->r));
+    row->memory = memory_of(p, row->r);
     row->relative = relative_of(p, row->r);
     return status;
 }

@@ -150,9 +150,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (p->source == 'R' && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
     }
-    if (had != NULL && p->source != 'R' &&
+    if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
-        return 0;
+        return 0; // unless a better end of its fit is expected
     }
     if (p->source == 'T') {
         return had == NULL;

@@ -68,6 +68,9 @@ stein_status diag__check_step(const fit__problem *p, char **line, stein_err *err
         off = worst(t, y, y + size, &channel);
     }
     free(y);
+    if (fine == STEIN_ENOMEM || plain == STEIN_ENOMEM) {
+        return lab__no_memory(err);
+    }
     int said = plain != STEIN_OK || off > visible;
     if (plain != STEIN_OK) {
         *line = lab__text("%s: it cannot be simulated with the file's own step of %g s: that "
@@ -78,6 +81,5 @@ stein_status diag__check_step(const fit__problem *p, char **line, stein_err *err
                           "of its noise; the diagnosis takes finer ones, other commands do not",
                           t->data->file, m->dt, m->channels[t->channel[channel]].name, off);
     }
-    int memory = fine != STEIN_ENOMEM && plain != STEIN_ENOMEM && (!said || *line != NULL);
-    return memory ? STEIN_OK : lab__no_memory(err);
+    return !said || *line != NULL ? STEIN_OK : lab__no_memory(err);
 }

@@ -143,6 +143,18 @@ diag__row *diag__best(const diag__problem *q, const diag__table *t, int n)
     return best;
 }
 
+/* unknowns without a prior, which the data decide */
+static int flat(const fit__problem *p)
+{
+    int n = 0;
+    for (int k = 0; k < p->nu; k++) {
+        n += !p->unknown[k].prior && !p->unknown[k].idle;
+    }
+    return n;
+}
+
+/* Marginalised over k unknowns without a prior, n samples of unknown noise v count as n - k; of
+ * those one in m counts. What they determine is in the rest as ln det(J'J/v). */
 void diag__weigh(diag__problem *q, diag__table *t)
 {
     const diag__row *least = NULL;
@@ -157,7 +169,8 @@ void diag__weigh(diag__problem *q, diag__table *t)
     for (int i = 0; i < t->n && q->scale_free; i++) {
         diag__row *row = t->row[i];
         if (row->failed == NULL) {
-            row->objective = row->p.samples / q->memory * stein__log_of(row->chi2_dof) + row->rest;
+            double k = flat(&row->p), dof = (row->p.samples - k) / q->memory + k;
+            row->objective = dof * stein__log_of(row->chi2_dof) + row->rest;
         }
     }
 }

@@ -32,7 +32,7 @@ static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
-static const double white = 3.0;           /* samples: a residual that is noise by its colour */
+static const double white = 5.0;           /* samples: a residual that is noise by its colour */
 static const double within = 1.96;         /* sd */
 
 static double gain_of(const diag__evidence *more, const diag__evidence *less)
@@ -72,25 +72,6 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
     return beyond || mean;
 }
 
-/* the least objective with n causes; of two that fit equally well, an effect of the table before a
- * number of the same element. @return -1: there is none */
-static int best_of(const diag__evidence *e, int rows, int n)
-{
-    int best = -1;
-    for (int i = 0; i < rows; i++) {
-        if (e[i].n == n && e[i].possible && (best < 0 || e[i].objective < e[best].objective)) {
-            best = i;
-        }
-    }
-    for (int i = 0, from = best; i < rows && from >= 0; i++) {
-        int better = e[i].n == n && e[i].possible && n == 1 && e[i].named[0] && !e[from].named[0] &&
-                     e[i].place[0] == e[from].place[0] &&
-                     e[i].objective < e[from].objective + same_fit;
-        best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
-    }
-    return best;
-}
-
 /* does a row have the causes of e but number i, and as good a fit is none of it? */
 static int loses(const diag__evidence *e, int i, const diag__evidence *all, int rows)
 {
@@ -114,6 +95,26 @@ static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int
             fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation) || loses(e, i, all, rows);
     }
     return yes;
+}
+
+/* the least objective with n causes, of several none whose amount may be 0; of two that fit equally
+ * well, an effect of the table before a number of the same element. @return -1: there is none */
+static int best_of(const diag__evidence *e, int rows, int n)
+{
+    int best = -1;
+    for (int i = 0; i < rows; i++) {
+        int eligible = e[i].n == n && e[i].possible && (n < 2 || excludes_zero(&e[i], e, rows));
+        if (eligible && (best < 0 || e[i].objective < e[best].objective)) {
+            best = i;
+        }
+    }
+    for (int i = 0, from = best; i < rows && from >= 0; i++) {
+        int better = e[i].n == n && e[i].possible && n == 1 && e[i].named[0] && !e[from].named[0] &&
+                     e[i].place[0] == e[from].place[0] &&
+                     e[i].objective < e[from].objective + same_fit;
+        best = better && (best == from || e[i].objective < e[best].objective) ? i : best;
+    }
+    return best;
 }
 
 static int same_causes(const diag__evidence *a, const diag__evidence *b)

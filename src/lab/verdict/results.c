@@ -80,9 +80,11 @@ static lab_suspect of_row(const diag__table *t, const diag__row *null, const dia
     lab_suspect s = blank(&row->cause[i]);
     diag__hypothesis less = diag__without(row->h, row->h.cause[i]);
     const diag__row *without = diag__find(t, &less);
-    without = without != NULL && isfinite(without->objective) ? without : null;
+    int fitted = without != NULL && isfinite(without->objective);
+    without = fitted ? without : null;
     s.refitted = 1;
-    s.gain = without->objective - row->objective;
+    double sd, z = diag__amount(row, i, &sd) / fmax(sd, 1e-300);
+    s.gain = fitted || row->h.n == 1 ? without->objective - row->objective : z * z; // Wald's test
     s.chi2_dof = row->chi2_dof;
     s.possible = 1;
     note_numbers(row, i, s.gain, &s);
@@ -176,6 +178,12 @@ static int is_listed(const lab_diagnosis *o, const lab_candidate *c)
     return 0;
 }
 
+static int by_own_gain(const void *a, const void *b)
+{
+    const lab_suspect *x = a, *y = b;
+    return x->gain > y->gain ? -1 : x->gain < y->gain;
+}
+
 static void list_causes(const diag__table *t, const diag__judgement *j, lab_diagnosis *o)
 {
     const diag__row *null = t->row[j->null], *best = t->row[j->best];
@@ -186,6 +194,7 @@ static void list_causes(const diag__table *t, const diag__judgement *j, lab_diag
         o->suspect[o->nsuspect++] = s;
         o->ncause++;
     }
+    qsort(o->suspect, (size_t)o->ncause, sizeof *o->suspect, by_own_gain); // the largest first
     for (int r = 0; j->finding == DIAG_NAMED && r < j->nrival; r++) {
         const diag__row *row = t->row[j->rival[r]];
         for (int i = 0; i < row->h.n; i++) {
