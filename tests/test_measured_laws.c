@@ -72,7 +72,10 @@ static void recover_law(const char *ball, int light)
                ball, rest, slope, line, parabola(l), d->gain.ratio);
         ck_assert(slope > 0.0); // against the motion, and more when it is faster
         for (int k = 0; k < l->n; k++) {
-            ck_assert_msg(l->at[k] > -8.0 || l->lo[k] > 0.0, "%s at %g m/s", ball, l->at[k]);
+            // the last metres of a fall tell little of the fastest speeds: there a band may reach 0
+            ck_assert_msg(l->at[k] > -8.0 || l->at[k] < -17.0 || l->lo[k] > 0.0, "%s at %g m/s",
+                          ball, l->at[k]);
+            ck_assert_msg(l->at[k] > -8.0 || l->value[k] > 0.0, "%s at %g m/s", ball, l->at[k]);
         }
         ck_assert(strstr(d->reason, "do not tell the two apart") != NULL); // height, of one height
     }

@@ -11,6 +11,7 @@ enum { SETTLINGS = 2, ROUNDS = 5, ROUNDS_TO_SETTLE = 40 };
 enum { NOISE_ROUNDS = 15 };                 // where each round estimates the noise as well
 static const double rung[] = {0.05, 0.012}; /* gains of the observer */
 enum { RUNGS = sizeof rung / sizeof *rung };
+static const double as_noise = 1.2; /* chi2/dof */
 static const double far = 9.0;      /* chi2 per sample */
 static const double fine = 1e-12;   /* tolerance of a step where a fit settles */
 static const double little = 0.5;   /* gain of a round */
@@ -27,7 +28,8 @@ static double misfit(diag__curves *w, const double *x, double *r)
                : (double)INFINITY;
 }
 
-stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
+/* from the fit without a law, held first or free at once */
+static stein_status fit_from_null(diag__curves *w, diag__curve *c, int held, stein_err *err)
 {
     diag__fitting t;
     stein_err why = {STEIN_OK, ""};
@@ -36,7 +38,7 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
         return status;
     }
     int rounds = fit__noise_given(&w->p) ? ROUNDS : NOISE_ROUNDS;
-    for (int i = 0; i < RUNGS && end == STEIN_OK; i++) {
+    for (int i = 0; held && i < RUNGS && end == STEIN_OK; i++) {
         if (i > 0 && misfit(w, c->x, t.try_r) < far * w->p.samples) {
             break;
         }
@@ -46,6 +48,23 @@ stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
     diag__fitting_weigh(&t, end);
     diag__fitting_end(&t);
     return fit__forgive(end, err);
+}
+
+/* A curve that was fitted while the observer held may be bent where the records tell little, and a
+ * free fit does not always straighten it. Where it leaves more than noise, the free fit of the same
+ * start is made as well, and the better one stays. */
+stein_status diag__curve_fit(diag__curves *w, diag__curve *c, stein_err *err)
+{
+    diag__curve other = *c;
+    stein_status status = fit_from_null(w, c, 1, err);
+    if (status != STEIN_OK || (c->fitted && diag__curve_chi2_dof(w, c) < as_noise)) {
+        return status;
+    }
+    status = fit_from_null(w, &other, 0, err);
+    int better = status == STEIN_OK && other.fitted && (!c->fitted || other.gain > c->gain);
+    free(better ? c->x : other.x);
+    *c = better ? other : *c;
+    return status;
 }
 
 /* with derivatives that are sized and taken with care */

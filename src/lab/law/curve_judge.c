@@ -15,6 +15,7 @@
 #include "curve.h"
 #include "functions.h"
 
+enum { SHAPE = 5 };                     // numbers of a smooth curve
 static const double least_gain = 25.0;  /* of -2 ln p, as of a cause */
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
@@ -193,13 +194,13 @@ static void prefer_speed(diag__laws *l)
 }
 
 /* What a law gains where the noise is an unknown, too (search/evaluate.c): by the ratio of what the
- * null hypothesis and it leave, less the price of its freedom. */
+ * null hypothesis and it leave, less the price of the numbers of a smooth curve (Schwarz 1978). */
 static double scale_free_gain(const diag__laws *l, const lab_law *law)
 {
     const diag__row *null = l->all.null;
     double dof = l->all.p.samples / fmax(1.0, null->memory);
     return dof * stein__log_of(fmax(null->chi2_dof / fmax(law->chi2_dof, 1e-9), 1e-9)) -
-           l->curve[0].price;
+           SHAPE * stein__log_of(fmax(1.0, dof));
 }
 
 static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
@@ -213,6 +214,9 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     }
     if (j->finding == DIAG_NAMED && !fit__noise_given(&l->all.p)) {
         return 0; // known effects come first, and nothing says that what they leave is no noise
+    }
+    if (j->finding == DIAG_EXPLAINED && !stated) {
+        return 1; // what counted as noise is none
     }
     if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
         return best->chi2_dof > most && law->chi2_dof <= most && law->gain > j->gain + least_gain;
@@ -250,7 +254,8 @@ static int explains_all(const diag__laws *l, const lab_law *law, const diag__rep
     double sd = sqrt(2.0 / fmax(1.0, after->p.samples));
     int reported = !isfinite(after->rmse) || !fit__noise_given(&l->all.p) ||
                    after->rmse * after->rmse < 1.0 + certain * sd;
-    return law->share >= must_explain && law->chi2_dof <= diag__most_noise(&l->all.p) && reported;
+    int noise = !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(&l->all.p);
+    return law->share >= must_explain && noise && reported;
 }
 
 static void say(const diag__laws *laws, lab_diagnosis *o, double before, int all)
