@@ -173,7 +173,8 @@ static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag_
         return c->gain > than->gain - convincing;
     }
     double ratio = diag__curve_chi2_dof(w, c) / fmax(diag__curve_chi2_dof(w, than), 1e-9);
-    return w->p.samples * stein__log_of(fmax(ratio, 1e-9)) < least_gain;
+    double dof = w->p.samples / fmax(1.0, w->null->memory);
+    return dof * stein__log_of(fmax(ratio, 1e-9)) < least_gain;
 }
 
 /* Where nobody stated the noise, a curve over speed comes before one over position that fits as
