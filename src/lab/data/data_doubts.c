@@ -78,9 +78,9 @@ static char *describe(const data__suspects *a, const data__guess *g, const char 
             d->file, g->a, or_column != NULL ? " or " : "", or_column != NULL ? or_column : "",
             misfit);
     }
-    const char *si = g->unit != NULL ? g->unit : c->unit;
+    const char *si = g->unit != NULL ? g->unit : c != NULL ? c->unit : "";
     list_columns(names, sizeof names, d, si);
-    if (g->unit == NULL && c->role == LAB_INPUT) {
+    if (g->unit == NULL && c != NULL && c->role == LAB_INPUT) {
         return lab__text("%s: %s: with this input the model moves far from the record; read %s it "
                          "fits (%s)",
                          d->file, g->a, units_of(unit, si, g->factor), misfit);

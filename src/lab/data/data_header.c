@@ -7,6 +7,7 @@
  * then is told before anything is fitted (audit_model.c).
  */
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,7 +18,7 @@
 /* a new copy of n bytes, NUL at the end; without memory NULL, and the problems know */
 static char *copy(data__reader *r, const char *s, size_t n)
 {
-    char *copy = malloc(n + 1);
+    char *copy = n < SIZE_MAX ? malloc(n + 1) : NULL;
     if (copy == NULL) {
         r->problems.nomem = 1;
         return NULL;

@@ -225,7 +225,10 @@ char data__separator(const char *text, size_t size)
         semicolon |= !quoted && text[i] == ';';
         tab |= !quoted && text[i] == '\t';
     }
-    return semicolon ? ';' : tab ? '\t' : ',';
+    if (semicolon) {
+        return ';';
+    }
+    return (char)(tab ? '\t' : ',');
 }
 
 /* cell at byte `at`, to its separator or the end; @return the byte after it, or -1 */
@@ -370,9 +373,10 @@ static char decided(data__cell cell, char point)
     if (point != '\0') {
         return point;
     }
-    return memchr(cell.s, ',', cell.n) != NULL   ? ','
-           : memchr(cell.s, '.', cell.n) != NULL ? '.'
-                                                 : '\0';
+    if (memchr(cell.s, ',', cell.n) != NULL) {
+        return ',';
+    }
+    return (char)(memchr(cell.s, '.', cell.n) != NULL ? '.' : '\0');
 }
 
 const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value)

@@ -299,7 +299,7 @@ static double product(const double *a, const double *b, size_t n)
 static stein_status derivatives(refinement *f)
 {
     const fit__stroke *s = &f->p->stroke[0];
-    size_t rows = (size_t)(s->nch * s->n);
+    size_t rows = (size_t)s->nch * (size_t)s->n;
     for (int k = 0; k < f->n; k++) {
         int u = f->unknown[k];
         double kept = f->x[u], h = 1e-4 / f->p->unknown[u].sd, *column = f->J + (size_t)k * rows;
@@ -329,8 +329,9 @@ static stein_status derivatives(refinement *f)
 static int step(refinement *f)
 {
     const fit__stroke *s = &f->p->stroke[0];
-    size_t rows = (size_t)(s->nch * s->n), nu = (size_t)f->p->nu;
-    for (double part = 1.0; part > 0.1; part *= 0.5) {
+    size_t rows = (size_t)s->nch * (size_t)s->n, nu = (size_t)f->p->nu;
+    double part = 1.0;
+    for (int halved = 0; halved < 4; halved++, part *= 0.5) {
         memcpy(f->trial, f->x, sizeof *f->trial * nu);
         for (int k = 0; k < f->n; k++) {
             f->trial[f->unknown[k]] += part * f->g[k];
@@ -353,7 +354,7 @@ stein_status data__refine_start(fit__problem *p, fit__bench *b, double *x, doubl
                                 stein_err *err)
 {
     const fit__stroke *s = &p->stroke[0];
-    size_t rows = (size_t)(s->nch * s->n), nu = (size_t)p->nu, n = 0;
+    size_t rows = (size_t)s->nch * (size_t)s->n, nu = (size_t)p->nu, n = 0;
     refinement f = {.p = p, .b = b, .x = x, .y = y};
     f.unknown = calloc(nu + 1, sizeof *f.unknown);
     for (int k = s->first; f.unknown != NULL && k < s->first + s->own; k++) {

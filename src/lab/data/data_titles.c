@@ -94,7 +94,7 @@ static void spell(char *to, const char *suffix, int divided)
         if (digit) {
             to[n++] = '^';
         }
-        to[n++] = *s != '_' ? *s : s == last ? '/' : ' ';
+        to[n++] = (char)(*s != '_' ? *s : s == last ? '/' : ' ');
     }
     to[n] = '\0';
 }

@@ -101,6 +101,7 @@ int fit__initial_state(const fit__problem *p, fit__bench *b, int stroke, double 
 typedef struct all {
     const fit__problem *p;
     fit__estimate *estimate; /* [nstroke] */
+    double *room;            // of all estimates
 } all;
 
 static void estimate_one(void *ctx, fit__bench *b, int stroke)
@@ -128,23 +129,21 @@ static stein_status make_estimates(all *a, stein_err *err)
         size += room_of(a->p, s);
     }
     a->estimate = calloc(n, sizeof *a->estimate);
-    double *room = calloc(size + 1, sizeof *room);
-    if (a->estimate == NULL || room == NULL) {
-        free(room);
+    a->room = calloc(size + 1, sizeof *a->room);
+    if (a->estimate == NULL || a->room == NULL) {
         return lab__no_memory(err);
     }
+    size_t at = 0;
     for (int s = 0; s < a->p->nstroke; s++) {
-        a->estimate[s] = estimate_in(room, nq);
-        room += room_of(a->p, s);
+        a->estimate[s] = estimate_in(a->room + at, nq);
+        at += room_of(a->p, s);
     }
     return STEIN_OK;
 }
 
 static void free_estimates(all *a)
 {
-    if (a->estimate != NULL) {
-        free(a->estimate[0].q);
-    }
+    free(a->room);
     free(a->estimate);
 }
 

@@ -259,7 +259,7 @@ static int ways_of(const trial *a, int c, way *w)
 static char *sentence(const trial *a, const way *w, double times)
 {
     const stein_model *m = lab_equations(a->p->model);
-    const stein_channel *c = w->c >= 0 ? channel_of(a, w->c) : NULL;
+    const stein_channel *c = channel_of(a, w->c >= 0 ? w->c : 0);
     const char *other = w->other >= 0 ? channel_of(a, w->other)->name : "";
     switch (w->doubt) {
     case FIT__SENSE:

@@ -79,7 +79,7 @@ static int fill(work *w, double *A, double *g)
 static int go(work *w, const double *A, const double *g, const double *was, double mu)
 {
     int n = w->n;
-    double B[MOST_STATE * MOST_STATE], v[MOST_STATE];
+    double B[MOST_STATE * MOST_STATE], v[MOST_STATE] = {0};
     memcpy(B, A, sizeof *B * (size_t)(n * n));
     memcpy(v, g, sizeof *v * (size_t)n);
     for (int i = 0; i < n; i++) {
@@ -101,7 +101,7 @@ static int go(work *w, const double *A, const double *g, const double *was, doub
 /* one step. @return objective there; INFINITY: nothing better was found, x is where it was */
 static double step(work *w, double here)
 {
-    double A[MOST_STATE * MOST_STATE], g[MOST_STATE], was[MOST_STATE];
+    double A[MOST_STATE * MOST_STATE], g[MOST_STATE], was[MOST_STATE] = {0};
     for (int i = 0; i < w->n; i++) {
         was[i] = w->x[w->at[i]];
     }
@@ -124,7 +124,7 @@ double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const
     fit__problem to = *p;
     const fit__stroke *s = &p->stroke[stroke];
     work w = {.p = &to, .b = b, .how = how, .stroke = stroke, .x = x};
-    w.rows = (size_t)(s->nch * s->n);
+    w.rows = (size_t)s->nch * (size_t)s->n;
     to.horizon = fmin(p->horizon, how->until);
     for (int k = s->first; k < s->first + s->own && w.n < MOST_STATE; k++) {
         fit__kind kind = p->unknown[k].kind;

@@ -145,7 +145,8 @@ static void place(fit__beginning *w, int i)
         // multiples of square roots of primes, modulo 1: as even as a quasi-random sequence
         static const double root[] = {0.414213562, 0.732050808, 0.236067977,
                                       0.645751311, 0.316624790, 0.605551275};
-        double u = fmod(i * root[k % 6] * (1.0 + k / 6), 1.0) - 0.5;
+        int around = 1 + k / 6;
+        double u = fmod(i * root[k % 6] * around, 1.0) - 0.5;
         int j = w->joint[k];
         w->q[j] += m->bodies[j].type == 'R' ? 2.0 * pi * u : 2.0 * w->e->q_prior[j] * u;
     }

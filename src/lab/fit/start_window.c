@@ -130,7 +130,7 @@ static int degree_of(const window *w, double sigma)
 
 static void evaluate(const window *w, int d, double sigma, double y0, double at, fit__start *out)
 {
-    double p[TERMS], dp[TERMS], v[TERMS], s[TERMS];
+    double p[TERMS], dp[TERMS], v[TERMS] = {0}, s[TERMS] = {0};
     legendre((at - w->middle) / w->half, p, dp);
     forward(w, p, d + 1, v);
     forward(w, dp, d + 1, s);

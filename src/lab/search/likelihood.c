@@ -110,7 +110,7 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     for (int k = 0; k < m->nf; k++) {
         negative(C + (size_t)k * n, J + fit__column(p, s, beta[k]), n, 1.0);
     }
-    for (int k = 0; k < m->nc; k++) {
+    for (int k = 0; column != NULL && k < m->nc; k++) {
         negative(C + (size_t)(m->nf + k) * n, column[k] + at, n, 1.0);
     }
     lab__mixed_stroke(m, s, (int)n, C);

@@ -555,7 +555,7 @@ static stein_status keep_columns(work *w, diag__linear *l, stein_err *err)
 {
     const double **G = malloc(sizeof *G * (size_t)(w->n + 1));
     size_t n = (size_t)w->n + 1;
-    l->cause = malloc(sizeof *l->cause * n);
+    l->cause = calloc(n, sizeof *l->cause);
     l->step = malloc(sizeof *l->step * n);
     l->I = malloc(sizeof *l->I * n * n);
     l->s = malloc(sizeof *l->s * n);
@@ -619,11 +619,12 @@ double diag__linear_gain(const diag__linear *l, const int *set, int n, double *a
 {
     double a[SET * SET], gain = 0.0;
     gsl_matrix_view A = gsl_matrix_view_array(a, (size_t)(n > 0 ? n : 1), (size_t)(n > 0 ? n : 1));
-    if (n == 0) {
+    if (n <= 0 || n > SET) {
         return 0.0;
     }
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
+            // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): set has n numbers
             a[i * n + k] = l->I[(size_t)set[i] * (size_t)l->n + (size_t)set[k]] + (i == k);
         }
         amount[i] = l->s[set[i]];

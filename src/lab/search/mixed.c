@@ -339,12 +339,14 @@ int lab__mixed_project(const lab__mixed *m, double *I, double *s, double *square
 void lab__mixed_score(const lab__mixed *m, double *score, double *epc, double *info, double *corr)
 {
     int nc = m->nc;
-    double square, *s = malloc(sizeof *s * (size_t)(nc + 1));
-    int ok = s != NULL && lab__mixed_project(m, corr, s, &square);
+    double square, *s = calloc((size_t)nc + 1, sizeof *s);
+    if (s == NULL || !lab__mixed_project(m, corr, s, &square)) {
+        memset(corr, 0, sizeof *corr * (size_t)(nc * nc));
+    }
     for (int a = 0; a < nc; a++) {
-        info[a] = ok ? fmax(corr[a * nc + a], 0.0) : 0.0;
-        score[a] = info[a] > 1e-6 ? s[a] / sqrt(info[a]) : 0.0;
-        epc[a] = info[a] > 1e-6 ? s[a] / info[a] : 0.0;
+        info[a] = fmax(corr[a * nc + a], 0.0);
+        score[a] = s != NULL && info[a] > 1e-6 ? s[a] / sqrt(info[a]) : 0.0;
+        epc[a] = s != NULL && info[a] > 1e-6 ? s[a] / info[a] : 0.0;
     }
     for (int a = 0; a < nc; a++) {
         for (int b = 0; b < nc; b++) {
