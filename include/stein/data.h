@@ -85,7 +85,7 @@ typedef struct lab_data {
     const lab_note *note;
     lab_trigger trigger;
     unsigned long long hash; /* of the file's bytes */
-    int planned; /* 1: it has not been made yet, values of its outputs mean nothing */
+    int planned;             /* 1: it has not been made yet, values of its outputs mean nothing */
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
 } lab_data;
 

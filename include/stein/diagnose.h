@@ -342,7 +342,7 @@ typedef struct lab_law {
     double gain; /* fall of -2 ln marginal likelihood against the fit without it */
     double chi2_dof, held_out; /* of the fit with it; RMSE on held-out strokes over the noise */
     double share; /* of the misfit beyond noise that it takes away, on held-out strokes if any */
-    int pays;     /* held-out strokes are predicted better */
+    int pays;     /* it explains enough of the misfit to be written into extended.yaml */
 } lab_law;
 
 /** What forces say about a verdict that was found from positions. */
@@ -412,10 +412,10 @@ typedef struct lab_diagnosis {
     lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
     double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
-    double remainder; /* RMS residual of the best hypothesis [noise] */
-    double share;     /* of the misfit beyond noise that it explains */
-    double verified;  /* largest difference between what the extended model of the report predicts
-                         and what the same numbers predict anew [noise]; NAN: not done */
+    double remainder;  /* RMS residual of the best hypothesis [noise] */
+    double share;      /* of the misfit beyond noise that it explains */
+    double verified;   /* largest difference between what the extended model of the report predicts
+                          and what the same numbers predict anew [noise]; NAN: not done */
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;
@@ -443,11 +443,11 @@ typedef struct lab_diagnose_def {
     const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
     int nwithout;               /* words of lab_effect_is */
     int threads;
-    long most_strokes;   /* budget of simulated strokes, 0: none */
-    double most_seconds; /* budget of time [s], 0: none */
+    long most_strokes;          /* budget of simulated strokes, 0: none */
+    double most_seconds;        /* budget of time [s], 0: none */
     const lab_options *options; /* for mechanisms with added parts; NULL: defaults */
-    const char *explain; /* "KIND@PLACE": lab_diagnosis.explanation; NULL: nothing */
-    const char *trace;   /* file of the search's rows, one JSON object a line; NULL: none */
+    const char *explain;        /* "KIND@PLACE": lab_diagnosis.explanation; NULL: nothing */
+    const char *trace;          /* file of the search's rows, one JSON object a line; NULL: none */
     lab_fit_progress_fn *progress;
     lab_report_fn *report;
     void *ctx;

@@ -45,9 +45,9 @@ typedef struct lab_fit_def {
                        mechanism neither settles nor has a load, and the stroke does not set it.
                        A free one starts from the first samples of the record, which is where the
                        simulation begins */
-    int scatter; /* strokes differ by themselves: 1 yes, LAB_SCATTER_PLACES the friction of every
-                  * place by itself, 0 no, -1 (default) when there are 4 or more
-                  */
+    int scatter;    /* strokes differ by themselves: 1 yes, LAB_SCATTER_PLACES the friction of every
+                     * place by itself, 0 no, -1 (default) when there are 4 or more
+                     */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     int starts;                            /* searches from different places; default 3 */

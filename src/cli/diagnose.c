@@ -562,12 +562,10 @@ static const cli_option options[] = {
      "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
      "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
      "explained is then a law to be recovered."},
-    {"budget", 0, "N|Ss",
-     "The search ends after N simulated strokes, or S seconds."},
+    {"budget", 0, "N|Ss", "The search ends after N simulated strokes, or S seconds."},
     {"trace", 0, "FILE",
      "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},
-    {"explain", 0, "KIND@PLACE",
-     "Why this candidate is not the verdict, with its numbers."},
+    {"explain", 0, "KIND@PLACE", "Why this candidate is not the verdict, with its numbers."},
     {"trust-settings", 0, NULL,
      "Go on with strokes that move far from what their own \"# set\" lines say."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
@@ -586,7 +584,8 @@ const cli_command cli_diagnose = {
         "it, what else could, and how much better does the extended model predict strokes that it\n"
         "has not seen? Candidates are the kinds of `stein effects MODEL` at every place of the\n"
         "mechanism. Each is tested with everything else refitted and with strokes that differ by\n"
-        "themselves; the best are fitted in full and judged by the strokes held out.\n"
+        "themselves; the best are fitted in full and the evidence of the fitted strokes decides.\n"
+        "The strokes held out are read last and only tell the gain.\n"
         "\n"
         "Agreement in position proves little about forces. Where a channel shows how the driven\n"
         "joint moved and an input can prescribe that motion, the verdict is asked once more: the\n"
@@ -616,8 +615,7 @@ const cli_command cli_diagnose = {
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
         "report.html, one self-contained page; extended.yaml, the mechanism file with the cause "
         "in\n"
-        "it (of an unknown effect its law as a table), when there is one that pays on strokes\n"
-        "held out.\n"
+        "it (of an unknown effect its law as a table), when there is one that explains enough.\n"
         "With --json diagnosis.json is printed too.",
     .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
                 "stein diagnose models/stein1788.yaml fit_*.csv --holdout held_*.csv -o out\n"

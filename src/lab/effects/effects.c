@@ -188,24 +188,17 @@ const char *lab_effect_family(const lab_effect *effect)
         return "part";
     }
     switch (effect->site) {
-    case LAB_AT_JOINT:
-        return "stiffness";
-    case LAB_AT_BODY:
-        return "inertia";
+    case LAB_AT_JOINT: return "stiffness";
+    case LAB_AT_BODY: return "inertia";
     case LAB_AT_CONTACT:
     case LAB_AT_SURFACE:
-    case LAB_AT_LINK:
-        return "contact";
+    case LAB_AT_LINK: return "contact";
     case LAB_AT_LOAD:
-    case LAB_AT_INPUT:
-        return "drive";
+    case LAB_AT_INPUT: return "drive";
     case LAB_AT_CHANNEL:
-    case LAB_AT_MARKER:
-        return "sensor";
-    case LAB_AT_CLOCK:
-        return "clock";
-    case LAB_AT_PARAMETER:
-        break;
+    case LAB_AT_MARKER: return "sensor";
+    case LAB_AT_CLOCK: return "clock";
+    case LAB_AT_PARAMETER: break;
     }
     return "geometry";
 }

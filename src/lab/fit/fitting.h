@@ -138,18 +138,18 @@ typedef struct fit__problem {
     fit__stroke *stroke;
     int nstroke;
     fit__unknown *unknown;
-    int np, nu;           /* free parameters; all unknowns */
+    int np, nu;            /* free parameters; all unknowns */
     unsigned short *group; /* [np of the model] what each parameter scatters with */
     int places;            /* that scatter by themselves; 0: by class only */
-    int clock;            /* parameter of the recorder's time base, -1: none */
-    double *step;         /* [nu] half-width of differences, in x */
-    double gain;          /* of the ladder, 0: plain simulation */
-    int stride;           /* samples from one correction of the ladder to the next; 0: one */
-    double tolerance;     /* of one step [rad or m] */
-    int plain;            /* 1: steps as long as the file's instead */
-    double horizon;       /* samples after it do not count [s of the simulation] */
-    double limit;         /* fit__descend: parameters stay within so many prior sd */
-    int central;          /* differences to both sides */
+    int clock;             /* parameter of the recorder's time base, -1: none */
+    double *step;          /* [nu] half-width of differences, in x */
+    double gain;           /* of the ladder, 0: plain simulation */
+    int stride;            /* samples from one correction of the ladder to the next; 0: one */
+    double tolerance;      /* of one step [rad or m] */
+    int plain;             /* 1: steps as long as the file's instead */
+    double horizon;        /* samples after it do not count [s of the simulation] */
+    double limit;          /* fit__descend: parameters stay within so many prior sd */
+    int central;           /* differences to both sides */
     const lab_candidate *accepted[FIT__ACCEPTED]; /* effects that act, with unknowns of their own */
     int naccepted, first_accepted;                /* FIT__NUMBERS of each, one behind the other */
     const lab_candidate *given;                   /* acts anyway, by given_amount; NULL: none */

@@ -413,8 +413,8 @@ static stein_status run_pulled(fit__bench *b)
         }
         if (T > 0.0) {
             r->pace.next = next_time(r);
-            status = last >= 0 ? pulled(b, last, i, T)
-                               : stein_run_adaptive(b->sim, T, &r->pace, r->err);
+            status =
+                last >= 0 ? pulled(b, last, i, T) : stein_run_adaptive(b->sim, T, &r->pace, r->err);
         }
         while (status == STEIN_OK && next_time(r) <= T) { // those before the simulation begins
             look(b, b->sim);

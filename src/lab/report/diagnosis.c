@@ -7,8 +7,9 @@
 
 const char *lab_verdict_text(lab_verdict verdict)
 {
-    static const char *const text[] = {"explained",      "wrong_parameter", "sensor",       "input",
-                                       "missing_effect", "unknown_effect",  "not_converged", "unusable_model"};
+    static const char *const text[] = {"explained",     "wrong_parameter", "sensor",
+                                       "input",         "missing_effect",  "unknown_effect",
+                                       "not_converged", "unusable_model"};
     return text[verdict];
 }
 
