@@ -414,8 +414,8 @@ typedef struct lab_diagnosis {
     double chi2_dof_before, chi2_dof_after;
     double remainder;  /* RMS residual of the best hypothesis [noise] */
     double share;      /* of the misfit beyond noise that it explains */
-    double verified;   /* largest difference between what the extended model of the report predicts
-                          and what the same numbers predict anew [noise]; NAN: not done */
+    double verified;   /* largest difference between the prediction that the report shows
+                          and one of extended.yaml, read again [noise]; NAN: not checked */
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;

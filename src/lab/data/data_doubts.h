@@ -6,7 +6,8 @@
 
 #include "data_trial.h"
 
-/** A reading in terms of names, for records whose columns are in different orders. */
+/** Another way to read records: which column, exchanged with which, in which unit or sign. By name,
+ *  because the columns of the records may stand in different orders. */
 typedef struct data__guess {
     const char *a, *b, *unit; /* NULL: none */
     double factor, time;
@@ -33,7 +34,7 @@ int data__reading_of(const data__guess *g, const lab_data *d, data__reading *rea
 
 /* ---- data_doubts.c ---- */
 
-/** @param or_column  another column whose sign would explain the same, NULL: none
+/** @param or_column  another column that may have the wrong sign instead; NULL: none has
  *  @param alone      1: only this record is off */
 void data__tell_guess(data__suspects *a, const data__guess *g, const char *or_column, int records,
                       int alone);

@@ -190,8 +190,9 @@ double data__median(double *v, int n); /* reorders v; NAN for n = 0 */
 int data__compare(const void *a, const void *b);
 /** Quantisation step; 0 when there is none. */
 double data__step(const data__series *s);
-/** Standard deviation of what smooth motion leaves over, in windows whose length and degree, left
- * in s, suit the motion. NAN for too few samples. @param error  out: its relative sd */
+/** Noise of a channel: standard deviation about polynomials fitted in windows. Their length and
+ *  degree follow the motion and are left in s.
+ *  @param error  out: relative sd of the result  @return [unit]; NAN: too few samples */
 double data__noise_in_windows(data__series *s, int *samples, double *error);
 /** Rest phases as index ranges [first, last]. @return their number, at most `max` */
 int data__rests(const data__series *s, int (*rest)[2], int max);

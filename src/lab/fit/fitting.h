@@ -526,6 +526,9 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
 stein_status fit__search_run(fit__problem *p, fit__search *s, unsigned long long key, int *resumed,
                              stein_err *err);
 void fit__search_free(fit__search *s);
+/** Can an observer pull the simulation to these records: is a position, a place or a gap among
+ * them? */
+int fit__can_hold(const fit__problem *p);
 stein_status fit__search_make(fit__search *s, const fit__problem *p, stein_err *err);
 
 /* ---- intervals.c, profile.c, fit_report.c ---- */

@@ -68,8 +68,7 @@ void fit__search_free(fit__search *s)
 
 /* ---- the plan ---- */
 
-/* can the ladder pull at anything? */
-static int has_places(const fit__problem *p)
+int fit__can_hold(const fit__problem *p)
 {
     const stein_model *m = lab_equations(p->model);
     for (int s = 0; s < p->nstroke; s++) {
@@ -86,7 +85,7 @@ static int has_places(const fit__problem *p)
 
 static int rungs_of(const fit__problem *p, int start)
 {
-    return start > 0 && p->def->ladder && has_places(p) ? (int)RUNGS : 1;
+    return start > 0 && p->def->ladder && fit__can_hold(p) ? (int)RUNGS : 1;
 }
 
 static int stage_at(const fit__problem *p, int index, stage *st)

@@ -86,22 +86,6 @@ void diag__hold_scatter(fit__problem *p, int hold)
     }
 }
 
-/* can the observer act on any channel of these records? */
-static int can_hold(const fit__problem *p)
-{
-    const stein_model *m = lab_equations(p->model);
-    for (int s = 0; s < p->nstroke; s++) {
-        for (int c = 0; c < p->stroke[s].nch; c++) {
-            stein_read_kind read = m->channels[p->stroke[s].channel[c]].read;
-            if (read == STEIN_READ_POSITION || (read >= STEIN_READ_X && read <= STEIN_READ_Z) ||
-                read == STEIN_READ_GAP) {
-                return 1;
-            }
-        }
-    }
-    return 0;
-}
-
 /* down the rungs from e->x; e->x is where the free simulation is nearest to the records */
 static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
 {
@@ -136,7 +120,7 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
 
 stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err)
 {
-    stein_status status = held && can_hold(p) ? descend_held(p, e, err) : STEIN_OK;
+    stein_status status = held && fit__can_hold(p) ? descend_held(p, e, err) : STEIN_OK;
     status = status == STEIN_OK ? fit__descend(p, e, 0, enough, RENEWALS_FAR, err) : status;
     if (status != STEIN_OK || e->ended || e->objective > hopeless * p->samples) {
         return status;
