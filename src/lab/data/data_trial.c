@@ -6,7 +6,7 @@
  *
  *   - at most ROWS samples up to the third turning point of every channel are compared: beyond it
  *     a small error of the initial state or of a friction may have grown to any size;
- *   - an unknown initial state is taken from the record (data_start.c);
+ *   - an unknown initial state is that from which the model follows the record (start_follow.c);
  *   - the measure has no scale and no offset (data_trial.h).
  *
  * A reading that makes no sense (an angle of 20 000 rad/s) may be stiff: it is broken off.
@@ -15,10 +15,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_start.h"
 #include "data_trial.h"
+#include "fitting.h"
 
-enum { ROWS = 300, TURNS = 3, SHIFTS = 25 };
+enum { ROWS = 300, TURNS = 3, SHIFTS = 25, STEPS = 4, SORTED = 512 };
+enum { FEWEST = 8 };                  /* samples of a channel; fewer say nothing */
+static const double nearly = 0.02;    /* of the travel: what a channel may be off by */
 static const double hysteresis = 0.1; /* of the travel: less is no turning point */
 
 data__reading data__as_it_is(void)
@@ -28,10 +30,28 @@ data__reading data__as_it_is(void)
 
 /* ---- the window ---- */
 
+/* Distance of the 2 % and the 98 % quantile of the samples that are finite, at most SORTED of them;
+ * 0: too few. */
+static double travel_of(const double *v, int n)
+{
+    double sorted[SORTED];
+    int stride = 1 + n / SORTED, k = 0;
+    for (int i = 0; i < n; i += stride) {
+        if (isfinite(v[i])) {
+            sorted[k++] = v[i];
+        }
+    }
+    if (k < FEWEST) {
+        return 0.0;
+    }
+    qsort(sorted, (size_t)k, sizeof *sorted, data__compare);
+    return sorted[k - 1 - k / 50] - sorted[k / 50];
+}
+
 /* row behind the third turning point of a channel */
 static int third_turn(const lab_column *c, int n)
 {
-    double low = INFINITY, high = -INFINITY, range = data__travel(c->value, n);
+    double low = INFINITY, high = -INFINITY, range = travel_of(c->value, n);
     int turns = 0, way = 0;
     for (int i = 0; i < n; i++) {
         if (!c->present[i]) {
@@ -55,7 +75,7 @@ static int third_turn(const lab_column *c, int n)
 
 static int window_of(const lab_data *d)
 {
-    int rows = DATA_FEWEST;
+    int rows = FEWEST;
     for (int k = 0; k < d->ncolumn; k++) {
         int turned = d->column[k].role == LAB_OUTPUT ? third_turn(&d->column[k], d->nrow) : 0;
         rows = turned > rows ? turned : rows;
@@ -212,7 +232,7 @@ static double off_by(const fit__stroke *s, int c, const double *predicted, doubl
         sd[j] = n > 0 ? sqrt(fmax(0.0, squares[j] / n - (sum[j] / n) * (sum[j] / n))) : 0.0;
     }
     double off = sd[0] + sd[1] > 0.0 ? sd[2] / (sd[0] + sd[1]) : 0.0;
-    return n < DATA_FEWEST ? -1.0 : isfinite(off) ? off : 1.0;
+    return n < FEWEST ? -1.0 : isfinite(off) ? off : 1.0;
 }
 
 /* misfit of a straight line through channel c */
@@ -260,6 +280,12 @@ static int column_of(const lab_data *d, int channel)
     return k;
 }
 
+/* is the initial state unknown? */
+static int is_open(const fit__problem *p)
+{
+    return p->nu > p->np && p->unknown[p->stroke[0].first].kind == FIT__POSITION;
+}
+
 static void take_matches(const fit__problem *p, const double *predicted, int failed,
                          data__match *match)
 {
@@ -267,16 +293,16 @@ static void take_matches(const fit__problem *p, const double *predicted, int fai
     double tau = failed ? 0.0 : best_shift(p, predicted);
     for (int c = 0; c < s->nch; c++) {
         data__match *m = &match[column_of(s->data, s->channel[c])];
-        stein_read_kind read = lab_equations(p->model)->channels[s->channel[c]].read;
+        const stein_channel *channel = &lab_equations(p->model)->channels[s->channel[c]];
         double off = off_by(s, c, failed ? s->y : predicted, tau);
         size_t first = (size_t)c * (size_t)s->n;
-        m->place = data__shows_place(read) || data__shows_speed(read);
-        m->travel = data__travel(s->y + first, s->n);
+        m->place = fit__shows_place(channel) || fit__shows_speed(channel);
+        m->travel = travel_of(s->y + first, s->n);
         m->compared = off >= 0.0 && m->travel > 0.0;
         m->off = failed ? 1.0 : off;
         m->line = off_line(s, c);
-        m->adapted = p->nu > p->np && p->unknown[s->first].kind == FIT__POSITION;
-        m->predicted = failed ? NAN : data__travel(predicted + first, s->n);
+        m->adapted = is_open(p);
+        m->predicted = failed ? NAN : travel_of(predicted + first, s->n);
     }
 }
 
@@ -284,23 +310,26 @@ static void take_matches(const fit__problem *p, const double *predicted, int fai
 static stein_status run(fit__problem *p, data__match *match, long *patience, stein_err *err)
 {
     fit__bench b;
-    fit__stroke *s = &p->stroke[0];
+    const fit__stroke *s = &p->stroke[0];
     watch w = {0, *patience};
-    double *x = calloc((size_t)p->nu + (size_t)p->rows + 1, sizeof *x), *y = x + p->nu;
+    double *x = calloc((size_t)(p->nu + p->rows + s->nch) + 1, sizeof *x);
     if (x == NULL) {
         return lab__no_memory(err);
     }
-    for (int k = 0; k < p->nu && s->nsignal == 0; k++) {
-        // an unknown initial state is that of the first sample
-        s->origin = p->unknown[k].kind == FIT__POSITION ? s->data->time[0] : s->origin;
+    double *y = x + p->nu, *sd = y + p->rows;
+    for (int c = 0; c < s->nch; c++) {
+        double travel = travel_of(s->y + (size_t)c * (size_t)s->n, s->n);
+        sd[c] = travel > 0.0 ? nearly * travel : (double)INFINITY;
     }
     stein_status status = fit__bench_make(&b, p, err);
     if (status == STEIN_OK) {
+        fit__follow how = {.sd = sd, .until = INFINITY, .most = INFINITY, .steps = STEPS};
         b.force = lose_patience;
         b.force_ctx = &w;
-        stein_status moved = data__find_start(p, &b, x, err);
-        moved = moved == STEIN_OK ? fit__simulate(p, &b, 0, x, y, NULL) : moved;
-        moved = moved == STEIN_OK ? data__refine_start(p, &b, x, y, err) : moved;
+        if (is_open(p)) {
+            fit__follow_start(p, &b, 0, &how, x);
+        }
+        stein_status moved = b.no_memory ? STEIN_ENOMEM : fit__simulate(p, &b, 0, x, y, NULL);
         status = fit__forgive(moved, err);
         take_matches(p, y, moved != STEIN_OK, match);
     }

@@ -198,6 +198,19 @@ double fit__slope(const fit__unknown *u, double x);
 
 /* ---- start_window.c ---- */
 
+/** Does a channel show where something is, or how fast it moves? */
+static inline int fit__shows_place(const stein_channel *c)
+{
+    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
+           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
+}
+
+static inline int fit__shows_speed(const stein_channel *c)
+{
+    return c->read == STEIN_READ_SPEED || c->read == STEIN_READ_VX || c->read == STEIN_READ_VY ||
+           c->read == STEIN_READ_VZ;
+}
+
 /** A channel at the start of its record. */
 typedef struct fit__start {
     double value, slope;       /* [unit], [unit/s] */

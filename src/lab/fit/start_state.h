@@ -35,18 +35,6 @@ typedef struct fit__beginning {
     fit__estimate *e;
 } fit__beginning;
 
-static inline int fit__shows_place(const stein_channel *c)
-{
-    return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
-           c->read == STEIN_READ_Z || c->read == STEIN_READ_GAP;
-}
-
-static inline int fit__shows_speed(const stein_channel *c)
-{
-    return c->read == STEIN_READ_SPEED || c->read == STEIN_READ_VX || c->read == STEIN_READ_VY ||
-           c->read == STEIN_READ_VZ;
-}
-
 static inline const stein_channel *fit__channel_of(const fit__beginning *w, int c)
 {
     return &lab_equations(w->p->model)->channels[w->s->channel[c]];

@@ -73,9 +73,7 @@ int fit__can_hold(const fit__problem *p)
     const stein_model *m = lab_equations(p->model);
     for (int s = 0; s < p->nstroke; s++) {
         for (int c = 0; c < p->stroke[s].nch; c++) {
-            stein_read_kind read = m->channels[p->stroke[s].channel[c]].read;
-            if (read == STEIN_READ_POSITION || (read >= STEIN_READ_X && read <= STEIN_READ_Z) ||
-                read == STEIN_READ_GAP) {
+            if (fit__shows_place(&m->channels[p->stroke[s].channel[c]])) {
                 return 1;
             }
         }
