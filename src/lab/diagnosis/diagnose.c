@@ -183,7 +183,6 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .chi2_dof = row->chi2_dof,
                         .relative = row->relative,
                         .memory = row->memory,
-                        .inflation = row->failed == NULL ? diag__inflation(row) : 1.0,
                         .converged = row->converged,
                         .possible = diag__is_possible(q, row)};
     for (int i = 0; i < row->h.n; i++) {
@@ -258,14 +257,13 @@ static stein_status posteriors(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
     const diag__row *best = d->t.row[d->j.best];
-    stein_status status = diag__conditions(&d->q.null, o->ncause > 0 ? diag__inflation(best) : 1.0,
-                                           &o->conditions, err);
+    stein_status status = diag__conditions(&d->q.null, &o->conditions, err);
     for (int i = -1; status == STEIN_OK && o->ncause == 1 && i < d->j.nrival; i++) {
         const diag__row *row = i < 0 ? best : d->t.row[d->j.rival[i]];
         for (int k = 0; k < 1 + o->nrival; k++) {
             if (row->J != NULL && o->suspect[k].posterior.n == 0 &&
                 diag__is_same(&o->suspect[k].candidate, &row->cause[0])) {
-                status = diag__posterior(row, diag__inflation(row), &o->suspect[k].posterior, err);
+                status = diag__posterior(row, &o->suspect[k].posterior, err);
             }
         }
     }

@@ -16,11 +16,9 @@
 #include "functions.h"
 
 enum { SHAPE = 5 };                     // numbers of a smooth curve
-static const double least_gain = 25.0;  /* of -2 ln p, as of a cause */
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
 static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
-static const double convincing = 9.2;   /* of -2 ln p: odds of 1 to 100, as of rivals */
 static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
 
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c)
@@ -39,7 +37,7 @@ void diag__curve_sort(diag__curve *c, int n)
     qsort(c, (size_t)n, sizeof *c, by_gain);
 }
 
-/* Factor on sd of a law that leaves more than noise, as of a row (diag__inflation). */
+/* Factor on sd of a law that leaves more than noise. */
 static double beyond_noise(const diag__curves *w, const diag__curve *c)
 {
     double v = diag__curve_chi2_dof(w, c);
@@ -170,11 +168,11 @@ static stein_status note_values(const diag__curves *w, const diag__curve *c, lab
 static int fits_as_well(const diag__curves *w, const diag__curve *c, const diag__curve *than)
 {
     if (fit__noise_given(&w->p)) {
-        return c->gain > than->gain - convincing;
+        return c->gain > than->gain - diag__convincing;
     }
     double ratio = diag__curve_chi2_dof(w, c) / fmax(diag__curve_chi2_dof(w, than), 1e-9);
     double dof = w->p.samples / fmax(1.0, w->null->memory);
-    return dof * stein__log_of(fmax(ratio, 1e-9)) < least_gain;
+    return dof * stein__log_of(fmax(ratio, 1e-9)) < diag__least_gain;
 }
 
 /* Where nobody stated the noise, a curve over speed comes before one over position that fits as
@@ -210,7 +208,7 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     double most = diag__most_noise(&l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
     int stated = fit__noise_given(&l->all.p);
     double gain = stated ? law->gain / (wide * wide) : scale_free_gain(l, law);
-    if (!(gain > least_gain) || law->chi2_dof > unusable) {
+    if (!(gain > diag__least_gain) || law->chi2_dof > unusable) {
         return 0;
     }
     if (j->finding == DIAG_NAMED && !fit__noise_given(&l->all.p)) {
@@ -220,7 +218,8 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
         return 1; // what counted as noise is none
     }
     if (j->finding == DIAG_NAMED || j->finding == DIAG_EXPLAINED) {
-        return best->chi2_dof > most && law->chi2_dof <= most && law->gain > j->gain + least_gain;
+        return best->chi2_dof > most && law->chi2_dof <= most &&
+               law->gain > j->gain + diag__least_gain;
     }
     return 1;
 }

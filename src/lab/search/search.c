@@ -31,7 +31,7 @@ static const double far = 400.0;      /* the same up to which it is worth a look
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
-static const double convincing = 9.2; /* of -2 ln L: odds of 1 to 100 */
+const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
@@ -41,12 +41,6 @@ double diag__most_noise(const fit__problem *p)
 {
     double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu));
     return fit__noise_given(p) ? 1.0 + slack + 5.0 * sd : guessed;
-}
-
-double diag__inflation(const diag__row *row)
-{
-    (void)row;
-    return 1.0; // of rows whose noise is estimated with the fit it is in the noise
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -61,8 +55,7 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
     for (int n = 1; n <= DIAG_CAUSES; n++) {
         diag__row *more = diag__best(q, t, n);
         if (more != NULL &&
-            (best == NULL ||
-             more->objective < best->objective - diag__least_gain * diag__inflation(more))) {
+            (best == NULL || more->objective < best->objective - diag__least_gain)) {
             best = more;
         }
     }
@@ -157,14 +150,13 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (p->source == 'T') {
         return had == NULL;
     }
-    double wide = diag__inflation(best);
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
-        return p->expected < best->objective + (diag__least_gain + rounding) * wide;
+        return p->expected < best->objective + diag__least_gain + rounding;
     }
     if (diag__leaves_noise(best) && p->h.n > best->h.n) { // a cause more has to gain
-        return p->expected < best->objective - worth * wide;
+        return p->expected < best->objective - worth;
     }
-    return p->expected < best->objective + (convincing + rounding) * wide;
+    return p->expected < best->objective + diag__convincing + rounding;
 }
 
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,

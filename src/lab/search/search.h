@@ -248,11 +248,10 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err);
  *  on a cause more gains nothing to speak of. */
 diag__row *diag__incumbent(const diag__problem *q, const diag__table *t);
 extern const double diag__least_gain; /* of -2 ln L, to name a cause */
+extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const fit__problem *p);
-/** Factor on variances beside the noise that a row was fitted with. */
-double diag__inflation(const diag__row *row);
 
 /* ---- step.c ---- */
 

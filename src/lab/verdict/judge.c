@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * judge.c - the verdict of a closed table: a pure function of fitted numbers.
  *
- *      gain = L(less) - L(more),  L = -2 ln p,  over the inflation of variances
+ *      gain = L(less) - L(more),  L = -2 ln p
  *
  *   1  A cause more is named when it gains 25. The laws of a real mechanism are never exactly those
  *      of the file, and what shows only because there are many samples is no cause.
@@ -24,9 +24,7 @@
 
 #include "verdict.h"
 
-static const double least_gain = 25.0;     /* of -2 ln L */
-static const double convincing = 9.2;      /* the same: odds of 1 to 100 */
-static const double same_fit = 2.0;        /* the same: no difference */
+static const double same_fit = 2.0;        /* of -2 ln L: no difference */
 static const double by_chance = 0.01;      /* of one of all numbers */
 static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
@@ -37,7 +35,7 @@ static const double within = 1.96;         /* sd */
 
 static double gain_of(const diag__evidence *more, const diag__evidence *less)
 {
-    return (less->objective - more->objective) / more->inflation;
+    return less->objective - more->objective;
 }
 
 /* the cause that only the first hypothesis contains, -1: none, or several */
@@ -59,13 +57,13 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
 {
     double gain = gain_of(more, less);
     int i = added(more, less);
-    if (gain > least_gain * (more->n - less->n)) {
+    if (gain > diag__least_gain * (more->n - less->n)) {
         return 1;
     }
     if (i < 0 || !(gain > 0.0)) {
         return 0;
     }
-    double z = fabs(more->amount[i]) / fmax(more->sd[i] * sqrt(more->inflation), 1e-300);
+    double z = fabs(more->amount[i]) / fmax(more->sd[i], 1e-300);
     int beyond = more->tolerated[i] && s->tolerances * 2.0 * gsl_cdf_ugaussian_Q(z) <= by_chance;
     int mean = more->scatters[i] && s->records > 1 &&
                2.0 * gsl_cdf_tdist_Q(z, s->records - 1) < by_chance_mean;
@@ -79,7 +77,7 @@ static int loses(const diag__evidence *e, int i, const diag__evidence *all, int 
     for (int k = 0; k < rows; k++) {
         if (all[k].n == e->n - 1 && all[k].possible && added(e, &all[k]) == i) {
             asked = 1;
-            lost &= gain_of(e, &all[k]) > least_gain;
+            lost &= gain_of(e, &all[k]) > diag__least_gain;
         }
     }
     return asked && lost;
@@ -91,8 +89,7 @@ static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int
 {
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
-        yes &=
-            fabs(e->amount[i]) > within * e->sd[i] * sqrt(e->inflation) || loses(e, i, all, rows);
+        yes &= fabs(e->amount[i]) > within * e->sd[i] || loses(e, i, all, rows);
     }
     return yes;
 }
@@ -133,7 +130,7 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
     const diag__evidence *best = &e[j->best];
     for (int i = 0; i < n && j->nrival < DIAG_RIVALS; i++) {
         int near = e[i].possible && e[i].n == best->n && best->n > 0 &&
-                   e[i].objective < best->objective + convincing * best->inflation;
+                   e[i].objective < best->objective + diag__convincing;
         for (int k = 0; near && k < n; k++) { // a better fit of the same hypothesis stands for it
             near = k == i || !e[k].possible || !same_causes(&e[k], &e[i]) ||
                    e[k].objective > e[i].objective || (!(e[k].objective < e[i].objective) && k > i);

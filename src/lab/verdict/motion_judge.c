@@ -29,7 +29,6 @@ enum { PER_STROKE = 24, FEWEST_FRAMES = 4, MOST_FRAMES = 100, BORROWED = 4 };
 enum { OF_FORCE = 1, OF_CHANNELS = 2 };
 static const double bias_known = 0.1; /* sd of a bias, as a share of it */
 static const double surely = 2.33;    /* sd: 1 % to one side */
-static const double convincing = 9.2; /* of -2 ln odds: 1 to 100 */
 static const double too_much = 4.0;   /* excess over noise, as a normal deviate */
 static const double good_part = 0.15; /* of an excess of squares */
 static const double in_sight = 0.5; /* sd of a share: above it the check does not see the effect */
@@ -357,9 +356,9 @@ static lab_motion_says compare(const lab_motion_part *p)
     }
     double odds = 2.0 * (p->share - 0.5) / (p->share_sd * p->share_sd);
     int multiple = p->share > 1.5 + surely * p->share_sd;
-    return stays || multiple || odds < -convincing           ? LAB_MOTION_CONTRADICTS
-           : odds > convincing && fabs(p->share - 1.0) < 0.5 ? LAB_MOTION_SUPPORTS
-                                                             : LAB_MOTION_CANNOT_TELL;
+    return stays || multiple || odds < -diag__convincing           ? LAB_MOTION_CONTRADICTS
+           : odds > diag__convincing && fabs(p->share - 1.0) < 0.5 ? LAB_MOTION_SUPPORTS
+                                                                   : LAB_MOTION_CANNOT_TELL;
 }
 
 static void judge_part(const work *w, int group, lab_motion_part *to)

@@ -26,7 +26,7 @@ static stein_status make(lab_posterior *to, int n, stein_err *err)
     return to->number != NULL && to->correlation != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
-static void note(lab_posterior *to, const diag__row *row, const diag__local *l, double wide)
+static void note(lab_posterior *to, const diag__row *row, const diag__local *l)
 {
     const double *cov = l->cov;
     const fit__problem *p = &row->p;
@@ -37,7 +37,7 @@ static void note(lab_posterior *to, const diag__row *row, const diag__local *l, 
         snprintf(q->name, sizeof q->name, "%s",
                  u->kind == FIT__PARAM ? lab_equations(p->model)->params[u->index].name
                                        : fit__number_name[1 + u->index]);
-        double sd = sqrt(fmax(0.0, wide * cov[i * n + i]));
+        double sd = sqrt(fmax(0.0, cov[i * n + i]));
         q->logarithmic = u->log;
         q->value = fit__value(u, row->x[l->free[i]]);
         q->sd = u->sd * (u->prior ? fmin(1.0, sd) : sd);
@@ -48,7 +48,7 @@ static void note(lab_posterior *to, const diag__row *row, const diag__local *l, 
     }
 }
 
-stein_status diag__posterior(const diag__row *row, double wide, lab_posterior *to, stein_err *err)
+stein_status diag__posterior(const diag__row *row, lab_posterior *to, stein_err *err)
 {
     diag__local l;
     stein_status status = diag__local_open(&l, &row->p, row->x, row->J, row->r, err);
@@ -57,7 +57,7 @@ stein_status diag__posterior(const diag__row *row, double wide, lab_posterior *t
         memcpy(l.m.D, row->D, sizeof l.m.D);
         lab__mixed_weigh(&l.m);
         if (isfinite(lab__mixed_solve(&l.m, NULL, 0, l.beta, l.cov))) {
-            note(to, row, &l, wide);
+            note(to, row, &l);
         } else {
             to->n = 0;
         }
@@ -92,7 +92,7 @@ static void widen(lab_used *u, double value)
     u->hi = fmax(u->hi, value);
 }
 
-static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_model *m, double excess)
+static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_model *m)
 {
     const lab_data *data = t->data;
     int ok = 1;
@@ -119,7 +119,7 @@ static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_mode
         lab_used *u = entry(&c->channel, &c->nchannel, channel->name, channel->unit);
         ok &= u != NULL;
         if (u != NULL) {
-            double noise = t->noise[k] * (t->given[k] ? 1.0 : sqrt(excess));
+            double noise = t->noise[k];
             u->noise = isfinite(u->noise) ? fmax(u->noise, noise) : noise;
             for (int i = 0; i < t->n; i++) {
                 if (isfinite(t->y[k * t->n + i])) {
@@ -131,8 +131,7 @@ static int note_stroke(lab_conditions *c, const fit__stroke *t, const stein_mode
     return ok;
 }
 
-stein_status diag__conditions(const fit__problem *p, double inflation, lab_conditions *c,
-                              stein_err *err)
+stein_status diag__conditions(const fit__problem *p, lab_conditions *c, stein_err *err)
 {
     int ok = 1;
     *c = (lab_conditions){.from = INFINITY, .until = -INFINITY, .interval = INFINITY};
@@ -143,7 +142,7 @@ stein_status diag__conditions(const fit__problem *p, double inflation, lab_condi
         c->until = fmax(c->until, data->time[data->nrow - 1]);
         c->interval = fmin(c->interval, span / fmax(1.0, data->nrow - 1));
         c->unsynchronised |= data->trigger == LAB_TRIGGER_UNSYNCHRONISED;
-        ok &= note_stroke(c, &p->stroke[s], lab_equations(p->model), inflation);
+        ok &= note_stroke(c, &p->stroke[s], lab_equations(p->model));
     }
     return ok ? STEIN_OK : lab__no_memory(err);
 }

@@ -4,8 +4,8 @@
  * At the best row the records are linear in an amount a [limits] beside the causes (linear.c), with
  * information I and score s once everything else, the causes' amounts among it, is projected out:
  *
- *      a = s/I,   sd = sqrt(w/I),   z = a/sd,    w the inflation of variances
- *      named      = sqrt(25 + ln(1 + I)/w)           the z from which on the judge names it
+ *      a = s/I,   sd = I^-1/2,   z = a/sd
+ *      named      = sqrt(25 + ln(1 + I))         the z from which on the judge names it
  *      detectable = (named + 1.645) sd               an amount that would have been, with 95 %
  *      upper      = max(a, 0) + 1.645 sd             95 % upper limit (|a| where both signs may be)
  *
@@ -23,7 +23,7 @@
 #include "verdict.h"
 
 enum { OWN = DIAG_CAUSES };
-static const double sure = 1.645, points_to = 2.0, least_gain = 25.0;
+static const double sure = 1.645, points_to = 2.0;
 
 const char *lab_presence_text(lab_presence presence)
 {
@@ -59,24 +59,24 @@ static void project(const diag__linear *l, int k, double *info, double *score)
     }
 }
 
-lab_power diag__power(const diag__problem *q, const diag__linear *l, int k, double wide)
+lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
 {
     const lab_candidate *c = &q->candidate[l->cause[k]];
     double info, score, raw = l->I[(size_t)k * (size_t)l->n + (size_t)k];
     project(l, k, &info, &score);
-    double sd = info > 1e-9 * raw ? sqrt(wide / info) : INFINITY;
+    double sd = info > 1e-9 * raw ? 1.0 / sqrt(info) : INFINITY;
     if (!(sure * sd < 1.0)) {
         return (lab_power){LAB_NOT_TESTABLE,
                            NAN,
                            NAN,
                            NAN,
                            NAN,
-                           sure * sqrt(wide / raw) < 1.0
+                           sure / sqrt(raw) < 1.0
                                ? "what it changes, other numbers, the causes or the strokes' own "
                                  "change too"
                                : "too little of it shows in these strokes"};
     }
-    double z = sqrt(least_gain + log1p(info) / wide), a = score / info,
+    double z = sqrt(diag__least_gain + log1p(info)), a = score / info,
            toward = c->effect->both_signs ? fabs(a) : a;
     int hides = (z + sure) * sd > 1.0, points = toward >= points_to * sd,
         noise = diag__leaves_noise(l->row);

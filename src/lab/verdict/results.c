@@ -11,7 +11,7 @@
 
 #include "verdict.h"
 
-static const double normal95 = 1.96, least_gain = 25.0;
+static const double normal95 = 1.96;
 
 /* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
  * from them: Student's t. */
@@ -40,19 +40,19 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     const fit__problem *p = &row->p;
     int at = diag__unknown_at(row, i);
     const fit__unknown *u = &p->unknown[at];
-    double half = half_interval(p), wide = sqrt(diag__inflation(row)), sd;
+    double half = half_interval(p), sd;
     s->nnumber = 0;
     s->amount = diag__amount(row, i, &sd) * c->limit;
-    if (gain > least_gain && fabs(row->x[at]) < normal95 * sd) {
+    if (gain > diag__least_gain && fabs(row->x[at]) < normal95 * sd) {
         sd = fabs(row->x[at]) / sqrt(gain); // 0 is as far as the ratio of likelihoods has it
     }
     lab_cause_number *n = next_number(s, c->effect->size, c->unit);
     n->value = s->amount;
-    n->sd = wide * sd * c->limit;
+    n->sd = sd * c->limit;
     n->lo = n->value - half * n->sd;
     n->hi = n->value + half * n->sd;
     for (int k = 0; k < LAB_SIDES && c->side[k].param >= 0; k++) {
-        double own = fmin(1.0, wide * row->sd[at + 1 + k]), x = row->x[at + 1 + k];
+        double own = fmin(1.0, row->sd[at + 1 + k]), x = row->x[at + 1 + k];
         n = next_number(s, c->side[k].name, c->side[k].unit);
         n->value = fit__value(&u[1 + k], x);
         n->sd = 0.5 * fabs(fit__value(&u[1 + k], x + own) - fit__value(&u[1 + k], x - own));
@@ -116,7 +116,7 @@ static int place_in(const diag__row *row, int k)
 
 /* a candidate that is neither a cause nor a rival */
 static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row *null,
-                         const diag__row *best, const diag__linear *l, int k)
+                         const diag__linear *l, int k)
 {
     const diag__row *row = row_with(q, t, k);
     lab_suspect s = row != NULL ? of_row(t, null, row, place_in(row, k)) : blank(&q->candidate[k]);
@@ -151,7 +151,7 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
                 : s.candidate.effect->both_signs || a > 0.0 ? "it would have to be larger than is "
                                                               "thinkable"
                                                             : "it would have to be negative";
-        s.power = diag__power(q, l, column, diag__inflation(best));
+        s.power = diag__power(q, l, column);
     }
     return s;
 }
@@ -238,8 +238,8 @@ static void note_value(const diag__problem *q, const diag__row *row, int k, lab_
         return; // an amount
     }
     const stein_param *f = &m->params[param];
-    double wide = sqrt(diag__inflation(row)), x = row->x[k], value = fit__value(u, x),
-           in_sd = u->prior ? fmin(1.0, wide * row->sd[k]) : wide * row->sd[k],
+    double x = row->x[k], value = fit__value(u, x),
+           in_sd = u->prior ? fmin(1.0, row->sd[k]) : row->sd[k],
            s = in_sd * u->sd * fabs(fit__slope(u, x));
     o->value[o->nvalue++] = (lab_fit_value){.name = f->name,
                                             .unit = f->unit,
@@ -289,7 +289,7 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
     int first = o->nsuspect;
     for (int k = 0; k < q->n; k++) {
         if (!is_listed(o, &q->candidate[k])) {
-            o->suspect[o->nsuspect++] = other(q, t, null, best, l, k);
+            o->suspect[o->nsuspect++] = other(q, t, null, l, k);
         }
     }
     qsort(o->suspect + first, (size_t)(o->nsuspect - first), sizeof *o->suspect, by_gain);

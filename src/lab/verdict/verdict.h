@@ -21,9 +21,8 @@
 typedef struct diag__evidence {
     int n, cause[DIAG_CAUSES]; /* candidates */
     double objective, chi2_dof;
-    double inflation; /* of variances beside the noise of the fit */
-    double relative;  /* RMS residual in that of the motion */
-    double memory;    /* samples that the residual is alike over */
+    double relative; /* RMS residual in that of the motion */
+    double memory;   /* samples that the residual is alike over */
     int converged, possible;
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
@@ -56,7 +55,7 @@ typedef struct diag__judgement {
     diag__finding finding;
     int best, null; /* rows */
     int nrival, rival[DIAG_RIVALS];
-    double gain;  /* objective(null) - objective(best), over the inflation */
+    double gain;  /* objective(null) - objective(best) */
     double share; /* of the misfit beyond noise that the best one explains */
 } diag__judgement;
 /** The verdict of a table [n], of which one row has no cause. */
@@ -104,7 +103,7 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 /* ---- power.c ---- */
 
 /** Detectability of a candidate with column k, by the linear model at the best row. */
-lab_power diag__power(const diag__problem *q, const diag__linear *l, int k, double inflation);
+lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
 
 /* ---- results.c ---- */
 
@@ -117,11 +116,9 @@ stein_status diag__results(diag__problem *q, const diag__table *t, const diag__j
 /* ---- posterior.c ---- */
 
 /** Numbers of causes and rivals with their joint uncertainty. @return OK, ENOMEM */
-stein_status diag__posterior(const diag__row *row, double inflation, lab_posterior *to,
-                             stein_err *err);
+stein_status diag__posterior(const diag__row *row, lab_posterior *to, stein_err *err);
 /** What the records were like. @return OK, ENOMEM */
-stein_status diag__conditions(const fit__problem *p, double inflation, lab_conditions *to,
-                              stein_err *err);
+stein_status diag__conditions(const fit__problem *p, lab_conditions *to, stein_err *err);
 /** The next experiment. @return OK (also when none can be simulated), ENOMEM */
 stein_status diag__next(const diag__problem *q, lab_diagnosis *o, stein_err *err);
 void diag__posteriors_free(lab_diagnosis *o);
