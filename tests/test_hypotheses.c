@@ -74,6 +74,15 @@ static diag__row *add_row(world *w, diag__hypothesis h, double objective, const 
     return row;
 }
 
+/* a world with one fitted row, of 300 samples */
+static diag__row *only_row(world *w, diag__hypothesis h, double objective)
+{
+    make_world(w);
+    diag__row *row = add_row(w, h, objective, NULL);
+    row->p.samples = 300;
+    return row;
+}
+
 /* the model has lost its records */
 static diag__row *add_failed(world *w, diag__hypothesis h, const char *why)
 {
@@ -393,9 +402,7 @@ START_TEST(one_cause_more_is_proposed_in_the_order_of_what_it_explains)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 2000.0);
     make_model(&m, row, 0, 3, (int[]){COULOMB, MASS, PRELOAD}, 400.0, apart,
                (double[]){0.2, 0.3, -0.9});
     ck_assert_int_eq(propose(&diag__propose_add, &w, &m, list, MOST), 3);
@@ -418,9 +425,7 @@ START_TEST(what_is_impossible_is_not_proposed)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 2000.0);
     make_model(&m, row, 0, 3, (int[]){COULOMB, MASS, PRELOAD}, 400.0, apart,
                (double[]){-0.2, 0.3, 3.9});
     ck_assert_int_eq(propose(&diag__propose_add, &w, &m, list, MOST), 1);
@@ -435,9 +440,7 @@ START_TEST(what_is_the_same_direction_is_proposed_once)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 2000.0);
     make_model(&m, row, 0, 3, (int[]){CENTRE, PRELOAD, MASS}, 400.0, twins,
                (double[]){0.6, 0, 0.1});
     ck_assert_int_eq(propose(&diag__propose_add, &w, &m, list, MOST), 2);
@@ -452,9 +455,7 @@ START_TEST(a_cause_more_comes_beside_those_of_the_row)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, HYPOTHESIS(MASS), 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, HYPOTHESIS(MASS), 2000.0);
     // columns are not in the order of candidates: amounts go with their causes
     make_model(&m, row, 1, 3, (int[]){MASS, PRELOAD, CENTRE}, 400.0, apart,
                (double[]){-0.4, 0.7, 0.1});
@@ -474,9 +475,7 @@ START_TEST(nothing_is_proposed_beside_as_many_causes_as_can_act)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, HYPOTHESIS(COULOMB, PRELOAD, MASS), 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, HYPOTHESIS(COULOMB, PRELOAD, MASS), 2000.0);
     make_model(&m, row, 3, 4, (int[]){COULOMB, PRELOAD, MASS, CENTRE}, 400.0, four,
                (double[]){0.3, 0.3, 0.3, 0.7});
     ck_assert_int_eq(propose(&diag__propose_add, &w, &m, list, MOST), 0);
@@ -494,9 +493,7 @@ START_TEST(a_pair_is_found_that_single_columns_hide)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 9000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 9000.0);
     make_model(&m, row, 0, 3, (int[]){DRAG, COULOMB, MASS}, 1e4, likeness, (double[]){1, 1, 0});
     ck_assert_int_gt(propose(&diag__propose_add, &w, &m, list, MOST), 0);
     ck_assert_int_eq(list[0].h.cause[0], MASS);
@@ -517,9 +514,7 @@ START_TEST(two_of_the_same_direction_are_no_pair)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 9000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 9000.0);
     make_model(&m, row, 0, 2, (int[]){PRELOAD, CENTRE}, 1e4, likeness, (double[]){1, -1});
     ck_assert_int_eq(propose(&diag__propose_pair, &w, &m, list, MOST), 0);
     diag__table_free(&w.t);
@@ -533,9 +528,7 @@ START_TEST(two_columns_of_one_candidate_are_no_pair)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 9000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 9000.0);
     make_model(&m, row, 0, 2, (int[]){PRELOAD, PRELOAD}, 1e4, likeness, (double[]){1, 1});
     ck_assert_int_eq(propose(&diag__propose_pair, &w, &m, list, MOST), 0);
     diag__table_free(&w.t);
@@ -549,9 +542,7 @@ START_TEST(another_cause_is_proposed_in_the_place_of_one)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, HYPOTHESIS(PRELOAD, MASS), 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, HYPOTHESIS(PRELOAD, MASS), 2000.0);
     make_model(&m, row, 2, 3, (int[]){PRELOAD, MASS, CENTRE}, 400.0, likeness,
                (double[]){0.5, 0.8, 0});
     int n = propose(&diag__propose_exchange, &w, &m, list, MOST);
@@ -570,9 +561,7 @@ START_TEST(nothing_is_exchanged_where_there_is_no_cause)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, (diag__hypothesis){.n = 0}, 2000.0);
     make_model(&m, row, 0, 3, (int[]){PRELOAD, MASS, CENTRE}, 400.0, apart, (double[]){1, 1, 1});
     ck_assert_int_eq(propose(&diag__propose_exchange, &w, &m, list, MOST), 0);
     ck_assert_int_eq(propose(&diag__propose_drop, &w, &m, list, MOST), 0);
@@ -586,9 +575,7 @@ START_TEST(each_of_several_causes_is_left_out_once)
     world w;
     model m;
     diag__proposal list[MOST];
-    make_world(&w);
-    diag__row *row = add_row(&w, HYPOTHESIS(PRELOAD, DRAG, MASS), 2000.0, NULL);
-    row->p.samples = 300;
+    diag__row *row = only_row(&w, HYPOTHESIS(PRELOAD, DRAG, MASS), 2000.0);
     make_model(&m, row, 3, 3, (int[]){PRELOAD, DRAG, MASS}, 400.0, apart, (double[]){0.5, 0, 0.8});
     ck_assert_int_eq(propose(&diag__propose_drop, &w, &m, list, MOST), 3);
     for (int i = 0; i < 3; i++) {
