@@ -6,6 +6,7 @@
  * fit or does not fit the record's own words into sentences (data_findings.c). Nothing here repairs
  * or drops a sample.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -133,7 +134,7 @@ static double locking(const data__series *s, int (*rest)[2], int n, double step)
     if (step == 0.0 || all < 20) {
         return 0.0;
     }
-    qsort(s->scratch, (size_t)all, sizeof *s->scratch, data__compare);
+    gsl_sort(s->scratch, 1, (size_t)all);
     for (int i = 1; i < all; i++) {
         run = s->scratch[i] - s->scratch[i - 1] < 0.3 * step ? run + 1 : 1;
         most = run > most ? run : most;

@@ -187,7 +187,6 @@ typedef struct data__series {
 enum { DATA_DIFFERENCES = 20000 };
 
 double data__median(double *v, int n); /* reorders v; NAN for n = 0 */
-int data__compare(const void *a, const void *b);
 /** Quantisation step; 0 when there is none. */
 double data__step(const data__series *s);
 /** Noise of a channel: standard deviation about polynomials fitted in windows. Their length and

@@ -21,6 +21,7 @@
  * differences lie within an eighth of a step of the lattice - by chance 25 % would. The largest
  * believed step counts: a finer lattice of written digits is inside of it.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,18 +41,12 @@ enum {
 };
 static const double tolerated = 1.2; /* ratio of variances of two windows: 10 % of the noise */
 
-int data__compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 double data__median(double *v, int n)
 {
     if (n == 0) {
         return NAN;
     }
-    qsort(v, (size_t)n, sizeof *v, data__compare);
+    gsl_sort(v, 1, (size_t)n);
     return 0.5 * (v[n / 2] + v[(n - 1) / 2]);
 }
 
@@ -164,7 +159,7 @@ static guess look_through(const data__series *s, int w, int degree)
         int first = (int)((long long)i * count / used) * hop;
         variance[i] = data__residual(s->t + first, s->v + first, w, degree, r);
     }
-    qsort(variance, (size_t)used, sizeof *variance, data__compare);
+    gsl_sort(variance, 1, (size_t)used);
     int clean = used;
     for (int pass = 0; pass < PASSES; pass++) { // the quartile of the windows without impacts
         g.variance = variance[clean / 4] / chi_squared(dof, -0.6745);
@@ -390,7 +385,7 @@ static int differences(const data__series *s, double *d)
             }
         }
     }
-    qsort(d, (size_t)n, sizeof *d, data__compare);
+    gsl_sort(d, 1, (size_t)n);
     return n;
 }
 

@@ -22,11 +22,13 @@
  * stroke that just escapes and one that just does not are far apart without anybody's fault. And a
  * stroke that a little more or less friction brings back is no contradiction.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "data_inner.h"
+#include "data_trial.h"
 #include "fitting.h"
 
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */
@@ -50,7 +52,8 @@ typedef struct check {
     double median;
     lab_report_fn *report;
     void *ctx;
-    long evaluations, patience, most; /* of the present stroke, at most; most of any so far */
+    data__patience run; /* of the present stroke */
+    long most;          /* evaluations of any stroke so far */
     int told;
     stein_status failed;
 } check;
@@ -97,25 +100,17 @@ static double off_by(const fit__stroke *s, int c, const double *predicted, doubl
     return n > 0 ? squares - sum * sum / n : 0.0;
 }
 
-/* absurd settings make stiff runs that would take hours: they are broken off as failed */
-static void lose_patience(void *ctx, double t, const double *q, const double *qd, double *Q)
-{
-    check *c = ctx;
-    (void)t, (void)q, (void)qd;
-    Q[0] += ++c->evaluations > c->patience ? (double)NAN : 0.0;
-}
-
 static double misfit(check *c, int stroke)
 {
     const fit__stroke *s = &c->p->stroke[stroke];
     double best = INFINITY, reach = s->tau >= 0 ? 3.0 * c->p->def->trigger : 0.0;
-    c->evaluations = 0;
+    c->run.used = 0;
     stein_status status = fit__simulate(c->p, &c->bench, stroke, c->x, c->y, NULL);
     if (status != STEIN_OK) {
         c->failed = status == STEIN_ENOMEM ? status : c->failed;
         return INFINITY; // with these settings it does not move at all
     }
-    c->most = c->evaluations > c->most ? c->evaluations : c->most;
+    c->most = c->run.used > c->most ? c->run.used : c->most;
     for (int i = 0; s->n > 1 && i < (reach > 0.0 ? SHIFTS : 1); i++) {
         double sum = 0.0, tau = reach * (2.0 * i / (SHIFTS - 1) - 1.0);
         int n = 0;
@@ -322,12 +317,6 @@ static void judge(check *c, int stroke)
 
 /* ---- all strokes ---- */
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static stein_status judge_all(check *c, stein_err *err)
 {
     int n = c->p->nstroke;
@@ -338,15 +327,15 @@ static stein_status judge_all(check *c, stein_err *err)
         return lab__no_memory(err);
     }
     stein_status status = fit__bench_make(&c->bench, c->p, err);
-    c->bench.force = lose_patience;
-    c->bench.force_ctx = c;
+    c->bench.force = data__lose_patience;
+    c->bench.force_ctx = &c->run;
     for (int s = 0; status == STEIN_OK && s < n; s++) {
         long many = (long)A_SAMPLE * c->p->stroke[s].n;
-        c->patience = many > PATIENCE ? many : PATIENCE;
+        c->run.most = many > PATIENCE ? many : PATIENCE;
         c->misfit[s] = c->misfit[n + s] = misfit(c, s);
     }
-    c->patience = TIMES * (c->most > 0 ? c->most : PATIENCE);
-    qsort(c->misfit + n, (size_t)n, sizeof *c->misfit, ascending);
+    c->run.most = TIMES * (c->most > 0 ? c->most : PATIENCE);
+    gsl_sort(c->misfit + n, 1, (size_t)n);
     c->median = c->misfit[n + (n - 1) / 2];
 
     for (int s = 0; status == STEIN_OK && s < n; s++) {

@@ -23,6 +23,7 @@
  * A linear model whose initial state is unknown follows its data at any scale. There the travel is
  * compared with the largest length of the model's file.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -351,7 +352,7 @@ static void judge(data__suspects *a, double *off, double *worst, double *sorted)
         return;
     }
     memcpy(sorted, worst, sizeof *sorted * (size_t)n);
-    qsort(sorted, (size_t)n, sizeof *sorted, data__compare);
+    gsl_sort(sorted, 1, (size_t)n);
     double limit = fmin(asked, fmax(not_asked, usual * sorted[(n - 1) / 2]));
     for (int r = 0; r < n; r++) {
         if (worst[r] > limit) {
@@ -359,7 +360,7 @@ static void judge(data__suspects *a, double *off, double *worst, double *sorted)
         }
     }
     memcpy(sorted, off, sizeof *sorted * (size_t)n);
-    qsort(sorted, (size_t)n, sizeof *sorted, data__compare);
+    gsl_sort(sorted, 1, (size_t)n);
     if (2 * nbad > n) {
         judge_all(a, bad, nbad);
     } else {

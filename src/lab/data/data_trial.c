@@ -11,6 +11,7 @@
  *
  * A reading that makes no sense (an angle of 20 000 rad/s) may be stiff: it is broken off.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,7 +45,7 @@ static double travel_of(const double *v, int n)
     if (k < FEWEST) {
         return 0.0;
     }
-    qsort(sorted, (size_t)k, sizeof *sorted, data__compare);
+    gsl_sort(sorted, 1, (size_t)k);
     return sorted[k - 1 - k / 50] - sorted[k / 50];
 }
 
@@ -185,14 +186,9 @@ static stein_status copy_make(copy *c, const lab_data *d, data__reading r, stein
 
 /* ---- the comparison ---- */
 
-typedef struct watch {
-    long used, most;
-} watch;
-
-/* a reading that makes no sense makes stiff runs: they are broken off as failed */
-static void lose_patience(void *ctx, double t, const double *q, const double *qd, double *Q)
+void data__lose_patience(void *ctx, double t, const double *q, const double *qd, double *Q)
 {
-    watch *w = ctx;
+    data__patience *w = ctx;
     (void)t, (void)q, (void)qd;
     Q[0] += ++w->used > w->most ? (double)NAN : 0.0;
 }
@@ -311,7 +307,7 @@ static stein_status run(fit__problem *p, data__match *match, long *patience, ste
 {
     fit__bench b;
     const fit__stroke *s = &p->stroke[0];
-    watch w = {0, *patience};
+    data__patience w = {0, *patience};
     double *x = calloc((size_t)(p->nu + p->rows + s->nch) + 1, sizeof *x);
     if (x == NULL) {
         return lab__no_memory(err);
@@ -324,7 +320,7 @@ static stein_status run(fit__problem *p, data__match *match, long *patience, ste
     stein_status status = fit__bench_make(&b, p, err);
     if (status == STEIN_OK) {
         fit__follow how = {.sd = sd, .until = INFINITY, .most = INFINITY, .steps = STEPS};
-        b.force = lose_patience;
+        b.force = data__lose_patience;
         b.force_ctx = &w;
         if (is_open(p)) {
             fit__follow_start(p, &b, 0, &how, x);

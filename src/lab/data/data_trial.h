@@ -27,6 +27,14 @@ typedef struct data__match {
     double travel, predicted; /* 2 % to 98 % of the samples, and of the prediction [unit] */
 } data__match;
 
+/** Evaluations of the equations that a simulation may take. */
+typedef struct data__patience {
+    long used, most;
+} data__patience;
+/** A stein_force_fn. Absurd readings and settings make stiff runs that would take hours: with more
+ *  evaluations than ctx, a data__patience, allows, the run fails. */
+void data__lose_patience(void *ctx, double t, const double *q, const double *qd, double *Q);
+
 /** Compare the beginning of a record, up to the third turning point of its channels, with the model
  *  at the file's numbers and the record's settings. Where the initial state is unknown it is taken
  *  from the first samples, as this reading shows them.

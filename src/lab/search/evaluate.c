@@ -24,6 +24,7 @@
  * hidden in them: the hidden effect ranks first or among its geometric equivalents at a gain of
  * 0.05, and 65th at the free fit of the model without it.
  */
+#include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -191,12 +192,6 @@ stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *
 
 /* ---- records that a fit has lost ---- */
 
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* marks records that are far off beside the one in the middle. @param chi2  [2*nstroke] room
  * @return how many; 0 where they are half of all */
 static int outliers(const fit__problem *p, const double *r, double *chi2, unsigned char *which)
@@ -209,7 +204,7 @@ static int outliers(const fit__problem *p, const double *r, double *chi2, unsign
         chi2[s] = lab__dot(v, v, size) / fmax(1.0, t->samples);
         chi2[p->nstroke + s] = chi2[s];
     }
-    qsort(chi2 + p->nstroke, (size_t)p->nstroke, sizeof *chi2, by_size);
+    gsl_sort(chi2 + p->nstroke, 1, (size_t)p->nstroke);
     double middle = chi2[p->nstroke + p->nstroke / 2];
     for (int s = 0; s < p->nstroke; s++) {
         which[s] = chi2[s] > outlying * fmax(1.0, middle);
@@ -244,9 +239,8 @@ static stein_status recover(fit__problem *p, fit__end *e, stein_err *err)
 
 /* ---- where a fit begins ---- */
 
-/* the unknown of a record in another problem of the same records; -1: it has none */
-static int counterpart(const fit__problem *to, const fit__problem *from, int stroke,
-                       const fit__unknown *u)
+int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
+                      const fit__unknown *u)
 {
     const stein_model *a = lab_equations(from->model), *b = lab_equations(to->model);
     const fit__stroke *t = &to->stroke[stroke];
@@ -283,7 +277,7 @@ static void carry_over(diag__row *row, const diag__row *parent)
     for (int s = 0; s < to->nstroke; s++) {
         const fit__stroke *t = &from->stroke[s];
         for (int k = t->first; k < t->first + t->own; k++) {
-            int at = counterpart(to, from, s, &from->unknown[k]);
+            int at = diag__counterpart(to, from, s, &from->unknown[k]);
             if (at >= 0) {
                 const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
                 row->x[at] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;

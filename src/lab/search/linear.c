@@ -273,21 +273,16 @@ static stein_status numbers(work *w, stein_err *err)
 /* the unknowns of one problem as those of another one: x of a mechanism with a part more */
 static void translate(const fit__problem *from, const double *x, const fit__problem *to, double *y)
 {
-    const stein_model *a = lab_equations(from->model), *b = lab_equations(to->model);
     memset(y, 0, sizeof *y * (size_t)to->nu);
     memcpy(y, x, sizeof *y * (size_t)from->amount);
     for (int s = 0; s < from->nstroke; s++) {
-        const fit__stroke *t = &from->stroke[s], *u = &to->stroke[s];
+        const fit__stroke *t = &from->stroke[s];
         for (int k = t->first; k < t->first + t->own; k++) {
             const fit__unknown *v = &from->unknown[k];
-            int joint = v->kind == FIT__POSITION || v->kind == FIT__SPEED;
-            for (int i = u->first; i < u->first + u->own; i++) {
-                const fit__unknown *z = &to->unknown[i];
-                if (z->kind == v->kind &&
-                    (joint ? strcmp(a->bodies[v->index].name, b->bodies[z->index].name) == 0
-                           : z->index == v->index)) {
-                    y[i] = (v->start + v->sd * x[k] - z->start) / z->sd;
-                }
+            int at = diag__counterpart(to, from, s, v);
+            if (at >= 0) {
+                const fit__unknown *z = &to->unknown[at];
+                y[at] = (v->start + v->sd * x[k] - z->start) / z->sd;
             }
         }
     }

@@ -175,6 +175,10 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
 /** A fit from x while the observer holds with one gain after the other, then free.
  *  @param held  0: free at once  @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
+/** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
+ * a part more or less. @return its index, -1: it has none */
+int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
+                      const fit__unknown *u);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
