@@ -18,8 +18,6 @@
 #include "verdict.h"
 
 enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
-static const double near = 25.0; /* chi2/dof up to which the free linear model is good */
-static const double held = 0.05; /* gain of the observer elsewhere */
 
 typedef struct diagnosis {
     diag__problem q;
@@ -236,13 +234,12 @@ static stein_status refine(diagnosis *d, stein_err *err)
 static stein_status results(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    double gain = best->chi2_dof > near ? held : 0.0;
     diag__linear own = {.n = 0}, *l = &d->t.last;
     stein_err why = {STEIN_OK, ""};
     stein_status status = STEIN_OK;
     if (l->row != best) {
         l = &own;
-        status = diag__linearise(&d->q, best, gain, FREE_RECORDS, l, &why);
+        status = diag__linearise(&d->q, best, diag__observer_gain(best), FREE_RECORDS, l, &why);
     }
     status = status == STEIN_OK ? diag__results(&d->q, &d->t, &d->j, l, &d->setting, d->out, &why)
                                 : status;

@@ -62,6 +62,11 @@ diag__row *diag__incumbent(const diag__problem *q, const diag__table *t)
     return best;
 }
 
+double diag__observer_gain(const diag__row *row)
+{
+    return row->chi2_dof > near ? held : 0.0;
+}
+
 /* ---- which row ---- */
 
 /* how a row is linearised next: 1 held, 2 free, 0: it was, or its hypothesis where it fits as well
@@ -75,7 +80,7 @@ static int next_look(const diag__table *t, const diag__row *row)
             seen |= other->expanded;
         }
     }
-    int first = row->chi2_dof > near ? HELD : FREE, then = HELD + FREE - first;
+    int first = diag__observer_gain(row) > 0.0 ? HELD : FREE, then = HELD + FREE - first;
     int more =
         row->chi2_dof > noise_like && (then == HELD || row->scale > 1.0 || row->chi2_dof < far);
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;

@@ -251,6 +251,8 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err);
 /** The row that stands for the verdict: of the best rows with 0, 1, 2, 3 causes the one from which
  *  on a cause more gains nothing to speak of. */
 diag__row *diag__incumbent(const diag__problem *q, const diag__table *t);
+/** Gain of the observer with which a row is linearised first; 0: it is near enough without. */
+double diag__observer_gain(const diag__row *row);
 extern const double diag__least_gain; /* of -2 ln L, to name a cause */
 extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
