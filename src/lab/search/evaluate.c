@@ -345,10 +345,11 @@ static double relative_of(const fit__problem *p, const double *r)
         for (int c = 0; c < t->nch; c++) {
             double sum = 0.0, square = 0.0, n = 0.0;
             for (int i = c * t->n; i < (c + 1) * t->n; i++) {
-                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0;
-                sum += y;
-                square += y * y;
-                n += isfinite(t->y[i]);
+                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0,
+                       w = t->share[i] * t->share[i];
+                sum += w * y;
+                square += w * y * y;
+                n += w;
             }
             motion += n > 0.0 ? square - sum * sum / n : 0.0;
         }

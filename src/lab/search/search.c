@@ -31,16 +31,19 @@ static const double far = 400.0;      /* the same up to which it is worth a look
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
+static const double twice = 2.0;      /* few draws show the share of inputs to a factor of two */
+static const double matters = 0.05;   /* such a share: the noise is no longer as stated */
 const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 
-double diag__most_noise(const fit__problem *p)
+double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
     double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu));
-    return fit__noise_given(p) ? 1.0 + slack + 5.0 * sd : guessed;
+    double most = 1.0 + slack + 5.0 * sd + twice * q->input_share;
+    return fit__noise_given(p) ? fmin(most, guessed) : guessed;
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -240,8 +243,9 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
-    q->scale_free = !fit__noise_given(&q->null);
-    stein_status status = diag__evaluate(q, t, &null, &row, err);
+    stein_status status = diag__input_noise(&q->null, &q->input_share, err);
+    q->scale_free = !fit__noise_given(&q->null) || q->input_share > matters;
+    status = status == STEIN_OK ? diag__evaluate(q, t, &null, &row, err) : status;
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }
@@ -250,7 +254,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) &&
-        diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null)) {
+        diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null)) {
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }

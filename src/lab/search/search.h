@@ -53,8 +53,10 @@ typedef struct diag__problem {
     const lab_model *model;
     const lab_diagnose_def *def;
     lab_fit_def fit_def;
-    const char **name; /* [nname] free parameters */
+    const char **name;  /* [nname] free parameters */
+    double *name_sd;    /* [nname] tolerances that are assumed, 0: the file states one, or none */
     int nname;
+    int assumed;        /* of them have an assumed one */
     const lab_dataset *fitted;
     fit__problem null; /* of the file's own mechanism without a cause */
     lab_candidate *candidate;
@@ -62,6 +64,7 @@ typedef struct diag__problem {
     int n;
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
+    double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
     int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
                      * as little as was stated */
     double memory;  /* of the row that leaves least: samples that count as one, scale_free */
@@ -210,6 +213,12 @@ double diag__amount(const diag__row *row, int i, double *sd);
 /** Are all amounts of a row of a possible sign and size? */
 int diag__is_possible(const diag__problem *q, const diag__row *row);
 
+/* ---- input_noise.c ---- */
+
+/** @param share  out: what noise of measured forces adds to chi2/dof, 0: there are none
+ *  @return OK, ENOMEM */
+stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *err);
+
 /* ---- linear.c ---- */
 
 /** @param most  records that are used at most  @return OK, ENOMEM, numerical failures; free it in
@@ -220,7 +229,9 @@ void diag__linear_free(diag__linear *l);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
-/** Does a candidate move a number of the file with a stated tolerance? */
+/** Does the file state a tolerance of this number of its own mechanism, or is one assumed? */
+int diag__has_tolerance(const diag__problem *q, int param);
+/** Does a candidate move a number with a tolerance? */
 int diag__is_tolerated(const diag__problem *q, const lab_candidate *c);
 /** Does it act like what differs from record to record by itself? */
 int diag__scatters(const diag__problem *q, const lab_candidate *c);
@@ -257,7 +268,7 @@ extern const double diag__least_gain; /* of -2 ln L, to name a cause */
 extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
-double diag__most_noise(const fit__problem *p);
+double diag__most_noise(const diag__problem *q, const fit__problem *p);
 
 /* ---- step.c ---- */
 
@@ -274,6 +285,8 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
 
 /* ---- likelihood.c ---- */
 
+/** How many records the prior of a scatter counts as, beside so many. */
+double diag__scatter_worth(int records);
 /** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
 int diag__scatters_most(const double *D);
 /** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;

@@ -178,7 +178,7 @@ void diag__weigh(diag__problem *q, diag__table *t)
 int diag__is_tolerated(const diag__problem *q, const lab_candidate *c)
 {
     return c->effect->needs == NULL && c->nparam == 1 &&
-           lab_equations(q->model)->params[c->param[0]].tolerance > 0.0;
+           diag__has_tolerance(q, c->param[0]);
 }
 
 int diag__scatters(const diag__problem *q, const lab_candidate *c)

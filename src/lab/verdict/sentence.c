@@ -79,8 +79,12 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     switch (j->finding) {
     case DIAG_EXPLAINED:
         o->verdict = LAB_VERDICT_EXPLAINED;
-        append(o, "The model explains the strokes: noise, tolerances of the file and scatter from "
-                  "stroke to stroke are enough.");
+        append(o, s->assumed > 0
+                      ? "The model explains the strokes: noise, scatter from stroke to stroke and "
+                        "what a ruler and a scale leave open (the file states no tolerances) are "
+                        "enough."
+                      : "The model explains the strokes: noise, tolerances of the file and scatter "
+                        "from stroke to stroke are enough.");
         break;
     case DIAG_NAMED:
         o->verdict = class_of(o);

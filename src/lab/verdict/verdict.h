@@ -35,8 +35,9 @@ typedef struct diag__evidence {
 typedef struct diag__setting {
     double most_noise; /* chi2/dof up to which a residual is noise */
     int stated;        /* the noise is */
-    int records;       /* fitted */
+    double freedom;    /* degrees of freedom of the scatter from record to record */
     int tolerances;    /* numbers of the file with one */
+    int assumed;       /* of them the file states none of */
 } diag__setting;
 
 /** Why nothing is named, or what is. */
