@@ -129,7 +129,8 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
 {
     const diag__proposer *all[] = {&diag__propose_add,  &diag__propose_moved,
                                    &diag__propose_pair, &diag__propose_exchange,
-                                   &diag__propose_drop, &diag__propose_restart};
+                                   &diag__propose_merge, &diag__propose_drop,
+                                   &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         n += all[i]->propose(q, t, l, list + n, PROPOSALS);
@@ -170,7 +171,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
-    diag__proposal list[6 * PROPOSALS];
+    diag__proposal list[7 * PROPOSALS];
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;

@@ -176,8 +176,10 @@ int diag__unknown_at(const diag__row *row, int i);
 stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
                             diag__row **out, stein_err *err);
 /** A fit from x while the observer holds with one gain after the other, then free.
- *  @param held  0: free at once  @return OK, or a failure of the simulation */
-stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
+ *  @param held  0: free at once
+ *  @param renewals  of derivatives of the free fit, at most  @return OK, or a failure of the simulation */
+stein_status diag__descend(fit__problem *p, fit__end *e, int held, int renewals,
+                          stein_err *err);
 /** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
  * a part more or less. @return its index, -1: it has none */
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
@@ -252,7 +254,7 @@ typedef struct diag__proposer {
                    diag__proposal *out, int most);
 } diag__proposer;
 extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propose_pair,
-    diag__propose_exchange, diag__propose_drop, diag__propose_restart;
+    diag__propose_exchange, diag__propose_merge, diag__propose_drop, diag__propose_restart;
 
 /* ---- search.c ---- */
 
