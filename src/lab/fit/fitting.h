@@ -164,6 +164,9 @@ typedef struct fit__problem {
     long *simulated;             /* strokes so far are counted there; NULL: nowhere */
 } fit__problem;
 
+/** Is group g of one problem that of the same place as h of another one, whose mechanism may have
+ *  more joints before it? */
+int fit__same_group(const fit__problem *a, int g, const fit__problem *b, int h);
 /** All of its unknowns move at once: fewer samples than that are refused. */
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err);

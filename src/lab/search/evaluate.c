@@ -251,7 +251,8 @@ int diag__counterpart(const fit__problem *to, const fit__problem *from, int stro
             continue;
         }
         int same = joint ? strcmp(a->bodies[u->index].name, b->bodies[v->index].name) == 0
-                         : u->index == v->index;
+                   : u->kind == FIT__SCATTER ? fit__same_group(from, u->index, to, v->index)
+                                             : u->index == v->index;
         if (same) {
             return k;
         }
