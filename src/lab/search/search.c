@@ -20,6 +20,7 @@ enum {
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
+    FAR_RECORDS = 6,
     HELD_RECORDS = 5,
     HELD = 1,
     FREE = 2
@@ -207,9 +208,12 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;
+    // what leaves much more than noise shows in a few records
+    int records = look == HELD                 ? HELD_RECORDS
+                  : row->chi2_dof > noise_like ? FAR_RECORDS
+                                               : FREE_RECORDS;
     row->expanded |= look;
-    stein_status status =
-        diag__linearise(q, row, gain, gain > 0.0 ? HELD_RECORDS : FREE_RECORDS, &l, &why);
+    stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
     int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
     for (int i = 0; i < n && tried < most && !found && status == STEIN_OK && !diag__is_spent(q);
