@@ -495,6 +495,7 @@ void diag__problem_close(diag__problem *q)
         free_mechanism(q->mechanism[i]);
     }
     free(q->mechanism);
+    diag__kept_free(q->kept);
     fit__problem_free(&q->null);
     free(q->candidate);
     free(q->untestable);
