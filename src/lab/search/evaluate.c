@@ -53,6 +53,7 @@ static const double outlying = 9.0;  /* the same of a record, in that of the rec
 static const double same_noise = 0.1; /* relative change of noise that is none */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double refined = 0.1;    /* of the objective: such a fit has ended */
+static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
 static const double longest_start = 3.0; /* of an amount [limits] */
 static const double least_start = 0.02;  /* of a compliance, which has no 0 */
 
@@ -598,23 +599,51 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     return status;
 }
 
+/* Scatter in units of another standard deviation, by factors f of each class. */
+static void scale_scatter(diag__row *row, const double *f)
+{
+    fit__problem *p = &row->p;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        for (int k = t->first; k < t->first + t->own; k++) {
+            fit__unknown *u = &p->unknown[k];
+            double by = u->kind == FIT__SCATTER ? f[fit__class(u->index) - FIT__JOINTS] : 1.0;
+            double *J = row->J + fit__column(p, s, p->np + k - t->first);
+            u->sd *= by;
+            row->x[k] /= by;
+            p->step[k] /= by;
+            for (int i = 0; i < t->nch * t->n; i++) {
+                J[i] *= by;
+            }
+        }
+    }
+}
+
 /* One-sided differences and coarse steps serve a search. Where two unknowns change nearly the same
  * - friction and the speed at which it begins - the roughness of their columns looks like knowledge
  * that tells them apart, and the fit ends where that leads: on strokes of the action an amount was
  * 1.5 % off with a standard deviation of 0.3 %, and is 1.2 % off with one of 1.1 % from central
- * differences and steps ten times finer. So what is reported is fitted to its end with those. */
+ * differences and steps ten times finer. So what is reported is fitted to its end with those. And
+ * with the scatter that was found instead of that of the prior: where records do not differ, their
+ * own friction would take part of an effect, and the interval would not know. */
 stein_status diag__refine_row(diag__row *row, stein_err *err)
 {
     fit__problem *p = &row->p;
     stein_err why = {STEIN_OK, ""};
     double coarse = p->tolerance;
     if (row->J == NULL) {
-        row->J = malloc(sizeof *row->J * (fit__columns(p) + 1));
+        row->J = calloc(fit__columns(p) + 1, sizeof *row->J);
     }
     if (row->J == NULL) {
         return lab__no_memory(err);
     }
+    double to[DIAG_CLASSES], back[DIAG_CLASSES];
+    for (int i = 0; i < DIAG_CLASSES; i++) {
+        to[i] = fmax(sqrt(row->D[i]), least_scatter);
+        back[i] = 1.0 / to[i];
+    }
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
+    scale_scatter(row, to);
     p->central = 1;
     p->tolerance = finer * coarse;
     stein_status status = fit__descend(p, &e, 0, refined, REFINEMENTS, &why);
@@ -625,6 +654,10 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     p->central = 0;
     p->tolerance = coarse;
     status = status == STEIN_OK ? note(row, &why) : status;
+    scale_scatter(row, back);
+    for (int i = 0; status == STEIN_OK && i < DIAG_CLASSES; i++) {
+        row->D[i] *= to[i] * to[i];
+    }
     return fit__forgive(status, err);
 }
 
