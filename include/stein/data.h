@@ -87,6 +87,7 @@ typedef struct lab_data {
     unsigned long long hash; /* of the file's bytes */
     int planned;             /* 1: it has not been made yet, values of its outputs mean nothing */
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
+    int number;              /* in its dataset, in the order of the files, from 1; 0: of none */
 } lab_data;
 
 /** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */

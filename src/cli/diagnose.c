@@ -250,7 +250,9 @@ static void print_cause(const lab_suspect *s)
 {
     const lab_candidate *c = &s->candidate;
     char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT];
-    printf("cause: %s at %s: %s\n", c->effect->kind, c->place, c->effect->equation);
+    char scope[LAB_PLACE];
+    printf("cause: %s at %s%s: %s\n", c->effect->kind, c->place, lab_candidate_scope(c, scope),
+           c->effect->equation);
     for (int i = 0; i < s->nnumber; i++) {
         const lab_cause_number *n = &s->number[i];
         printf("  %s = %s  (95 %%: %s .. %s)\n", n->name, cli_quantity(value, n->value, n->unit),
@@ -267,8 +269,9 @@ static void print_rivals(const lab_diagnosis *d)
     for (int i = 0; i < d->nrival; i++) {
         const lab_candidate *c = &d->suspect[d->ncause + i].candidate;
         if (i < RIVALS) {
-            printf("%s%s at %s", i == 0 ? "the data cannot tell it from: " : ", ", c->effect->kind,
-                   c->place);
+            char scope[LAB_PLACE];
+            printf("%s%s at %s%s", i == 0 ? "the data cannot tell it from: " : ", ",
+                   c->effect->kind, c->place, lab_candidate_scope(c, scope));
         }
     }
     if (d->nrival > 0) {
@@ -294,12 +297,6 @@ static void print_departure(const lab_diagnosis *d)
            w->is_force ? "missing" : "off by", cli_quantity(size, w->size, w->unit), w->z);
 }
 
-/* is there something that the extended file has and the file has not? */
-static int is_extended(const lab_diagnosis *d)
-{
-    return d->ncause > 0 || (d->nlaw > 0 && d->law[0].pays);
-}
-
 static void print_law(const lab_diagnosis *d)
 {
     const lab_law *l = d->law;
@@ -320,7 +317,7 @@ static void print_law(const lab_diagnosis *d)
 static void print_gain(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    if (d->nheld > 0 && isfinite(g->ratio) && is_extended(d)) {
+    if (d->nheld > 0 && isfinite(g->ratio) && lab_diagnosis_extends(d)) {
         printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
                "noise alone leaves %.4g\n",
                g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
@@ -332,7 +329,7 @@ static void print_gain(const lab_diagnosis *d)
         return; // nothing was fitted
     }
     printf("fit: chi2/dof %.4g", d->chi2_dof_before);
-    if (is_extended(d)) {
+    if (lab_diagnosis_extends(d)) {
         printf(" -> %.4g", d->chi2_dof_after);
     }
     printf("; strokes scatter by %.2g %% in joint friction, %.2g %% in contact friction, %.2g %% "
@@ -425,7 +422,7 @@ static stein_status copy_to_stdout(const char *path, stein_err *err)
  */
 static stein_status write_extended(const job *j, const char *path, stein_err *err)
 {
-    if (is_extended(j->diagnosis)) {
+    if (lab_diagnosis_extends(j->diagnosis)) {
         return lab_extend(path, j->args->operand[0], j->diagnosis, err);
     }
     return unlink(path) == 0 || errno == ENOENT
@@ -449,7 +446,7 @@ static int write_files(const job *j, char *const path[FILES])
         return cli_failed(copy_to_stdout(path[JSON], &err), &err);
     }
     for (int i = 0; i < FILES; i++) {
-        if (i != EXTENDED || is_extended(d)) {
+        if (i != EXTENDED || lab_diagnosis_extends(d)) {
             printf("%s\n", path[i]);
         }
     }

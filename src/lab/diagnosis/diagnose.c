@@ -168,7 +168,7 @@ static stein_status check_setup(diagnosis *d, stein_err *err)
 static int element(const diag__problem *q, int k)
 {
     int i = 0;
-    while (!diag__related(&q->candidate[i], &q->candidate[k])) {
+    while (!diag__related(diag__base(q, i), diag__base(q, k))) {
         i++;
     }
     return i;
@@ -184,14 +184,15 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .converged = row->converged,
                         .possible = diag__is_possible(q, row)};
     for (int i = 0; i < row->h.n; i++) {
-        const lab_candidate *c = &q->candidate[row->h.cause[i]];
+        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
         e.cause[i] = row->h.cause[i];
         if (row->failed == NULL) {
             e.amount[i] = diag__amount(row, i, &e.sd[i]);
         }
-        e.tolerated[i] = diag__is_tolerated(q, c);
-        e.scatters[i] = diag__scatters(q, c);
-        e.named[i] = c->effect->site != LAB_AT_PARAMETER;
+        e.tolerated[i] = diag__is_tolerated(q, e.cause[i]);
+        e.scatters[i] = diag__scatters(q, e.cause[i]);
+        e.single[i] = c.from > 0 && c.from == c.until;
+        e.named[i] = c.effect->site != LAB_AT_PARAMETER;
         e.place[i] = element(q, row->h.cause[i]);
     }
     return e;
@@ -293,6 +294,67 @@ static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
     return status;
 }
 
+/* sum of squares of the reporting records between two numbers, where the change i of the best row
+ * begins at `from`; INFINITY: they cannot be simulated. The prediction stays in `to`. */
+static stein_status report_from(diagnosis *d, int i, int from, int lo, int hi, diag__reported *to,
+                                double *square, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    best->cause[i].from = from;
+    stein_status status = diag__report(&d->q, best, &d->reporting, to, err);
+    *square = isfinite(to->rmse) ? 0.0 : (double)INFINITY;
+    for (int s = 0; status == STEIN_OK && s < to->p.nstroke; s++) {
+        const fit__stroke *t = &to->p.stroke[s];
+        const double *r = to->r + fit__offset(&to->p, s);
+        int between = t->data->number >= lo && t->data->number < hi;
+        *square += between ? lab__dot(r, r, (size_t)t->nch * (size_t)t->n) : 0.0;
+    }
+    return status;
+}
+
+/* A change lies between two fitted records; the reporting ones between them tell where. They choose
+ * nothing else. */
+static stein_status place_change(diagnosis *d, int i, lab_suspect *s, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    int first = s->after + 1, last = best->cause[i].from, at = last;
+    double least = INFINITY;
+    stein_status status = STEIN_OK;
+    for (int pass = 0; pass < 2; pass++) { // the least, then what comes near it
+        int lo = last, hi = first;
+        for (int from = first; status == STEIN_OK && from <= last && first < last; from++) {
+            diag__reported there = {.rmse = NAN};
+            double square;
+            status = report_from(d, i, from, first, last, &there, &square, err);
+            at = square < least ? from : at;
+            least = fmin(least, square);
+            lo = square < least + diag__convincing && from < lo ? from : lo;
+            hi = square < least + diag__convincing && from > hi ? from : hi;
+            diag__reported_free(&there);
+        }
+        s->after = pass > 0 && first < last ? lo - 1 : s->after;
+        s->after_most = pass > 0 && first < last ? hi - 1 : s->after_most;
+    }
+    best->cause[i].from = s->candidate.from = at;
+    return status;
+}
+
+static stein_status place_changes(diagnosis *d, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < best->h.n; i++) {
+        lab_suspect *s = d->out->suspect;
+        while (!diag__is_same(&s->candidate, &best->cause[i])) {
+            s++;
+        }
+        if (s->after > 0) {
+            status = place_change(d, i, s, err);
+        }
+    }
+    return status;
+}
+
 /* the reporting records, predicted for the first time; numerical failures leave rmse NAN */
 static stein_status report(diagnosis *d, stein_err *err)
 {
@@ -303,6 +365,9 @@ static stein_status report(diagnosis *d, stein_err *err)
         return STEIN_OK;
     }
     status = diag__report(&d->q, d->t.row[d->j.null], &d->reporting, &d->before, &why);
+    if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
+        status = place_changes(d, &why);
+    }
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
         status = diag__report(&d->q, d->t.row[d->j.best], &d->reporting, &d->after, &why);
     }
@@ -465,6 +530,16 @@ static stein_status keep_parts(diagnosis *d, stein_err *err)
     return STEIN_OK;
 }
 
+/* do causes and rivals act in all records? An experiment has no place in their order. */
+static int act_in_all(const lab_diagnosis *o)
+{
+    int yes = 1;
+    for (int i = 0; i < o->ncause + o->nrival; i++) {
+        yes &= o->suspect[i].candidate.from == 0;
+    }
+    return yes;
+}
+
 static stein_status conclude(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
@@ -506,7 +581,7 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     status = status == STEIN_OK ? posteriors(d, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, err) : status;
-    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0) {
+    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0 && act_in_all(o)) {
         progress(d, 0.95, "the next experiment");
         status = diag__next(&d->q, o, err);
     }

@@ -37,13 +37,60 @@ static void write_parameters(lab__json *j, const lab_suspect *s)
     lab__json_close(j);
 }
 
+static int is_change(const lab_suspect *s)
+{
+    return s->candidate.from > 0 && s->candidate.until == 0;
+}
+
+/* the record of a wrong setting, the records behind one of which a change begins */
+static void write_scope(lab__json *j, const lab_suspect *s)
+{
+    if (is_change(s)) {
+        lab__json_text(j, "effect", s->candidate.effect->kind);
+        lab__json_int(j, "after", s->after_most);
+        lab__json_int(j, "after_at_least", s->after);
+    } else if (s->candidate.from > 0) {
+        lab__json_int(j, "stroke", s->candidate.from);
+        lab__json_text(j, "file", s->file);
+        lab__json_real(j, "stated", s->stated);
+        lab__json_real(j, "fits", s->stated + s->amount);
+    }
+}
+
 /* kind, place, what belongs to them */
 static void write_name(lab__json *j, const lab_suspect *s)
 {
     const lab_effect *e = s->candidate.effect;
-    lab__json_text(j, "kind", e != NULL ? e->kind : NULL);
+    lab__json_text(j, "kind", is_change(s) ? "changed_after" : e != NULL ? e->kind : NULL);
     lab__json_text(j, "place", s->candidate.place);
     lab__json_text(j, "class", e != NULL ? e->cls : NULL);
+    write_scope(j, s);
+}
+
+/* what the records say of themselves: one with a wrong setting, one behind which they change */
+static void write_odd_records(lab__json *j, const lab_diagnosis *d)
+{
+    const lab_suspect *change = NULL, *setting = NULL;
+    for (int i = 0; i < d->ncause; i++) {
+        const lab_suspect *s = &d->suspect[i];
+        change = change == NULL && is_change(s) ? s : change;
+        setting = setting == NULL && s->file != NULL ? s : setting;
+    }
+    if (change != NULL) {
+        lab__json_int(j, "changed_after", change->after_most);
+    } else {
+        lab__json_null(j, "changed_after");
+    }
+    if (setting != NULL) {
+        lab__json_open(j, "wrong_setting", '{');
+        lab__json_text(j, "name", setting->candidate.place);
+        lab__json_text(j, "unit", setting->candidate.unit);
+        write_scope(j, setting);
+        lab__json_real(j, "sd", setting->nnumber > 0 ? setting->number[0].sd : (double)NAN);
+        lab__json_close(j);
+    } else {
+        lab__json_null(j, "wrong_setting");
+    }
 }
 
 /* all numbers of its fit with their joint uncertainty; sd and correlation of the logarithm where
@@ -340,6 +387,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "verdict", lab_verdict_text(d->verdict));
     lab__json_text(&j, "reason", d->reason);
     lab__json_text(&j, "phase", d->phase);
+    write_odd_records(&j, d);
     write_remainder(&j, d);
     write_causes(&j, d);
     diag__law_json(&j, d);

@@ -306,7 +306,8 @@ static void start(diag__row *row, const diag__row *parent, const diag__proposal 
 static stein_status open_row(diag__problem *q, diag__row *row, stein_err *err)
 {
     for (int i = 0; i < row->h.n; i++) {
-        row->cause[i] = row->in->candidate[row->h.cause[i]];
+        row->cause[i] = diag__bound(q, row->in, row->h.cause[i]);
+        row->price += diag__price(q, row->h.cause[i]);
     }
     stein_status status = fit__problem_make_with(&row->p, row->in->model, row->in->fitted,
                                                  &q->fit_def, row->cause, row->h.n, err);
@@ -405,6 +406,7 @@ static stein_status note(diag__row *row, stein_err *err)
     double square = row->scale * row->scale;
     stein_status status =
         diag__likelihood(p, row->x, row->J, row->r, row->D, row->sd, &row->objective, err);
+    row->objective += row->price;
     row->rest = row->objective - fit__chi2(p, row->r);
     row->chi2_dof = fit__chi2_dof(p, row->r) * square;
     row->memory = memory_of(p, row->r);

@@ -53,8 +53,7 @@ static int choose(const diag__problem *q, const diag__linear *l, diag__ranked *l
     int found = 0;
     diag__rank(list, n);
     for (int i = 0; i < n && found < most; i++) {
-        const lab_candidate *c = &q->candidate[l->cause[list[i].a]];
-        int part = c->effect->needs != NULL;
+        int part = diag__base(q, l->cause[list[i].a])->effect->needs != NULL;
         if (!part && is_repeated(l, list, found, &list[i])) {
             continue;
         }
@@ -117,10 +116,10 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
     int n = 0;
     (void)t;
     for (int a = 0; l->own == 0 && l->gain == 0.0 && a < l->n && n < DIAG_COLUMNS; a++) {
-        const lab_candidate *c = &q->candidate[l->cause[a]];
+        int cause = l->cause[a];
         size_t k = (size_t)a;
         double info = l->I[k * (size_t)l->n + k], z = info > 0.0 ? fabs(l->s[k]) / sqrt(info) : 0.0;
-        if ((diag__is_tolerated(q, c) || diag__scatters(q, c)) && z > beyond_chance &&
+        if ((diag__is_tolerated(q, cause) || diag__scatters(q, cause)) && z > beyond_chance &&
             take(l, a, -1, &p) && diag__is_thinkable(q, &p)) {
             list[n++] = (diag__ranked){a, -1, -z};
         }

@@ -2,13 +2,14 @@
  * search.h - the search for causes: a table of hypotheses, one way into it. Not installed.
  *
  *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
+ *   scope.c        causes that act in one record, or from one on
  *   evaluate.c     fits one hypothesis from one start; the only writer of rows
  *   table.c        rows by hypothesis
  *   linear.c       what every candidate changes at a row, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
  *   trace.c        one JSON line a row
- *   likelihood.c, mixed.c   the records as a mixed model
+ *   likelihood.c, mixed.c, shares.c   the records as a mixed model
  *
  *      problem -> [proposer -> proposal -> evaluate -> row -> table] ... -> judge (verdict/)
  *
@@ -41,7 +42,7 @@ typedef struct diag__mechanism {
     int npart, part[DIAG_CAUSES]; /* candidates whose parts it has */
     const lab_model *model;
     const lab_dataset *fitted;
-    lab_candidate *candidate; /* [n] bound to it; nparam 0: its part is absent */
+    lab_candidate *candidate; /* as the problem's, bound to it; nparam 0: its part is absent */
     lab_model *own;           /* NULL: the file's own mechanism */
     lab_dataset *own_fitted;
     char *why; /* it cannot be made; NULL: it can */
@@ -57,15 +58,17 @@ typedef struct diag__problem {
     int nname;
     const lab_dataset *fitted;
     fit__problem null; /* of the file's own mechanism without a cause */
-    lab_candidate *candidate;
-    const char **untestable; /* [n] why no fit of these records could tell; NULL: it may */
-    int n;
+    lab_candidate *candidate; /* [n + nsetting] the last ones: settings, each of one record alone */
+    const char **untestable;  /* [n + nsetting] why no fit of these records could tell; NULL: it may
+                               */
+    int n, nsetting;
+    int records; /* largest number of one */
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
                      * as little as was stated */
     double memory;  /* of the row that leaves least: samples that count as one, scale_free */
-    double *step;   /* [n] amounts that columns were made with last [limits]; 0: none yet */
+    double *step;   /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
     long strokes;   /* simulated so far */
     long most_strokes;   /* the budget, 0: none */
     double most_seconds; /* 0: none */
@@ -85,8 +88,9 @@ typedef struct diag__row {
     double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
-    double objective; /* -2 ln marginal likelihood (Laplace) */
-    double rest;      /* what of it are priors and volumes */
+    double price;     /* of causes whose record was chosen */
+    double objective; /* -2 ln marginal likelihood (Laplace), and the price */
+    double rest;      /* what of it are priors, volumes and the price */
     double chi2_dof;  /* in noise of file or audit */
     double memory;    /* samples that the residual is alike over */
     double relative;  /* RMS residual in that of the motion */
@@ -106,6 +110,7 @@ typedef struct diag__linear {
     double gain;         /* of the observer, 0: free */
     int n, own;          /* columns; the first `own` are the row's own causes */
     int *cause;          /* [n] candidate */
+    double *price;       /* [n] of its choice; NULL: none */
     double *step;        /* [n] amount that a column was made with, in limits */
     double *I, *s;       /* [n*n], [n]: G'PG, G'Pr with P what all else leaves */
     double square;       /* r'Pr: what is left without any column */
@@ -155,6 +160,21 @@ double diag__clock(void);
 int diag__is_same(const lab_candidate *a, const lab_candidate *b);
 /** Are they at one element of the mechanism, as "stop" and "stop.normal.c"? */
 int diag__related(const lab_candidate *a, const lab_candidate *b);
+
+/* ---- scope.c ---- */
+
+/** The candidate behind a cause, in whatever records it acts. */
+const lab_candidate *diag__base(const diag__problem *q, int cause);
+/** A cause as a candidate: of the file's own mechanism, or bound to another one. */
+lab_candidate diag__candidate(const diag__problem *q, int cause);
+lab_candidate diag__bound(const diag__problem *q, const diag__mechanism *in, int cause);
+/** Does it act in a part of the records? */
+int diag__is_scoped(const diag__problem *q, int cause);
+/** A candidate in one record alone, from one on, by the number of the record. */
+int diag__in_record(const diag__problem *q, int base, int record);
+int diag__from_record(const diag__problem *q, int base, int record);
+/** What the choice of a record costs of -2 ln L. */
+double diag__price(const diag__problem *q, int cause);
 
 /* ---- hypotheses (table.c) ---- */
 
@@ -220,10 +240,10 @@ void diag__linear_free(diag__linear *l);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
-/** Does a candidate move a number of the file with a stated tolerance? */
-int diag__is_tolerated(const diag__problem *q, const lab_candidate *c);
+/** Does a cause move a number of the file with a stated tolerance? */
+int diag__is_tolerated(const diag__problem *q, int cause);
 /** Does it act like what differs from record to record by itself? */
-int diag__scatters(const diag__problem *q, const lab_candidate *c);
+int diag__scatters(const diag__problem *q, int cause);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
 /** Correlation of two columns. */

@@ -71,7 +71,26 @@ static lab_suspect blank(const lab_candidate *c)
                          .chi2_dof = NAN,
                          .own_ratio = NAN,
                          .own_lo = NAN,
-                         .own_hi = NAN};
+                         .own_hi = NAN,
+                         .stated = NAN};
+}
+
+/* the record of a wrong setting; the record behind which a change begins */
+static void note_scope(const diag__row *row, lab_suspect *s)
+{
+    const lab_candidate *c = &s->candidate;
+    const lab_dataset *fitted = row->in->fitted;
+    for (int k = 0; c->from > 0 && k < fitted->n; k++) {
+        const lab_data *data = fitted->stroke[k];
+        if (c->until == 0 && data->number < c->from) {
+            s->after = data->number;
+        }
+        for (int i = 0; data->number == c->until && i < data->nset; i++) {
+            s->file = data->file;
+            s->stated = data->set[i].param == c->param[0] ? data->set[i].value : s->stated;
+        }
+    }
+    s->after_most = c->from > 0 && c->until == 0 ? c->from - 1 : 0;
 }
 
 /* cause i of a row: what it gains over the same row without it, or over no cause */
@@ -88,6 +107,7 @@ static lab_suspect of_row(const diag__table *t, const diag__row *null, const dia
     s.chi2_dof = row->chi2_dof;
     s.possible = 1;
     note_numbers(row, i, s.gain, &s);
+    note_scope(row, &s);
     return s;
 }
 

@@ -27,6 +27,7 @@ typedef struct diag__evidence {
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
     int scatters[DIAG_CAUSES];  /* 1: it differs from record to record by itself */
+    int single[DIAG_CAUSES];    /* 1: it acts in one record alone */
     int named[DIAG_CAUSES];     /* 1: an effect of the table, 0: a number of the file */
     int place[DIAG_CAUSES];     /* which element of the mechanism: equal numbers, equal elements */
 } diag__evidence;
