@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * propose_add.c - one cause more, or two at once, by what a linear model at a row lets expect.
  *
+ * What only a part of the records needs is asked beside causes that are there, or as a pair of such.
+ * Beside a cause that is not fitted yet it explains what a linear model misses of that one.
+ *
  * Two at once are asked because of two causes each alone may explain little: which pair explains
  * most is a question to the same matrix, without a simulation more.
  */
@@ -96,7 +99,8 @@ static int pair(const diag__problem *q, const diag__table *t, const diag__linear
     for (int i = 0; i < n && i < POOL; i++) {
         for (int k = 0; k < i; k++) {
             int a = single[k].a, b = single[i].a;
-            if (l->cause[a] != l->cause[b] && diag__likeness(l, a, b) < alike &&
+            int parted = diag__is_scoped(q, l->cause[a]) != diag__is_scoped(q, l->cause[b]);
+            if (l->cause[a] != l->cause[b] && !parted && diag__likeness(l, a, b) < alike &&
                 take(l, a, b, &p) && diag__is_thinkable(q, &p)) {
                 list[m++] = (diag__ranked){a, b, p.expected};
             }

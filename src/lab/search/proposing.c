@@ -34,7 +34,7 @@ int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
             return 0;
         }
     }
-    return 1;
+    return diag__is_coherent(q, &p->h);
 }
 
 static int by_expected(const void *a, const void *b)

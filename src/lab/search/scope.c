@@ -58,6 +58,26 @@ int diag__from_record(const diag__problem *q, int base, int record)
     return base + bases(q) * (q->records + record);
 }
 
+/* the record that a change begins at, 0: it is none */
+static int change_at(const diag__problem *q, int cause)
+{
+    int scope = cause / bases(q);
+    return scope > q->records ? scope - q->records : 0;
+}
+
+int diag__is_coherent(const diag__problem *q, const diag__hypothesis *h)
+{
+    int at = 0;
+    for (int i = 0; i < h->n; i++) {
+        int here = change_at(q, h->cause[i]);
+        if (here > 0 && at > 0 && here != at) {
+            return 0;
+        }
+        at = here > 0 ? here : at;
+    }
+    return 1;
+}
+
 double diag__price(const diag__problem *q, int cause)
 {
     return diag__is_scoped(q, cause) ? 2.0 * stein__log_of(q->fitted->n) : 0.0;

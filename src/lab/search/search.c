@@ -140,6 +140,16 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     return n;
 }
 
+/* is it the row's hypothesis without what acts in a part of the records? */
+static int drops_scoped(const diag__problem *q, const diag__row *row, const diag__hypothesis *h)
+{
+    int dropped = 0;
+    for (int i = 0; i < row->h.n; i++) {
+        dropped |= !diag__has(h, row->h.cause[i]) && diag__is_scoped(q, row->h.cause[i]);
+    }
+    return dropped && h->n < row->h.n;
+}
+
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
@@ -152,7 +162,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
         return 0; // unless a better end of its fit is expected
     }
-    if (p->source == 'T') {
+    if (p->source == 'T' || drops_scoped(q, l->row, &p->h)) {
         return had == NULL;
     }
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain

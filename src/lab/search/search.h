@@ -173,6 +173,8 @@ int diag__is_scoped(const diag__problem *q, int cause);
 /** A candidate in one record alone, from one on, by the number of the record. */
 int diag__in_record(const diag__problem *q, int base, int record);
 int diag__from_record(const diag__problem *q, int base, int record);
+/** Do all changes of a hypothesis begin at the same record? */
+int diag__is_coherent(const diag__problem *q, const diag__hypothesis *h);
 /** What the choice of a record costs of -2 ln L. */
 double diag__price(const diag__problem *q, int cause);
 
