@@ -18,16 +18,16 @@ extern "C" {
 
 /** Where a kind of effect can sit. */
 typedef enum {
-    LAB_AT_JOINT,    /* every body's joint, the load's excepted */
-    LAB_AT_BODY,     /* every body, the load excepted */
-    LAB_AT_CONTACT,  /* every contact, the load's included */
-    LAB_AT_SURFACE,  /* contacts and notches */
-    LAB_AT_LINK,     /* every link */
-    LAB_AT_LOAD,     /* the free load */
-    LAB_AT_INPUT,    /* every input */
-    LAB_AT_CHANNEL,  /* every output that shows a place or a force */
-    LAB_AT_MARKER,   /* every output that shows a point */
-    LAB_AT_CLOCK,    /* the recorder */
+    LAB_AT_JOINT,     /* every body's joint, the load's excepted */
+    LAB_AT_BODY,      /* every body, the load excepted */
+    LAB_AT_CONTACT,   /* every contact, the load's included */
+    LAB_AT_SURFACE,   /* contacts and notches */
+    LAB_AT_LINK,      /* every link */
+    LAB_AT_LOAD,      /* the free load */
+    LAB_AT_INPUT,     /* every input */
+    LAB_AT_CHANNEL,   /* every output that shows a place or a force */
+    LAB_AT_MARKER,    /* every output that shows a point */
+    LAB_AT_CLOCK,     /* the recorder */
     LAB_AT_PARAMETER, /* every other number of the file */
     LAB_AT_SETTING    /* every number that a record states, `# set`; of one record alone */
 } lab_site;

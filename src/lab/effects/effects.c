@@ -208,8 +208,8 @@ const char *lab_effect_family(const lab_effect *effect)
 
 const char *lab_site_text(lab_site site)
 {
-    static const char *const text[] = {"joint",  "body",  "contact",  "contact or notch",
-                                       "link",   "load",  "input",    "channel",
+    static const char *const text[] = {"joint",  "body",  "contact",   "contact or notch",
+                                       "link",   "load",  "input",     "channel",
                                        "marker", "clock", "parameter", "setting"};
     return text[site];
 }

@@ -334,7 +334,8 @@ static stein_status list_settings(diag__problem *q, stein_err *err)
         if (range_of_setting(q->fitted, i, &lo, &hi) == 0 || !(fmax(fabs(lo), fabs(hi)) > 0.0)) {
             continue;
         }
-        lab_candidate *more = realloc(q->candidate, sizeof *more * (size_t)(q->n + q->nsetting + 1));
+        lab_candidate *more =
+            realloc(q->candidate, sizeof *more * (size_t)(q->n + q->nsetting + 1));
         if (more == NULL) {
             return lab__no_memory(err);
         }

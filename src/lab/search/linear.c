@@ -635,9 +635,8 @@ static stein_status keep_columns(work *w, diag__linear *l, stein_err *err)
     l->price = malloc(sizeof *l->price * n);
     l->I = malloc(sizeof *l->I * n * n);
     l->s = malloc(sizeof *l->s * n);
-    stein_status status = G && l->cause && l->step && l->price && l->I && l->s
-                              ? STEIN_OK
-                              : lab__no_memory(err);
+    stein_status status =
+        G && l->cause && l->step && l->price && l->I && l->s ? STEIN_OK : lab__no_memory(err);
     if (status == STEIN_OK) {
         note_unseen(w, l);
         int nbase = list_visible(w, G, l->cause);

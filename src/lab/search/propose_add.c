@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * propose_add.c - one cause more, or two at once, by what a linear model at a row lets expect.
  *
- * What only a part of the records needs is asked beside causes that are there, or as a pair of such.
- * Beside a cause that is not fitted yet it explains what a linear model misses of that one.
+ * What only a part of the records needs is asked beside causes that are there, or as a pair of
+ * such. Beside a cause that is not fitted yet it explains what a linear model misses of that one.
  *
  * Two at once are asked because of two causes each alone may explain little: which pair explains
  * most is a question to the same matrix, without a simulation more.

@@ -12,9 +12,9 @@
 #include "scope_columns.h"
 
 enum {
-    KEPT = 8,       /* beside the causes, and in the place of each */
+    KEPT = 8, /* beside the causes, and in the place of each */
     OF_ONE_BASE = 2,
-    EACH_SIDE = 2   /* records before and after a change, at least: one is an odd record */
+    EACH_SIDE = 2 /* records before and after a change, at least: one is an odd record */
 };
 
 /* a cause of a part of the records */

@@ -57,19 +57,20 @@ typedef struct diag__problem {
     const char **name; /* [nname] free parameters */
     int nname;
     const lab_dataset *fitted;
-    fit__problem null; /* of the file's own mechanism without a cause */
+    fit__problem null;        /* of the file's own mechanism without a cause */
     lab_candidate *candidate; /* [n + nsetting] the last ones: settings, each of one record alone */
     const char **untestable;  /* [n + nsetting] why no fit of these records could tell; NULL: it may
                                */
     int n, nsetting;
-    int records; /* largest number of one */
+    int records;                 /* largest number of one */
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
                      * as little as was stated */
     double memory;  /* of the row that leaves least: samples that count as one, scale_free */
-    double *step;   /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
-    long strokes;   /* simulated so far */
+    double
+        *step; /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
+    long strokes;        /* simulated so far */
     long most_strokes;   /* the budget, 0: none */
     double most_seconds; /* 0: none */
     double begin;        /* of the clock [s] */
@@ -88,7 +89,7 @@ typedef struct diag__row {
     double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
-    double price;     /* of causes whose record was chosen */
+    double price; /* of causes whose record was chosen */
     double objective; /* -2 ln marginal likelihood (Laplace), and the price */
     double rest;      /* what of it are priors, volumes and the price */
     double chi2_dof;  /* in noise of file or audit */

@@ -2,7 +2,8 @@
  * shares.c - what a candidate would explain in a part of the strokes alone.
  *
  *      V_s = C_s' V^-1 C_s,   C = [F G r]          of each stroke s, at the present variances
- *      I = sum V_kk - c'S^-1 c,   s = sum V_kr - c'b,   c = sum V_kB,   S = sum V_BB + 1,  S b = V_Br
+ *      I = sum V_kk - c'S^-1 c,   s = sum V_kr - c'b,   c = sum V_kB,   S = sum V_BB + 1,  S b =
+ * V_Br
  *
  * with sums over the strokes of the part, S and b over all of them; B: F and the causes that act
  * already. So every candidate in every part of the strokes is scored from one set of columns.

@@ -185,6 +185,6 @@ int diag__is_tolerated(const diag__problem *q, int cause)
 int diag__scatters(const diag__problem *q, int cause)
 {
     const lab_candidate *c = diag__base(q, cause);
-    return !diag__is_scoped(q, cause) && q->fit_def.scatter && c->nparam > 0 && c->effect->needs == NULL &&
-           q->null.group[c->param[0]] != FIT__CALM;
+    return !diag__is_scoped(q, cause) && q->fit_def.scatter && c->nparam > 0 &&
+           c->effect->needs == NULL && q->null.group[c->param[0]] != FIT__CALM;
 }

@@ -104,9 +104,9 @@ static int is_certain(const diag__evidence *e, const diag__setting *s)
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
         double z = fabs(e->amount[i]) / fmax(e->sd[i], 1e-300);
-        yes &= !e->single[i] ||
-               (s->records > 2 &&
-                2.0 * s->records * gsl_cdf_tdist_Q(z, s->records - 2) < beyond_doubt);
+        yes &=
+            !e->single[i] || (s->records > 2 &&
+                              2.0 * s->records * gsl_cdf_tdist_Q(z, s->records - 2) < beyond_doubt);
     }
     return yes;
 }

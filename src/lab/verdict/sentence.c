@@ -23,9 +23,9 @@ static const char *quantity(char *text, size_t size, double value, double sd, co
     static const struct {
         const char *si, *shown;
         double factor, below; /* used below this magnitude [SI] */
-    } scale[] = {{"kg", "mg", 1e6, 5e-4},  {"kg", "g", 1e3, 1.0},   {"m", "mm", 1e3, 1.0},
-                 {"s", "ms", 1e3, 1.0},    {"N m", "mN m", 1e3, 1.0},
-                 {"rad", "deg", 57.29577951308232, INFINITY}};
+    } scale[] = {{"kg", "mg", 1e6, 5e-4},   {"kg", "g", 1e3, 1.0},
+                 {"m", "mm", 1e3, 1.0},     {"s", "ms", 1e3, 1.0},
+                 {"N m", "mN m", 1e3, 1.0}, {"rad", "deg", 57.29577951308232, INFINITY}};
     double factor = 1.0;
     const char *shown = strcmp(unit, "1") == 0 ? "" : unit;
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
@@ -105,15 +105,15 @@ static void say_setting(lab_diagnosis *o, const lab_suspect *s)
 {
     char text[3 * LAB_PLACE], in_file[60], fits[60];
     const char *base = s->file != NULL ? strrchr(s->file, '/') : NULL;
-    snprintf(text, sizeof text,
-             "Stroke %d's %s does not fit its record (%.80s): %s in the file, %s would fit.",
-             s->candidate.from, s->candidate.place,
-             base != NULL      ? base + 1
-             : s->file != NULL ? s->file
-                               : "-",
-             quantity(in_file, sizeof in_file, s->stated, 0.0, s->candidate.unit),
-             quantity(fits, sizeof fits, s->stated + s->amount, s->number[0].sd,
-                      s->candidate.unit));
+    snprintf(
+        text, sizeof text,
+        "Stroke %d's %s does not fit its record (%.80s): %s in the file, %s would fit.",
+        s->candidate.from, s->candidate.place,
+        base != NULL      ? base + 1
+        : s->file != NULL ? s->file
+                          : "-",
+        quantity(in_file, sizeof in_file, s->stated, 0.0, s->candidate.unit),
+        quantity(fits, sizeof fits, s->stated + s->amount, s->number[0].sd, s->candidate.unit));
     append(o, text);
 }
 
