@@ -125,6 +125,9 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
         ck_assert(json_says(d, said));
         ck_assert(json_says(d, "\"kind\": \"changed_after\""));
         ck_assert(json_says(d, "\"effect\": \"coulomb_friction\""));
+        // the file is the pendulum from then on, and is compared with the swings from then on
+        ck_assert(d->verified.done && d->verified.same);
+        ck_assert(json_says(d, "\"verified\": true"));
         lab_diagnosis_destroy(d);
         drop(&f);
     }

@@ -59,7 +59,9 @@ START_TEST(two_effects_at_once_are_both_found)
     ck_assert_cause(d, "coulomb_friction", 2e-3);
     ck_assert_cause(d, "preload", 4e-3);
     ck_assert_double_lt(d->chi2_dof_after, 1.1);
-    // and the file with both moves like that
+    // and the file with both moves like that, which the diagnosis has checked itself
+    ck_assert(d->verified.done && d->verified.same);
+    ck_assert_double_lt(d->verified.file, 1.1);
     char *path = lab__text("%s", in_folder("both.yaml"));
     ck_assert_stein(lab_extend(path, pendulum, d, err));
     lab_model *both = NULL;

@@ -406,6 +406,13 @@ typedef struct lab_motion {
     double *t, *present, *before, *after, *sd; /* [n] force there, needed; sd of one frame */
 } lab_motion;
 
+/** extended.yaml read again as a file like any other: RMS residual that it leaves in the records it
+ *  describes, a record's own start and scatter as fitted, and what the verdict's fit leaves. */
+typedef struct lab_verified {
+    int done, same;     /* same: to one percent */
+    double table, file; /* [noise] */
+} lab_verified;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
@@ -427,8 +434,7 @@ typedef struct lab_diagnosis {
     double chi2_dof_before, chi2_dof_after;
     double remainder;  /* RMS residual of the best hypothesis [noise] */
     double share;      /* of the misfit beyond noise that it explains */
-    double verified;   /* largest difference between the prediction that the report shows
-                          and one of extended.yaml, read again [noise]; NAN: not checked */
+    lab_verified verified;
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;

@@ -395,6 +395,10 @@ static void print_story(const job *j)
     }
     print_law(d);
     print_gain(d);
+    if (d->verified.done) {
+        printf("extended.yaml, read again: %.4g noise, its fit %.4g\n", d->verified.file,
+               d->verified.table);
+    }
     print_presence(d);
     print_motion(&d->motion);
     printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
@@ -495,7 +499,8 @@ static int show(const job *j)
         print_story(j);
     }
     int code = write_results(j);
-    if (code == CLI_OK && j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED) {
+    int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;
+    if (code == CLI_OK && (distrusted || j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED)) {
         fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
                 j->diagnosis->reason);
         code = CLI_NUMERICAL;

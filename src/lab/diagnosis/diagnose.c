@@ -7,6 +7,7 @@
  *   judge      the closed table -> finding, causes, rivals (verdict/judge.c)
  *   law        where the best hypothesis leaves more than noise, a curve (law/)
  *   report     reporting records, predicted with and without the causes
+ *   verify     extended.yaml, read again and simulated
  *   show       where the model departs, the force it lacks, the motion check
  */
 #include <math.h>
@@ -460,6 +461,34 @@ static stein_status motion(diagnosis *d, const char *const *phase, const char *c
     return status;
 }
 
+/* Is what is written what was found? A difference is an error of ours, and said so. */
+static stein_status verify(diagnosis *d, stein_err *err)
+{
+    diag__side side[2] = {{NULL, NULL, NULL}, {&d->after.p, d->after.x, d->after.r}};
+    lab_diagnosis *o = d->out;
+    stein_err why = {STEIN_OK, ""};
+    int changed = d->def->options != NULL && d->def->options->nset > 0; // by no file
+    if (!lab_diagnosis_extends(o) || !extended(d, &side[0]) || changed) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__verify(&d->q, side, 1 + isfinite(d->after.rmse), o, &why);
+    if (status == STEIN_OK && o->verified.same) {
+        return STEIN_OK;
+    }
+    size_t n = strlen(o->reason);
+    if (status == STEIN_OK) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " An error of this program: extended.yaml leaves %.4g noises where its fit left "
+                 "%.4g.",
+                 o->verified.file, o->verified.table);
+    } else {
+        o->verified = (lab_verified){.done = 1, .table = NAN, .file = NAN};
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " An error of this program: extended.yaml cannot be simulated: %s.", why.msg);
+    }
+    return fit__forgive(status, err);
+}
+
 static stein_status show(diagnosis *d, stein_err *err)
 {
     const diag__row *null = d->t.row[d->j.null];
@@ -579,6 +608,8 @@ static stein_status conclude(diagnosis *d, stein_err *err)
         status = gains(d, err);
     }
     status = status == STEIN_OK ? posteriors(d, err) : status;
+    progress(d, 0.91, "the extended file, read again");
+    status = status == STEIN_OK ? verify(d, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, err) : status;
     if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0 && act_in_all(o)) {
@@ -619,7 +650,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     if (d.out == NULL) {
         return lab__no_memory(err);
     }
-    d.out->verified = d.out->remainder = d.out->share = d.out->p = NAN;
+    d.out->remainder = d.out->share = d.out->p = NAN;
     d.out->chi2_dof_before = d.out->chi2_dof_after = NAN;
     d.out->gain.ratio = d.out->gain.rmse_before = d.out->gain.rmse_after = NAN;
     d.out->gain.lo = d.out->gain.hi = NAN;

@@ -338,14 +338,14 @@ static void write_head(FILE *f, const extension *x)
 
 /* ---- the file ---- */
 
-static stein_status write_all(const extension *x, const char *path, stein_err *err)
+/* the head, then the file with its numbers patched */
+static stein_status write_all(const extension *x, char **out, stein_err *err)
 {
     const stein_model *m = lab_equations(x->model);
     fit__number *list = calloc((size_t)m->np + 1, sizeof *list);
     char *text = NULL;
     size_t size = 0;
     int n = 0;
-    lab__file out;
     for (int i = 0; list != NULL && i < m->np; i++) {
         if (x->new[i]) {
             double sd = x->sd[i] > 0.0 ? x->sd[i] : m->params[i].tolerance;
@@ -356,19 +356,24 @@ static stein_status write_all(const extension *x, const char *path, stein_err *e
                                                     x->size, list, n, FULL_DIGITS, err)
                                        : lab__no_memory(err);
     free(list);
-    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    FILE *f = status == STEIN_OK ? lab__text_open(out) : NULL;
+    if (status == STEIN_OK && f == NULL) {
+        status = lab__no_memory(err);
+    }
     if (status == STEIN_OK) {
         size_t mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-        write_head(out.stream, x);
-        fwrite(text + mark, 1, size - mark, out.stream);
-        status = lab__file_close(&out, 1, err);
+        locale_t before = lab__plain();
+        write_head(f, x);
+        lab__as_before(before);
+        fwrite(text + mark, 1, size - mark, f);
+        status = lab__text_close(f, out, err);
     }
     free(text);
     return status;
 }
 
-stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
-                        stein_err *err)
+stein_status lab__extended_text(char **text, const char *file, const lab_diagnosis *diagnosis,
+                                stein_err *err)
 {
     extension x = {.d = diagnosis, .file = file};
     if (!lab_diagnosis_extends(diagnosis)) {
@@ -376,12 +381,27 @@ stein_status lab_extend(const char *path, const char *file, const lab_diagnosis 
     }
     stein_status status = add_parts(&x, err);
     status = status == STEIN_OK ? take_numbers(&x, err) : status;
-    status = status == STEIN_OK ? write_all(&x, path, err) : status;
+    status = status == STEIN_OK ? write_all(&x, text, err) : status;
     lab_close(x.model);
     free(x.list);
     free(x.p);
     free(x.sd);
     free(x.new);
     free(x.text);
+    return status;
+}
+
+stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
+                        stein_err *err)
+{
+    char *text = NULL;
+    lab__file out;
+    stein_status status = lab__extended_text(&text, file, diagnosis, err);
+    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    if (status == STEIN_OK) {
+        fputs(text, out.stream);
+        status = lab__file_close(&out, 1, err);
+    }
+    free(text);
     return status;
 }

@@ -369,7 +369,16 @@ static void write_remainder(lab__json *j, const lab_diagnosis *d)
     lab__json_int(j, "choosing", 0);
     lab__json_int(j, "reporting", d->nheld);
     lab__json_close(j);
-    lab__json_real(j, "verified", d->verified);
+    if (d->verified.done) {
+        lab__json_bool(j, "verified", d->verified.same);
+        lab__json_open(j, "verification", '{');
+        lab__json_real(j, "rms_table", d->verified.table);
+        lab__json_real(j, "rms_file", d->verified.file);
+        lab__json_real(j, "difference", d->verified.file / d->verified.table - 1.0);
+        lab__json_close(j);
+    } else {
+        lab__json_null(j, "verified");
+    }
     if (d->explanation != NULL) {
         lab__json_text(j, "explanation", d->explanation);
     }

@@ -170,7 +170,10 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
         status = diag__descend(&own, &e, 1, err);
-        memcpy(a->x + t->first, x + own.np, sizeof *x * (size_t)t->own);
+        for (int k = 0; k < t->own; k++) { // in the unit of the problem
+            double unit = own.unknown[own.np + k].sd / p->unknown[t->first + k].sd;
+            a->x[t->first + k] = x[own.np + k] * unit;
+        }
     }
     free(x);
     fit__problem_free(&own);
@@ -259,6 +262,22 @@ int diag__counterpart(const fit__problem *to, const fit__problem *from, int stro
     return -1;
 }
 
+void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
+                        double *y)
+{
+    for (int s = 0; s < to->nstroke; s++) {
+        const fit__stroke *t = &from->stroke[s];
+        for (int k = t->first; k < t->first + t->own; k++) {
+            int at = diag__counterpart(to, from, s, &from->unknown[k]);
+            if (at >= 0) {
+                const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
+                y[at] = (u->start + u->sd * x[k] - v->start) / v->sd;
+                to->step[at] = from->step[k];
+            }
+        }
+    }
+}
+
 static void carry_over(diag__row *row, const diag__row *parent)
 {
     const fit__problem *from = &parent->p;
@@ -274,17 +293,7 @@ static void carry_over(diag__row *row, const diag__row *parent)
             }
         }
     }
-    for (int s = 0; s < to->nstroke; s++) {
-        const fit__stroke *t = &from->stroke[s];
-        for (int k = t->first; k < t->first + t->own; k++) {
-            int at = diag__counterpart(to, from, s, &from->unknown[k]);
-            if (at >= 0) {
-                const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
-                row->x[at] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
-                to->step[at] = from->step[k];
-            }
-        }
-    }
+    diag__own_unknowns(from, parent->x, to, row->x);
 }
 
 static void start(diag__row *row, const diag__row *parent, const diag__proposal *from)

@@ -275,17 +275,7 @@ static void translate(const fit__problem *from, const double *x, const fit__prob
 {
     memset(y, 0, sizeof *y * (size_t)to->nu);
     memcpy(y, x, sizeof *y * (size_t)from->amount);
-    for (int s = 0; s < from->nstroke; s++) {
-        const fit__stroke *t = &from->stroke[s];
-        for (int k = t->first; k < t->first + t->own; k++) {
-            const fit__unknown *v = &from->unknown[k];
-            int at = diag__counterpart(to, from, s, v);
-            if (at >= 0) {
-                const fit__unknown *z = &to->unknown[at];
-                y[at] = (v->start + v->sd * x[k] - z->start) / z->sd;
-            }
-        }
-    }
+    diag__own_unknowns(from, x, to, y);
 }
 
 /* the causes of the row where there is a part more; a copy of them stays in `own` */

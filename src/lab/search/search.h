@@ -202,6 +202,10 @@ stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *er
  * a part more or less. @return its index, -1: it has none */
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
                       const fit__unknown *u);
+/** The records' own unknowns of one problem, and their steps, as those of another one of the same
+ *  records. @param x, y  [nu] of `from`, out of `to` */
+void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
+                        double *y);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would

@@ -4,6 +4,7 @@
  *   judge.c        the rules: a pure function of numbers
  *   sentence.c     the reason in words, from the same numbers
  *   reporting.c    reporting records, predicted
+ *   verify.c       extended.yaml read again, against the table
  *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates would have been detected
  *   results.c      numbers of causes, rivals and the file
