@@ -63,6 +63,7 @@ typedef struct lab_setting {
     int line, column;
     int last_word; /* 1: known, an instrument, or a part that was taken off: no effect acts on top
                       of it */
+    double step;   /* one of its last digit, as it is written [SI]: "20 deg" was not 20.4 deg */
 } lab_setting;
 
 #define LAB_NOTE_WITHOUT "without"

@@ -413,6 +413,13 @@ typedef struct lab_verified {
     double table, file; /* [noise] */
 } lab_verified;
 
+/** A number that the records set by hand: what they were set to differs from what they say. */
+enum { LAB_SETTINGS_OFF = 8 };
+typedef struct lab_setting_off {
+    const char *name, *unit;
+    double rms; /* over the records [SI] */
+} lab_setting_off;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
@@ -432,9 +439,11 @@ typedef struct lab_diagnosis {
     lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
     double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
-    double remainder;  /* RMS residual of the best hypothesis [noise] */
-    double share;      /* of the misfit beyond noise that it explains */
+    double remainder; /* RMS residual of the best hypothesis [noise] */
+    double share;     /* of the misfit beyond noise that it explains */
     lab_verified verified;
+    int nsetting_off; /* where the verdict needs settings that are off by what their digits allow */
+    lab_setting_off setting_off[LAB_SETTINGS_OFF];
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;

@@ -283,7 +283,7 @@ static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
     if (row == NULL || row->failed != NULL || !isfinite(d->after.rmse)) {
         return STEIN_OK;
     }
-    stein_status status = diag__report(&d->q, row, &d->reporting, &without, err);
+    stein_status status = diag__report(row, &d->reporting, &without, err);
     if (status == STEIN_OK) {
         lab_gain g = {.ratio = NAN};
         status = diag__compare(&without, &d->after, &g, err);
@@ -302,7 +302,7 @@ static stein_status report_from(diagnosis *d, int i, int from, int lo, int hi, d
 {
     diag__row *best = d->t.row[d->j.best];
     best->cause[i].from = from;
-    stein_status status = diag__report(&d->q, best, &d->reporting, to, err);
+    stein_status status = diag__report(best, &d->reporting, to, err);
     *square = isfinite(to->rmse) ? 0.0 : (double)INFINITY;
     for (int s = 0; status == STEIN_OK && s < to->p.nstroke; s++) {
         const fit__stroke *t = &to->p.stroke[s];
@@ -365,12 +365,12 @@ static stein_status report(diagnosis *d, stein_err *err)
     if (d->reporting.n < 1) {
         return STEIN_OK;
     }
-    status = diag__report(&d->q, d->t.row[d->j.null], &d->reporting, &d->before, &why);
+    status = diag__report(d->t.row[d->j.null], &d->reporting, &d->before, &why);
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
         status = place_changes(d, &why);
     }
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
-        status = diag__report(&d->q, d->t.row[d->j.best], &d->reporting, &d->after, &why);
+        status = diag__report(d->t.row[d->j.best], &d->reporting, &d->after, &why);
     }
     for (int i = 0; i < d->out->ncause && status != STEIN_ENOMEM; i++) {
         d->out->suspect[i].held_out = d->after.rmse;

@@ -189,6 +189,17 @@ static void scatter(const fit__problem *p, fit__bench *b, const fit__stroke *s, 
     }
 }
 
+/* what the stroke was set to, other than it says */
+static void set_off(const fit__problem *p, fit__bench *b, const fit__stroke *s, const double *x)
+{
+    for (int k = s->first; k < s->first + s->own; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        if (u->kind == FIT__SETTING) {
+            b->p[u->index] += fit__value(u, x[k]);
+        }
+    }
+}
+
 /* an effect with its unknowns, `amount` and those behind it, in the records where it acts */
 static void apply(const fit__problem *p, const lab_data *data, const lab_candidate *effect,
                   int amount, const double *x, double *to)
@@ -230,6 +241,7 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
         }
     }
     lab_data_apply(s->data, b->p);
+    set_off(p, b, s, x);
     for (int i = 0; i < p->naccepted; i++) {
         apply(p, s->data, p->accepted[i], p->first_accepted + FIT__NUMBERS * i, x, b->p);
     }

@@ -333,6 +333,20 @@ static void write_fit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
+/* where what the records set is not what they say */
+static void write_settings_off(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "settings_off", '[');
+    for (int i = 0; i < d->nsetting_off; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", d->setting_off[i].name);
+        lab__json_text(j, "unit", d->setting_off[i].unit);
+        lab__json_real(j, "rms", d->setting_off[i].rms);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 /* what is left, what was fitted, by which strokes */
 static void write_remainder(lab__json *j, const lab_diagnosis *d)
 {
@@ -397,6 +411,7 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "reason", d->reason);
     lab__json_text(&j, "phase", d->phase);
     write_odd_records(&j, d);
+    write_settings_off(&j, d);
     write_remainder(&j, d);
     write_causes(&j, d);
     diag__law_json(&j, d);

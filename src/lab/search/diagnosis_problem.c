@@ -94,6 +94,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
     q->fit_def.scatter = q->fitted->n >= SCATTER_FROM ? LAB_SCATTER_PLACES : 0;
+    q->rough_def = q->fit_def;
+    q->rough_def.settings = 1;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;

@@ -157,9 +157,8 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     for (int k = 0; status == STEIN_OK && k < own.nu; k++) {
         fit__unknown *u = &own.unknown[k];
         u->idle |= k < own.np;
-        u->sd *= u->kind == FIT__SCATTER && a->D != NULL
-                     ? sqrt(fmax(a->D[fit__class(u->index) - FIT__JOINTS], 1e-6))
-                     : 1.0;
+        int class = k < own.np ? -1 : diag__class_of(p, u);
+        u->sd *= class >= 0 && a->D != NULL ? sqrt(fmax(a->D[class], 1e-6)) : 1.0;
     }
     double *x =
         status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *x) : NULL;
@@ -254,7 +253,9 @@ int diag__counterpart(const fit__problem *to, const fit__problem *from, int stro
             continue;
         }
         int same = joint ? strcmp(a->bodies[u->index].name, b->bodies[v->index].name) == 0
-                         : u->index == v->index;
+                   : u->kind == FIT__SETTING
+                       ? strcmp(a->params[u->index].name, b->params[v->index].name) == 0
+                       : u->index == v->index;
         if (same) {
             return k;
         }
@@ -318,8 +319,9 @@ static stein_status open_row(diag__problem *q, diag__row *row, stein_err *err)
         row->cause[i] = diag__bound(q, row->in, row->h.cause[i]);
         row->price += diag__price(q, row->h.cause[i]);
     }
-    stein_status status = fit__problem_make_with(&row->p, row->in->model, row->in->fitted,
-                                                 &q->fit_def, row->cause, row->h.n, err);
+    stein_status status =
+        fit__problem_make_with(&row->p, row->in->model, row->in->fitted,
+                               row->rough ? &q->rough_def : &q->fit_def, row->cause, row->h.n, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -436,6 +438,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->h = from->h;
     row->source = from->source;
     row->parent = from->parent;
+    row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
     row->in = diag__mechanism_of(q, &row->h, err);

@@ -294,7 +294,7 @@ static stein_status open_part(work *w, const diag__mechanism *in, lab_dataset *r
     }
     records->n = n;
     stein_status status =
-        fit__problem_make_with(p, in->model, records, &w->q->fit_def, own, w->row->h.n, err);
+        fit__problem_make_with(p, in->model, records, w->row->p.def, own, w->row->h.n, err);
     p->tolerance = w->p.tolerance;
     p->gain = w->p.gain;
     p->stride = w->p.stride;
@@ -439,7 +439,7 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
 {
     stein_status status = choose_records(w, most, err);
     status = status == STEIN_OK
-                 ? fit__problem_make_with(&w->p, w->row->in->model, &w->records, &w->q->fit_def,
+                 ? fit__problem_make_with(&w->p, w->row->in->model, &w->records, w->row->p.def,
                                           w->row->cause, w->row->h.n, err)
                  : status;
     if (status != STEIN_OK) {

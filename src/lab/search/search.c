@@ -246,6 +246,28 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
     return status;
 }
 
+/* No hypothesis leaves noise: the null hypothesis once more, with settings that are off by what
+ * their digits allow. They are a variance of all records, which costs as much as it explains. */
+static stein_status try_rough(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__row *one = NULL;
+    diag__proposal rough = {.h = {.n = 0}, .parent = 0, .source = 'S', .rough = 1};
+    for (int i = 0; i < DIAG_CAUSES; i++) {
+        rough.amount[i] = rough.side[i] = NAN;
+    }
+    stein_status status = diag__evaluate(q, t, &rough, &one, err);
+    if (one != NULL && q->trace != NULL) {
+        diag__trace_row(q->trace, q, t, one);
+    }
+    return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
+}
+
+/* does the best hypothesis leave more than noise, and is there budget to look further? */
+static int leaves_more(const diag__problem *q, const diag__table *t)
+{
+    return !diag__is_spent(q) && diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null);
+}
+
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
@@ -259,8 +281,10 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) &&
-        diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null)) {
+    if (status == STEIN_OK && q->nsetting > 0 && leaves_more(q, t)) {
+        status = try_rough(q, t, err);
+    }
+    if (status == STEIN_OK && !q->scale_free && leaves_more(q, t)) {
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }

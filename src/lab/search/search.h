@@ -30,7 +30,11 @@
 #include "diagnosing.h"
 #include "mixed.h"
 
-enum { DIAG_CAUSES = FIT__ACCEPTED, DIAG_CLASSES = 3 }; /* scatter: joints, contacts, drive */
+enum {
+    DIAG_CAUSES = FIT__ACCEPTED,
+    DIAG_CLASSES = 3
+}; /* scatter: joints, contacts, drive; behind
+    * these, settings */
 
 /** A set of causes: candidates by number, ascending. */
 typedef struct diag__hypothesis {
@@ -53,8 +57,8 @@ typedef struct diag__problem {
     const char *file;
     const lab_model *model;
     const lab_diagnose_def *def;
-    lab_fit_def fit_def;
-    const char **name; /* [nname] free parameters */
+    lab_fit_def fit_def, rough_def; /* rough: settings are off by what their digits allow */
+    const char **name;              /* [nname] free parameters */
     int nname;
     const lab_dataset *fitted;
     fit__problem null;        /* of the file's own mechanism without a cause */
@@ -101,6 +105,7 @@ typedef struct diag__row {
     int parent;   /* row that it was proposed from, -1: none */
     long strokes; /* simulated for it */
     double seconds;
+    int rough;      /* its settings are off by what their digits allow */
     int superseded; /* it was fitted with noise that turned out too small */
     int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
@@ -133,6 +138,7 @@ typedef struct diag__proposal {
     int parent;                 /* row whose end is the start of everything else */
     double expected;            /* objective that is expected */
     double value;               /* the same, few causes first: the order of the work */
+    int rough;                  /* settings are off; or they are in the parent */
     int held;                   /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
@@ -301,6 +307,8 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
 
 /* ---- likelihood.c ---- */
 
+/** Of what scatters from record to record: its variance in D; -1: it has a prior alone. */
+int diag__class_of(const fit__problem *p, const fit__unknown *u);
 /** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
 int diag__scatters_most(const double *D);
 /** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;

@@ -274,6 +274,38 @@ static void note_value(const diag__problem *q, const diag__row *row, int k, lab_
                                             .data_sd = NAN};
 }
 
+/* settings that are off in a row, each by its RMS over the records */
+static void note_settings(const diag__problem *q, const diag__row *row, lab_diagnosis *o)
+{
+    const stein_model *m = lab_equations(q->model);
+    const fit__problem *p = &row->p;
+    double square[LAB_SETTINGS_OFF] = {0.0};
+    int n[LAB_SETTINGS_OFF] = {0};
+    for (int k = p->np; k < p->nu; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        int i = 0;
+        if (u->kind != FIT__SETTING) {
+            continue;
+        }
+        const char *name = lab_equations(p->model)->params[u->index].name;
+        while (i < o->nsetting_off && strcmp(o->setting_off[i].name, name) != 0) {
+            i++;
+        }
+        if (i == LAB_SETTINGS_OFF) {
+            continue;
+        }
+        const stein_param *of = &m->params[stein_find_param(m, name)];
+        o->nsetting_off += i == o->nsetting_off;
+        o->setting_off[i].name = of->name;
+        o->setting_off[i].unit = of->unit;
+        square[i] += fit__value(u, row->x[k]) * fit__value(u, row->x[k]);
+        n[i]++;
+    }
+    for (int i = 0; i < o->nsetting_off; i++) {
+        o->setting_off[i].rms = sqrt(square[i] / n[i]);
+    }
+}
+
 static stein_status note_values(const diag__problem *q, const diag__row *row, lab_diagnosis *o,
                                 stein_err *err)
 {
@@ -286,6 +318,7 @@ static stein_status note_values(const diag__problem *q, const diag__row *row, la
     for (int k = 0; k < row->p.np; k++) {
         note_value(q, row, k, o);
     }
+    note_settings(q, row, o);
     for (int i = 0; i < DIAG_CLASSES; i++) {
         o->scatter[i] = prior[i] * sqrt(row->D[i]);
     }

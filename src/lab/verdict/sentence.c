@@ -41,7 +41,7 @@ static const char *quantity(char *text, size_t size, double value, double sd, co
         snprintf(text, size, "%.*f +- %.*f%s%s", decimals, factor * value, decimals, factor * sd,
                  *shown != '\0' ? " " : "", shown);
     } else {
-        snprintf(text, size, "%.6g%s%s", factor * value, *shown != '\0' ? " " : "", shown);
+        snprintf(text, size, "%.4g%s%s", factor * value, *shown != '\0' ? " " : "", shown);
     }
     return text;
 }
@@ -185,6 +185,20 @@ static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag
     }
 }
 
+/* "Settings are not what the records say: upper.initial.position by 0.3 deg (RMS)." */
+static void say_settings(lab_diagnosis *o)
+{
+    char text[LAB_PLACE + 80], size[60];
+    for (int i = 0; i < o->nsetting_off; i++) {
+        const lab_setting_off *s = &o->setting_off[i];
+        snprintf(text, sizeof text, "%s%s by %s",
+                 i == 0 ? " Settings are not what records say: " : ", ", s->name,
+                 quantity(size, sizeof size, s->rms, 0.0, s->unit));
+        append(o, text);
+    }
+    append(o, o->nsetting_off > 0 ? " (RMS)." : "");
+}
+
 static lab_verdict class_of(const lab_diagnosis *o)
 {
     const char *class = o->suspect[0].candidate.effect->cls;
@@ -206,10 +220,12 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         o->verdict = LAB_VERDICT_EXPLAINED;
         append(o, "The model explains the strokes: noise, tolerances of the file and scatter from "
                   "stroke to stroke are enough.");
+        say_settings(o);
         break;
     case DIAG_NAMED:
         o->verdict = class_of(o);
         name_causes(o);
+        say_settings(o);
         say_remainder(o, j, s);
         say_gain(o);
         break;

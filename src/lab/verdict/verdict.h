@@ -77,8 +77,8 @@ typedef struct diag__reported {
     double rmse; /* in units of noise; NAN: they cannot be simulated */
 } diag__reported;
 /** @param data  in the file's own mechanism  @return OK, ENOMEM, a failure; free in any case */
-stein_status diag__report(const diag__problem *q, const diag__row *row, const lab_dataset *data,
-                          diag__reported *to, stein_err *err);
+stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__reported *to,
+                          stein_err *err);
 void diag__reported_free(diag__reported *h);
 /** Error after over error before, with its interval. @return OK, ENOMEM */
 stein_status diag__compare(const diag__reported *before, const diag__reported *after, lab_gain *g,

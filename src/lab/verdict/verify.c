@@ -46,15 +46,15 @@ static double sum_of(const lab_diagnosis *o, const fit__problem *p, const double
 }
 
 /* the records of one side, simulated with the numbers of the file; their squares are added */
-static stein_status simulate(const diag__problem *q, const lab_model *model, const diag__side *as,
-                             const lab_diagnosis *o, double *square, stein_err *err)
+static stein_status simulate(const lab_model *model, const diag__side *as, const lab_diagnosis *o,
+                             double *square, stein_err *err)
 {
     lab_dataset *own = NULL;
     fit__problem p = {.nstroke = 0};
     double *x = NULL, n = 0.0;
     int failed = 0;
     stein_status status = diag__read_again(as->p->data, model, &own, err);
-    status = status == STEIN_OK ? fit__problem_make_with(&p, model, own, &q->fit_def, NULL, 0, err)
+    status = status == STEIN_OK ? fit__problem_make_with(&p, model, own, as->p->def, NULL, 0, err)
                                 : status;
     if (status == STEIN_OK) {
         x = calloc((size_t)p.nu + fit__offset(&p, p.nstroke) + 1, sizeof *x);
@@ -101,7 +101,7 @@ stein_status diag__verify(const diag__problem *q, const diag__side *side, int ns
                                 : status;
     for (int i = 0; status == STEIN_OK && i < nside; i++) {
         table += sum_of(o, side[i].p, side[i].r, &n);
-        status = simulate(q, model, &side[i], o, &file, err);
+        status = simulate(model, &side[i], o, &file, err);
     }
     if (status == STEIN_OK && n > 0.0) {
         compare(o, table, file, n);
