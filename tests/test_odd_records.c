@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * test_odd_records.c - swings of a pendulum of which one states a wrong angle, or that change after
- * one of them: which record it is, what would fit there, and nothing else is named.
+ * one of them, or that mirror the angle: which record it is, what would fit there, and nothing else
+ * is named.
  */
 #include <math.h>
 #include <string.h>
@@ -194,6 +195,53 @@ START_TEST(what_acts_in_all_records_is_no_change)
 }
 END_TEST
 
+/* no verdict on the mechanism, but what would fit is named and written; with it nothing is left */
+START_TEST(a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file)
+{
+    static const char *const truth[] = {"angle.sensor.gain=-1", NULL};
+    const char *data[SWINGS + 1] = {NULL};
+    char mirrored[200];
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, pendulum, truth, 2900);
+    }
+    fitted f, again;
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_UNUSABLE_MODEL);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_str_eq(d->suspect[0].candidate.effect->kind, "sensor_gain");
+    ck_assert_str_eq(d->suspect[0].candidate.place, "angle");
+    ck_assert_double_eq_tol(d->suspect[0].amount, -2.0, 1e-12);
+    ck_assert(json_says(d, "\"verified\": null")); // nothing was fitted
+    snprintf(mirrored, sizeof mirrored, "%s", in_folder("mirrored.yaml"));
+    ck_assert_stein(lab_extend(mirrored, pendulum, d, err));
+    open_fit(&again, mirrored, NULL, data);
+    lab_doubts *doubts = NULL;
+    ck_assert_stein(lab_doubts_find(&doubts, again.model, again.data, err));
+    ck_assert_int_eq(doubts->grave, 0);
+    lab_doubts_free(doubts);
+    lab_diagnosis_destroy(d);
+    drop(&f);
+    drop(&again);
+}
+END_TEST
+
+START_TEST(one_mirrored_record_is_no_gain_of_the_instrument)
+{
+    static const char *const truth[] = {"angle.sensor.gain=-1", NULL};
+    const char *data[SWINGS + 1] = {NULL};
+    for (int i = 0; i < SWINGS; i++) {
+        data[i] = film_swing(i, pendulum, i == 3 ? truth : NULL, 2900);
+    }
+    fitted f;
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_UNUSABLE_MODEL);
+    ck_assert_int_eq(d->ncause, 0);
+    ck_assert(!lab_diagnosis_extends(d));
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
 Suite *odd_records_suite(void)
 {
     Suite *suite = suite_create("odd_records");
@@ -204,6 +252,9 @@ Suite *odd_records_suite(void)
     tcase_add_test(tc, a_change_half_way_is_named_with_the_record_behind_which_it_begins);
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
     tcase_add_test(tc, what_acts_in_all_records_is_no_change);
+    tcase_add_test(tc,
+                   a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
+    tcase_add_test(tc, one_mirrored_record_is_no_gain_of_the_instrument);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -255,8 +255,12 @@ static void print_cause(const lab_suspect *s)
            c->effect->equation);
     for (int i = 0; i < s->nnumber; i++) {
         const lab_cause_number *n = &s->number[i];
-        printf("  %s = %s  (95 %%: %s .. %s)\n", n->name, cli_quantity(value, n->value, n->unit),
-               cli_quantity(lo, n->lo, n->unit), cli_quantity(hi, n->hi, n->unit));
+        printf("  %s = %s", n->name, cli_quantity(value, n->value, n->unit));
+        if (isfinite(n->lo) && isfinite(n->hi)) {
+            printf("  (95 %%: %s .. %s)", cli_quantity(lo, n->lo, n->unit),
+                   cli_quantity(hi, n->hi, n->unit));
+        }
+        printf("\n");
     }
     if (isfinite(s->own_ratio)) {
         printf("  held-out error: %.3g (95 %%: %.3g .. %.3g) of what it is without it\n",

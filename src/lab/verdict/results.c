@@ -62,7 +62,7 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     }
 }
 
-static lab_suspect blank(const lab_candidate *c)
+lab_suspect diag__suspect(const lab_candidate *c)
 {
     return (lab_suspect){.candidate = *c,
                          .score = NAN,
@@ -96,7 +96,7 @@ static void note_scope(const diag__row *row, lab_suspect *s)
 /* cause i of a row: what it gains over the same row without it, or over no cause */
 static lab_suspect of_row(const diag__table *t, const diag__row *null, const diag__row *row, int i)
 {
-    lab_suspect s = blank(&row->cause[i]);
+    lab_suspect s = diag__suspect(&row->cause[i]);
     diag__hypothesis less = diag__without(row->h, row->h.cause[i]);
     const diag__row *without = diag__find(t, &less);
     int fitted = without != NULL && isfinite(without->objective);
@@ -139,7 +139,8 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
                          const diag__linear *l, int k)
 {
     const diag__row *row = row_with(q, t, k);
-    lab_suspect s = row != NULL ? of_row(t, null, row, place_in(row, k)) : blank(&q->candidate[k]);
+    lab_suspect s =
+        row != NULL ? of_row(t, null, row, place_in(row, k)) : diag__suspect(&q->candidate[k]);
     double amount[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1], most = -INFINITY;
     int column = -1;
     s.power = (lab_power){LAB_NOT_TESTABLE,

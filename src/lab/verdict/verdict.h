@@ -7,6 +7,7 @@
  *   verify.c       extended.yaml read again, against the table
  *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates would have been detected
+ *   slip.c         a sign that all records have wrong, as a cause
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
  *   motion.h       the verdict once more, from a prescribed motion and its force
@@ -107,7 +108,17 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 /** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
 
+/* ---- slip.c ---- */
+
+/** The gain -1 of an output that all records show with the wrong sign, as the cause of a diagnosis
+ *  without a fit. @return OK (also when there is none), ENOMEM, a failure of lab_candidates */
+stein_status diag__name_slip(const lab_model *model, const lab_dataset *data,
+                             const lab_doubts *doubts, lab_diagnosis *o, stein_err *err);
+
 /* ---- results.c ---- */
+
+/** A candidate of which nothing is known. */
+lab_suspect diag__suspect(const lab_candidate *c);
 
 /** Candidates, refitted numbers and scatter of the diagnosis.
  *  @param l  at the best row  @return OK, ENOMEM */
