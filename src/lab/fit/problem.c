@@ -27,7 +27,7 @@
 enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
-static const double of_setting = 0.01; /* sd of what was set by hand, in its size */
+static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
 static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
 
 double fit__value(const fit__unknown *u, double x)

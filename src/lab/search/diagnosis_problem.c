@@ -17,7 +17,7 @@
 enum { SCATTER_FROM = 4 };
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 static const double nothing = 1e-300;    /* of a friction */
-static const double of_setting = 0.1;    /* its size: plausible error where all records state one */
+static const double of_stated = 0.1;     /* its size: plausible error where all records state one */
 static const double held = 0.1;          /* gain of the observer that shows how far records go */
 /* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/
  * sensitivity.c) and have to be right to a percent. */
@@ -311,7 +311,7 @@ static lab_candidate setting(const stein_model *m, const lab_effect *effect, int
                        .nparam = 1,
                        .param = {param},
                        .unit = m->params[param].unit,
-                       .limit = fmax(hi - lo, of_setting * size),
+                       .limit = fmax(hi - lo, of_stated * size),
                        .start = 0.01,
                        .joint = -1,
                        .channel = -1};

@@ -70,7 +70,7 @@ static void fill(lab__shares *h, const lab__mixed *m, const int *with, size_t s,
         }
     }
     for (int c = 0; c < m->nc; c++) {
-        size_t k = (size_t)(m->nf + c), at = (size_t)c * (size_t)m->nstroke + s;
+        size_t k = (size_t)m->nf + (size_t)c, at = (size_t)c * (size_t)m->nstroke + s;
         h->info[at] = weighed(m, s, T, k, k);
         h->score[at] = weighed(m, s, T, k, nc - 1);
         for (int i = 0; i < h->n; i++) {
@@ -82,7 +82,7 @@ static void fill(lab__shares *h, const lab__mixed *m, const int *with, size_t s,
 stein_status lab__shares_make(lab__shares *h, const lab__mixed *m, const int *with, int nwith,
                               stein_err *err)
 {
-    size_t n = (size_t)(m->nf + nwith), all = (size_t)m->nc * (size_t)m->nstroke;
+    size_t n = (size_t)m->nf + (size_t)nwith, all = (size_t)m->nc * (size_t)m->nstroke;
     size_t nz = (size_t)m->nz, nc = (size_t)m->ncol;
     *h = (lab__shares){.n = (int)n, .nstroke = m->nstroke};
     h->S = calloc(n * n + 2 * n + all * (n + 2) + 1, sizeof *h->S);

@@ -125,6 +125,9 @@ static void say_change(lab_diagnosis *o)
     for (int i = 0; i < o->ncause; i++) {
         first = first == NULL && is_change(&o->suspect[i]) ? &o->suspect[i] : first;
     }
+    if (first == NULL) {
+        return;
+    }
     if (first->after < first->after_most) {
         snprintf(text, sizeof text, "The records change between strokes %d and %d: ", first->after,
                  first->after_most + 1);
