@@ -381,6 +381,35 @@ static stein_status report(diagnosis *d, stein_err *err)
     return fit__forgive(status, err);
 }
 
+/* a reporting record whose own setting does not fit it, beside an explanation or a cause */
+static stein_status odd_setting(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    int after = isfinite(d->after.rmse);
+    const diag__row *row = d->t.row[after ? d->j.best : d->j.null];
+    diag__odd_setting odd;
+    stein_err why;
+    if (d->j.finding != DIAG_EXPLAINED && d->j.finding != DIAG_NAMED) {
+        return STEIN_OK;
+    }
+    stein_status status =
+        diag__find_odd_setting(&d->q, row, after ? &d->after : &d->before, &odd, &why);
+    if (status != STEIN_OK || !diag__is_odd(&odd, d->fitted.n, d->reporting.n * d->q.nsetting)) {
+        return fit__forgive(status, err);
+    }
+    if (d->j.finding == DIAG_EXPLAINED) {
+        o->verdict = LAB_VERDICT_WRONG_PARAMETER;
+        o->reason[0] = '\0';
+    } else {
+        strncat(o->reason, " ", sizeof o->reason - strlen(o->reason) - 1);
+    }
+    status = diag__take_odd_setting(&d->q, &odd, o, err);
+    if (status == STEIN_OK) {
+        diag__say_setting(o, &o->suspect[o->ncause - 1]);
+    }
+    return status;
+}
+
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
@@ -595,13 +624,14 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
+        status = odd_setting(d, err);
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,
                      " The search ended with its budget: %ld simulated strokes.", d->q.strokes);
         }
         progress(d, 0.88, "the law of what is in no table");
-        status = laws(d, err);
+        status = status == STEIN_OK ? laws(d, err) : status;
     }
     if (status == STEIN_OK && o->nlaw > 0 && o->law[0].pays) {
         free(o->gains);

@@ -30,7 +30,7 @@
 static const double same_fit = 2.0;        /* of -2 ln L: no difference */
 static const double by_chance = 0.01;      /* of one of all numbers */
 static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
-static const double beyond_doubt = 1e-4;   /* of any record among all, where one is odd */
+const double diag__beyond_doubt = 1e-4;    /* of any record among all, where one is odd */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
@@ -104,9 +104,9 @@ static int is_certain(const diag__evidence *e, const diag__setting *s)
     int yes = 1;
     for (int i = 0; i < e->n; i++) {
         double z = fabs(e->amount[i]) / fmax(e->sd[i], 1e-300);
-        yes &=
-            !e->single[i] || (s->records > 2 &&
-                              2.0 * s->records * gsl_cdf_tdist_Q(z, s->records - 2) < beyond_doubt);
+        yes &= !e->single[i] ||
+               (s->records > 2 &&
+                2.0 * s->records * gsl_cdf_tdist_Q(z, s->records - 2) < diag__beyond_doubt);
     }
     return yes;
 }

@@ -101,7 +101,7 @@ static void list_causes(lab_diagnosis *o, int (*is)(const lab_suspect *s), int a
 }
 
 /* "Stroke 5's load.mass does not fit its record: 105 g in the file, 100.1 +- 0.2 g would fit." */
-static void say_setting(lab_diagnosis *o, const lab_suspect *s)
+void diag__say_setting(lab_diagnosis *o, const lab_suspect *s)
 {
     char text[3 * LAB_PLACE], in_file[60], fits[60];
     const char *base = s->file != NULL ? strrchr(s->file, '/') : NULL;
@@ -153,7 +153,7 @@ static void name_causes(lab_diagnosis *o)
     for (int i = 0; i < o->ncause; i++) {
         if (is_setting(&o->suspect[i])) {
             append(o, o->reason[0] != '\0' ? " " : "");
-            say_setting(o, &o->suspect[i]);
+            diag__say_setting(o, &o->suspect[i]);
         }
     }
     if (count(o, is_change) > 0) {

@@ -7,6 +7,7 @@
  *   verify.c       extended.yaml read again, against the table
  *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates would have been detected
+ *   odd_setting.c  a setting of a reporting record that does not fit it
  *   slip.c         a sign that all records have wrong, as a cause
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
@@ -63,6 +64,7 @@ typedef struct diag__judgement {
 } diag__judgement;
 /** The verdict of a table [n], of which one row has no cause. */
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s);
+extern const double diag__beyond_doubt; /* probability that any record is so far off */
 /** Does the first hypothesis, with a cause more, gain enough over the second one? */
 int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s);
 
@@ -96,6 +98,9 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
 void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
                const char *suspicion);
 
+/** What would fit a record whose setting does not: a sentence behind the reason. */
+void diag__say_setting(lab_diagnosis *o, const lab_suspect *s);
+
 /* ---- explain.c ---- */
 
 /** Why a candidate, "KIND@PLACE", is not the verdict, or that it is.
@@ -107,6 +112,26 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 
 /** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
+
+/* ---- odd_setting.c ---- */
+
+/** A setting of a record that reports, and what it would have to be off by. */
+typedef struct diag__odd_setting {
+    int setting; /* which one of the problem's; -1: none */
+    int record;  /* of the reporting ones */
+    const lab_data *data;
+    double z, amount, sd; /* amount, sd [limits] */
+} diag__odd_setting;
+/** The one that is farthest off, beside the row's causes.
+ *  @param in  the reporting records as the row predicts them  @return OK, ENOMEM, a failure */
+stein_status diag__find_odd_setting(const diag__problem *q, const diag__row *row,
+                                    const diag__reported *in, diag__odd_setting *to,
+                                    stein_err *err);
+/** Is it beyond doubt? @param fitted  records; tested: settings of all reporting records */
+int diag__is_odd(const diag__odd_setting *o, int fitted, int tested);
+/** As a cause of the diagnosis. @return OK, ENOMEM */
+stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_setting *odd,
+                                    lab_diagnosis *o, stein_err *err);
 
 /* ---- slip.c ---- */
 
