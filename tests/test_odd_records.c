@@ -134,6 +134,20 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
         ck_assert(json_says(d, said));
         ck_assert(json_says(d, "\"kind\": \"changed_after\""));
         ck_assert(json_says(d, "\"effect\": \"coulomb_friction\""));
+        // stroke by stroke: it is there from then on, and leaves noise everywhere
+        ck_assert_int_eq(d->nrecord, SWINGS);
+        for (int i = 0; i < SWINGS; i++) {
+            const lab_seen *one = &d->record[i];
+            int with = i >= last, fitted_one = i % 3 != 2;
+            ck_assert_int_eq(one->number, i + 1);
+            ck_assert_int_eq(one->reporting, !fitted_one);
+            ck_assert_double_lt(one->after, 1.2);
+            ck_assert_int_eq(isfinite(one->amount), with && fitted_one);
+            if (isfinite(one->amount)) {
+                ck_assert_double_eq_tol(one->amount, 2e-3, 4.5 * one->sd);
+            }
+        }
+        ck_assert(json_says(d, "\"role\": \"reporting\""));
         // the file is the pendulum from then on, and is compared with the swings from then on
         ck_assert(d->verified.done && d->verified.same);
         ck_assert(json_says(d, "\"verified\": true"));

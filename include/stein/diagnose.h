@@ -413,6 +413,16 @@ typedef struct lab_verified {
     double table, file; /* [noise] */
 } lab_verified;
 
+/** One record: what is left of it without and with the causes (RMS, in noise), and the amount of
+ * the first cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
+ * there, or the record was not fitted. */
+typedef struct lab_seen {
+    int number; /* of lab_data */
+    const char *file;
+    int reporting; /* 1: no fit has read it */
+    double before, after, amount, sd;
+} lab_seen;
+
 /** A number that the records set by hand: what they were set to differs from what they say. */
 enum { LAB_SETTINGS_OFF = 8 };
 typedef struct lab_setting_off {
@@ -442,6 +452,8 @@ typedef struct lab_diagnosis {
     double remainder; /* RMS residual of the best hypothesis [noise] */
     double share;     /* of the misfit beyond noise that it explains */
     lab_verified verified;
+    int nrecord; /* all records in their order; 0: nothing was fitted */
+    lab_seen *record;
     int nsetting_off; /* where the verdict needs settings that are off by what their digits allow */
     lab_setting_off setting_off[LAB_SETTINGS_OFF];
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */

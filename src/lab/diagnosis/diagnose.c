@@ -639,6 +639,11 @@ static stein_status conclude(diagnosis *d, stein_err *err)
         o->ngain = 0;
         status = gains(d, err);
     }
+    if (status == STEIN_OK) {
+        status = diag__list_records(d->t.row[d->j.null],
+                                    d->j.finding == DIAG_NAMED ? d->t.row[d->j.best] : NULL,
+                                    &d->before, &d->after, o, err);
+    }
     status = status == STEIN_OK ? posteriors(d, err) : status;
     progress(d, 0.91, "the extended file, read again");
     status = status == STEIN_OK ? verify(d, err) : status;

@@ -347,6 +347,25 @@ static void write_settings_off(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
+/* stroke by stroke: what is left [noise], the amount of the first cause in it alone */
+static void write_each(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "each", '[');
+    for (int i = 0; i < d->nrecord; i++) {
+        const lab_seen *s = &d->record[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_int(j, "stroke", s->number);
+        lab__json_text(j, "file", s->file);
+        lab__json_text(j, "role", s->reporting ? "reporting" : "fitted");
+        lab__json_real(j, "before", s->before);
+        lab__json_real(j, "after", s->after);
+        lab__json_real(j, "amount", s->amount);
+        lab__json_real(j, "sd", s->sd);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 /* what is left, what was fitted, by which strokes */
 static void write_remainder(lab__json *j, const lab_diagnosis *d)
 {
@@ -382,6 +401,7 @@ static void write_remainder(lab__json *j, const lab_diagnosis *d)
     lab__json_int(j, "fitted", d->nfit);
     lab__json_int(j, "choosing", 0);
     lab__json_int(j, "reporting", d->nheld);
+    write_each(j, d);
     lab__json_close(j);
     if (d->verified.done) {
         lab__json_bool(j, "verified", d->verified.same);

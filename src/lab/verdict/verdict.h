@@ -7,6 +7,7 @@
  *   verify.c       extended.yaml read again, against the table
  *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates would have been detected
+ *   records.c      record by record: what is left, the amount of a cause
  *   odd_setting.c  a setting of a reporting record that does not fit it
  *   slip.c         a sign that all records have wrong, as a cause
  *   results.c      numbers of causes, rivals and the file
@@ -112,6 +113,13 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 
 /** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
+
+/* ---- records.c ---- */
+
+/** Record by record. @param best  NULL: no cause is named  @return OK, ENOMEM */
+stein_status diag__list_records(const diag__row *null, const diag__row *best,
+                                const diag__reported *before, const diag__reported *after,
+                                lab_diagnosis *o, stein_err *err);
 
 /* ---- odd_setting.c ---- */
 
