@@ -394,7 +394,8 @@ static stein_status odd_setting(diagnosis *d, stein_err *err)
     }
     stein_status status =
         diag__find_odd_setting(&d->q, row, after ? &d->after : &d->before, &odd, &why);
-    if (status != STEIN_OK || !diag__is_odd(&odd, d->fitted.n, d->reporting.n * d->q.nsetting)) {
+    if (status != STEIN_OK ||
+        !diag__is_odd(&odd, row, d->fitted.n, d->reporting.n * d->q.nsetting)) {
         return fit__forgive(status, err);
     }
     if (d->j.finding == DIAG_EXPLAINED) {

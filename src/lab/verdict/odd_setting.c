@@ -17,6 +17,7 @@
 #include "verdict.h"
 
 static const double secant = 1e-3;        /* amount of a column [limits] */
+static const double as_well = 1.2;        /* of what the fitted records leave: no more is left */
 static const double least_scatter = 1e-6; /* variance */
 
 typedef struct tried {
@@ -140,7 +141,7 @@ static stein_status deviation(const tried *o, fit__problem *one, int amount, fit
     if (status == STEIN_OK) { // variances are in the unit of the unknowns
         lab__mixed_weigh(&m);
         int known = lab__mixed_project(&m, &I, &s, &square) && I > 0.0;
-        to->sd = known ? 1.0 / sqrt(I) : (double)INFINITY;
+        to->sd = known ? o->row->scale / sqrt(I) : (double)INFINITY; // noise as it was estimated
         to->z = to->amount / to->sd;
     }
     lab__mixed_free(&m);
@@ -173,6 +174,7 @@ static stein_status refine(const tried *o, diag__odd_setting *to, stein_err *err
         x[amount] = to->amount;
         status = diag__descend(&one, &e, 1, err);
         to->amount = x[amount];
+        to->left = fit__chi2(&one, e.r) / fmax(1.0, one.samples);
         status = status == STEIN_OK ? deviation(o, &one, amount, &e, to, err) : status;
     }
     free(x);
@@ -213,9 +215,9 @@ stein_status diag__find_odd_setting(const diag__problem *q, const diag__row *row
     return status;
 }
 
-int diag__is_odd(const diag__odd_setting *o, int fitted, int tested)
+int diag__is_odd(const diag__odd_setting *o, const diag__row *row, int fitted, int tested)
 {
-    return o->setting >= 0 && fitted > 2 &&
+    return o->setting >= 0 && fitted > 2 && o->left < as_well * fmax(1.0, row->chi2_dof) &&
            2.0 * tested * gsl_cdf_tdist_Q(fabs(o->z), fitted - 2) < diag__beyond_doubt;
 }
 

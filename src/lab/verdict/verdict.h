@@ -129,14 +129,16 @@ typedef struct diag__odd_setting {
     int record;  /* of the reporting ones */
     const lab_data *data;
     double z, amount, sd; /* amount, sd [limits] */
+    double left;          /* chi2 per sample with it */
 } diag__odd_setting;
 /** The one that is farthest off, beside the row's causes.
  *  @param in  the reporting records as the row predicts them  @return OK, ENOMEM, a failure */
 stein_status diag__find_odd_setting(const diag__problem *q, const diag__row *row,
                                     const diag__reported *in, diag__odd_setting *to,
                                     stein_err *err);
-/** Is it beyond doubt? @param fitted  records; tested: settings of all reporting records */
-int diag__is_odd(const diag__odd_setting *o, int fitted, int tested);
+/** Is it beyond doubt, and does the record with it fit as those do that were fitted?
+ *  @param fitted  records; tested: settings of all reporting records */
+int diag__is_odd(const diag__odd_setting *o, const diag__row *row, int fitted, int tested);
 /** As a cause of the diagnosis. @return OK, ENOMEM */
 stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_setting *odd,
                                     lab_diagnosis *o, stein_err *err);
