@@ -337,7 +337,7 @@ static stein_status list_settings(diag__problem *q, stein_err *err)
             continue;
         }
         lab_candidate *more =
-            realloc(q->candidate, sizeof *more * (size_t)(q->n + q->nsetting + 1));
+            realloc(q->candidate, sizeof *more * ((size_t)q->n + (size_t)q->nsetting + 1));
         if (more == NULL) {
             return lab__no_memory(err);
         }
@@ -364,7 +364,7 @@ static stein_status list_candidates(diag__problem *q, stein_err *err)
     }
     q->n = status == STEIN_OK ? left : 0;
     status = status == STEIN_OK ? list_settings(q, err) : status;
-    size_t all = (size_t)(q->n + q->nsetting) + 1;
+    size_t all = (size_t)q->n + (size_t)q->nsetting + 1;
     q->untestable = calloc(all, sizeof *q->untestable);
     q->step = calloc(all, sizeof *q->step);
     if (status == STEIN_OK && (q->untestable == NULL || q->step == NULL)) {
@@ -452,7 +452,7 @@ const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothes
     diag__mechanism **more = realloc(q->mechanism, sizeof *more * (size_t)(q->nmechanism + 1)),
                     *m = malloc(sizeof *m);
     q->mechanism = more != NULL ? more : q->mechanism;
-    size_t all = (size_t)(q->n + q->nsetting);
+    size_t all = (size_t)q->n + (size_t)q->nsetting;
     like.candidate = malloc(sizeof *like.candidate * (all + 1));
     if (more == NULL || m == NULL || like.candidate == NULL) {
         free(m);
