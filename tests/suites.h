@@ -52,6 +52,7 @@
     X(judge)         \
     X(hypotheses)    \
     X(search)        \
+    X(odd_records)   \
     X(coupling)      \
     X(show)          \
     X(report)        \

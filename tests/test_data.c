@@ -99,6 +99,28 @@ START_TEST(a_part_that_was_taken_off_is_noted)
 }
 END_TEST
 
+/* the step of a setting is one of the last digit that it is written with */
+START_TEST(a_setting_is_known_to_its_last_digit)
+{
+    static const struct {
+        const char *text;
+        double step;
+    } written[] = {{"-0.3 mm", 1e-4}, {"2 mm", 1e-3},   {"+12.50 um", 1e-8}, {"-.25 mm", 1e-5},
+                   {"0.0003", 1e-4},  {"3e-4 m", 1e-4}, {"1.5e-4 m", 1e-5},  {"0 mm", 1e-3}};
+    for (size_t i = 0; i < sizeof written / sizeof *written; i++) {
+        char text[200];
+        snprintf(text, sizeof text, "# set pawl.stop_shift: %s\ntime [s],key_dip [m]\n" ROWS,
+                 written[i].text);
+        lab_data_options o = lab_data_options_default(action);
+        lab_data *d = NULL;
+        ck_assert_stein(lab_data_open(&d, write_file("a.csv", text), &o, err));
+        ck_assert_int_eq(d->nset, 1);
+        ck_assert_close(d->set[0].step, written[i].step, 1e-12, 0.0);
+        lab_data_close(d);
+    }
+}
+END_TEST
+
 /* what somebody measured by itself: the stroke has the last word of it, also when it is set, too */
 START_TEST(a_number_that_is_known_has_the_last_word)
 {
@@ -472,6 +494,7 @@ Suite *data_suite(void)
     tcase_set_timeout(tc, 60.0);
     tcase_add_test(tc, every_part_of_a_file_is_kept_in_si);
     tcase_add_test(tc, a_part_that_was_taken_off_is_noted);
+    tcase_add_test(tc, a_setting_is_known_to_its_last_digit);
     tcase_add_test(tc, a_number_that_is_known_has_the_last_word);
     tcase_add_test(tc, numbers_are_rounded_correctly_in_any_locale);
     tcase_add_test(tc, a_written_stroke_reads_back_bit_for_bit);

@@ -50,7 +50,8 @@ static const char *const documented[] = {"viscous_friction",
                                          "time_base",
                                          "sensor_nonlinearity",
                                          "camera_tilt",
-                                         "wrong_parameter"};
+                                         "wrong_parameter",
+                                         "wrong_setting"};
 
 START_TEST(kinds_are_unique_and_as_documented)
 {

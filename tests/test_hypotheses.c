@@ -164,6 +164,54 @@ START_TEST(numbers_of_one_element_are_related)
 }
 END_TEST
 
+/* ---- causes of a part of the records ---- */
+
+START_TEST(a_cause_of_a_part_of_the_records_is_another_cause)
+{
+    const lab_data data = {.number = 7};
+    lab_data *list[] = {(lab_data *)&data, (lab_data *)&data, (lab_data *)&data};
+    const lab_dataset fitted = {3, list};
+    world w;
+    make_world(&w);
+    w.q.records = 9;
+    w.q.fitted = &fitted;
+    int one = diag__in_record(&w.q, MASS, 5), from = diag__from_record(&w.q, MASS, 5);
+    const int cause[] = {MASS, one, from};
+    const int begin[] = {0, 5, 5}, end[] = {0, 5, 0};
+    for (int i = 0; i < 3; i++) {
+        lab_candidate c = diag__candidate(&w.q, cause[i]);
+        ck_assert_ptr_eq(diag__base(&w.q, cause[i]), &w.candidate[MASS]);
+        ck_assert(c.from == begin[i] && c.until == end[i]);
+        ck_assert_int_eq(diag__is_scoped(&w.q, cause[i]), i > 0);
+        ck_assert_double_eq_tol(diag__price(&w.q, cause[i]), i > 0 ? 2.0 * log(3.0) : 0.0, 1e-12);
+        for (int r = 1; r <= 9; r++) {
+            ck_assert_int_eq(lab_candidate_acts(&c, r), i == 0 || (i == 1 ? r == 5 : r >= 5));
+        }
+        for (int k = 0; k < i; k++) {
+            lab_candidate other = diag__candidate(&w.q, cause[k]);
+            ck_assert_int_ne(cause[i], cause[k]);
+            ck_assert(!diag__is_same(&c, &other));
+        }
+    }
+}
+END_TEST
+
+START_TEST(changes_of_a_hypothesis_begin_at_one_record)
+{
+    world w;
+    make_world(&w);
+    w.q.records = 9;
+    diag__hypothesis same = HYPOTHESIS(diag__from_record(&w.q, MASS, 5),
+                                       diag__from_record(&w.q, CENTRE, 5), COULOMB),
+                     apart = HYPOTHESIS(diag__from_record(&w.q, MASS, 5),
+                                        diag__from_record(&w.q, CENTRE, 6)),
+                     beside = HYPOTHESIS(diag__from_record(&w.q, MASS, 5),
+                                         diag__in_record(&w.q, CENTRE, 2));
+    ck_assert(diag__is_coherent(&w.q, &same) && diag__is_coherent(&w.q, &beside));
+    ck_assert(!diag__is_coherent(&w.q, &apart));
+}
+END_TEST
+
 /* ---- the table ---- */
 
 START_TEST(the_best_row_of_a_hypothesis_stands_for_it)
@@ -789,6 +837,8 @@ Suite *hypotheses_suite(void)
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("table");
+    tcase_add_test(tc, a_cause_of_a_part_of_the_records_is_another_cause);
+    tcase_add_test(tc, changes_of_a_hypothesis_begin_at_one_record);
     tcase_add_test(tc, the_best_row_of_a_hypothesis_stands_for_it);
     tcase_add_test(tc, impossible_rows_are_never_the_best);
     tcase_add_test(tc, an_amount_is_possible_within_its_sign_and_size);

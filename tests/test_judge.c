@@ -11,7 +11,7 @@
 #include "verdict.h"
 
 enum { A = 3, B = 7, C = 11, D = 12 }; /* candidates */
-static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .freedom = 8.0, .tolerances = 4};
+static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .freedom = 8.0, .records = 9, .tolerances = 4};
 static const double far_left = 3.0, noise_left = 1.02; /* chi2/dof */
 
 static diag__evidence none(double objective, double chi2_dof)
@@ -100,7 +100,7 @@ END_TEST
 
 START_TEST(of_more_numbers_one_may_be_further_off_by_chance)
 {
-    const diag__setting many = {.most_noise = 1.13, .freedom = 8.0, .tolerances = 40};
+    const diag__setting many = {.most_noise = 1.13, .freedom = 8.0, .records = 9, .tolerances = 40};
     diag__evidence e[] = {none(1000.0, noise_left), one(A, 995.0, noise_left)};
     e[1].tolerated[0] = 1;
     e[1].amount[0] = 0.32;
@@ -140,7 +140,7 @@ START_TEST(the_mean_of_what_scatters_is_judged_by_the_number_of_records)
     e[1].sd[0] = 0.1;
     const int records[] = {1, 4, 9}; // t of 1e-3: of 3 degrees 12.9, of 8 5.04
     for (int i = 0; i < 3; i++) {
-        const diag__setting s = {.most_noise = 1.13, .freedom = records[i] - 1.0, .tolerances = 4};
+        const diag__setting s = {.most_noise = 1.13, .freedom = records[i] - 1.0, .records = records[i], .tolerances = 4};
         ck_assert_int_eq(diag__judge(e, 2, &s).finding, i == 2 ? DIAG_NAMED : DIAG_EXPLAINED);
     }
     e[1].amount[0] = 0.49;
@@ -472,6 +472,52 @@ START_TEST(a_table_without_the_null_hypothesis_has_no_verdict)
 }
 END_TEST
 
+/* ---- 9: one record alone ---- */
+
+static diag__evidence of_one_record(int cause, double objective, double z)
+{
+    diag__evidence e = one(cause, objective, noise_left);
+    e.single[0] = 1;
+    e.sd[0] = e.amount[0] / z;
+    return e;
+}
+
+/* Student's t with 7 degrees of freedom exceeds 11.04 in one of 9e4 records */
+START_TEST(one_record_alone_is_named_only_beyond_doubt)
+{
+    const double z[] = {8.0, 10.9, 11.2, 20.0};
+    for (int i = 0; i < 4; i++) {
+        const diag__evidence e[] = {none(1000.0, noise_left), of_one_record(A, 900.0, z[i])};
+        diag__judgement j = diag__judge(e, 2, &plain);
+        ck_assert_int_eq(j.best, z[i] > 11.0);
+        ck_assert_int_eq(j.finding, z[i] > 11.0 ? DIAG_NAMED : DIAG_EXPLAINED);
+    }
+    // it has to gain as all others do
+    const diag__evidence e[] = {none(1000.0, noise_left), of_one_record(A, 976.0, 20.0)};
+    ck_assert_int_eq(diag__judge(e, 2, &plain).best, 0);
+}
+END_TEST
+
+START_TEST(of_few_records_none_is_the_odd_one)
+{
+    diag__setting few = plain;
+    for (few.records = 1; few.records < 4; few.records++) {
+        const diag__evidence e[] = {none(1000.0, noise_left), of_one_record(A, 900.0, 50.0)};
+        ck_assert_int_eq(diag__judge(e, 2, &few).best, 0);
+    }
+}
+END_TEST
+
+START_TEST(a_doubtful_record_does_not_hide_a_cause)
+{
+    const diag__evidence e[] = {none(1000.0, far_left), of_one_record(A, 900.0, 5.0),
+                                one(B, 910.0, noise_left)};
+    diag__judgement j = diag__judge(e, 3, &plain);
+    ck_assert_int_eq(j.best, 2);
+    ck_assert_int_eq(j.finding, DIAG_NAMED);
+}
+END_TEST
+
 /* ---- 7: far off ---- */
 
 START_TEST(a_best_hypothesis_far_from_the_records_is_no_usable_model)
@@ -581,6 +627,9 @@ Suite *judge_suite(void)
     tcase_add_test(tc, a_misfit_that_is_small_beside_the_motion_is_no_unusable_model);
     tcase_add_test(tc, a_white_residual_is_noise_where_none_was_stated);
     tcase_add_test(tc, a_verdict_does_not_depend_on_the_order_of_the_table);
+    tcase_add_test(tc, one_record_alone_is_named_only_beyond_doubt);
+    tcase_add_test(tc, of_few_records_none_is_the_odd_one);
+    tcase_add_test(tc, a_doubtful_record_does_not_hide_a_cause);
     suite_add_tcase(suite, tc);
     return suite;
 }

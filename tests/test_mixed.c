@@ -196,6 +196,43 @@ END_TEST
 
 /* strokes that happen to be alike say that nothing differs; a prior that is worth as many as they
  * are leaves at least its half, and widens what depends on it */
+/* a candidate in strokes 4 .. 9 alone is one whose column is 0 in all others */
+START_TEST(a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part)
+{
+    enum { FIRST = 4, LAST = 9, CAUSE = 2, OWN = 5 };
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    const int own[] = {OWN};
+    lab__mixed m;
+    lab__shares h;
+    double amount, masked, I[NC * NC], s[NC], square;
+    make_set(C, rng, 1, CAUSE, 0.7);
+    fill(&m, C, 1);
+    m.D[0] = 3.7;
+    lab__mixed_weigh(&m);
+    ck_assert_stein(lab__shares_make(&h, &m, own, 1, err));
+    double gain = lab__shares_gain(&h, CAUSE, FIRST, LAST, &amount);
+    lab__shares_free(&h);
+    lab__mixed_free(&m);
+    for (int k = 0; k < STROKES; k++) {
+        for (int i = 0; (k < FIRST || k > LAST) && i < N; i++) {
+            C[k][(NF + CAUSE) * N + i] = 0.0;
+        }
+    }
+    fill(&m, C, 1);
+    m.D[0] = 3.7;
+    lab__mixed_weigh(&m);
+    ck_assert_int_eq(lab__mixed_project(&m, I, s, &square), 1);
+    // beside the cause that acts, whose amount has the prior N(0, 1)
+    double a = I[OWN * NC + OWN] + 1.0, b = I[CAUSE * NC + OWN], score = s[CAUSE] - b / a * s[OWN],
+           info = I[CAUSE * NC + CAUSE] - b * b / a;
+    masked = score * score / (info + 1.0) - log(info + 1.0);
+    ck_assert_close(amount, score / (info + 1.0), 1e-8, 0.0);
+    ck_assert_close(gain, masked, 1e-8, 0.0);
+    lab__mixed_free(&m);
+    gsl_rng_free(rng);
+}
+END_TEST
+
 START_TEST(a_prior_of_the_scatter_counts_as_so_many_strokes)
 {
     enum { W = 12 };
@@ -240,6 +277,7 @@ Suite *mixed_suite(void)
     tcase_add_test(tc, variance_of_the_scatter_is_found);
     tcase_add_test(tc, scatter_is_not_taken_for_an_effect);
     tcase_add_test(tc, an_effect_is_found_in_scattering_strokes);
+    tcase_add_test(tc, a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part);
     tcase_add_test(tc, a_prior_of_the_scatter_counts_as_so_many_strokes);
     tcase_add_test(tc, candidates_that_say_the_same_cost_nothing);
     suite_add_tcase(suite, tc);

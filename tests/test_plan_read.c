@@ -95,6 +95,8 @@ START_TEST(a_field_that_is_wrong_is_named_with_its_line)
         {"{\"kind\": \"viscous_friction\", \"place\": \"rod\", \"posterior\": []}", "7", 12,
          "expected an object with \"kind\""},
         {"\"kind\": \"quad", "\"kind\": \"cub", 5, "there is no cubratic_drag at \"rod\""},
+        {"\"kind\": \"quadratic_drag\"", "\"kind\": \"changed_after\"", 5,
+         "changed_after at \"rod\" is of a part of the records"},
         {"\"place\": \"rod\", \"posterior\": []", "\"place\": \"arm\", \"posterior\": []", 12,
          "there is no viscous_friction at \"arm\" in \"pendulum\""},
         {"\"posterior\": []", "\"posterior\": {}", 12, "\"posterior\": expected a list"},

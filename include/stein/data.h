@@ -63,6 +63,7 @@ typedef struct lab_setting {
     int line, column;
     int last_word; /* 1: known, an instrument, or a part that was taken off: no effect acts on top
                       of it */
+    double step;   /* one of its last digit, as it is written [SI]: "20 deg" was not 20.4 deg */
 } lab_setting;
 
 #define LAB_NOTE_WITHOUT "without"
@@ -87,6 +88,7 @@ typedef struct lab_data {
     unsigned long long hash; /* of the file's bytes */
     int planned;             /* 1: it has not been made yet, values of its outputs mean nothing */
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
+    int number;              /* in its dataset, in the order of the files, from 1; 0: of none */
 } lab_data;
 
 /** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */

@@ -18,17 +18,18 @@ extern "C" {
 
 /** Where a kind of effect can sit. */
 typedef enum {
-    LAB_AT_JOINT,    /* every body's joint, the load's excepted */
-    LAB_AT_BODY,     /* every body, the load excepted */
-    LAB_AT_CONTACT,  /* every contact, the load's included */
-    LAB_AT_SURFACE,  /* contacts and notches */
-    LAB_AT_LINK,     /* every link */
-    LAB_AT_LOAD,     /* the free load */
-    LAB_AT_INPUT,    /* every input */
-    LAB_AT_CHANNEL,  /* every output that shows a place or a force */
-    LAB_AT_MARKER,   /* every output that shows a point */
-    LAB_AT_CLOCK,    /* the recorder */
-    LAB_AT_PARAMETER /* every other number of the file */
+    LAB_AT_JOINT,     /* every body's joint, the load's excepted */
+    LAB_AT_BODY,      /* every body, the load excepted */
+    LAB_AT_CONTACT,   /* every contact, the load's included */
+    LAB_AT_SURFACE,   /* contacts and notches */
+    LAB_AT_LINK,      /* every link */
+    LAB_AT_LOAD,      /* the free load */
+    LAB_AT_INPUT,     /* every input */
+    LAB_AT_CHANNEL,   /* every output that shows a place or a force */
+    LAB_AT_MARKER,    /* every output that shows a point */
+    LAB_AT_CLOCK,     /* the recorder */
+    LAB_AT_PARAMETER, /* every other number of the file */
+    LAB_AT_SETTING    /* every number that a record states, `# set`; of one record alone */
 } lab_site;
 
 /** How the amount a of an effect moves its parameters from their present values v. */
@@ -69,7 +70,7 @@ int lab_effect_is(const lab_effect *effect, const char *word);
  *  there is nothing to be a share of, and no candidate. NULL: it stands alone. */
 const char *lab_effect_share(const lab_effect *effect);
 /** What kinds have in common where data cannot tell them apart: "dissipation", "stiffness",
- *  "inertia", "geometry", "contact", "drive", "sensor", "clock", "part". */
+ *  "inertia", "geometry", "contact", "drive", "sensor", "clock", "part", "setting". */
 const char *lab_effect_family(const lab_effect *effect);
 /** "joint", "body", "contact" ... */
 const char *lab_site_text(lab_site site);
@@ -95,9 +96,17 @@ typedef struct lab_candidate {
     double limit;       /* plausible largest amount */
     double start;       /* first secant, a share of the limit */
     int joint, channel; /* that it sits at, -1: none */
+    /* records where it acts, by lab_data.number: in all of them (from 0), in one (until = from),
+     * from one on (until 0) */
+    int from, until;
     /* numbers of the file whose change is exactly this one, blanks between */
     char alias[2 * LAB_PLACE];
 } lab_candidate;
+
+/** Does it act in the record of that number? */
+int lab_candidate_acts(const lab_candidate *candidate, int number);
+/** Where it acts in words: "", " of stroke 5", " from stroke 7 on". @return text */
+const char *lab_candidate_scope(const lab_candidate *candidate, char text[LAB_PLACE]);
 
 /** All candidates of a mechanism, from its own structure. Limits follow from its weights, springs
  * and from one run with the file's own numbers. No two are the same direction: a number of the
@@ -208,6 +217,10 @@ typedef struct lab_suspect {
     const char *why; /* not testable, not possible: because ...; NULL */
     lab_power power; /* could it have been seen? */
     lab_posterior posterior; /* of causes and rivals; n 0: unknown */
+    /* of a cause in a part of the records, by lab_data.number */
+    const char *file;      /* of the record that it acts in alone; NULL */
+    double stated;         /* the setting as that record states it [candidate.unit], NAN */
+    int after, after_most; /* it begins behind one of these records; equal: known; 0 */
 } lab_suspect;
 
 /** Error on held-out strokes before and after the extension. */
@@ -396,10 +409,34 @@ typedef struct lab_motion {
     double *t, *present, *before, *after, *sd; /* [n] force there, needed; sd of one frame */
 } lab_motion;
 
+/** extended.yaml read again as a file like any other: RMS residual that it leaves in the records it
+ *  describes, a record's own start and scatter as fitted, and what the verdict's fit leaves. */
+typedef struct lab_verified {
+    int done, same;     /* same: to one percent */
+    double table, file; /* [noise] */
+} lab_verified;
+
+/** One record: what is left of it without and with the causes (RMS, in noise), and the amount of
+ * the first cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
+ * there, or the record was not fitted. */
+typedef struct lab_seen {
+    int number; /* of lab_data */
+    const char *file;
+    int reporting; /* 1: no fit has read it */
+    double before, after, amount, sd;
+} lab_seen;
+
+/** A number that the records set by hand: what they were set to differs from what they say. */
+enum { LAB_SETTINGS_OFF = 8 };
+typedef struct lab_setting_off {
+    const char *name, *unit;
+    double rms; /* over the records [SI] */
+} lab_setting_off;
+
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
-    char reason[320];  /* one or two sentences */
+    char reason[480];  /* one or two sentences */
     const char *phase; /* where the found cause shows most; NULL without one */
     int nsuspect;
     lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */
@@ -415,10 +452,13 @@ typedef struct lab_diagnosis {
     lab_experiment *next; /* tells the cause from its rivals best; NULL: nothing to tell apart */
     double noise_floor;   /* RMSE that noise alone leaves, in units of noise: 1 */
     double chi2_dof_before, chi2_dof_after;
-    double remainder;  /* RMS residual of the best hypothesis [noise] */
-    double share;      /* of the misfit beyond noise that it explains */
-    double verified;   /* largest difference between the prediction that the report shows
-                          and one of extended.yaml, read again [noise]; NAN: not checked */
+    double remainder; /* RMS residual of the best hypothesis [noise] */
+    double share;     /* of the misfit beyond noise that it explains */
+    lab_verified verified;
+    int nrecord; /* all records in their order; 0: nothing was fitted */
+    lab_seen *record;
+    int nsetting_off; /* where the verdict needs settings that are off by what their digits allow */
+    lab_setting_off setting_off[LAB_SETTINGS_OFF];
     double scatter[3]; /* sd of ln joint friction, ln contact friction, ln drive */
     int nvalue;        /* refitted parameters of the file, after the extension */
     lab_fit_value *value;
@@ -465,6 +505,9 @@ lab_diagnose_def lab_diagnose_def_default(void);
 stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
 void lab_diagnosis_destroy(lab_diagnosis *diagnosis);
+/** Is there something that an extended file would have and the file has not: a law, or a cause that
+ *  is more than one record's own setting? */
+int lab_diagnosis_extends(const lab_diagnosis *diagnosis);
 
 /** The mechanism file with the causes in it and the numbers refitted, comments kept, and a head
  * that says what was added and from which data. Its numbers are those of diagnosis->value, then of

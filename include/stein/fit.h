@@ -52,9 +52,11 @@ typedef struct lab_fit_def {
                      */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
-    int starts;                            /* searches from different places; default 3 */
-    int robust;                            /* 1: bisquare weights against single bad frames */
-    int ladder;          /* 0: no innovation ladder (for comparisons); default 1 */
+    int settings; /* 1: what a stroke sets is off by a last digit or a percent; default 0: it is as
+                     the stroke says */
+    int starts;   /* searches from different places; default 3 */
+    int robust;   /* 1: bisquare weights against single bad frames */
+    int ladder;   /* 0: no innovation ladder (for comparisons); default 1 */
     int iterations;      /* at most so many in one search; default 40 */
     int threads;         /* results do not depend on it */
     int lanes;           /* strokes side by side on each thread: 8, 4, 2 if the processor has so

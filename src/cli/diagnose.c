@@ -250,11 +250,17 @@ static void print_cause(const lab_suspect *s)
 {
     const lab_candidate *c = &s->candidate;
     char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT];
-    printf("cause: %s at %s: %s\n", c->effect->kind, c->place, c->effect->equation);
+    char scope[LAB_PLACE];
+    printf("cause: %s at %s%s: %s\n", c->effect->kind, c->place, lab_candidate_scope(c, scope),
+           c->effect->equation);
     for (int i = 0; i < s->nnumber; i++) {
         const lab_cause_number *n = &s->number[i];
-        printf("  %s = %s  (95 %%: %s .. %s)\n", n->name, cli_quantity(value, n->value, n->unit),
-               cli_quantity(lo, n->lo, n->unit), cli_quantity(hi, n->hi, n->unit));
+        printf("  %s = %s", n->name, cli_quantity(value, n->value, n->unit));
+        if (isfinite(n->lo) && isfinite(n->hi)) {
+            printf("  (95 %%: %s .. %s)", cli_quantity(lo, n->lo, n->unit),
+                   cli_quantity(hi, n->hi, n->unit));
+        }
+        printf("\n");
     }
     if (isfinite(s->own_ratio)) {
         printf("  held-out error: %.3g (95 %%: %.3g .. %.3g) of what it is without it\n",
@@ -267,8 +273,9 @@ static void print_rivals(const lab_diagnosis *d)
     for (int i = 0; i < d->nrival; i++) {
         const lab_candidate *c = &d->suspect[d->ncause + i].candidate;
         if (i < RIVALS) {
-            printf("%s%s at %s", i == 0 ? "the data cannot tell it from: " : ", ", c->effect->kind,
-                   c->place);
+            char scope[LAB_PLACE];
+            printf("%s%s at %s%s", i == 0 ? "the data cannot tell it from: " : ", ",
+                   c->effect->kind, c->place, lab_candidate_scope(c, scope));
         }
     }
     if (d->nrival > 0) {
@@ -294,12 +301,6 @@ static void print_departure(const lab_diagnosis *d)
            w->is_force ? "missing" : "off by", cli_quantity(size, w->size, w->unit), w->z);
 }
 
-/* is there something that the extended file has and the file has not? */
-static int is_extended(const lab_diagnosis *d)
-{
-    return d->ncause > 0 || (d->nlaw > 0 && d->law[0].pays);
-}
-
 static void print_law(const lab_diagnosis *d)
 {
     const lab_law *l = d->law;
@@ -320,7 +321,7 @@ static void print_law(const lab_diagnosis *d)
 static void print_gain(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    if (d->nheld > 0 && isfinite(g->ratio) && is_extended(d)) {
+    if (d->nheld > 0 && isfinite(g->ratio) && lab_diagnosis_extends(d)) {
         printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
                "noise alone leaves %.4g\n",
                g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
@@ -332,7 +333,7 @@ static void print_gain(const lab_diagnosis *d)
         return; // nothing was fitted
     }
     printf("fit: chi2/dof %.4g", d->chi2_dof_before);
-    if (is_extended(d)) {
+    if (lab_diagnosis_extends(d)) {
         printf(" -> %.4g", d->chi2_dof_after);
     }
     printf("; strokes scatter by %.2g %% in joint friction, %.2g %% in contact friction, %.2g %% "
@@ -398,6 +399,10 @@ static void print_story(const job *j)
     }
     print_law(d);
     print_gain(d);
+    if (d->verified.done) {
+        printf("extended.yaml, read again: %.4g noise, its fit %.4g\n", d->verified.file,
+               d->verified.table);
+    }
     print_presence(d);
     print_motion(&d->motion);
     printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
@@ -425,7 +430,7 @@ static stein_status copy_to_stdout(const char *path, stein_err *err)
  */
 static stein_status write_extended(const job *j, const char *path, stein_err *err)
 {
-    if (is_extended(j->diagnosis)) {
+    if (lab_diagnosis_extends(j->diagnosis)) {
         return lab_extend(path, j->args->operand[0], j->diagnosis, err);
     }
     return unlink(path) == 0 || errno == ENOENT
@@ -449,7 +454,7 @@ static int write_files(const job *j, char *const path[FILES])
         return cli_failed(copy_to_stdout(path[JSON], &err), &err);
     }
     for (int i = 0; i < FILES; i++) {
-        if (i != EXTENDED || is_extended(d)) {
+        if (i != EXTENDED || lab_diagnosis_extends(d)) {
             printf("%s\n", path[i]);
         }
     }
@@ -498,7 +503,8 @@ static int show(const job *j)
         print_story(j);
     }
     int code = write_results(j);
-    if (code == CLI_OK && j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED) {
+    int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;
+    if (code == CLI_OK && (distrusted || j->diagnosis->verdict == LAB_VERDICT_NOT_CONVERGED)) {
         fprintf(stderr, "stein: %s: %s\n", lab_verdict_text(j->diagnosis->verdict),
                 j->diagnosis->reason);
         code = CLI_NUMERICAL;
@@ -596,7 +602,7 @@ const cli_command cli_diagnose = {
         "The data are audited first: a file that is not in order is named with its line, and then\n"
         "there is no verdict. The verdict is one of\n"
         "  explained        nothing to find: noise, and strokes that differ by themselves\n"
-        "  wrong_parameter  a number of the file is another one\n"
+        "  wrong_parameter  a number of the file is another one, or one that a record states\n"
         "  sensor           an instrument errs\n"
         "  input            what drives the mechanism is not what the record says\n"
         "  missing_effect   physics that the file lacks\n"
@@ -611,6 +617,9 @@ const cli_command cli_diagnose = {
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
         "\"motion_check\": {\"says\": supports, contradicts, cannot_tell or not_done, \"why\",\n"
         "\"of_force\", \"of_channels\", \"all\", \"errors\": [...], \"stroke\"},\n"
+        "\"changed_after\": stroke behind which the records change, \"wrong_setting\" of one "
+        "stroke,\n"
+        "\"settings_off\", \"verified\": extended.yaml, read again, leaves what its fit left,\n"
         "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"
         "report.html, one self-contained page; extended.yaml, the mechanism file with the cause "

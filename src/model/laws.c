@@ -84,7 +84,7 @@ static const law_entry signal_law[STEIN_SIGNAL_SIZE] = {
 
 /* units of offset and square follow the channel: mech__sensor fills them in */
 static const law_entry sensor_law[STEIN_SENSOR_SIZE] = {
-    [STEIN_SENSOR_GAIN] = {"sensor", SAME("gain"), SAME("1"), MECH__POSITIVE, 1.0, 0},
+    [STEIN_SENSOR_GAIN] = {"sensor", SAME("gain"), SAME("1"), 0, 1.0, 0}, // -1: mirrored
     [STEIN_SENSOR_OFFSET] = {"sensor", SAME("offset"), SAME(NULL), 0, 0.0, 0},
     [STEIN_SENSOR_SQUARE] = {"sensor", SAME("square"), SAME(NULL), 0, 0.0, 0},
     [STEIN_SENSOR_TILT] = {"sensor", SAME("tilt"), SAME("rad"), 0, 0.0, 0},

@@ -2,7 +2,7 @@
  *
  * mechanism  pendulum
  * input      pendulum.yaml, fnv1a64 2ce0dec3507d9a44
- * structure  fnv1a64 65520d20a1c70157
+ * structure  fnv1a64 4fd0b2b282023f57
  * method     recursive Newton-Euler on recombined parameters, composite bodies
  * licence    none claimed on generated text
  *
@@ -411,32 +411,32 @@ static const stein_param params[] = {
     {"rod.tip.z", "m", -0.35, 0.0, 1, STEIN_ANY},
     {"push.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"push.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"angle.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"angle.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"angle.sensor.offset", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"angle.sensor.square", "1/rad", 0.0, 0.0, 0, STEIN_ANY},
     {"angle.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"angle.sensor.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"rate.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"rate.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"rate.sensor.offset", "rad/s", 0.0, 0.0, 0, STEIN_ANY},
     {"rate.sensor.square", "s/rad", 0.0, 0.0, 0, STEIN_ANY},
     {"rate.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"rate.sensor.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"tip_x.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"tip_x.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"tip_x.sensor.offset", "m", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_x.sensor.square", "1/m", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_x.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_x.sensor.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"tip_height.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"tip_height.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"tip_height.sensor.offset", "m", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_height.sensor.square", "1/m", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_height.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"tip_height.sensor.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"kinetic.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"kinetic.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"kinetic.sensor.offset", "J", 0.0, 0.0, 0, STEIN_ANY},
     {"kinetic.sensor.square", "s^2/kg/m^2", 0.0, 0.0, 0, STEIN_ANY},
     {"kinetic.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},
     {"kinetic.sensor.delay", "s", 0.0, 0.0, 0, STEIN_ANY},
-    {"potential.sensor.gain", "1", 1.0, 0.0, 0, STEIN_POSITIVE},
+    {"potential.sensor.gain", "1", 1.0, 0.0, 0, STEIN_ANY},
     {"potential.sensor.offset", "J", 0.0, 0.0, 0, STEIN_ANY},
     {"potential.sensor.square", "s^2/kg/m^2", 0.0, 0.0, 0, STEIN_ANY},
     {"potential.sensor.tilt", "rad", 0.0, 0.0, 0, STEIN_ANY},

@@ -127,6 +127,23 @@ int data__has_last_word(const stein_model *m, const char *param)
     return instrument || lab__comes_off(m, param) != NULL;
 }
 
+/* one of the last digit that a number is written with: "0.1 mm" of "-0.3 mm" */
+static double last_digit(const char *value, mech_dim dim)
+{
+    char text[DATA_SHOWN];
+    stein_err err;
+    double step = 0.0;
+    size_t whole = strspn(value, "+-0123456789"), n = whole;
+    size_t decimals = value[n] == '.' ? strspn(value + n + 1, "0123456789") : 0;
+    n += value[n] == '.' ? 1 + decimals : 0;
+    if (whole == 0 && decimals == 0) {
+        return 0.0;
+    }
+    snprintf(text, sizeof text, "%s%.*s1%s", decimals > 0 ? "0." : "",
+             decimals > 0 ? (int)decimals - 1 : 0, "00000000000000000000", value + n);
+    return mech_parse_quantity(text, dim, &step, &err) == STEIN_OK ? step : 0.0;
+}
+
 /* @param known  1: somebody measured it by itself */
 static void add_setting(data__reader *r, const char *name, const char *value, int known,
                         int at_name, int at_value)
@@ -176,12 +193,9 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
         return;
     }
     out->set = grown;
-    out->set[out->data.nset++] = (lab_setting){r->model->params[k].name,
-                                               k,
-                                               v,
-                                               line,
-                                               at_name,
-                                               known || data__has_last_word(r->model, name)};
+    out->set[out->data.nset++] = (lab_setting){
+        r->model->params[k].name, k, v, line, at_name, known || data__has_last_word(r->model, name),
+        last_digit(value, dim)};
 }
 
 static void set_trigger(data__reader *r, const char *value, int at)

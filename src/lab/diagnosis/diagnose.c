@@ -7,6 +7,7 @@
  *   judge      the closed table -> finding, causes, rivals (verdict/judge.c)
  *   law        where the best hypothesis leaves more than noise, a curve (law/)
  *   report     reporting records, predicted with and without the causes
+ *   verify     extended.yaml, read again and simulated
  *   show       where the model departs, the force it lacks, the motion check
  */
 #include <math.h>
@@ -123,8 +124,10 @@ static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_
     }
     if (status == STEIN_OK && doubts->grave) {
         d->out->verdict = LAB_VERDICT_UNUSABLE_MODEL;
-        snprintf(d->out->reason, sizeof d->out->reason, "The records do not mean what they say: %s",
-                 doubts->item[0].text);
+        status = diag__name_slip(model, data, doubts, d->out, err);
+        snprintf(d->out->reason, sizeof d->out->reason,
+                 "The records do not mean what they say: %s%s", doubts->item[0].text,
+                 d->out->ncause > 0 ? ". extended.yaml has the gain -1 that fits" : "");
     }
     lab_doubts_free(doubts);
     return status;
@@ -168,7 +171,7 @@ static stein_status check_setup(diagnosis *d, stein_err *err)
 static int element(const diag__problem *q, int k)
 {
     int i = 0;
-    while (!diag__related(&q->candidate[i], &q->candidate[k])) {
+    while (!diag__related(diag__base(q, i), diag__base(q, k))) {
         i++;
     }
     return i;
@@ -184,14 +187,15 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .converged = row->converged,
                         .possible = diag__is_possible(q, row)};
     for (int i = 0; i < row->h.n; i++) {
-        const lab_candidate *c = &q->candidate[row->h.cause[i]];
+        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
         e.cause[i] = row->h.cause[i];
         if (row->failed == NULL) {
             e.amount[i] = diag__amount(row, i, &e.sd[i]);
         }
-        e.tolerated[i] = diag__is_tolerated(q, c);
-        e.scatters[i] = diag__scatters(q, c);
-        e.named[i] = c->effect->site != LAB_AT_PARAMETER;
+        e.tolerated[i] = diag__is_tolerated(q, e.cause[i]);
+        e.scatters[i] = diag__scatters(q, e.cause[i]);
+        e.single[i] = c.from > 0 && c.from == c.until;
+        e.named[i] = c.effect->site != LAB_AT_PARAMETER;
         e.place[i] = element(q, row->h.cause[i]);
     }
     return e;
@@ -210,6 +214,7 @@ static stein_status judge(diagnosis *d, stein_err *err)
     d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
                                  .stated = fit__noise_given(&d->q.null),
                                  .assumed = d->q.assumed,
+                                 .records = d->fitted.n,
                                  .freedom = d->fitted.n - 1 + diag__scatter_worth(d->fitted.n)};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
@@ -286,7 +291,7 @@ static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
     if (row == NULL || row->failed != NULL || !isfinite(d->after.rmse)) {
         return STEIN_OK;
     }
-    stein_status status = diag__report(&d->q, row, &d->reporting, &without, err);
+    stein_status status = diag__report(row, &d->reporting, &without, err);
     if (status == STEIN_OK) {
         lab_gain g = {.ratio = NAN};
         status = diag__compare(&without, &d->after, &g, err);
@@ -295,6 +300,67 @@ static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
         cause->own_hi = g.hi;
     }
     diag__reported_free(&without);
+    return status;
+}
+
+/* sum of squares of the reporting records between two numbers, where the change i of the best row
+ * begins at `from`; INFINITY: they cannot be simulated. The prediction stays in `to`. */
+static stein_status report_from(diagnosis *d, int i, int from, int lo, int hi, diag__reported *to,
+                                double *square, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    best->cause[i].from = from;
+    stein_status status = diag__report(best, &d->reporting, to, err);
+    *square = isfinite(to->rmse) ? 0.0 : (double)INFINITY;
+    for (int s = 0; status == STEIN_OK && s < to->p.nstroke; s++) {
+        const fit__stroke *t = &to->p.stroke[s];
+        const double *r = to->r + fit__offset(&to->p, s);
+        int between = t->data->number >= lo && t->data->number < hi;
+        *square += between ? lab__dot(r, r, (size_t)t->nch * (size_t)t->n) : 0.0;
+    }
+    return status;
+}
+
+/* A change lies between two fitted records; the reporting ones between them tell where. They choose
+ * nothing else. */
+static stein_status place_change(diagnosis *d, int i, lab_suspect *s, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    int first = s->after + 1, last = best->cause[i].from, at = last;
+    double least = INFINITY;
+    stein_status status = STEIN_OK;
+    for (int pass = 0; pass < 2; pass++) { // the least, then what comes near it
+        int lo = last, hi = first;
+        for (int from = first; status == STEIN_OK && from <= last && first < last; from++) {
+            diag__reported there = {.rmse = NAN};
+            double square;
+            status = report_from(d, i, from, first, last, &there, &square, err);
+            at = square < least ? from : at;
+            least = fmin(least, square);
+            lo = square < least + diag__convincing && from < lo ? from : lo;
+            hi = square < least + diag__convincing && from > hi ? from : hi;
+            diag__reported_free(&there);
+        }
+        s->after = pass > 0 && first < last ? lo - 1 : s->after;
+        s->after_most = pass > 0 && first < last ? hi - 1 : s->after_most;
+    }
+    best->cause[i].from = s->candidate.from = at;
+    return status;
+}
+
+static stein_status place_changes(diagnosis *d, stein_err *err)
+{
+    diag__row *best = d->t.row[d->j.best];
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < best->h.n; i++) {
+        lab_suspect *s = d->out->suspect;
+        while (!diag__is_same(&s->candidate, &best->cause[i])) {
+            s++;
+        }
+        if (s->after > 0) {
+            status = place_change(d, i, s, err);
+        }
+    }
     return status;
 }
 
@@ -307,15 +373,48 @@ static stein_status report(diagnosis *d, stein_err *err)
     if (d->reporting.n < 1) {
         return STEIN_OK;
     }
-    status = diag__report(&d->q, d->t.row[d->j.null], &d->reporting, &d->before, &why);
+    status = diag__report(d->t.row[d->j.null], &d->reporting, &d->before, &why);
     if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
-        status = diag__report(&d->q, d->t.row[d->j.best], &d->reporting, &d->after, &why);
+        status = place_changes(d, &why);
+    }
+    if (status != STEIN_ENOMEM && d->j.finding == DIAG_NAMED) {
+        status = diag__report(d->t.row[d->j.best], &d->reporting, &d->after, &why);
     }
     for (int i = 0; i < d->out->ncause && status != STEIN_ENOMEM; i++) {
         d->out->suspect[i].held_out = d->after.rmse;
         status = d->out->ncause > 1 ? own_gain(d, &d->out->suspect[i], &why) : status;
     }
     return fit__forgive(status, err);
+}
+
+/* a reporting record whose own setting does not fit it, beside an explanation or a cause */
+static stein_status odd_setting(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    int after = isfinite(d->after.rmse);
+    const diag__row *row = d->t.row[after ? d->j.best : d->j.null];
+    diag__odd_setting odd;
+    stein_err why;
+    if (d->j.finding != DIAG_EXPLAINED && d->j.finding != DIAG_NAMED) {
+        return STEIN_OK;
+    }
+    stein_status status =
+        diag__find_odd_setting(&d->q, row, after ? &d->after : &d->before, &odd, &why);
+    if (status != STEIN_OK ||
+        !diag__is_odd(&odd, row, d->fitted.n, d->reporting.n * d->q.nsetting)) {
+        return fit__forgive(status, err);
+    }
+    if (d->j.finding == DIAG_EXPLAINED) {
+        o->verdict = LAB_VERDICT_WRONG_PARAMETER;
+        o->reason[0] = '\0';
+    } else {
+        strncat(o->reason, " ", sizeof o->reason - strlen(o->reason) - 1);
+    }
+    status = diag__take_odd_setting(&d->q, &odd, o, err);
+    if (status == STEIN_OK) {
+        diag__say_setting(o, &o->suspect[o->ncause - 1]);
+    }
+    return status;
 }
 
 static stein_status laws(diagnosis *d, stein_err *err)
@@ -400,6 +499,34 @@ static stein_status motion(diagnosis *d, const char *const *phase, const char *c
     return status;
 }
 
+/* Is what is written what was found? A difference is an error of ours, and said so. */
+static stein_status verify(diagnosis *d, stein_err *err)
+{
+    diag__side side[2] = {{NULL, NULL, NULL}, {&d->after.p, d->after.x, d->after.r}};
+    lab_diagnosis *o = d->out;
+    stein_err why = {STEIN_OK, ""};
+    int changed = d->def->options != NULL && d->def->options->nset > 0; // by no file
+    if (!lab_diagnosis_extends(o) || !extended(d, &side[0]) || changed) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__verify(&d->q, side, 1 + isfinite(d->after.rmse), o, &why);
+    if (status == STEIN_OK && o->verified.same) {
+        return STEIN_OK;
+    }
+    size_t n = strlen(o->reason);
+    if (status == STEIN_OK) {
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " An error of this program: extended.yaml leaves %.4g noises where its fit left "
+                 "%.4g.",
+                 o->verified.file, o->verified.table);
+    } else {
+        o->verified = (lab_verified){.done = 1, .table = NAN, .file = NAN};
+        snprintf(o->reason + n, sizeof o->reason - n,
+                 " An error of this program: extended.yaml cannot be simulated: %s.", why.msg);
+    }
+    return fit__forgive(status, err);
+}
+
 static stein_status show(diagnosis *d, stein_err *err)
 {
     const diag__row *null = d->t.row[d->j.null];
@@ -470,6 +597,16 @@ static stein_status keep_parts(diagnosis *d, stein_err *err)
     return STEIN_OK;
 }
 
+/* do causes and rivals act in all records? An experiment has no place in their order. */
+static int act_in_all(const lab_diagnosis *o)
+{
+    int yes = 1;
+    for (int i = 0; i < o->ncause + o->nrival; i++) {
+        yes &= o->suspect[i].candidate.from == 0;
+    }
+    return yes;
+}
+
 static stein_status conclude(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
@@ -494,13 +631,14 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
+        status = odd_setting(d, err);
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,
                      " The search ended with its budget: %ld simulated strokes.", d->q.strokes);
         }
         progress(d, 0.88, "the law of what is in no table");
-        status = laws(d, err);
+        status = status == STEIN_OK ? laws(d, err) : status;
     }
     if (status == STEIN_OK && o->nlaw > 0 && o->law[0].pays) {
         free(o->gains);
@@ -508,10 +646,17 @@ static stein_status conclude(diagnosis *d, stein_err *err)
         o->ngain = 0;
         status = gains(d, err);
     }
+    if (status == STEIN_OK) {
+        status = diag__list_records(d->t.row[d->j.null],
+                                    d->j.finding == DIAG_NAMED ? d->t.row[d->j.best] : NULL,
+                                    &d->before, &d->after, o, err);
+    }
     status = status == STEIN_OK ? posteriors(d, err) : status;
+    progress(d, 0.91, "the extended file, read again");
+    status = status == STEIN_OK ? verify(d, err) : status;
     progress(d, 0.92, "where the model departs");
     status = status == STEIN_OK ? show(d, err) : status;
-    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0) {
+    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0 && act_in_all(o)) {
         progress(d, 0.95, "the next experiment");
         status = diag__next(&d->q, o, err);
     }
@@ -549,7 +694,7 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     if (d.out == NULL) {
         return lab__no_memory(err);
     }
-    d.out->verified = d.out->remainder = d.out->share = d.out->p = NAN;
+    d.out->remainder = d.out->share = d.out->p = NAN;
     d.out->chi2_dof_before = d.out->chi2_dof_after = NAN;
     d.out->gain.ratio = d.out->gain.rmse_before = d.out->gain.rmse_after = NAN;
     d.out->gain.lo = d.out->gain.hi = NAN;

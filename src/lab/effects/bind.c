@@ -148,6 +148,20 @@ void lab__size_link(lab_candidate *c, const stein_model *m, const double *p)
                             .hi = 1.0};
 }
 
+int lab_candidate_acts(const lab_candidate *c, int number)
+{
+    return c->from == 0 || (number >= c->from && (c->until == 0 || number <= c->until));
+}
+
+const char *lab_candidate_scope(const lab_candidate *c, char text[LAB_PLACE])
+{
+    text[0] = '\0';
+    if (c->from > 0) {
+        snprintf(text, LAB_PLACE, c->until > 0 ? " of stroke %d" : " from stroke %d on", c->from);
+    }
+    return text;
+}
+
 void lab_candidate_apply(const lab_candidate *c, double amount, double *p)
 {
     if (amount == 0.0) {

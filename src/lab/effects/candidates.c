@@ -562,7 +562,7 @@ stein_status lab__bind_parameters(lab_candidate *c, const lab_model *model, stei
     if (make_scales(&b) != 0) { // all 0: only the limits come from them
         return lab__no_memory(err);
     }
-    if (c->effect->site == LAB_AT_PARAMETER) {
+    if (c->effect->site == LAB_AT_PARAMETER || c->effect->site == LAB_AT_SETTING) {
         int param = stein_find_param(b.m, c->place);
         (void)(param >= 0 ? add(&b, c->effect, c->place, param) : NULL);
     } else {

@@ -128,6 +128,8 @@ static const lab_effect effects[] = {
      1, 0},
     {"wrong_parameter", WRONG, LAB_AT_PARAMETER, "change", "", NULL,
      "a number of the file is another one", "all levels alike", "contact_gap", NULL, 1, 0},
+    {"wrong_setting", WRONG, LAB_AT_SETTING, "change", "", NULL,
+     "a number that one record states is another one", "one record alone", "", NULL, 1, 0},
 };
 
 const lab_effect *lab_effects(int *n)
@@ -205,14 +207,15 @@ const char *lab_effect_family(const lab_effect *effect)
     case LAB_AT_MARKER: return "sensor";
     case LAB_AT_CLOCK: return "clock";
     case LAB_AT_PARAMETER: break;
+    case LAB_AT_SETTING: return "setting";
     }
     return "geometry";
 }
 
 const char *lab_site_text(lab_site site)
 {
-    static const char *const text[] = {"joint",  "body",  "contact",  "contact or notch",
-                                       "link",   "load",  "input",    "channel",
-                                       "marker", "clock", "parameter"};
+    static const char *const text[] = {"joint",  "body",  "contact",   "contact or notch",
+                                       "link",   "load",  "input",     "channel",
+                                       "marker", "clock", "parameter", "setting"};
     return text[site];
 }

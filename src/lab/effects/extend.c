@@ -6,7 +6,8 @@
  * The numbers are those of lab_candidate_apply on the refitted values, so file and diagnosis speak
  * of the same motion. A part brings its amount as a number of its own; every other cause is a
  * number that has its place in the file, or gets it. Only the numbers that differ are written,
- * with fifteen digits, which lose nothing that can be measured.
+ * with fifteen digits, which lose nothing that can be measured. A change half-way is written as it
+ * is from then on; one record's own setting is no number of the file.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -76,6 +77,21 @@ static double moved_deviation(const lab_candidate *c, const lab_suspect *s, doub
            : c->move == LAB_MOVE_RELATIVE ? sd * fabs(before)
            : c->move == LAB_MOVE_SCALE    ? sd * fabs(after)
                                           : sd;
+}
+
+/* is it one record's own, and nothing of the mechanism? */
+static int is_of_record(const lab_suspect *s)
+{
+    return s->candidate.until > 0;
+}
+
+int lab_diagnosis_extends(const lab_diagnosis *d)
+{
+    int any = d->nlaw > 0 && d->law[0].pays;
+    for (int i = 0; i < d->ncause; i++) {
+        any |= !is_of_record(&d->suspect[i]);
+    }
+    return any;
 }
 
 /* ---- the text with parts ---- */
@@ -206,7 +222,7 @@ static stein_status take_numbers(extension *x, stein_err *err)
     memcpy(x->p, lab_parameters(x->model), sizeof *x->p * np);
     stein_status status = take_values(x, err);
     for (int k = 0; status == STEIN_OK && k < x->d->ncause; k++) {
-        status = take_cause(x, k, err);
+        status = is_of_record(&x->d->suspect[k]) ? STEIN_OK : take_cause(x, k, err);
     }
     return status;
 }
@@ -248,7 +264,9 @@ static void write_number(FILE *f, const char *name, const char *unit, double val
 static void write_cause(FILE *f, const lab_suspect *s)
 {
     const lab_candidate c = as_found(s);
-    fprintf(f, "#   %s at %s: %s\n", c.effect->kind, c.place, c.effect->equation);
+    char scope[LAB_PLACE];
+    fprintf(f, "#   %s at %s%s: %s%s\n", c.effect->kind, c.place, lab_candidate_scope(&c, scope),
+            c.effect->equation, is_of_record(s) ? "; not in this file, but in that record" : "");
     const lab_cause_number *size = find_number(s, c.effect->size);
     write_number(f, c.effect->size, size != NULL ? size->unit : c.unit,
                  size != NULL ? size->value : s->amount, size);
@@ -320,14 +338,14 @@ static void write_head(FILE *f, const extension *x)
 
 /* ---- the file ---- */
 
-static stein_status write_all(const extension *x, const char *path, stein_err *err)
+/* the head, then the file with its numbers patched */
+static stein_status write_all(const extension *x, char **out, stein_err *err)
 {
     const stein_model *m = lab_equations(x->model);
     fit__number *list = calloc((size_t)m->np + 1, sizeof *list);
     char *text = NULL;
     size_t size = 0;
     int n = 0;
-    lab__file out;
     for (int i = 0; list != NULL && i < m->np; i++) {
         if (x->new[i]) {
             double sd = x->sd[i] > 0.0 ? x->sd[i] : m->params[i].tolerance;
@@ -338,32 +356,52 @@ static stein_status write_all(const extension *x, const char *path, stein_err *e
                                                     x->size, list, n, FULL_DIGITS, err)
                                        : lab__no_memory(err);
     free(list);
-    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    FILE *f = status == STEIN_OK ? lab__text_open(out) : NULL;
+    if (status == STEIN_OK && f == NULL) {
+        status = lab__no_memory(err);
+    }
     if (status == STEIN_OK) {
         size_t mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-        write_head(out.stream, x);
-        fwrite(text + mark, 1, size - mark, out.stream);
-        status = lab__file_close(&out, 1, err);
+        locale_t before = lab__plain();
+        write_head(f, x);
+        lab__as_before(before);
+        fwrite(text + mark, 1, size - mark, f);
+        status = lab__text_close(f, out, err);
     }
     free(text);
     return status;
 }
 
-stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
-                        stein_err *err)
+stein_status lab__extended_text(char **text, const char *file, const lab_diagnosis *diagnosis,
+                                stein_err *err)
 {
     extension x = {.d = diagnosis, .file = file};
-    if (diagnosis->ncause < 1 && law_of(diagnosis) == NULL) {
+    if (!lab_diagnosis_extends(diagnosis)) {
         return lab__fail(err, STEIN_EINVAL, "there is no cause to extend %s by", file);
     }
     stein_status status = add_parts(&x, err);
     status = status == STEIN_OK ? take_numbers(&x, err) : status;
-    status = status == STEIN_OK ? write_all(&x, path, err) : status;
+    status = status == STEIN_OK ? write_all(&x, text, err) : status;
     lab_close(x.model);
     free(x.list);
     free(x.p);
     free(x.sd);
     free(x.new);
     free(x.text);
+    return status;
+}
+
+stein_status lab_extend(const char *path, const char *file, const lab_diagnosis *diagnosis,
+                        stein_err *err)
+{
+    char *text = NULL;
+    lab__file out;
+    stein_status status = lab__extended_text(&text, file, diagnosis, err);
+    status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
+    if (status == STEIN_OK) {
+        fputs(text, out.stream);
+        status = lab__file_close(&out, 1, err);
+    }
+    free(text);
     return status;
 }

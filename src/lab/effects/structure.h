@@ -99,6 +99,12 @@ stein_status lab__structure_text(const lab_candidate *c, double amount, const me
                                  const char *text, size_t size, char **out, size_t *nout,
                                  stein_err *err);
 
+/* ---- extend.c ---- */
+
+/** The text of lab_extend, freed by the caller. @return as lab_extend */
+stein_status lab__extended_text(char **text, const char *file, const lab_diagnosis *diagnosis,
+                                stein_err *err);
+
 /* ---- touching.c ---- */
 
 /** The first body of a contact against the second one, while they touch. */

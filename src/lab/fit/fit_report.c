@@ -44,6 +44,9 @@ static char *own_name(const fit__problem *p, const fit__unknown *u, const char *
         *unit = m->channels[s->channel[u->index]].unit;
         return lab__text("offset %s", m->channels[s->channel[u->index]].name);
     case FIT__SCATTER: *unit = "1"; return lab__text("%s", group[fit__class(u->index)]);
+    case FIT__SETTING:
+        *unit = m->params[u->index].unit;
+        return lab__text("setting %s", m->params[u->index].name);
     case FIT__POSITION:
         *unit = turns ? "rad" : "m";
         return lab__text("initial position %s", m->bodies[u->index].name);

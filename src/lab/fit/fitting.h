@@ -77,8 +77,9 @@ typedef enum {
     FIT__POSITION,
     FIT__SPEED,
     FIT__SCATTER,
-    FIT__AMOUNT, /* of an effect */
-    FIT__SIDE    /* a number beside it; index: which */
+    FIT__SETTING, /* what a number that the stroke sets is off by; index: parameter */
+    FIT__AMOUNT,  /* of an effect */
+    FIT__SIDE     /* a number beside it; index: which */
 } fit__kind;
 /** Numbers that scatter together from stroke to stroke. */
 enum { FIT__CALM, FIT__JOINTS, FIT__CONTACTS, FIT__DRIVE, FIT__GROUPS };

@@ -29,6 +29,7 @@ static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double locked = 0.4; /* noise in steps: step / sqrt(12) and as much of other noise */
 static const double per_second = 1.0; /* bias of a rate sensor: a marker's offset in a second */
+static const double of_setting = 0.01; /* least sd of what was set by hand, in its size: chosen */
 static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
 
 double fit__value(const fit__unknown *u, double x)
@@ -378,6 +379,21 @@ static void own_scatter(fit__problem *p, fit__stroke *s, int stroke)
     }
 }
 
+/* What the stroke sets, by hand and to the digit that was written: 20 deg is between 19.5 and 20.5.
+ * What scatters anyhow is left out. */
+static void own_settings(fit__problem *p, fit__stroke *s, int stroke)
+{
+    const stein_model *m = lab_equations(p->model);
+    for (int i = 0; p->def->settings && i < s->data->nset; i++) {
+        const lab_setting *set = &s->data->set[i];
+        double sd = fmax(set->step / sqrt(12.0), of_setting * fabs(set->value));
+        sd = fmax(sd, m->params[set->param].tolerance);
+        if (!set->last_word && p->group[set->param] == FIT__CALM && sd > 0.0) {
+            own(p, s, stroke, FIT__SETTING, set->param, sd, 1);
+        }
+    }
+}
+
 static int shows_place(const stein_channel *c)
 {
     return c->read == STEIN_READ_POSITION || c->read == STEIN_READ_X || c->read == STEIN_READ_Y ||
@@ -408,6 +424,7 @@ static void own_unknowns(fit__problem *p, int stroke)
         own(p, s, stroke, FIT__TAU, 0, trigger_sd(p, s), 1);
     }
     own_scatter(p, s, stroke);
+    own_settings(p, s, stroke);
     // a channel that counts from rest, in a record that begins somewhere else
     int moves = initial > 0 && !s->data->planned && s->origin == s->data->time[0] &&
                 (s->origin != 0.0 || s->data->trigger == LAB_TRIGGER_UNSYNCHRONISED);

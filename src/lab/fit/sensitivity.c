@@ -121,6 +121,14 @@ static void take_down(void *ctx, fit__bench *b, int index, int failed)
     differ(j, t, b->y);
 }
 
+/* does an unknown of all records change this one? A cause need not act in all of them. */
+static int changes(const fit__problem *p, int stroke, int k)
+{
+    int cause = k >= p->first_accepted ? (k - p->first_accepted) / FIT__NUMBERS : p->naccepted;
+    return k >= p->np || cause >= p->naccepted ||
+           lab_candidate_acts(p->accepted[cause], p->stroke[stroke].data->number);
+}
+
 /* columns that are known: -1/noise for the channel of an offset, 0 for what is idle; a sample that
  * does not count, behind the horizon, say, has no residual */
 static void known_column(const fit__problem *p, int stroke, int k, const double *r, double *J)
@@ -129,7 +137,7 @@ static void known_column(const fit__problem *p, int stroke, int k, const double 
     const fit__unknown *u = &p->unknown[unknown_of(p, stroke, k)];
     double *column = J + fit__column(p, stroke, k);
     r += fit__offset(p, stroke);
-    if (u->idle) {
+    if (u->idle || !changes(p, stroke, k)) {
         memset(column, 0, sizeof *column * (size_t)(s->nch * s->n));
         return;
     }
@@ -142,7 +150,7 @@ static void known_column(const fit__problem *p, int stroke, int k, const double 
 static int is_simulated(const fit__problem *p, int stroke, int k)
 {
     const fit__unknown *u = &p->unknown[unknown_of(p, stroke, k)];
-    return !u->idle &&
+    return !u->idle && changes(p, stroke, k) &&
            (u->kind != FIT__OFFSET || p->gain > 0.0); // the ladder's pull answers to offsets
 }
 

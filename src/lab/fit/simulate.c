@@ -189,12 +189,26 @@ static void scatter(const fit__problem *p, fit__bench *b, const fit__stroke *s, 
     }
 }
 
-/* an effect with its unknowns, `amount` and those behind it */
-static void apply(const fit__problem *p, const lab_candidate *effect, int amount, const double *x,
-                  double *to)
+/* what the stroke was set to, other than it says */
+static void set_off(const fit__problem *p, fit__bench *b, const fit__stroke *s, const double *x)
+{
+    for (int k = s->first; k < s->first + s->own; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        if (u->kind == FIT__SETTING) {
+            b->p[u->index] += fit__value(u, x[k]);
+        }
+    }
+}
+
+/* an effect with its unknowns, `amount` and those behind it, in the records where it acts */
+static void apply(const fit__problem *p, const lab_data *data, const lab_candidate *effect,
+                  int amount, const double *x, double *to)
 {
     const fit__unknown *u = &p->unknown[amount];
     lab_candidate c = *effect;
+    if (!lab_candidate_acts(&c, data->number)) {
+        return;
+    }
     for (int k = 0; k < LAB_SIDES; k++) {
         c.side[k].value = c.side[k].param >= 0 ? fit__value(u + 1 + k, x[amount + 1 + k]) : 0.0;
     }
@@ -227,14 +241,15 @@ static stein_status start(const fit__problem *p, fit__bench *b, const fit__strok
         }
     }
     lab_data_apply(s->data, b->p);
+    set_off(p, b, s, x);
     for (int i = 0; i < p->naccepted; i++) {
-        apply(p, p->accepted[i], p->first_accepted + FIT__NUMBERS * i, x, b->p);
+        apply(p, s->data, p->accepted[i], p->first_accepted + FIT__NUMBERS * i, x, b->p);
     }
     if (p->given != NULL) {
         lab_candidate_apply(p->given, p->given_amount, b->p);
     }
     if (p->effect != NULL) {
-        apply(p, p->effect, p->amount, x, b->p);
+        apply(p, s->data, p->effect, p->amount, x, b->p);
     }
     put_right(s->data, b->p);
     scatter(p, b, s, x);

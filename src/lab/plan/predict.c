@@ -115,7 +115,7 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
         }
         const char *name = m->params[param].name;
         b->setting[b->data.nset++] =
-            (lab_setting){name, param, e->set[i].value, 1, 1, data__has_last_word(m, name)};
+            (lab_setting){name, param, e->set[i].value, 1, 1, data__has_last_word(m, name), 0.0};
     }
     if (e->input[0] != '\0') {
         int input = stein_find_input(m, e->input);

@@ -272,6 +272,13 @@ static void take_suspect(reader *r, yaml_node_t *e, lab_suspect *s)
             s->candidate = *c;
         }
     }
+    int parted = strcmp(kind, "changed_after") == 0 || strcmp(kind, "wrong_setting") == 0;
+    if (r->status == STEIN_OK && parted) {
+        bad(r, e,
+            "%s at \"%.60s\" is of a part of the records: correct or part these first, then "
+            "diagnose again",
+            kind, place);
+    }
     if (r->status == STEIN_OK && s->candidate.effect == NULL) {
         bad(r, e, "there is no %.40s at \"%.60s\" in \"%s\": a diagnosis of another mechanism?",
             kind, place, r->m->name);

@@ -73,6 +73,7 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
     diag__motion_free(&d->motion);
     free(d->explanation);
     free(d->suspect);
+    free(d->record);
     free(d->gains);
     free(d->value);
     free(d->finding);

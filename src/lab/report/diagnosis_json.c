@@ -37,13 +37,60 @@ static void write_parameters(lab__json *j, const lab_suspect *s)
     lab__json_close(j);
 }
 
+static int is_change(const lab_suspect *s)
+{
+    return s->candidate.from > 0 && s->candidate.until == 0;
+}
+
+/* the record of a wrong setting, the records behind one of which a change begins */
+static void write_scope(lab__json *j, const lab_suspect *s)
+{
+    if (is_change(s)) {
+        lab__json_text(j, "effect", s->candidate.effect->kind);
+        lab__json_int(j, "after", s->after_most);
+        lab__json_int(j, "after_at_least", s->after);
+    } else if (s->candidate.from > 0) {
+        lab__json_int(j, "stroke", s->candidate.from);
+        lab__json_text(j, "file", s->file);
+        lab__json_real(j, "stated", s->stated);
+        lab__json_real(j, "fits", s->stated + s->amount);
+    }
+}
+
 /* kind, place, what belongs to them */
 static void write_name(lab__json *j, const lab_suspect *s)
 {
     const lab_effect *e = s->candidate.effect;
-    lab__json_text(j, "kind", e != NULL ? e->kind : NULL);
+    lab__json_text(j, "kind", is_change(s) ? "changed_after" : e != NULL ? e->kind : NULL);
     lab__json_text(j, "place", s->candidate.place);
     lab__json_text(j, "class", e != NULL ? e->cls : NULL);
+    write_scope(j, s);
+}
+
+/* what the records say of themselves: one with a wrong setting, one behind which they change */
+static void write_odd_records(lab__json *j, const lab_diagnosis *d)
+{
+    const lab_suspect *change = NULL, *setting = NULL;
+    for (int i = 0; i < d->ncause; i++) {
+        const lab_suspect *s = &d->suspect[i];
+        change = change == NULL && is_change(s) ? s : change;
+        setting = setting == NULL && s->file != NULL ? s : setting;
+    }
+    if (change != NULL) {
+        lab__json_int(j, "changed_after", change->after_most);
+    } else {
+        lab__json_null(j, "changed_after");
+    }
+    if (setting != NULL) {
+        lab__json_open(j, "wrong_setting", '{');
+        lab__json_text(j, "name", setting->candidate.place);
+        lab__json_text(j, "unit", setting->candidate.unit);
+        write_scope(j, setting);
+        lab__json_real(j, "sd", setting->nnumber > 0 ? setting->number[0].sd : (double)NAN);
+        lab__json_close(j);
+    } else {
+        lab__json_null(j, "wrong_setting");
+    }
 }
 
 /* all numbers of its fit with their joint uncertainty; sd and correlation of the logarithm where
@@ -286,6 +333,39 @@ static void write_fit(lab__json *j, const lab_diagnosis *d)
     lab__json_close(j);
 }
 
+/* where what the records set is not what they say */
+static void write_settings_off(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "settings_off", '[');
+    for (int i = 0; i < d->nsetting_off; i++) {
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "name", d->setting_off[i].name);
+        lab__json_text(j, "unit", d->setting_off[i].unit);
+        lab__json_real(j, "rms", d->setting_off[i].rms);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+/* stroke by stroke: what is left [noise], the amount of the first cause in it alone */
+static void write_each(lab__json *j, const lab_diagnosis *d)
+{
+    lab__json_open(j, "each", '[');
+    for (int i = 0; i < d->nrecord; i++) {
+        const lab_seen *s = &d->record[i];
+        lab__json_open(j, NULL, '{');
+        lab__json_int(j, "stroke", s->number);
+        lab__json_text(j, "file", s->file);
+        lab__json_text(j, "role", s->reporting ? "reporting" : "fitted");
+        lab__json_real(j, "before", s->before);
+        lab__json_real(j, "after", s->after);
+        lab__json_real(j, "amount", s->amount);
+        lab__json_real(j, "sd", s->sd);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
 /* what is left, what was fitted, by which strokes */
 static void write_remainder(lab__json *j, const lab_diagnosis *d)
 {
@@ -321,8 +401,18 @@ static void write_remainder(lab__json *j, const lab_diagnosis *d)
     lab__json_int(j, "fitted", d->nfit);
     lab__json_int(j, "choosing", 0);
     lab__json_int(j, "reporting", d->nheld);
+    write_each(j, d);
     lab__json_close(j);
-    lab__json_real(j, "verified", d->verified);
+    if (d->verified.done) {
+        lab__json_bool(j, "verified", d->verified.same);
+        lab__json_open(j, "verification", '{');
+        lab__json_real(j, "rms_table", d->verified.table);
+        lab__json_real(j, "rms_file", d->verified.file);
+        lab__json_real(j, "difference", d->verified.file / d->verified.table - 1.0);
+        lab__json_close(j);
+    } else {
+        lab__json_null(j, "verified");
+    }
     if (d->explanation != NULL) {
         lab__json_text(j, "explanation", d->explanation);
     }
@@ -340,6 +430,8 @@ stein_status lab_diagnosis_json(const char *path, const lab_diagnosis *d, stein_
     lab__json_text(&j, "verdict", lab_verdict_text(d->verdict));
     lab__json_text(&j, "reason", d->reason);
     lab__json_text(&j, "phase", d->phase);
+    write_odd_records(&j, d);
+    write_settings_off(&j, d);
     write_remainder(&j, d);
     write_causes(&j, d);
     diag__law_json(&j, d);

@@ -43,6 +43,8 @@ void page__cause(FILE *f, const lab_candidate *c)
         }
         page__text(f, c->place);
     }
+    char scope[LAB_PLACE];
+    page__text(f, lab_candidate_scope(c, scope));
 }
 
 /* ---- units ---- */

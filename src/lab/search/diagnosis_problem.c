@@ -16,6 +16,7 @@
 
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 static const double nothing = 1e-300;    /* of a friction */
+static const double of_stated = 0.1;     /* its size: plausible error where all records state one */
 static const double held = 0.1;          /* gain of the observer that shows how far records go */
 /* A step's error in shares of the noise: differences of records see a tenth of the noise (fit/
  * sensitivity.c) and have to be right to a percent. */
@@ -49,7 +50,8 @@ double diag__tolerance_of(const fit__problem *p)
 
 int diag__is_same(const lab_candidate *a, const lab_candidate *b)
 {
-    return a->effect == b->effect && strcmp(a->place, b->place) == 0;
+    return a->effect == b->effect && strcmp(a->place, b->place) == 0 && a->from == b->from &&
+           a->until == b->until;
 }
 
 int diag__related(const lab_candidate *a, const lab_candidate *b)
@@ -165,6 +167,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
+    q->rough_def = q->fit_def;
+    q->rough_def.settings = 1;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
@@ -350,6 +354,73 @@ static double *with_shares(const diag__problem *q)
     return p;
 }
 
+/* smallest and largest value of a setting over the records. @return how many state it, the
+ * instruments that were put right left out: nothing acts on top of those */
+static int range_of_setting(const lab_dataset *data, int param, double *lo, double *hi)
+{
+    int n = 0;
+    *lo = INFINITY;
+    *hi = -INFINITY;
+    for (int s = 0; s < data->n; s++) {
+        for (int k = 0; k < data->stroke[s]->nset; k++) {
+            const lab_setting *set = &data->stroke[s]->set[k];
+            if (set->param == param && !set->last_word) {
+                *lo = fmin(*lo, set->value);
+                *hi = fmax(*hi, set->value);
+                n++;
+            }
+        }
+    }
+    return n;
+}
+
+/* A setting is off by as much as settings differ: somebody took one record's for another's. */
+static lab_candidate setting(const stein_model *m, const lab_effect *effect, int param, double lo,
+                             double hi)
+{
+    double size = fmax(fabs(lo), fabs(hi));
+    lab_candidate c = {.effect = effect,
+                       .move = LAB_MOVE_ADD,
+                       .nparam = 1,
+                       .param = {param},
+                       .unit = m->params[param].unit,
+                       .limit = fmax(hi - lo, of_stated * size),
+                       .start = 0.01,
+                       .joint = -1,
+                       .channel = -1};
+    for (int k = 0; k < LAB_SIDES; k++) {
+        c.side[k].param = -1;
+    }
+    snprintf(c.place, sizeof c.place, "%s", m->params[param].name);
+    return c;
+}
+
+/* behind the candidates: what the records state, of which one record may be wrong */
+static stein_status list_settings(diag__problem *q, stein_err *err)
+{
+    const stein_model *m = lab_equations(q->model);
+    const lab_effect *effect = lab_effect_find("wrong_setting");
+    double lo, hi;
+    for (int s = 0; s < q->fitted->n; s++) {
+        int number = q->fitted->stroke[s]->number;
+        q->records = number > q->records ? number : q->records;
+    }
+    for (int i = 0; i < m->np; i++) {
+        if (range_of_setting(q->fitted, i, &lo, &hi) == 0 || !(fmax(fabs(lo), fabs(hi)) > 0.0)) {
+            continue;
+        }
+        lab_candidate *more =
+            realloc(q->candidate, sizeof *more * ((size_t)q->n + (size_t)q->nsetting + 1));
+        if (more == NULL) {
+            return lab__no_memory(err);
+        }
+        q->candidate = more;
+        more[q->n + q->nsetting] = setting(m, effect, i, lo, hi);
+        q->nsetting += !is_left_out(q, &more[q->n + q->nsetting]);
+    }
+    return STEIN_OK;
+}
+
 static stein_status list_candidates(diag__problem *q, stein_err *err)
 {
     lab__strokes records = {run_records, q};
@@ -365,8 +436,10 @@ static stein_status list_candidates(diag__problem *q, stein_err *err)
         }
     }
     q->n = status == STEIN_OK ? left : 0;
-    q->untestable = calloc((size_t)q->n + 1, sizeof *q->untestable);
-    q->step = calloc((size_t)q->n + 1, sizeof *q->step);
+    status = status == STEIN_OK ? list_settings(q, err) : status;
+    size_t all = (size_t)q->n + (size_t)q->nsetting + 1;
+    q->untestable = calloc(all, sizeof *q->untestable);
+    q->step = calloc(all, sizeof *q->step);
     if (status == STEIN_OK && (q->untestable == NULL || q->step == NULL)) {
         return lab__no_memory(err);
     }
@@ -390,6 +463,9 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
         file[i] = set->stroke[i]->file;
     }
     stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < set->n; i++) {
+        (*to)->stroke[i]->number = set->stroke[i]->number;
+    }
     free(file);
     return status;
 }
@@ -401,7 +477,7 @@ static stein_status make_mechanism(diag__problem *q, diag__mechanism *m, stein_e
     m->model = q->model;
     m->fitted = q->fitted;
     for (int i = 0; i < m->npart; i++) {
-        part[i] = q->candidate[m->part[i]];
+        part[i] = q->candidate[m->part[i]]; // a part acts in all records
     }
     if (m->npart > 0) {
         status = lab__open_with(&m->own, q->file, part, m->npart, q->def->options, err);
@@ -410,7 +486,7 @@ static stein_status make_mechanism(diag__problem *q, diag__mechanism *m, stein_e
             status == STEIN_OK ? diag__read_again(q->fitted, m->own, &m->own_fitted, err) : status;
         m->fitted = m->own_fitted;
     }
-    for (int i = 0; status == STEIN_OK && i < q->n; i++) {
+    for (int i = 0; status == STEIN_OK && i < q->n + q->nsetting; i++) {
         int in = q->candidate[i].effect->needs == NULL;
         for (int k = 0; k < m->npart; k++) {
             in |= m->part[k] == i;
@@ -435,7 +511,7 @@ const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothes
     diag__mechanism like = {.npart = 0};
     stein_err why = {STEIN_OK, ""};
     for (int i = 0; i < h->n; i++) {
-        if (q->candidate[h->cause[i]].effect->needs != NULL) {
+        if (diag__base(q, h->cause[i])->effect->needs != NULL) {
             like.part[like.npart++] = h->cause[i];
         }
     }
@@ -449,14 +525,15 @@ const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothes
     diag__mechanism **more = realloc(q->mechanism, sizeof *more * (size_t)(q->nmechanism + 1)),
                     *m = malloc(sizeof *m);
     q->mechanism = more != NULL ? more : q->mechanism;
-    like.candidate = malloc(sizeof *like.candidate * (size_t)(q->n + 1));
+    size_t all = (size_t)q->n + (size_t)q->nsetting;
+    like.candidate = malloc(sizeof *like.candidate * (all + 1));
     if (more == NULL || m == NULL || like.candidate == NULL) {
         free(m);
         free(like.candidate);
         (void)lab__no_memory(err);
         return NULL;
     }
-    memcpy(like.candidate, q->candidate, sizeof *like.candidate * (size_t)q->n);
+    memcpy(like.candidate, q->candidate, sizeof *like.candidate * all);
     *m = like;
     q->mechanism[q->nmechanism++] = m;
     stein_status status = make_mechanism(q, m, &why);

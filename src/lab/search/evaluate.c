@@ -167,10 +167,11 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int r
         status = from == DIAG_HELD && can ? descend_held(p, e, err) : STEIN_OK;
         status = status == STEIN_OK ? descend_free(p, e, from == DIAG_KNOWN, err) : status;
     }
-    int given_up = renewals <= RENEWALS && e->objective > hopeless * p->samples;
+    int given_up = renewals == 0 && e->objective > hopeless * p->samples;
     if (status != STEIN_OK || e->ended || given_up) {
         return status;
     }
+    renewals = renewals > 0 ? renewals : RENEWALS;
     return fit__descend(p, e, 1, enough, renewals - RENEWALS_FAR, err);
 }
 
@@ -202,9 +203,8 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     for (int k = 0; status == STEIN_OK && k < own.nu; k++) {
         fit__unknown *u = &own.unknown[k];
         u->idle |= k < own.np;
-        u->sd *= u->kind == FIT__SCATTER && a->D != NULL
-                     ? sqrt(fmax(a->D[fit__class(u->index) - FIT__JOINTS], 1e-6))
-                     : 1.0;
+        int class = k < own.np ? -1 : diag__class_of(p, u);
+        u->sd *= class >= 0 && a->D != NULL ? sqrt(fmax(a->D[class], 1e-6)) : 1.0;
     }
     double *x =
         status == STEIN_OK ? calloc((size_t)own.nu + fit__columns(&own) + 1, sizeof *x) : NULL;
@@ -214,8 +214,11 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
-        status = diag__descend(&own, &e, DIAG_IF_FAR, RENEWALS, err);
-        memcpy(a->x + t->first, x + own.np, sizeof *x * (size_t)t->own);
+        status = diag__descend(&own, &e, DIAG_IF_FAR, 0, err);
+        for (int k = 0; k < t->own; k++) { // in the unit of the problem
+            double unit = own.unknown[own.np + k].sd / p->unknown[t->first + k].sd;
+            a->x[t->first + k] = x[own.np + k] * unit;
+        }
     }
     free(x);
     fit__problem_free(&own);
@@ -297,12 +300,30 @@ int diag__counterpart(const fit__problem *to, const fit__problem *from, int stro
         }
         int same = joint ? strcmp(a->bodies[u->index].name, b->bodies[v->index].name) == 0
                    : u->kind == FIT__SCATTER ? fit__same_group(from, u->index, to, v->index)
-                                             : u->index == v->index;
+                   : u->kind == FIT__SETTING
+                       ? strcmp(a->params[u->index].name, b->params[v->index].name) == 0
+                       : u->index == v->index;
         if (same) {
             return k;
         }
     }
     return -1;
+}
+
+void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
+                        double *y)
+{
+    for (int s = 0; s < to->nstroke; s++) {
+        const fit__stroke *t = &from->stroke[s];
+        for (int k = t->first; k < t->first + t->own; k++) {
+            int at = diag__counterpart(to, from, s, &from->unknown[k]);
+            if (at >= 0) {
+                const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
+                y[at] = (u->start + u->sd * x[k] - v->start) / v->sd;
+                to->step[at] = from->step[k];
+            }
+        }
+    }
 }
 
 static void carry_over(diag__row *row, const diag__row *parent)
@@ -320,17 +341,7 @@ static void carry_over(diag__row *row, const diag__row *parent)
             }
         }
     }
-    for (int s = 0; s < to->nstroke; s++) {
-        const fit__stroke *t = &from->stroke[s];
-        for (int k = t->first; k < t->first + t->own; k++) {
-            int at = diag__counterpart(to, from, s, &from->unknown[k]);
-            if (at >= 0) {
-                const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
-                row->x[at] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
-                to->step[at] = from->step[k];
-            }
-        }
-    }
+    diag__own_unknowns(from, parent->x, to, row->x);
 }
 
 /* column k of a stroke of the parent into that of an unknown in the row, whose unit is another one
@@ -396,10 +407,12 @@ static void start(diag__row *row, const diag__row *parent, const diag__proposal 
 static stein_status open_row(diag__problem *q, diag__row *row, stein_err *err)
 {
     for (int i = 0; i < row->h.n; i++) {
-        row->cause[i] = row->in->candidate[row->h.cause[i]];
+        row->cause[i] = diag__bound(q, row->in, row->h.cause[i]);
+        row->price += diag__price(q, row->h.cause[i]);
     }
-    stein_status status = fit__problem_make_with(&row->p, row->in->model, row->in->fitted,
-                                                 &q->fit_def, row->cause, row->h.n, err);
+    stein_status status =
+        fit__problem_make_with(&row->p, row->in->model, row->in->fitted,
+                               row->rough ? &q->rough_def : &q->fit_def, row->cause, row->h.n, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -505,7 +518,7 @@ static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__
     fit__problem *p = &row->p;
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
     // all others begin where the one without a cause ends
-    int renewals = row->h.n > 0 ? RENEWALS : RENEWALS_NULL;
+    int renewals = row->h.n > 0 ? 0 : RENEWALS_NULL;
     stein_status status = STEIN_OK;
     if (from == DIAG_FREE && parent != NULL && parent->J != NULL &&
         begin_known(row, parent, &status, err)) {
@@ -526,6 +539,7 @@ static stein_status note(diag__row *row, stein_err *err)
     double square = row->scale * row->scale;
     stein_status status =
         diag__likelihood(p, row->x, row->J, row->r, row->D, row->sd, &row->objective, err);
+    row->objective += row->price;
     row->rest = row->objective - fit__chi2(p, row->r);
     row->chi2_dof = fit__chi2_dof(p, row->r) * square;
     row->memory = memory_of(p, row->r);
@@ -559,6 +573,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->h = from->h;
     row->source = from->source;
     row->parent = from->parent;
+    row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
     row->in = diag__mechanism_of(q, &row->h, err);
@@ -607,7 +622,8 @@ static void scale_scatter(diag__row *row, const double *f)
         const fit__stroke *t = &p->stroke[s];
         for (int k = t->first; k < t->first + t->own; k++) {
             fit__unknown *u = &p->unknown[k];
-            double by = u->kind == FIT__SCATTER ? f[fit__class(u->index) - FIT__JOINTS] : 1.0;
+            int class = diag__class_of(p, u);
+            double by = class >= 0 ? f[class] : 1.0;
             double *J = row->J + fit__column(p, s, p->np + k - t->first);
             u->sd *= by;
             row->x[k] /= by;
@@ -637,8 +653,8 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     if (row->J == NULL) {
         return lab__no_memory(err);
     }
-    double to[DIAG_CLASSES], back[DIAG_CLASSES];
-    for (int i = 0; i < DIAG_CLASSES; i++) {
+    double to[LAB_SCATTERS], back[LAB_SCATTERS];
+    for (int i = 0; i < LAB_SCATTERS; i++) {
         to[i] = fmax(sqrt(row->D[i]), least_scatter);
         back[i] = 1.0 / to[i];
     }
@@ -655,7 +671,7 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     p->tolerance = coarse;
     status = status == STEIN_OK ? note(row, &why) : status;
     scale_scatter(row, back);
-    for (int i = 0; status == STEIN_OK && i < DIAG_CLASSES; i++) {
+    for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
         row->D[i] *= to[i] * to[i];
     }
     return fit__forgive(status, err);

@@ -46,6 +46,27 @@ static int slot_of(const slots *l, const fit__stroke *t, const fit__unknown *u)
     return -1;
 }
 
+/* A kind of setting has a variance of its own; where there are more kinds than room, the last ones
+ * share one. */
+int diag__class_of(const fit__problem *p, const fit__unknown *u)
+{
+    if (u->kind == FIT__SCATTER) {
+        return fit__class(u->index) - FIT__JOINTS;
+    }
+    int class = DIAG_CLASSES, last = -1;
+    for (int more = u->kind == FIT__SETTING; more && class < LAB_SCATTERS - 1;) {
+        int next = u->index;
+        for (int k = p->np; k < p->nu; k++) {
+            const fit__unknown *v = &p->unknown[k];
+            next = v->kind == FIT__SETTING && v->index > last && v->index < next ? v->index : next;
+        }
+        more = next < u->index;
+        class += more;
+        last = next;
+    }
+    return u->kind == FIT__SETTING ? class : -1;
+}
+
 static void find_slots(slots *l, const fit__problem *p)
 {
     l->n = 0;
@@ -56,8 +77,7 @@ static void find_slots(slots *l, const fit__problem *p)
             if (slot_of(l, t, u) < 0 && l->n < SLOTS) {
                 l->kind[l->n] = u->kind;
                 l->index[l->n] = index_of(t, u);
-                l->class[l->n++] =
-                    u->kind == FIT__SCATTER ? fit__class(u->index) - FIT__JOINTS : -1;
+                l->class[l->n++] = diag__class_of(p, u);
             }
         }
     }
@@ -136,15 +156,15 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
 {
     slots l;
     int *beta = calloc((size_t)p->np + 1, sizeof *beta);
-    lab__scatter scatter[DIAG_CLASSES];
+    lab__scatter scatter[LAB_SCATTERS];
     find_slots(&l, p);
-    for (int i = 0; i < DIAG_CLASSES; i++) {
+    for (int i = 0; i < LAB_SCATTERS; i++) {
         scatter[i] = (lab__scatter){1.0, most_scatter};
     }
     int nf = beta != NULL ? free_ones(p, beta) : 0;
     *m = (lab__mixed){.nf = 0};
     stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
-                                                         scatter, DIAG_CLASSES, err)
+                                                         scatter, LAB_SCATTERS, err)
                                        : lab__no_memory(err); // NOLINT(clang-analyzer-unix.Malloc)
     m->worth = diag__scatter_worth(p->nstroke);
     double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));

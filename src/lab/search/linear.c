@@ -25,7 +25,7 @@
 #include <string.h>
 
 #include "functions.h"
-#include "search.h"
+#include "scope_columns.h"
 
 enum { SIZINGS = 5, SCANNED = 16, RENEWALS = 2, ROUNDS = 12, SET = DIAG_CAUSES + 1 };
 static const double of_number = 0.2, of_part = 1.0, of_reading = 0.01; /* RMS change [noise] */
@@ -290,17 +290,7 @@ static void translate(const fit__problem *from, const double *x, const fit__prob
 {
     memset(y, 0, sizeof *y * (size_t)to->nu);
     memcpy(y, x, sizeof *y * (size_t)from->amount);
-    for (int s = 0; s < from->nstroke; s++) {
-        const fit__stroke *t = &from->stroke[s];
-        for (int k = t->first; k < t->first + t->own; k++) {
-            const fit__unknown *v = &from->unknown[k];
-            int at = diag__counterpart(to, from, s, v);
-            if (at >= 0) {
-                const fit__unknown *z = &to->unknown[at];
-                y[at] = (v->start + v->sd * x[k] - z->start) / z->sd;
-            }
-        }
-    }
+    diag__own_unknowns(from, x, to, y);
 }
 
 /* the causes of the row where there is a part more; a copy of them stays in `own` */
@@ -308,7 +298,7 @@ static stein_status open_part(work *w, const diag__mechanism *in, lab_dataset *r
                               lab_candidate *own, fit__problem *p, stein_err *err)
 {
     for (int i = 0; i < w->row->h.n; i++) {
-        own[i] = in->candidate[w->row->h.cause[i]];
+        own[i] = diag__bound(w->q, in, w->row->h.cause[i]);
     }
     // the same records as those of the work, in the other mechanism
     int n = 0;
@@ -319,7 +309,7 @@ static stein_status open_part(work *w, const diag__mechanism *in, lab_dataset *r
     }
     records->n = n;
     stein_status status =
-        fit__problem_make_with(p, in->model, records, &w->q->fit_def, own, w->row->h.n, err);
+        fit__problem_make_with(p, in->model, records, w->row->p.def, own, w->row->h.n, err);
     p->tolerance = w->p.tolerance;
     p->gain = w->p.gain;
     p->stride = w->p.stride;
@@ -482,7 +472,7 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
 {
     stein_status status = choose_records(w, most, err);
     status = status == STEIN_OK
-                 ? fit__problem_make_with(&w->p, w->row->in->model, &w->records, &w->q->fit_def,
+                 ? fit__problem_make_with(&w->p, w->row->in->model, &w->records, w->row->p.def,
                                           w->row->cause, w->row->h.n, err)
                  : status;
     if (status != STEIN_OK) {
@@ -521,25 +511,73 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
 
 /* ---- the matrix ---- */
 
-static stein_status reduce(work *w, const double **G, diag__linear *l, stein_err *err)
+/* the records with n columns, the row's own ones first, at the variances of the row */
+static stein_status weigh(work *w, const double **G, int n, int own, lab__mixed *m, stein_err *err)
 {
-    lab__mixed m = {.nf = 0};
-    for (int i = 0; i < l->own; i++) { // a column, no longer a number of all
+    *m = (lab__mixed){.nf = 0};
+    for (int i = 0; i < own; i++) { // a column, no longer a number of all
         w->p.unknown[w->p.first_accepted + FIT__NUMBERS * i].idle = 1;
     }
-    stein_status status = diag__mixed_at(&m, &w->p, w->x, w->J, w->r, G, l->n, err);
-    double *beta = malloc(sizeof *beta * (size_t)(m.nf + l->own + 1));
+    stein_status status = diag__mixed_at(m, &w->p, w->x, w->J, w->r, G, n, err);
+    double *beta = malloc(sizeof *beta * (size_t)(m->nf + own + 1));
     int with[DIAG_CAUSES] = {0, 1, 2};
     if (status == STEIN_OK && beta == NULL) {
         status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
-        lab__mixed_scatter(&m, with, l->own, ROUNDS, beta, NULL);
-        lab__mixed_weigh(&m);
-        status = lab__mixed_project(&m, l->I, l->s, &l->square) ? STEIN_OK : lab__no_memory(err);
+        lab__mixed_scatter(m, with, own, ROUNDS, beta, NULL);
+        lab__mixed_weigh(m);
     }
     free(beta);
+    return status;
+}
+
+static stein_status reduce(work *w, const double **G, diag__linear *l, stein_err *err)
+{
+    lab__mixed m;
+    stein_status status = weigh(w, G, l->n, l->own, &m, err);
+    if (status == STEIN_OK && !lab__mixed_project(&m, l->I, l->s, &l->square)) {
+        status = lab__no_memory(err);
+    }
     lab__mixed_free(&m);
+    return status;
+}
+
+/* a column in the records where a cause acts, freed by the caller; NULL: no memory */
+static double *part_of(const work *w, const double *G, const lab_candidate *c)
+{
+    double *to = calloc(fit__offset(&w->p, w->p.nstroke) + 1, sizeof *to);
+    for (int s = 0; to != NULL && s < w->p.nstroke; s++) {
+        size_t at = fit__offset(&w->p, s), n = fit__offset(&w->p, s + 1) - at;
+        if (lab_candidate_acts(c, w->p.stroke[s].data->number)) {
+            memcpy(to + at, G + at, sizeof *to * n);
+        }
+    }
+    return to;
+}
+
+/* columns of causes in a part of the records, made of those of the candidates, behind all others
+ */
+static stein_status add_scoped(work *w, const double **G, const int *base, int nbase, int own,
+                               stein_err *err)
+{
+    int cause[DIAG_SCOPED], n = 0;
+    lab__mixed m;
+    stein_status status = weigh(w, G, nbase, own, &m, err);
+    if (status == STEIN_OK) {
+        status = diag__choose_scopes(w->q, w->row, &w->p, &m, base, nbase, cause, &n, err);
+    }
+    lab__mixed_free(&m);
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        const lab_candidate c = diag__candidate(w->q, cause[i]);
+        int k = own;
+        while (diag__base(w->q, base[k]) != diag__base(w->q, cause[i])) {
+            k++;
+        }
+        column *to = &w->column[w->n++];
+        *to = (column){.cause = cause[i], .step = 1.0, .G = part_of(w, G[k], &c)};
+        status = to->G != NULL ? STEIN_OK : lab__no_memory(err);
+    }
     return status;
 }
 
@@ -550,7 +588,7 @@ static int list_columns(const work *w, diag__linear *l, column *list)
     for (int i = 0; i < w->row->h.n; i++) {
         list[n++] = (column){.cause = w->row->h.cause[i], .step = 1.0};
     }
-    for (int k = 0; k < w->q->n; k++) {
+    for (int k = 0; k < w->q->n + w->q->nsetting; k++) {
         const lab_candidate *c = &w->q->candidate[k];
         l->unseen[k] = w->q->untestable[k];
         if (l->unseen[k] != NULL || diag__has(&w->row->h, k)) {
@@ -662,31 +700,64 @@ static stein_status make_room(work *w, stein_err *err)
     return status;
 }
 
-/* what can be seen goes to the matrix */
-static stein_status keep_columns(work *w, diag__linear *l, stein_err *err)
+/* columns that can be seen: G and cause of each [w->n], how many there are */
+static int list_visible(const work *w, const double **G, int *cause)
 {
-    const double **G = malloc(sizeof *G * (size_t)(w->n + 1));
-    size_t n = (size_t)w->n + 1;
-    l->cause = calloc(n, sizeof *l->cause);
-    l->step = malloc(sizeof *l->step * n);
-    l->I = malloc(sizeof *l->I * n * n);
-    l->s = malloc(sizeof *l->s * n);
-    stein_status status = G && l->cause && l->step && l->I && l->s ? STEIN_OK : lab__no_memory(err);
-    for (int i = 0; status == STEIN_OK && i < w->n; i++) {
-        const column *c = &w->column[i];
-        if (c->why == NULL) {
-            int first = i == 0 || w->column[i - 1].cause != c->cause;
-            w->q->step[c->cause] = first && i >= l->own ? c->step : w->q->step[c->cause];
-            G[l->n] = c->G;
-            l->step[l->n] = c->step;
-            l->cause[l->n++] = c->cause;
-            l->unseen[c->cause] = NULL;
-        } else if (l->unseen[c->cause] == NULL) {
-            l->unseen[c->cause] = c->why;
+    int n = 0;
+    for (int i = 0; i < w->n; i++) {
+        if (w->column[i].why == NULL) {
+            G[n] = w->column[i].G;
+            cause[n++] = w->column[i].cause;
         }
     }
-    for (int i = 0; status == STEIN_OK && i < l->n; i++) {
-        l->unseen[l->cause[i]] = NULL;
+    return n;
+}
+
+/* why a candidate has no column, if it has none; with which step it was made */
+static void note_unseen(const work *w, diag__linear *l)
+{
+    for (int i = l->own; i < w->n; i++) {
+        const column *c = &w->column[i];
+        int first = i == 0 || w->column[i - 1].cause != c->cause;
+        if (c->why != NULL && l->unseen[c->cause] == NULL) {
+            l->unseen[c->cause] = c->why;
+        } else if (c->why == NULL && first) {
+            w->q->step[c->cause] = c->step;
+        }
+    }
+    for (int i = l->own; i < w->n; i++) {
+        if (w->column[i].why == NULL) {
+            l->unseen[w->column[i].cause] = NULL;
+        }
+    }
+}
+
+/* what can be seen goes to the matrix; a setting in one record alone */
+static stein_status keep_columns(work *w, diag__linear *l, stein_err *err)
+{
+    size_t n = (size_t)w->n + DIAG_SCOPED + 1;
+    const double **G = malloc(sizeof *G * n);
+    l->cause = calloc(n, sizeof *l->cause);
+    l->step = malloc(sizeof *l->step * n);
+    l->price = malloc(sizeof *l->price * n);
+    l->I = malloc(sizeof *l->I * n * n);
+    l->s = malloc(sizeof *l->s * n);
+    stein_status status =
+        G && l->cause && l->step && l->price && l->I && l->s ? STEIN_OK : lab__no_memory(err);
+    if (status == STEIN_OK) {
+        note_unseen(w, l);
+        int nbase = list_visible(w, G, l->cause);
+        status = add_scoped(w, G, l->cause, nbase, l->own, err);
+    }
+    for (int i = 0; status == STEIN_OK && i < w->n; i++) {
+        const column *c = &w->column[i];
+        int base_only = c->cause >= w->q->n && !diag__is_scoped(w->q, c->cause);
+        if (c->why == NULL && !base_only) {
+            G[l->n] = c->G;
+            l->step[l->n] = c->step;
+            l->price[l->n] = diag__price(w->q, c->cause);
+            l->cause[l->n++] = c->cause;
+        }
     }
     status = status == STEIN_OK ? reduce(w, G, l, err) : status;
     free(G);
@@ -698,8 +769,9 @@ stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain
 {
     work w = {.q = q, .row = row, .p = {.nstroke = 0}};
     *l = (diag__linear){.row = row, .gain = gain, .own = row->h.n};
-    l->unseen = calloc((size_t)q->n + 1, sizeof *l->unseen);
-    w.column = malloc(sizeof *w.column * (size_t)(2 * q->n + DIAG_CAUSES + 1));
+    int all = q->n + q->nsetting;
+    l->unseen = calloc((size_t)all + 1, sizeof *l->unseen);
+    w.column = malloc(sizeof *w.column * (size_t)(2 * all + DIAG_CAUSES + DIAG_SCOPED + 1));
     stein_status status =
         l->unseen != NULL && w.column != NULL ? stand(&w, gain, most, err) : lab__no_memory(err);
     w.n = status == STEIN_OK ? list_columns(&w, l, w.column) : 0;
@@ -726,6 +798,7 @@ void diag__linear_free(diag__linear *l)
 {
     free(l->cause);
     free(l->step);
+    free(l->price);
     free(l->I);
     free(l->s);
     free(l->unseen);
@@ -753,6 +826,7 @@ double diag__linear_gain(const diag__linear *l, const int *set, int n, double *a
     gsl_linalg_cholesky_svx(&A.matrix, &v.vector);
     for (int i = 0; i < n; i++) {
         gain += l->s[set[i]] * amount[i] - 2.0 * stein__log_of(a[i * n + i]);
+        gain -= l->price != NULL ? l->price[set[i]] : 0.0;
     }
     return gain;
 }

@@ -58,6 +58,21 @@ void lab__mixed_effects(const lab__mixed *m, int stroke, const int *with, int nw
 /** What F leaves of the candidates at the present variances: I = G'PG [nc*nc], s = G'Pr [nc] and
  *  r'Pr. @return 0: F has no solution, or no memory */
 int lab__mixed_project(const lab__mixed *m, double *I, double *s, double *square);
+/** Candidates in a part of the strokes alone, with F and the causes that act already eliminated. */
+typedef struct lab__shares {
+    int n, nstroke;               /* numbers that are eliminated */
+    int none;                     /* 1: there is no solution */
+    double *S, *b, *c;            /* their Cholesky factor, solution, workspace */
+    double *info, *score, *cross; /* [nc*nstroke], the last one times n */
+} lab__shares;
+/** @param m  weighed by lab__mixed_weigh  @return OK, ENOMEM; free it in any case */
+stein_status lab__shares_make(lab__shares *h, const lab__mixed *m, const int *with, int nwith,
+                              stein_err *err);
+void lab__shares_free(lab__shares *h);
+/** Fall of -2 ln L by a candidate in strokes first .. last, its amount with the prior N(0, 1).
+ *  @param amount  out  @return -INFINITY without a solution */
+double lab__shares_gain(lab__shares *h, int candidate, int first, int last, double *amount);
+
 /** Score, expected amount and information of every candidate [nc], and the correlations [nc*nc] of
  * what F leaves of them. */
 void lab__mixed_score(const lab__mixed *m, double *score, double *epc, double *info, double *corr);

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * propose_add.c - one cause more, or two at once, by what a linear model at a row lets expect.
  *
+ * What only a part of the records needs is asked beside causes that are there, or as a pair of
+ * such. Beside a cause that is not fitted yet it explains what a linear model misses of that one.
+ *
  * Two at once are asked because of two causes each alone may explain little: which pair explains
  * most is a question to the same matrix, without a simulation more.
  */
@@ -53,8 +56,7 @@ static int choose(const diag__problem *q, const diag__linear *l, diag__ranked *l
     int found = 0;
     diag__rank(list, n);
     for (int i = 0; i < n && found < most; i++) {
-        const lab_candidate *c = &q->candidate[l->cause[list[i].a]];
-        int part = c->effect->needs != NULL;
+        int part = diag__base(q, l->cause[list[i].a])->effect->needs != NULL;
         if (!part && is_repeated(l, list, found, &list[i])) {
             continue;
         }
@@ -97,7 +99,8 @@ static int pair(const diag__problem *q, const diag__table *t, const diag__linear
     for (int i = 0; i < n && i < POOL; i++) {
         for (int k = 0; k < i; k++) {
             int a = single[k].a, b = single[i].a;
-            if (l->cause[a] != l->cause[b] && diag__likeness(l, a, b) < alike &&
+            int parted = diag__is_scoped(q, l->cause[a]) != diag__is_scoped(q, l->cause[b]);
+            if (l->cause[a] != l->cause[b] && !parted && diag__likeness(l, a, b) < alike &&
                 take(l, a, b, &p) && diag__is_thinkable(q, &p)) {
                 list[m++] = (diag__ranked){a, b, p.expected};
             }
@@ -117,10 +120,10 @@ static int moved(const diag__problem *q, const diag__table *t, const diag__linea
     int n = 0;
     (void)t;
     for (int a = 0; l->own == 0 && l->gain == 0.0 && a < l->n && n < DIAG_COLUMNS; a++) {
-        const lab_candidate *c = &q->candidate[l->cause[a]];
+        int cause = l->cause[a];
         size_t k = (size_t)a;
         double info = l->I[k * (size_t)l->n + k], z = info > 0.0 ? fabs(l->s[k]) / sqrt(info) : 0.0;
-        if ((diag__is_tolerated(q, c) || diag__scatters(q, c)) && z > beyond_chance &&
+        if ((diag__is_tolerated(q, cause) || diag__scatters(q, cause)) && z > beyond_chance &&
             take(l, a, -1, &p) && diag__is_thinkable(q, &p)) {
             list[n++] = (diag__ranked){a, -1, -z};
         }

@@ -30,11 +30,11 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
 int diag__is_thinkable(const diag__problem *q, const diag__proposal *p)
 {
     for (int i = 0; i < p->h.n; i++) {
-        if (!diag__thinkable(&q->candidate[p->h.cause[i]], p->amount[i])) {
+        if (!diag__thinkable(diag__base(q, p->h.cause[i]), p->amount[i])) {
             return 0;
         }
     }
-    return 1;
+    return diag__is_coherent(q, &p->h);
 }
 
 static int by_expected(const void *a, const void *b)

@@ -18,7 +18,7 @@ typedef struct diag__ranked {
  *  @param amount  [n] out  @return 0: it has no solution, or names a cause twice */
 int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,
                       diag__proposal *to);
-/** Are all its amounts of a possible sign and size? */
+/** Are all its amounts of a possible sign and size, and its changes at one record? */
 int diag__is_thinkable(const diag__problem *q, const diag__proposal *p);
 /** The least expected objective first. */
 void diag__rank(diag__ranked *list, int n);

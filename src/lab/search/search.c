@@ -147,6 +147,16 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     return n;
 }
 
+/* is it the row's hypothesis without what acts in a part of the records? */
+static int drops_scoped(const diag__problem *q, const diag__row *row, const diag__hypothesis *h)
+{
+    int dropped = 0;
+    for (int i = 0; i < row->h.n; i++) {
+        dropped |= !diag__has(h, row->h.cause[i]) && diag__is_scoped(q, row->h.cause[i]);
+    }
+    return dropped && h->n < row->h.n;
+}
+
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
@@ -158,6 +168,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
         return 0; // unless a better end of its fit is expected
+    }
+    if (drops_scoped(q, l->row, &p->h)) {
+        return had == NULL;
     }
     if (p->source == 'T') { // it is no answer to what leaves much more than noise
         return had == NULL && l->row->chi2_dof < noise_like;
@@ -277,6 +290,28 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
     return status;
 }
 
+/* The null hypothesis leaves more than noise: once more, with settings that are off by what their
+ * digits allow, whether or not there are causes that explain it. They are a variance of all records, which costs as much as it explains. */
+static stein_status try_rough(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__row *one = NULL;
+    diag__proposal rough = {.h = {.n = 0}, .parent = 0, .source = 'S', .rough = 1};
+    for (int i = 0; i < DIAG_CAUSES; i++) {
+        rough.amount[i] = rough.side[i] = NAN;
+    }
+    stein_status status = diag__evaluate(q, t, &rough, &one, err);
+    if (one != NULL && q->trace != NULL) {
+        diag__trace_row(q->trace, q, t, one);
+    }
+    return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
+}
+
+/* does the best hypothesis leave more than noise, and is there budget to look further? */
+static int leaves_more(const diag__problem *q, const diag__table *t)
+{
+    return !diag__is_spent(q) && diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null);
+}
+
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
@@ -291,8 +326,11 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) &&
-        diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null)) {
+    int unsure = diag__incumbent(q, t)->h.n > 0 || leaves_more(q, t);
+    if (status == STEIN_OK && q->nsetting > 0 && unsure && !diag__is_spent(q)) {
+        status = try_rough(q, t, err);
+    }
+    if (status == STEIN_OK && !q->scale_free && leaves_more(q, t)) {
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }

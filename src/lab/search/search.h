@@ -2,13 +2,14 @@
  * search.h - the search for causes: a table of hypotheses, one way into it. Not installed.
  *
  *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
+ *   scope.c        causes that act in one record, or from one on
  *   evaluate.c     fits one hypothesis from one start; the only writer of rows
  *   table.c        rows by hypothesis
  *   linear.c       what every candidate changes at a row, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
  *   trace.c        one JSON line a row
- *   likelihood.c, mixed.c   the records as a mixed model
+ *   likelihood.c, mixed.c, shares.c   the records as a mixed model
  *
  *      problem -> [proposer -> proposal -> evaluate -> row -> table] ... -> judge (verdict/)
  *
@@ -29,7 +30,11 @@
 #include "diagnosing.h"
 #include "mixed.h"
 
-enum { DIAG_CAUSES = FIT__ACCEPTED, DIAG_CLASSES = 3 }; /* scatter: joints, contacts, drive */
+enum {
+    DIAG_CAUSES = FIT__ACCEPTED,
+    DIAG_CLASSES = 3
+}; /* scatter: joints, contacts, drive; behind
+    * these, settings */
 
 /** A set of causes: candidates by number, ascending. */
 typedef struct diag__hypothesis {
@@ -41,7 +46,7 @@ typedef struct diag__mechanism {
     int npart, part[DIAG_CAUSES]; /* candidates whose parts it has */
     const lab_model *model;
     const lab_dataset *fitted;
-    lab_candidate *candidate; /* [n] bound to it; nparam 0: its part is absent */
+    lab_candidate *candidate; /* as the problem's, bound to it; nparam 0: its part is absent */
     lab_model *own;           /* NULL: the file's own mechanism */
     lab_dataset *own_fitted;
     char *why; /* it cannot be made; NULL: it can */
@@ -52,23 +57,26 @@ typedef struct diag__problem {
     const char *file;
     const lab_model *model;
     const lab_diagnose_def *def;
-    lab_fit_def fit_def;
-    const char **name;  /* [nname] free parameters */
-    double *name_sd;    /* [nname] tolerances that are assumed, 0: the file states one, or none */
+    lab_fit_def fit_def, rough_def; /* rough: settings are off by what their digits allow */
+    const char **name;              /* [nname] free parameters */
+    double *name_sd; /* [nname] tolerances that are assumed, 0: the file states one, or none */
     int nname;
     int assumed;        /* of them have an assumed one */
     const lab_dataset *fitted;
-    fit__problem null; /* of the file's own mechanism without a cause */
-    lab_candidate *candidate;
-    const char **untestable; /* [n] why no fit of these records could tell; NULL: it may */
-    int n;
+    fit__problem null;        /* of the file's own mechanism without a cause */
+    lab_candidate *candidate; /* [n + nsetting] the last ones: settings, each of one record alone */
+    const char **untestable;  /* [n + nsetting] why no fit of these records could tell; NULL: it may
+                               */
+    int n, nsetting;
+    int records;                 /* largest number of one */
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
     int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
                      * as little as was stated */
     double memory;  /* of the row that leaves least: samples that count as one, scale_free */
-    double *step;   /* [n] amounts that columns were made with last [limits]; 0: none yet */
+    double
+        *step; /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
     struct diag__kept *kept; /* columns of the last free linear model, NULL: none (linear.c) */
     long strokes;            /* simulated so far */
     long most_strokes;       /* the budget, 0: none */
@@ -89,8 +97,9 @@ typedef struct diag__row {
     double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
-    double objective; /* -2 ln marginal likelihood (Laplace) */
-    double rest;      /* what of it are priors and volumes */
+    double price; /* of causes whose record was chosen */
+    double objective; /* -2 ln marginal likelihood (Laplace), and the price */
+    double rest;      /* what of it are priors, volumes and the price */
     double chi2_dof;  /* in noise of file or audit */
     double memory;    /* samples that the residual is alike over */
     double relative;  /* RMS residual in that of the motion */
@@ -100,6 +109,7 @@ typedef struct diag__row {
     int parent;   /* row that it was proposed from, -1: none */
     long strokes; /* simulated for it */
     double seconds;
+    int rough;      /* its settings are off by what their digits allow */
     int superseded; /* it was fitted with noise that turned out too small */
     int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
@@ -110,6 +120,7 @@ typedef struct diag__linear {
     double gain;         /* of the observer, 0: free */
     int n, own;          /* columns; the first `own` are the row's own causes */
     int *cause;          /* [n] candidate */
+    double *price;       /* [n] of its choice; NULL: none */
     double *step;        /* [n] amount that a column was made with, in limits */
     double *I, *s;       /* [n*n], [n]: G'PG, G'Pr with P what all else leaves */
     double square;       /* r'Pr: what is left without any column */
@@ -131,6 +142,7 @@ typedef struct diag__proposal {
     int parent;                 /* row whose end is the start of everything else */
     double expected;            /* objective that is expected */
     double value;               /* the same, few causes first: the order of the work */
+    int rough;                  /* settings are off; or they are in the parent */
     int held;                   /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
@@ -160,6 +172,23 @@ int diag__is_same(const lab_candidate *a, const lab_candidate *b);
 /** Are they at one element of the mechanism, as "stop" and "stop.normal.c"? */
 int diag__related(const lab_candidate *a, const lab_candidate *b);
 
+/* ---- scope.c ---- */
+
+/** The candidate behind a cause, in whatever records it acts. */
+const lab_candidate *diag__base(const diag__problem *q, int cause);
+/** A cause as a candidate: of the file's own mechanism, or bound to another one. */
+lab_candidate diag__candidate(const diag__problem *q, int cause);
+lab_candidate diag__bound(const diag__problem *q, const diag__mechanism *in, int cause);
+/** Does it act in a part of the records? */
+int diag__is_scoped(const diag__problem *q, int cause);
+/** A candidate in one record alone, from one on, by the number of the record. */
+int diag__in_record(const diag__problem *q, int base, int record);
+int diag__from_record(const diag__problem *q, int base, int record);
+/** Do all changes of a hypothesis begin at the same record? */
+int diag__is_coherent(const diag__problem *q, const diag__hypothesis *h);
+/** What the choice of a record costs of -2 ln L. */
+double diag__price(const diag__problem *q, int cause);
+
 /* ---- hypotheses (table.c) ---- */
 
 /** h with candidate k, without it. */
@@ -181,14 +210,18 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
  */
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
 /** A fit from x; its end is without an observer.
- *  @param renewals  of derivatives of the free fit, at most  @return OK, or a failure of the simulation
- */
+ *  @param renewals  of derivatives of the free fit, at most, however far off it is; 0: some, and less
+ *  where it is far  @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
                            stein_err *err);
 /** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
  * a part more or less. @return its index, -1: it has none */
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
                       const fit__unknown *u);
+/** The records' own unknowns of one problem, and their steps, as those of another one of the same
+ *  records. @param x, y  [nu] of `from`, out of `to` */
+void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
+                        double *y);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
@@ -239,10 +272,10 @@ void diag__kept_free(struct diag__kept *k);
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
 /** Does the file state a tolerance of this number of its own mechanism, or is one assumed? */
 int diag__has_tolerance(const diag__problem *q, int param);
-/** Does a candidate move a number with a tolerance? */
-int diag__is_tolerated(const diag__problem *q, const lab_candidate *c);
+/** Does a cause move a number with a tolerance? */
+int diag__is_tolerated(const diag__problem *q, int cause);
 /** Does it act like what differs from record to record by itself? */
-int diag__scatters(const diag__problem *q, const lab_candidate *c);
+int diag__scatters(const diag__problem *q, int cause);
 /** Is the amount of a candidate of a possible sign and size? */
 int diag__thinkable(const lab_candidate *c, double amount);
 /** Correlation of two columns. */
@@ -295,6 +328,8 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
 
 /** How many records the prior of a scatter counts as, beside so many. */
 double diag__scatter_worth(int records);
+/** Of what scatters from record to record: its variance in D; -1: it has a prior alone. */
+int diag__class_of(const fit__problem *p, const fit__unknown *u);
 /** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
 int diag__scatters_most(const double *D);
 /** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;

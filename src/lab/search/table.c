@@ -80,7 +80,7 @@ int diag__is_possible(const diag__problem *q, const diag__row *row)
     int yes = row->failed == NULL && !row->superseded;
     for (int i = 0; yes && i < row->h.n; i++) {
         double sd;
-        yes = diag__thinkable(&q->candidate[row->h.cause[i]], diag__amount(row, i, &sd));
+        yes = diag__thinkable(diag__base(q, row->h.cause[i]), diag__amount(row, i, &sd));
     }
     return yes;
 }
@@ -175,14 +175,16 @@ void diag__weigh(diag__problem *q, diag__table *t)
     }
 }
 
-int diag__is_tolerated(const diag__problem *q, const lab_candidate *c)
+int diag__is_tolerated(const diag__problem *q, int cause)
 {
-    return c->effect->needs == NULL && c->nparam == 1 &&
+    const lab_candidate *c = diag__base(q, cause);
+    return !diag__is_scoped(q, cause) && c->effect->needs == NULL && c->nparam == 1 &&
            diag__has_tolerance(q, c->param[0]);
 }
 
-int diag__scatters(const diag__problem *q, const lab_candidate *c)
+int diag__scatters(const diag__problem *q, int cause)
 {
-    return q->fit_def.scatter && c->nparam > 0 && c->effect->needs == NULL &&
-           q->null.group[c->param[0]] != FIT__CALM;
+    const lab_candidate *c = diag__base(q, cause);
+    return !diag__is_scoped(q, cause) && q->fit_def.scatter && c->nparam > 0 &&
+           c->effect->needs == NULL && q->null.group[c->param[0]] != FIT__CALM;
 }

@@ -17,10 +17,13 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
     fprintf(f, "{\"row\":%d,\"source\":\"%c\",\"parent\":%d,\"hypothesis\":[", diag__index(t, row),
             row->source, row->parent);
     for (int i = 0; i < row->h.n; i++) {
-        const lab_candidate *c = &q->candidate[row->h.cause[i]];
+        const lab_candidate of = diag__candidate(q, row->h.cause[i]), *c = &of;
         double sd = NAN, amount = row->failed == NULL ? diag__amount(row, i, &sd) : (double)NAN;
         fprintf(f, "%s{\"kind\":\"%s\",\"place\":\"%s\"", i > 0 ? "," : "", c->effect->kind,
                 c->place);
+        if (c->from > 0) {
+            fprintf(f, ",\"from\":%d", c->from);
+        }
         number(f, "amount", amount * c->limit);
         number(f, "sd", sd * c->limit);
         fputs("}", f);

@@ -27,8 +27,12 @@ static char *words(const diag__problem *q, const diag__hypothesis *h)
 {
     char *text = lab__text(h->n > 0 ? "" : "no cause");
     for (int i = 0; text != NULL && i < h->n; i++) {
-        const lab_candidate *c = &q->candidate[h->cause[i]];
-        char *more = lab__text("%s%s%s at %s", text, i > 0 ? " + " : "", c->effect->kind, c->place);
+        const lab_candidate c = diag__candidate(q, h->cause[i]);
+        char *more =
+            c.from > 0
+                ? lab__text("%s%s%s at %s %s record %d", text, i > 0 ? " + " : "", c.effect->kind,
+                            c.place, c.until > 0 ? "in" : "from", c.from)
+                : lab__text("%s%s%s at %s", text, i > 0 ? " + " : "", c.effect->kind, c.place);
         free(text);
         text = more;
     }

@@ -16,6 +16,9 @@
  *   6  No cause is named if its 95 % interval contains 0, or if the hypothesis leaves most of the
  *      misfit.
  *   7  A best hypothesis that is far from the records is no usable model, whatever it gains.
+ *   8  Explained is what leaves noise.
+ *   9  A cause that acts in one record alone is named only if Student's t with n - 2 degrees of
+ *      freedom, over all n records, is beyond doubt.
  *
  * Reasons of the thresholds: docs/diagnosis.md.
  */
@@ -27,6 +30,7 @@
 static const double same_fit = 2.0;        /* of -2 ln L: no difference */
 static const double by_chance = 0.01;      /* of one of all numbers */
 static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
+const double diag__beyond_doubt = 1e-4;    /* of any record among all, where one is odd */
 static const double must_explain = 0.7;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
@@ -94,13 +98,27 @@ static int excludes_zero(const diag__evidence *e, const diag__evidence *all, int
     return yes;
 }
 
+/* is every cause of one record alone beyond doubt? */
+static int is_certain(const diag__evidence *e, const diag__setting *s)
+{
+    int yes = 1;
+    for (int i = 0; i < e->n; i++) {
+        double z = fabs(e->amount[i]) / fmax(e->sd[i], 1e-300);
+        yes &= !e->single[i] ||
+               (s->records > 2 &&
+                2.0 * s->records * gsl_cdf_tdist_Q(z, s->records - 2) < diag__beyond_doubt);
+    }
+    return yes;
+}
+
 /* the least objective with n causes, of several none whose amount may be 0; of two that fit equally
  * well, an effect of the table before a number of the same element. @return -1: there is none */
-static int best_of(const diag__evidence *e, int rows, int n)
+static int best_of(const diag__evidence *e, int rows, int n, const diag__setting *s)
 {
     int best = -1;
     for (int i = 0; i < rows; i++) {
-        int eligible = e[i].n == n && e[i].possible && (n < 2 || excludes_zero(&e[i], e, rows));
+        int eligible = e[i].n == n && e[i].possible && is_certain(&e[i], s) &&
+                       (n < 2 || excludes_zero(&e[i], e, rows));
         if (eligible && (best < 0 || e[i].objective < e[best].objective)) {
             best = i;
         }
@@ -166,10 +184,10 @@ static diag__finding find(const diag__evidence *e, int n, const diag__judgement 
 
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
 {
-    diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .null = best_of(e, n, 0)};
+    diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .null = best_of(e, n, 0, s)};
     j.best = j.null;
     for (int k = 1; k <= DIAG_CAUSES && j.null >= 0; k++) {
-        int more = best_of(e, n, k);
+        int more = best_of(e, n, k, s);
         j.best = more >= 0 && diag__gains(&e[more], &e[j.best], s) ? more : j.best;
     }
     if (j.null < 0) {

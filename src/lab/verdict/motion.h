@@ -17,6 +17,14 @@ typedef struct diag__side {
     const double *x, *r; /* r: weighted residuals at x, driven as the strokes were */
 } diag__side;
 
+/* ---- verify.c ---- */
+
+/** o->verified: extended.yaml, read again, against what the verdict's fit leaves in the same
+ *  records. @param side  [nside] fitted records, reporting ones  @return OK, ENOMEM, why the file
+ *  cannot be read or simulated */
+stein_status diag__verify(const diag__problem *q, const diag__side *side, int nside,
+                          lab_diagnosis *o, stein_err *err);
+
 /** How the motion of a joint is known; indices of one model. */
 typedef struct diag__way {
     int input, joint, force; /* motion input, its joint, channel of the force that it needs */

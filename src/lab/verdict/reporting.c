@@ -17,8 +17,8 @@
 
 enum { DRAWS = 2000 };
 
-stein_status diag__report(const diag__problem *q, const diag__row *row, const lab_dataset *data,
-                          diag__reported *to, stein_err *err)
+stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__reported *to,
+                          stein_err *err)
 {
     *to = (diag__reported){.rmse = NAN};
     const lab_dataset *in = data;
@@ -28,7 +28,7 @@ stein_status diag__report(const diag__problem *q, const diag__row *row, const la
         in = to->own;
     }
     memcpy(to->cause, row->cause, sizeof to->cause);
-    status = status == STEIN_OK ? fit__problem_make_with(&to->p, row->in->model, in, &q->fit_def,
+    status = status == STEIN_OK ? fit__problem_make_with(&to->p, row->in->model, in, row->p.def,
                                                          to->cause, row->h.n, err)
                                 : status;
     if (status != STEIN_OK) {

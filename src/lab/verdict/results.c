@@ -62,7 +62,7 @@ static void note_numbers(const diag__row *row, int i, double gain, lab_suspect *
     }
 }
 
-static lab_suspect blank(const lab_candidate *c)
+lab_suspect diag__suspect(const lab_candidate *c)
 {
     return (lab_suspect){.candidate = *c,
                          .score = NAN,
@@ -71,13 +71,32 @@ static lab_suspect blank(const lab_candidate *c)
                          .chi2_dof = NAN,
                          .own_ratio = NAN,
                          .own_lo = NAN,
-                         .own_hi = NAN};
+                         .own_hi = NAN,
+                         .stated = NAN};
+}
+
+/* the record of a wrong setting; the record behind which a change begins */
+static void note_scope(const diag__row *row, lab_suspect *s)
+{
+    const lab_candidate *c = &s->candidate;
+    const lab_dataset *fitted = row->in->fitted;
+    for (int k = 0; c->from > 0 && k < fitted->n; k++) {
+        const lab_data *data = fitted->stroke[k];
+        if (c->until == 0 && data->number < c->from) {
+            s->after = data->number;
+        }
+        for (int i = 0; data->number == c->until && i < data->nset; i++) {
+            s->file = data->file;
+            s->stated = data->set[i].param == c->param[0] ? data->set[i].value : s->stated;
+        }
+    }
+    s->after_most = c->from > 0 && c->until == 0 ? c->from - 1 : 0;
 }
 
 /* cause i of a row: what it gains over the same row without it, or over no cause */
 static lab_suspect of_row(const diag__table *t, const diag__row *null, const diag__row *row, int i)
 {
-    lab_suspect s = blank(&row->cause[i]);
+    lab_suspect s = diag__suspect(&row->cause[i]);
     diag__hypothesis less = diag__without(row->h, row->h.cause[i]);
     const diag__row *without = diag__find(t, &less);
     int fitted = without != NULL && isfinite(without->objective);
@@ -88,6 +107,7 @@ static lab_suspect of_row(const diag__table *t, const diag__row *null, const dia
     s.chi2_dof = row->chi2_dof;
     s.possible = 1;
     note_numbers(row, i, s.gain, &s);
+    note_scope(row, &s);
     return s;
 }
 
@@ -119,7 +139,8 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
                          const diag__linear *l, int k)
 {
     const diag__row *row = row_with(q, t, k);
-    lab_suspect s = row != NULL ? of_row(t, null, row, place_in(row, k)) : blank(&q->candidate[k]);
+    lab_suspect s =
+        row != NULL ? of_row(t, null, row, place_in(row, k)) : diag__suspect(&q->candidate[k]);
     double amount[DIAG_CAUSES + 1], without[DIAG_CAUSES + 1], most = -INFINITY;
     int column = -1;
     s.power = (lab_power){LAB_NOT_TESTABLE,
@@ -254,6 +275,38 @@ static void note_value(const diag__problem *q, const diag__row *row, int k, lab_
                                             .data_sd = NAN};
 }
 
+/* settings that are off in a row, each by its RMS over the records */
+static void note_settings(const diag__problem *q, const diag__row *row, lab_diagnosis *o)
+{
+    const stein_model *m = lab_equations(q->model);
+    const fit__problem *p = &row->p;
+    double square[LAB_SETTINGS_OFF] = {0.0};
+    int n[LAB_SETTINGS_OFF] = {0};
+    for (int k = p->np; k < p->nu; k++) {
+        const fit__unknown *u = &p->unknown[k];
+        int i = 0;
+        if (u->kind != FIT__SETTING) {
+            continue;
+        }
+        const char *name = lab_equations(p->model)->params[u->index].name;
+        while (i < o->nsetting_off && strcmp(o->setting_off[i].name, name) != 0) {
+            i++;
+        }
+        if (i == LAB_SETTINGS_OFF) {
+            continue;
+        }
+        const stein_param *of = &m->params[stein_find_param(m, name)];
+        o->nsetting_off += i == o->nsetting_off;
+        o->setting_off[i].name = of->name;
+        o->setting_off[i].unit = of->unit;
+        square[i] += fit__value(u, row->x[k]) * fit__value(u, row->x[k]);
+        n[i]++;
+    }
+    for (int i = 0; i < o->nsetting_off; i++) {
+        o->setting_off[i].rms = sqrt(square[i] / n[i]);
+    }
+}
+
 static stein_status note_values(const diag__problem *q, const diag__row *row, lab_diagnosis *o,
                                 stein_err *err)
 {
@@ -266,6 +319,7 @@ static stein_status note_values(const diag__problem *q, const diag__row *row, la
     for (int k = 0; k < row->p.np; k++) {
         note_value(q, row, k, o);
     }
+    note_settings(q, row, o);
     for (int i = 0; i < DIAG_CLASSES; i++) {
         o->scatter[i] = prior[i] * sqrt(row->D[i]);
     }

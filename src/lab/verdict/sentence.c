@@ -15,23 +15,151 @@ static void append(lab_diagnosis *o, const char *text)
     snprintf(o->reason + n, sizeof o->reason - n, "%s", text);
 }
 
-/* "viscous_friction at slide and mass at cart" */
+/* ---- numbers ---- */
+
+/* a value as the files write it: g, mm, deg; its sd tells how many digits. @return text */
+static const char *quantity(char *text, size_t size, double value, double sd, const char *unit)
+{
+    static const struct {
+        const char *si, *shown;
+        double factor, below; /* used below this magnitude [SI] */
+    } scale[] = {{"kg", "mg", 1e6, 5e-4},   {"kg", "g", 1e3, 1.0},
+                 {"m", "mm", 1e3, 1.0},     {"s", "ms", 1e3, 1.0},
+                 {"N m", "mN m", 1e3, 1.0}, {"rad", "deg", 57.29577951308232, INFINITY}};
+    double factor = 1.0;
+    const char *shown = strcmp(unit, "1") == 0 ? "" : unit;
+    for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
+        if (strcmp(unit, scale[i].si) == 0 && fabs(value) < scale[i].below) {
+            factor = scale[i].factor;
+            shown = scale[i].shown;
+            break;
+        }
+    }
+    if (sd > 0.0 && isfinite(sd)) {
+        int decimals = 1 - (int)floor(log10(factor * sd));
+        decimals = decimals < 0 ? 0 : decimals > 9 ? 9 : decimals;
+        snprintf(text, size, "%.*f +- %.*f%s%s", decimals, factor * value, decimals, factor * sd,
+                 *shown != '\0' ? " " : "", shown);
+    } else {
+        snprintf(text, size, "%.4g%s%s", factor * value, *shown != '\0' ? " " : "", shown);
+    }
+    return text;
+}
+
+/* ---- causes ---- */
+
+static int acts_in_all(const lab_suspect *s)
+{
+    return s->candidate.from == 0;
+}
+
+static int is_setting(const lab_suspect *s)
+{
+    return s->candidate.until > 0;
+}
+
+static int is_change(const lab_suspect *s)
+{
+    return s->candidate.from > 0 && s->candidate.until == 0;
+}
+
+/* how many causes are of a kind */
+static int count(const lab_diagnosis *o, int (*is)(const lab_suspect *s))
+{
+    int n = 0;
+    for (int i = 0; i < o->ncause; i++) {
+        n += is(&o->suspect[i]);
+    }
+    return n;
+}
+
+/* "viscous_friction at slide and mass at cart" of those of a kind, with amounts where asked for */
+static void list_causes(lab_diagnosis *o, int (*is)(const lab_suspect *s), int amounts)
+{
+    int n = count(o, is), k = 0;
+    for (int i = 0; i < o->ncause; i++) {
+        const lab_suspect *s = &o->suspect[i];
+        char one[2 * LAB_PLACE], size[60] = "";
+        if (!is(s)) {
+            continue;
+        }
+        if (amounts) {
+            quantity(size, sizeof size, s->amount, s->number[0].sd, s->number[0].unit);
+        }
+        snprintf(one, sizeof one, "%s%s at %s%s%s",
+                 k == 0      ? ""
+                 : k + 1 < n ? ", "
+                             : " and ",
+                 s->candidate.effect->kind, s->candidate.place,
+                 !amounts          ? ""
+                 : s->amount > 0.0 ? " +"
+                                   : " ",
+                 size);
+        append(o, one);
+        k++;
+    }
+}
+
+/* "Stroke 5's load.mass does not fit its record: 105 g in the file, 100.1 +- 0.2 g would fit." */
+void diag__say_setting(lab_diagnosis *o, const lab_suspect *s)
+{
+    char text[3 * LAB_PLACE], in_file[60], fits[60];
+    const char *base = s->file != NULL ? strrchr(s->file, '/') : NULL;
+    snprintf(
+        text, sizeof text,
+        "Stroke %d's %s does not fit its record (%.80s): %s in the file, %s would fit.",
+        s->candidate.from, s->candidate.place,
+        base != NULL      ? base + 1
+        : s->file != NULL ? s->file
+                          : "-",
+        quantity(in_file, sizeof in_file, s->stated, 0.0, s->candidate.unit),
+        quantity(fits, sizeof fits, s->stated + s->amount, s->number[0].sd, s->candidate.unit));
+    append(o, text);
+}
+
+/* "The records change after stroke 6: mass at hammer +100 +- 3 mg from stroke 7 on." */
+static void say_change(lab_diagnosis *o)
+{
+    char text[80];
+    const lab_suspect *first = NULL;
+    for (int i = 0; i < o->ncause; i++) {
+        first = first == NULL && is_change(&o->suspect[i]) ? &o->suspect[i] : first;
+    }
+    if (first == NULL) {
+        return;
+    }
+    if (first->after < first->after_most) {
+        snprintf(text, sizeof text, "The records change between strokes %d and %d: ", first->after,
+                 first->after_most + 1);
+    } else {
+        snprintf(text, sizeof text, "The records change after stroke %d: ", first->after_most);
+    }
+    append(o, text);
+    list_causes(o, is_change, 1);
+    snprintf(text, sizeof text, " from stroke %d on.", first->candidate.from);
+    append(o, text);
+}
+
 static void name_causes(lab_diagnosis *o)
 {
-    for (int i = 0; i < o->ncause; i++) {
-        char one[2 * LAB_PLACE];
-        snprintf(one, sizeof one, "%s%s at %s",
-                 i == 0              ? ""
-                 : i + 1 < o->ncause ? ", "
-                                     : " and ",
-                 o->suspect[i].candidate.effect->kind, o->suspect[i].candidate.place);
-        append(o, one);
+    if (count(o, acts_in_all) > 0) {
+        list_causes(o, acts_in_all, 0);
+        append(o, o->ncause == 1 ? ": " : ".");
     }
-    if (o->ncause == 1) {
-        append(o, ": ");
+    if (o->ncause == 1 && count(o, acts_in_all) == 1) {
         append(o, o->suspect[0].candidate.effect->equation);
+        append(o, ".");
     }
-    append(o, ".");
+    for (int i = 0; i < o->ncause; i++) {
+        if (is_setting(&o->suspect[i])) {
+            append(o, o->reason[0] != '\0' ? " " : "");
+            diag__say_setting(o, &o->suspect[i]);
+        }
+    }
+    if (count(o, is_change) > 0) {
+        append(o, o->reason[0] != '\0' ? " " : "");
+        say_change(o);
+    }
 }
 
 /* the gain on reporting records: "better" only if its interval is below 1 */
@@ -39,8 +167,8 @@ static void say_gain(lab_diagnosis *o)
 {
     char text[160];
     const lab_gain *g = &o->gain;
-    if (!isfinite(g->ratio)) {
-        return;
+    if (!isfinite(g->ratio) || count(o, is_setting) == o->ncause) {
+        return; // one record's own says nothing of others
     }
     snprintf(text, sizeof text,
              g->hi < 1.0 ? " Held-out strokes are predicted better: %.3g -> %.3g noise."
@@ -58,6 +186,20 @@ static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag
                  100.0 * j->share, o->remainder);
         append(o, text);
     }
+}
+
+/* "Settings are not what the records say: upper.initial.position by 0.3 deg (RMS)." */
+static void say_settings(lab_diagnosis *o)
+{
+    char text[LAB_PLACE + 80], size[60];
+    for (int i = 0; i < o->nsetting_off; i++) {
+        const lab_setting_off *s = &o->setting_off[i];
+        snprintf(text, sizeof text, "%s%s by %s",
+                 i == 0 ? " Settings are not what records say: " : ", ", s->name,
+                 quantity(size, sizeof size, s->rms, 0.0, s->unit));
+        append(o, text);
+    }
+    append(o, o->nsetting_off > 0 ? " (RMS)." : "");
 }
 
 static lab_verdict class_of(const lab_diagnosis *o)
@@ -85,10 +227,12 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
                         "enough."
                       : "The model explains the strokes: noise, tolerances of the file and scatter "
                         "from stroke to stroke are enough.");
+        say_settings(o);
         break;
     case DIAG_NAMED:
         o->verdict = class_of(o);
         name_causes(o);
+        say_settings(o);
         say_remainder(o, j, s);
         say_gain(o);
         break;

@@ -4,8 +4,12 @@
  *   judge.c        the rules: a pure function of numbers
  *   sentence.c     the reason in words, from the same numbers
  *   reporting.c    reporting records, predicted
+ *   verify.c       extended.yaml read again, against the table
  *   explain.c      why a candidate is not the verdict
  *   power.c        which other candidates would have been detected
+ *   records.c      record by record: what is left, the amount of a cause
+ *   odd_setting.c  a setting of a reporting record that does not fit it
+ *   slip.c         a sign that all records have wrong, as a cause
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
  *   motion.h       the verdict once more, from a prescribed motion and its force
@@ -27,6 +31,7 @@ typedef struct diag__evidence {
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
     int scatters[DIAG_CAUSES];  /* 1: it differs from record to record by itself */
+    int single[DIAG_CAUSES];    /* 1: it acts in one record alone */
     int named[DIAG_CAUSES];     /* 1: an effect of the table, 0: a number of the file */
     int place[DIAG_CAUSES];     /* which element of the mechanism: equal numbers, equal elements */
 } diag__evidence;
@@ -35,6 +40,7 @@ typedef struct diag__evidence {
 typedef struct diag__setting {
     double most_noise; /* chi2/dof up to which a residual is noise */
     int stated;        /* the noise is */
+    int records;       /* fitted */
     double freedom;    /* degrees of freedom of the scatter from record to record */
     int tolerances;    /* numbers of the file with one */
     int assumed;       /* of them the file states none of */
@@ -61,6 +67,7 @@ typedef struct diag__judgement {
 } diag__judgement;
 /** The verdict of a table [n], of which one row has no cause. */
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s);
+extern const double diag__beyond_doubt; /* probability that any record is so far off */
 /** Does the first hypothesis, with a cause more, gain enough over the second one? */
 int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s);
 
@@ -76,8 +83,8 @@ typedef struct diag__reported {
     double rmse; /* in units of noise; NAN: they cannot be simulated */
 } diag__reported;
 /** @param data  in the file's own mechanism  @return OK, ENOMEM, a failure; free in any case */
-stein_status diag__report(const diag__problem *q, const diag__row *row, const lab_dataset *data,
-                          diag__reported *to, stein_err *err);
+stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__reported *to,
+                          stein_err *err);
 void diag__reported_free(diag__reported *h);
 /** Error after over error before, with its interval. @return OK, ENOMEM */
 stein_status diag__compare(const diag__reported *before, const diag__reported *after, lab_gain *g,
@@ -94,6 +101,9 @@ stein_status diag__gain(lab_diagnosis *out, const diag__reported *before,
 void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *s,
                const char *suspicion);
 
+/** What would fit a record whose setting does not: a sentence behind the reason. */
+void diag__say_setting(lab_diagnosis *o, const lab_suspect *s);
+
 /* ---- explain.c ---- */
 
 /** Why a candidate, "KIND@PLACE", is not the verdict, or that it is.
@@ -106,7 +116,46 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 /** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
 
+/* ---- records.c ---- */
+
+/** Record by record. @param best  NULL: no cause is named  @return OK, ENOMEM */
+stein_status diag__list_records(const diag__row *null, const diag__row *best,
+                                const diag__reported *before, const diag__reported *after,
+                                lab_diagnosis *o, stein_err *err);
+
+/* ---- odd_setting.c ---- */
+
+/** A setting of a record that reports, and what it would have to be off by. */
+typedef struct diag__odd_setting {
+    int setting; /* which one of the problem's; -1: none */
+    int record;  /* of the reporting ones */
+    const lab_data *data;
+    double z, amount, sd; /* amount, sd [limits] */
+    double left;          /* chi2 per sample with it */
+} diag__odd_setting;
+/** The one that is farthest off, beside the row's causes.
+ *  @param in  the reporting records as the row predicts them  @return OK, ENOMEM, a failure */
+stein_status diag__find_odd_setting(const diag__problem *q, const diag__row *row,
+                                    const diag__reported *in, diag__odd_setting *to,
+                                    stein_err *err);
+/** Is it beyond doubt, and does the record with it fit as those do that were fitted?
+ *  @param fitted  records; tested: settings of all reporting records */
+int diag__is_odd(const diag__odd_setting *o, const diag__row *row, int fitted, int tested);
+/** As a cause of the diagnosis. @return OK, ENOMEM */
+stein_status diag__take_odd_setting(const diag__problem *q, const diag__odd_setting *odd,
+                                    lab_diagnosis *o, stein_err *err);
+
+/* ---- slip.c ---- */
+
+/** The gain -1 of an output that all records show with the wrong sign, as the cause of a diagnosis
+ *  without a fit. @return OK (also when there is none), ENOMEM, a failure of lab_candidates */
+stein_status diag__name_slip(const lab_model *model, const lab_dataset *data,
+                             const lab_doubts *doubts, lab_diagnosis *o, stein_err *err);
+
 /* ---- results.c ---- */
+
+/** A candidate of which nothing is known. */
+lab_suspect diag__suspect(const lab_candidate *c);
 
 /** Candidates, refitted numbers and scatter of the diagnosis.
  *  @param l  at the best row  @return OK, ENOMEM */
