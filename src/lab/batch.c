@@ -115,6 +115,9 @@ static stein_status hand_over(job *j, bench *t, int i, stein_status status, stei
     }
     (void)stein_batch_put(t->side_by_side, i, NULL, NULL);
     status = b->run(b->ctx, s->point, s->sim, is_stroke ? &stroke : NULL, status, err);
+    if (status == STEIN_OK && lab__stop_asked(&b->stop)) {
+        status = lab__stop_work(err);
+    }
     lab__play_drop(s->play);
     stein_sim_destroy(s->sim);
     s->play = NULL;

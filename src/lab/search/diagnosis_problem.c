@@ -164,6 +164,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.tolerance = q->name_sd;
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.stop = q->def->stop;
+    q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
