@@ -70,8 +70,10 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)
 	$(Q)install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 $(B)/stein.bash $(DESTDIR)$(COMPLETIONS)/stein
 	$(Q)cd examples && find . -type f \( -name '*.c' -o -name '*.cc' -o -name '*.ttl' -o -name '*.yaml' \
-	  -o -name '*.md' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
+	  -o -name '*.md' -o -name '*.py' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
 	  install -D -m 644 "$$f" "$(abspath $(DESTDIR)$(EXAMPLEDIR))/$$f" || exit 1; done
+	$(Q)[ ! -e $(PY)/_stein.abi3.so ] || { install -d $(DESTDIR)$(PYTHONDIR)/stein && \
+	  install -m 644 $(PY_FILES) $(DESTDIR)$(PYTHONDIR)/stein; }
 	$(Q)install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(LIBDIR)/cmake/stein
 	$(Q)$(call fill,stein.pc,$(LIBDIR)/pkgconfig)
 	$(Q)$(call fill,steinlab.pc,$(LIBDIR)/pkgconfig)
