@@ -494,9 +494,9 @@ TIDY_CHECKS := -* clang-analyzer-* bugprone-* -bugprone-easily-swappable-paramet
   -clang-analyzer-security.insecureAPI.DeprecatedOrUnsafeBufferHandling \
   -clang-analyzer-security.insecureAPI.strcpy -clang-analyzer-optin.performance.Padding
 tidy:  ## clang-tidy's analyser and bug checks
-	$(Q)printf '%s\n' $(CORE_SRC) $(MODEL_SRC) $(GEN_SRC) gen/main.c $(LAB_SRC) $(CLI_SRC) \
+	$(Q)printf '%s\n' $(CORE_SRC) $(MODEL_SRC) $(GEN_SRC) gen/main.c $(LAB_SRC) $(CLI_SRC) $(if $(PYTHON_TESTED),$(PY_SRC)) \
 	  | xargs -P$(JOBS) -I{} clang-tidy --quiet --warnings-as-errors='*' --checks='$(subst $(SPACE),$(COMMA),$(TIDY_CHECKS))' \
-	  {} -- $(ALL_CPPFLAGS) -std=c11
+	  {} -- $(ALL_CPPFLAGS) $(PY_INCLUDE) -std=c11
 
 # gcc 12 loses sight of what is stored behind two pointers and calls it a leak; tests/faults counts blocks
 # and takes complex numbers that a loop stores for none: the laws of tangent.c are those of the others

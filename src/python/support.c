@@ -80,6 +80,7 @@ int py__to_texts(PyObject *list, void *out)
         return 1;
     }
     Py_ssize_t n = PySequence_Size(list);
+    t->n = 0;
     t->at = n >= 0 && n < 1 << 20 ? calloc((size_t)n + 1, sizeof *t->at) : NULL;
     int good = t->at != NULL;
     if (!good && !PyErr_Occurred()) {
