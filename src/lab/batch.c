@@ -115,9 +115,6 @@ static stein_status hand_over(job *j, bench *t, int i, stein_status status, stei
     }
     (void)stein_batch_put(t->side_by_side, i, NULL, NULL);
     status = b->run(b->ctx, s->point, s->sim, is_stroke ? &stroke : NULL, status, err);
-    if (status == STEIN_OK && lab__stop_asked(&b->stop)) {
-        status = lab__stop_work(err);
-    }
     lab__play_drop(s->play);
     stein_sim_destroy(s->sim);
     s->play = NULL;
@@ -221,7 +218,8 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
     end = end > j->npoint ? j->npoint : end;
     stein_status status;
     do {
-        status = go_round(j, t, &next, end, &steps, err);
+        status = lab__stop_asked(&j->batch->stop) ? lab__stop_work(err)
+                                                  : go_round(j, t, &next, end, &steps, err);
         if (status == STEIN_OK && steps > 0) {
             (void)stein_batch_steps(t->side_by_side, steps, &steps, t->status, NULL);
         }

@@ -263,7 +263,7 @@ typedef struct lab__batch {
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
     void (*set)(void *ctx, int point, double *p); /* p [np]: the file's values, to be changed */
     lab__point_fn *run;
-    lab__stop stop;            /* asked between points */
+    lab__stop stop;            /* asked between steps */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__batch;
