@@ -47,7 +47,7 @@ DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-sci
                 debhelper fakeroot
 TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot
 # the Python module (packaging/python.mk) and its tests
-DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest
+DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip
 TOOLS_PYTHON  := python3-config pytest-3
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
