@@ -416,6 +416,8 @@ bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
+	$(Q)if [ -e $(PY)/_stein.abi3.so ]; then PYTHONPATH=$(B)/python $(PYTHON) bench/python.py; \
+	  else echo "python: not measured (make python)"; fi
 	$(Q)for v in 3 2; do $(B)/stein export models/stein1788.yaml --fmi $$v -o $(B)/stein1788.fmu >/dev/null; done
 	$(Q)for a in $(B)/libstein.a $(B)/libsteinlab.a; do \
 	  size -t $$a | awk -v a=$${a##*/} -v n=$$(wc -c < $$a) \
