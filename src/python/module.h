@@ -64,6 +64,7 @@ typedef struct py__call {
     const char *what;
     unsigned long thread; /* that called: Python's signals are looked at there alone */
     double asked, shown;  /* [s] */
+    double fraction;      /* that was told last */
     int stopped;          /* 1: an exception is set in that thread */
 } py__call;
 /** @param progress  a function or None  @return 0 with an exception */

@@ -146,6 +146,10 @@ PyObject *py__run(PyObject *self, PyObject *args)
     }
     lab_record_destroy(r.record);
     py__leave(s);
+    if (result != NULL && s->lost) {
+        Py_CLEAR(result);
+        PyErr_NoMemory();
+    }
     return result;
 }
 

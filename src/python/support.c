@@ -165,6 +165,7 @@ void py__on_progress(void *ctx, double fraction, const char *step)
     Py_XDECREF(none);
     PyGILState_Release(gil);
     c->shown = now();
+    c->fraction = fraction;
 }
 
 void py__on_count(void *ctx, int done, int total)
@@ -198,13 +199,15 @@ void py__on_report(void *ctx, const char *message)
  * that was called dies of as well */
 int py__end_call(py__call *c, stein_status status, const stein_err *err)
 {
-    int good =
-        !is_stopped(c) && !PyErr_Occurred() && (status == STEIN_OK || PyErr_CheckSignals() == 0);
-    if (good && status != STEIN_OK) {
+    if (status == STEIN_OK && c->shown > 0.0 && c->fraction < 1.0) {
+        py__on_progress(c, 1.0, c->what);
+    }
+    int told = is_stopped(c) || PyErr_Occurred() != NULL;
+    if (!told && status != STEIN_OK && PyErr_CheckSignals() == 0) {
         py__fail(c->st, status, err->msg, c->problems);
     }
     Py_CLEAR(c->problems);
-    return good && status == STEIN_OK;
+    return !told && status == STEIN_OK;
 }
 
 /* ---- Block: numbers in a row or a table, in the buffer protocol ---- */

@@ -54,7 +54,16 @@ def test_progress_is_told_to_the_thread_that_asked():
     m.sweep({"rod.initial.position": "1:80:3000 deg"}, until=1,
             progress=lambda f, s: told.append((f, s, threading.get_ident())))
     assert len(told) > 1 and {t[2] for t in told} == {threading.get_ident()}
-    assert all(a[0] <= b[0] for a, b in zip(told, told[1:])) and 0 <= told[0][0] <= told[-1][0] <= 1
+    assert all(a[0] <= b[0] for a, b in zip(told, told[1:])) and 0 <= told[0][0] and told[-1][0] == 1
+
+
+def test_a_line_of_progress_is_for_what_takes_longer_than_a_second(capsys):
+    m = stein.load(PENDULUM)
+    m.run(1.0, progress=True)
+    assert capsys.readouterr().err == ""
+    m.run(6e3, every=1.0, progress=True)  # six million steps
+    told = capsys.readouterr().err
+    assert "pendulum 100 %" in told and told.endswith("\n")
 
 
 def test_what_progress_raises_ends_the_work():

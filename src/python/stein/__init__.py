@@ -143,6 +143,7 @@ class Simulation(_stein.Simulation):
 
         vary: {name: values}, values numbers or a text, "-1.2:0:13 mm". A parameter whose last word
         nothing else has may be given by that: sweep(stop_shift=numpy.linspace(-1.2e-3, 0, 13)).
+        Drives of this simulation are none of the runs'.
         """
         axes = {**(vary or {}), **{self._full(k): v for k, v in short.items()}}
         words = [f"{n}={v if isinstance(v, str) else ','.join(map(_written, v))}"
@@ -421,7 +422,7 @@ class Diagnosis:
                 'style="border:0"></iframe>')
 
 
-def diagnose(model, records, *, held_out=(), free=(), without=(), budget=None, seconds=None,
+def diagnose(model, records, *, held_out=None, free=(), without=(), budget=None, seconds=None,
              trust_settings=False, explain=None, trace=None, output=None, threads=None,
              progress=None):
     """What the simulation gets wrong: the cause, from measured records; see `stein diagnose`.
@@ -430,7 +431,7 @@ def diagnose(model, records, *, held_out=(), free=(), without=(), budget=None, s
     records, seconds: time, after which the search ends. output: folder for the results.
     """
     names, texts = named_texts(records, model)
-    more, their = named_texts(held_out, model) if len(held_out) else ([], [])
+    more, their = named_texts(held_out, model) if held_out is not None else ([], [])
     keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
     folder = output or keep.name
     os.makedirs(folder, exist_ok=True)

@@ -238,7 +238,7 @@ def diagnose(
     model: Simulation,
     records: _Records,
     *,
-    held_out: _Records = ...,
+    held_out: _Records | None = ...,
     free: str | Iterable[str] = ...,
     without: Iterable[str] = ...,
     budget: int | None = ...,
