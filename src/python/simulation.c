@@ -555,6 +555,7 @@ static PyMethodDef sim_methods[] = {
     {"_drive_file", py__drive_file, METH_VARARGS, NULL},
     {"_mass_bias", py__mass_bias, METH_VARARGS, NULL},
     {"_point", py__point, METH_VARARGS, NULL},
+    {"_derivatives", py__derivatives, METH_VARARGS, NULL},
     {"_set_state", sim_set_state, METH_VARARGS, NULL},
     {"_save", sim_save, METH_NOARGS, NULL},
     {"_restore", sim_restore, METH_VARARGS, NULL},

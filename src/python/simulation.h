@@ -59,5 +59,6 @@ PyObject *py__mass_bias(PyObject *self, PyObject *args);
 PyObject *py__inverse(PyObject *self, PyObject *args);
 PyObject *py__acceleration(PyObject *self, PyObject *args);
 PyObject *py__point(PyObject *self, PyObject *args);
+PyObject *py__derivatives(PyObject *self, PyObject *args);
 
 #endif

@@ -186,3 +186,74 @@ PyObject *py__point(PyObject *self, PyObject *args)
     free(at);
     return result;
 }
+
+/* ---- derivatives ---- */
+
+/* qdd by parameters, as a list; the place is set */
+static PyObject *by_parameters(const py__simulation *s, stein_derivative *at, const py__texts *name)
+{
+    const stein_model *m = py__equations(s->model);
+    PyObject *list = PyList_New(name->n);
+    for (int i = 0; list != NULL && i < name->n; i++) {
+        py__block *b = py__new_block(s->model->st, m->nq, -1);
+        if (b != NULL) {
+            stein_derivative_by_parameter(at, stein_find_param(m, name->at[i]), b->data);
+        }
+        PyObject *row = py__shown(s->model->st, b);
+        if (row == NULL || PyList_SetItem(list, i, row) != 0) {
+            Py_CLEAR(list);
+        }
+    }
+    return list;
+}
+
+/* (qdd by q, by qd, [by each parameter]) at the present state; the place is set */
+static PyObject *derivatives_at(const py__simulation *s, stein_derivative *at,
+                                const py__texts *name)
+{
+    const py__state *st = s->model->st;
+    int nq = py__equations(s->model)->nq;
+    py__block *q = py__new_block(st, nq, nq), *qd = py__new_block(st, nq, nq);
+    if (q != NULL && qd != NULL) {
+        stein_derivative_by_state(at, q->data, qd->data);
+    }
+    PyObject *by_q = py__shown(st, q), *by_qd = py__shown(st, qd), *all = NULL;
+    PyObject *by_p = by_q != NULL && by_qd != NULL ? by_parameters(s, at, name) : NULL;
+    if (by_p != NULL) {
+        all = PyTuple_Pack(3, by_q, by_qd, by_p);
+    }
+    Py_XDECREF(by_q);
+    Py_XDECREF(by_qd);
+    Py_XDECREF(by_p);
+    return all;
+}
+
+PyObject *py__derivatives(PyObject *self, PyObject *args)
+{
+    py__simulation *s = (py__simulation *)self;
+    const stein_model *m = py__equations(s->model);
+    PyObject *const present[3] = {NULL, NULL, NULL}, *all = NULL;
+    py__texts name = {NULL, 0};
+    stein_derivative *at = NULL;
+    stein_err err = {STEIN_OK, ""};
+    if (!PyArg_ParseTuple(args, "O&", py__to_texts, &name)) {
+        return NULL;
+    }
+    stein_status status = stein_derivative_create(&at, m, NULL, &err);
+    if (status != STEIN_OK) {
+        py__fail(s->model->st, status, err.msg, NULL);
+    } else if (py__enter(s)) {
+        double *x = py__read_state(s, present);
+        if (x != NULL) {
+            status = stein_derivative_at(at, s->sim, stein_time(s->sim), x, x + m->nq, NULL, &err);
+            all = status == STEIN_OK ? derivatives_at(s, at, &name) : NULL;
+        }
+        free(x);
+        if (!py__leave_with(s, status, &err)) {
+            Py_CLEAR(all);
+        }
+    }
+    stein_derivative_destroy(at);
+    py__free_texts(&name);
+    return all;
+}

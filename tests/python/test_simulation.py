@@ -353,6 +353,28 @@ def test_the_equations_agree_with_each_other():
     assert numpy.array_equal(m.acceleration(m.q, m.qd), m.qdd)
 
 
+def test_derivatives_are_those_of_the_acceleration():
+    m, h = stein.load(ACTION), 1e-7
+    m.step(700)
+    by_q, by_qd, by = m.derivatives("hammer.mass", "pawl.spring.k")
+    qdd, q, qd = m.acceleration(), m.q, m.qd
+    for e, row, by_state in ((numpy.eye(4), 0, by_q), (numpy.eye(4), 1, by_qd)):
+        for k in range(4):
+            state = [[q + h * e[k], qd], [q, qd + h * e[k]]][row]
+            back = [[q - h * e[k], qd], [q, qd - h * e[k]]][row]
+            slope = (m.acceleration(*state) - m.acceleration(*back)) / (2 * h)
+            assert numpy.allclose(by_state[:, k], slope, rtol=1e-4, atol=1e-3 * abs(by_state).max())
+    for name, column in by.items():
+        more, less, step = m.copy(), m.copy(), 1e-5 * m[name]
+        more[name] += step
+        less[name] -= step
+        slope = (more.acceleration(q, qd) - less.acceleration(q, qd)) / (2 * step)
+        assert numpy.allclose(column, slope, rtol=1e-4, atol=1e-6 * abs(slope).max())
+    assert numpy.array_equal(m.acceleration(), qdd)
+    with pytest.raises(stein.UnknownName, match="hammer.mass"):
+        m.derivatives("hammer.mas")
+
+
 def test_energy_is_kept_without_damping():
     m = stein.load(PENDULUM, {"rod.damping": 0})
     before = sum(m.energy())

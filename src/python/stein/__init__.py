@@ -56,6 +56,14 @@ class Parameter(NamedTuple):
     tolerance: float
 
 
+class Derivatives(NamedTuple):
+    """Of qdd: row i of by_q is that of qdd[i] by every q."""
+
+    by_q: object
+    by_qd: object
+    by: dict
+
+
 class Simulation(_stein.Simulation):
     """A mechanism, its parameters and its state: a mapping of parameters to numbers."""
 
@@ -191,6 +199,12 @@ class Simulation(_stein.Simulation):
     def jacobian(self, point, q=None):
         """Its velocity by qd, [3, nq]."""
         return self._point(point, q, None)[2]
+
+    def derivatives(self, *parameters):
+        """Exact derivatives of qdd in the present state: by q and qd [nq, nq], {name: by it [nq]}."""
+        names = _names(self, parameters)
+        by_q, by_qd, rows = self._derivatives(names)
+        return Derivatives(by_q, by_qd, dict(zip(names, rows)))
 
     def set_state(self, q=None, qd=None, time=0.0):
         """Put the mechanism into a state of one's own."""

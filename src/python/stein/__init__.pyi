@@ -45,6 +45,11 @@ class Parameter(NamedTuple):
     value: float
     tolerance: float
 
+class Derivatives(NamedTuple):
+    by_q: _Array
+    by_qd: _Array
+    by: dict[str, _Array]
+
 class Record:
     columns: Mapping[str, Any]
     name: str
@@ -179,6 +184,7 @@ class Simulation:
         self, point: str, q: _Numbers | None = ..., qd: _Numbers | None = ...
     ) -> _Array: ...
     def jacobian(self, point: str, q: _Numbers | None = ...) -> _Array: ...
+    def derivatives(self, *parameters: str) -> Derivatives: ...
     def set_state(
         self, q: _Numbers | None = ..., qd: _Numbers | None = ..., time: float = ...
     ) -> None: ...
