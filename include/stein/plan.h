@@ -71,6 +71,14 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *experiment,
                              const char *file, const lab_model *model,
                              const lab_diagnosis *diagnosis, const lab_plan_def *def,
                              stein_err *err);
+enum { LAB_PLAN_JSON, LAB_PLAN_STROKE, LAB_PLAN_RIVAL, LAB_PLAN_FILES };
+/** What `stein plan -o` leaves in a folder, which is made when it is missing: plan.json, and where
+ * the best experiment without checks can be simulated next_stroke.csv and next_rival.csv.
+ *  @param path  [LAB_PLAN_FILES] out, each freed by the caller: what was written, NULL: not
+ *  @return OK, EIO, ENOMEM, or what lab_plan_stroke returns */
+stein_status lab_plan_files(const char *folder, const lab_plan *plan, const char *file,
+                            const lab_model *model, const lab_diagnosis *diagnosis,
+                            const lab_plan_def *def, char **path, stein_err *err);
 /** The plan as JSON. @param stroke  [2] files of the best experiment; NULL: none
  *  @return OK, EIO */
 stein_status lab_plan_json(const char *path, const lab_plan *plan, const lab_diagnosis *diagnosis,

@@ -7,7 +7,7 @@
  *      simulation*.c        Simulation (stein_sim)
  *      model.c              Model (lab_model), Record (lab_record)
  *      support.c            exceptions, Control-C, progress, Block (numbers in the buffer protocol)
- *      steinmodule.c        the module; sweep, fit, diagnose
+ *      steinmodule.c        the module; sweep, fit, diagnose, plan
  *           |
  *      libsteinlab, libstein
  *
@@ -27,7 +27,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "stein/diagnose.h"
+#include "stein/plan.h"
 #include "stein/stein.h"
 
 /** What the types of one module have in common. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * steinmodule.c - the module stein._stein: sweeps, fits and diagnoses of mechanism files.
+ * steinmodule.c - the module stein._stein: sweeps, fits, diagnoses and plans for mechanism files.
  *
  * Each does what the command of the same name does, with the same calls in the same order, and
  * leaves its results in files: stein/__init__.py reads them. Records come as two lists, names and
@@ -246,12 +246,82 @@ static PyObject *diagnose(PyObject *module, PyObject *args)
     return result;
 }
 
+/* ---- plans ---- */
+
+typedef struct planning {
+    const py__model *m;
+    const char *diagnosis, *folder; /* diagnosis.json; where the files go */
+    lab_plan_def def;
+    py__texts instrument;
+    lab_diagnosis *read;
+    lab_plan *plan;
+    char *path[LAB_PLAN_FILES];
+    py__call call;
+} planning;
+
+static stein_status plan_experiments(planning *p, stein_err *err)
+{
+    const py__model *m = p->m;
+    stein_status status = lab_diagnosis_read(&p->read, p->diagnosis, m->lab, err);
+    if (status == STEIN_OK) {
+        status = lab_plan_make(&p->plan, py__file(m), m->lab, p->read, &p->def, err);
+    }
+    return status == STEIN_OK ? lab_plan_files(p->folder, p->plan, py__file(m), m->lab, p->read,
+                                               &p->def, p->path, err)
+                              : status;
+}
+
+static void free_plan(planning *p)
+{
+    for (int i = 0; i < LAB_PLAN_FILES; i++) {
+        free(p->path[i]);
+    }
+    lab_plan_destroy(p->plan);
+    lab_diagnosis_destroy(p->read);
+    py__free_texts(&p->instrument);
+}
+
+/* plan(model, diagnosis.json, folder, odds, all instruments?, instruments, threads, progress): the
+ * files of stein plan in the folder */
+static PyObject *plan(PyObject *module, PyObject *args)
+{
+    const py__state *st = PyModule_GetState(module);
+    planning p = {.def = lab_plan_def_default()};
+    PyObject *progress, *result = NULL;
+    double odds;
+    int all;
+    stein_err err = {STEIN_OK, ""};
+    if (!PyArg_ParseTuple(args, "O!ssdpO&iO", st->model, &p.m, &p.diagnosis, &p.folder, &odds, &all,
+                          py__to_texts, &p.instrument, &p.def.threads, &progress)) {
+        return NULL;
+    }
+    p.def.wanted = isnan(odds) ? p.def.wanted : odds;
+    p.def.instrument = all ? NULL : py__names_of(&p.instrument);
+    p.def.ninstrument = p.instrument.n;
+    p.def.progress = py__on_progress;
+    p.def.stop = py__ask;
+    p.def.ctx = &p.call;
+    if (py__begin_call(&p.call, st, progress, "experiments")) {
+        lab_options options = py__options_of(p.m, &p.call);
+        p.def.options = &options;
+        PyThreadState *other = PyEval_SaveThread();
+        stein_status status = plan_experiments(&p, &err);
+        PyEval_RestoreThread(other);
+        result = py__end_call(&p.call, status, &err) ? Py_NewRef(Py_None) : NULL;
+    }
+    free_plan(&p);
+    return result;
+}
+
 /* ---- the module ---- */
 
-static PyMethodDef functions[] = {
-    {"open", py__open, METH_VARARGS, NULL},     {"start", py__start, METH_VARARGS, NULL},
-    {"sweep", sweep, METH_VARARGS, NULL},       {"fit", fit, METH_VARARGS, NULL},
-    {"diagnose", diagnose, METH_VARARGS, NULL}, {NULL, NULL, 0, NULL}};
+static PyMethodDef functions[] = {{"open", py__open, METH_VARARGS, NULL},
+                                  {"start", py__start, METH_VARARGS, NULL},
+                                  {"sweep", sweep, METH_VARARGS, NULL},
+                                  {"fit", fit, METH_VARARGS, NULL},
+                                  {"diagnose", diagnose, METH_VARARGS, NULL},
+                                  {"plan", plan, METH_VARARGS, NULL},
+                                  {NULL, NULL, 0, NULL}};
 
 static PyTypeObject *add_type(PyObject *module, PyType_Spec *spec)
 {

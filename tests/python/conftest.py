@@ -2,8 +2,11 @@
 """What the tests of `import stein` share. They run from the checkout's root: test_python.sh."""
 import json
 import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
 
@@ -36,6 +39,23 @@ def python(text, **environment):
 def plain(value):
     """A value as JSON has it."""
     return json.loads(json.dumps(value))
+
+
+def interrupted(work):
+    """Seconds from Control-C until it is raised."""
+    pressed = []
+
+    def press():
+        pressed.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.4, press)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    raised = time.monotonic()
+    timer.join()
+    return raised - pressed[0]
 
 
 @pytest.fixture

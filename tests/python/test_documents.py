@@ -54,7 +54,7 @@ def test_the_types_are_those_of_the_module():
         for member in vars(kind):
             if not member.startswith("_") and name not in ("Event", "Parameter", "Stroke"):
                 assert re.search(rf"\b{member}\b", typed[name]), f"{name}.{member}"
-    for name in ("load", "fit", "diagnose"):
+    for name in ("load", "fit", "diagnose", "plan"):
         told = re.search(rf"^def {name}\((.*?)\) ->", stub, re.M | re.S)[1]
         for argument in inspect.signature(getattr(stein, name)).parameters:
             assert re.search(rf"^    {argument}:", told, re.M), f"{name}({argument})"

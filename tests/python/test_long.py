@@ -1,30 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Long work: Control-C, progress, threads, memory."""
 import os
-import signal
 import threading
 import time
 
 import pytest
 import stein
-from conftest import ACTION, PENDULUM
-
-
-def interrupted(work):
-    """Seconds from Control-C until it is raised."""
-    pressed = []
-
-    def press():
-        pressed.append(time.monotonic())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(0.4, press)
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        work()
-    raised = time.monotonic()
-    timer.join()
-    return raised - pressed[0]
+from conftest import ACTION, PENDULUM, interrupted
 
 
 @pytest.mark.parametrize("work", [

@@ -8,7 +8,7 @@ import warnings
 import numpy
 import pytest
 import stein
-from conftest import ACTION, PENDULUM, ROOT, command, plain
+from conftest import ACTION, PENDULUM, ROOT, command, interrupted, plain
 
 
 def rows_of(path):
@@ -164,3 +164,49 @@ def test_settings_that_a_record_belies_are_refused(tmp_path):
     (tmp_path / "slip.csv").write_text(text.replace("load.mass: 70 g", "load.mass: 70 kg"))
     with pytest.raises(stein.ParseError, match="slip.csv:2:7: .*load.mass"):
         stein.diagnose(stein.load(ACTION), [tmp_path / "slip.csv", *paths[1:]], budget=1)
+
+
+WHEEL = """mechanism: wheel
+bodies:
+  wheel:
+    joint: R y
+    mass: 0.4 kg
+    inertia: {yy: 2.1e-3 kg m^2 +- 1 %}
+    spring: {k: 0.83 N m/rad +- 1 %}
+    initial: {position: 0.2 rad}
+inputs: {turn: {motion: wheel}}
+outputs: {angle: {joint: wheel, read: position}, rate: {joint: wheel, read: speed}}
+simulation: {dt: 0.2 ms, until: 0.7 s}
+"""
+
+
+def test_a_plan_is_that_of_the_command(tmp_path):
+    file = tmp_path / "wheel.yaml"
+    file.write_text(WHEEL)
+    swing = stein.load(file, {"wheel.drag": 1e-4}).run(every=5e-3)
+    noise, records = numpy.random.default_rng(5), []
+    for i in range(6):
+        angle = swing["angle"] + noise.normal(0.0, 1e-3, len(swing["angle"]))
+        records.append(stein.Record({"time": swing["time"], "angle": angle}, f"stroke {i + 1}",
+                                    set={"wheel.initial.position": 0.2}, noise={"angle": 1e-3}))
+    m = stein.load(file)
+    d = stein.diagnose(m, records, output=tmp_path / "out")
+    assert {c["kind"] for c in d.causes + d.rivals} >= {"quadratic_drag", "viscous_friction"}
+    command("plan", file, tmp_path / "out" / "diagnosis.json", "-o", tmp_path / "plan")
+    told = json.loads((tmp_path / "plan" / "plan.json").read_text())
+    plan = stein.plan(m, d, output=tmp_path / "next")
+    for one in (told, plan.data):
+        del one["seconds"], one["stroke"], one["stroke_of_rival"]
+    assert plan.data == told and plan.experiments == told["experiments"]
+    for name in ("next_stroke.csv", "next_rival.csv"):
+        assert (tmp_path / "next" / name).read_bytes() == (tmp_path / "plan" / name).read_bytes()
+    assert plan.stroke == str(tmp_path / "next" / "next_stroke.csv")
+    assert plan.experiments[0]["experiment"] in repr(plan)
+    again = stein.plan(m, tmp_path / "out" / "diagnosis.json", odds=20, instruments=[])
+    assert again.data["odds_wanted"] == 20
+    assert interrupted(lambda: [stein.plan(m, d) for _ in range(100)]) < 5.0
+    with pytest.raises(stein.InvalidValue):
+        stein.plan(m, d, odds=0.5)
+    with pytest.raises(stein.ParseError, match="diagnosis.json:1"):
+        (tmp_path / "diagnosis.json").write_text("{}")
+        stein.plan(m, tmp_path / "diagnosis.json")

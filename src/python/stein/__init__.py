@@ -31,8 +31,8 @@ from ._support import (Error, EquationsError, Event, FileError, InvalidValue, Nu
                        ParseError, UnknownName, unknown, view)
 
 __version__ = _stein.version
-__all__ = ["load", "fit", "diagnose", "Simulation", "Record", "Run", "Stroke", "Sweep", "Fit",
-           "Diagnosis", "Event", "Parameter", "Error", "UnknownName", "InvalidValue", "ParseError",
+__all__ = ["load", "fit", "diagnose", "plan", "Simulation", "Record", "Run", "Stroke", "Sweep", "Fit",
+           "Diagnosis", "Plan", "Event", "Parameter", "Error", "UnknownName", "InvalidValue", "ParseError",
            "FileError", "EquationsError", "NumericalError"]
 _nan = math.nan
 
@@ -456,6 +456,42 @@ def diagnose(model, records, *, held_out=None, free=(), without=(), budget=None,
         _path(folder), int(budget or 0), float(seconds or 0.0), threads or os.cpu_count(),
         trust_settings, explain, _path(trace), _told(progress))
     return Diagnosis(folder, explanation, keep)
+
+
+class Plan:
+    """What `stein plan` proposes: `experiments`, the best first, all of plan.json as `data`; `stroke`
+    and `rival`, paths of the best one's records as the cause and its rival predict them."""
+
+    def __init__(self, folder, keep=None):
+        self.folder, self._keep = Path(folder), keep
+        self.data = json.loads((self.folder / "plan.json").read_text(encoding="utf-8"))
+        self.experiments = self.data["experiments"]
+        self.stroke, self.rival = self.data["stroke"], self.data["stroke_of_rival"]
+
+    def __repr__(self):
+        cause, rivals = self.data["cause"], self.data["rivals"]
+        lines = [" or ".join(f"{s['kind']} at {s['place']}" for s in [cause, *rivals]) + "?"]
+        for e in self.experiments:
+            if e["feasible"]:
+                lines.append(f"{e['experiment']}: 2 ln odds {e['odds']:.3g}, "
+                             f"{e['repeats'] or 'too many'} times")
+        return "\n".join(lines)
+
+
+def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=None,
+         progress=None):
+    """The next experiment, which tells a cause from its rivals; see `stein plan`.
+
+    diagnosis: a Diagnosis with rivals, or the path of a diagnosis.json. instruments: outputs that
+    can be measured as well; None: all. output: folder for the results.
+    """
+    keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
+    folder = output or keep.name
+    path = diagnosis.folder / "diagnosis.json" if isinstance(diagnosis, Diagnosis) else diagnosis
+    _stein.plan(model._present(), os.fspath(path), os.fspath(folder), _or_nan(odds),
+                instruments is None, list(instruments or ()), threads or os.cpu_count(),
+                _told(progress))
+    return Plan(folder, keep)
 
 
 # ---- small things

@@ -215,6 +215,13 @@ class Diagnosis:
     def extended(self) -> Simulation | None: ...
     def save(self, folder: _Path) -> None: ...
 
+class Plan:
+    folder: Path
+    data: dict[str, Any]
+    experiments: list[dict[str, Any]]
+    stroke: str | None
+    rival: str | None
+
 def load(
     file: _Path,
     set: Mapping[str, _Value] | None = ...,
@@ -256,3 +263,13 @@ def diagnose(
     threads: int | None = ...,
     progress: _Progress = ...,
 ) -> Diagnosis: ...
+def plan(
+    model: Simulation,
+    diagnosis: Diagnosis | _Path,
+    *,
+    odds: float | None = ...,
+    instruments: Iterable[str] | None = ...,
+    output: _Path | None = ...,
+    threads: int | None = ...,
+    progress: _Progress = ...,
+) -> Plan: ...
