@@ -11,6 +11,9 @@ import stein
 from conftest import BUILD, ROOT
 
 
+EXAMPLES = sorted(n for n in os.listdir(os.path.join(ROOT, "examples", "python")) if n.endswith(".py"))
+
+
 def blocks(name):
     with open(os.path.join(ROOT, name), encoding="utf-8") as f:
         return re.findall(r"^```python\n(.*?)^```", f.read(), re.M | re.S)
@@ -35,7 +38,7 @@ def test_the_lines_of_the_readme_run(tmp_path):
     ran(["-W", "error", "-c", blocks("README.md")[0]], tmp_path)
 
 
-@pytest.mark.parametrize("name", sorted(os.listdir(os.path.join(ROOT, "examples", "python"))))
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_runs(name, tmp_path):
     path = os.path.join(ROOT, "examples", "python", name)
     assert ran(["-W", "error", path], tmp_path)
