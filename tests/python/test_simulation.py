@@ -106,6 +106,8 @@ def test_a_simulation_is_a_mapping_of_its_parameters():
     assert len(m) == len(list(m)) == len(dict(m)) == len(m.parameters)
     assert m["rod.mass"] == m.parameters["rod.mass"].value == 0.213
     assert m.parameters["rod.mass"].tolerance == 0.001 and m.parameters["rod.mass"].unit == "kg"
+    assert dict(m.items()) == dict(m) and list(m.values()) == list(dict(m).values())
+    assert m.get("rod.mass") == 0.213 and m.get("rod.mas", 7) == 7
     m["rod.mass"] = "95 g"
     assert m["rod.mass"] == 0.095
     m["rod.mass"] = numpy.float64(0.1)
@@ -260,6 +262,30 @@ def test_a_pickle_goes_on_in_another_process(tmp_path):
                   "m.step(2000); print(m.state.hex())")
     m.step(2000)
     assert told.strip() == m.state.hex()
+
+
+def test_a_copy_needs_no_file(tmp_path):
+    file = tmp_path / "mine.yaml"
+    with open(PENDULUM, encoding="utf-8") as f:
+        file.write_text(f.read())
+    m = stein.load(file)
+    m.step(100)
+    file.unlink()
+    n = m.copy()
+    n.step(100)
+    assert n.time == pytest.approx(0.2)
+    with pytest.raises(stein.FileError, match="mine.yaml"):
+        pickle.loads(pickle.dumps(m))
+
+
+def test_a_stroke_is_pickled_with_its_run():
+    stroke = stein.load(ACTION).strike(0.06)
+    again = pickle.loads(pickle.dumps(stroke))
+    assert again[:-1] == stroke[:-1] and again.run.events == stroke.run.events
+    for name in stroke.run:
+        assert numpy.array_equal(again.run[name], stroke.run[name])
+    third = pickle.loads(pickle.dumps(again))
+    assert numpy.array_equal(third.run["time"], stroke.run["time"])
 
 
 def test_drives_are_copied(tmp_path):

@@ -69,10 +69,14 @@ class Simulation(_stein.Simulation):
 
     def __new__(cls, file, set=None, *, dt=None, integrator=None):
         sets = {name: _written(value) for name, value in (set or {}).items()}
-        model = _stein.open(os.path.abspath(file), [f"{n}={v}" for n, v in sets.items()])
         how = _or_nan(dt), _choice("integrator", integrator, {None: -1, "rk4": 0, "dp5": 1})
+        model = _stein.open(os.path.abspath(file), [f"{n}={v}" for n, v in sets.items()])
+        return cls._begun(model, os.path.abspath(file), sets, how)
+
+    @classmethod
+    def _begun(cls, model, file, sets, how):
         self = _stein.start(cls, model, *how)
-        self.file, self._set, self._how = os.path.abspath(file), sets, (dt, integrator)
+        self.file, self._set, self._how = file, sets, how  # how: step and integrator
         self._inputs, self._drive_path = {}, None
         return self
 
@@ -112,6 +116,8 @@ class Simulation(_stein.Simulation):
 
     def __iter__(self):
         return iter(self.parameters)
+
+    get, items, values = Mapping.get, Mapping.items, Mapping.values
 
     # ---- runs
 
@@ -223,7 +229,8 @@ class Simulation(_stein.Simulation):
 
     def copy(self):
         """An independent simulation with the same parameters, state and drives."""
-        return _unpickled(*self.__reduce__()[1])
+        other = self._begun(self._model, self.file, self._set, self._how)
+        return other._take(*self._own())
 
     __copy__ = copy
 
@@ -231,11 +238,12 @@ class Simulation(_stein.Simulation):
         return self.copy()
 
     def __reduce__(self):
-        return _unpickled, (type(self), self.file, self._set, self._how, list(self._values()),
-                            self.state, self._drive_path, self._inputs)
+        return _unpickled, (type(self), self.file, self._set, self._how, self._own())
+
+    def _own(self):
+        return list(self._values()), self.state, self._drive_path, self._inputs
 
     def _take(self, values, state, path, inputs):
-        self._inputs, self._drive_path = {}, None
         self._set_values(values)
         if path:
             self.drive_file(path)
@@ -256,8 +264,9 @@ class Simulation(_stein.Simulation):
             self.file, [f"{n}={v}" for n, v in sets.items()])
 
 
-def _unpickled(cls, file, sets, how, values, state, path, inputs):
-    return cls(file, sets, dt=how[0], integrator=how[1])._take(values, state, path, inputs)
+def _unpickled(cls, file, sets, how, own):
+    model = _stein.open(file, [f"{n}={v}" for n, v in sets.items()])
+    return cls._begun(model, file, sets, how)._take(*own)
 
 
 # ---- tables
@@ -288,7 +297,7 @@ class Run(Table):
     """Samples of all outputs: run["angle"], an array of numpy (without numpy a memoryview) over the
     memory of the run. `events` were located between the samples."""
 
-    def __init__(self, record, units, events, warning):
+    def __init__(self, record, units, events, warning=None):
         super().__init__(units)
         self._record, self.events = record, events
         self._index = {name: i for i, name in enumerate(units)}
@@ -300,9 +309,21 @@ class Run(Table):
             raise unknown("output", name, list(self._index))
         return self._record.column(self._index[name])
 
+    def __reduce__(self):
+        return Run, (_Kept([memoryview(self[n]).tobytes() for n in self]), self.units, self.events)
+
     def __repr__(self):
         t = self["time"]
         return f"<stein.Run: {len(t)} samples of {', '.join(self)}, {t[0]:g} to {t[-1]:g} s>"
+
+
+class _Kept(NamedTuple):
+    """The columns of a run that was pickled."""
+
+    columns: list
+
+    def column(self, i):
+        return view(memoryview(self.columns[i]).cast("d"))
 
 
 class Stroke(NamedTuple):
