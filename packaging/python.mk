@@ -9,7 +9,7 @@ PY_OBJ    := $(call obj,$(PY_SRC))
 PY_INCLUDE = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags python3))
 PY_FILES  := $(PY)/_stein.abi3.so $(PY_TEXTS:src/python/stein/%=$(PY)/%)
 # a Python without sanitizers cannot load what is built with them
-PYTHON_TESTED := $(if $(filter release debug,$(VARIANT)),$(shell pkg-config --exists python3 && echo python))
+PYTHON_TESTED := $(if $(filter release debug,$(VARIANT)),$(shell pkg-config --exists 'python3 >= 3.11' && echo python))
 
 .PHONY: python python-header
 python: $(PY_FILES)  ## the Python module: PYTHONPATH=build/python
@@ -19,7 +19,7 @@ $(PY_OBJ): ALL_CPPFLAGS += $(PY_INCLUDE)
 $(PY_OBJ): ALL_CFLAGS += -Wno-pedantic -fvisibility=hidden
 $(PY_OBJ): | $(B)/include/stein/models.h python-header
 python-header:
-	$(Q)pkg-config --exists python3 || { echo "no Python.h - run: apt-get install python3-dev"; exit 1; }
+	$(Q)pkg-config --exists 'python3 >= 3.11' || { echo "no Python.h of 3.11 or newer - run: apt-get install python3-dev"; exit 1; }
 $(PY)/_stein.abi3.so: $(PY_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)mkdir -p $(@D)
