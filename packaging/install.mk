@@ -101,8 +101,8 @@ reproducible:  ## fail when two folders give different bytes of a library or pro
 # how the tests make packages
 DEB ?= $(B)/deb
 DEB_TREE = $(DEB)/stein-$(VERSION)
-BUILT_FILES = $(addprefix $(B)/,obj models include man stein steingen stein.bash *.c *.a *.so*)
-deb: $(B)/.gitignore $(if $(BUILT),all shared manual)  ## Debian packages, looked at by lintian: build/deb/*.deb
+BUILT_FILES = $(addprefix $(B)/,obj models include man python stein steingen stein.bash *.c *.a *.so*)
+deb: $(B)/.gitignore $(if $(BUILT),all shared manual python)  ## Debian packages, looked at by lintian: build/deb/*.deb
 	$(Q)for t in dpkg-buildpackage dh $(if $(BUILT),,lintian) fakeroot; do command -v $$t >/dev/null || \
 	  { echo "no $$t - run: apt-get install debhelper lintian fakeroot"; exit 1; }; done
 	$(Q)rm -rf $(DEB) && mkdir -p $(DEB_TREE)
