@@ -113,10 +113,10 @@ def resident():
     (200, lambda m: m.sweep({"rod.initial.position": [0.1, 0.2]}, until=0.01)["angle"]),
 ])
 def test_nothing_is_left_behind(times, work):
-    m = stein.load(PENDULUM)
-    for _ in range(times // 5):
-        work(m)
-    before = resident()
-    for _ in range(times):
-        work(m)
-    assert resident() - before < 1 << 20
+    m, grown = stein.load(PENDULUM), []
+    for _ in range(5):  # an allocator grows by steps now and then, a leak every time
+        before = resident()
+        for _ in range(times // 4):
+            work(m)
+        grown.append(resident() - before)
+    assert min(grown) < 16 * (times // 4)
