@@ -46,6 +46,9 @@ TOOLS  := gnuplot parallel
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip \
                 debhelper fakeroot
 TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot
+# the Python module (packaging/python.mk) and its tests
+DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip
+TOOLS_PYTHON  := python3-config pytest-3
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
@@ -100,7 +103,7 @@ models: $(GENERATED)  ## generate the equations of models/*.yaml
 cli: $(B)/stein $(B)/steingen  ## the two programs
 
 help:  ## this list
-	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile packaging/install.mk | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*  ## /  \1\t/p' Makefile packaging/install.mk packaging/python.mk | expand -t 16
 	@echo '  VARIANT=release|debug|san   V=1 (show commands)   PREFIX=/usr/local   TESTS=name (one suite)'
 
 ifneq ($(MISSING),)
@@ -117,6 +120,7 @@ deps:  ## install the Debian packages that are missing
 	$(Q)$(call need,$(TOOLS),$(DEBIAN))
 deps-check: deps  ## and those that the tests use, where they can be had
 	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_CHECK)),$(DEBIAN_CHECK))) || echo "tests that use them are skipped"
+	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_PYTHON)),$(DEBIAN_PYTHON))) || echo "the Python module is not tested"
 	$(Q)($(call need,$(if $(TESTS),,$(TOOLS_PAGE)),$(DEBIAN_PAGE))) || echo "pages are not tested"
 
 deps-page:  ## install what `stein page` and the tests of its pages need
@@ -358,6 +362,8 @@ $(B)/bench-libm: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a \
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(PEER_LIBS) -lm
 
+include packaging/python.mk
+
 # ---- jobs -----------------------------------------------------------------------------------------
 run: deps  ## build, strike once, compare with the paper, diagnose strokes, write the page, tell where
 	$(Q)$(MAKE) --no-print-directory all
@@ -371,14 +377,14 @@ run: deps  ## build, strike once, compare with the paper, diagnose strokes, writ
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))
 SCRIPT_JOBS := $(patsubst tests/test_%.sh,script-%,$(wildcard tests/test_*.sh))
 # the longest ones first, so that no processor waits for one of them in the end
-LONGEST     := suite-measured script-hidden suite-generator suite-curve script-identity script-cli script-deb
+LONGEST     := suite-measured script-hidden suite-generator suite-curve script-identity script-cli script-deb script-python
 ALL_JOBS    := $(LONGEST) $(filter-out $(LONGEST),$(SCRIPT_JOBS) $(SUITE_JOBS))
 # one more than processors: browsers, killed programs and compilers are waited for
 JOBS ?= $(shell echo $$(($$(nproc) + 1)))
 
 # what the tests run
 tested: all shared manual $(B)/check $(B)/reality $(B)/world $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
-  $(B)/importer
+  $(B)/importer $(PYTHON_TESTED)
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested
@@ -410,6 +416,8 @@ bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \
 	  $(B)/stein page models/stein1788.yaml -o $(B)/page.html >/dev/null 2>&1 && \
 	  node bench/page.js $(B)/page.html; else echo "page: not measured (make deps-page)"; fi
+	$(Q)if [ -e $(PY)/_stein.abi3.so ]; then PYTHONPATH=$(B)/python $(PYTHON) bench/python.py; \
+	  else echo "python: not measured (make python)"; fi
 	$(Q)for v in 3 2; do $(B)/stein export models/stein1788.yaml --fmi $$v -o $(B)/stein1788.fmu >/dev/null; done
 	$(Q)for a in $(B)/libstein.a $(B)/libsteinlab.a; do \
 	  size -t $$a | awk -v a=$${a##*/} -v n=$$(wc -c < $$a) \
@@ -488,9 +496,9 @@ TIDY_CHECKS := -* clang-analyzer-* bugprone-* -bugprone-easily-swappable-paramet
   -clang-analyzer-security.insecureAPI.DeprecatedOrUnsafeBufferHandling \
   -clang-analyzer-security.insecureAPI.strcpy -clang-analyzer-optin.performance.Padding
 tidy:  ## clang-tidy's analyser and bug checks
-	$(Q)printf '%s\n' $(CORE_SRC) $(MODEL_SRC) $(GEN_SRC) gen/main.c $(LAB_SRC) $(CLI_SRC) \
+	$(Q)printf '%s\n' $(CORE_SRC) $(MODEL_SRC) $(GEN_SRC) gen/main.c $(LAB_SRC) $(CLI_SRC) $(if $(PYTHON_TESTED),$(PY_SRC)) \
 	  | xargs -P$(JOBS) -I{} clang-tidy --quiet --warnings-as-errors='*' --checks='$(subst $(SPACE),$(COMMA),$(TIDY_CHECKS))' \
-	  {} -- $(ALL_CPPFLAGS) -std=c11
+	  {} -- $(ALL_CPPFLAGS) $(PY_INCLUDE) -std=c11
 
 # gcc 12 loses sight of what is stored behind two pointers and calls it a leak; tests/faults counts blocks
 # and takes complex numbers that a loop stores for none: the laws of tangent.c are those of the others

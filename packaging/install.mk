@@ -70,8 +70,10 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)
 	$(Q)install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 $(B)/stein.bash $(DESTDIR)$(COMPLETIONS)/stein
 	$(Q)cd examples && find . -type f \( -name '*.c' -o -name '*.cc' -o -name '*.ttl' -o -name '*.yaml' \
-	  -o -name '*.md' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
+	  -o -name '*.md' -o -name '*.py' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
 	  install -D -m 644 "$$f" "$(abspath $(DESTDIR)$(EXAMPLEDIR))/$$f" || exit 1; done
+	$(Q)[ ! -e $(PY)/_stein.abi3.so ] || { install -d $(DESTDIR)$(PYTHONDIR)/stein && \
+	  install -m 644 $(PY_FILES) $(DESTDIR)$(PYTHONDIR)/stein; }
 	$(Q)install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(LIBDIR)/cmake/stein
 	$(Q)$(call fill,stein.pc,$(LIBDIR)/pkgconfig)
 	$(Q)$(call fill,steinlab.pc,$(LIBDIR)/pkgconfig)
@@ -99,8 +101,8 @@ reproducible:  ## fail when two folders give different bytes of a library or pro
 # how the tests make packages
 DEB ?= $(B)/deb
 DEB_TREE = $(DEB)/stein-$(VERSION)
-BUILT_FILES = $(addprefix $(B)/,obj models include man stein steingen stein.bash *.c *.a *.so*)
-deb: $(B)/.gitignore $(if $(BUILT),all shared manual)  ## Debian packages, looked at by lintian: build/deb/*.deb
+BUILT_FILES = $(addprefix $(B)/,obj models include man python stein steingen stein.bash *.c *.a *.so*)
+deb: $(B)/.gitignore $(if $(BUILT),all shared manual python)  ## Debian packages, looked at by lintian: build/deb/*.deb
 	$(Q)for t in dpkg-buildpackage dh $(if $(BUILT),,lintian) fakeroot; do command -v $$t >/dev/null || \
 	  { echo "no $$t - run: apt-get install debhelper lintian fakeroot"; exit 1; }; done
 	$(Q)rm -rf $(DEB) && mkdir -p $(DEB_TREE)

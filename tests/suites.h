@@ -44,6 +44,7 @@
     X(initial)       \
     X(fit_claims)    \
     X(many)          \
+    X(stop)          \
     X(measured)      \
     X(measured_laws) \
     X(motion_check)  \

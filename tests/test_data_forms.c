@@ -141,6 +141,32 @@ START_TEST(a_plain_table_reads_back_bit_for_bit)
 }
 END_TEST
 
+START_TEST(a_record_in_memory_is_read_as_from_a_file)
+{
+    static const char *const text[] = {"# noise key_dip: 0.01 mm\ntime [ms],key_dip [mm]\n"
+                                       "0,0\n1,0.25\n2,0.5\n3,0.25\n",
+                                       NULL, "time [ms],key_dip [mm]\n0,0\n1,x\n2,1\n3,0\n", ""};
+    lab_data_options o = lab_data_options_default(action);
+    lab_dataset *set = NULL;
+    lab_data *file = open_data(write_file("same.csv", text[0]), action);
+    const char *name[] = {"a run", in_folder("same.csv"), "another"};
+    stein_err why;
+    o.text = text;
+    ck_assert_stein(lab_dataset_open(&set, name, 2, &o, err));
+    ck_assert_str_eq(set->stroke[0]->file, "a run");
+    ck_assert(set->stroke[0]->hash == file->hash && set->stroke[1]->hash == file->hash);
+    ck_assert(set->stroke[0]->nrow == 4 && set->stroke[0]->column[0].value[1] == 0.25e-3);
+    ck_assert(set->stroke[0]->column[0].noise == file->column[0].noise);
+    lab_dataset_close(set);
+    ck_assert_int_eq(lab_dataset_open(&set, name, 3, &o, &why), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(why.msg, "another:3:3: "));
+    o.text = text + 3; // nothing in it
+    ck_assert_int_eq(lab_dataset_open(&set, name, 1, &o, &why), STEIN_EPARSE);
+    ck_assert_ptr_nonnull(strstr(why.msg, "a run"));
+    lab_data_close(file);
+}
+END_TEST
+
 /* ---- many and large files ---- */
 
 typedef struct seen {
@@ -233,6 +259,7 @@ void data_forms_cases(Suite *suite)
     tcase_add_test(tc, wrapped_angles_are_made_continuous);
     tcase_add_test(tc, only_wraps_are_unwrapped);
     tcase_add_test(tc, a_plain_table_reads_back_bit_for_bit);
+    tcase_add_test(tc, a_record_in_memory_is_read_as_from_a_file);
     tcase_add_test(tc, two_hundred_files_are_read_with_progress);
     tcase_add_test(tc, bad_files_are_told_in_one_message_each);
     suite_add_tcase(suite, tc);

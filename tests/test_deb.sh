@@ -20,6 +20,7 @@ if ! ${CC:-cc} --version 2>/dev/null | grep -q 'Free Software Foundation'; then
 fi
 missing=
 for p in dpkg-buildpackage dh fakeroot; do command -v $p >/dev/null 2>&1 || missing="$missing $p"; done
+pkg-config --exists 'python3 >= 3.11' || missing="$missing python3-dev"
 if [ -n "$missing" ]; then
     echo "test_deb: no packages are made, this machine lacks:$missing (make deps-check)"
     finish
@@ -34,7 +35,7 @@ if grep -q ' -c src/' "$dir/deb/build.log"; then fail "what is built is built ag
 # ---- what is in them
 version=$(sed -n 's/^.define STEIN_VERSION *"\(.*\)"/\1/p' include/stein/version.h)
 arch=$(dpkg --print-architecture)
-for p in libstein0 libsteinlab0 libstein-dev stein; do
+for p in libstein0 libsteinlab0 libstein-dev stein python3-stein; do
     test -s "$dir/deb/${p}_${version}_$arch.deb" && dpkg-deb -x "$dir/deb/${p}_${version}_$arch.deb" "$dir/$p"
     ok "package $p is there" $?
 done
@@ -74,6 +75,7 @@ needs libsteinlab0 'libgsl'
 needs libstein-dev "libstein0 (= $version)"
 needs libstein-dev "libsteinlab0 (= $version)"
 needs stein 'libyaml'
+needs python3-stein 'libgsl.*python3 (>= 3.11)'
 
 # ---- put together, as they would be in /
 mkdir "$dir/unpacked" && for p in libstein0 libsteinlab0 libstein-dev stein; do cp -a "$dir/$p/." "$dir/unpacked"; done
@@ -90,6 +92,11 @@ PKG_CONFIG_PATH=$dir/unpacked/$lib/pkgconfig PKG_CONFIG_SYSTEM_INCLUDE_PATH=/non
 ok "an example is made with what is packed" $?
 "$examples/strike/strike" >"$dir/out" 2>"$dir/err"
 ok "and runs ($(cat "$dir/out"))" $?
+said=$(PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$dir/python3-stein/usr/lib/python3/dist-packages python3 -c '
+import stein
+print(stein.load("models/stein1788.yaml").strike().outcome)' 2>"$dir/err")
+test "$said" = struck
+ok "the packed module strikes ($said)" $?
 if ldd "$examples/strike/strike" | grep -q "=> $dir/unpacked/$lib/libstein.so.0"; then pass; else fail "with the packed library"; fi
 
 finish

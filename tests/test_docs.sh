@@ -40,7 +40,7 @@ for doc in README.md docs/*.md; do
         ok "$doc: stein $command exists" $?
     done
     for target in $(sed -n 's/^.*`make \([a-z-]*\)[ `].*/\1/p; s/^    make \([a-z-]*\)\( .*\)*$/\1/p' "$doc" | sort -u); do
-        grep -q "^$target:" Makefile packaging/install.mk
+        grep -q "^$target:" Makefile packaging/*.mk
         ok "$doc: make $target exists" $?
     done
 done

@@ -67,6 +67,18 @@ for part in stein steinlab; do
     ok "lib$part.so has a soname" $?
 done
 
+# ---- the Python module, where it was built
+module=$dir/moved/lib/python3/dist-packages
+if [ -e "$module/stein" ] && [ -z "$san" ]; then
+    PYTHONPATH=$module STEIN_MODELS=$dir/moved/share/stein/models PYTHONDONTWRITEBYTECODE=1 \
+        python3 -c 'import os, stein
+m = stein.load(os.environ["STEIN_MODELS"] + "/stein1788.yaml", {"pawl.stop_shift": "-0.3 mm"})
+m.run(0.05)
+print("head to string after 50 ms: %.3f mm" % (1e3 * m.read("string_distance")))' >"$dir/py.out" 2>"$dir/err"
+    cmp -s "$dir/c.out" "$dir/py.out"
+    ok "the installed module computes what the program does ($(cat "$dir/py.out" "$dir/err"))" $?
+fi
+
 # ---- the examples against the moved tree
 said='head to string after 50 ms: 4.601 mm'
 cp -R "$dir/moved/share/stein/examples/strike" "$dir/strike"

@@ -409,6 +409,85 @@ START_TEST(sampling_changes_nothing)
 }
 END_TEST
 
+/* an event's time, and what it was */
+typedef struct told {
+    int events, impacts;
+    double impact;
+} told;
+
+static void note_told(void *ctx, stein_sim *sim, const stein_event *event)
+{
+    told *n = ctx;
+    (void)sim;
+    n->events++;
+    if (event->kind == STEIN_EVENT_IMPACT && n->impacts++ == 0) {
+        n->impact = event->time;
+    }
+}
+
+START_TEST(events_of_runs_and_strokes_are_told)
+{
+    lab_model *model = open_text(falling, NULL, 0);
+    stein_sim *sim = NULL;
+    lab_stroke stroke;
+    told judged = {0, 0, 0.0}, plain = {0, 0, 0.0};
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(model));
+    def.event = note_told;
+    def.ctx = &judged;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert_stein(lab_strike(sim, &def, &stroke, err));
+    ck_assert_int_eq(judged.impacts, stroke.impacts);
+    ck_assert(judged.impact == stroke.impact_time && judged.events > judged.impacts);
+    def.ctx = &plain;
+    ck_assert_stein(stein_reset(sim, err));
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    ck_assert(plain.events == judged.events && plain.impact == judged.impact);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(numbers_of_a_record_are_its_rows)
+{
+    lab_model *model = open_text(falling, NULL, 0);
+    stein_sim *sim = NULL;
+    lab_record *record = NULL;
+    int rows, n = lab_equations(model)->nchannel;
+    lab_stroke_def def = lab_stroke_def_default(lab_equations(model));
+    ck_assert_stein(lab_record_create(&record, lab_equations(model), 2.3e-3, err));
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    def.sample = lab_record_sample;
+    def.ctx = record;
+    ck_assert_stein(lab_simulate(sim, &def, err));
+    const double *x = lab_record_numbers(record, &rows);
+    ck_assert_int_eq(rows, lab__record_rows(record));
+    for (int i = 0; i < rows * n; i++) {
+        ck_assert(x[i] == lab__record_at(record, i / n, i % n));
+    }
+    lab_record_destroy(record);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(quantities_have_the_units_of_mechanism_files)
+{
+    double x = 1.7;
+    stein_err why;
+    ck_assert_stein(lab_quantity(&x, "-0.3 mm", "m", err));
+    ck_assert(x == -0.3e-3);
+    ck_assert_stein(lab_quantity(&x, "2.5e-4", "N m s/rad", err));
+    ck_assert(x == 2.5e-4);
+    ck_assert_int_eq(lab_quantity(&x, "3 mm", "kg", &why), STEIN_EINVAL);
+    ck_assert_ptr_nonnull(strstr(why.msg, "the unit is m, expected kg"));
+    ck_assert_int_eq(lab_quantity(&x, "three", "kg", &why), STEIN_EINVAL);
+    ck_assert_ptr_nonnull(strstr(why.msg, "three"));
+    ck_assert_int_eq(lab_quantity(&x, "3", "stone", &why), STEIN_EINVAL);
+    ck_assert_str_eq(why.msg, "\"stone\" is no unit");
+    ck_assert(x == 2.5e-4);
+}
+END_TEST
+
 START_TEST(a_stroke_leaves_the_simulation_at_its_end)
 {
     stein_sim *one = make_sim(&stein_model_stein1788, STEIN_RK4, 0.0);
@@ -513,6 +592,9 @@ Suite *lab_suite(void)
     tcase_add_test(tc, outcomes_follow_the_position_of_the_stop);
     tcase_add_test(tc, speed_and_force_of_a_falling_weight_are_those_of_closed_form);
     tcase_add_test(tc, sampling_changes_nothing);
+    tcase_add_test(tc, events_of_runs_and_strokes_are_told);
+    tcase_add_test(tc, numbers_of_a_record_are_its_rows);
+    tcase_add_test(tc, quantities_have_the_units_of_mechanism_files);
     tcase_add_test(tc, a_stroke_leaves_the_simulation_at_its_end);
     tcase_add_test(tc, rearming_is_the_same_with_the_release_in_the_run_or_on_the_side);
     tcase_add_test(tc, what_a_stroke_cannot_use_is_refused_with_the_reason);

@@ -99,7 +99,10 @@ typedef struct lab_data_options {
     const stein_model *model; /* must outlive the data */
     int min_samples;          /* of every column; default 4 */
     int inputs_only;          /* 1: only columns that are inputs count, any other is passed over */
-    lab_report_fn *report;    /* hears every problem; may be NULL */
+    /* what is in the files, if they are none on a disk; else NULL: [1], of lab_dataset_open [n].
+     * Their names are those in messages */
+    const char *const *text;
+    lab_report_fn *report; /* hears every problem; may be NULL */
     void *ctx;
     lab_read_progress_fn *progress; /* called every 64 KiB; may be NULL */
 } lab_data_options;

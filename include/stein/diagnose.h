@@ -493,6 +493,7 @@ typedef struct lab_diagnose_def {
     const char *trace;          /* file of the search's rows, one JSON object a line; NULL: none */
     lab_fit_progress_fn *progress;
     lab_report_fn *report;
+    lab_stop_fn *stop; /* may be NULL */
     void *ctx;
 } lab_diagnose_def;
 lab_diagnose_def lab_diagnose_def_default(void);
@@ -501,7 +502,7 @@ lab_diagnose_def lab_diagnose_def_default(void);
  *  @param file  the mechanism file of the model
  *  @return OK (whatever the verdict), EINVAL (too few strokes, def), ENAME (`without` names no
  *  effect), numerical failures at the file's own
- *  values, ENOMEM */
+ *  values, ESTOPPED, ENOMEM */
 stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model *model,
                           const lab_dataset *data, const lab_diagnose_def *def, stein_err *err);
 void lab_diagnosis_destroy(lab_diagnosis *diagnosis);

@@ -64,6 +64,7 @@ typedef struct lab_fit_def {
     const char *journal; /* state of the search, to go on after an interruption; may be NULL */
     lab_fit_progress_fn *progress;
     lab_report_fn *report; /* doubts; may be NULL */
+    lab_stop_fn *stop;     /* may be NULL */
     void *ctx;
 } lab_fit_def;
 lab_fit_def lab_fit_def_default(void);
@@ -146,13 +147,16 @@ typedef struct lab_fit {
 /** Fit the free parameters of a model to strokes.
  *  @return OK (see fit->status), ENAME (no such parameter), EINVAL (def; fewer samples than
  * unknowns), numerical failures of the model at the file's own values, EIO, ESTALE (journal of
- * another fit), ENOMEM */
+ * another fit), ESTOPPED, ENOMEM */
 stein_status lab_fit_run(lab_fit **fit, const lab_model *model, const lab_dataset *data,
                          const lab_fit_def *def, stein_err *err);
 void lab_fit_destroy(lab_fit *fit);
 /** The model's parameters with the fitted ones in place, p [np]. */
 void lab_fit_apply(const lab_fit *fit, double *p);
 
+/** The fit as JSON, what `stein fit --json` prints; "-" is standard output. @param model  its name
+ *  @return OK, EIO */
+stein_status lab_fit_json(const char *path, const char *model, const lab_fit *fit, stein_err *err);
 /** Write the mechanism file with the fitted numbers (and the overrides) in their places, everything
  *  else as it was, and a comment at the head that says what was fitted to what.
  *  @param file     the mechanism file of the model

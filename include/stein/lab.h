@@ -20,6 +20,10 @@ typedef struct lab_model lab_model;
 /** Receives every problem of a file, "file:line:column: ...", and what takes a moment. */
 typedef void lab_report_fn(void *ctx, const char *message);
 
+/** Long work asks again and again, from any of its threads, whether it shall stop. @return 0: go
+ *  on; 1, from then on always: it ends with STEIN_ESTOPPED, and keeps nothing but its journal */
+typedef int lab_stop_fn(void *ctx);
+
 /** Where equations come from and who hears about it. Start from lab_options_default(). */
 typedef struct lab_options {
     const char *const *set; /* "NAME=VALUE[unit]" overrides */
@@ -47,6 +51,10 @@ const double *lab_parameters(const lab_model *model);
  *  @param def  NULL for the file's */
 stein_status lab_sim(const lab_model *model, const stein_sim_def *def, stein_sim **sim,
                      stein_err *err);
+/** Read a number as a mechanism file has it, "-0.3 mm".
+ *  @param unit  SI, of what it is for ("m", "N m s/rad", "1"): a number without unit is in it
+ *  @return OK, EINVAL (what was expected) */
+stein_status lab_quantity(double *value, const char *text, const char *unit, stein_err *err);
 /** The file's own step, integrator and allocator. */
 stein_sim_def lab_def(const lab_model *model);
 /** Duration the file asks for [s]. */
@@ -89,7 +97,8 @@ typedef struct lab_stroke_def {
     double release;        /* the load is lifted at this time [s]; NAN: never */
     double every;          /* sampling interval [s], rounded up to whole steps; 0: every step */
     lab_sample_fn *sample; /* may be NULL */
-    void *ctx;
+    stein_event_fn *event; /* of the motion up to `until`; may be NULL */
+    void *ctx;             /* of both */
 } lab_stroke_def;
 /** The duration of the file, no release, no samples. */
 lab_stroke_def lab_stroke_def_default(const stein_model *model);
@@ -123,6 +132,9 @@ void lab_record_destroy(lab_record *record);
 stein_status lab_record_sample(void *record, stein_sim *sim);
 /** Take the last sample, unless it was taken just now. @return OK, ENOMEM */
 stein_status lab_record_finish(lab_record *record, stein_sim *sim);
+/** Its numbers, a row a sample and a column a channel of the model, in the channels' units: [*rows
+ * * nchannel], valid until the next sample. */
+const double *lab_record_numbers(const lab_record *record, int *rows);
 
 /** Write a record in the form of measured data: "# name: value" lines, a header of channel [unit],
  *  rows. Numbers are the shortest decimals that read back as they are.
@@ -200,6 +212,7 @@ typedef struct lab_vary_def {
     const char *const *set; /* the overrides of lab_open, for the record */
     int nset;
     lab_progress_fn *progress;
+    lab_stop_fn *stop; /* may be NULL */
     void *ctx;
 } lab_vary_def;
 lab_vary_def lab_vary_def_default(const lab_model *model);
@@ -214,7 +227,8 @@ typedef struct lab_vary_report {
  *  simulation fails keeps its status and ends nothing. Each point has a simulation of its own, so
  *  the table does not depend on threads, shards or interruptions.
  *  @param report  may be NULL
- *  @return OK, EINVAL (def), EIO, ESTALE (the journal belongs to another sweep), ENOMEM */
+ *  @return OK, EINVAL (def), EIO, ESTALE (the journal belongs to another sweep), ESTOPPED, ENOMEM
+ */
 stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid *grid,
                       const lab_vary_def *def, lab_vary_report *report, stein_err *err);
 /** Put the journals of one sweep together.

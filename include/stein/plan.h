@@ -42,6 +42,7 @@ typedef struct lab_plan_def {
     int ninstrument;
     const lab_options *options; /* for rivals that need a part; NULL: defaults */
     lab_fit_progress_fn *progress;
+    lab_stop_fn *stop; /* may be NULL */
     void *ctx;
 } lab_plan_def;
 lab_plan_def lab_plan_def_default(void);
@@ -49,8 +50,8 @@ lab_plan_def lab_plan_def_default(void);
 /** Plan the next experiment for a diagnosis with rivals.
  *  @param file, model  that were diagnosed
  *  @param diagnosis    of lab_diagnose, or of lab_diagnosis_read
- *  @return OK, EINVAL (nothing to tell apart, def), ENOMEM, numerical failures of the cause's own
- *  model in the conditions of the diagnosis */
+ *  @return OK, EINVAL (nothing to tell apart, def), ESTOPPED, ENOMEM, numerical failures of the
+ * cause's own model in the conditions of the diagnosis */
 stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *model,
                            const lab_diagnosis *diagnosis, const lab_plan_def *def, stein_err *err);
 void lab_plan_destroy(lab_plan *plan);
@@ -70,6 +71,14 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *experiment,
                              const char *file, const lab_model *model,
                              const lab_diagnosis *diagnosis, const lab_plan_def *def,
                              stein_err *err);
+enum { LAB_PLAN_JSON, LAB_PLAN_STROKE, LAB_PLAN_RIVAL, LAB_PLAN_FILES };
+/** What `stein plan -o` leaves in a folder, which is made when it is missing: plan.json, and where
+ * the best experiment without checks can be simulated next_stroke.csv and next_rival.csv.
+ *  @param path  [LAB_PLAN_FILES] out, each freed by the caller: what was written, NULL: not
+ *  @return OK, EIO, ENOMEM, or what lab_plan_stroke returns */
+stein_status lab_plan_files(const char *folder, const lab_plan *plan, const char *file,
+                            const lab_model *model, const lab_diagnosis *diagnosis,
+                            const lab_plan_def *def, char **path, stein_err *err);
 /** The plan as JSON. @param stroke  [2] files of the best experiment; NULL: none
  *  @return OK, EIO */
 stein_status lab_plan_json(const char *path, const lab_plan *plan, const lab_diagnosis *diagnosis,

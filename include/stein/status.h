@@ -13,21 +13,22 @@ extern "C" {
 #endif
 
 /** Every code once: the enum and stein_status_text() are both expanded from this list. */
-#define STEIN_STATUS_LIST(X)                                  \
-    X(OK, "success")                                          \
-    X(EINVAL, "invalid argument")                             \
-    X(ENAME, "no such name in the model")                     \
-    X(ENOMEM, "out of memory")                                \
-    X(ENONFINITE, "the state is no longer finite")            \
-    X(ESINGULAR, "the mass matrix is singular")               \
-    X(ECHATTER, "too many contact events within one step")    \
-    X(ESETTLE, "no static equilibrium found")                 \
-    X(EIO, "file cannot be read or written")                  \
-    X(EPARSE, "the mechanism file is not valid")              \
-    X(EGENERATE, "the equations cannot be generated")         \
-    X(ECOMPILE, "the generated equations cannot be compiled") \
-    X(ELOAD, "the compiled equations cannot be loaded")       \
-    X(ESTALE, "the compiled equations belong to another mechanism or version")
+#define STEIN_STATUS_LIST(X)                                                   \
+    X(OK, "success")                                                           \
+    X(EINVAL, "invalid argument")                                              \
+    X(ENAME, "no such name in the model")                                      \
+    X(ENOMEM, "out of memory")                                                 \
+    X(ENONFINITE, "the state is no longer finite")                             \
+    X(ESINGULAR, "the mass matrix is singular")                                \
+    X(ECHATTER, "too many contact events within one step")                     \
+    X(ESETTLE, "no static equilibrium found")                                  \
+    X(EIO, "file cannot be read or written")                                   \
+    X(EPARSE, "the mechanism file is not valid")                               \
+    X(EGENERATE, "the equations cannot be generated")                          \
+    X(ECOMPILE, "the generated equations cannot be compiled")                  \
+    X(ELOAD, "the compiled equations cannot be loaded")                        \
+    X(ESTALE, "the compiled equations belong to another mechanism or version") \
+    X(ESTOPPED, "stopped by its caller")
 
 typedef enum stein_status {
 #define STEIN_STATUS_ENUM(code, text) STEIN_##code,

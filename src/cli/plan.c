@@ -9,7 +9,6 @@
 #include "stein/plan.h"
 
 enum { SHOWN = 12, NAME_WIDTH = 46 };
-enum { PLAN, STROKE, RIVAL, FILES };
 
 typedef struct job {
     const cli_args *args;
@@ -21,7 +20,7 @@ typedef struct job {
     char *names;
     const char *instrument[CLI_NAMES];
     const char *folder;
-    char *path[FILES];
+    char *path[LAB_PLAN_FILES]; /* written */
 } job;
 
 /* ---- the command line ---- */
@@ -112,50 +111,22 @@ static void print_plan(const job *j)
     printf("%d strokes simulated, %.3g s\n", p->strokes, p->seconds);
 }
 
-/* ---- files ---- */
-
-/* the best experiment that is a stroke; NULL: there is none */
-static const lab_experiment *best_stroke(const lab_plan *p)
-{
-    int i = 0;
-    while (i < p->n && p->experiment[i].ncheck > 0) {
-        i++;
-    }
-    return i < p->n && p->experiment[i].feasible ? &p->experiment[i] : NULL;
-}
-
-static stein_status write_files(job *j, stein_err *err)
-{
-    const char *model = j->args->operand[0];
-    static const char *const name[FILES] = {"plan.json", "next_stroke.csv", "next_rival.csv"};
-    const lab_experiment *best = best_stroke(j->plan);
-    stein_status status = lab__folder(j->folder, err);
-    for (int i = 0; status == STEIN_OK && i < FILES; i++) {
-        j->path[i] = lab__text("%s/%s", j->folder, name[i]);
-        status = j->path[i] != NULL ? status : lab__no_memory(err);
-    }
-    for (int i = STROKE; status == STEIN_OK && best != NULL && i <= RIVAL; i++) {
-        status = lab_plan_stroke(j->path[i], best, i == STROKE ? 0 : best->against, model, j->model,
-                                 j->diagnosis, &j->def, err);
-    }
-    return status == STEIN_OK ? lab_plan_json(j->path[PLAN], j->plan, j->diagnosis,
-                                              best != NULL ? &j->path[STROKE] : NULL, err)
-                              : status;
-}
-
 static int show(job *j)
 {
     stein_err err = {STEIN_OK, ""};
     int json = cli_value(j->args, "json") != NULL;
-    stein_status status = j->folder != NULL ? write_files(j, &err) : STEIN_OK;
+    stein_status status = STEIN_OK;
+    if (j->folder != NULL) {
+        status = lab_plan_files(j->folder, j->plan, j->args->operand[0], j->model, j->diagnosis,
+                                &j->def, j->path, &err);
+    }
     if (status == STEIN_OK && json) {
-        status = lab_plan_json(
-            "-", j->plan, j->diagnosis,
-            j->folder != NULL && best_stroke(j->plan) != NULL ? &j->path[STROKE] : NULL, &err);
+        char **stroke = j->path[LAB_PLAN_STROKE] != NULL ? &j->path[LAB_PLAN_STROKE] : NULL;
+        status = lab_plan_json("-", j->plan, j->diagnosis, stroke, &err);
     } else if (status == STEIN_OK) {
         print_plan(j);
-        for (int i = 0; j->folder != NULL && i < FILES; i++) {
-            if (i == PLAN || best_stroke(j->plan) != NULL) {
+        for (int i = 0; i < LAB_PLAN_FILES; i++) {
+            if (j->path[i] != NULL) {
                 printf("%s\n", j->path[i]);
             }
         }
@@ -193,7 +164,7 @@ static int run(const cli_args *args)
         stein_status status = cli_open(&j.model, args, &err);
         code = status == STEIN_OK ? compute(&j) : cli_failed(status, &err);
     }
-    for (int i = 0; i < FILES; i++) {
+    for (int i = 0; i < LAB_PLAN_FILES; i++) {
         free(j.path[i]);
     }
     free(j.names);

@@ -218,7 +218,8 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
     end = end > j->npoint ? j->npoint : end;
     stein_status status;
     do {
-        status = go_round(j, t, &next, end, &steps, err);
+        status = lab__stop_asked(&j->batch->stop) ? lab__stop_work(err)
+                                                  : go_round(j, t, &next, end, &steps, err);
         if (status == STEIN_OK && steps > 0) {
             (void)stein_batch_steps(t->side_by_side, steps, &steps, t->status, NULL);
         }

@@ -20,19 +20,6 @@ typedef struct shift {
     pthread_mutex_t lock;
 } shift;
 
-/* the next piece, -1 when there is none */
-static int take(shift *s)
-{
-    const lab__crew *c = s->crew;
-    pthread_mutex_lock(&s->lock);
-    while (s->next < c->n && c->skip != NULL && c->skip[s->next]) {
-        s->next++;
-    }
-    int i = s->status == STEIN_OK && s->next < c->n ? s->next++ : -1;
-    pthread_mutex_unlock(&s->lock);
-    return i;
-}
-
 static void finish(shift *s, int counts, stein_status status, const stein_err *err)
 {
     const lab__crew *c = s->crew;
@@ -46,6 +33,23 @@ static void finish(shift *s, int counts, stein_status status, const stein_err *e
         c->progress(c->progress_ctx, s->done, s->total);
     }
     pthread_mutex_unlock(&s->lock);
+}
+
+/* the next piece, -1 when there is none */
+static int take(shift *s)
+{
+    const lab__crew *c = s->crew;
+    stein_err err;
+    if (lab__stop_asked(&c->stop)) {
+        finish(s, 0, lab__stop_work(&err), &err);
+    }
+    pthread_mutex_lock(&s->lock);
+    while (s->next < c->n && c->skip != NULL && c->skip[s->next]) {
+        s->next++;
+    }
+    int i = s->status == STEIN_OK && s->next < c->n ? s->next++ : -1;
+    pthread_mutex_unlock(&s->lock);
+    return i;
 }
 
 static void *thread_main(void *ctx)

@@ -200,6 +200,21 @@ stein_status lab__grid_new(lab_grid **grid, stein_err *err);
 stein_status lab__grid_add(lab_grid *grid, const char *name, const char *unit, const char *values,
                            stein_err *err);
 
+/* ---- stop.c ---- */
+
+/** Who may stop long work. Zeros: nobody. */
+typedef struct lab__stop {
+    lab_stop_fn *fn;
+    void *ctx;
+} lab__stop;
+int lab__stop_asked(const lab__stop *stop);
+/** The failure with which work that shall stop goes up: that of memory, which every caller passes
+ * on and nobody takes for a property of the model. @return ENOMEM */
+stein_status lab__stop_work(stein_err *err);
+/** At the public call that was given the question. @return ESTOPPED in place of ENOMEM, if that is
+ *  why; else status */
+stein_status lab__stop_end(stein_status status, const lab__stop *stop, stein_err *err);
+
 /* ---- crew.c ---- */
 
 /** Work that several threads share. */
@@ -213,6 +228,7 @@ typedef struct lab__crew {
     /** What a thread has begun and not ended when there is no piece left; may be NULL. As work. */
     stein_status (*rest)(void *ctx, void *bench, stein_err *err);
     void (*end)(void *bench);  /* also after a failed begin; may be NULL */
+    lab__stop stop;            /* asked before every piece */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__crew;
@@ -247,6 +263,7 @@ typedef struct lab__batch {
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
     void (*set)(void *ctx, int point, double *p); /* p [np]: the file's values, to be changed */
     lab__point_fn *run;
+    lab__stop stop;            /* asked between steps */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
 } lab__batch;

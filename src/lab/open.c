@@ -249,6 +249,18 @@ stein_status lab_sim(const lab_model *model, const stein_sim_def *def, stein_sim
     return stein_sim_create(sim, &model->equations, def, err);
 }
 
+stein_status lab_quantity(double *value, const char *text, const char *unit, stein_err *err)
+{
+    mech_dim dim;
+    stein_err why;
+    if (mech_parse_unit(unit, &dim, NULL) != 0) {
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" is no unit", unit);
+    }
+    return mech_parse_quantity(text, dim, value, &why) == STEIN_OK
+               ? STEIN_OK
+               : lab__fail(err, STEIN_EINVAL, "%s", why.msg);
+}
+
 stein_sim_def lab_def(const lab_model *model)
 {
     return stein_sim_def_default(&model->equations);

@@ -83,6 +83,12 @@ stein_status lab_record_finish(lab_record *r, stein_sim *sim)
     return taken ? STEIN_OK : append(r, sim);
 }
 
+const double *lab_record_numbers(const lab_record *record, int *rows)
+{
+    *rows = record->rows;
+    return record->cell;
+}
+
 const stein_model *lab__record_model(const lab_record *record)
 {
     return record->model;

@@ -108,8 +108,10 @@ static void on_impact(run *r, double t)
 static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
 {
     run *r = ctx;
-    (void)sim;
     double t = event->time - r->start;
+    if (r->def->event != NULL) {
+        r->def->event(r->def->ctx, sim, event);
+    }
     if (r->over) {
         return;
     }
@@ -397,7 +399,7 @@ stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def
         status = begin_stroke(r, err);
     }
     if (status == STEIN_OK && !as_stroke) {
-        stein_on_event(sim, NULL, NULL);
+        stein_on_event(sim, def->event != NULL ? on_event : NULL, r);
     }
     if (status != STEIN_OK) {
         lab__play_drop(r);

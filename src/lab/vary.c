@@ -258,6 +258,7 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
                               .set = set_point,
                               .run = keep_point,
                               .ctx = s,
+                              .stop = {s->def->stop, s->def->ctx},
                               .progress = s->def->progress,
                               .progress_ctx = s->def->ctx};
     stein_status status = lab__batch_run(&batch, err);
@@ -309,7 +310,7 @@ stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid 
     free(s.param);
     if (status != STEIN_OK) {
         lab_table_destroy(s.table);
-        return status;
+        return lab__stop_end(status, &(lab__stop){def->stop, def->ctx}, err);
     }
     *table = s.table;
     if (report != NULL) {

@@ -359,9 +359,11 @@ static void hand_over(data__reader *r)
     }
 }
 
-static stein_status read_file(data__reader *r, const lab_data_options *o, stein_err *err)
+/* @param text  of the file; NULL: it is on a disk */
+static stein_status read_file(data__reader *r, const char *text, const lab_data_options *o,
+                              stein_err *err)
 {
-    stein_status status = data__lines_open(&r->lines, r->out->file, err);
+    stein_status status = data__lines_open(&r->lines, r->out->file, text, err);
     r->lines.bytes = r->before;
     r->lines.total = r->total;
     r->lines.progress = o->progress;
@@ -389,16 +391,24 @@ static stein_status read_file(data__reader *r, const lab_data_options *o, stein_
     return status;
 }
 
-/* bytes of a file; 0: not known */
-static double size_of(const char *file)
+/* bytes of a file, or of its text; 0: not known */
+static double size_of(const char *file, const char *text)
 {
     struct stat st;
-    return stat(file, &st) == 0 && S_ISREG(st.st_mode) ? (double)st.st_size : 0.0;
+    return text != NULL                                  ? (double)strlen(text)
+           : stat(file, &st) == 0 && S_ISREG(st.st_mode) ? (double)st.st_size
+                                                         : 0.0;
+}
+
+static const char *text_of(const lab_data_options *options, int i)
+{
+    return options->text != NULL ? options->text[i] : NULL;
 }
 
 /* @param before, total  bytes of the files before it, of all files */
-static stein_status open_one(lab_data **data, const char *file, const lab_data_options *options,
-                             double before, double total, stein_err *err)
+static stein_status open_one(lab_data **data, const char *file, const char *text,
+                             const lab_data_options *options, double before, double total,
+                             stein_err *err)
 {
     data__reader r = {.options = options, .model = options->model, .last = -INFINITY};
     r.before = before;
@@ -414,7 +424,7 @@ static stein_status open_one(lab_data **data, const char *file, const lab_data_o
         status = lab__no_memory(err);
     } else {
         r.problems.file = r.out->file;
-        status = read_file(&r, options, err);
+        status = read_file(&r, text, options, err);
     }
     for (int i = 0; i < r.nnoise; i++) {
         free(r.noise[i].name);
@@ -437,7 +447,8 @@ static stein_status open_one(lab_data **data, const char *file, const lab_data_o
 stein_status lab_data_open(lab_data **data, const char *file, const lab_data_options *options,
                            stein_err *err)
 {
-    return open_one(data, file, options, 0.0, size_of(file), err);
+    const char *text = text_of(options, 0);
+    return open_one(data, file, text, options, 0.0, size_of(file, text), err);
 }
 
 /* ---- access ---- */
@@ -520,12 +531,13 @@ stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
     double before = 0.0, total = 0.0;
     set->n = n;
     for (int i = 0; options->progress != NULL && i < n; i++) {
-        total += size_of(file[i]);
+        total += size_of(file[i], text_of(options, i));
     }
     for (int i = 0; i < n; i++) { // to the end: every problem of every file
         stein_err why = {STEIN_OK, ""};
-        stein_status one = open_one(&set->stroke[i], file[i], options, before, total, &why);
-        before += total > 0.0 ? size_of(file[i]) : 0.0;
+        const char *text = text_of(options, i);
+        stein_status one = open_one(&set->stroke[i], file[i], text, options, before, total, &why);
+        before += total > 0.0 ? size_of(file[i], text) : 0.0;
         if (one == STEIN_EIO && options->report != NULL) {
             options->report(options->ctx, why.msg);
         }

@@ -57,7 +57,7 @@ typedef struct data__lines {
     lab_read_progress_fn *progress;
     void *ctx;
 } data__lines;
-stein_status data__lines_open(data__lines *l, const char *file, stein_err *err);
+stein_status data__lines_open(data__lines *l, const char *file, const char *text, stein_err *err);
 void data__lines_close(data__lines *l);
 /** @return 1; 0 at the end or after a problem that leaves no lines to read */
 int data__next_line(data__lines *l, data__problems *p, const char **text, size_t *size);

@@ -104,10 +104,11 @@ char *data__shown(char *to, const char *text, size_t n)
 
 /* ---- lines ---- */
 
-stein_status data__lines_open(data__lines *l, const char *file, stein_err *err)
+stein_status data__lines_open(data__lines *l, const char *file, const char *text, stein_err *err)
 {
     *l = (data__lines){.hash = STEIN_HASH};
-    l->stream = fopen(file, "r");
+    // opened to be read, so that what it points to is not written
+    l->stream = text != NULL ? fmemopen((char *)text, strlen(text), "r") : fopen(file, "r");
     if (l->stream == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be read: %s", file, strerror(errno));
     }

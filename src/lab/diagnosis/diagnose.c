@@ -723,5 +723,5 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     } else {
         lab_diagnosis_destroy(d.out);
     }
-    return status;
+    return lab__stop_end(status, &(lab__stop){d.def->stop, d.def->ctx}, err);
 }

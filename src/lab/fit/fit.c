@@ -342,7 +342,7 @@ stein_status lab_fit_run(lab_fit **out, const lab_model *model, const lab_datase
     fit__problem_free(&p);
     if (status != STEIN_OK) {
         lab_fit_destroy(fit);
-        return status;
+        return lab__stop_end(status, &(lab__stop){def->stop, def->ctx}, err);
     }
     *out = fit;
     return STEIN_OK;

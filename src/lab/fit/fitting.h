@@ -178,6 +178,7 @@ typedef struct fit__problem {
     int threads, lanes;          /* lanes of each thread; 0: as many as there are */
     struct fit__pool *pool;      /* where its strokes are simulated instead; NULL: nowhere else */
     long *simulated;             /* strokes so far are counted there; NULL: nowhere */
+    lab__stop stop;
 } fit__problem;
 
 /** Is group g of one problem that of the same place as h of another one, whose mechanism may have
@@ -254,10 +255,10 @@ typedef void fit__watch_fn(void *ctx, stein_sim *sim, int i);
 typedef struct fit__reader fit__reader;
 
 /** What a trial's failure means for the search that tries: the trial lost, and nothing else. But
- *  memory that ended ends the search. @return OK, ENOMEM (and said so) */
+ *  memory that ended, and a stop, end the search. @return OK, ENOMEM (and said so) */
 static inline stein_status fit__forgive(stein_status trial, stein_err *err)
 {
-    return trial == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
+    return trial == STEIN_ENOMEM || trial == STEIN_ESTOPPED ? lab__no_memory(err) : STEIN_OK;
 }
 
 /** What one simulation of strokes needs, one after the other. */

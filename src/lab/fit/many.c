@@ -45,8 +45,13 @@ stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void
                            stein_err *err)
 {
     gang g = {p, one, ctx};
-    lab__crew crew = {
-        .n = jobs, .threads = p->threads, .begin = begin, .work = work, .end = end, .ctx = &g};
+    lab__crew crew = {.n = jobs,
+                      .threads = p->threads,
+                      .begin = begin,
+                      .work = work,
+                      .end = end,
+                      .stop = p->stop,
+                      .ctx = &g};
     return lab__crew_run(&crew, err);
 }
 
@@ -103,7 +108,8 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
         __atomic_add_fetch(p->simulated, jobs, __ATOMIC_RELAXED);
     }
     if (p->pool != NULL) {
-        return fit__pool_run(p->pool, &all.jobs, jobs, err);
+        return lab__stop_asked(&p->stop) ? lab__stop_work(err)
+                                         : fit__pool_run(p->pool, &all.jobs, jobs, err);
     }
     lab__crew crew = {.n = jobs,
                       .threads = p->threads,
@@ -111,6 +117,7 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
                       .work = next_job,
                       .rest = last_jobs,
                       .end = free_row,
+                      .stop = p->stop,
                       .ctx = &all};
     return lab__crew_run(&crew, err);
 }

@@ -594,6 +594,7 @@ static stein_status make(fit__problem *p, const lab_model *model, const lab_data
                         .horizon = INFINITY,
                         .limit = 3.5,
                         .threads = def->threads,
+                        .stop = {def->stop, def->ctx},
                         .lanes = def->lanes};
     stein_status status = check_def(def, lab_equations(model), data->n, open, err);
     if (status != STEIN_OK) {

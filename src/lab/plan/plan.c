@@ -349,7 +349,7 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
         (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
     if (status != STEIN_OK) {
         lab_plan_destroy(plan);
-        return status;
+        return lab__stop_end(status, &(lab__stop){p.def->stop, p.def->ctx}, err);
     }
     *out = plan;
     return STEIN_OK;

@@ -437,6 +437,8 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
     def.offset = offset_prior;
     def.scatter = 1;
     def.threads = b->def->threads;
+    def.stop = b->def->stop;
+    def.ctx = b->def->ctx;
     if (status == STEIN_OK) {
         fit__problem *p = &v->stage->p;
         status = fit__problem_make_open(p, side->model, &v->stage->stroke.set, &def, err);

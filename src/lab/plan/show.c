@@ -206,3 +206,36 @@ stein_status lab_plan_json(const char *path, const lab_plan *p, const lab_diagno
     lab__json_close(&j);
     return lab__file_close(&file, 1, err);
 }
+
+/* ---- all files ---- */
+
+/* the best experiment that is a stroke; NULL: there is none */
+static const lab_experiment *best_stroke(const lab_plan *p)
+{
+    int i = 0;
+    while (i < p->n && p->experiment[i].ncheck > 0) {
+        i++;
+    }
+    return i < p->n && p->experiment[i].feasible ? &p->experiment[i] : NULL;
+}
+
+stein_status lab_plan_files(const char *folder, const lab_plan *plan, const char *file,
+                            const lab_model *model, const lab_diagnosis *diagnosis,
+                            const lab_plan_def *def, char **path, stein_err *err)
+{
+    static const char *const name[] = {"plan.json", "next_stroke.csv", "next_rival.csv"};
+    const lab_experiment *best = best_stroke(plan);
+    stein_status status = lab__folder(folder, err);
+    for (int i = 0; i < LAB_PLAN_FILES; i++) {
+        int wanted = i == LAB_PLAN_JSON || best != NULL;
+        path[i] = status == STEIN_OK && wanted ? lab__text("%s/%s", folder, name[i]) : NULL;
+        status = status == STEIN_OK && wanted && path[i] == NULL ? lab__no_memory(err) : status;
+    }
+    for (int i = LAB_PLAN_STROKE; status == STEIN_OK && best != NULL && i <= LAB_PLAN_RIVAL; i++) {
+        status = lab_plan_stroke(path[i], best, i == LAB_PLAN_STROKE ? 0 : best->against, file,
+                                 model, diagnosis, def, err);
+    }
+    return status == STEIN_OK ? lab_plan_json(path[LAB_PLAN_JSON], plan, diagnosis,
+                                              best != NULL ? &path[LAB_PLAN_STROKE] : NULL, err)
+                              : status;
+}

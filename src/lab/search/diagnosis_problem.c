@@ -166,6 +166,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.tolerance = q->name_sd;
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.stop = q->def->stop;
+    q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
     q->rough_def = q->fit_def;
     q->rough_def.settings = 1;

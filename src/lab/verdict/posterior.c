@@ -156,6 +156,8 @@ stein_status diag__next(const diag__problem *q, lab_diagnosis *o, stein_err *err
     def.quick = 1;
     def.threads = q->fit_def.threads;
     def.options = q->def->options;
+    def.stop = q->def->stop;
+    def.ctx = q->def->ctx;
     stein_status status = lab_plan_make(&plan, q->file, q->model, o, &def, &why);
     if (status == STEIN_OK && plan->n > 0 && plan->experiment[0].feasible) {
         o->strokes_simulated += plan->strokes;

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What docs/python.md, README.md and the examples show, runs; types are those of the module."""
+import inspect
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+import stein
+from conftest import BUILD, ROOT
+
+
+EXAMPLES = sorted(n for n in os.listdir(os.path.join(ROOT, "examples", "python")) if n.endswith(".py"))
+
+
+def blocks(name):
+    with open(os.path.join(ROOT, name), encoding="utf-8") as f:
+        return re.findall(r"^```python\n(.*?)^```", f.read(), re.M | re.S)
+
+
+def ran(words, folder):
+    os.symlink(os.path.join(ROOT, "models"), folder / "models")
+    done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True,
+                          check=False, env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_page_runs_from_its_first_block_to_the_last(tmp_path):
+    told = ran(["-W", "error", "-c", "\n".join(blocks("docs/python.md"))], tmp_path)
+    assert "did you mean 'pawl.stop_shift'?" in told
+    assert sorted(os.listdir(tmp_path / "out")) == ["diagnosis.json", "extended.yaml", "report.html"]
+
+
+def test_the_lines_of_the_readme_run(tmp_path):
+    assert len(blocks("README.md")) == 1
+    ran(["-W", "error", "-c", blocks("README.md")[0]], tmp_path)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_runs(name, tmp_path):
+    path = os.path.join(ROOT, "examples", "python", name)
+    assert ran(["-W", "error", path], tmp_path)
+    with open(path, encoding="utf-8") as f:
+        assert f.read().count("# %%") >= 6
+
+
+def test_the_types_are_those_of_the_module():
+    with open(os.path.join(BUILD, "python", "stein", "__init__.pyi"), encoding="utf-8") as f:
+        stub = f.read()
+    for name in stein.__all__:
+        assert re.search(rf"^(class|def) {name}\b", stub, re.M), name
+    kinds = {n: getattr(stein, n) for n in stein.__all__ if inspect.isclass(getattr(stein, n))}
+    typed = {n: re.search(rf"^class {n}\b.*?(?=^class |^def |\Z)", stub, re.M | re.S)[0] for n in kinds}
+    for name, kind in kinds.items():
+        for member in vars(kind):
+            if not member.startswith("_") and name not in ("Event", "Parameter", "Stroke"):
+                assert re.search(rf"\b{member}\b", typed[name]), f"{name}.{member}"
+    for name in ("load", "fit", "diagnose", "plan"):
+        told = re.search(rf"^def {name}\((.*?)\) ->", stub, re.M | re.S)[1]
+        for argument in inspect.signature(getattr(stein, name)).parameters:
+            assert re.search(rf"^    {argument}:", told, re.M), f"{name}({argument})"
+    assert compile(stub, "__init__.pyi", "exec")
+
+
+def test_everything_is_told():
+    for name in stein.__all__:
+        thing = getattr(stein, name)
+        assert thing.__doc__, name
+        for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+            if not member.startswith("_") and callable(value):
+                assert value.__doc__, f"{name}.{member}"
