@@ -229,7 +229,8 @@ static stein_status judge(diagnosis *d, stein_err *err)
 static stein_status refine(diagnosis *d, stein_err *err)
 {
     stein_status status = diag__refine_row(d->t.row[d->j.best], err);
-    if (status == STEIN_OK && d->j.null != d->j.best) { // what a cause gains is a difference of both
+    if (status == STEIN_OK &&
+        d->j.null != d->j.best) { // what a cause gains is a difference of both
         status = diag__refine_row(d->t.row[d->j.null], err);
     }
     for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {

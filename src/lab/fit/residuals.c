@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * residuals.c - weighted residuals of all strokes.
  *
- *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 share of the sample, times the robust weight
+ *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 share of the sample, times the robust
+ * weight
  *
  * Robust weights are Tukey's bisquare of the residuals over their robust scale (Huber 1981)
  *

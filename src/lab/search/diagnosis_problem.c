@@ -82,17 +82,21 @@ static int is_law(const stein_model *m, const stein_param *q)
     return of && strcmp(q->unit, "m") != 0;
 }
 
-/* Standard deviation of a number that was measured with a ruler or on a kitchen scale, computed from
- * both, or estimated, as those of laws are. @return 0: it is of another kind */
+/* Standard deviation of a number that was measured with a ruler or on a kitchen scale, computed
+ * from both, or estimated, as those of laws are. @return 0: it is of another kind */
 static double by_ruler(const stein_model *m, const stein_param *q)
 {
     static const struct {
         const char *unit;
         double share, least;
-    } by[] = {{"m", 0.003, 2e-4}, {"kg", 0.005, 0.0}, {"kg m^2", 0.02, 0.0},
-              {"N/m", 0.02, 0.0}, {"N m/rad", 0.02, 0.0}};
-    static const char *const other[] = {".initial.", ".sensor.", "load.", "gravity.", "clock.",
-                                        ".vt", ".coulomb.w", ".facing", ".extent", ".direction."};
+    } by[] = {{"m", 0.003, 2e-4},
+              {"kg", 0.005, 0.0},
+              {"kg m^2", 0.02, 0.0},
+              {"N/m", 0.02, 0.0},
+              {"N m/rad", 0.02, 0.0}};
+    static const char *const other[] = {".initial.", ".sensor.",   "load.",      "gravity.",
+                                        "clock.",    ".vt",        ".coulomb.w", ".facing",
+                                        ".extent",   ".direction."};
     int is = q->stated && q->value != 0.0 && !lab__is_in_table(m, q->name);
     for (size_t k = 0; k < sizeof other / sizeof *other; k++) {
         is = is && strstr(q->name, other[k]) == NULL;

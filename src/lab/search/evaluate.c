@@ -54,8 +54,8 @@ static const double same_noise = 0.1; /* relative change of noise that is none *
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double refined = 0.1;    /* of the objective: such a fit has ended */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
-static const double longest_start = 3.0; /* of an amount [limits] */
-static const double least_start = 0.02;  /* of a compliance, which has no 0 */
+static const double longest_start = 3.0;  /* of an amount [limits] */
+static const double least_start = 0.02;   /* of a compliance, which has no 0 */
 
 /* ---- fits ---- */
 

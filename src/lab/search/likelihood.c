@@ -20,7 +20,7 @@ enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
 static const double nearly = 0.98;
 static const double enough = 5.0; /* records that tell a scatter; beside fewer its prior counts */
-static const double flat = 1e3; /* sd of what has no prior, in its unit */
+static const double flat = 1e3;   /* sd of what has no prior, in its unit */
 
 /* ---- columns ---- */
 

@@ -130,10 +130,9 @@ static double value_of(const diag__linear *l, const diag__proposal *p)
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *list)
 {
-    const diag__proposer *all[] = {&diag__propose_add,  &diag__propose_moved,
-                                   &diag__propose_pair, &diag__propose_exchange,
-                                   &diag__propose_merge, &diag__propose_drop,
-                                   &diag__propose_restart};
+    const diag__proposer *all[] = {
+        &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
+        &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         n += all[i]->propose(q, t, l, list + n, PROPOSALS);
@@ -291,7 +290,8 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
 }
 
 /* The null hypothesis leaves more than noise: once more, with settings that are off by what their
- * digits allow, whether or not there are causes that explain it. They are a variance of all records, which costs as much as it explains. */
+ * digits allow, whether or not there are causes that explain it. They are a variance of all
+ * records, which costs as much as it explains. */
 static stein_status try_rough(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__row *one = NULL;

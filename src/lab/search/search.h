@@ -61,7 +61,7 @@ typedef struct diag__problem {
     const char **name;              /* [nname] free parameters */
     double *name_sd; /* [nname] tolerances that are assumed, 0: the file states one, or none */
     int nname;
-    int assumed;        /* of them have an assumed one */
+    int assumed; /* of them have an assumed one */
     const lab_dataset *fitted;
     fit__problem null;        /* of the file's own mechanism without a cause */
     lab_candidate *candidate; /* [n + nsetting] the last ones: settings, each of one record alone */
@@ -210,8 +210,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
  */
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
 /** A fit from x; its end is without an observer.
- *  @param renewals  of derivatives of the free fit, at most, however far off it is; 0: some, and less
- *  where it is far  @return OK, or a failure of the simulation */
+ *  @param renewals  of derivatives of the free fit, at most, however far off it is; 0: some, and
+ * less where it is far  @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
                            stein_err *err);
 /** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have

@@ -168,7 +168,7 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
         s.score = most;
         s.amount = s.refitted ? s.amount : a * s.candidate.limit;
         s.possible = s.refitted || diag__thinkable(&q->candidate[k], a);
-        s.why = s.possible                                  ? NULL
+        s.why = s.possible ? NULL
                 : a > 0.0 || lab_candidate_is_signed(&s.candidate)
                     ? "it would have to be larger than is thinkable"
                     : "it would have to be negative";
