@@ -18,7 +18,7 @@
 #include "motion.h"
 #include "verdict.h"
 
-enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
+enum { HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
 
 typedef struct diagnosis {
     diag__problem q;
@@ -70,14 +70,9 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
     }
     d->out->nfit = fit->n;
     d->out->nheld = report->n;
-    if (data->n < FEWEST || fit->n < 1) {
-        return lab__fail(
-            err, STEIN_EINVAL,
-            "%d stroke%s to fit to and %d held out: at least %d in all, and one to fit "
-            "to",
-            fit->n, fit->n == 1 ? "" : "s", report->n, FEWEST);
-    }
-    return STEIN_OK;
+    return fit->n > 0 ? STEIN_OK
+                      : lab__fail(err, STEIN_EINVAL, "%d strokes are held out and none is to fit to",
+                                  report->n);
 }
 
 /* a line for the findings, which takes it over */
