@@ -442,6 +442,7 @@ typedef struct lab_diagnose_def {
     int nfree;
     const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
     int nwithout;               /* words of lab_effect_is */
+    double smooth; /* measured motions are taken as motion up to this frequency [Hz]; 0: chosen */
     int threads;
     long most_strokes;          /* budget of simulated strokes, 0: none */
     double most_seconds;        /* budget of time [s], 0: none */

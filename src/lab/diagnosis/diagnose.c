@@ -143,6 +143,30 @@ static stein_status check_step(diagnosis *d, stein_err *err)
     return add_finding(d->out, line, 1, err);
 }
 
+/* up to which frequency measured motions are taken as motion, where that is not as their noise has
+ * it */
+static stein_status tell_bands(diagnosis *d, stein_err *err)
+{
+    const stein_model *m = lab_equations(d->q.model);
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < m->ninput && status == STEIN_OK; i++) {
+        double hz = d->q.fit_def.smooth != NULL ? d->q.smooth[i] : (double)NAN;
+        if (m->inputs[i].kind != STEIN_INPUT_MOTION || !isfinite(hz)) {
+            continue;
+        }
+        char *line = lab__text(d->def->smooth > 0.0
+                                   ? "%s: smoothed to half at %.3g Hz"
+                                   : "%s: smoothed to half at %.3g Hz; what is faster does not "
+                                     "show in the measured forces",
+                               m->inputs[i].name, hz);
+        if (line != NULL && d->def->report != NULL) {
+            d->def->report(d->def->ctx, line);
+        }
+        status = add_finding(d->out, line, 1, err);
+    }
+    return status;
+}
+
 /* signs, zeros, units and planes with which the records' beginnings would follow */
 static stein_status check_setup(diagnosis *d, stein_err *err)
 {
@@ -524,6 +548,7 @@ static stein_status search(diagnosis *d, const char *file, const lab_model *mode
         }
     }
     d->out->samples = d->q.null.samples;
+    status = status == STEIN_OK ? tell_bands(d, err) : status;
     status = status == STEIN_OK ? check_step(d, err) : status;
     status = status == STEIN_OK ? check_setup(d, err) : status;
     progress(d, 0.05, "search for causes");

@@ -418,8 +418,9 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     if (c->role == LAB_INPUT) {
         int motion = m->inputs[c->index].kind == STEIN_INPUT_MOTION;
         double noise = audit->channel[column].noise;
+        double hz = p->def->smooth != NULL ? p->def->smooth[c->index] : (double)NAN;
         return fit__signal_make(&s->signal[s->nsignal++], c->index, motion, s->data, c,
-                                isfinite(noise) ? noise : 0.0, err);
+                                isfinite(noise) ? noise : 0.0, hz, err);
     }
     if (m->channels[c->index].read == STEIN_READ_TIME) {
         return STEIN_OK;

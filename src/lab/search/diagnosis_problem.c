@@ -84,6 +84,18 @@ static stein_status choose_names(diag__problem *q, stein_err *err)
     return STEIN_OK;
 }
 
+/* bands of measured motions: as they are stated, or as the measured forces have it */
+static stein_status choose_bands(diag__problem *q, stein_err *err)
+{
+    int n = lab_equations(q->model)->ninput;
+    if (q->def->smooth > 0.0) {
+        return STEIN_OK;
+    }
+    stein_status status = fit__choose_bands(&q->null, q->smooth, err);
+    q->fit_def.smooth = status == STEIN_OK && n > 0 ? q->smooth : NULL;
+    return status;
+}
+
 static stein_status open_null(diag__problem *q, stein_err *err)
 {
     q->fit_def = lab_fit_def_default();
@@ -92,9 +104,19 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
     q->fit_def.scatter = q->fitted->n >= SCATTER_FROM ? LAB_SCATTER_PLACES : 0;
+    int ninput = lab_equations(q->model)->ninput;
+    q->smooth = malloc(sizeof *q->smooth * ((size_t)ninput + 1));
+    if (q->smooth == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < ninput && q->def->smooth > 0.0; i++) {
+        q->smooth[i] = q->def->smooth;
+        q->fit_def.smooth = q->smooth;
+    }
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
+    status = status == STEIN_OK ? choose_bands(q, err) : status;
     q->null.tolerance = status == STEIN_OK ? diag__tolerance_of(&q->null) : 0.0;
     q->null.stride = status == STEIN_OK ? diag__stride_of(&q->null) : 0;
     q->null.simulated = &q->strokes;
@@ -426,5 +448,6 @@ void diag__problem_close(diag__problem *q)
     free(q->candidate);
     free(q->untestable);
     free(q->step);
+    free(q->smooth);
     free(q->name);
 }

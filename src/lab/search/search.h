@@ -53,6 +53,7 @@ typedef struct diag__problem {
     const lab_model *model;
     const lab_diagnose_def *def;
     lab_fit_def fit_def;
+    double *smooth;    /* [inputs] bands of measured motions [Hz], NAN: as their noise allows */
     const char **name; /* [nname] free parameters */
     int nname;
     const lab_dataset *fitted;
