@@ -13,6 +13,9 @@
  * the widest is taken. A band that would take away more than `motion_lost` of the motion itself is
  * none: what is wrong with the model may be less where the motion is less. Where the noise of the
  * motion has chosen as well as any band, that stays.
+ *
+ * Beyond its band a motion says nothing of the force, and no candidate could explain what the
+ * measured force does there: that is its noise.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -194,6 +197,33 @@ static stein_status scan_all(choice *c, const unsigned char *told, unsigned char
         int stays = !(least < before - 2.0 * stein__log_of(as_good));
         status = told[i] && stays ? set(c, i, NAN, err) : STEIN_OK;
     }
+    return status;
+}
+
+static const lab_column *output_of(const lab_data *data, int channel)
+{
+    int i = 0;
+    while (data->column[i].role != LAB_OUTPUT || data->column[i].index != channel) {
+        i++;
+    }
+    return &data->column[i];
+}
+
+stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err)
+{
+    const stein_channel *c = &lab_equations(p->model)->channels[s->channel[k]];
+    int force = c->read == STEIN_READ_INPUT_FORCE && p->def->smooth != NULL && !s->given[k];
+    double hz = force ? p->def->smooth[c->index] : (double)NAN;
+    fit__signal beyond = {.t = NULL};
+    if (!isfinite(hz)) {
+        return STEIN_OK;
+    }
+    stein_status status = fit__signal_make(&beyond, c->index, 1, s->data,
+                                           output_of(s->data, s->channel[k]), 0.0, hz, err);
+    if (status == STEIN_OK) {
+        s->noise[k] = s->audited[k] = fmax(s->noise[k], beyond.taken);
+    }
+    fit__signal_free(&beyond);
     return status;
 }
 

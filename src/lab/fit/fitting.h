@@ -290,6 +290,10 @@ stein_status fit__finish(fit__bench *b, stein_status status);
  *  @param hz  [ninput] out; NAN: as the noise of the motion allows
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
+/** The noise of channel k of a stroke, where that is the force of a motion whose band is stated and
+ *  the file does not state the noise: no less than what the force does beyond that band.
+ *  @return OK, ENOMEM */
+stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err);
 
 /* ---- initial.c ---- */
 

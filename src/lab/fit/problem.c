@@ -432,6 +432,9 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     s->delay[k] = stein_find_param(m, name);
     s->given[k] = isfinite(c->noise);
     s->noise[k] = s->audited[k] = noise_of(&audit->channel[column]);
+    if (fit__widen_noise(p, s, k, err) != STEIN_OK) {
+        return STEIN_ENOMEM;
+    }
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
         s->samples += c->present[i] != 0;

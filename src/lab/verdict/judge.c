@@ -27,7 +27,7 @@
 static const double same_fit = 2.0;        /* of -2 ln L: no difference */
 static const double by_chance = 0.01;      /* of one of all numbers */
 static const double by_chance_mean = 1e-3; /* of a mean of what scatters */
-static const double must_explain = 0.7;    /* share of the misfit beyond noise */
+static const double must_explain = 0.5;    /* share of the misfit beyond noise */
 static const double unusable = 50.0;       /* chi2/dof of the best hypothesis */
 static const double no_model = 0.2;        /* residual in the motion */
 static const double white = 5.0;           /* samples: a residual that is noise by its colour */
