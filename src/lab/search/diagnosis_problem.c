@@ -66,7 +66,7 @@ int diag__related(const lab_candidate *a, const lab_candidate *b)
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
-    q->name = malloc(sizeof *q->name * (size_t)(m->np + q->def->nfree + 1));
+    q->name = malloc(sizeof *q->name * (size_t)(2 * m->np + q->def->nfree + 1));
     if (q->name == NULL) {
         return lab__no_memory(err);
     }
@@ -101,31 +101,46 @@ static stein_status choose_bands(diag__problem *q, stein_err *err)
     return status;
 }
 
-static stein_status open_null(diag__problem *q, stein_err *err)
+/* what is stated of the bands before they are chosen */
+static stein_status state_bands(diag__problem *q, stein_err *err)
 {
-    q->fit_def = lab_fit_def_default();
-    q->fit_def.free = q->name;
-    q->fit_def.nfree = q->nname;
-    q->fit_def.offset = offset_prior;
-    q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
-    q->fit_def.scatter = q->fitted->n >= SCATTER_FROM ? LAB_SCATTER_PLACES : 0;
-    int ninput = lab_equations(q->model)->ninput;
-    q->smooth = malloc(sizeof *q->smooth * ((size_t)ninput + 1));
+    int n = lab_equations(q->model)->ninput;
+    q->smooth = malloc(sizeof *q->smooth * ((size_t)n + 1));
     if (q->smooth == NULL) {
         return lab__no_memory(err);
     }
-    for (int i = 0; i < ninput && q->def->smooth > 0.0; i++) {
+    for (int i = 0; i < n && q->def->smooth > 0.0; i++) {
         q->smooth[i] = q->def->smooth;
         q->fit_def.smooth = q->smooth;
     }
+    return STEIN_OK;
+}
+
+stein_status diag__problem_null(diag__problem *q, stein_err *err)
+{
+    fit__problem_free(&q->null);
+    q->fit_def.free = q->name;
+    q->fit_def.nfree = q->nname;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
-    status = status == STEIN_OK ? choose_bands(q, err) : status;
-    q->null.tolerance = status == STEIN_OK ? diag__tolerance_of(&q->null) : 0.0;
-    q->null.stride = status == STEIN_OK ? diag__stride_of(&q->null) : 0;
     q->null.simulated = &q->strokes;
+    if (status == STEIN_OK) {
+        q->null.tolerance = diag__tolerance_of(&q->null);
+        q->null.stride = diag__stride_of(&q->null);
+    }
     return status;
+}
+
+static stein_status open_null(diag__problem *q, stein_err *err)
+{
+    q->fit_def = lab_fit_def_default();
+    q->fit_def.offset = offset_prior;
+    q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.scatter = q->fitted->n >= SCATTER_FROM ? LAB_SCATTER_PLACES : 0;
+    stein_status status = state_bands(q, err);
+    status = status == STEIN_OK ? diag__problem_null(q, err) : status;
+    return status == STEIN_OK ? choose_bands(q, err) : status;
 }
 
 /* ---- candidates ---- */

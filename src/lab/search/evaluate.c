@@ -263,8 +263,9 @@ static void carry_over(diag__row *row, const diag__row *parent)
 {
     const fit__problem *from = &parent->p;
     fit__problem *to = &row->p;
-    memcpy(row->x, parent->x, sizeof *row->x * (size_t)to->first_accepted);
-    memcpy(to->step, from->step, sizeof *to->step * (size_t)to->first_accepted);
+    int n = from->first_accepted < to->first_accepted ? from->first_accepted : to->first_accepted;
+    memcpy(row->x, parent->x, sizeof *row->x * (size_t)n);
+    memcpy(to->step, from->step, sizeof *to->step * (size_t)n);
     for (int i = 0; i < row->h.n; i++) {
         for (int k = 0; k < parent->h.n; k++) {
             if (row->h.cause[i] == parent->h.cause[k]) {

@@ -236,6 +236,25 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
     return status;
 }
 
+/* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
+ * themselves is no effect, and the table stays as it was. */
+static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__bodies b;
+    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(&q->null)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__bodies_begin(q, t, &b, err);
+    if (b.free && status == STEIN_OK) {
+        status = expand_all(q, t, err);
+        int none = status == STEIN_OK && diag__incumbent(q, t)->h.n == 0;
+        stein_status end = diag__bodies_end(q, t, &b, none, err);
+        return status == STEIN_OK ? end : status;
+    }
+    free(b.superseded);
+    return status;
+}
+
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
@@ -254,5 +273,5 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }
-    return status;
+    return status == STEIN_OK ? with_bodies(q, t, err) : status;
 }

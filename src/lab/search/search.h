@@ -7,6 +7,7 @@
  *   linear.c       what every candidate changes at a row, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
+ *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
  *   trace.c        one JSON line a row
  *   likelihood.c, mixed.c   the records as a mixed model
  *
@@ -55,7 +56,7 @@ typedef struct diag__problem {
     lab_fit_def fit_def;
     double *smooth;    /* [inputs] bands of measured motions [Hz], NAN: as their noise allows */
     const char **name; /* [nname] free parameters */
-    int nname;
+    int nname, nbody; /* the last nbody of them are numbers of bodies (bodies.c) */
     const lab_dataset *fitted;
     fit__problem null; /* of the file's own mechanism without a cause */
     lab_candidate *candidate;
@@ -140,6 +141,8 @@ stein_status diag__problem_open(diag__problem *q, const char *file, const lab_mo
                                 const lab_dataset *fitted, const lab_diagnose_def *def,
                                 stein_err *err);
 void diag__problem_close(diag__problem *q);
+/** The null hypothesis once more, after the names of what is free have changed. */
+stein_status diag__problem_null(diag__problem *q, stein_err *err);
 /** The mechanism with the parts that a hypothesis needs. @return NULL: no memory (err), else with
  *  `why` where it cannot be made */
 const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
@@ -259,6 +262,21 @@ extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const fit__problem *p);
+
+/* ---- bodies.c ---- */
+
+/** The search with the numbers of the bodies free, and the way back. */
+typedef struct diag__bodies {
+    int free; /* 1: it goes on with them */
+    int rows; /* of the table before */
+    unsigned char *superseded;
+} diag__bodies;
+/** Where the file states no tolerance of its bodies, the best hypotheses with these numbers free.
+ *  diag__bodies_end in any case.  @return OK, ENOMEM, a failure of the null hypothesis */
+stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err);
+/** @param back  1: the rows before count, those since do not */
+stein_status diag__bodies_end(diag__problem *q, diag__table *t, diag__bodies *b, int back,
+                              stein_err *err);
 
 /* ---- step.c ---- */
 
