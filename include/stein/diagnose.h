@@ -396,7 +396,7 @@ typedef struct lab_motion {
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
-    char reason[320];  /* one or two sentences */
+    char reason[800];  /* a few sentences */
     const char *phase; /* where the found cause shows most; NULL without one */
     int nsuspect;
     lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */

@@ -233,7 +233,8 @@ static stein_status judge(diagnosis *d, stein_err *err)
     }
     d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q.null),
                                  .stated = fit__noise_given(&d->q.null),
-                                 .records = d->fitted.n};
+                                 .records = d->fitted.n,
+                                 .bodies = d->q.nbody};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
         d->setting.tolerances += i >= 0 && m->params[i].tolerance > 0.0;
@@ -250,6 +251,7 @@ static stein_status refine(diagnosis *d, stein_err *err)
     for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
         status = diag__refine_row(d->t.row[d->j.rival[i]], err);
     }
+    diag__weigh(&d->q, &d->t);
     return status;
 }
 

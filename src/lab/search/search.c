@@ -35,6 +35,7 @@ const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
+static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 
 double diag__most_noise(const fit__problem *p)
@@ -76,7 +77,8 @@ static int next_look(const diag__table *t, const diag__row *row)
     int seen = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
-        if (diag__equals(&other->h, &row->h) && row->objective > other->objective - rounding) {
+        if (!other->superseded && diag__equals(&other->h, &row->h) &&
+            row->objective > other->objective - rounding) {
             seen |= other->expanded;
         }
     }
@@ -208,7 +210,7 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
     return status;
 }
 
-/* No hypothesis leaves as little as the stated noise: the best ones and the null hypothesis once
+/* The best hypothesis does not leave the stated noise: the best ones and the null hypothesis once
  * more, with noise that is estimated. */
 static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err *err)
 {
@@ -236,6 +238,16 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
     return status;
 }
 
+/* Is what the best hypothesis leaves more than the noise that was stated, or less? */
+static int contradicts_noise(diag__problem *q, const diag__table *t)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    double most = diag__most_noise(&q->null);
+    int less = best->chi2_dof < 2.0 - most;
+    q->least_noise = less ? tiny : 1.0;
+    return less || best->chi2_dof > most;
+}
+
 /* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
  * themselves is no effect, and the table stays as it was. */
 static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err)
@@ -260,6 +272,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
     q->scale_free = !fit__noise_given(&q->null);
+    q->least_noise = 1.0;
     stein_status status = diag__evaluate(q, t, &null, &row, err);
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
@@ -268,8 +281,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) &&
-        diag__incumbent(q, t)->chi2_dof > diag__most_noise(&q->null)) {
+    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) && contradicts_noise(q, t)) {
         status = begin_scale_free(q, t, err);
         status = status == STEIN_OK ? expand_all(q, t, err) : status;
     }

@@ -64,8 +64,9 @@ typedef struct diag__problem {
     int n;
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
-    int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
-                     * as little as was stated */
+    int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
+                     * leaves more or less than was stated */
+    double least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
     double memory;  /* of the row that leaves least: samples that count as one, scale_free */
     double *step;   /* [n] amounts that columns were made with last [limits]; 0: none yet */
     long strokes;   /* simulated so far */

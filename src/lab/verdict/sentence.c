@@ -7,6 +7,7 @@
 
 #include "verdict.h"
 
+enum { BODIES = 64, TOLD = 3 };
 static const double noise_left = 1.05; /* remainder [noises] that is not mentioned */
 
 static void append(lab_diagnosis *o, const char *text)
@@ -60,6 +61,36 @@ static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag
     }
 }
 
+/* numbers of the bodies that had to be refitted: those that moved furthest */
+static void say_bodies(lab_diagnosis *o, const diag__setting *s)
+{
+    char text[160];
+    unsigned char said[BODIES] = {0};
+    int first = o->nvalue - s->bodies;
+    if (s->bodies == 0 || s->bodies > BODIES) {
+        return;
+    }
+    append(o, " The file states no tolerance of its bodies, and as they are nothing fits. Refitted:");
+    for (int k = 0; k < TOLD && k < s->bodies; k++) {
+        int most = -1;
+        double moved = 0.0;
+        for (int i = 0; i < s->bodies; i++) {
+            const lab_fit_value *v = &o->value[first + i];
+            double by = fabs(v->value - v->start) / v->prior_sd;
+            if (!said[i] && (most < 0 || by > moved)) {
+                most = i;
+                moved = by;
+            }
+        }
+        said[most] = 1;
+        const lab_fit_value *v = &o->value[first + most];
+        snprintf(text, sizeof text, "%s %s %.3g %s for %.3g", k > 0 ? "," : "", v->name, v->value,
+                 v->unit, v->start);
+        append(o, text);
+    }
+    append(o, ".");
+}
+
 static lab_verdict class_of(const lab_diagnosis *o)
 {
     const char *class = o->suspect[0].candidate.effect->cls;
@@ -87,6 +118,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         name_causes(o);
         say_remainder(o, j, s);
         say_gain(o);
+        say_bodies(o, s);
         break;
     case DIAG_NO_CAUSE:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;

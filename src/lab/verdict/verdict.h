@@ -36,6 +36,7 @@ typedef struct diag__setting {
     double most_noise; /* chi2/dof up to which a residual is noise */
     int stated;        /* the noise is */
     int records;       /* fitted */
+    int bodies;        /* numbers of bodies that were refitted since nothing fitted as they are */
     int tolerances;    /* numbers of the file with one */
 } diag__setting;
 
