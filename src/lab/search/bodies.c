@@ -7,8 +7,9 @@
  * more with all of these numbers free, their priors as wide as those of any number without a
  * tolerance (30 %, fit/problem.c). The search goes on from there if that pays:
  *
- *      L(bodies free) < L(as stated) - 25      or      one cause less, which was such a number
+ *      L(as stated) - L(bodies free) > 25      or, with k causes less,      > -25 k
  *
+ * as any cause has to gain 25 to be named.
  * Lengths, gravity and the clock stay as they are stated: with masses free, what falls or swings
  * tells of them.
  */
@@ -155,8 +156,8 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
         double gain = best->objective - now->objective;
-        int fewer = now->h.n > 0 && now->h.n < best->h.n && gain > 0.0;
-        b->free = gain > diag__least_gain || fewer;
+        int less = now->h.n > 0 && now->h.n < best->h.n ? best->h.n - now->h.n : -1;
+        b->free = gain > -diag__least_gain * less;
     }
     return status == STEIN_OK && !b->free ? diag__bodies_end(q, t, b, 1, err) : status;
 }

@@ -16,6 +16,7 @@
 
 enum {
     EXPANSIONS = 10,
+    PATIENCE = 3, /* expansions after which the best hypothesis is still the same */
     PROPOSALS = 12,
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
@@ -199,13 +200,18 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
 static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
+    diag__hypothesis best = diag__incumbent(q, t)->h;
+    int idle = 0;
+    for (int k = 0; k < EXPANSIONS && idle < PATIENCE && !diag__is_spent(q); k++) {
         int look = 0;
         diag__row *row = next_row(q, t, &look);
-        if (row == NULL) {
+        if (row == NULL || status != STEIN_OK) {
             break;
         }
         status = expand(q, t, row, look, err);
+        const diag__hypothesis now = diag__incumbent(q, t)->h;
+        idle = diag__equals(&now, &best) ? idle + 1 : 0;
+        best = now;
     }
     return status;
 }
