@@ -22,6 +22,7 @@ enum {
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
     HELD_RECORDS = 5,
+    TRIES = 3, /* fits of one hypothesis because a better end is expected */
     HELD = 1,
     FREE = 2
 };
@@ -143,13 +144,29 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     return n;
 }
 
+/* Rows of a hypothesis; of those that restarts made, the ones from other rows than `parent`. */
+static int tries(const diag__table *t, const diag__hypothesis *h, int restarts, int parent)
+{
+    int n = 0;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        int counts = !restarts || (row->source == 'R' && row->parent != parent);
+        n += counts && !row->superseded && diag__equals(&row->h, h);
+    }
+    return n;
+}
+
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
 {
     const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
-    if (p->source == 'R' && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
+    int again = p->source == 'R';
+    if (again && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
+    }
+    if (again ? tries(t, &p->h, 1, p->parent) > 0 : tries(t, &p->h, 0, -1) >= TRIES) {
+        return 0;
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
