@@ -53,6 +53,7 @@
     X(hypotheses)    \
     X(search)        \
     X(coupling)      \
+    X(posed)         \
     X(show)          \
     X(report)        \
     X(seen)          \

@@ -19,6 +19,9 @@
 
 enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
 
+static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
+static const double no_gain = 0.98; /* ratio of errors on reporting records */
+
 typedef struct diagnosis {
     diag__problem q;
     diag__table t;
@@ -339,10 +342,59 @@ static stein_status report(diagnosis *d, stein_err *err)
     return fit__forgive(status, err);
 }
 
+/* One of several causes that reporting records do not show, and that has a row without it, is none.
+ * @return 1: that row stands for the verdict now */
+static int drop_idle(diagnosis *d)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    for (int i = 0; d->out->ncause > 1 && i < d->out->ncause; i++) {
+        const lab_suspect *s = &d->out->suspect[i];
+        if (!(s->own_ratio >= no_gain && s->own_hi >= 1.0)) {
+            continue;
+        }
+        int k = 0;
+        while (!diag__is_same(&best->cause[k], &s->candidate)) {
+            k++;
+        }
+        const diag__hypothesis less = diag__without(best->h, best->h.cause[k]);
+        const diag__row *row = diag__find(&d->t, &less);
+        if (row != NULL && diag__is_possible(&d->q, row)) {
+            d->j.best = diag__index(&d->t, row);
+            d->j.nrival = 0;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* numbers and predictions of the verdict's row, once more */
+static stein_status shorten(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const diag__row *null = d->t.row[d->j.null], *best = d->t.row[d->j.best];
+    free(o->suspect);
+    free(o->value);
+    o->suspect = NULL;
+    o->value = NULL;
+    o->nsuspect = o->ncause = o->nrival = o->nvalue = 0;
+    diag__reported_free(&d->before);
+    diag__reported_free(&d->after);
+    d->j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
+    d->j.gain = null->objective - best->objective;
+    stein_status status = refine(d, err);
+    status = status == STEIN_OK ? results(d, err) : status;
+    o->remainder = sqrt(o->chi2_dof_after);
+    o->share = d->j.share;
+    return status == STEIN_OK ? report(d, err) : status;
+}
+
+/* After named causes a law has to leave noise (law/). Where they have explained nearly all, and what
+ * is left is still far from noise, the model errs in more than one law. */
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    if (best->chi2_dof <= d->setting.most_noise || diag__is_spent(&d->q)) {
+    int hopeless = d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
+    if (best->chi2_dof <= d->setting.most_noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }
     stein_status status = diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err);
@@ -512,6 +564,9 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     o->share = d->j.share;
     progress(d, 0.85, "strokes that were held out");
     status = report(d, err);
+    for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && drop_idle(d); k++) {
+        status = shorten(d, err);
+    }
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
