@@ -342,14 +342,16 @@ static stein_status report(diagnosis *d, stein_err *err)
     return fit__forgive(status, err);
 }
 
-/* One of several causes that reporting records do not show, and that has a row without it, is none.
+/* One of several causes that reporting records do not show, and that has a row without it, is none:
+ * they are predicted as well without it, or nearly so where more than noise is left.
  * @return 1: that row stands for the verdict now */
 static int drop_idle(diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
+    int more = best->chi2_dof > d->setting.most_noise;
     for (int i = 0; d->out->ncause > 1 && i < d->out->ncause; i++) {
         const lab_suspect *s = &d->out->suspect[i];
-        if (!(s->own_ratio >= no_gain && s->own_hi >= 1.0)) {
+        if (!(s->own_ratio >= no_gain && (more || s->own_hi >= 1.0))) {
             continue;
         }
         int k = 0;
