@@ -280,7 +280,8 @@ static const char thrown[] = "mechanism: thrown\n"
 
 enum { THROWS = 9 };
 
-/* heights in mm that are read 1.8 % too small, with noise of 0.03 mm; the head states another one */
+/* heights in mm that are read 1.8 % too small, with noise of 0.03 mm; the head states another one
+ */
 static lab_diagnosis *diagnose_throws(double stated, fitted *f)
 {
     char path[THROWS][200], model[200];
@@ -293,7 +294,8 @@ static lab_diagnosis *diagnose_throws(double stated, fitted *f)
         snprintf(path[i], sizeof path[i], "%s", in_folder(name));
         FILE *to = fopen(path[i], "w");
         ck_assert_ptr_nonnull(to);
-        fprintf(to, "# noise height: %g mm\n# trigger: synchronised\ntime [s],height [mm]\n", stated);
+        fprintf(to, "# noise height: %g mm\n# trigger: synchronised\ntime [s],height [mm]\n",
+                stated);
         for (int k = 0; k < 16; k++) {
             double t = k / 148.0, v = 0.8 - 0.25 * i,
                    z = 0.982 * (0.3 + v * t - 0.5 * 9.81 * t * t);

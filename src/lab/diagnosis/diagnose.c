@@ -20,7 +20,7 @@
 enum { FEWEST = 2, HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
 
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
-static const double no_gain = 0.98; /* ratio of errors on reporting records */
+static const double no_gain = 0.98;                   /* ratio of errors on reporting records */
 
 typedef struct diagnosis {
     diag__problem q;
@@ -390,12 +390,13 @@ static stein_status shorten(diagnosis *d, stein_err *err)
     return status == STEIN_OK ? report(d, err) : status;
 }
 
-/* After named causes a law has to leave noise (law/). Where they have explained nearly all, and what
- * is left is still far from noise, the model errs in more than one law. */
+/* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
+ * what is left is still far from noise, the model errs in more than one law. */
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    int hopeless = d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
+    int hopeless =
+        d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
     if (best->chi2_dof <= d->setting.most_noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }

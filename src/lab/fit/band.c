@@ -24,9 +24,9 @@
 #include "fitting.h"
 
 enum { BANDS = 20 };
-static const double widest = 0.2;      /* of the rate of the samples */
+static const double widest = 0.2;       /* of the rate of the samples */
 static const double motion_lost = 0.01; /* RMS, in that of the motion */
-static const double as_good = 1.02;    /* ratio of residuals */
+static const double as_good = 1.02;     /* ratio of residuals */
 static const double half_octave = 0.7071067811865476;
 
 /* is there a channel of the force that a prescribed motion needs? */

@@ -285,8 +285,8 @@ stein_status fit__finish(fit__bench *b, stein_status status);
 
 /* ---- band.c ---- */
 
-/** The frequency up to which each measured motion is taken as motion, where the force that it needed
- *  was measured, too. The signals of p become those.
+/** The frequency up to which each measured motion is taken as motion, where the force that it
+ * needed was measured, too. The signals of p become those.
  *  @param hz  [ninput] out; NAN: as the noise of the motion allows
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);

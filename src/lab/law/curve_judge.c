@@ -203,8 +203,8 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
            SHAPE * stein__log_of(fmax(1.0, dof));
 }
 
-/* Are the causes friction of the joint over whose speed the law is, and explain nearly all? Then the
- * law is their shape, and the shape of a friction is never exactly that of the table. */
+/* Are the causes friction of the joint over whose speed the law is, and explain nearly all? Then
+ * the law is their shape, and the shape of a friction is never exactly that of the table. */
 static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
 {
     int yes = strcmp(law->of, "speed") == 0 && j->share > nearly_all;

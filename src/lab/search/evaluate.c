@@ -10,8 +10,8 @@
  *      evidence  -2 ln p(records | hypothesis) by Laplace, scatter estimated (likelihood.c)
  *
  * Noise. Where nobody stated it, or the best hypothesis leaves more or less than was stated, it is
- * an unknown of every fit: with v = chi2/dof in the noise of file or audit and residuals that are alike over m
- * samples
+ * an unknown of every fit: with v = chi2/dof in the noise of file or audit and residuals that are
+ * alike over m samples
  *
  *      L = ((N - k)/m + k) ln v + rest,     data weigh 1/(v m) of what they did, priors what they
  * always do

@@ -56,7 +56,7 @@ typedef struct diag__problem {
     lab_fit_def fit_def;
     double *smooth;    /* [inputs] bands of measured motions [Hz], NAN: as their noise allows */
     const char **name; /* [nname] free parameters */
-    int nname, nbody; /* the last nbody of them are numbers of bodies (bodies.c) */
+    int nname, nbody;  /* the last nbody of them are numbers of bodies (bodies.c) */
     const lab_dataset *fitted;
     fit__problem null; /* of the file's own mechanism without a cause */
     lab_candidate *candidate;
@@ -66,11 +66,12 @@ typedef struct diag__problem {
     int nmechanism;
     int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
                      * leaves more or less than was stated */
-    double least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
-    double memory;  /* of the row that leaves least: samples that count as one, scale_free */
-    double *step;   /* [n] amounts that columns were made with last [limits]; 0: none yet */
-    long strokes;   /* simulated so far */
-    long most_strokes;   /* the budget, 0: none */
+    double
+        least_noise;   /* variance, in that of file or audit: an audit sees what a fit takes away */
+    double memory;     /* of the row that leaves least: samples that count as one, scale_free */
+    double *step;      /* [n] amounts that columns were made with last [limits]; 0: none yet */
+    long strokes;      /* simulated so far */
+    long most_strokes; /* the budget, 0: none */
     double most_seconds; /* 0: none */
     double begin;        /* of the clock [s] */
     FILE *trace;         /* of rows, NULL: none */

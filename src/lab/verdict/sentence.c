@@ -70,7 +70,8 @@ static void say_bodies(lab_diagnosis *o, const diag__setting *s)
     if (s->bodies == 0 || s->bodies > BODIES) {
         return;
     }
-    append(o, " The file states no tolerance of its bodies, and as they are nothing fits. Refitted:");
+    append(o,
+           " The file states no tolerance of its bodies, and as they are nothing fits. Refitted:");
     for (int k = 0; k < TOLD && k < s->bodies; k++) {
         int most = -1;
         double moved = 0.0;
