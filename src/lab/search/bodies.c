@@ -141,21 +141,16 @@ static stein_status fit_again(diag__problem *q, diag__table *t, stein_err *err)
 stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t);
-    *b = (diag__bodies){.rows = t->n, .superseded = malloc((size_t)t->n + 1)};
-    if (b->superseded == NULL) {
-        return lab__no_memory(err);
+    *b = (diag__bodies){.free = 0};
+    stein_status status = diag__keep(t, &b->kept, err);
+    if (status != STEIN_OK || count(q) == 0) {
+        return status;
     }
-    for (int i = 0; i < t->n; i++) {
-        b->superseded[i] = (unsigned char)t->row[i]->superseded;
-    }
-    if (count(q) == 0) {
-        return STEIN_OK;
-    }
-    stein_status status = release(q, err);
+    status = release(q, err);
     status = status == STEIN_OK ? fit_again(q, t, err) : status;
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
-        double gain = best->objective - now->objective;
+        double gain = diag__weighed(q, best) - now->objective;
         int less = now->h.n > 0 && now->h.n < best->h.n ? best->h.n - now->h.n : -1;
         b->free = gain > -diag__least_gain * less;
     }
@@ -167,14 +162,11 @@ stein_status diag__bodies_end(diag__problem *q, diag__table *t, diag__bodies *b,
 {
     stein_status status = STEIN_OK;
     if (back && q->nbody > 0) {
-        for (int i = 0; i < t->n; i++) {
-            t->row[i]->superseded = i >= b->rows || b->superseded[i];
-        }
         b->free = 0;
         status = restore(q, err);
-        diag__weigh(q, t);
+        diag__take_back(q, t, &b->kept);
     }
-    free(b->superseded);
-    b->superseded = NULL;
+    free(b->kept.superseded);
+    b->kept.superseded = NULL;
     return status;
 }

@@ -261,14 +261,32 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
     return status;
 }
 
-/* Is what the best hypothesis leaves more than the noise that was stated, or less? */
-static int contradicts_noise(diag__problem *q, const diag__table *t)
+/* What the best hypothesis leaves is more than the noise that was stated, or less: the search goes
+ * on with noise that is estimated. What had to be named with more noise than there is has to be
+ * named: then the table stays as it was. */
+static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t);
     double most = diag__most_noise(&q->null);
     int less = best->chi2_dof < 2.0 - most;
+    diag__kept kept = {.rows = 0};
+    if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
+        return STEIN_OK;
+    }
     q->least_noise = less ? tiny : 1.0;
-    return less || best->chi2_dof > most;
+    stein_status status = diag__keep(t, &kept, err);
+    status = status == STEIN_OK ? begin_scale_free(q, t, err) : status;
+    status = status == STEIN_OK ? expand_all(q, t, err) : status;
+    if (status == STEIN_OK && less && best->h.n > 0) {
+        const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+        double gain = null != NULL ? null->objective - now->objective : (double)INFINITY;
+        if (now->h.n < best->h.n || gain < diag__least_gain * now->h.n) {
+            q->scale_free = 0;
+            diag__take_back(q, t, &kept);
+        }
+    }
+    free(kept.superseded);
+    return status;
 }
 
 /* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
@@ -286,7 +304,7 @@ static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err
         stein_status end = diag__bodies_end(q, t, &b, none, err);
         return status == STEIN_OK ? end : status;
     }
-    free(b.superseded);
+    free(b.kept.superseded);
     return status;
 }
 
@@ -304,9 +322,6 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    if (status == STEIN_OK && !q->scale_free && !diag__is_spent(q) && contradicts_noise(q, t)) {
-        status = begin_scale_free(q, t, err);
-        status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    }
+    status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
     return status == STEIN_OK ? with_bodies(q, t, err) : status;
 }

@@ -205,7 +205,9 @@ stein_status diag__table_add(diag__table *t, diag__row *row, stein_err *err);
 void diag__table_free(diag__table *t);
 /** The best row of a hypothesis; NULL: it has none. */
 diag__row *diag__find(const diag__table *t, const diag__hypothesis *h);
-/** Objectives of all rows, with the memory of the one that leaves least. */
+/** Objective of a row with the memory of the table. */
+double diag__weighed(const diag__problem *q, const diag__row *row);
+/** Objectives of the rows that count, with the memory of the one that leaves least. */
 void diag__weigh(diag__problem *q, diag__table *t);
 /** Number of a row, -1: none. */
 int diag__index(const diag__table *t, const diag__row *row);
@@ -265,13 +267,22 @@ int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const fit__problem *p);
 
+/** The rows of a table that count, before others take their place. */
+typedef struct diag__kept {
+    int rows;
+    unsigned char *superseded;
+} diag__kept;
+/** @return OK, ENOMEM; free kept->superseded in any case */
+stein_status diag__keep(const diag__table *t, diag__kept *kept, stein_err *err);
+/** They count again, and those since do not. */
+void diag__take_back(diag__problem *q, diag__table *t, const diag__kept *kept);
+
 /* ---- bodies.c ---- */
 
 /** The search with the numbers of the bodies free, and the way back. */
 typedef struct diag__bodies {
     int free; /* 1: it goes on with them */
-    int rows; /* of the table before */
-    unsigned char *superseded;
+    diag__kept kept;
 } diag__bodies;
 /** Where the file states no tolerance of its bodies, the best hypotheses with these numbers free.
  *  diag__bodies_end in any case.  @return OK, ENOMEM, a failure of the null hypothesis */
