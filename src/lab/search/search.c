@@ -217,7 +217,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
 static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    diag__hypothesis best = diag__incumbent(q, t)->h;
+    diag__hypothesis best = diag__best(q, t, -1)->h;
     int idle = 0;
     for (int k = 0; k < EXPANSIONS && idle < PATIENCE && !diag__is_spent(q); k++) {
         int look = 0;
@@ -226,7 +226,7 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
             break;
         }
         status = expand(q, t, row, look, err);
-        const diag__hypothesis now = diag__incumbent(q, t)->h;
+        const diag__hypothesis now = diag__best(q, t, -1)->h;
         idle = diag__equals(&now, &best) ? idle + 1 : 0;
         best = now;
     }
