@@ -11,7 +11,7 @@
 #include "verdict.h"
 
 enum { A = 3, B = 7, C = 11, D = 12 }; /* candidates */
-static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .records = 9, .tolerances = 4};
+static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .freedom = 8.0, .tolerances = 4};
 static const double far_left = 3.0, noise_left = 1.02; /* chi2/dof */
 
 static diag__evidence none(double objective, double chi2_dof)
@@ -100,7 +100,7 @@ END_TEST
 
 START_TEST(of_more_numbers_one_may_be_further_off_by_chance)
 {
-    const diag__setting many = {.most_noise = 1.13, .records = 9, .tolerances = 40};
+    const diag__setting many = {.most_noise = 1.13, .freedom = 8.0, .tolerances = 40};
     diag__evidence e[] = {none(1000.0, noise_left), one(A, 995.0, noise_left)};
     e[1].tolerated[0] = 1;
     e[1].amount[0] = 0.32;
@@ -140,7 +140,7 @@ START_TEST(the_mean_of_what_scatters_is_judged_by_the_number_of_records)
     e[1].sd[0] = 0.1;
     const int records[] = {1, 4, 9}; // t of 1e-3: of 3 degrees 12.9, of 8 5.04
     for (int i = 0; i < 3; i++) {
-        const diag__setting s = {.most_noise = 1.13, .records = records[i], .tolerances = 4};
+        const diag__setting s = {.most_noise = 1.13, .freedom = records[i] - 1.0, .tolerances = 4};
         ck_assert_int_eq(diag__judge(e, 2, &s).finding, i == 2 ? DIAG_NAMED : DIAG_EXPLAINED);
     }
     e[1].amount[0] = 0.49;

@@ -110,6 +110,9 @@ stein_status lab_candidates(lab_candidate **list, int *n, const lab_model *model
  *  that means: as lab_candidate_open made it. A compliance towards 0, a force or stiffness of 0 is
  *  the mechanism without it. */
 void lab_candidate_apply(const lab_candidate *candidate, double amount, double *p);
+/** May its amount be negative? What scales a number of the file may make it smaller; where that
+ *  number is 0, it can but be added. */
+int lab_candidate_is_signed(const lab_candidate *candidate);
 
 /** The mechanism in which an effect with `needs` can be simulated: the file's, with the part in
  *  it, generated, compiled and cached as any other. Every number, input, output, contact of the

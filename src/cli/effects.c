@@ -122,7 +122,7 @@ static void print_candidate(const stein_model *m, const lab_candidate *c, const 
     const char *name = c->nparam > 0 ? m->params[c->param[0]].name : "(a part more)";
     printf("%-20s %-18s %-28s up to %s%s",
            strcmp(kind, c->effect->kind) == 0 ? "" : c->effect->kind, c->place, name,
-           c->effect->both_signs ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
+           lab_candidate_is_signed(c) ? "+-" : "", cli_quantity(limit, c->limit, c->unit));
     for (int k = 0; k < LAB_SIDES && c->side[k].name != NULL; k++) {
         print_range(&c->side[k]);
     }

@@ -234,13 +234,15 @@ static stein_status judge(diagnosis *d, stein_err *err)
     for (int i = 0; i < d->t.n; i++) {
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
-    d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q.null),
+    d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
                                  .stated = fit__noise_given(&d->q.null),
-                                 .records = d->fitted.n,
-                                 .bodies = d->q.nbody};
+                                 .assumed = d->q.assumed,
+                                 .freedom = d->fitted.n - 1 + diag__scatter_worth(d->fitted.n),
+                                 .names = d->q.nname,
+                                 .body = d->q.nbody > 0 ? d->q.body_sd : NULL};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
-        d->setting.tolerances += i >= 0 && m->params[i].tolerance > 0.0;
+        d->setting.tolerances += i >= 0 && diag__has_tolerance(&d->q, i);
     }
     d->j = diag__judge(e, d->t.n, &d->setting);
     free(e);
@@ -254,7 +256,7 @@ static stein_status refine(diagnosis *d, stein_err *err)
     for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
         status = diag__refine_row(d->t.row[d->j.rival[i]], err);
     }
-    diag__weigh(&d->q, &d->t);
+    diag__weigh(&d->q, &d->t); // noise that is estimated is weighed anew
     return status;
 }
 
@@ -422,7 +424,7 @@ static void predict(const fit__problem *p, int s, const double *r, double *y)
     const fit__stroke *t = &p->stroke[s];
     r += fit__offset(p, s);
     for (int i = 0; i < t->nch * t->n; i++) {
-        y[i] = t->y[i] - r[i] * t->noise[i / t->n];
+        y[i] = t->y[i] - fit__off(t, r, i);
     }
 }
 

@@ -157,6 +157,12 @@ int lab_effect_is(const lab_effect *effect, const char *word)
            strcmp(word, effect->cls) == 0 || strcmp(word, lab_site_text(effect->site)) == 0;
 }
 
+int lab_candidate_is_signed(const lab_candidate *c)
+{
+    int scales = strcmp(c->effect->size, "log_scale") == 0;
+    return c->effect->both_signs && !(scales && c->move == LAB_MOVE_ADD);
+}
+
 const char *lab_effect_share(const lab_effect *effect)
 {
     static const char *const share[][2] = {{"stiction_peak", "friction.A"},

@@ -120,7 +120,7 @@ static stein_status judge(const choice *c, double *left, stein_err *err)
             const double *r = c->r + fit__offset(p, s);
             for (int k = 0; k < t->nch * t->n; k++) {
                 int of = k / t->n, is = t->channel[of] == channel && isfinite(t->y[k]);
-                double e = is ? r[k] * t->noise[of] : 0.0;
+                double e = is ? fit__off(t, r, k) : 0.0;
                 square += e * e;
                 n += is;
             }

@@ -142,7 +142,7 @@ static double rms_change(const fit__problem *p, fit__bench *b, int stroke, doubl
     x[k] = 0.0;
     double sum = 0.0;
     for (int i = 0; i < s->nch * s->n && status == STEIN_OK; i++) {
-        double d = isfinite(s->y[i]) ? (there[i] - here[i]) / s->noise[i / s->n] : 0.0;
+        double d = fit__weight(s, i) * (there[i] - here[i]) / s->noise[i / s->n];
         sum += d * d;
     }
     return status == STEIN_OK ? sqrt(sum / fmax(1.0, s->samples)) : (double)INFINITY;

@@ -105,7 +105,7 @@ static void describe_residual(const fit__problem *p, lab_fit *fit, int s, int c,
             continue;
         }
         double w = t->weight != NULL ? t->weight[i] : 1.0;
-        double plain = w > 0.0 ? r[i] / w : 0.0; // what had no weight at all is not counted
+        double plain = w > 0.0 ? r[i] / fit__weight(t, i) : 0.0; // without weight it is not counted
         to->downweighted += w * w < 0.5;
         to->samples += w > 0.0;
         sum += plain * plain;

@@ -124,7 +124,9 @@ typedef struct fit__stroke {
     int *delay;       /* [nch] parameter of the instrument's delay, -1: none */
     double *y;        /* [nch*n], NAN: missing */
     double *weight;   /* [nch*n] square roots of robust weights; NULL: all 1 */
-    int samples;
+    double *share;    /* [nch*n] square root of what a sample counts as: 1, less where an encoder
+                         repeats its reading; 0: missing */
+    int samples;      /* as many as they count as */
     double origin;       /* time of the data at which the simulation starts, before tau [s] */
     int waits;           /* 1: it rests in its initial state until t = 0 */
     double window;       /* length of the start window that its initial state comes from [s] */
@@ -134,6 +136,19 @@ typedef struct fit__stroke {
     int first, own; /* its unknowns */
     int tau;        /* unknown of its trigger, -1: none */
 } fit__stroke;
+
+/** Square root of the weight of a sample. */
+static inline double fit__weight(const fit__stroke *s, int i)
+{
+    return s->weight != NULL ? s->weight[i] * s->share[i] : s->share[i];
+}
+
+/** What a measurement is more than its prediction [unit], 0 where it is missing. @param r  of fit__weigh */
+static inline double fit__off(const fit__stroke *s, const double *r, int i)
+{
+    double w = fit__weight(s, i);
+    return w > 0.0 ? r[i] * s->noise[i / s->n] / w : 0.0;
+}
 
 enum { FIT__ACCEPTED = 3 };
 

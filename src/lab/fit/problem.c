@@ -27,6 +27,8 @@
 enum { FEW = 4 }; /* strokes; fewer cannot show that they scatter */
 static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
+static const double locked = 0.4; /* noise in steps: step / sqrt(12) and as much of other noise */
+static const double per_second = 1.0; /* bias of a rate sensor: a marker's offset in a second */
 static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
 
 double fit__value(const fit__unknown *u, double x)
@@ -62,12 +64,14 @@ static int is_positive(const stein_param *q)
     return q->value > 0.0 && !ends_with(q->name, "preload");
 }
 
-static fit__unknown free_parameter(const fit__problem *p, int index)
+static fit__unknown free_parameter(const fit__problem *p, int index, double tolerance)
 {
     const stein_param *q = &lab_equations(p->model)->params[index];
     fit__unknown u = {
         .kind = FIT__PARAM, .stroke = -1, .index = index, .log = is_positive(q), .prior = 1};
-    double sd = q->tolerance > 0.0 ? q->tolerance : p->def->prior * fabs(q->value);
+    double sd = q->tolerance > 0.0 ? q->tolerance
+                : tolerance > 0.0  ? tolerance
+                                   : p->def->prior * fabs(q->value);
     if (!(sd > 0.0)) {
         sd = strcmp(q->unit, "m") == 0 ? weak_length : weak_angle;
         u.prior = strcmp(q->unit, "m") == 0 || strcmp(q->unit, "rad") == 0;
@@ -134,7 +138,8 @@ static stein_status take_free(fit__problem *p, stein_err *err)
                              "\"%s\" cannot be fitted: every stroke sets it (# set %s)",
                              p->def->free[i], p->def->free[i]);
         }
-        p->unknown[p->np++] = free_parameter(p, index);
+        p->unknown[p->np++] =
+            free_parameter(p, index, p->def->tolerance != NULL ? p->def->tolerance[i] : 0.0);
     }
     return STEIN_OK;
 }
@@ -286,6 +291,15 @@ static int is_named(const char *name, const char *owner, const char *rest)
     return strncmp(name, owner, n) == 0 && strcmp(name + n, rest) == 0;
 }
 
+/* the number of a contact that scatters: its friction; of one without, its damping */
+static const char *dissipation_of(const stein_model *m, int contact)
+{
+    char name[MECH_PATH];
+    snprintf(name, sizeof name, "%s.friction.A", m->contacts[contact].name);
+    int i = stein_find_param(m, name);
+    return i >= 0 && m->params[i].value != 0.0 ? ".friction.A" : ".normal.D";
+}
+
 /* What scatters together: frictions of joints, frictions of contacts, load and inputs. With
  * `by_place` the friction of every place is a group of its own, of the same class. */
 static int group_of(const stein_model *m, const char *name, int by_place)
@@ -293,13 +307,14 @@ static int group_of(const stein_model *m, const char *name, int by_place)
     int group = FIT__CALM, place = 0, at = 0;
     for (int i = 0; i < m->nq; i++, at++) {
         if (is_named(name, m->bodies[i].name, ".friction.A") ||
-            is_named(name, m->bodies[i].name, ".coulomb.T")) {
+            is_named(name, m->bodies[i].name, ".coulomb.T") ||
+            is_named(name, m->bodies[i].name, ".damping")) {
             group = FIT__JOINTS;
             place = at;
         }
     }
     for (int i = 0; i < m->ncontact; i++, at++) {
-        if (is_named(name, m->contacts[i].name, ".friction.A")) {
+        if (is_named(name, m->contacts[i].name, dissipation_of(m, i))) {
             group = FIT__CONTACTS;
             place = at;
         }
@@ -380,10 +395,12 @@ static void own_unknowns(fit__problem *p, int stroke)
                 (s->origin != 0.0 || s->data->trigger == LAB_TRIGGER_UNSYNCHRONISED);
     for (int c = 0; c < s->nch; c++) {
         const stein_channel *channel = &m->channels[s->channel[c]];
-        double sd = p->def->offset / (strcmp(channel->unit, "rad") == 0 ? marker_arm : 1.0);
+        int turns = strncmp(channel->unit, "rad", 3) == 0, rate = channel->read == STEIN_READ_SPEED;
+        double sd = rate ? p->def->offset * per_second : p->def->offset;
+        sd /= turns ? marker_arm : 1.0;
         if (moves && channel->from_rest) {
             own(p, s, stroke, FIT__OFFSET, c, s->noise[c], 0);
-        } else if (shows_place(channel) && sd > 0.01 * s->noise[c]) {
+        } else if ((rate || shows_place(channel)) && sd > 0.01 * s->noise[c]) {
             own(p, s, stroke, FIT__OFFSET, c, sd, 1);
         }
     }
@@ -408,6 +425,29 @@ static double noise_of(const lab_channel_audit *a)
     double range = a->high - a->low;
     double least = 1e-9 * fmax(fabs(a->high), fabs(a->low)) + 1e-7 * range;
     return isfinite(a->noise) && a->noise > least ? a->noise : fmax(least, 1e-30);
+}
+
+/* quantisation step of an encoder whose noise does not reach across it, 0: none */
+static double locked_step(const lab_channel_audit *a)
+{
+    return a->noise < locked * a->step ? a->step : 0.0;
+}
+
+/* A reading that an encoder repeats n times says one thing, that the value was within its step: each
+ * counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all of
+ * them, would be taken for an effect. @return sum of what they count as */
+static double share_out(const double *y, int n, double step, double *share)
+{
+    double all = 0.0;
+    for (int i = 0, end; i < n; i = end) {
+        for (end = i + 1; end < n && fabs(y[end] - y[i]) < 0.5 * step; end++) {
+        }
+        for (int k = i; k < end; k++) {
+            share[k] = isfinite(y[k]) ? 1.0 / sqrt(end - i) : 0.0;
+            all += share[k] * share[k];
+        }
+    }
+    return all;
 }
 
 static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit *audit, int column,
@@ -437,8 +477,10 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     }
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
-        s->samples += c->present[i] != 0;
     }
+    s->samples +=
+        (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
+                              s->share + k * s->n));
     const stein_channel *channel = &m->channels[c->index];
     if (channel->read == STEIN_READ_POSITION && m->bodies[channel->index].type == 'R') {
         fit__unwrap(s->y + k * s->n, s->n);
@@ -457,7 +499,8 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     s->noise = calloc(3 * nc + 3, sizeof *s->noise);
     s->audited = s->noise + (s->noise != NULL ? nc + 1 : 0);
     s->residual = s->audited + (s->noise != NULL ? nc + 1 : 0);
-    s->y = calloc(nc * n + 1, sizeof *s->y);
+    s->y = calloc(2 * nc * n + 1, sizeof *s->y);
+    s->share = s->y + (s->y != NULL ? nc * n : 0);
     s->signal = calloc(nc + 1, sizeof *s->signal);
     if (!s->channel || !s->given || !s->delay || !s->noise || !s->y || !s->signal) {
         return lab__no_memory(err);

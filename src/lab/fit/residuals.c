@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * residuals.c - weighted residuals of all strokes.
  *
- *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 the robust weight, 1 by default
+ *      r = w (y - h) / noise,    chi2 = sum r^2,    w^2 share of the sample, times the robust weight
  *
  * Robust weights are Tukey's bisquare of the residuals over their robust scale (Huber 1981)
  *
@@ -35,8 +35,7 @@ size_t fit__offset(const fit__problem *p, int stroke)
 void fit__weigh(const fit__stroke *s, double *y)
 {
     for (int i = 0; i < s->nch * s->n; i++) {
-        double w = s->weight != NULL ? s->weight[i] : 1.0;
-        y[i] = isfinite(s->y[i]) ? w * (s->y[i] - y[i]) / s->noise[i / s->n] : 0.0;
+        y[i] = isfinite(s->y[i]) ? fit__weight(s, i) * (s->y[i] - y[i]) / s->noise[i / s->n] : 0.0;
     }
 }
 
@@ -129,7 +128,7 @@ static void pooled(const fit__problem *p, int channel, const double *r, double *
             int c = i / t->n;
             if (t->channel[c] == channel && !t->given[c] && isfinite(t->y[i])) {
                 *squares += rs[i] * rs[i] * t->noise[c] * t->noise[c];
-                *n += 1.0;
+                *n += t->share[i] * t->share[i];
             }
         }
     }
@@ -148,13 +147,16 @@ void fit__estimate_noise(fit__problem *p, int stroke, const double *r)
     }
 }
 
-/* 1 + 2 sum of the correlations of a channel's residual */
+/* 1 + 2 sum of the correlations of a channel's residual, in samples as they count */
 static double inflation_of(const fit__stroke *s, const double *r, int c)
 {
-    double f = 1.0, none = 0.0;
+    const double *share = s->share + (size_t)c * (size_t)s->n;
+    double f = 1.0, none = 0.0, counts = 0.0, present = 0.0;
     r += c * s->n;
     for (int i = 0; i < s->n; i++) {
         none += r[i] * r[i];
+        counts += share[i] * share[i];
+        present += share[i] > 0.0;
     }
     for (int lag = 1; lag < s->n / 4; lag++) {
         double sum = 0.0;
@@ -166,7 +168,7 @@ static double inflation_of(const fit__stroke *s, const double *r, int c)
         }
         f += 2.0 * sum / none;
     }
-    return f;
+    return fmax(1.0, f * counts / fmax(1.0, present));
 }
 
 /* mean over channels, those whose noise the data state counting 1 or not */

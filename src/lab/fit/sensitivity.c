@@ -134,9 +134,8 @@ static void known_column(const fit__problem *p, int stroke, int k, const double 
         return;
     }
     for (int i = 0; i < s->nch * s->n; i++) {
-        double w = s->weight != NULL ? s->weight[i] : 1.0;
         int on = i / s->n == u->index && r[i] != 0.0;
-        column[i] = on ? -w * u->sd / s->noise[u->index] : 0.0;
+        column[i] = on ? -fit__weight(s, i) * u->sd / s->noise[u->index] : 0.0;
     }
 }
 

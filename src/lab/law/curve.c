@@ -56,11 +56,13 @@ static stein_status make_names(const diag__problem *q, diag__tables *t, stein_er
     int n = 0;
     t->name = malloc(sizeof *t->name * (most + 1));
     t->names = malloc(NAME * (most + 1));
-    if (t->name == NULL || t->names == NULL) {
+    t->name_sd = calloc(most + 1, sizeof *t->name_sd);
+    if (t->name == NULL || t->names == NULL || t->name_sd == NULL) {
         return lab__no_memory(err);
     }
     for (; n < q->nname; n++) {
         t->name[n] = q->name[n];
+        t->name_sd[n] = q->name_sd[n];
     }
     for (int i = 0; i < t->nsite; i++) {
         diag__site *s = &t->site[i];
@@ -74,6 +76,7 @@ static stein_status make_names(const diag__problem *q, diag__tables *t, stein_er
     t->def = q->fit_def;
     t->def.free = t->name;
     t->def.nfree = n;
+    t->def.tolerance = t->name_sd;
     return STEIN_OK;
 }
 
@@ -199,4 +202,5 @@ void diag__laws_free(diag__laws *l)
     free(l->in.site);
     free(l->in.name);
     free(l->in.names);
+    free(l->in.name_sd);
 }

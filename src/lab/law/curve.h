@@ -54,6 +54,7 @@ typedef struct diag__tables {
     lab_fit_def def;
     const char **name; /* free: those of the null hypothesis, then all values */
     char *names;
+    double *name_sd; /* assumed tolerances, 0: none */
 } diag__tables;
 
 /** Records in it, and the fit without a law: where curves begin. */

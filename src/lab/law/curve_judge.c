@@ -43,7 +43,7 @@ static double beyond_noise(const diag__curves *w, const diag__curve *c)
 {
     double v = diag__curve_chi2_dof(w, c);
     int in_excess = !fit__noise_given(&w->p); // of noise that nobody stated it is in the fit
-    return !in_excess && v > diag__most_noise(&w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
+    return !in_excess && v > diag__most_noise(w->q, &w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
                                                      : 1.0;
 }
 
@@ -219,7 +219,7 @@ static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag_
 static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
                        const diag__row *best)
 {
-    double most = diag__most_noise(&l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
+    double most = diag__most_noise(l->all.q, &l->all.p), wide = beyond_noise(&l->all, &l->curve[0]);
     int stated = fit__noise_given(&l->all.p);
     double gain = stated ? law->gain / (wide * wide) : scale_free_gain(l, law);
     if (!(gain > diag__least_gain) || law->chi2_dof > unusable) {
@@ -268,7 +268,7 @@ static int explains_all(const diag__laws *l, const lab_law *law, const diag__rep
     double sd = sqrt(2.0 / fmax(1.0, after->p.samples));
     int reported = !isfinite(after->rmse) || !fit__noise_given(&l->all.p) ||
                    after->rmse * after->rmse < 1.0 + certain * sd;
-    int noise = !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(&l->all.p);
+    int noise = !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(l->all.q, &l->all.p);
     return law->share >= must_explain && noise && reported;
 }
 

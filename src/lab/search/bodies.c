@@ -36,14 +36,24 @@ static int is_of_body(const stein_model *m, const char *name)
     return 0;
 }
 
-static int is_named(const diag__problem *q, const char *name)
+/* which of the names it is; -1: none */
+static int find_name(const diag__problem *q, const char *name)
 {
     for (int k = 0; k < q->nname; k++) {
         if (strcmp(q->name[k], name) == 0) {
-            return 1;
+            return k;
         }
     }
-    return 0;
+    return -1;
+}
+
+/* Is parameter i a number of a body that can be set free? A tolerance that was assumed is none. */
+static int is_rough(const diag__problem *q, int i)
+{
+    const stein_model *m = lab_equations(q->model);
+    int k = find_name(q, m->params[i].name);
+    return is_of_body(m, m->params[i].name) && !fit__always_set(q->fitted, i) &&
+           (k < 0 || q->name_sd[k] > 0.0);
 }
 
 /* numbers of bodies to be set free. @return 0 where the file states how well any is known */
@@ -52,11 +62,10 @@ static int count(const diag__problem *q)
     const stein_model *m = lab_equations(q->model);
     int n = 0;
     for (int i = 0; i < m->np; i++) {
-        int body = is_of_body(m, m->params[i].name) && !fit__always_set(q->fitted, i);
-        if (body && m->params[i].tolerance > 0.0) {
+        if (is_of_body(m, m->params[i].name) && m->params[i].tolerance > 0.0) {
             return 0;
         }
-        n += body && !is_named(q, m->params[i].name);
+        n += is_rough(q, i);
     }
     return n;
 }
@@ -68,10 +77,9 @@ static void mark(diag__problem *q, const char *from, const char *to)
     for (int k = 0; k < q->n; k++) {
         const lab_candidate *c = &q->candidate[k];
         int one = c->effect->needs == NULL && c->nparam == 1 && q->untestable[k] == from;
-        for (int i = q->nname - q->nbody; one && i < q->nname; i++) {
-            if (strcmp(m->params[c->param[0]].name, q->name[i]) == 0) {
-                q->untestable[k] = to;
-            }
+        int at = one ? find_name(q, m->params[c->param[0]].name) : -1;
+        if (at >= 0 && !isnan(q->body_sd[at])) {
+            q->untestable[k] = to;
         }
     }
 }
@@ -79,10 +87,20 @@ static void mark(diag__problem *q, const char *from, const char *to)
 static stein_status release(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
+    int before = q->nname;
+    for (int k = 0; k < before; k++) {
+        q->body_sd[k] = NAN;
+    }
     for (int i = 0; i < m->np; i++) {
-        const char *name = m->params[i].name;
-        if (is_of_body(m, name) && !fit__always_set(q->fitted, i) && !is_named(q, name)) {
-            q->name[q->nname++] = name;
+        if (is_rough(q, i)) {
+            int k = find_name(q, m->params[i].name);
+            if (k < 0) {
+                k = q->nname++;
+                q->name[k] = m->params[i].name;
+                q->name_sd[k] = 0.0;
+            }
+            q->body_sd[k] = q->name_sd[k];
+            q->name_sd[k] = 0.0;
             q->nbody++;
         }
     }
@@ -92,8 +110,14 @@ static stein_status release(diag__problem *q, stein_err *err)
 
 static stein_status restore(diag__problem *q, stein_err *err)
 {
+    int kept = 0;
     mark(q, refitted, NULL);
-    q->nname -= q->nbody;
+    for (int k = 0; k < q->nname; k++) { // those that were added are the last ones
+        int added = !isnan(q->body_sd[k]) && !(q->body_sd[k] > 0.0);
+        q->name_sd[k] = isnan(q->body_sd[k]) ? q->name_sd[k] : q->body_sd[k];
+        kept += !added;
+    }
+    q->nname = kept;
     q->nbody = 0;
     return diag__problem_null(q, err);
 }

@@ -14,7 +14,6 @@
 #include "search.h"
 #include "structure.h"
 
-enum { SCATTER_FROM = 4 };
 static const double offset_prior = 1e-3; /* [m] a marker is glued on by hand */
 static const double nothing = 1e-300;    /* of a friction */
 static const double held = 0.1;          /* gain of the observer that shows how far records go */
@@ -61,23 +60,101 @@ int diag__related(const lab_candidate *a, const lab_candidate *b)
 
 /* ---- numbers that are fitted anyhow ---- */
 
-/* every number whose tolerance the file states and that not every record sets, and what the caller
- * wants free; fit__problem_make names one that is unknown */
+static int is_of(const char *name, const char *owner)
+{
+    size_t n = strlen(owner);
+    return strncmp(name, owner, n) == 0 && name[n] == '.';
+}
+
+/* Is it of a contact, a notch or a law of friction, whose numbers are estimates? */
+static int is_law(const stein_model *m, const stein_param *q)
+{
+    int of = strstr(q->name, ".damping") != NULL || strstr(q->name, ".coulomb.") != NULL ||
+             strstr(q->name, ".friction.") != NULL;
+    for (int i = 0; i < m->ncontact; i++) {
+        of |= is_of(q->name, m->contacts[i].name);
+    }
+    for (int i = 0; i < m->nnotch; i++) {
+        of |= is_of(q->name, m->notches[i].name);
+    }
+    return of && strcmp(q->unit, "m") != 0;
+}
+
+/* Standard deviation of a number that was measured with a ruler or on a kitchen scale, computed
+ * from both, or estimated, as those of laws are. @return 0: it is of another kind */
+static double by_ruler(const stein_model *m, const stein_param *q)
+{
+    static const struct {
+        const char *unit;
+        double share, least;
+    } by[] = {{"m", 0.003, 2e-4},
+              {"kg", 0.005, 0.0},
+              {"kg m^2", 0.02, 0.0},
+              {"N/m", 0.02, 0.0},
+              {"N m/rad", 0.02, 0.0}};
+    static const char *const other[] = {".initial.", ".sensor.",   "load.",      "gravity.",
+                                        "clock.",    ".vt",        ".coulomb.w", ".facing",
+                                        ".extent",   ".direction."};
+    int is = q->stated && q->value != 0.0 && !lab__is_in_table(m, q->name);
+    for (size_t k = 0; k < sizeof other / sizeof *other; k++) {
+        is = is && strstr(q->name, other[k]) == NULL;
+    }
+    if (is && is_law(m, q)) {
+        return 0.05 * fabs(q->value);
+    }
+    for (size_t k = 0; is && k < sizeof by / sizeof *by; k++) {
+        if (strcmp(q->unit, by[k].unit) == 0) {
+            return hypot(by[k].share * q->value, by[k].least);
+        }
+    }
+    return 0.0;
+}
+
+static int states_any(const stein_model *m)
+{
+    int any = 0;
+    for (int i = 0; i < m->np; i++) {
+        any |= m->params[i].tolerance > 0.0 && by_ruler(m, &m->params[i]) > 0.0;
+    }
+    return any;
+}
+
+int diag__has_tolerance(const diag__problem *q, int param)
+{
+    const stein_param *of = &lab_equations(q->model)->params[param];
+    int assumed = 0;
+    for (int k = 0; k < q->nname; k++) {
+        assumed |= q->name_sd[k] > 0.0 && strcmp(q->name[k], of->name) == 0;
+    }
+    return assumed || of->tolerance > 0.0;
+}
+
+/* Every number with a tolerance that not every record sets, and what the caller wants free;
+ * fit__problem_make names one that is unknown. A file that states no tolerance at all is not exact
+ * to the last digit: what is measured with a ruler or a scale gets that tolerance. */
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
-    q->name = malloc(sizeof *q->name * (size_t)(2 * m->np + q->def->nfree + 1));
-    if (q->name == NULL) {
+    size_t most = (size_t)(2 * m->np + q->def->nfree + 1);
+    int rough = !states_any(m);
+    q->name = malloc(sizeof *q->name * most);
+    q->name_sd = calloc(most, sizeof *q->name_sd);
+    q->body_sd = malloc(sizeof *q->body_sd * most);
+    if (q->name == NULL || q->name_sd == NULL || q->body_sd == NULL) {
         return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
-        if (m->params[i].tolerance > 0.0 && !fit__always_set(q->fitted, i)) {
+        double sd = rough ? by_ruler(m, &m->params[i]) : 0.0;
+        int stated = m->params[i].tolerance > 0.0;
+        if ((stated || sd > 0.0) && !fit__always_set(q->fitted, i)) {
+            q->assumed += !stated;
+            q->name_sd[q->nname] = stated ? 0.0 : sd;
             q->name[q->nname++] = m->params[i].name;
         }
     }
     for (int k = 0; k < q->def->nfree; k++) {
         int i = stein_find_param(m, q->def->free[k]);
-        if (i < 0 || !(m->params[i].tolerance > 0.0)) {
+        if (i < 0 || !diag__has_tolerance(q, i)) {
             q->name[q->nname++] = q->def->free[k];
         }
     }
@@ -121,6 +198,7 @@ stein_status diag__problem_null(diag__problem *q, stein_err *err)
     fit__problem_free(&q->null);
     q->fit_def.free = q->name;
     q->fit_def.nfree = q->nname;
+    q->fit_def.tolerance = q->name_sd;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
@@ -137,7 +215,7 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def = lab_fit_def_default();
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
-    q->fit_def.scatter = q->fitted->n >= SCATTER_FROM ? LAB_SCATTER_PLACES : 0;
+    q->fit_def.scatter = LAB_SCATTER_PLACES;
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;
     return status == STEIN_OK ? choose_bands(q, err) : status;
@@ -470,4 +548,6 @@ void diag__problem_close(diag__problem *q)
     free(q->step);
     free(q->smooth);
     free(q->name);
+    free(q->name_sd);
+    free(q->body_sd);
 }

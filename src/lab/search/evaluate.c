@@ -35,6 +35,7 @@
 enum {
     RENEWALS_HELD = 1,
     RENEWALS = 5,
+    RENEWALS_NULL = 20,
     RENEWALS_FAR = 2,
     RECOVERIES = 2,
     FAR_MOST = 2,
@@ -119,14 +120,15 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     return STEIN_OK;
 }
 
-stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err)
+stein_status diag__descend(fit__problem *p, fit__end *e, int held, int renewals, stein_err *err)
 {
     stein_status status = held && fit__can_hold(p) ? descend_held(p, e, err) : STEIN_OK;
     status = status == STEIN_OK ? fit__descend(p, e, 0, enough, RENEWALS_FAR, err) : status;
-    if (status != STEIN_OK || e->ended || e->objective > hopeless * p->samples) {
+    int given_up = renewals <= RENEWALS && e->objective > hopeless * p->samples;
+    if (status != STEIN_OK || e->ended || given_up) {
         return status;
     }
-    return fit__descend(p, e, 1, enough, RENEWALS - RENEWALS_FAR, err);
+    return fit__descend(p, e, 1, enough, renewals - RENEWALS_FAR, err);
 }
 
 /* ---- records one by one ---- */
@@ -169,7 +171,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
-        status = diag__descend(&own, &e, 1, err);
+        status = diag__descend(&own, &e, 1, RENEWALS, err);
         memcpy(a->x + t->first, x + own.np, sizeof *x * (size_t)t->own);
     }
     free(x);
@@ -264,8 +266,11 @@ static void carry_over(diag__row *row, const diag__row *parent)
     const fit__problem *from = &parent->p;
     fit__problem *to = &row->p;
     int n = from->first_accepted < to->first_accepted ? from->first_accepted : to->first_accepted;
-    memcpy(row->x, parent->x, sizeof *row->x * (size_t)n);
-    memcpy(to->step, from->step, sizeof *to->step * (size_t)n);
+    for (int k = 0; k < n; k++) { // in another unit where a prior has changed
+        const fit__unknown *u = &from->unknown[k], *v = &to->unknown[k];
+        row->x[k] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
+        to->step[k] = from->step[k] * u->sd / v->sd;
+    }
     for (int i = 0; i < row->h.n; i++) {
         for (int k = 0; k < parent->h.n; k++) {
             if (row->h.cause[i] == parent->h.cause[k]) {
@@ -346,10 +351,11 @@ static double relative_of(const fit__problem *p, const double *r)
         for (int c = 0; c < t->nch; c++) {
             double sum = 0.0, square = 0.0, n = 0.0;
             for (int i = c * t->n; i < (c + 1) * t->n; i++) {
-                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0;
-                sum += y;
-                square += y * y;
-                n += isfinite(t->y[i]);
+                double y = isfinite(t->y[i]) ? t->y[i] / t->noise[c] : 0.0,
+                       w = t->share[i] * t->share[i];
+                sum += w * y;
+                square += w * y * y;
+                n += w;
             }
             motion += n > 0.0 ? square - sum * sum / n : 0.0;
         }
@@ -393,7 +399,9 @@ static stein_status fit_row(const diag__problem *q, diag__row *row, int held, st
 {
     fit__problem *p = &row->p;
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
-    stein_status status = diag__descend(p, &e, held, err);
+    // all others begin where the one without a cause ends
+    int renewals = row->h.n > 0 ? RENEWALS : RENEWALS_NULL;
+    stein_status status = diag__descend(p, &e, held, renewals, err);
     status = status == STEIN_OK ? recover(p, &e, err) : status;
     status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, &e, err) : status;
     row->converged = e.ended;

@@ -19,7 +19,8 @@
 enum { ROUNDS = 40, SLOTS = 64 };
 static const double most_scatter = 6.25; /* variance, in those of the prior */
 static const double nearly = 0.98;
-static const double flat = 1e3; /* sd of what has no prior, in its unit */
+static const double enough = 5.0; /* records that tell a scatter; beside fewer its prior counts */
+static const double flat = 1e3;   /* sd of what has no prior, in its unit */
 
 /* ---- columns ---- */
 
@@ -116,6 +117,11 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     lab__mixed_stroke(m, s, (int)n, C);
 }
 
+double diag__scatter_worth(int records)
+{
+    return fmax(0.0, enough - records);
+}
+
 int diag__scatters_most(const double *D)
 {
     int most = 0;
@@ -140,6 +146,7 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
                                                          scatter, DIAG_CLASSES, err)
                                        : lab__no_memory(err); // NOLINT(clang-analyzer-unix.Malloc)
+    m->worth = diag__scatter_worth(p->nstroke);
     double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));
     if (status == STEIN_OK && C == NULL) {
         status = lab__no_memory(err);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * propose_exchange.c - another cause in the place of one, a cause less, other amounts.
+ * propose_exchange.c - another cause in the place of one or two, a cause less, other amounts.
  *
  * The first cause was found while all that came after was missing, and may have been chosen by
  * that; and what the data cannot tell from a cause is its rival. Both are the same question: what
- * does as well in its place, all else refitted.
+ * does as well in its place, all else refitted. Two causes that came first may together imitate one
+ * that was not within reach then: no exchange of one at a time leads there.
  */
 #include <math.h>
 
@@ -12,13 +13,13 @@
 static const double far_amount = 0.3; /* share by which a linear model wants another amount */
 static const double quarters = 1.2;   /* of its range: another start of a number beside an amount */
 
-/* own causes but i, and column c (-1: none) */
-static int take(const diag__linear *l, int i, int c, diag__proposal *to)
+/* own causes but i and j, and column c (-1: none) */
+static int take(const diag__linear *l, int i, int j, int c, diag__proposal *to)
 {
     int set[DIAG_CAUSES], n = 0;
     double amount[DIAG_CAUSES + 1];
     for (int k = 0; k < l->own; k++) {
-        if (k != i) {
+        if (k != i && k != j) {
             set[n++] = k;
         }
     }
@@ -37,15 +38,38 @@ static int exchange(const diag__problem *q, const diag__table *t, const diag__li
     (void)t;
     for (int i = 0; i < l->own; i++) {
         for (int c = l->own; c < l->n && n < DIAG_COLUMNS * DIAG_CAUSES; c++) {
-            if (take(l, i, c, &p) && diag__is_thinkable(q, &p)) {
+            if (take(l, i, i, c, &p) && diag__is_thinkable(q, &p)) {
                 list[n++] = (diag__ranked){c, i, p.expected};
             }
         }
     }
     diag__rank(list, n);
     for (int k = 0; k < n && found < most; k++) {
-        if (take(l, list[k].b, list[k].a, &out[found])) {
+        if (take(l, list[k].b, list[k].b, list[k].a, &out[found])) {
             out[found++].source = 'X';
+        }
+    }
+    return found;
+}
+
+static int merge(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                 diag__proposal *out, int most)
+{
+    int found = 0;
+    (void)t;
+    for (int i = 0; i < l->own; i++) {
+        for (int j = i + 1; j < l->own && found < most; j++) {
+            diag__proposal p;
+            int any = 0;
+            for (int c = l->own; c < l->n; c++) {
+                if (take(l, i, j, c, &p) && diag__is_thinkable(q, &p) &&
+                    (!any || p.expected < out[found].expected)) {
+                    out[found] = p;
+                    out[found].source = 'M';
+                    any = 1;
+                }
+            }
+            found += any;
         }
     }
     return found;
@@ -58,7 +82,7 @@ static int drop(const diag__problem *q, const diag__table *t, const diag__linear
     (void)q;
     (void)t;
     for (int i = 0; l->own > 1 && i < l->own && found < most; i++) {
-        if (take(l, i, -1, &out[found])) {
+        if (take(l, i, i, -1, &out[found])) {
             out[found++].source = 'D';
         }
     }
@@ -99,5 +123,6 @@ static int restart(const diag__problem *q, const diag__table *t, const diag__lin
 }
 
 const diag__proposer diag__propose_exchange = {'X', "another cause in the place of one", exchange},
+                     diag__propose_merge = {'M', "one cause in the place of two", merge},
                      diag__propose_drop = {'D', "a cause less", drop},
                      diag__propose_restart = {'R', "other amounts", restart};

@@ -33,6 +33,8 @@ static const double far = 400.0;      /* the same up to which it is worth a look
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
 static const double by_chance = 3.0;  /* sd of chi2/dof: more is looked into */
 static const double guessed = 2.25;   /* chi2/dof: estimated noise may be a half too small */
+static const double twice = 2.0;      /* few draws show the share of inputs to a factor of two */
+static const double matters = 0.05;   /* such a share: the noise is no longer as stated */
 const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
@@ -40,10 +42,11 @@ static const double worth = 12.0;     /* the same of what is predicted: worth a 
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 
-double diag__most_noise(const fit__problem *p)
+double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
     double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu));
-    return fit__noise_given(p) ? 1.0 + slack + 5.0 * sd : guessed;
+    double most = 1.0 + slack + 5.0 * sd + twice * q->input_share;
+    return fit__noise_given(p) ? fmin(most, guessed) : guessed;
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -128,9 +131,9 @@ static double value_of(const diag__linear *l, const diag__proposal *p)
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *list)
 {
-    const diag__proposer *all[] = {&diag__propose_add,  &diag__propose_moved,
-                                   &diag__propose_pair, &diag__propose_exchange,
-                                   &diag__propose_drop, &diag__propose_restart};
+    const diag__proposer *all[] = {
+        &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
+        &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         n += all[i]->propose(q, t, l, list + n, PROPOSALS);
@@ -187,7 +190,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
-    diag__proposal list[6 * PROPOSALS];
+    diag__proposal list[7 * PROPOSALS];
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;
@@ -267,7 +270,7 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
 static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t);
-    double most = diag__most_noise(&q->null);
+    double most = diag__most_noise(q, &q->null);
     int less = best->chi2_dof < 2.0 - most;
     diag__kept kept = {.rows = 0};
     if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
@@ -294,7 +297,7 @@ static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
 static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__bodies b;
-    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(&q->null)) {
+    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(q, &q->null)) {
         return STEIN_OK;
     }
     stein_status status = diag__bodies_begin(q, t, &b, err);
@@ -312,9 +315,10 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
-    q->scale_free = !fit__noise_given(&q->null);
     q->least_noise = 1.0;
-    stein_status status = diag__evaluate(q, t, &null, &row, err);
+    stein_status status = diag__input_noise(&q->null, &q->input_share, err);
+    q->scale_free = !fit__noise_given(&q->null) || q->input_share > matters;
+    status = status == STEIN_OK ? diag__evaluate(q, t, &null, &row, err) : status;
     if (status == STEIN_OK && row->failed != NULL) {
         return lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }

@@ -56,7 +56,11 @@ typedef struct diag__problem {
     lab_fit_def fit_def;
     double *smooth;    /* [inputs] bands of measured motions [Hz], NAN: as their noise allows */
     const char **name; /* [nname] free parameters */
-    int nname, nbody;  /* the last nbody of them are numbers of bodies (bodies.c) */
+    double *name_sd;   /* [nname] tolerances that are assumed, 0: the file states one, or none */
+    double *body_sd;  /* [nname] the same of numbers of bodies before they were set free (bodies.c);
+                       * NAN: it is none of them */
+    int nname, nbody; /* nbody of them are such numbers */
+    int assumed;      /* of them have an assumed tolerance */
     const lab_dataset *fitted;
     fit__problem null; /* of the file's own mechanism without a cause */
     lab_candidate *candidate;
@@ -64,6 +68,7 @@ typedef struct diag__problem {
     int n;
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
+    double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
     int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
                      * leaves more or less than was stated */
     double
@@ -179,8 +184,10 @@ int diag__unknown_at(const diag__row *row, int i);
 stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
                             diag__row **out, stein_err *err);
 /** A fit from x while the observer holds with one gain after the other, then free.
- *  @param held  0: free at once  @return OK, or a failure of the simulation */
-stein_status diag__descend(fit__problem *p, fit__end *e, int held, stein_err *err);
+ *  @param held  0: free at once
+ *  @param renewals  of derivatives of the free fit, at most  @return OK, or a failure of the
+ * simulation */
+stein_status diag__descend(fit__problem *p, fit__end *e, int held, int renewals, stein_err *err);
 /** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
  * a part more or less. @return its index, -1: it has none */
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
@@ -218,6 +225,12 @@ double diag__amount(const diag__row *row, int i, double *sd);
 /** Are all amounts of a row of a possible sign and size? */
 int diag__is_possible(const diag__problem *q, const diag__row *row);
 
+/* ---- input_noise.c ---- */
+
+/** @param share  out: what noise of measured forces adds to chi2/dof, 0: there are none
+ *  @return OK, ENOMEM */
+stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *err);
+
 /* ---- linear.c ---- */
 
 /** @param most  records that are used at most  @return OK, ENOMEM, numerical failures; free it in
@@ -228,7 +241,9 @@ void diag__linear_free(diag__linear *l);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
-/** Does a candidate move a number of the file with a stated tolerance? */
+/** Does the file state a tolerance of this number of its own mechanism, or is one assumed? */
+int diag__has_tolerance(const diag__problem *q, int param);
+/** Does a candidate move a number with a tolerance? */
 int diag__is_tolerated(const diag__problem *q, const lab_candidate *c);
 /** Does it act like what differs from record to record by itself? */
 int diag__scatters(const diag__problem *q, const lab_candidate *c);
@@ -249,7 +264,7 @@ typedef struct diag__proposer {
                    diag__proposal *out, int most);
 } diag__proposer;
 extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propose_pair,
-    diag__propose_exchange, diag__propose_drop, diag__propose_restart;
+    diag__propose_exchange, diag__propose_merge, diag__propose_drop, diag__propose_restart;
 
 /* ---- search.c ---- */
 
@@ -265,7 +280,7 @@ extern const double diag__least_gain; /* of -2 ln L, to name a cause */
 extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
-double diag__most_noise(const fit__problem *p);
+double diag__most_noise(const diag__problem *q, const fit__problem *p);
 
 /** The rows of a table that count, before others take their place. */
 typedef struct diag__kept {
@@ -306,6 +321,8 @@ stein_status diag__trace_row(FILE *f, const diag__problem *q, const diag__table 
 
 /* ---- likelihood.c ---- */
 
+/** How many records the prior of a scatter counts as, beside so many. */
+double diag__scatter_worth(int records);
 /** Do strokes scatter in something by as much as is allowed for? @param D  [LAB_SCATTERS] */
 int diag__scatters_most(const double *D);
 /** The mixed model of a problem at unknowns x, with columns of candidates [nc], each of all rows;

@@ -72,7 +72,7 @@ double diag__amount(const diag__row *row, int i, double *sd)
 int diag__thinkable(const lab_candidate *c, double amount)
 {
     double most = c->effect->site == LAB_AT_CLOCK ? of_clock : largest;
-    return fabs(amount) <= most && (c->effect->both_signs || amount > 0.0);
+    return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
 int diag__is_possible(const diag__problem *q, const diag__row *row)
@@ -200,8 +200,7 @@ void diag__take_back(diag__problem *q, diag__table *t, const diag__kept *kept)
 
 int diag__is_tolerated(const diag__problem *q, const lab_candidate *c)
 {
-    return c->effect->needs == NULL && c->nparam == 1 &&
-           lab_equations(q->model)->params[c->param[0]].tolerance > 0.0;
+    return c->effect->needs == NULL && c->nparam == 1 && diag__has_tolerance(q, c->param[0]);
 }
 
 int diag__scatters(const diag__problem *q, const lab_candidate *c)

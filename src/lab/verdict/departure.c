@@ -104,12 +104,12 @@ static int collect(const fit__problem *p, int stroke, int c, const double *r,
                    const char *const *phase, int wanted, double *out)
 {
     const fit__stroke *s = &p->stroke[stroke];
-    const double *from = r + fit__offset(p, stroke) + (size_t)c * (size_t)s->n;
     int n = 0;
+    r += fit__offset(p, stroke);
     phase += diag__frame(p, stroke);
     for (int i = 0; i < s->n; i++) {
         if (isfinite(s->y[c * s->n + i]) && phase[i] == diag__phase[wanted]) {
-            out[n++] = from[i];
+            out[n++] = fit__off(s, r, c * s->n + i) / s->noise[c];
         }
     }
     return n;

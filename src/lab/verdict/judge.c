@@ -65,8 +65,8 @@ int diag__gains(const diag__evidence *more, const diag__evidence *less, const di
     }
     double z = fabs(more->amount[i]) / fmax(more->sd[i], 1e-300);
     int beyond = more->tolerated[i] && s->tolerances * 2.0 * gsl_cdf_ugaussian_Q(z) <= by_chance;
-    int mean = more->scatters[i] && s->records > 1 &&
-               2.0 * gsl_cdf_tdist_Q(z, s->records - 1) < by_chance_mean;
+    int mean = more->scatters[i] && s->freedom > 0.0 &&
+               2.0 * gsl_cdf_tdist_Q(z, s->freedom) < by_chance_mean;
     return beyond || mean;
 }
 

@@ -67,8 +67,7 @@ static void make_channels(const diag__side *by, int stroke, gsl_rng *rng, double
     const fit__stroke *t = &by->p->stroke[stroke];
     const double *r = by->r + fit__offset(by->p, stroke);
     for (int i = 0; i < t->nch * t->n; i++) {
-        double noise = t->noise[i / t->n];
-        y[i] = t->y[i] - r[i] * noise + gsl_ran_gaussian(rng, noise);
+        y[i] = t->y[i] - fit__off(t, r, i) + gsl_ran_gaussian(rng, t->noise[i / t->n]);
     }
 }
 
@@ -233,7 +232,7 @@ static double choose_smoothing(const check *c, int stroke)
     double *u = malloc(sizeof *u * 2 * (size_t)(t->n + 1)), best = NAN, least = INFINITY;
     fit__signal clean = {.t = NULL};
     for (int i = 0; u != NULL && i < t->n; i++) {
-        u[i] = t->y[from + (size_t)i] - r[from + (size_t)i] * c->noise[stroke];
+        u[i] = t->y[from + (size_t)i] - fit__off(t, r, (int)from + i);
     }
     if (u != NULL &&
         fit__signal_through(&clean, 0, t->data->time, u, t->n, 0.0, NAN, NULL) == STEIN_OK) {

@@ -77,7 +77,7 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                                : "too little of it shows in these strokes"};
     }
     double z = sqrt(diag__least_gain + log1p(info)), a = score / info,
-           toward = c->effect->both_signs ? fabs(a) : a;
+           toward = lab_candidate_is_signed(c) ? fabs(a) : a;
     int hides = (z + sure) * sd > 1.0, points = toward >= points_to * sd,
         noise = diag__leaves_noise(l->row);
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,

@@ -83,7 +83,7 @@ static void sums(const fit__problem *p, const double *r, const char *const *phas
             (want == NULL || phase[at] == want)) {
             double v = unit * r[fit__offset(p, s) + (size_t)i];
             *square += v * v;
-            *n += 1.0;
+            *n += t->share[i] * t->share[i];
         }
     }
 }

@@ -147,10 +147,10 @@ static lab_suspect other(diag__problem *q, const diag__table *t, const diag__row
         s.score = most;
         s.amount = s.refitted ? s.amount : a * s.candidate.limit;
         s.possible = s.refitted || diag__thinkable(&q->candidate[k], a);
-        s.why = s.possible                                  ? NULL
-                : s.candidate.effect->both_signs || a > 0.0 ? "it would have to be larger than is "
-                                                              "thinkable"
-                                                            : "it would have to be negative";
+        s.why = s.possible ? NULL
+                : a > 0.0 || lab_candidate_is_signed(&s.candidate)
+                    ? "it would have to be larger than is thinkable"
+                    : "it would have to be negative";
         s.power = diag__power(q, l, column);
     }
     return s;

@@ -7,7 +7,7 @@
 
 #include "verdict.h"
 
-enum { BODIES = 64, TOLD = 3 };
+enum { TOLD = 3 };
 static const double noise_left = 1.05; /* remainder [noises] that is not mentioned */
 
 static void append(lab_diagnosis *o, const char *text)
@@ -61,35 +61,44 @@ static void say_remainder(lab_diagnosis *o, const diag__judgement *j, const diag
     }
 }
 
-/* numbers of the bodies that had to be refitted: those that moved furthest */
+/* the number of a body, refitted since nothing fits otherwise, that moved furthest and was not
+ * told; -1: none is left */
+static int furthest(const lab_diagnosis *o, const diag__setting *s, const int *told, int n)
+{
+    int most = -1;
+    double moved = 0.0;
+    for (int i = 0; s->body != NULL && i < s->names && i < o->nvalue; i++) {
+        const lab_fit_value *v = &o->value[i];
+        double by = fabs(v->value - v->start) / v->prior_sd;
+        int open = !isnan(s->body[i]);
+        for (int k = 0; k < n; k++) {
+            open = open && told[k] != i;
+        }
+        if (open && (most < 0 || by > moved)) {
+            most = i;
+            moved = by;
+        }
+    }
+    return most;
+}
+
 static void say_bodies(lab_diagnosis *o, const diag__setting *s)
 {
-    char text[160];
-    unsigned char said[BODIES] = {0};
-    int first = o->nvalue - s->bodies;
-    if (s->bodies == 0 || s->bodies > BODIES) {
-        return;
-    }
-    append(o,
-           " The file states no tolerance of its bodies, and as they are nothing fits. Refitted:");
-    for (int k = 0; k < TOLD && k < s->bodies; k++) {
-        int most = -1;
-        double moved = 0.0;
-        for (int i = 0; i < s->bodies; i++) {
-            const lab_fit_value *v = &o->value[first + i];
-            double by = fabs(v->value - v->start) / v->prior_sd;
-            if (!said[i] && (most < 0 || by > moved)) {
-                most = i;
-                moved = by;
-            }
-        }
-        said[most] = 1;
-        const lab_fit_value *v = &o->value[first + most];
-        snprintf(text, sizeof text, "%s %s %.3g %s for %.3g", k > 0 ? "," : "", v->name, v->value,
-                 v->unit, v->start);
+    int told[TOLD];
+    for (int k = 0; k < TOLD && (told[k] = furthest(o, s, told, k)) >= 0; k++) {
+        char text[240];
+        const lab_fit_value *v = &o->value[told[k]];
+        snprintf(text, sizeof text, "%s %s %.3g %s for %.3g",
+                 k == 0
+                     ? " The file states no tolerance of its bodies, and as they are nothing fits."
+                       " Refitted:"
+                     : ",",
+                 v->name, v->value, v->unit, v->start);
         append(o, text);
     }
-    append(o, ".");
+    if (s->body != NULL) {
+        append(o, ".");
+    }
 }
 
 static lab_verdict class_of(const lab_diagnosis *o)
@@ -111,8 +120,12 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     switch (j->finding) {
     case DIAG_EXPLAINED:
         o->verdict = LAB_VERDICT_EXPLAINED;
-        append(o, "The model explains the strokes: noise, tolerances of the file and scatter from "
-                  "stroke to stroke are enough.");
+        append(o, s->assumed > 0
+                      ? "The model explains the strokes: noise, scatter from stroke to stroke and "
+                        "what a ruler and a scale leave open (the file states no tolerances) are "
+                        "enough."
+                      : "The model explains the strokes: noise, tolerances of the file and scatter "
+                        "from stroke to stroke are enough.");
         break;
     case DIAG_NAMED:
         o->verdict = class_of(o);
