@@ -135,9 +135,9 @@ int diag__has_tolerance(const diag__problem *q, int param)
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
-    size_t most = (size_t)(2 * m->np + q->def->nfree + 1);
+    size_t most = 2 * (size_t)m->np + (size_t)q->def->nfree + 1;
     int rough = !states_any(m);
-    q->name = malloc(sizeof *q->name * most);
+    q->name = calloc(most, sizeof *q->name);
     q->name_sd = calloc(most, sizeof *q->name_sd);
     q->body_sd = malloc(sizeof *q->body_sd * most);
     if (q->name == NULL || q->name_sd == NULL || q->body_sd == NULL) {
