@@ -207,6 +207,7 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
  * the law is their shape, and the shape of a friction is never exactly that of the table. */
 static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
 {
+    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): a law that was noted has a state
     int yes = strcmp(law->of, "speed") == 0 && j->share > nearly_all;
     for (int i = 0; i < best->h.n; i++) {
         const lab_candidate *c = &best->cause[i];

@@ -124,6 +124,7 @@ int diag__has_tolerance(const diag__problem *q, int param)
     const stein_param *of = &lab_equations(q->model)->params[param];
     int assumed = 0;
     for (int k = 0; k < q->nname; k++) {
+        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): nname names are there
         assumed |= q->name_sd[k] > 0.0 && strcmp(q->name[k], of->name) == 0;
     }
     return assumed || of->tolerance > 0.0;
