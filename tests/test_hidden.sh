@@ -91,6 +91,34 @@ scored "the second one as the first" "first 1"
 scored "with the number that it has" "error 0.02"
 scored "inside of its interval" "covered 1"
 
+# ---- the step that lost the truth, by the trace
+rows() { # TRUTH'S EVIDENCE, CONVERGED
+    echo '{"row":0,"source":"0","hypothesis":[],"evidence":-900,"converged":true,"possible":true}'
+    echo '{"row":1,"source":"A","hypothesis":[{"kind":"preload","place":"key"}],"evidence":-500,"converged":true,"possible":true}'
+    [ $# -eq 0 ] || echo '{"row":2,"source":"A","hypothesis":[{"kind":"mass","place":"hammer"}],"evidence":'"$1"',"converged":'"$2"',"possible":true}'
+}
+lost() { # NAME STEP
+    score "$dir/mass.json" "$dir/out"
+    scored "$1" "lost $2"
+}
+cat >"$dir/out/diagnosis.json" <<'JSON'
+{"verdict": "missing_effect", "causes": [{"kind": "preload", "place": "key"}], "indistinguishable": []}
+JSON
+rows >"$dir/out/trace.jsonl"
+lost "a cause in no row was not evaluated" not_evaluated
+rows -400 false >"$dir/out/trace.jsonl"
+lost "a row whose fit has not ended did not converge" not_converged
+rows -600 true >"$dir/out/trace.jsonl"
+lost "a row with less evidence was outbid" outbid
+rows -400 true >"$dir/out/trace.jsonl"
+lost "a row with the most evidence was judged away" judged_away
+sed -i 's/"preload", "place": "key"/"mass", "place": "hammer"/' "$dir/out/diagnosis.json"
+lost "a truth that is named was not lost" found
+sed 's/"mass", "place": "hammer"/"mass", "place": "nowhere"/' "$dir/mass.json" >"$dir/none.json"
+score "$dir/none.json" "$dir/out"
+scored "a truth that is no candidate was not offered" "lost not_offered"
+rm "$dir/out/trace.jsonl"
+
 # ---- two names of one thing
 cat >"$dir/height.json" <<'JSON'
 {"kind": "wrong_parameter", "place": "string.height", "class": "wrong_parameter",
@@ -387,8 +415,8 @@ swing null 11
 sealed null explained null null ""
 diagnosed null
 scored "nothing hidden is nothing found" "verdict explained"
-swing drag 12 --set rod.drag=4e-6
-sealed drag missing_effect '"quadratic_drag"' '"rod"' '"k": {"value": 4e-6, "unit": "N m s^2/rad^2"}'
+swing drag 12 --set rod.drag=8e-6
+sealed drag missing_effect '"quadratic_drag"' '"rod"' '"k": {"value": 8e-6, "unit": "N m s^2/rad^2"}'
 diagnosed drag
 scored "air drag is a missing effect" "verdict missing_effect"
 scored "and named first" "first 1"

@@ -145,6 +145,54 @@ static void on_a_board(char path[200], const char *file, double compliance)
     lab_close(model);
 }
 
+/* the group of what scatters with the friction of a contact */
+static int group_of_contact(const lab_model *model, const char *name)
+{
+    const stein_model *m = lab_equations(model);
+    int i = 0;
+    while (strcmp(m->contacts[i].name, name) != 0) {
+        i++;
+    }
+    return FIT__CONTACTS + FIT__GROUPS * (m->nq + i);
+}
+
+/* the same of a joint */
+static int group_of_joint(const lab_model *model, const char *name)
+{
+    const stein_model *m = lab_equations(model);
+    int i = 0;
+    while (strcmp(m->bodies[i].name, name) != 0) {
+        i++;
+    }
+    return FIT__JOINTS + FIT__GROUPS * i;
+}
+
+START_TEST(a_part_more_leaves_scatter_at_its_places)
+{
+    static const char *const contact[] = {"rest", "dip"};
+    char file[200], board[200];
+    lab_model *with = NULL, *without = NULL;
+    lab_options options = cache_here(NULL);
+    snprintf(file, sizeof file, "%s", write_file("lever.yaml", lever));
+    on_a_board(board, file, 5e-6);
+    ck_assert_stein(lab_open(&without, file, &options, err));
+    ck_assert_stein(lab_open(&with, board, &options, err));
+    fit__problem a = {.model = without, .places = 3}, b = {.model = with, .places = 4};
+    for (int i = 0; i < 2; i++) {
+        int in_a = group_of_contact(without, contact[i]);
+        for (int k = 0; k < 2; k++) {
+            int in_b = group_of_contact(with, contact[k]);
+            ck_assert_int_eq(fit__same_group(&a, in_a, &b, in_b), i == k);
+        }
+        ck_assert(!fit__same_group(&a, in_a, &b, group_of_joint(with, "key")));
+    }
+    ck_assert(fit__same_group(&a, group_of_joint(without, "key"), &b, group_of_joint(with, "key")));
+    ck_assert(fit__same_group(&a, FIT__DRIVE, &b, FIT__DRIVE));
+    lab_close(with);
+    lab_close(without);
+}
+END_TEST
+
 START_TEST(a_part_is_found_beside_another_cause)
 {
     static const double compliance = 5e-6;
@@ -611,6 +659,7 @@ Suite *search_suite(void)
     tcase_set_timeout(tc, 600.0);
     tcase_add_test(tc, two_effects_at_once_are_both_found);
     tcase_add_test(tc, what_was_found_first_gives_way_to_what_does_better_beside_the_others);
+    tcase_add_test(tc, a_part_more_leaves_scatter_at_its_places);
     tcase_add_test(tc, a_part_is_found_beside_another_cause);
     tcase_add_test(tc, one_effect_is_not_called_two);
     tcase_add_loop_test(tc, of_two_channels_the_late_one_is_named, 0, 2);

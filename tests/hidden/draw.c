@@ -160,10 +160,12 @@ int draw_diagnose(const setup *s, const char *set, const char *next, int more, c
 {
     enum { MORE = 99 };
     char file[2 * RECORDS + MORE][PATH + 20], program[PATH + 8], log[PATH + 8], threads[12];
-    char *argv[2 * RECORDS + MORE + 10];
+    char trace[PATH + 20];
+    char *argv[2 * RECORDS + MORE + 12];
     int n = 0, k = 0;
     snprintf(program, sizeof program, "%s/stein", s->results);
     snprintf(log, sizeof log, "%s.log", out);
+    snprintf(trace, sizeof trace, "%s/trace.jsonl", out);
     argv[n++] = program;
     argv[n++] = "diagnose";
     argv[n++] = (char *)s->model;
@@ -179,6 +181,8 @@ int draw_diagnose(const setup *s, const char *set, const char *next, int more, c
     argv[n++] = "-j";
     snprintf(threads, sizeof threads, "%d", s->threads);
     argv[n++] = threads;
+    argv[n++] = "--trace";
+    argv[n++] = trace;
     argv[n++] = "-o";
     argv[n++] = (char *)out;
     argv[n] = NULL;

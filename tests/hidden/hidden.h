@@ -54,6 +54,8 @@ typedef struct tree {
 } tree;
 /** @return NULL when the file is absent or no JSON */
 tree *tree_read(const char *path);
+/** One value a line, as the members of a list; NULL: it cannot be read, or a line is no JSON. */
+tree *tree_lines(const char *path);
 void tree_free(tree *t);
 /** Member of an object; NULL when there is none (also of NULL). */
 const tree *tree_get(const tree *t, const char *key);
@@ -110,6 +112,7 @@ typedef struct score {
     int offered;          /* the truth is one of the candidates of `stein effects` */
     int tied;             /* effects that the records cannot tell from the truth (tests/world) */
     int first_tied, set_tied; /* first, in the set: the truth or one of those */
+    char lost[NAME];          /* the step that lost the truth (truth.c); "-": none, or unknown */
 } score;
 void score_print(FILE *f, const score *s);
 int score_write(const char *path, const score *s);
@@ -172,6 +175,12 @@ typedef struct names {
 names names_of(const tree *t);
 /** The same, or identical descriptions. @param candidates  of judge_effects, may be NULL */
 int names_alike(const tree *candidates, names a, names b);
+
+/* ---- truth.c ---- */
+
+/** Which step lost what was hidden: from the trace in the folder of results. */
+void truth_judge(const char *out, const tree *found, const tree *answer, const tree *candidates,
+                 score *r);
 
 /* ---- law.c ---- */
 

@@ -236,6 +236,7 @@ static void judge_answer(const setup *s, const char *out, const tree *found, con
     r->after = tree_number(gain, "rmse_after");
     r->floor = tree_number(found, "noise_floor");
     judge_law(found, answer, r);
+    truth_judge(out, found, answer, candidates, r);
 }
 
 tree *judge_effects(const setup *s, const char *out)

@@ -38,7 +38,7 @@ static const field fields[] = {
     FIELD(repeats, 'i'),    FIELD(separated, 'i'),   FIELD(cpu_after, 'd'),
     FIELD(threads, 'i'),    FIELD(all_alike, 'i'),   FIELD(mechanism, 's'),
     FIELD(offered, 'i'),    FIELD(tied, 'i'),        FIELD(first_tied, 'i'),
-    FIELD(set_tied, 'i')};
+    FIELD(set_tied, 'i'),   FIELD(lost, 's')};
 enum { FIELDS = sizeof fields / sizeof *fields };
 
 static void print_value(FILE *f, const score *s, int i)

@@ -128,6 +128,11 @@ typedef enum {
     CHECKED,
     TOO_MANY,
     NOT_FILMED,
+    LOST_OFFER,
+    LOST_ROW,
+    LOST_FIT,
+    LOST_BID,
+    LOST_JUDGE,
     COVERED,
     ERROR,
     HELD_OUT,
@@ -171,6 +176,11 @@ static const struct {
     {ALARM, "n", "nothing hidden, called anything but explained", "5 %"},
     {ALARM_ROUGH, "n", "- with scatter and wrong start values", ""},
     {ALARM_CLEAN, "n", "- without", ""},
+    {LOST_OFFER, "L", "of those missed: no candidate", ""},
+    {LOST_ROW, "L", "- never evaluated", ""},
+    {LOST_FIT, "L", "- its fit did not converge", ""},
+    {LOST_BID, "L", "- outbid by another row", ""},
+    {LOST_JUDGE, "L", "- judged away", ""},
     {COVERED, "L", "found number inside its 95 % interval", "88 .. 99 %"},
     {ERROR, "L", "error of the found number, median", "10 % at L2"},
     {HELD_OUT, "LXT", "held-out error over the noise's, median", "1.10"},
@@ -262,6 +272,11 @@ static int counts(figure what, const score *d)
     case NOT_FILMED: return !asks_too_much(d) && !is_made(d);
     case CHECKED: return strcmp(d->film, "checked") == 0;
     case COVERED: return d->covered;
+    case LOST_OFFER: return strcmp(d->lost, "not_offered") == 0;
+    case LOST_ROW: return strcmp(d->lost, "not_evaluated") == 0;
+    case LOST_FIT: return strcmp(d->lost, "not_converged") == 0;
+    case LOST_BID: return strcmp(d->lost, "outbid") == 0;
+    case LOST_JUDGE: return strcmp(d->lost, "judged_away") == 0;
     case NOT_CONVERGED: return strcmp(d->verdict, "not_converged") == 0;
     case FAILED: return strcmp(d->verdict, "failed") == 0;
     case SLOW: return d->cpu > 240.0;
@@ -290,6 +305,12 @@ static int concerns(figure what, const score *d)
         return has_twins(d) && d->set_alike && (asks_too_much(d) || is_made(d));
     case ALARM_CLEAN: return !d->rough;
     case ALARM_ROUGH: return d->rough;
+    case LOST_OFFER:
+    case LOST_ROW:
+    case LOST_FIT:
+    case LOST_BID:
+    case LOST_JUDGE:
+        return *d->lost != '\0' && strcmp(d->lost, "-") != 0 && strcmp(d->lost, "found") != 0;
     case SET_SIZE: return d->causes > 0;
     case HELD_OUT: return isfinite(d->after) && d->floor > 0.0;
     default: return 1;
@@ -338,7 +359,8 @@ static int belongs(int row, const char *level)
 /* a row that old records know nothing of is there when a draw of level k has it */
 static int is_known(const results *r, int k, figure what)
 {
-    int known = what != WALL && what != ALL_ALIKE && what != FIRST_TIED && what != SET_TIED;
+    int known = what != WALL && what != ALL_ALIKE && what != FIRST_TIED && what != SET_TIED &&
+                !(what >= LOST_OFFER && what <= LOST_JUDGE);
     for (int i = 0; i < r->n[k] && !known; i++) {
         known = concerns(what, &r->of[k][i]);
     }
@@ -468,6 +490,9 @@ static void print_draw(FILE *f, const score *d)
     if (has_twins(d) && *d->film != '\0' && *d->film != '-') {
         fprintf(f, "  %s x %d: %s, then %s@%s%s", d->experiment, d->repeats, d->film, d->after_kind,
                 d->after_place, d->separated ? " SEPARATED" : "");
+    }
+    if (*d->lost != '\0' && strcmp(d->lost, "-") != 0) {
+        fprintf(f, "  %s", d->lost);
     }
     fprintf(f, "  held out %.3f -> %.3f  %.0f s\n", d->before, d->after, d->cpu);
 }

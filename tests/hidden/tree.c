@@ -130,32 +130,57 @@ static tree *value(const char **at, int depth)
     return t;
 }
 
-tree *tree_read(const char *path)
+/* the text of a file, NULL: it cannot be read */
+static char *text_of(const char *path)
 {
     FILE *f = fopen(path, "rb");
-    if (f == NULL || fseek(f, 0, SEEK_END) != 0) {
-        if (f != NULL) {
-            fclose(f);
-        }
-        return NULL;
-    }
-    long size = ftell(f);
+    long size = f != NULL && fseek(f, 0, SEEK_END) == 0 ? ftell(f) : -1;
     char *text = size >= 0 && size < LARGEST ? calloc(1, (size_t)size + 1) : NULL;
-    rewind(f);
-    size_t got = text != NULL ? fread(text, 1, (size_t)size, f) : 0;
-    fclose(f);
-    tree *t = NULL;
-    if (text != NULL && got == (size_t)size) {
-        const char *at = text;
-        t = value(&at, 0);
-        blanks(&at);
-        if (*at != '\0') {
-            tree_free(t);
-            t = NULL;
+    if (text != NULL) {
+        rewind(f);
+        if (fread(text, 1, (size_t)size, f) != (size_t)size) {
+            free(text);
+            text = NULL;
         }
+    }
+    if (f != NULL) {
+        fclose(f);
+    }
+    return text;
+}
+
+tree *tree_read(const char *path)
+{
+    char *text = text_of(path);
+    const char *at = text;
+    tree *t = text != NULL ? value(&at, 0) : NULL;
+    if (t != NULL) {
+        blanks(&at);
+    }
+    if (t != NULL && *at != '\0') {
+        tree_free(t);
+        t = NULL;
     }
     free(text);
     return t;
+}
+
+tree *tree_lines(const char *path)
+{
+    char *text = text_of(path);
+    const char *at = text;
+    tree *list = text != NULL ? fresh('[') : NULL, **last = list != NULL ? &list->child : NULL;
+    for (int ok = list != NULL; ok && (blanks(&at), *at != '\0');) {
+        *last = value(&at, 0);
+        ok = *last != NULL;
+        last = ok ? &(*last)->next : last;
+        if (!ok) {
+            tree_free(list);
+            list = NULL;
+        }
+    }
+    free(text);
+    return list;
 }
 
 void tree_free(tree *t)

@@ -185,6 +185,9 @@ typedef struct fit__problem {
     long *simulated;             /* strokes so far are counted there; NULL: nowhere */
 } fit__problem;
 
+/** Is group g of one problem that of the same place as h of another one, whose mechanism may have
+ *  more joints before it? */
+int fit__same_group(const fit__problem *a, int g, const fit__problem *b, int h);
 /** All of its unknowns move at once: fewer samples than that are refused. */
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
                                const lab_fit_def *def, stein_err *err);
@@ -450,6 +453,10 @@ size_t fit__columns(const fit__problem *p); /* doubles in all */
  *  @return OK, ENOMEM, or the failure of a simulation next to x */
 stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
                                 stein_err *err);
+/** The same where the columns of some unknowns are there already.
+ *  @param known  [nu] of them; NULL: none */
+stein_status fit__more_sensitivities(const fit__problem *p, const double *x, const double *r,
+                                     const unsigned char *known, double *J, stein_err *err);
 /** To order four, from the present steps and their halves, with fine integration; the steps are the
  *  halves then. @param error  out: largest relative error of a column of the halved steps */
 stein_status fit__fine_sensitivities(fit__problem *p, const double *x, const double *r, double *J,
@@ -508,9 +515,10 @@ stein_status fit__minimise(fit__problem *p, fit__state *state, double enough, do
 /** Where a descent stands: unknowns [nu], derivatives and residuals there, chi2 + priors. */
 typedef struct fit__end {
     double *x, *J, *r, objective;
-    int ended; /* its minimum is found */
-    int fits;  /* how many have led here, where that is counted */
-    double mu; /* damping to begin with, in units of the priors */
+    int ended;   /* its minimum is found */
+    int current; /* J is that of x, but for steps that gain less than what ends a fit */
+    int fits;    /* how many have led here, where that is counted */
+    double mu;   /* damping to begin with, in units of the priors */
 } fit__end;
 /** Descent from e->x with the same derivatives as long as they do what they promise: a step costs
  *  one residual, new derivatives cost one for every unknown. Parameters stay within p->limit.

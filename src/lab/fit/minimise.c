@@ -30,6 +30,7 @@ typedef struct room {
     fit__normal normal;
     double *r, *try_r, *J, *dx, *try_x;
     double prior; /* weight of the priors in a step of fit__descend */
+    int current;  /* J is that of where the search stands, but for steps that gain nothing */
 } room;
 
 static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
@@ -269,6 +270,7 @@ static stein_status renew(fit__problem *p, const fit__state *s, room *m, stein_e
     if (status == STEIN_OK) {
         fit__choose_steps(p, m->J);
     }
+    m->current = 1;
     return status;
 }
 
@@ -291,9 +293,10 @@ static stein_status descend(fit__problem *p, fit__state *s, room *m, double *x, 
             s->mu = better ? 0.1 * s->mu : 30.0 * fmax(s->mu, 0.03);
         }
         s->iteration++;
-        double fell = before - s->objective;
+        int nothing = !better || before - s->objective < enough + 1e-4 * s->objective;
+        m->current &= nothing;
         // derivatives from elsewhere have no right to say that this is the end
-        s->ended = (fresh || renewals <= 0) && (!better || fell < enough + 1e-4 * s->objective);
+        s->ended = (fresh || renewals <= 0) && nothing;
         if (s->ended || renewals-- <= 0) {
             s->ended = s->ended && s->decrement < 100.0 * enough + 1e-3 * s->objective;
             break;
@@ -326,6 +329,7 @@ stein_status fit__descend(fit__problem *p, fit__end *e, int known, double enough
                                 : status;
     e->objective = s.objective;
     e->ended = s.ended;
+    e->current = m.current;
     fit__normal_free(&m.normal);
     free(m.try_r);
     return status;

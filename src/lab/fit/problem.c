@@ -333,6 +333,24 @@ static int group_of(const stein_model *m, const char *name, int by_place)
     return group + FIT__GROUPS * (by_place && group != FIT__DRIVE ? place : 0);
 }
 
+static const char *name_of_place(const stein_model *m, int place)
+{
+    int contact = place - m->nq, notch = contact - m->ncontact;
+    return contact < 0 ? m->bodies[place].name
+           : notch < 0 ? m->contacts[contact].name
+                       : m->notches[notch].name;
+}
+
+int fit__same_group(const fit__problem *a, int g, const fit__problem *b, int h)
+{
+    if (fit__class(g) != fit__class(h) || a->places == 0 || b->places == 0 ||
+        fit__class(g) == FIT__DRIVE) {
+        return g == h;
+    }
+    const stein_model *m = lab_equations(a->model), *n = lab_equations(b->model);
+    return strcmp(name_of_place(m, g / FIT__GROUPS), name_of_place(n, h / FIT__GROUPS)) == 0;
+}
+
 /* is there anything in the group that is not 0, or will not stay so? */
 static int group_acts(const fit__problem *p, int group)
 {

@@ -172,6 +172,12 @@ static stein_status both_sides(job *j, int n, stein_err *err)
 stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
                                 stein_err *err)
 {
+    return fit__more_sensitivities(p, x, r, NULL, J, err);
+}
+
+stein_status fit__more_sensitivities(const fit__problem *p, const double *x, const double *r,
+                                     const unsigned char *known, double *J, stein_err *err)
+{
     int n = 0;
     size_t most = (size_t)p->nstroke * (size_t)p->np + (size_t)(p->nu - p->np);
     task *list = malloc(sizeof *list * (most + 1));
@@ -181,7 +187,9 @@ stein_status fit__sensitivities(const fit__problem *p, const double *x, const do
     for (int s = 0; s < p->nstroke; s++) {
         for (int k = 0; k < p->np + p->stroke[s].own; k++) {
             if (is_simulated(p, s, k)) {
-                list[n++] = (task){.stroke = s, .k = k};
+                if (known == NULL || !known[unknown_of(p, s, k)]) {
+                    list[n++] = (task){.stroke = s, .k = k};
+                }
             } else {
                 known_column(p, s, k, r, J);
             }

@@ -166,7 +166,7 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
 {
     const diag__row *best = diag__incumbent(q, t);
     *b = (diag__bodies){.free = 0};
-    stein_status status = diag__keep(t, &b->kept, err);
+    stein_status status = diag__note_standing(t, &b->kept, err);
     if (status != STEIN_OK || count(q) == 0) {
         return status;
     }

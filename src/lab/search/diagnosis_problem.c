@@ -197,6 +197,8 @@ static stein_status state_bands(diag__problem *q, stein_err *err)
 stein_status diag__problem_null(diag__problem *q, stein_err *err)
 {
     fit__problem_free(&q->null);
+    diag__kept_free(q->kept); // of other numbers
+    q->kept = NULL;
     q->fit_def.free = q->name;
     q->fit_def.nfree = q->nname;
     q->fit_def.tolerance = q->name_sd;
@@ -543,6 +545,7 @@ void diag__problem_close(diag__problem *q)
         free_mechanism(q->mechanism[i]);
     }
     free(q->mechanism);
+    diag__kept_free(q->kept);
     fit__problem_free(&q->null);
     free(q->candidate);
     free(q->untestable);

@@ -120,10 +120,52 @@ static stein_status descend_held(fit__problem *p, fit__end *e, stein_err *err)
     return STEIN_OK;
 }
 
-stein_status diag__descend(fit__problem *p, fit__end *e, int held, int renewals, stein_err *err)
+/* the first steps without an observer */
+static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_err *err)
 {
-    stein_status status = held && fit__can_hold(p) ? descend_held(p, e, err) : STEIN_OK;
-    status = status == STEIN_OK ? fit__descend(p, e, 0, enough, RENEWALS_FAR, err) : status;
+    return fit__descend(p, e, known, enough, RENEWALS_FAR, err);
+}
+
+/* First without an observer, which costs a quarter. Where that ends far off, from the same start
+ * with one; what comes nearer stays. */
+static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
+{
+    size_t size = sizeof *e->x * (size_t)p->nu;
+    double *x = malloc(2 * size + 1), *end = x + (x != NULL ? p->nu : 0), reached = INFINITY;
+    stein_err why;
+    if (x == NULL) {
+        return lab__no_memory(err);
+    }
+    memcpy(x, e->x, size);
+    stein_status status = descend_free(p, e, 0, &why);
+    if (status == STEIN_OK) {
+        memcpy(end, e->x, size);
+        reached = e->objective;
+    }
+    if (status != STEIN_ENOMEM && !(reached < hopeless * p->samples)) {
+        memcpy(e->x, x, size);
+        status = descend_held(p, e, &why);
+        status = status == STEIN_OK ? descend_free(p, e, 0, err) : status;
+        if (isfinite(reached) && !(status == STEIN_OK && e->objective < reached)) {
+            memcpy(e->x, end, size);
+            status = status == STEIN_ENOMEM ? status : descend_free(p, e, 0, err);
+        }
+    }
+    free(x);
+    return status == STEIN_ENOMEM ? lab__no_memory(err) : status;
+}
+
+stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
+                           stein_err *err)
+{
+    int can = fit__can_hold(p);
+    stein_status status = STEIN_OK;
+    if (from == DIAG_IF_FAR && can) {
+        status = descend_if_far(p, e, err);
+    } else {
+        status = from == DIAG_HELD && can ? descend_held(p, e, err) : STEIN_OK;
+        status = status == STEIN_OK ? descend_free(p, e, from == DIAG_KNOWN, err) : status;
+    }
     int given_up = renewals <= RENEWALS && e->objective > hopeless * p->samples;
     if (status != STEIN_OK || e->ended || given_up) {
         return status;
@@ -171,7 +213,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
-        status = diag__descend(&own, &e, 1, RENEWALS, err);
+        status = diag__descend(&own, &e, DIAG_IF_FAR, RENEWALS, err);
         memcpy(a->x + t->first, x + own.np, sizeof *x * (size_t)t->own);
     }
     free(x);
@@ -253,7 +295,8 @@ int diag__counterpart(const fit__problem *to, const fit__problem *from, int stro
             continue;
         }
         int same = joint ? strcmp(a->bodies[u->index].name, b->bodies[v->index].name) == 0
-                         : u->index == v->index;
+                   : u->kind == FIT__SCATTER ? fit__same_group(from, u->index, to, v->index)
+                                             : u->index == v->index;
         if (same) {
             return k;
         }
@@ -288,6 +331,50 @@ static void carry_over(diag__row *row, const diag__row *parent)
                 const fit__unknown *u = &from->unknown[k], *v = &to->unknown[at];
                 row->x[at] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
                 to->step[at] = from->step[k];
+            }
+        }
+    }
+}
+
+/* column k of a stroke of the parent into that of an unknown in the row, whose unit is another one
+ */
+static void take_column(diag__row *row, int to, const diag__row *parent, int from, int stroke,
+                        unsigned char *known)
+{
+    const fit__problem *p = &row->p, *q = &parent->p;
+    const fit__stroke *t = &p->stroke[stroke], *s = &q->stroke[stroke];
+    int at = to < p->np ? to : to - t->first + p->np,
+        of = from < q->np ? from : from - s->first + q->np;
+    double unit = p->unknown[to].sd / q->unknown[from].sd;
+    const double *G = parent->J + fit__column(q, stroke, of);
+    double *J = row->J + fit__column(p, stroke, at);
+    known[to] = !p->unknown[to].idle && !q->unknown[from].idle;
+    for (int i = 0; known[to] && i < t->nch * t->n; i++) {
+        J[i] = unit * G[i];
+    }
+}
+
+/* The parent's derivatives, where its motion is the start of the row's: what its columns say is
+ * near enough for the first steps, and only those of new causes are made. */
+static void inherit(diag__row *row, const diag__row *parent, unsigned char *known)
+{
+    for (int s = 0; s < row->p.nstroke; s++) {
+        const fit__stroke *t = &parent->p.stroke[s];
+        for (int k = 0; k < row->p.first_accepted; k++) {
+            take_column(row, k, parent, k, s, known);
+        }
+        for (int i = 0; i < row->h.n; i++) {
+            for (int k = 0; k < parent->h.n; k++) {
+                int to = diag__unknown_at(row, i), from = diag__unknown_at(parent, k);
+                for (int b = 0; row->h.cause[i] == parent->h.cause[k] && b < FIT__NUMBERS; b++) {
+                    take_column(row, to + b, parent, from + b, s, known);
+                }
+            }
+        }
+        for (int k = t->first; k < t->first + t->own; k++) {
+            int at = diag__counterpart(&row->p, &parent->p, s, &parent->p.unknown[k]);
+            if (at >= 0) {
+                take_column(row, at, parent, k, s, known);
             }
         }
     }
@@ -395,17 +482,45 @@ static stein_status settle_noise(const diag__problem *q, diag__row *row, fit__en
     return status;
 }
 
-static stein_status fit_row(const diag__problem *q, diag__row *row, int held, stein_err *err)
+/* derivatives to begin with, those of the parent and those of new causes. @return are they there?
+ */
+static int begin_known(diag__row *row, const diag__row *parent, stein_status *status,
+                       stein_err *err)
+{
+    fit__problem *p = &row->p;
+    unsigned char *known = calloc((size_t)p->nu + 1, 1);
+    int failed = 0;
+    if (known == NULL) {
+        *status = lab__no_memory(err);
+        return 0;
+    }
+    inherit(row, parent, known);
+    *status = fit__residuals(p, row->x, row->r, &failed, err);
+    if (*status == STEIN_OK && failed == 0) {
+        *status = fit__more_sensitivities(p, row->x, row->r, known, row->J, err);
+    }
+    free(known);
+    return *status == STEIN_OK && failed == 0;
+}
+
+static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__row *parent,
+                            diag__start from, stein_err *err)
 {
     fit__problem *p = &row->p;
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
     // all others begin where the one without a cause ends
     int renewals = row->h.n > 0 ? RENEWALS : RENEWALS_NULL;
-    stein_status status = diag__descend(p, &e, held, renewals, err);
+    stein_status status = STEIN_OK;
+    if (from == DIAG_FREE && parent != NULL && parent->J != NULL &&
+        begin_known(row, parent, &status, err)) {
+        from = DIAG_KNOWN;
+    }
+    status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, renewals, err);
     status = status == STEIN_OK ? recover(p, &e, err) : status;
     status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, &e, err) : status;
     row->converged = e.ended;
-    return status == STEIN_OK ? fit__sensitivities(p, row->x, row->r, row->J, err) : status;
+    return status == STEIN_OK && !e.current ? fit__sensitivities(p, row->x, row->r, row->J, err)
+                                            : status;
 }
 
 /* what a row tells, from its derivatives */
@@ -420,6 +535,19 @@ static stein_status note(diag__row *row, stein_err *err)
     row->memory = memory_of(p, row->r);
     row->relative = relative_of(p, row->r);
     return status;
+}
+
+/* Derivatives stay with the row that stands for the verdict and with the one that proposals come
+ * from: of all rows together they would be most of the memory. */
+static void forget_derivatives(const diag__problem *q, const diag__table *t, int parent)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    for (int i = 0; i < t->n; i++) {
+        if (i != parent && t->row[i] != best) {
+            free(t->row[i]->J);
+            t->row[i]->J = NULL;
+        }
+    }
 }
 
 stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
@@ -451,7 +579,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
             start(row, parent, from);
             row->scale = q->scale_free && parent != NULL ? parent->scale : 1.0;
             diag__scale_noise(&row->p, row->scale);
-            status = fit_row(q, row, from->held || from->parent < 0, &why);
+            diag__start how = from->parent < 0 ? DIAG_IF_FAR : from->held ? DIAG_HELD : DIAG_FREE;
+            status = fit_row(q, row, parent, how, &why);
             status = status == STEIN_OK ? note(row, &why) : status;
         }
     }
@@ -462,14 +591,15 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     if (row->in->why != NULL || status != STEIN_OK || !isfinite(row->objective)) {
         row->failed = lab__text("%s", row->in->why != NULL ? row->in->why : why.msg);
         row->objective = row->chi2_dof = INFINITY;
+        free(row->J);
+        row->J = NULL;
     }
-    free(row->J); // of all rows together they would be most of the memory
-    row->J = NULL;
     row->strokes = q->strokes - before;
     row->seconds = diag__clock() - begin;
     *out = row;
     status = diag__table_add(t, row, err);
     diag__weigh(q, t);
+    forget_derivatives(q, t, from->parent);
     return status;
 }
 
@@ -483,27 +613,22 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     fit__problem *p = &row->p;
     stein_err why = {STEIN_OK, ""};
     double coarse = p->tolerance;
-    fit__state state = {.x = row->x, .step = p->step, .mu = 1e-3, .nu = 2.0};
-    int failed = 0;
     if (row->J == NULL) {
         row->J = malloc(sizeof *row->J * (fit__columns(p) + 1));
     }
-    double *step = malloc(sizeof *step * ((size_t)p->nu + 1));
-    if (row->J == NULL || step == NULL) {
-        free(step);
+    if (row->J == NULL) {
         return lab__no_memory(err);
     }
-    memcpy(step, p->step, sizeof *step * (size_t)p->nu);
-    state.step = step;
+    fit__end e = {.x = row->x, .J = row->J, .r = row->r};
     p->central = 1;
     p->tolerance = finer * coarse;
-    stein_status status = fit__minimise(p, &state, refined, 0.0, REFINEMENTS, NULL, NULL, &why);
-    row->converged |= state.ended;
-    status = status == STEIN_OK ? fit__residuals(p, row->x, row->r, &failed, &why) : status;
-    status = status == STEIN_OK ? fit__sensitivities(p, row->x, row->r, row->J, &why) : status;
+    stein_status status = fit__descend(p, &e, 0, refined, REFINEMENTS, &why);
+    row->converged |= e.ended;
+    if (status == STEIN_OK && !e.current) {
+        status = fit__sensitivities(p, row->x, row->r, row->J, &why);
+    }
     p->central = 0;
     p->tolerance = coarse;
-    free(step);
     status = status == STEIN_OK ? note(row, &why) : status;
     return fit__forgive(status, err);
 }

@@ -14,6 +14,10 @@
  * secant would hide the rest. A part changes them by one noise, and has a second column of a
  * smaller amount: a link that bends a little follows slowly, one that bends more rings. A coupling
  * that lets go does nothing up to an amount; its amount is scanned.
+ *
+ * Rows near the end differ by less than a secant's own change. So columns of a free linear model
+ * stay, and serve a row whose residuals differ from those there by no more than that (RMS): their
+ * error is of the order of the secant's. Derivatives and residuals are always those of the row.
  */
 #include <gsl/gsl_linalg.h>
 #include <math.h>
@@ -29,15 +33,26 @@ static const double visible = 0.01;  /* less than that at the limit shows in no 
 static const double smallest = 1e-6; /* amount [limits] */
 static const double smaller = 0.2;   /* second column of a part, in the amount of the first */
 static const double enough = 0.3;
+static const double same_motion = 0.2; /* RMS of a difference of residuals [noise] */
 static const char unseen[] = "it would not show in these strokes";
 
 /* a column on its way */
 typedef struct column {
-    int cause;
+    int cause, ready; /* 1: it is there already */
     double step;
     double *G;
     const char *why;
 } column;
+
+/* columns of the last free linear model */
+struct diag__kept {
+    const diag__mechanism *in;
+    double scale;
+    double *r; /* [rows] residuals where they were made */
+    size_t rows;
+    column *column;
+    int n;
+};
 
 typedef struct work {
     diag__problem *q;
@@ -261,7 +276,7 @@ static stein_status numbers(work *w, stein_err *err)
         int k = c->why == NULL && of->effect->needs == NULL ? number_of(w, of) : -1;
         if (k >= 0) {
             take_derivative(w, c, of, k);
-        } else if (c->why == NULL && of->effect->needs == NULL) {
+        } else if (!c->ready && c->why == NULL && of->effect->needs == NULL) {
             list[n++] = c;
         }
     }
@@ -399,6 +414,9 @@ static stein_status fill_columns(work *w, stein_err *err)
     stein_status status = numbers(w, err);
     for (int i = w->row->h.n; status == STEIN_OK && i < w->n; i++) {
         column *c = &w->column[i];
+        if (c->ready) {
+            continue;
+        }
         if (c->why == NULL && all[c->cause].effect->needs != NULL) {
             status = part(w, c, err);
             i++; // its second column
@@ -444,6 +462,21 @@ static void copy_unknowns(work *w)
     }
 }
 
+/* the row's derivatives, of the records that are used */
+static void copy_derivatives(work *w)
+{
+    const fit__problem *from = &w->row->p;
+    for (int s = 0, k = 0; s < from->nstroke && k < w->p.nstroke; s++) {
+        if (from->stroke[s].data == w->p.stroke[k].data) {
+            const fit__stroke *t = &from->stroke[s];
+            size_t n = (size_t)(t->nch * t->n) * (size_t)(from->np + t->own);
+            memcpy(w->J + fit__column(&w->p, k, 0), w->row->J + fit__column(from, s, 0),
+                   sizeof *w->J * n);
+            k++;
+        }
+    }
+}
+
 /* residuals and derivatives at the row's end, or where the observer that holds it leads */
 static stein_status stand(work *w, double gain, int most, stein_err *err)
 {
@@ -478,6 +511,10 @@ static stein_status stand(work *w, double gain, int most, stein_err *err)
     }
     if (status == STEIN_OK && failed > 0) {
         return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+    }
+    if (status == STEIN_OK && gain <= 0.0 && w->row->J != NULL) {
+        copy_derivatives(w);
+        return STEIN_OK;
     }
     return status == STEIN_OK ? fit__sensitivities(&w->p, w->x, w->r, w->J, err) : status;
 }
@@ -532,12 +569,92 @@ static int list_columns(const work *w, diag__linear *l, column *list)
     return n;
 }
 
+/* ---- columns that are kept ---- */
+
+void diag__kept_free(struct diag__kept *k)
+{
+    if (k != NULL) {
+        for (int i = 0; i < k->n; i++) {
+            free(k->column[i].G);
+        }
+        free(k->column);
+        free(k->r);
+        free(k);
+    }
+}
+
+/* do they serve where this one is linear? */
+static int serves(const struct diag__kept *k, const work *w)
+{
+    size_t rows = fit__offset(&w->p, w->p.nstroke);
+    double sum = 0.0;
+    // the scale of the noise is that of residuals and columns
+    if (k == NULL || w->p.gain > 0.0 || k->in != w->row->in || k->rows != rows ||
+        fabs(k->scale - w->row->scale) > 0.0) {
+        return 0;
+    }
+    for (size_t i = 0; i < rows; i++) {
+        sum += (k->r[i] - w->r[i]) * (k->r[i] - w->r[i]);
+    }
+    return sqrt(sum / fmax(1.0, w->p.samples)) <= same_motion;
+}
+
+/* columns that are there already; of a part both come one after the other in either list */
+static void take_kept(work *w)
+{
+    struct diag__kept *kept = w->q->kept;
+    int at = 0;
+    for (int i = w->row->h.n; serves(kept, w) && i < w->n; i++) {
+        column *c = &w->column[i];
+        while (at < kept->n && kept->column[at].cause < c->cause) {
+            at++;
+        }
+        if (at < kept->n && kept->column[at].cause == c->cause) {
+            *c = kept->column[at];
+            c->ready = 1;
+            kept->column[at++].G = NULL;
+        }
+    }
+}
+
+/* Those of a free linear model stay. Where some were there already, all count as made where those
+ * were, so that differences cannot add up from row to row. */
+static stein_status keep(work *w, stein_err *err)
+{
+    size_t rows = fit__offset(&w->p, w->p.nstroke);
+    struct diag__kept *k = calloc(1, sizeof *k), *old = w->q->kept;
+    if (k == NULL || (k->r = malloc(sizeof *k->r * (rows + 1))) == NULL) {
+        free(k);
+        return lab__no_memory(err);
+    }
+    int reused = serves(old, w);
+    memcpy(k->r, reused ? old->r : w->r, sizeof *k->r * rows);
+    k->in = w->row->in;
+    k->scale = w->row->scale;
+    k->rows = rows;
+    for (int i = 0; i < w->row->h.n; i++) {
+        free(w->column[i].G);
+    }
+    k->n = w->n - w->row->h.n;
+    memmove(w->column, w->column + w->row->h.n, sizeof *w->column * (size_t)k->n);
+    k->column = w->column;
+    w->column = NULL;
+    w->n = 0;
+    diag__kept_free(old);
+    w->q->kept = k;
+    return STEIN_OK;
+}
+
 static stein_status make_room(work *w, stein_err *err)
 {
     size_t rows = fit__offset(&w->p, w->p.nstroke);
     stein_status status = STEIN_OK;
+    take_kept(w);
     for (int i = 0; status == STEIN_OK && i < w->n; i++) {
         column *c = &w->column[i];
+        if (c->ready) {
+            continue;
+        }
         c->G = i < w->row->h.n ? diag__column(&w->p, w->J, w->p.first_accepted + FIT__NUMBERS * i)
                                : calloc(rows + 1, sizeof *c->G);
         status = c->G != NULL ? STEIN_OK : lab__no_memory(err);
@@ -589,6 +706,11 @@ stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain
     status = status == STEIN_OK ? make_room(&w, err) : status;
     status = status == STEIN_OK ? fill_columns(&w, err) : status;
     status = status == STEIN_OK ? keep_columns(&w, l, err) : status;
+    status = status == STEIN_OK && gain <= 0.0 ? keep(&w, err) : status;
+    if (status != STEIN_OK) { // some of them are here
+        diag__kept_free(q->kept);
+        q->kept = NULL;
+    }
     l->samples = w.p.samples;
     for (int i = 0; i < w.n; i++) {
         free(w.column[i].G);

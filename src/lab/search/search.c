@@ -21,6 +21,7 @@ enum {
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
+    FAR_RECORDS = 6,
     HELD_RECORDS = 5,
     TRIES = 3, /* fits of one hypothesis because a better end is expected */
     HELD = 1,
@@ -41,6 +42,7 @@ const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
+static const double idle = 1.96;      /* sd: an amount that may be 0 */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -93,14 +95,15 @@ static int next_look(const diag__table *t, const diag__row *row)
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
-/* The best row that is to be linearised; where one leaves noise, that one alone. */
+/* The best row that is to be linearised; where one leaves noise, that one alone. A row with more
+ * causes than the incumbent has gained nothing by them. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
-        if (how == 0 || (diag__leaves_noise(best) && row != best)) {
+        if (how == 0 || row->h.n > best->h.n || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -175,16 +178,50 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
         return 0; // unless a better end of its fit is expected
     }
-    if (p->source == 'T') {
-        return had == NULL;
+    if (p->source == 'T') { // it is no answer to what leaves much more than noise
+        return had == NULL && l->row->chi2_dof < noise_like;
     }
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         return p->expected < best->objective + diag__least_gain + rounding;
     }
-    if (diag__leaves_noise(best) && p->h.n > best->h.n) { // a cause more has to gain
+    if (p->h.n > best->h.n) { // a cause more has to gain
         return p->expected < best->objective - worth;
     }
     return p->expected < best->objective + diag__convincing + rounding;
+}
+
+/* fits a proposal, and tells the trace */
+static stein_status try_one(diag__problem *q, diag__table *t, const diag__proposal *p,
+                            diag__row **one, stein_err *err)
+{
+    *one = NULL;
+    stein_status status = diag__evaluate(q, t, p, one, err);
+    if (*one != NULL && q->trace != NULL) {
+        diag__trace_row(q->trace, q, t, *one);
+    }
+    return status;
+}
+
+/* A row with a cause whose amount may be 0 is fitted without it: that needs no linear model, and
+ * the row without it is the one to be linearised. */
+static stein_status drop_idle(diag__problem *q, diag__table *t, const diag__row *row,
+                              stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
+        double sd, amount = diag__amount(row, i, &sd);
+        diag__proposal p = {.h = diag__without(row->h, row->h.cause[i]),
+                            .parent = diag__index(t, row),
+                            .source = 'D'};
+        diag__row *one;
+        for (int k = 0; k < DIAG_CAUSES; k++) {
+            p.amount[k] = p.side[k] = NAN;
+        }
+        if (fabs(amount) < idle * sd && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+            status = try_one(q, t, &p, &one, err);
+        }
+    }
+    return status;
 }
 
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
@@ -194,20 +231,20 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;
+    // what leaves much more than noise shows in a few records
+    int records = look == HELD                 ? HELD_RECORDS
+                  : row->chi2_dof > noise_like ? FAR_RECORDS
+                                               : FREE_RECORDS;
     row->expanded |= look;
-    stein_status status =
-        diag__linearise(q, row, gain, gain > 0.0 ? HELD_RECORDS : FREE_RECORDS, &l, &why);
+    stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
     int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
     for (int i = 0; i < n && tried < most && !found && status == STEIN_OK && !diag__is_spent(q);
          i++) {
         diag__row *one = NULL;
         if (is_worth(q, t, &l, &list[i])) {
-            status = diag__evaluate(q, t, &list[i], &one, err);
+            status = try_one(q, t, &list[i], &one, err);
             tried++;
-        }
-        if (one != NULL && q->trace != NULL) {
-            diag__trace_row(q->trace, q, t, one);
         }
         found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
                 diag__leaves_noise(one);
@@ -221,16 +258,19 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag__hypothesis best = diag__best(q, t, -1)->h;
-    int idle = 0;
-    for (int k = 0; k < EXPANSIONS && idle < PATIENCE && !diag__is_spent(q); k++) {
+    int waited = 0;
+    for (int k = 0; k < EXPANSIONS && waited < PATIENCE && !diag__is_spent(q); k++) {
         int look = 0;
         diag__row *row = next_row(q, t, &look);
         if (row == NULL || status != STEIN_OK) {
             break;
         }
-        status = expand(q, t, row, look, err);
+        status = drop_idle(q, t, row, err);
+        if (status == STEIN_OK && diag__incumbent(q, t)->h.n >= row->h.n) {
+            status = expand(q, t, row, look, err);
+        }
         const diag__hypothesis now = diag__best(q, t, -1)->h;
-        idle = diag__equals(&now, &best) ? idle + 1 : 0;
+        waited = diag__equals(&now, &best) ? waited + 1 : 0;
         best = now;
     }
     return status;
@@ -256,10 +296,7 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
         for (int i = 0; i < DIAG_CAUSES; i++) {
             again.amount[i] = again.side[i] = NAN;
         }
-        status = diag__evaluate(q, t, &again, &one, err);
-        if (one != NULL && q->trace != NULL) {
-            diag__trace_row(q->trace, q, t, one);
-        }
+        status = try_one(q, t, &again, &one, err);
     }
     return status;
 }
@@ -272,12 +309,12 @@ static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
     const diag__row *best = diag__incumbent(q, t);
     double most = diag__most_noise(q, &q->null);
     int less = best->chi2_dof < 2.0 - most;
-    diag__kept kept = {.rows = 0};
+    diag__standing kept = {.rows = 0};
     if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
         return STEIN_OK;
     }
     q->least_noise = less ? tiny : 1.0;
-    stein_status status = diag__keep(t, &kept, err);
+    stein_status status = diag__note_standing(t, &kept, err);
     status = status == STEIN_OK ? begin_scale_free(q, t, err) : status;
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     if (status == STEIN_OK && less && best->h.n > 0) {

@@ -72,14 +72,15 @@ typedef struct diag__problem {
     int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
                      * leaves more or less than was stated */
     double
-        least_noise;   /* variance, in that of file or audit: an audit sees what a fit takes away */
-    double memory;     /* of the row that leaves least: samples that count as one, scale_free */
-    double *step;      /* [n] amounts that columns were made with last [limits]; 0: none yet */
-    long strokes;      /* simulated so far */
-    long most_strokes; /* the budget, 0: none */
-    double most_seconds; /* 0: none */
-    double begin;        /* of the clock [s] */
-    FILE *trace;         /* of rows, NULL: none */
+        least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
+    double memory;   /* of the row that leaves least: samples that count as one, scale_free */
+    double *step;    /* [n] amounts that columns were made with last [limits]; 0: none yet */
+    struct diag__kept *kept; /* columns of the last free linear model, NULL: none (linear.c) */
+    long strokes;            /* simulated so far */
+    long most_strokes;       /* the budget, 0: none */
+    double most_seconds;     /* 0: none */
+    double begin;            /* of the clock [s] */
+    FILE *trace;             /* of rows, NULL: none */
 } diag__problem;
 
 /** One fit of a hypothesis. */
@@ -90,7 +91,7 @@ typedef struct diag__row {
     fit__problem p;                   /* its causes act; nothing is on trial */
     double *x, *r;                    /* [nu], [rows] at the end; one block with sd and J */
     double *sd;                       /* [np] in x, scatter estimated */
-    double *J;                        /* derivatives there */
+    double *J;                        /* derivatives there, NULL: not kept */
     double D[LAB_SCATTERS];           /* variances of scatter, in those of the prior */
     double scale; /* of the noise in p beside that of file or audit, > 1 where it is estimated with
                    * the fit */
@@ -183,11 +184,16 @@ int diag__unknown_at(const diag__row *row, int i);
  *  @return OK (row->failed where the hypothesis cannot be simulated), ENOMEM */
 stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
                             diag__row **out, stein_err *err);
-/** A fit from x while the observer holds with one gain after the other, then free.
- *  @param held  0: free at once
+/** How a fit begins: without an observer; with derivatives that are there already; while it holds
+ *  with one gain after the other; without it first, and held where that ends far from the records.
+ */
+typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
+/** A fit from x; its end is without an observer.
  *  @param renewals  of derivatives of the free fit, at most  @return OK, or a failure of the
- * simulation */
-stein_status diag__descend(fit__problem *p, fit__end *e, int held, int renewals, stein_err *err);
+ * simulation
+ */
+stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
+                           stein_err *err);
 /** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
  * a part more or less. @return its index, -1: it has none */
 int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
@@ -238,6 +244,7 @@ stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *
 stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain, int most,
                              diag__linear *l, stein_err *err);
 void diag__linear_free(diag__linear *l);
+void diag__kept_free(struct diag__kept *k);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
@@ -283,21 +290,21 @@ int diag__leaves_noise(const diag__row *row);
 double diag__most_noise(const diag__problem *q, const fit__problem *p);
 
 /** The rows of a table that count, before others take their place. */
-typedef struct diag__kept {
+typedef struct diag__standing {
     int rows;
     unsigned char *superseded;
-} diag__kept;
+} diag__standing;
 /** @return OK, ENOMEM; free kept->superseded in any case */
-stein_status diag__keep(const diag__table *t, diag__kept *kept, stein_err *err);
+stein_status diag__note_standing(const diag__table *t, diag__standing *kept, stein_err *err);
 /** They count again, and those since do not. */
-void diag__take_back(diag__problem *q, diag__table *t, const diag__kept *kept);
+void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept);
 
 /* ---- bodies.c ---- */
 
 /** The search with the numbers of the bodies free, and the way back. */
 typedef struct diag__bodies {
     int free; /* 1: it goes on with them */
-    diag__kept kept;
+    diag__standing kept;
 } diag__bodies;
 /** Where the file states no tolerance of its bodies, the best hypotheses with these numbers free.
  *  diag__bodies_end in any case.  @return OK, ENOMEM, a failure of the null hypothesis */

@@ -181,16 +181,16 @@ void diag__weigh(diag__problem *q, diag__table *t)
     }
 }
 
-stein_status diag__keep(const diag__table *t, diag__kept *kept, stein_err *err)
+stein_status diag__note_standing(const diag__table *t, diag__standing *kept, stein_err *err)
 {
-    *kept = (diag__kept){t->n, malloc((size_t)t->n + 1)};
+    *kept = (diag__standing){t->n, malloc((size_t)t->n + 1)};
     for (int i = 0; kept->superseded != NULL && i < t->n; i++) {
         kept->superseded[i] = (unsigned char)t->row[i]->superseded;
     }
     return kept->superseded != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
-void diag__take_back(diag__problem *q, diag__table *t, const diag__kept *kept)
+void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept)
 {
     for (int i = 0; i < t->n; i++) {
         t->row[i]->superseded = i >= kept->rows || kept->superseded[i];
