@@ -11,7 +11,8 @@
 #include "verdict.h"
 
 enum { A = 3, B = 7, C = 11, D = 12 }; /* candidates */
-static const diag__setting plain = {.most_noise = 1.13, .stated = 1, .freedom = 8.0, .tolerances = 4};
+static const diag__setting plain = {
+    .most_noise = 1.13, .stated = 1, .freedom = 8.0, .tolerances = 4};
 static const double far_left = 3.0, noise_left = 1.02; /* chi2/dof */
 
 static diag__evidence none(double objective, double chi2_dof)

@@ -34,8 +34,8 @@ enum { LAB_SCATTER_PLACES = 2 };
 typedef struct lab_fit_def {
     const char *const *free; /* [nfree] names of parameters */
     int nfree;
-    const double *tolerance; /* [nfree] standard deviations where the file states none, 0: none;
-                              * NULL (default): none at all */
+    const double *tolerance;    /* [nfree] standard deviations where the file states none, 0: none;
+                                 * NULL (default): none at all */
     const char *const *profile; /* [nprofile] profile likelihood of these free ones */
     int nprofile;
     int profile_flagged; /* also of up to 3 that the data cannot tell apart; default 0 */

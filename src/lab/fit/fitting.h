@@ -116,17 +116,17 @@ typedef struct fit__unknown {
 typedef struct fit__stroke {
     const lab_data *data;
     int n, nch;
-    int *channel;     /* [nch] of the model */
-    double *noise;    /* [nch] sd */
-    double *audited;  /* [nch] noise by file or audit, before the residual was asked */
-    double *residual; /* [nch] noise as the residual has it */
-    int *given;       /* [nch] noise by the file */
-    int *delay;       /* [nch] parameter of the instrument's delay, -1: none */
-    double *y;        /* [nch*n], NAN: missing */
-    double *weight;   /* [nch*n] square roots of robust weights; NULL: all 1 */
-    double *share;    /* [nch*n] square root of what a sample counts as: 1, less where an encoder
-                         repeats its reading; 0: missing */
-    int samples;      /* as many as they count as */
+    int *channel;        /* [nch] of the model */
+    double *noise;       /* [nch] sd */
+    double *audited;     /* [nch] noise by file or audit, before the residual was asked */
+    double *residual;    /* [nch] noise as the residual has it */
+    int *given;          /* [nch] noise by the file */
+    int *delay;          /* [nch] parameter of the instrument's delay, -1: none */
+    double *y;           /* [nch*n], NAN: missing */
+    double *weight;      /* [nch*n] square roots of robust weights; NULL: all 1 */
+    double *share;       /* [nch*n] square root of what a sample counts as: 1, less where an encoder
+                            repeats its reading; 0: missing */
+    int samples;         /* as many as they count as */
     double origin;       /* time of the data at which the simulation starts, before tau [s] */
     int waits;           /* 1: it rests in its initial state until t = 0 */
     double window;       /* length of the start window that its initial state comes from [s] */
@@ -143,7 +143,8 @@ static inline double fit__weight(const fit__stroke *s, int i)
     return s->weight != NULL ? s->weight[i] * s->share[i] : s->share[i];
 }
 
-/** What a measurement is more than its prediction [unit], 0 where it is missing. @param r  of fit__weigh */
+/** What a measurement is more than its prediction [unit], 0 where it is missing. @param r  of
+ * fit__weigh */
 static inline double fit__off(const fit__stroke *s, const double *r, int i)
 {
     double w = fit__weight(s, i);

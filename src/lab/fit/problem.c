@@ -29,7 +29,7 @@ static const double weak_length = 1e-3,
                     weak_angle = 1e-2; /* prior of a number that is 0 [m, rad] */
 static const double locked = 0.4; /* noise in steps: step / sqrt(12) and as much of other noise */
 static const double per_second = 1.0; /* bias of a rate sensor: a marker's offset in a second */
-static const double marker_arm = 0.1;  /* a marker's offset as an angle: over this lever [m] */
+static const double marker_arm = 0.1; /* a marker's offset as an angle: over this lever [m] */
 
 double fit__value(const fit__unknown *u, double x)
 {
@@ -451,9 +451,9 @@ static double locked_step(const lab_channel_audit *a)
     return a->noise < locked * a->step ? a->step : 0.0;
 }
 
-/* A reading that an encoder repeats n times says one thing, that the value was within its step: each
- * counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all of
- * them, would be taken for an effect. @return sum of what they count as */
+/* A reading that an encoder repeats n times says one thing, that the value was within its step:
+ * each counts as 1/n. Taken as n samples, the rounding of a slow motion, which is the same for all
+ * of them, would be taken for an effect. @return sum of what they count as */
 static double share_out(const double *y, int n, double step, double *share)
 {
     double all = 0.0;
@@ -496,9 +496,8 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
     }
-    s->samples +=
-        (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
-                              s->share + k * s->n));
+    s->samples += (int)lround(share_out(s->y + k * s->n, s->n, locked_step(&audit->channel[column]),
+                                        s->share + k * s->n));
     const stein_channel *channel = &m->channels[c->index];
     if (channel->read == STEIN_READ_POSITION && m->bodies[channel->index].type == 'R') {
         fit__unwrap(s->y + k * s->n, s->n);

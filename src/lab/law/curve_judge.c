@@ -43,8 +43,9 @@ static double beyond_noise(const diag__curves *w, const diag__curve *c)
 {
     double v = diag__curve_chi2_dof(w, c);
     int in_excess = !fit__noise_given(&w->p); // of noise that nobody stated it is in the fit
-    return !in_excess && v > diag__most_noise(w->q, &w->p) ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
-                                                     : 1.0;
+    return !in_excess && v > diag__most_noise(w->q, &w->p)
+               ? sqrt(v * fmax(1.0, fit__memory(&w->p, c->r)))
+               : 1.0;
 }
 
 /* ---- records that nothing has read ---- */
@@ -269,7 +270,8 @@ static int explains_all(const diag__laws *l, const lab_law *law, const diag__rep
     double sd = sqrt(2.0 / fmax(1.0, after->p.samples));
     int reported = !isfinite(after->rmse) || !fit__noise_given(&l->all.p) ||
                    after->rmse * after->rmse < 1.0 + certain * sd;
-    int noise = !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(l->all.q, &l->all.p);
+    int noise =
+        !fit__noise_given(&l->all.p) || law->chi2_dof <= diag__most_noise(l->all.q, &l->all.p);
     return law->share >= must_explain && noise && reported;
 }
 
