@@ -103,7 +103,8 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
-        if (how == 0 || row->h.n > best->h.n || (diag__leaves_noise(best) && row != best)) {
+        int more = row->h.n > best->h.n && !q->scale_free;
+        if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -184,7 +185,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         return p->expected < best->objective + diag__least_gain + rounding;
     }
-    if (p->h.n > best->h.n) { // a cause more has to gain
+    // a cause more has to gain; where noise is estimated from a few independent samples, a linear
+    // model promises less than the ratio of what is left
+    if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(best))) {
         return p->expected < best->objective - worth;
     }
     return p->expected < best->objective + diag__convincing + rounding;
@@ -266,7 +269,8 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
             break;
         }
         status = drop_idle(q, t, row, err);
-        if (status == STEIN_OK && diag__incumbent(q, t)->h.n >= row->h.n) {
+        int stands = q->scale_free || diag__incumbent(q, t)->h.n >= row->h.n;
+        if (status == STEIN_OK && stands) {
             status = expand(q, t, row, look, err);
         }
         const diag__hypothesis now = diag__best(q, t, -1)->h;
