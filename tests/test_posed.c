@@ -66,6 +66,7 @@ static const char geared[] = "mechanism: geared\n"
 
 typedef struct encoder {
     double step, tremble; /* its steps; what it shows beside the motion, at 18 Hz [rad] */
+    double viscous;       /* friction that is hidden, too [N m s/rad] */
 } encoder;
 
 static const double dry = 0.2; /* hidden [N m] */
@@ -84,7 +85,8 @@ static const char *record_torque(const char *name, int which, const encoder *e)
         double q = a1 * sin(w1 * t) + a2 * sin(w2 * t),
                qd = a1 * w1 * cos(w1 * t) + a2 * w2 * cos(w2 * t),
                qdd = -a1 * w1 * w1 * sin(w1 * t) - a2 * w2 * w2 * sin(w2 * t);
-        double torque = (I + m * c * c) * qdd + m * g * c * sin(q) + dry * tanh(qd / 0.05);
+        double torque =
+            (I + m * c * c) * qdd + m * g * c * sin(q) + dry * tanh(qd / 0.05) + e->viscous * qd;
         double shown = q + e->tremble * sin(turn * 18.0 * t + which) + 2e-5 * gauss(&seed);
         shown = e->step > 0.0 ? e->step * round(shown / e->step) : shown;
         fprintf(f, "%.6f,%.8f,%.5f\n", t, shown, torque + 0.02 * gauss(&seed));
@@ -93,11 +95,15 @@ static const char *record_torque(const char *name, int which, const encoder *e)
     return path;
 }
 
-static lab_diagnosis *diagnose_torque(const encoder *e, double smooth, fitted *f)
+enum { TORQUES = 4 };
+
+/* @param n  records, at most TORQUES */
+static lab_diagnosis *diagnose_torque(const encoder *e, int n, double smooth, fitted *f)
 {
-    char path[4][200];
-    const char *data[5] = {NULL};
-    for (int i = 0; i < 4; i++) {
+    char path[TORQUES][200];
+    const char *data[TORQUES + 1] = {NULL};
+    static const unsigned char last[TORQUES] = {0, 1}; // of two
+    for (int i = 0; i < n; i++) {
         char name[40];
         snprintf(name, sizeof name, "torque%d.csv", i);
         snprintf(path[i], sizeof path[i], "%s", record_torque(name, i, e));
@@ -110,6 +116,7 @@ static lab_diagnosis *diagnose_torque(const encoder *e, double smooth, fitted *f
     lab_diagnose_def def = lab_diagnose_def_default();
     def.options = &options;
     def.smooth = smooth;
+    def.held_out = n == 2 ? last : NULL;
     lab_diagnosis *d = NULL;
     ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
     printf("encoder with steps of %g mrad, %g mrad at 18 Hz: %s\n", 1e3 * e->step, 1e3 * e->tremble,
@@ -119,11 +126,11 @@ static lab_diagnosis *diagnose_torque(const encoder *e, double smooth, fitted *f
 
 START_TEST(torques_under_an_encoders_motion_show_dry_friction)
 {
-    static const encoder coarse = {4e-4, 4e-4};
+    static const encoder coarse = {4e-4, 4e-4, 0.0};
     static const double bands[] = {0.0, 8.0};
     for (size_t i = 0; i < sizeof bands / sizeof *bands; i++) {
         fitted f;
-        lab_diagnosis *d = diagnose_torque(&coarse, bands[i], &f);
+        lab_diagnosis *d = diagnose_torque(&coarse, TORQUES, bands[i], &f);
         ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
         ck_assert_int_eq(d->ncause, 1);
         ck_assert_number(in_set(d, "coulomb_friction", "arm"), dry, 0.05);
@@ -137,12 +144,27 @@ END_TEST
 
 START_TEST(white_noise_of_a_motion_is_smoothed_as_it_allows)
 {
-    static const encoder fine = {0.0, 0.0};
+    static const encoder fine = {0.0, 0.0, 0.0};
     fitted f;
-    lab_diagnosis *d = diagnose_torque(&fine, 0.0, &f);
+    lab_diagnosis *d = diagnose_torque(&fine, TORQUES, 0.0, &f);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
     ck_assert_number(in_set(d, "coulomb_friction", "arm"), dry, 0.05);
     ck_assert(!says(d, "smoothed to half at"));
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+START_TEST(one_long_record_shows_two_frictions)
+{
+    static const encoder coarse = {4e-4, 4e-4, 0.12};
+    fitted f;
+    lab_diagnosis *d = diagnose_torque(&coarse, 2, 0.0, &f);
+    ck_assert_int_eq(d->nfit, 1);
+    ck_assert_int_eq(d->ncause, 2);
+    ck_assert_number(in_set(d, "coulomb_friction", "arm"), dry, 0.05);
+    ck_assert_number(in_set(d, "viscous_friction", "arm"), coarse.viscous, 0.1);
+    ck_assert(d->gain.lo < d->gain.ratio && d->gain.ratio < d->gain.hi); // of blocks
     lab_diagnosis_destroy(d);
     drop(&f);
 }
@@ -338,6 +360,7 @@ Suite *posed_suite(void)
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, torques_under_an_encoders_motion_show_dry_friction);
     tcase_add_test(t, white_noise_of_a_motion_is_smoothed_as_it_allows);
+    tcase_add_test(t, one_long_record_shows_two_frictions);
     tcase_add_test(t, a_band_keeps_half_of_an_oscillation_of_its_frequency);
     tcase_add_test(t, friction_is_found_beside_masses_that_are_guesses);
     tcase_add_test(t, a_camera_that_is_a_fifth_too_slow_is_found);
