@@ -55,6 +55,7 @@
     X(search)        \
     X(odd_records)   \
     X(coupling)      \
+    X(posed)         \
     X(show)          \
     X(report)        \
     X(seen)          \

@@ -64,7 +64,8 @@ done
 sed -n '/^## Thresholds/,/^Not built/p' docs/diagnosis.md |
     grep -oE '`[A-Za-z_]+` [0-9][0-9.e-]*' | tr -d '`' | sort -u >"$dir/thresholds"
 while read -r name value; do
-    grep -rqE "[ _]$name(\[\])? = \{?$value[,;} ]|[ _]$name = $value(\.0)?[,;]?( |$)" src/lab/search src/lab/verdict src/lab/law
+    grep -rqE "[ _]$name(\[\])? = \{?$value[,;} ]|[ _]$name = $value(\.0)?[,;]?( |$)" src/lab/search src/lab/verdict src/lab/law \
+        src/lab/fit src/lab/diagnosis
     ok "docs/diagnosis.md: $name is $value" $?
 done <"$dir/thresholds"
 

@@ -436,7 +436,7 @@ typedef struct lab_setting_off {
 /** A diagnosis. */
 typedef struct lab_diagnosis {
     lab_verdict verdict;
-    char reason[480];  /* one or two sentences */
+    char reason[800];  /* a few sentences */
     const char *phase; /* where the found cause shows most; NULL without one */
     int nsuspect;
     lab_suspect *suspect; /* causes in the order they were found, rivals, then all others */
@@ -485,6 +485,7 @@ typedef struct lab_diagnose_def {
     int nfree;
     const char *const *without; /* [nwithout] effects that are not asked for, as if in no table: */
     int nwithout;               /* words of lab_effect_is */
+    double smooth; /* measured motions are taken as motion up to this frequency [Hz]; 0: chosen */
     int threads;
     long most_strokes;          /* budget of simulated strokes, 0: none */
     double most_seconds;        /* budget of time [s], 0: none */

@@ -43,13 +43,15 @@ typedef struct lab_fit_def {
     double offset;  /* prior sd of a marker's offset [m; rad by 0.1 m]; 0: none; default 0.2 mm */
     double trigger; /* prior sd of an unknown trigger [s]; default 2 ms. Of a stroke with a recorded
                        input at most a frame / sqrt(12) */
-    int initial;    /* initial state: 1 free, 0 as the file says, -1 (default) free where the
-                       mechanism neither settles nor has a load, and the stroke does not set it.
-                       A free one starts from the first samples of the record, which is where the
-                       simulation begins */
-    int scatter;    /* strokes differ by themselves: 1 yes, LAB_SCATTER_PLACES the friction of every
-                     * place by itself, 0 no, -1 (default) when there are 4 or more
-                     */
+    const double *smooth; /* [inputs] a measured motion is taken as motion up to this frequency, of
+                             which half is kept [Hz]; NAN: as its noise allows; NULL: all NAN */
+    int initial;          /* initial state: 1 free, 0 as the file says, -1 (default) free where the
+                             mechanism neither settles nor has a load, and the stroke does not set it.
+                             A free one starts from the first samples of the record, which is where the
+                             simulation begins */
+    int scatter; /* strokes differ by themselves: 1 yes, LAB_SCATTER_PLACES the friction of every
+                  * place by itself, 0 no, -1 (default) when there are 4 or more
+                  */
     double joint_scatter, contact_scatter; /* sd of a stroke's friction factor; default 5 %, 8 % */
     double drive_scatter;                  /* of its load or inputs; default 0.3 % */
     int settings; /* 1: what a stroke sets is off by a last digit or a percent; default 0: it is as

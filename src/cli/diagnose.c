@@ -165,6 +165,20 @@ static int read_budget(job *j)
     return CLI_OK;
 }
 
+/* "12Hz" */
+static int read_smooth(job *j)
+{
+    const char *text = cli_value(j->args, "smooth");
+    stein_err err = {STEIN_OK, "expected a frequency above 0, 12Hz"};
+    if (text == NULL) {
+        return CLI_OK;
+    }
+    stein_status status = mech_parse_quantity(text, (mech_dim){.s = -1}, &j->def.smooth, &err);
+    return status == STEIN_OK && j->def.smooth > 0.0
+               ? CLI_OK
+               : cli_misuse(j->args->command, "--smooth %s: %s", text, err.msg);
+}
+
 static int read_options(job *j)
 {
     const char *free = cli_value(j->args, "free");
@@ -184,6 +198,7 @@ static int read_options(job *j)
     j->def.trace = cli_value(j->args, "trace");
     j->def.explain = cli_value(j->args, "explain");
     int code = read_budget(j);
+    code = code == CLI_OK ? read_smooth(j) : code;
     code = code == CLI_OK ? read_without(j) : code;
     if (code != CLI_OK) {
         return code;
@@ -568,6 +583,10 @@ static const cli_option options[] = {
      "Effects that are hidden from the search, as if the table lacked them: kinds, sites\n"
      "(joint, contact, channel ...), classes (sensor, input ...) or all. What they would have\n"
      "explained is then a law to be recovered."},
+    {"smooth", 0, "FREQUENCY",
+     "Measured motions are taken as motion up to this frequency, of which half is kept, e.g.\n"
+     "12Hz. Without it: as far as the noise of the motion allows, or, where the force that it\n"
+     "needed was measured, too, as far as that shows it."},
     {"budget", 0, "N|Ss", "The search ends after N simulated strokes, or S seconds."},
     {"trace", 0, "FILE",
      "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},

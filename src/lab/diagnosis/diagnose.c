@@ -20,6 +20,9 @@
 
 enum { HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
 
+static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
+static const double no_gain = 0.98;                   /* ratio of errors on reporting records */
+
 typedef struct diagnosis {
     diag__problem q;
     diag__table t;
@@ -71,8 +74,8 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
     d->out->nfit = fit->n;
     d->out->nheld = report->n;
     return fit->n > 0 ? STEIN_OK
-                      : lab__fail(err, STEIN_EINVAL, "%d strokes are held out and none is to fit to",
-                                  report->n);
+                      : lab__fail(err, STEIN_EINVAL,
+                                  "%d strokes are held out and none is to fit to", report->n);
 }
 
 /* a line for the findings, which takes it over */
@@ -139,6 +142,30 @@ static stein_status check_step(diagnosis *d, stein_err *err)
         d->def->report(d->def->ctx, line);
     }
     return add_finding(d->out, line, 1, err);
+}
+
+/* up to which frequency measured motions are taken as motion, where that is not as their noise has
+ * it */
+static stein_status tell_bands(diagnosis *d, stein_err *err)
+{
+    const stein_model *m = lab_equations(d->q.model);
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < m->ninput && status == STEIN_OK; i++) {
+        double hz = d->q.fit_def.smooth != NULL ? d->q.smooth[i] : (double)NAN;
+        if (m->inputs[i].kind != STEIN_INPUT_MOTION || !isfinite(hz)) {
+            continue;
+        }
+        char *line = lab__text(d->def->smooth > 0.0
+                                   ? "%s: smoothed to half at %.3g Hz"
+                                   : "%s: smoothed to half at %.3g Hz; what is faster does not "
+                                     "show in the measured forces",
+                               m->inputs[i].name, hz);
+        if (line != NULL && d->def->report != NULL) {
+            d->def->report(d->def->ctx, line);
+        }
+        status = add_finding(d->out, line, 1, err);
+    }
+    return status;
 }
 
 /* signs, zeros, units and planes with which the records' beginnings would follow */
@@ -210,7 +237,9 @@ static stein_status judge(diagnosis *d, stein_err *err)
                                  .stated = fit__noise_given(&d->q.null),
                                  .assumed = d->q.assumed,
                                  .records = d->fitted.n,
-                                 .freedom = d->fitted.n - 1 + diag__scatter_worth(d->fitted.n)};
+                                 .freedom = d->fitted.n - 1 + diag__scatter_worth(d->fitted.n),
+                                 .names = d->q.nname,
+                                 .body = d->q.nbody > 0 ? d->q.body_sd : NULL};
     for (int k = 0; k < d->q.nname; k++) {
         int i = stein_find_param(m, d->q.name[k]);
         d->setting.tolerances += i >= 0 && diag__has_tolerance(&d->q, i);
@@ -413,10 +442,63 @@ static stein_status odd_setting(diagnosis *d, stein_err *err)
     return status;
 }
 
+/* One of several causes that reporting records do not show, and that has a row without it, is none:
+ * they are predicted as well without it, or nearly so where more than noise is left.
+ * @return 1: that row stands for the verdict now */
+static int drop_idle(diagnosis *d)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    int more = best->chi2_dof > d->setting.most_noise;
+    for (int i = 0; d->out->ncause > 1 && i < d->out->ncause; i++) {
+        const lab_suspect *s = &d->out->suspect[i];
+        if (!(s->own_ratio >= no_gain && (more || s->own_hi >= 1.0))) {
+            continue;
+        }
+        int k = 0;
+        while (k < best->h.n && !diag__is_same(&best->cause[k], &s->candidate)) {
+            k++;
+        }
+        const diag__hypothesis less =
+            k < best->h.n ? diag__without(best->h, best->h.cause[k]) : best->h;
+        const diag__row *row = k < best->h.n ? diag__find(&d->t, &less) : NULL;
+        if (row != NULL && diag__is_possible(&d->q, row)) {
+            d->j.best = diag__index(&d->t, row);
+            d->j.nrival = 0;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* numbers and predictions of the verdict's row, once more */
+static stein_status shorten(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const diag__row *null = d->t.row[d->j.null], *best = d->t.row[d->j.best];
+    free(o->suspect);
+    free(o->value);
+    o->suspect = NULL;
+    o->value = NULL;
+    o->nsuspect = o->ncause = o->nrival = o->nvalue = 0;
+    diag__reported_free(&d->before);
+    diag__reported_free(&d->after);
+    d->j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
+    d->j.gain = null->objective - best->objective;
+    stein_status status = refine(d, err);
+    status = status == STEIN_OK ? results(d, err) : status;
+    o->remainder = sqrt(o->chi2_dof_after);
+    o->share = d->j.share;
+    return status == STEIN_OK ? report(d, err) : status;
+}
+
+/* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
+ * what is left is still far from noise, the model errs in more than one law. */
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
-    if (best->chi2_dof <= d->setting.most_noise || diag__is_spent(&d->q)) {
+    int hopeless =
+        d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
+    if (best->chi2_dof <= d->setting.most_noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }
     stein_status status = diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err);
@@ -624,6 +706,9 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     o->share = d->j.share;
     progress(d, 0.85, "strokes that were held out");
     status = report(d, err);
+    for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && drop_idle(d); k++) {
+        status = shorten(d, err);
+    }
     status = status == STEIN_OK ? gains(d, err) : status;
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
@@ -670,6 +755,7 @@ static stein_status search(diagnosis *d, const char *file, const lab_model *mode
         }
     }
     d->out->samples = d->q.null.samples;
+    status = status == STEIN_OK ? tell_bands(d, err) : status;
     status = status == STEIN_OK ? check_step(d, err) : status;
     status = status == STEIN_OK ? check_setup(d, err) : status;
     progress(d, 0.05, "search for causes");

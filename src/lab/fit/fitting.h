@@ -3,6 +3,7 @@
  *
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
+ *   band.c         how far they are smoothed where the forces of a motion were measured
  *   start_window.c value and slope of a channel at the start of its record
  *   start_kinematics.c positions and speeds from what the channels show there
  *   start_state.c  one state out of these, start_state.h
@@ -52,10 +53,15 @@ typedef struct fit__signal {
     fit__cubic *piece; /* [n] from knot to knot: what a simulation reads in one go lies side by
                           side, and nothing is divided */
     double decades;    /* how much it was smoothed: log10 of a in intervals^5 (signal.c) */
+    double noise;      /* sd of one sample that it was made with */
+    double taken;      /* RMS of what smoothing took away */
 } fit__signal;
-/** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate */
+/** @param noise  sd of one sample; what is smoother than that is taken as motion. 0: interpolate
+ *  @param hz     instead, the frequency of which half is kept; NAN: as the noise allows */
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
-                              const lab_column *column, double noise, stein_err *err);
+                              const lab_column *column, double noise, double hz, stein_err *err);
+/** Frequency of which smoothing has kept half [Hz]. */
+double fit__signal_band(const fit__signal *s);
 /** The same of a motion u over times t, n of each; u NAN: no sample.
  *  @param decades  how much it is smoothed, log10 of a in intervals^5 (signal.c); NAN: as the noise
  *                  allows */
@@ -297,6 +303,18 @@ int fit__next_run(fit__bench *b, double *t_end, stein_pace **pace);
 stein_status fit__alone(fit__bench *b);
 /** The rest of y. @param status  of the steps  @return as fit__simulate */
 stein_status fit__finish(fit__bench *b, stein_status status);
+
+/* ---- band.c ---- */
+
+/** The frequency up to which each measured motion is taken as motion, where the force that it
+ * needed was measured, too. The signals of p become those.
+ *  @param hz  [ninput] out; NAN: as the noise of the motion allows
+ *  @return OK, ENOMEM, the failure of making a simulation */
+stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
+/** The noise of channel k of a stroke, where that is the force of a motion whose band is stated and
+ *  the file does not state the noise: no less than what the force does beyond that band.
+ *  @return OK, ENOMEM */
+stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err);
 
 /* ---- initial.c ---- */
 

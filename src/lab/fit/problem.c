@@ -493,8 +493,9 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     if (c->role == LAB_INPUT) {
         int motion = m->inputs[c->index].kind == STEIN_INPUT_MOTION;
         double noise = audit->channel[column].noise;
+        double hz = p->def->smooth != NULL ? p->def->smooth[c->index] : (double)NAN;
         return fit__signal_make(&s->signal[s->nsignal++], c->index, motion, s->data, c,
-                                isfinite(noise) ? noise : 0.0, err);
+                                isfinite(noise) ? noise : 0.0, hz, err);
     }
     if (m->channels[c->index].read == STEIN_READ_TIME) {
         return STEIN_OK;
@@ -506,6 +507,9 @@ static stein_status take_column(fit__problem *p, fit__stroke *s, const lab_audit
     s->delay[k] = stein_find_param(m, name);
     s->given[k] = isfinite(c->noise);
     s->noise[k] = s->audited[k] = noise_of(&audit->channel[column]);
+    if (fit__widen_noise(p, s, k, err) != STEIN_OK) {
+        return STEIN_ENOMEM;
+    }
     for (int i = 0; i < s->n; i++) {
         s->y[k * s->n + i] = c->present[i] ? c->value[i] : NAN;
     }

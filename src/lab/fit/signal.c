@@ -13,9 +13,12 @@
  * diagonals, solved in O(n) for each trial a. A cubic spline runs through g. The third derivative,
  * because a penalty on the second one - the smoothing spline of the books - pulls accelerations
  * themselves down and to 0 at both ends: a record that begins in motion lacked 70 N of a force of
- * 90 N there. s is the noise the audit found; without noise a = 0. A low-pass filter would need a
- * cut-off from the user and runs into the ends. A force needs no derivatives and runs straight
- * between its samples.
+ * 90 N there. s is the noise the audit found; without noise a = 0. A force needs no derivatives and
+ * runs straight between its samples.
+ *
+ * An oscillation of frequency f keeps the share 1/(1 + a h (2 pi f)^6) of itself, h the interval of
+ * the samples; the band of a signal is the f that keeps half. A caller that knows the band states
+ * it instead (band.c finds it where forces were measured).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -136,6 +139,21 @@ static double choose(bands *b, double noise)
     return low;
 }
 
+static const double ln10 = 2.302585092994046, turn = 6.283185307179586;
+
+/* decades of a whose band is f */
+static double decades_of(const fit__signal *s, double hz)
+{
+    double h = (s->t[s->n - 1] - s->t[0]) / (s->n - 1);
+    return -6.0 * stein__log_of(turn * hz * h) / ln10;
+}
+
+double fit__signal_band(const fit__signal *s)
+{
+    double h = s->n > 1 ? (s->t[s->n - 1] - s->t[0]) / (s->n - 1) : 1.0;
+    return stein__power(10.0, -s->decades / 6.0) / (turn * h);
+}
+
 /* @param decades  of a; NAN: as the noise allows */
 static stein_status smooth(fit__signal *s, double noise, double decades, stein_err *err)
 {
@@ -154,6 +172,7 @@ static stein_status smooth(fit__signal *s, double noise, double decades, stein_e
     s->decades = isnan(decades) ? choose(&b, noise) : decades;
     double a = unit_of(&b) * stein__power(10.0, s->decades);
     solve(&b, a);
+    s->taken = sqrt(misfit(&b, a) / (double)n);
     for (int i = 0; i < s->n; i++) {
         s->g[i] -= taken(&b, a, i);
     }
@@ -229,7 +248,9 @@ static stein_status run_through(fit__signal *s, double noise, double decades, st
     }
     double *c = calloc((size_t)s->n, sizeof *c);
     stein_status status = c != NULL ? STEIN_OK : lab__no_memory(err);
-    status = status == STEIN_OK && noise > 0.0 ? smooth(s, noise, decades, err) : status;
+    if (status == STEIN_OK && (noise > 0.0 || isfinite(decades))) {
+        status = smooth(s, noise, decades, err);
+    }
     status = status == STEIN_OK ? interpolate(s, c, err) : status;
     if (status == STEIN_OK) {
         fit__signal_pieces(s, c);
@@ -239,9 +260,9 @@ static stein_status run_through(fit__signal *s, double noise, double decades, st
 }
 
 stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_data *data,
-                              const lab_column *column, double noise, stein_err *err)
+                              const lab_column *column, double noise, double hz, stein_err *err)
 {
-    *s = (fit__signal){.input = input, .motion = motion};
+    *s = (fit__signal){.input = input, .motion = motion, .noise = noise};
     stein_status status = make_room(s, (size_t)column->samples, err);
     for (int i = 0; status == STEIN_OK && i < data->nrow; i++) {
         if (column->present[i]) {
@@ -249,13 +270,14 @@ stein_status fit__signal_make(fit__signal *s, int input, int motion, const lab_d
             s->g[s->n++] = column->value[i];
         }
     }
-    return status == STEIN_OK ? run_through(s, noise, NAN, err) : status;
+    double decades = hz > 0.0 && s->n > 1 ? decades_of(s, hz) : (double)NAN;
+    return status == STEIN_OK ? run_through(s, noise, decades, err) : status;
 }
 
 stein_status fit__signal_through(fit__signal *s, int input, const double *t, const double *u, int n,
                                  double noise, double decades, stein_err *err)
 {
-    *s = (fit__signal){.input = input, .motion = 1};
+    *s = (fit__signal){.input = input, .motion = 1, .noise = noise};
     stein_status status = make_room(s, (size_t)n, err);
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         if (isfinite(u[i])) {

@@ -20,6 +20,7 @@ static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
 static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
 static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
+static const double nearly_all = 0.95;  /* share of the misfit: what is left is a shape */
 
 double diag__curve_chi2_dof(const diag__curves *w, const diag__curve *c)
 {
@@ -203,6 +204,20 @@ static double scale_free_gain(const diag__laws *l, const lab_law *law)
            SHAPE * stein__log_of(fmax(1.0, dof));
 }
 
+/* Are the causes friction of the joint over whose speed the law is, and explain nearly all? Then
+ * the law is their shape, and the shape of a friction is never exactly that of the table. */
+static int is_shape_of(const lab_law *law, const diag__judgement *j, const diag__row *best)
+{
+    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): a law that was noted has a state
+    int yes = strcmp(law->of, "speed") == 0 && j->share > nearly_all;
+    for (int i = 0; i < best->h.n; i++) {
+        const lab_candidate *c = &best->cause[i];
+        yes = yes && strcmp(c->place, law->place) == 0 &&
+              strcmp(lab_effect_family(c->effect), "dissipation") == 0;
+    }
+    return yes;
+}
+
 static int is_believed(const diag__laws *l, const lab_law *law, const diag__judgement *j,
                        const diag__row *best)
 {
@@ -212,7 +227,7 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
     if (!(gain > diag__least_gain) || law->chi2_dof > unusable) {
         return 0;
     }
-    if (j->finding == DIAG_NAMED && !fit__noise_given(&l->all.p)) {
+    if (j->finding == DIAG_NAMED && (!stated || is_shape_of(law, j, best))) {
         return 0; // known effects come first, and nothing says that what they leave is no noise
     }
     if (j->finding == DIAG_EXPLAINED && !stated) {

@@ -126,6 +126,7 @@ int diag__has_tolerance(const diag__problem *q, int param)
     const stein_param *of = &lab_equations(q->model)->params[param];
     int assumed = 0;
     for (int k = 0; k < q->nname; k++) {
+        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): nname names are there
         assumed |= q->name_sd[k] > 0.0 && strcmp(q->name[k], of->name) == 0;
     }
     return assumed || of->tolerance > 0.0;
@@ -137,11 +138,12 @@ int diag__has_tolerance(const diag__problem *q, int param)
 static stein_status choose_names(diag__problem *q, stein_err *err)
 {
     const stein_model *m = lab_equations(q->model);
-    size_t most = (size_t)(m->np + q->def->nfree + 1);
+    size_t most = 2 * (size_t)m->np + (size_t)q->def->nfree + 1;
     int rough = !states_any(m);
-    q->name = malloc(sizeof *q->name * most);
+    q->name = calloc(most, sizeof *q->name);
     q->name_sd = calloc(most, sizeof *q->name_sd);
-    if (q->name == NULL || q->name_sd == NULL) {
+    q->body_sd = malloc(sizeof *q->body_sd * most);
+    if (q->name == NULL || q->name_sd == NULL || q->body_sd == NULL) {
         return lab__no_memory(err);
     }
     for (int i = 0; i < m->np; i++) {
@@ -162,26 +164,68 @@ static stein_status choose_names(diag__problem *q, stein_err *err)
     return STEIN_OK;
 }
 
-static stein_status open_null(diag__problem *q, stein_err *err)
+/* bands of measured motions: as they are stated, or as the measured forces have it */
+static stein_status choose_bands(diag__problem *q, stein_err *err)
 {
-    q->fit_def = lab_fit_def_default();
+    int n = lab_equations(q->model)->ninput;
+    if (q->def->smooth > 0.0) {
+        return STEIN_OK;
+    }
+    stein_status status = fit__choose_bands(&q->null, q->smooth, err);
+    q->fit_def.smooth = status == STEIN_OK && n > 0 ? q->smooth : NULL;
+    for (int s = 0; status == STEIN_OK && s < q->null.nstroke; s++) {
+        for (int c = 0; status == STEIN_OK && c < q->null.stroke[s].nch; c++) {
+            status = fit__widen_noise(&q->null, &q->null.stroke[s], c, err);
+        }
+    }
+    return status;
+}
+
+/* what is stated of the bands before they are chosen */
+static stein_status state_bands(diag__problem *q, stein_err *err)
+{
+    int n = lab_equations(q->model)->ninput;
+    q->smooth = malloc(sizeof *q->smooth * ((size_t)n + 1));
+    if (q->smooth == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < n && q->def->smooth > 0.0; i++) {
+        q->smooth[i] = q->def->smooth;
+        q->fit_def.smooth = q->smooth;
+    }
+    return STEIN_OK;
+}
+
+stein_status diag__problem_null(diag__problem *q, stein_err *err)
+{
+    fit__problem_free(&q->null);
+    diag__kept_free(q->kept); // of other numbers
+    q->kept = NULL;
     q->fit_def.free = q->name;
     q->fit_def.nfree = q->nname;
     q->fit_def.tolerance = q->name_sd;
-    q->fit_def.offset = offset_prior;
-    q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
-    q->fit_def.stop = q->def->stop;
-    q->fit_def.ctx = q->def->ctx;
-    q->fit_def.scatter = LAB_SCATTER_PLACES;
     q->rough_def = q->fit_def;
     q->rough_def.settings = 1;
     stein_status status =
         fit__problem_make_with(&q->null, q->model, q->fitted, &q->fit_def, NULL, 0, err);
     status = status == STEIN_OK ? fit__check_samples(&q->null, err) : status;
-    q->null.tolerance = status == STEIN_OK ? diag__tolerance_of(&q->null) : 0.0;
-    q->null.stride = status == STEIN_OK ? diag__stride_of(&q->null) : 0;
     q->null.simulated = &q->strokes;
+    if (status == STEIN_OK) {
+        q->null.tolerance = diag__tolerance_of(&q->null);
+        q->null.stride = diag__stride_of(&q->null);
+    }
     return status;
+}
+
+static stein_status open_null(diag__problem *q, stein_err *err)
+{
+    q->fit_def = lab_fit_def_default();
+    q->fit_def.offset = offset_prior;
+    q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.scatter = LAB_SCATTER_PLACES;
+    stein_status status = state_bands(q, err);
+    status = status == STEIN_OK ? diag__problem_null(q, err) : status;
+    return status == STEIN_OK ? choose_bands(q, err) : status;
 }
 
 /* ---- candidates ---- */
@@ -583,6 +627,8 @@ void diag__problem_close(diag__problem *q)
     free(q->candidate);
     free(q->untestable);
     free(q->step);
+    free(q->smooth);
     free(q->name);
     free(q->name_sd);
+    free(q->body_sd);
 }

@@ -9,9 +9,9 @@
  *                each record by itself
  *      evidence  -2 ln p(records | hypothesis) by Laplace, scatter estimated (likelihood.c)
  *
- * Noise. Where nobody stated it, or no hypothesis leaves as little as was stated, it is an unknown
- * of every fit: with v = chi2/dof in the noise of file or audit and residuals that are alike over m
- * samples
+ * Noise. Where nobody stated it, or the best hypothesis leaves more or less than was stated, it is
+ * an unknown of every fit: with v = chi2/dof in the noise of file or audit and residuals that are
+ * alike over m samples
  *
  *      L = ((N - k)/m + k) ln v + rest,     data weigh 1/(v m) of what they did, priors what they
  * always do
@@ -330,8 +330,12 @@ static void carry_over(diag__row *row, const diag__row *parent)
 {
     const fit__problem *from = &parent->p;
     fit__problem *to = &row->p;
-    memcpy(row->x, parent->x, sizeof *row->x * (size_t)to->first_accepted);
-    memcpy(to->step, from->step, sizeof *to->step * (size_t)to->first_accepted);
+    int n = from->first_accepted < to->first_accepted ? from->first_accepted : to->first_accepted;
+    for (int k = 0; k < n; k++) { // in another unit where a prior has changed
+        const fit__unknown *u = &from->unknown[k], *v = &to->unknown[k];
+        row->x[k] = (u->start + u->sd * parent->x[k] - v->start) / v->sd;
+        to->step[k] = from->step[k] * u->sd / v->sd;
+    }
     for (int i = 0; i < row->h.n; i++) {
         for (int k = 0; k < parent->h.n; k++) {
             if (row->h.cause[i] == parent->h.cause[k]) {
@@ -469,23 +473,24 @@ static double memory_of(const fit__problem *p, const double *r)
 }
 
 /* the noise becomes what the fit leaves. @return the factor that it has changed by */
-static double take_noise(diag__row *row, const double *r)
+static double take_noise(const diag__problem *q, diag__row *row, const double *r)
 {
     fit__problem *p = &row->p;
     double v = fit__chi2_dof(p, r) * row->scale * row->scale,
-           to = sqrt(fmax(1.0, v) * memory_of(p, r)), factor = to / row->scale;
+           to = sqrt(fmax(q->least_noise, v) * memory_of(p, r)), factor = to / row->scale;
     row->scale = to;
     diag__scale_noise(p, factor);
     return factor;
 }
 
 /* the fit once more with what it leaves as its noise, until that stays */
-static stein_status settle_noise(diag__row *row, fit__end *e, stein_err *err)
+static stein_status settle_noise(const diag__problem *q, diag__row *row, fit__end *e,
+                                 stein_err *err)
 {
     stein_status status = STEIN_OK;
     double factor = 0.0;
     for (int k = 0; k < NOISES && status == STEIN_OK && fabs(factor - 1.0) > same_noise; k++) {
-        factor = take_noise(row, e->r);
+        factor = take_noise(q, row, e->r);
         status = fit__descend(&row->p, e, 0, enough, RENEWALS, err);
     }
     return status;
@@ -526,7 +531,7 @@ static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__
     }
     status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, renewals, err);
     status = status == STEIN_OK ? recover(p, &e, err) : status;
-    status = status == STEIN_OK && q->scale_free ? settle_noise(row, &e, err) : status;
+    status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, &e, err) : status;
     row->converged = e.ended;
     return status == STEIN_OK && !e.current ? fit__sensitivities(p, row->x, row->r, row->J, err)
                                             : status;

@@ -16,12 +16,14 @@
 
 enum {
     EXPANSIONS = 10,
+    PATIENCE = 3, /* expansions after which the best hypothesis is still the same */
     PROPOSALS = 12,
     TRIED_FAR = 4,
     TRIED_NEAR = 10,
     FREE_RECORDS = 16,
     FAR_RECORDS = 6,
     HELD_RECORDS = 5,
+    TRIES = 3, /* fits of one hypothesis because a better end is expected */
     HELD = 1,
     FREE = 2
 };
@@ -38,6 +40,7 @@ const double diag__convincing = 9.2;  /* of -2 ln L: odds of 1 to 100 */
 static const double rounding = 12.0;  /* of -2 ln L that linear predictions miss near the end */
 const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there on */
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
+static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
 static const double idle = 1.96;      /* sd: an amount that may be 0 */
 
@@ -81,7 +84,8 @@ static int next_look(const diag__table *t, const diag__row *row)
     int seen = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
-        if (diag__equals(&other->h, &row->h) && row->objective > other->objective - rounding) {
+        if (!other->superseded && diag__equals(&other->h, &row->h) &&
+            row->objective > other->objective - rounding) {
             seen |= other->expanded;
         }
     }
@@ -99,7 +103,8 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
     for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
-        if (how == 0 || row->h.n > best->h.n || (diag__leaves_noise(best) && row != best)) {
+        int more = row->h.n > best->h.n && !q->scale_free;
+        if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -156,13 +161,29 @@ static int drops_scoped(const diag__problem *q, const diag__row *row, const diag
     return dropped && h->n < row->h.n;
 }
 
+/* Rows of a hypothesis; of those that restarts made, the ones from other rows than `parent`. */
+static int tries(const diag__table *t, const diag__hypothesis *h, int restarts, int parent)
+{
+    int n = 0;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        int counts = !restarts || (row->source == 'R' && row->parent != parent);
+        n += counts && !row->superseded && diag__equals(&row->h, h);
+    }
+    return n;
+}
+
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
 {
     const diag__row *best = diag__incumbent(q, t), *had = diag__find(t, &p->h);
-    if (p->source == 'R' && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
+    int again = p->source == 'R';
+    if (again && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
+    }
+    if (again ? tries(t, &p->h, 1, p->parent) > 0 : tries(t, &p->h, 0, -1) >= TRIES) {
+        return 0;
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
         (diag__leaves_noise(had) || had->source == p->source || l->gain == 0.0)) {
@@ -177,7 +198,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (p->h.n < best->h.n) { // a cause less may lose no more than one has to gain
         return p->expected < best->objective + diag__least_gain + rounding;
     }
-    if (p->h.n > best->h.n) { // a cause more has to gain
+    // a cause more has to gain; where noise is estimated from a few independent samples, a linear
+    // model promises less than the ratio of what is left
+    if (p->h.n > best->h.n && (!q->scale_free || diag__leaves_noise(best))) {
         return p->expected < best->objective - worth;
     }
     return p->expected < best->objective + diag__convincing + rounding;
@@ -250,21 +273,27 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
 static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     stein_status status = STEIN_OK;
-    for (int k = 0; status == STEIN_OK && k < EXPANSIONS && !diag__is_spent(q); k++) {
+    diag__hypothesis best = diag__best(q, t, -1)->h;
+    int waited = 0;
+    for (int k = 0; k < EXPANSIONS && waited < PATIENCE && !diag__is_spent(q); k++) {
         int look = 0;
         diag__row *row = next_row(q, t, &look);
-        if (row == NULL) {
+        if (row == NULL || status != STEIN_OK) {
             break;
         }
         status = drop_idle(q, t, row, err);
-        if (status == STEIN_OK && diag__incumbent(q, t)->h.n >= row->h.n) {
+        int stands = q->scale_free || diag__incumbent(q, t)->h.n >= row->h.n;
+        if (status == STEIN_OK && stands) {
             status = expand(q, t, row, look, err);
         }
+        const diag__hypothesis now = diag__best(q, t, -1)->h;
+        waited = diag__equals(&now, &best) ? waited + 1 : 0;
+        best = now;
     }
     return status;
 }
 
-/* No hypothesis leaves as little as the stated noise: the best ones and the null hypothesis once
+/* The best hypothesis does not leave the stated noise: the best ones and the null hypothesis once
  * more, with noise that is estimated. */
 static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err *err)
 {
@@ -306,16 +335,58 @@ static stein_status try_rough(diag__problem *q, diag__table *t, stein_err *err)
     return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
 }
 
-/* does the best hypothesis leave more than noise, and is there budget to look further? */
-static int leaves_more(const diag__problem *q, const diag__table *t)
+/* What the best hypothesis leaves is more than the noise that was stated, or less: the search goes
+ * on with noise that is estimated. What had to be named with more noise than there is has to be
+ * named: then the table stays as it was. */
+static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
 {
-    return !diag__is_spent(q) && diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null);
+    const diag__row *best = diag__incumbent(q, t);
+    double most = diag__most_noise(q, &q->null);
+    int less = best->chi2_dof < 2.0 - most;
+    diag__standing kept = {.rows = 0};
+    if (diag__is_spent(q) || !(less || best->chi2_dof > most)) {
+        return STEIN_OK;
+    }
+    q->least_noise = less ? tiny : 1.0;
+    stein_status status = diag__note_standing(t, &kept, err);
+    status = status == STEIN_OK ? begin_scale_free(q, t, err) : status;
+    status = status == STEIN_OK ? expand_all(q, t, err) : status;
+    if (status == STEIN_OK && less && best->h.n > 0) {
+        const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+        double gain = null != NULL ? null->objective - now->objective : (double)INFINITY;
+        if (now->h.n < best->h.n || gain < diag__least_gain * now->h.n) {
+            q->scale_free = 0;
+            diag__take_back(q, t, &kept);
+        }
+    }
+    free(kept.superseded);
+    return status;
+}
+
+/* No hypothesis leaves noise: once more with the numbers of the bodies free. What these explain by
+ * themselves is no effect, and the table stays as it was. */
+static stein_status with_bodies(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__bodies b;
+    if (diag__is_spent(q) || diag__incumbent(q, t)->chi2_dof <= diag__most_noise(q, &q->null)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__bodies_begin(q, t, &b, err);
+    if (b.free && status == STEIN_OK) {
+        status = expand_all(q, t, err);
+        int none = status == STEIN_OK && diag__incumbent(q, t)->h.n == 0;
+        stein_status end = diag__bodies_end(q, t, &b, none, err);
+        return status == STEIN_OK ? end : status;
+    }
+    free(b.kept.superseded);
+    return status;
 }
 
 stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__proposal null = {.h = {.n = 0}, .parent = -1, .source = '0'};
     diag__row *row;
+    q->least_noise = 1.0;
     stein_status status = diag__input_noise(&q->null, &q->input_share, err);
     q->scale_free = !fit__noise_given(&q->null) || q->input_share > matters;
     status = status == STEIN_OK ? diag__evaluate(q, t, &null, &row, err) : status;
@@ -326,13 +397,11 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    int unsure = diag__incumbent(q, t)->h.n > 0 || leaves_more(q, t);
+    int unsure = diag__incumbent(q, t)->h.n > 0 ||
+                 diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null);
     if (status == STEIN_OK && q->nsetting > 0 && unsure && !diag__is_spent(q)) {
         status = try_rough(q, t, err);
     }
-    if (status == STEIN_OK && !q->scale_free && leaves_more(q, t)) {
-        status = begin_scale_free(q, t, err);
-        status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    }
-    return status;
+    status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
+    return status == STEIN_OK ? with_bodies(q, t, err) : status;
 }

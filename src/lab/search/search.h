@@ -8,6 +8,7 @@
  *   linear.c       what every candidate changes at a row, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
+ *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
  *   trace.c        one JSON line a row
  *   likelihood.c, mixed.c, shares.c   the records as a mixed model
  *
@@ -58,10 +59,13 @@ typedef struct diag__problem {
     const lab_model *model;
     const lab_diagnose_def *def;
     lab_fit_def fit_def, rough_def; /* rough: settings are off by what their digits allow */
-    const char **name;              /* [nname] free parameters */
-    double *name_sd; /* [nname] tolerances that are assumed, 0: the file states one, or none */
-    int nname;
-    int assumed; /* of them have an assumed one */
+    double *smooth;    /* [inputs] bands of measured motions [Hz], NAN: as their noise allows */
+    const char **name; /* [nname] free parameters */
+    double *name_sd;   /* [nname] tolerances that are assumed, 0: the file states one, or none */
+    double *body_sd;  /* [nname] the same of numbers of bodies before they were set free (bodies.c);
+                       * NAN: it is none of them */
+    int nname, nbody; /* nbody of them are such numbers */
+    int assumed;      /* of them have an assumed tolerance */
     const lab_dataset *fitted;
     fit__problem null;        /* of the file's own mechanism without a cause */
     lab_candidate *candidate; /* [n + nsetting] the last ones: settings, each of one record alone */
@@ -72,9 +76,11 @@ typedef struct diag__problem {
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
-    int scale_free; /* noise is estimated with every fit: nobody stated it, or no hypothesis leaves
-                     * as little as was stated */
-    double memory;  /* of the row that leaves least: samples that count as one, scale_free */
+    int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
+                     * leaves more or less than was stated */
+    double
+        least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
+    double memory;   /* of the row that leaves least: samples that count as one, scale_free */
     double
         *step; /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
     struct diag__kept *kept; /* columns of the last free linear model, NULL: none (linear.c) */
@@ -155,6 +161,8 @@ stein_status diag__problem_open(diag__problem *q, const char *file, const lab_mo
                                 const lab_dataset *fitted, const lab_diagnose_def *def,
                                 stein_err *err);
 void diag__problem_close(diag__problem *q);
+/** The null hypothesis once more, after the names of what is free have changed. */
+stein_status diag__problem_null(diag__problem *q, stein_err *err);
 /** The mechanism with the parts that a hypothesis needs. @return NULL: no memory (err), else with
  *  `why` where it cannot be made */
 const diag__mechanism *diag__mechanism_of(diag__problem *q, const diag__hypothesis *h,
@@ -242,7 +250,9 @@ stein_status diag__table_add(diag__table *t, diag__row *row, stein_err *err);
 void diag__table_free(diag__table *t);
 /** The best row of a hypothesis; NULL: it has none. */
 diag__row *diag__find(const diag__table *t, const diag__hypothesis *h);
-/** Objectives of all rows, with the memory of the one that leaves least. */
+/** Objective of a row with the memory of the table. */
+double diag__weighed(const diag__problem *q, const diag__row *row);
+/** Objectives of the rows that count, with the memory of the one that leaves least. */
 void diag__weigh(diag__problem *q, diag__table *t);
 /** Number of a row, -1: none. */
 int diag__index(const diag__table *t, const diag__row *row);
@@ -310,6 +320,30 @@ extern const double diag__convincing; /* of -2 ln L, odds of 1 to 100 */
 int diag__leaves_noise(const diag__row *row);
 /** Largest chi2/dof of noise: stated noise is known better than estimated noise. */
 double diag__most_noise(const diag__problem *q, const fit__problem *p);
+
+/** The rows of a table that count, before others take their place. */
+typedef struct diag__standing {
+    int rows;
+    unsigned char *superseded;
+} diag__standing;
+/** @return OK, ENOMEM; free kept->superseded in any case */
+stein_status diag__note_standing(const diag__table *t, diag__standing *kept, stein_err *err);
+/** They count again, and those since do not. */
+void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept);
+
+/* ---- bodies.c ---- */
+
+/** The search with the numbers of the bodies free, and the way back. */
+typedef struct diag__bodies {
+    int free; /* 1: it goes on with them */
+    diag__standing kept;
+} diag__bodies;
+/** Where the file states no tolerance of its bodies, the best hypotheses with these numbers free.
+ *  diag__bodies_end in any case.  @return OK, ENOMEM, a failure of the null hypothesis */
+stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err);
+/** @param back  1: the rows before count, those since do not */
+stein_status diag__bodies_end(diag__problem *q, diag__table *t, diag__bodies *b, int back,
+                              stein_err *err);
 
 /* ---- step.c ---- */
 

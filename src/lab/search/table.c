@@ -153,8 +153,15 @@ static int flat(const fit__problem *p)
     return n;
 }
 
-/* Marginalised over k unknowns without a prior, n samples of unknown noise v count as n - k; of
- * those one in m counts. What they determine is in the rest as ln det(J'J/v). */
+/* Where noise is estimated: marginalised over k unknowns without a prior, n samples of unknown
+ * noise v count as n - k; of those one in m counts. What they determine is in the rest as ln
+ * det(J'J/v). */
+double diag__weighed(const diag__problem *q, const diag__row *row)
+{
+    double k = flat(&row->p), dof = (row->p.samples - k) / q->memory + k;
+    return q->scale_free ? dof * stein__log_of(row->chi2_dof) + row->rest : row->objective;
+}
+
 void diag__weigh(diag__problem *q, diag__table *t)
 {
     const diag__row *least = NULL;
@@ -166,13 +173,29 @@ void diag__weigh(diag__problem *q, diag__table *t)
         }
     }
     q->memory = least != NULL ? least->memory : 1.0;
-    for (int i = 0; i < t->n && q->scale_free; i++) {
+    for (int i = 0; i < t->n; i++) {
         diag__row *row = t->row[i];
-        if (row->failed == NULL) {
-            double k = flat(&row->p), dof = (row->p.samples - k) / q->memory + k;
-            row->objective = dof * stein__log_of(row->chi2_dof) + row->rest;
+        if (row->failed == NULL && !row->superseded) {
+            row->objective = diag__weighed(q, row);
         }
     }
+}
+
+stein_status diag__note_standing(const diag__table *t, diag__standing *kept, stein_err *err)
+{
+    *kept = (diag__standing){t->n, malloc((size_t)t->n + 1)};
+    for (int i = 0; kept->superseded != NULL && i < t->n; i++) {
+        kept->superseded[i] = (unsigned char)t->row[i]->superseded;
+    }
+    return kept->superseded != NULL ? STEIN_OK : lab__no_memory(err);
+}
+
+void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept)
+{
+    for (int i = 0; i < t->n; i++) {
+        t->row[i]->superseded = i >= kept->rows || kept->superseded[i];
+    }
+    diag__weigh(q, t);
 }
 
 int diag__is_tolerated(const diag__problem *q, int cause)

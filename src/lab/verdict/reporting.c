@@ -15,7 +15,7 @@
 
 #include "verdict.h"
 
-enum { DRAWS = 2000 };
+enum { DRAWS = 2000, BLOCKS = 8 };
 
 stein_status diag__report(const diag__row *row, const lab_dataset *data, diag__reported *to,
                           stein_err *err)
@@ -60,14 +60,24 @@ void diag__reported_free(diag__reported *h)
 
 /* ---- gain ---- */
 
-/* squares and samples of a channel (-1: all) and phase (NULL: all) of a record */
-static void sums(const fit__problem *p, const double *r, const char *const *phase, int s,
+/* what a bootstrap draws: records, or blocks of the only one */
+static int draws_of(const fit__problem *p)
+{
+    return p->nstroke > 1 ? p->nstroke : BLOCKS;
+}
+
+/* squares and samples of a channel (-1: all) and phase (NULL: all) of one of draws_of */
+static void sums(const fit__problem *p, const double *r, const char *const *phase, int draw,
                  int channel, const char *want, double *square, double *n)
 {
+    int s = p->nstroke > 1 ? draw : 0;
     const fit__stroke *t = &p->stroke[s];
     *square = *n = 0.0;
     for (int i = 0; i < t->nch * t->n; i++) {
         int c = i / t->n, at = (int)diag__frame(p, s) + i % t->n;
+        if (p->nstroke == 1 && (int)((long long)(i % t->n) * BLOCKS / t->n) != draw) {
+            continue;
+        }
         double unit = channel < 0 ? 1.0 : t->noise[c];
         if (isfinite(t->y[i]) && (channel < 0 || t->channel[c] == channel) &&
             (want == NULL || phase[at] == want)) {
@@ -111,13 +121,14 @@ static int measure(const diag__reported *before, const diag__reported *after,
                    stein_err *err, stein_status *status)
 {
     const fit__problem *p = &before->p;
-    double *b = malloc(sizeof *b * (size_t)(2 * p->nstroke + 1));
-    double *a = b + (b != NULL ? p->nstroke : 0), sb = 0.0, sa = 0.0, all = 0.0;
+    int draws = draws_of(p);
+    double *b = malloc(sizeof *b * (size_t)(2 * draws + 1));
+    double *a = b + (b != NULL ? draws : 0), sb = 0.0, sa = 0.0, all = 0.0;
     if (b == NULL) {
         *status = lab__no_memory(err);
         return 0;
     }
-    for (int s = 0; s < p->nstroke; s++) {
+    for (int s = 0; s < draws; s++) {
         double n = 0.0;
         sums(p, before->r, phase, s, channel, want, &b[s], &n);
         sums(&after->p, after->r, phase, s, channel, want, &a[s], &n);
@@ -130,7 +141,7 @@ static int measure(const diag__reported *before, const diag__reported *after,
     g->rmse_after = all > 0.0 ? sqrt(sa / all) : NAN;
     g->ratio = sb > 0.0 ? sqrt(sa / sb) : NAN;
     g->lo = g->hi = NAN;
-    if (all > 0.0 && interval(b, a, p->nstroke, g) != STEIN_OK) {
+    if (all > 0.0 && interval(b, a, draws, g) != STEIN_OK) {
         *status = lab__no_memory(err);
     }
     free(b);

@@ -7,6 +7,7 @@
 
 #include "verdict.h"
 
+enum { TOLD = 3 };
 static const double noise_left = 1.05; /* remainder [noises] that is not mentioned */
 
 static void append(lab_diagnosis *o, const char *text)
@@ -202,6 +203,46 @@ static void say_settings(lab_diagnosis *o)
     append(o, o->nsetting_off > 0 ? " (RMS)." : "");
 }
 
+/* the number of a body, refitted since nothing fits otherwise, that moved furthest and was not
+ * told; -1: none is left */
+static int furthest(const lab_diagnosis *o, const diag__setting *s, const int *told, int n)
+{
+    int most = -1;
+    double moved = 0.0;
+    for (int i = 0; s->body != NULL && i < s->names && i < o->nvalue; i++) {
+        const lab_fit_value *v = &o->value[i];
+        double by = fabs(v->value - v->start) / v->prior_sd;
+        int open = !isnan(s->body[i]);
+        for (int k = 0; k < n; k++) {
+            open = open && told[k] != i;
+        }
+        if (open && (most < 0 || by > moved)) {
+            most = i;
+            moved = by;
+        }
+    }
+    return most;
+}
+
+static void say_bodies(lab_diagnosis *o, const diag__setting *s)
+{
+    int told[TOLD];
+    for (int k = 0; k < TOLD && (told[k] = furthest(o, s, told, k)) >= 0; k++) {
+        char text[240];
+        const lab_fit_value *v = &o->value[told[k]];
+        snprintf(text, sizeof text, "%s %s %.3g %s for %.3g",
+                 k == 0
+                     ? " The file states no tolerance of its bodies, and as they are nothing fits."
+                       " Refitted:"
+                     : ",",
+                 v->name, v->value, v->unit, v->start);
+        append(o, text);
+    }
+    if (s->body != NULL) {
+        append(o, ".");
+    }
+}
+
 static lab_verdict class_of(const lab_diagnosis *o)
 {
     const char *class = o->suspect[0].candidate.effect->cls;
@@ -235,6 +276,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         say_settings(o);
         say_remainder(o, j, s);
         say_gain(o);
+        say_bodies(o, s);
         break;
     case DIAG_NO_CAUSE:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;

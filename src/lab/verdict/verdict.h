@@ -38,12 +38,15 @@ typedef struct diag__evidence {
 
 /** What holds for the whole table. */
 typedef struct diag__setting {
-    double most_noise; /* chi2/dof up to which a residual is noise */
-    int stated;        /* the noise is */
-    int records;       /* fitted */
-    double freedom;    /* degrees of freedom of the scatter from record to record */
-    int tolerances;    /* numbers of the file with one */
-    int assumed;       /* of them the file states none of */
+    double most_noise;  /* chi2/dof up to which a residual is noise */
+    int stated;         /* the noise is */
+    int records;        /* fitted */
+    double freedom;     /* degrees of freedom of the scatter from record to record */
+    int tolerances;     /* numbers of the file with one */
+    int assumed;        /* of them the file states none of */
+    int names;          /* numbers of the file that were fitted */
+    const double *body; /* [names] NAN: no number of a body that was refitted since nothing fits as
+                         * they are; NULL: none was */
 } diag__setting;
 
 /** Why nothing is named, or what is. */

@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * bodies.c - masses, centres and inertias that nobody has said how well they are known.
+ *
+ * A file without any tolerance of its bodies holds what somebody weighed, guessed or took from a
+ * drawing. Three wrong numbers at once are more than a hypothesis has causes, and no effect of the
+ * table is found beside them. So where no hypothesis leaves noise, the best ones are fitted once
+ * more with all of these numbers free, their priors as wide as those of any number without a
+ * tolerance (30 %, fit/problem.c). The search goes on from there if that pays:
+ *
+ *      L(as stated) - L(bodies free) > 25      or, with k causes less,      > -25 k
+ *
+ * as any cause has to gain 25 to be named.
+ * Lengths, gravity and the clock stay as they are stated: with masses free, what falls or swings
+ * tells of them.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "search.h"
+
+static const char refitted[] = "it is refitted anyhow";
+
+static int is_of_body(const stein_model *m, const char *name)
+{
+    static const char *const of[] = {".mass", ".centre.", ".inertia."};
+    for (int i = 0; i < m->nq; i++) {
+        size_t n = strlen(m->bodies[i].name);
+        int own = strncmp(name, m->bodies[i].name, n) == 0 && i != m->load.body;
+        for (size_t k = 0; own && k < sizeof of / sizeof *of; k++) {
+            if (strncmp(name + n, of[k], strlen(of[k])) == 0) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* which of the names it is; -1: none */
+static int find_name(const diag__problem *q, const char *name)
+{
+    for (int k = 0; k < q->nname; k++) {
+        if (strcmp(q->name[k], name) == 0) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* Is parameter i a number of a body that can be set free? A tolerance that was assumed is none. */
+static int is_rough(const diag__problem *q, int i)
+{
+    const stein_model *m = lab_equations(q->model);
+    int k = find_name(q, m->params[i].name);
+    return is_of_body(m, m->params[i].name) && !fit__always_set(q->fitted, i) &&
+           (k < 0 || q->name_sd[k] > 0.0);
+}
+
+/* numbers of bodies to be set free. @return 0 where the file states how well any is known */
+static int count(const diag__problem *q)
+{
+    const stein_model *m = lab_equations(q->model);
+    int n = 0;
+    for (int i = 0; i < m->np; i++) {
+        if (is_of_body(m, m->params[i].name) && m->params[i].tolerance > 0.0) {
+            return 0;
+        }
+        n += is_rough(q, i);
+    }
+    return n;
+}
+
+/* candidates that move what is free, or fixed again */
+static void mark(diag__problem *q, const char *from, const char *to)
+{
+    const stein_model *m = lab_equations(q->model);
+    for (int k = 0; k < q->n; k++) {
+        const lab_candidate *c = &q->candidate[k];
+        int one = c->effect->needs == NULL && c->nparam == 1 && q->untestable[k] == from;
+        int at = one ? find_name(q, m->params[c->param[0]].name) : -1;
+        if (at >= 0 && !isnan(q->body_sd[at])) {
+            q->untestable[k] = to;
+        }
+    }
+}
+
+static stein_status release(diag__problem *q, stein_err *err)
+{
+    const stein_model *m = lab_equations(q->model);
+    int before = q->nname;
+    for (int k = 0; k < before; k++) {
+        q->body_sd[k] = NAN;
+    }
+    for (int i = 0; i < m->np; i++) {
+        if (is_rough(q, i)) {
+            int k = find_name(q, m->params[i].name);
+            if (k < 0) {
+                k = q->nname++;
+                q->name[k] = m->params[i].name;
+                q->name_sd[k] = 0.0;
+            }
+            q->body_sd[k] = q->name_sd[k];
+            q->name_sd[k] = 0.0;
+            q->nbody++;
+        }
+    }
+    mark(q, NULL, refitted);
+    return diag__problem_null(q, err);
+}
+
+static stein_status restore(diag__problem *q, stein_err *err)
+{
+    int kept = 0;
+    mark(q, refitted, NULL);
+    for (int k = 0; k < q->nname; k++) { // those that were added are the last ones
+        int added = !isnan(q->body_sd[k]) && !(q->body_sd[k] > 0.0);
+        q->name_sd[k] = isnan(q->body_sd[k]) ? q->name_sd[k] : q->body_sd[k];
+        kept += !added;
+    }
+    q->nname = kept;
+    q->nbody = 0;
+    return diag__problem_null(q, err);
+}
+
+/* the hypothesis without what is free now */
+static diag__hypothesis left_of(const diag__problem *q, diag__hypothesis h)
+{
+    for (int i = h.n - 1; i >= 0; i--) {
+        h = q->untestable[diag__base(q, h.cause[i]) - q->candidate] != NULL
+                ? diag__without(h, h.cause[i])
+                : h;
+    }
+    return h;
+}
+
+/* the best rows so far, once more */
+static stein_status fit_again(diag__problem *q, diag__table *t, stein_err *err)
+{
+    int rows[DIAG_CAUSES + 1], n = 0;
+    stein_status status = STEIN_OK;
+    for (int k = 0; k <= DIAG_CAUSES; k++) {
+        rows[n] = diag__index(t, diag__best(q, t, k));
+        n += rows[n] >= 0;
+    }
+    for (int k = 0; k < t->n; k++) {
+        t->row[k]->superseded = 1;
+    }
+    for (int k = 0; status == STEIN_OK && k < n; k++) {
+        diag__row *one = NULL;
+        diag__proposal again = {.h = left_of(q, t->row[rows[k]]->h),
+                                .parent = k == 0 ? -1 : rows[k],
+                                .held = 1,
+                                .source = 'B'};
+        for (int i = 0; i < DIAG_CAUSES; i++) {
+            again.amount[i] = again.side[i] = NAN;
+        }
+        if (diag__find(t, &again.h) == NULL) {
+            status = diag__evaluate(q, t, &again, &one, err);
+        }
+        if (one != NULL && q->trace != NULL) {
+            diag__trace_row(q->trace, q, t, one);
+        }
+    }
+    return status;
+}
+
+stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t);
+    *b = (diag__bodies){.free = 0};
+    stein_status status = diag__note_standing(t, &b->kept, err);
+    if (status != STEIN_OK || count(q) == 0) {
+        return status;
+    }
+    status = release(q, err);
+    status = status == STEIN_OK ? fit_again(q, t, err) : status;
+    const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
+    if (now != NULL) {
+        double gain = diag__weighed(q, best) - now->objective;
+        int less = now->h.n > 0 && now->h.n < best->h.n ? best->h.n - now->h.n : -1;
+        b->free = gain > -diag__least_gain * less;
+    }
+    return status == STEIN_OK && !b->free ? diag__bodies_end(q, t, b, 1, err) : status;
+}
+
+stein_status diag__bodies_end(diag__problem *q, diag__table *t, diag__bodies *b, int back,
+                              stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    if (back && q->nbody > 0) {
+        b->free = 0;
+        status = restore(q, err);
+        diag__take_back(q, t, &b->kept);
+    }
+    free(b->kept.superseded);
+    b->kept.superseded = NULL;
+    return status;
+}
