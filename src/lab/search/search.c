@@ -53,6 +53,9 @@ double diag__most_noise(const diag__problem *q, const fit__problem *p)
 
 int diag__leaves_noise(const diag__row *row)
 {
+    if (diag__scatters_most(row->D)) {
+        return 0; // records would differ by more than friction does
+    }
     double sd = sqrt(2.0 / fmax(1.0, row->p.samples - row->p.nu));
     return row->chi2_dof <= (fit__noise_given(&row->p) ? 1.0 + by_chance * sd : guessed);
 }

@@ -163,11 +163,22 @@ static void find_rivals(const diag__evidence *e, int n, diag__judgement *j)
     }
 }
 
+/* is what a hypothesis leaves noise? */
+static int is_noise(const diag__evidence *e, const diag__setting *s)
+{
+    return !e->scatters_most && (e->chi2_dof <= s->most_noise || (!s->stated && e->memory < white));
+}
+
+diag__finding diag__not_shown(const diag__evidence *null, const diag__setting *s)
+{
+    return is_noise(null, s) ? DIAG_EXPLAINED : DIAG_NOT_SHOWN;
+}
+
 static diag__finding find(const diag__evidence *e, int n, const diag__judgement *j,
                           const diag__setting *s)
 {
     const diag__evidence *null = &e[j->null], *best = &e[j->best];
-    int noise = best->chi2_dof <= s->most_noise || (!s->stated && best->memory < white);
+    int noise = is_noise(best, s);
     if (best->chi2_dof > unusable && best->relative > no_model) {
         return DIAG_FAR_OFF;
     }
@@ -177,9 +188,9 @@ static diag__finding find(const diag__evidence *e, int n, const diag__judgement 
     if (!noise && j->share < must_explain) {
         return best->converged ? DIAG_MOST_LEFT : DIAG_NOT_CONVERGED;
     }
-    return excludes_zero(best, e, n)         ? DIAG_NAMED
-           : null->chi2_dof <= s->most_noise ? DIAG_EXPLAINED
-                                             : DIAG_UNDECIDED;
+    return excludes_zero(best, e, n)                                 ? DIAG_NAMED
+           : null->chi2_dof <= s->most_noise && !null->scatters_most ? DIAG_EXPLAINED
+                                                                     : DIAG_UNDECIDED;
 }
 
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)

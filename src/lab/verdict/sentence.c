@@ -282,6 +282,11 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         append(o, "The residual is more than noise, and no candidate explains it.");
         break;
+    case DIAG_NOT_SHOWN:
+        o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
+        append(o, "The residual is more than noise. What explains it best where it was fitted does "
+                  "not show in the strokes that were held out, and is no cause.");
+        break;
     case DIAG_MOST_LEFT:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         snprintf(text, sizeof text,

@@ -25,8 +25,9 @@
 typedef struct diag__evidence {
     int n, cause[DIAG_CAUSES]; /* candidates */
     double objective, chi2_dof;
-    double relative; /* RMS residual in that of the motion */
-    double memory;   /* samples that the residual is alike over */
+    double relative;   /* RMS residual in that of the motion */
+    double memory;     /* samples that the residual is alike over */
+    int scatters_most; /* records differ by as much as is allowed for, which is not noise */
     int converged, possible;
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
@@ -56,6 +57,7 @@ typedef enum {
     DIAG_NO_CAUSE,     /* more than noise, and no candidate gains */
     DIAG_MOST_LEFT,    /* the best hypothesis leaves most of the misfit */
     DIAG_UNDECIDED,    /* the best hypothesis's amount may be 0 */
+    DIAG_NOT_SHOWN,    /* what explains it best does not show in reporting records */
     DIAG_FAR_OFF,      /* the best hypothesis is far from the records: no usable model */
     DIAG_NOT_CONVERGED /* its fit has not ended */
 } diag__finding;
@@ -70,6 +72,9 @@ typedef struct diag__judgement {
 } diag__judgement;
 /** The verdict of a table [n], of which one row has no cause. */
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s);
+/** The finding where reporting records do not show what was named. @param null  the row without a
+ * cause */
+diag__finding diag__not_shown(const diag__evidence *null, const diag__setting *s);
 extern const double diag__beyond_doubt; /* probability that any record is so far off */
 /** Does the first hypothesis, with a cause more, gain enough over the second one? */
 int diag__gains(const diag__evidence *more, const diag__evidence *less, const diag__setting *s);

@@ -53,9 +53,11 @@ static stein_status simulate(const lab_model *model, const diag__side *as, const
     fit__problem p = {.nstroke = 0};
     double *x = NULL, n = 0.0;
     int failed = 0;
+    lab_fit_def def = *as->p->def;
+    def.nfree = 0; // what all records share is the file's
     stein_status status = diag__read_again(as->p->data, model, &own, err);
-    status = status == STEIN_OK ? fit__problem_make_with(&p, model, own, as->p->def, NULL, 0, err)
-                                : status;
+    status =
+        status == STEIN_OK ? fit__problem_make_with(&p, model, own, &def, NULL, 0, err) : status;
     if (status == STEIN_OK) {
         x = calloc((size_t)p.nu + fit__offset(&p, p.nstroke) + 1, sizeof *x);
         status = x != NULL ? STEIN_OK : lab__no_memory(err);
