@@ -21,7 +21,7 @@
 enum { HOLD_EVERY = 3, TRACES = 4, TRACES_HELD = 2, FREE_RECORDS = 16 };
 
 static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
-static const double no_gain = 0.98;                   /* ratio of errors on reporting records */
+static const double no_gain = 0.98, worse = 1.01;     /* ratio of errors on reporting records */
 
 typedef struct diagnosis {
     diag__problem q;
@@ -471,20 +471,15 @@ static int drop_idle(diagnosis *d)
     return 0;
 }
 
-/* Do the reporting records show what is named? Where it acts in a part of the records only, they
- * may lie in the other part: then they must not be predicted worse. So it is where a number with a
- * tolerance moves anyhow, or the records' own friction. */
+/* Do the reporting records allow what is named? They must not be predicted worse by it, and where
+ * it leaves more than noise they must be predicted better. What leaves noise may be too small to
+ * show beside the records' own unknowns. */
 static int is_shown(const diagnosis *d)
 {
     const lab_gain *g = &d->out->gain;
-    const diag__hypothesis *h = &d->t.row[d->j.best]->h;
-    int hidden = 0, anyhow = 1;
-    for (int i = 0; i < h->n; i++) {
-        hidden |= diag__is_scoped(&d->q, h->cause[i]);
-        anyhow &= diag__is_tolerated(&d->q, h->cause[i]) || diag__scatters(&d->q, h->cause[i]);
-    }
-    return d->j.finding != DIAG_NAMED || !isfinite(g->ratio) ||
-           (hidden || anyhow ? g->ratio < 1.0 / no_gain : g->ratio < no_gain || g->hi < 1.0);
+    const diag__row *best = d->t.row[d->j.best];
+    double most = best->chi2_dof > d->setting.most_noise ? no_gain : worse;
+    return d->j.finding != DIAG_NAMED || !isfinite(g->ratio) || g->ratio < most || g->hi < 1.0;
 }
 
 /* numbers and predictions of the verdict's row, once more */

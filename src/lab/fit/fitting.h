@@ -557,6 +557,7 @@ unsigned long long fit__key(const fit__problem *p);
 /** The first key of a mapping of a YAML text, from 1; flow: the mapping is written in braces. */
 typedef struct fit__place {
     int line, column, flow;
+    int no_memory; /* 1: it was not found for want of it */
 } fit__place;
 /** @return 1 when there is a mapping with at least one key under the names of the path */
 int fit__find_mapping(const char *text, size_t size, const char *const *path, int n,

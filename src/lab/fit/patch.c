@@ -34,6 +34,7 @@ typedef struct patch {
     int nwanted, digits;
     change *list; /* [n] */
     int n;
+    int no_memory; /* a place was not found for want of it */
 } patch;
 
 /* ---- places ---- */
@@ -199,21 +200,28 @@ static void insert(patch *p, const fit__place *place, const char *entry, change 
              place->flow ? 0 : place->column - 1, "");
 }
 
+static int find_mapping(patch *p, const char *const *path, int n, fit__place *place)
+{
+    int found = fit__find_mapping(p->text, p->size, path, n, place);
+    p->no_memory |= place->no_memory;
+    return found;
+}
+
 /* the mapping of "owner" in whichever part of the file it is. @return the length of its path, 0:
  * none */
-static int find_owner(const patch *p, const char *owner, const char *path[3], fit__place *place)
+static int find_owner(patch *p, const char *owner, const char *path[3], fit__place *place)
 {
     static const char *const part[] = {"bodies", "contacts", "notches",
                                        "links",  "inputs",   "outputs"};
     path[1] = owner;
     for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
         path[0] = part[i];
-        if (fit__find_mapping(p->text, p->size, path, 2, place)) {
+        if (find_mapping(p, path, 2, place)) {
             return 2;
         }
     }
     path[0] = owner; // the load
-    return fit__find_mapping(p->text, p->size, path, 1, place);
+    return find_mapping(p, path, 1, place);
 }
 
 /* a number that the file leaves at its neutral value: written where it belongs. @return 0, or -1 */
@@ -248,7 +256,7 @@ static int introduce(patch *p, const mechanism *m, const mech_param *q, const fi
     }
     *rest++ = '\0';
     path[n] = key;
-    if (fit__find_mapping(p->text, p->size, path, n + 1, &place)) {
+    if (find_mapping(p, path, n + 1, &place)) {
         snprintf(entry, sizeof entry, "%.60s: %.300s", rest, law);
         insert(p, &place, entry, new_change(p, w->name, w->value));
         return 0;
@@ -333,10 +341,12 @@ static stein_status check(const char *text, size_t size, const patch *p, const m
 {
     mechanism *m = NULL;
     stein_err why = {STEIN_OK, ""};
-    if (mech_read_text(&m, path, text, size, NULL, 0, NULL, NULL, &why) != STEIN_OK) {
-        return lab__fail(err, STEIN_EPARSE, "the fitted file would not be valid: %s", why.msg);
+    stein_status status = mech_read_text(&m, path, text, size, NULL, 0, NULL, NULL, &why);
+    if (status != STEIN_OK) {
+        return status == STEIN_ENOMEM
+                   ? lab__no_memory(err)
+                   : lab__fail(err, STEIN_EPARSE, "the fitted file would not be valid: %s", why.msg);
     }
-    stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < p->n; i++) {
         int k = mech_find_param(m, p->list[i].name, NULL);
         double value = k >= 0 ? m->params[k].value : NAN;
@@ -379,6 +389,7 @@ stein_status fit__patch(char **out, size_t *nout, const mechanism *m, const char
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         status = add(&p, m, &number[i], err);
+        status = p.no_memory ? lab__no_memory(err) : status;
     }
     if (status == STEIN_OK) {
         qsort(p.list, (size_t)p.n, sizeof *p.list, by_place);

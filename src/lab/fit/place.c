@@ -105,7 +105,8 @@ int fit__find_mapping(const char *text, size_t size, const char *const *path, in
     walk w = {.path = path, .n = n, .place = place};
     yaml_parser_t parser;
     yaml_event_t event;
-    if (!yaml_parser_initialize(&parser)) {
+    place->no_memory = !yaml_parser_initialize(&parser);
+    if (place->no_memory) {
         return 0;
     }
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
@@ -113,6 +114,7 @@ int fit__find_mapping(const char *text, size_t size, const char *const *path, in
         over = take(&w, &event);
         yaml_event_delete(&event);
     }
+    place->no_memory = parser.error == YAML_MEMORY_ERROR;
     yaml_parser_delete(&parser);
     return w.found;
 }

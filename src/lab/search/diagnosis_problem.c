@@ -222,6 +222,8 @@ static stein_status open_null(diag__problem *q, stein_err *err)
     q->fit_def = lab_fit_def_default();
     q->fit_def.offset = offset_prior;
     q->fit_def.threads = q->def->threads > 0 ? q->def->threads : 1;
+    q->fit_def.stop = q->def->stop;
+    q->fit_def.ctx = q->def->ctx;
     q->fit_def.scatter = LAB_SCATTER_PLACES;
     stein_status status = state_bands(q, err);
     status = status == STEIN_OK ? diag__problem_null(q, err) : status;

@@ -324,17 +324,19 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
 /* The null hypothesis leaves more than noise: once more, with settings that are off by what their
  * digits allow, whether or not there are causes that explain it. They are a variance of all
  * records, which costs as much as it explains. */
-static stein_status try_rough(diag__problem *q, diag__table *t, stein_err *err)
+static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
+    const diag__row *best = diag__incumbent(q, t);
     diag__row *one = NULL;
     diag__proposal rough = {.h = {.n = 0}, .parent = 0, .source = 'S', .rough = 1};
+    int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
+    if (q->nsetting == 0 || !unsure || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
     for (int i = 0; i < DIAG_CAUSES; i++) {
         rough.amount[i] = rough.side[i] = NAN;
     }
-    stein_status status = diag__evaluate(q, t, &rough, &one, err);
-    if (one != NULL && q->trace != NULL) {
-        diag__trace_row(q->trace, q, t, one);
-    }
+    stein_status status = try_one(q, t, &rough, &one, err);
     return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
 }
 
@@ -400,11 +402,7 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
         diag__trace_row(q->trace, q, t, row);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
-    int unsure = diag__incumbent(q, t)->h.n > 0 ||
-                 diag__incumbent(q, t)->chi2_dof > diag__most_noise(q, &q->null);
-    if (status == STEIN_OK && q->nsetting > 0 && unsure && !diag__is_spent(q)) {
-        status = try_rough(q, t, err);
-    }
+    status = status == STEIN_OK ? with_settings(q, t, err) : status;
     status = status == STEIN_OK && !q->scale_free ? with_noise(q, t, err) : status;
     return status == STEIN_OK ? with_bodies(q, t, err) : status;
 }
