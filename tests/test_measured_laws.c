@@ -149,9 +149,12 @@ START_TEST(a_rigid_coupling_is_found_to_let_go_and_a_plain_sensor_to_be_bent)
     }
     fitted f;
     lab_diagnosis *d = diagnosed(&f, "models/grand_action.yaml", file, 7, 2, NULL);
-    const lab_suspect *s = &d->suspect[0];
-    ck_assert_msg(d->verdict == LAB_VERDICT_MISSING_EFFECT, "%s", d->reason);
-    ck_assert_str_eq(s->candidate.effect->kind, "let_off");
+    int k = 0; // the stiffness of the jack beside it is another one, too
+    while (k < d->ncause && strcmp(d->suspect[k].candidate.effect->kind, "let_off") != 0) {
+        k++;
+    }
+    ck_assert_msg(k < d->ncause, "%s", d->reason);
+    const lab_suspect *s = &d->suspect[k];
     ck_assert_str_eq(s->candidate.place, "jack");
     double z = 8e-3 - s->number[0].value;
     printf("grand: the jack lets go %.2f mm up (95 %%: %.2f .. %.2f), held-out error %.3f of what "

@@ -199,10 +199,16 @@ static int element(const diag__problem *q, int k)
     return i;
 }
 
+/* price of "settings are off": a cause that is convincingly better than that is named */
+static double of_settings(void)
+{
+    return diag__least_gain - diag__convincing;
+}
+
 static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
 {
     diag__evidence e = {.n = row->h.n,
-                        .objective = row->objective,
+                        .objective = row->objective + (row->rough ? of_settings() : 0.0),
                         .chi2_dof = row->chi2_dof,
                         .relative = row->relative,
                         .memory = row->memory,

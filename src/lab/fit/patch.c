@@ -345,7 +345,8 @@ static stein_status check(const char *text, size_t size, const patch *p, const m
     if (status != STEIN_OK) {
         return status == STEIN_ENOMEM
                    ? lab__no_memory(err)
-                   : lab__fail(err, STEIN_EPARSE, "the fitted file would not be valid: %s", why.msg);
+                   : lab__fail(err, STEIN_EPARSE, "the fitted file would not be valid: %s",
+                               why.msg);
     }
     for (int i = 0; status == STEIN_OK && i < p->n; i++) {
         int k = mech_find_param(m, p->list[i].name, NULL);

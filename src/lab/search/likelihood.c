@@ -159,7 +159,7 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     lab__scatter scatter[LAB_SCATTERS];
     find_slots(&l, p);
     for (int i = 0; i < LAB_SCATTERS; i++) {
-        scatter[i] = (lab__scatter){1.0, most_scatter};
+        scatter[i] = (lab__scatter){1.0, i < DIAG_CLASSES ? most_scatter : 1.0};
     }
     int nf = beta != NULL ? free_ones(p, beta) : 0;
     *m = (lab__mixed){.nf = 0};
