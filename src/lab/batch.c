@@ -214,7 +214,7 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
     job *j = ctx;
     bench *t = bench_;
     int next = heap * j->heap, end = next + j->heap;
-    long steps;
+    long steps = 0;
     end = end > j->npoint ? j->npoint : end;
     stein_status status;
     do {

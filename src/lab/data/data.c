@@ -549,7 +549,7 @@ stein_status lab_dataset_open(lab_dataset **out, const char *const *file, int n,
         lab_dataset_close(set);
         return status;
     }
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n && set->stroke[i] != NULL; i++) {
         set->stroke[i]->number = i + 1;
     }
     tell_twins(set, options);
