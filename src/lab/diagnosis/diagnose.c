@@ -661,6 +661,9 @@ static stein_status show(diagnosis *d, stein_err *err)
 static stein_status gains(diagnosis *d, stein_err *err)
 {
     lab_diagnosis *o = d->out;
+    free(o->gains); // of another verdict
+    o->gains = NULL;
+    o->ngain = 0;
     o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
     o->noise_floor = 1.0;
     if (!isfinite(d->before.rmse)) {
@@ -749,9 +752,6 @@ static stein_status conclude(diagnosis *d, stein_err *err)
         status = status == STEIN_OK ? laws(d, err) : status;
     }
     if (status == STEIN_OK && o->nlaw > 0 && o->law[0].pays) {
-        free(o->gains);
-        o->gains = NULL;
-        o->ngain = 0;
         status = gains(d, err);
     }
     if (status == STEIN_OK) {
