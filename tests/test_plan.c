@@ -202,7 +202,7 @@ END_TEST
 static const char *const truth[] = {"wheel.drag=1e-4 N m s^2/rad^2",
                                     "wheel.damping=3.2e-4 N m s/rad"};
 static const char *const kind[] = {"quadratic_drag", "viscous_friction"};
-static const char *const start[] = {"wheel.initial.position=0.2000 rad", NULL};
+static const char *const start[] = {"wheel.initial.position=0.2 rad", NULL};
 
 static lab_plan *planned_for(const rotor *r, const lab_diagnosis *d, double odds)
 {

@@ -49,6 +49,22 @@ static void ck_assert_number(const lab_suspect *s, double truth, double relative
     ck_assert_close(n->value, truth, relative, 0.0);
 }
 
+/* the diagnosis of what is open
+ * @param smooth  of measured motions [Hz], 0: as it is best
+ * @param held    [records] which ones report, NULL: as the program chooses */
+static lab_diagnosis *diagnosed(const fitted *f, const char *model, double smooth,
+                                const unsigned char *held)
+{
+    lab_options options = cache_here(NULL);
+    lab_diagnose_def def = lab_diagnose_def_default();
+    def.options = &options;
+    def.smooth = smooth;
+    def.held_out = held;
+    lab_diagnosis *d = NULL;
+    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
+    return d;
+}
+
 /* ---- an encoder's motion, and the torque that it needed ---- */
 
 static const char geared[] = "mechanism: geared\n"
@@ -112,13 +128,7 @@ static lab_diagnosis *diagnose_torque(const encoder *e, int n, double smooth, fi
     char model[200];
     snprintf(model, sizeof model, "%s", write_file("geared.yaml", geared));
     open_fit(f, model, NULL, data);
-    lab_options options = cache_here(NULL);
-    lab_diagnose_def def = lab_diagnose_def_default();
-    def.options = &options;
-    def.smooth = smooth;
-    def.held_out = n == 2 ? last : NULL;
-    lab_diagnosis *d = NULL;
-    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
+    lab_diagnosis *d = diagnosed(f, model, smooth, n == 2 ? last : NULL);
     printf("encoder with steps of %g mrad, %g mrad at 18 Hz: %s\n", 1e3 * e->step, 1e3 * e->tremble,
            d->reason);
     return d;
@@ -256,11 +266,7 @@ static lab_diagnosis *diagnose_film(double base, fitted *f)
         data[i] = path[i];
     }
     open_fit(f, model, NULL, data);
-    lab_options options = cache_here(NULL);
-    lab_diagnose_def def = lab_diagnose_def_default();
-    def.options = &options;
-    lab_diagnosis *d = NULL;
-    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
+    lab_diagnosis *d = diagnosed(f, model, 0.0, NULL);
     printf("film, time base %g: %s\n", base, d->reason);
     return d;
 }
@@ -327,11 +333,7 @@ static lab_diagnosis *diagnose_throws(double stated, fitted *f)
         data[i] = path[i];
     }
     open_fit(f, model, NULL, data);
-    lab_options options = cache_here(NULL);
-    lab_diagnose_def def = lab_diagnose_def_default();
-    def.options = &options;
-    lab_diagnosis *d = NULL;
-    ck_assert_stein(lab_diagnose(&d, model, f->model, f->data, &def, err));
+    lab_diagnosis *d = diagnosed(f, model, 0.0, NULL);
     printf("noise stated as %g mm for 0.03: %s\n", stated, d->reason);
     return d;
 }

@@ -212,6 +212,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .chi2_dof = row->chi2_dof,
                         .relative = row->relative,
                         .memory = row->memory,
+                        .rough = row->rough,
                         .converged = row->converged,
                         .scatters_most = row->failed == NULL && diag__scatters_most(row->D),
                         .possible = diag__is_possible(q, row)};
@@ -309,16 +310,25 @@ static stein_status posteriors(diagnosis *d, stein_err *err)
     return status;
 }
 
+/* the row with all causes of one but this; NULL: there is none */
+static const diag__row *row_without(const diag__table *t, const diag__row *row,
+                                    const lab_candidate *cause)
+{
+    int i = 0;
+    while (i < row->h.n && !diag__is_same(&row->cause[i], cause)) {
+        i++;
+    }
+    if (i == row->h.n) {
+        return NULL;
+    }
+    const diag__hypothesis less = diag__without(row->h, row->h.cause[i]);
+    return diag__find(t, &less);
+}
+
 /* what the reporting records lose without one of several causes, where that was fitted, too */
 static stein_status own_gain(diagnosis *d, lab_suspect *cause, stein_err *err)
 {
-    const diag__row *best = d->t.row[d->j.best];
-    int i = 0;
-    while (!diag__is_same(&best->cause[i], &cause->candidate)) {
-        i++;
-    }
-    const diag__hypothesis less = diag__without(best->h, best->h.cause[i]);
-    const diag__row *row = diag__find(&d->t, &less);
+    const diag__row *row = row_without(&d->t, d->t.row[d->j.best], &cause->candidate);
     diag__reported without = {.rmse = NAN};
     if (row == NULL || row->failed != NULL || !isfinite(d->after.rmse)) {
         return STEIN_OK;
@@ -452,7 +462,7 @@ static stein_status odd_setting(diagnosis *d, stein_err *err)
 /* One of several causes that reporting records do not show, and that has a row without it, is none:
  * they are predicted as well without it, or nearly so where more than noise is left.
  * @return 1: that row stands for the verdict now */
-static int drop_idle(diagnosis *d)
+static int drop_unshown(diagnosis *d)
 {
     const diag__row *best = d->t.row[d->j.best];
     int more = best->chi2_dof > d->setting.most_noise;
@@ -461,13 +471,7 @@ static int drop_idle(diagnosis *d)
         if (!(s->own_ratio >= no_gain && (more || s->own_hi >= 1.0))) {
             continue;
         }
-        int k = 0;
-        while (k < best->h.n && !diag__is_same(&best->cause[k], &s->candidate)) {
-            k++;
-        }
-        const diag__hypothesis less =
-            k < best->h.n ? diag__without(best->h, best->h.cause[k]) : best->h;
-        const diag__row *row = k < best->h.n ? diag__find(&d->t, &less) : NULL;
+        const diag__row *row = row_without(&d->t, best, &s->candidate);
         if (row != NULL && diag__is_possible(&d->q, row)) {
             d->j.best = diag__index(&d->t, row);
             d->j.nrival = 0;
@@ -477,15 +481,25 @@ static int drop_idle(diagnosis *d)
     return 0;
 }
 
-/* Do the reporting records allow what is named? They must not be predicted worse by it, and where
- * it leaves more than noise they must be predicted better. What leaves noise may be too small to
- * show beside the records' own unknowns. */
-static int is_shown(const diagnosis *d)
+/* Do the reporting records allow what is named? By no row without a cause they may be predicted
+ * better, and where it leaves more than noise they must be predicted better by it. What leaves noise
+ * may be too small to show beside the records' own unknowns. @param yes  out */
+static stein_status is_shown(const diagnosis *d, int *yes, stein_err *err)
 {
-    const lab_gain *g = &d->out->gain;
-    const diag__row *best = d->t.row[d->j.best];
+    const diag__row *best = d->t.row[d->j.best], *least = d->t.row[d->j.least];
     double most = best->chi2_dof > d->setting.most_noise ? no_gain : worse;
-    return d->j.finding != DIAG_NAMED || !isfinite(g->ratio) || g->ratio < most || g->hi < 1.0;
+    diag__reported without = {.rmse = NAN};
+    lab_gain g = {.ratio = NAN};
+    stein_err why;
+    *yes = 1;
+    if (d->j.finding != DIAG_NAMED || !isfinite(d->after.rmse)) {
+        return STEIN_OK;
+    }
+    stein_status status = diag__report(least, &d->reporting, &without, &why);
+    status = status == STEIN_OK ? diag__compare(&without, &d->after, &g, &why) : status;
+    diag__reported_free(&without);
+    *yes = !isfinite(g.ratio) || g.ratio < most || g.hi < 1.0;
+    return fit__forgive(status, err);
 }
 
 /* numbers and predictions of the verdict's row, once more */
@@ -509,6 +523,23 @@ static stein_status shorten(diagnosis *d, stein_err *err)
     return status == STEIN_OK ? report(d, err) : status;
 }
 
+/* A law is fitted to settings as they are stated, and told against the row that takes them so.
+ * @return 1: that row stands for the null hypothesis now */
+static int state_settings(diagnosis *d)
+{
+    int plain = -1;
+    for (int i = 0; i < d->t.n && d->t.row[d->j.null]->rough; i++) {
+        const diag__row *row = d->t.row[i];
+        int eligible = row->h.n == 0 && !row->rough && diag__is_possible(&d->q, row);
+        plain = eligible && (plain < 0 || row->objective < d->t.row[plain]->objective) ? i : plain;
+    }
+    if (plain >= 0) {
+        d->j.best = d->j.best == d->j.null ? plain : d->j.best;
+        d->j.null = plain;
+    }
+    return plain >= 0;
+}
+
 /* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
  * what is left is still far from noise, the model errs in more than one law. */
 static stein_status laws(diagnosis *d, stein_err *err)
@@ -520,16 +551,26 @@ static stein_status laws(diagnosis *d, stein_err *err)
     if (noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }
-    stein_status status = diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err);
-    if (status != STEIN_OK || d->laws.n == 0) {
-        return status;
-    }
+    const diag__judgement as_said = d->j;
+    int stated = state_settings(d);
+    stein_status status = stated ? shorten(d, err) : STEIN_OK;
     diag__reported after = {.rmse = NAN};
-    status = diag__law_judge(&d->laws, &d->j, best, &d->reporting, &d->before, &after, d->out, err);
-    if (d->out->nlaw > 0 && d->out->law[0].pays) {
+    status = status == STEIN_OK
+                 ? diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err)
+                 : status;
+    if (status == STEIN_OK && d->laws.n > 0) {
+        status = diag__law_judge(&d->laws, &d->j, d->t.row[d->j.best], &d->reporting, &d->before,
+                                 &after, d->out, err);
+    }
+    int pays = d->out->nlaw > 0 && d->out->law[0].pays;
+    if (pays) {
         diag__reported_free(&d->after);
         d->after = after;
         d->out->ncause = d->out->nrival = 0;
+    }
+    if (status == STEIN_OK && stated && !pays) {
+        d->j = as_said;
+        status = shorten(d, err);
     }
     return status;
 }
@@ -728,14 +769,16 @@ static stein_status conclude(diagnosis *d, stein_err *err)
     o->share = d->j.share;
     progress(d, 0.85, "strokes that were held out");
     status = report(d, err);
-    for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && drop_idle(d); k++) {
+    for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && drop_unshown(d); k++) {
         status = shorten(d, err);
     }
     status = status == STEIN_OK ? gains(d, err) : status;
-    if (status == STEIN_OK && !is_shown(d)) {
-        const diag__evidence null = evidence_of(&d->q, d->t.row[d->j.null]);
+    int shown = 1;
+    status = status == STEIN_OK ? is_shown(d, &shown, err) : status;
+    if (status == STEIN_OK && !shown) {
+        const diag__evidence null = evidence_of(&d->q, d->t.row[d->j.least]);
         d->j.finding = diag__not_shown(&null, &d->setting);
-        d->j.best = d->j.null;
+        d->j.best = d->j.null = d->j.least;
         d->j.nrival = 0;
         status = shorten(d, err);
         status = status == STEIN_OK ? gains(d, err) : status;

@@ -36,22 +36,11 @@ static int is_of_body(const stein_model *m, const char *name)
     return 0;
 }
 
-/* which of the names it is; -1: none */
-static int find_name(const diag__problem *q, const char *name)
-{
-    for (int k = 0; k < q->nname; k++) {
-        if (strcmp(q->name[k], name) == 0) {
-            return k;
-        }
-    }
-    return -1;
-}
-
 /* Is parameter i a number of a body that can be set free? A tolerance that was assumed is none. */
 static int is_rough(const diag__problem *q, int i)
 {
     const stein_model *m = lab_equations(q->model);
-    int k = find_name(q, m->params[i].name);
+    int k = diag__name_of(q, m->params[i].name);
     return is_of_body(m, m->params[i].name) && !fit__always_set(q->fitted, i) &&
            (k < 0 || q->name_sd[k] > 0.0);
 }
@@ -77,7 +66,7 @@ static void mark(diag__problem *q, const char *from, const char *to)
     for (int k = 0; k < q->n; k++) {
         const lab_candidate *c = &q->candidate[k];
         int one = c->effect->needs == NULL && c->nparam == 1 && q->untestable[k] == from;
-        int at = one ? find_name(q, m->params[c->param[0]].name) : -1;
+        int at = one ? diag__name_of(q, m->params[c->param[0]].name) : -1;
         if (at >= 0 && !isnan(q->body_sd[at])) {
             q->untestable[k] = to;
         }
@@ -93,7 +82,7 @@ static stein_status release(diag__problem *q, stein_err *err)
     }
     for (int i = 0; i < m->np; i++) {
         if (is_rough(q, i)) {
-            int k = find_name(q, m->params[i].name);
+            int k = diag__name_of(q, m->params[i].name);
             if (k < 0) {
                 k = q->nname++;
                 q->name[k] = m->params[i].name;
@@ -122,48 +111,6 @@ static stein_status restore(diag__problem *q, stein_err *err)
     return diag__problem_null(q, err);
 }
 
-/* the hypothesis without what is free now */
-static diag__hypothesis left_of(const diag__problem *q, diag__hypothesis h)
-{
-    for (int i = h.n - 1; i >= 0; i--) {
-        h = q->untestable[diag__base(q, h.cause[i]) - q->candidate] != NULL
-                ? diag__without(h, h.cause[i])
-                : h;
-    }
-    return h;
-}
-
-/* the best rows so far, once more */
-static stein_status fit_again(diag__problem *q, diag__table *t, stein_err *err)
-{
-    int rows[DIAG_CAUSES + 1], n = 0;
-    stein_status status = STEIN_OK;
-    for (int k = 0; k <= DIAG_CAUSES; k++) {
-        rows[n] = diag__index(t, diag__best(q, t, k));
-        n += rows[n] >= 0;
-    }
-    for (int k = 0; k < t->n; k++) {
-        t->row[k]->superseded = 1;
-    }
-    for (int k = 0; status == STEIN_OK && k < n; k++) {
-        diag__row *one = NULL;
-        diag__proposal again = {.h = left_of(q, t->row[rows[k]]->h),
-                                .parent = k == 0 ? -1 : rows[k],
-                                .held = 1,
-                                .source = 'B'};
-        for (int i = 0; i < DIAG_CAUSES; i++) {
-            again.amount[i] = again.side[i] = NAN;
-        }
-        if (diag__find(t, &again.h) == NULL) {
-            status = diag__evaluate(q, t, &again, &one, err);
-        }
-        if (one != NULL && q->trace != NULL) {
-            diag__trace_row(q->trace, q, t, one);
-        }
-    }
-    return status;
-}
-
 stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t);
@@ -173,7 +120,7 @@ stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *
         return status;
     }
     status = release(q, err);
-    status = status == STEIN_OK ? fit_again(q, t, err) : status;
+    status = status == STEIN_OK ? diag__fit_again(q, t, 'B', err) : status;
     const diag__row *now = status == STEIN_OK ? diag__incumbent(q, t) : NULL;
     if (now != NULL) {
         double gain = diag__weighed(q, best) - now->objective;

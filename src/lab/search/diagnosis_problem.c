@@ -121,15 +121,21 @@ static int states_any(const stein_model *m)
     return any;
 }
 
+int diag__name_of(const diag__problem *q, const char *name)
+{
+    int k = 0;
+    // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): nname names are there
+    while (k < q->nname && strcmp(q->name[k], name) != 0) {
+        k++;
+    }
+    return k < q->nname ? k : -1;
+}
+
 int diag__has_tolerance(const diag__problem *q, int param)
 {
     const stein_param *of = &lab_equations(q->model)->params[param];
-    int assumed = 0;
-    for (int k = 0; k < q->nname; k++) {
-        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): nname names are there
-        assumed |= q->name_sd[k] > 0.0 && strcmp(q->name[k], of->name) == 0;
-    }
-    return assumed || of->tolerance > 0.0;
+    int k = diag__name_of(q, of->name);
+    return of->tolerance > 0.0 || (k >= 0 && q->name_sd[k] > 0.0);
 }
 
 /* Every number with a tolerance that not every record sets, and what the caller wants free;

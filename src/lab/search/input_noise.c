@@ -20,66 +20,68 @@
 enum { DRAWS = 4, RECORDS = 5 };
 static const unsigned long seed = 1788;
 
-/* sd of one sample of a record's signals; 0: prescribed motions, and what has no noise */
-static stein_status find_noise(const fit__stroke *t, const stein_model *m, double *noise,
-                               stein_err *err)
+/* is there a measured force with noise? */
+static int has_noise(const fit__stroke *t)
 {
-    lab_audit *audit = NULL;
-    stein_status status = lab_audit_create(&audit, t->data, err);
-    int k = 0;
-    for (int c = 0; status == STEIN_OK && c < t->data->ncolumn; c++) {
-        const lab_column *column = &t->data->column[c];
-        if (column->role == LAB_INPUT) {
-            double sd = audit->channel[c].noise;
-            int force = m->inputs[column->index].kind != STEIN_INPUT_MOTION;
-            noise[k++] = force && isfinite(sd) ? sd : 0.0;
-        }
+    int yes = 0;
+    for (int k = 0; k < t->nsignal; k++) {
+        yes |= !t->signal[k].motion && t->signal[k].noise > 0.0;
     }
-    lab_audit_destroy(audit);
-    return status;
+    return yes;
 }
 
-static void stir(fit__stroke *t, const double *const *clean, const double *noise, gsl_rng *rng)
+/* the forces with a draw of their noise, as they are without rng */
+static void stir(fit__stroke *t, const double *clean, gsl_rng *rng)
 {
     for (int k = 0; k < t->nsignal; k++) {
         fit__signal *s = &t->signal[k];
         for (int i = 0; !s->motion && i < s->n; i++) {
-            s->g[i] = clean[k][i] + (rng != NULL ? gsl_ran_gaussian(rng, noise[k]) : 0.0);
+            s->g[i] = clean[i] + (rng != NULL ? gsl_ran_gaussian(rng, s->noise) : 0.0);
         }
+        clean += s->n;
         if (!s->motion) {
             fit__signal_pieces(s, NULL);
         }
     }
 }
 
-/* mean square of what draws of the noise move a record's prediction by [noise]; NAN: it fails */
-static double moved(const fit__problem *p, fit__bench *b, int s, const double *x,
-                    const double *noise, double *clean, gsl_rng *rng)
+/* mean square of what draws of the noise move a record's prediction by [noise]; NAN: it fails
+ * @param room  two predictions, and the values of all signals */
+static double moved(const fit__problem *p, fit__bench *b, int s, const double *x, double *room,
+                    gsl_rng *rng)
 {
     fit__stroke *t = &p->stroke[s];
-    const double *from[64];
     size_t size = (size_t)t->nch * (size_t)t->n;
-    double *there = clean, *here = there + size, *at = here + size, sum = 0.0;
-    int ok = t->nsignal <= 64 && fit__simulate(p, b, s, x, here, NULL) == STEIN_OK;
-    for (int k = 0; ok && k < t->nsignal; k++) {
-        from[k] = memcpy(at, t->signal[k].g, sizeof *at * (size_t)t->signal[k].n);
+    double *there = room, *here = there + size, *clean = here + size, *at = clean, sum = 0.0;
+    for (int k = 0; k < t->nsignal; k++) {
+        memcpy(at, t->signal[k].g, sizeof *at * (size_t)t->signal[k].n);
         at += t->signal[k].n;
     }
+    int ok = fit__simulate(p, b, s, x, here, NULL) == STEIN_OK;
     for (int d = 0; ok && d < DRAWS; d++) {
-        stir(t, from, noise, rng);
+        stir(t, clean, rng);
         ok = fit__simulate(p, b, s, x, there, NULL) == STEIN_OK;
         for (size_t i = 0; ok && i < size; i++) {
             double off = t->share[i] * (there[i] - here[i]) / t->noise[i / (size_t)t->n];
             sum += off * off;
         }
     }
-    stir(t, from, noise, NULL);
+    stir(t, clean, NULL);
     return ok ? sum / (DRAWS * fmax(1.0, t->samples)) : (double)NAN;
+}
+
+static stein_status room_of(const fit__stroke *t, double **room, stein_err *err)
+{
+    size_t n = 2 * (size_t)t->nch * (size_t)t->n;
+    for (int k = 0; k < t->nsignal; k++) {
+        n += (size_t)t->signal[k].n;
+    }
+    *room = malloc(sizeof **room * (n + 1));
+    return *room != NULL ? STEIN_OK : lab__no_memory(err);
 }
 
 stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *err)
 {
-    const stein_model *m = lab_equations(p->model);
     fit__bench b;
     double sum = 0.0, n = 0.0, *x = calloc((size_t)p->nu + 1, sizeof *x);
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
@@ -90,15 +92,16 @@ stein_status diag__input_noise(const fit__problem *p, double *share, stein_err *
     int most = p->nstroke < RECORDS ? p->nstroke : RECORDS;
     for (int k = 0; status == STEIN_OK && k < most; k++) {
         int s = k * p->nstroke / most;
-        const fit__stroke *t = &p->stroke[s];
-        size_t room = (size_t)t->n * (2 * (size_t)t->nch + (size_t)t->nsignal);
-        double *work = malloc(sizeof *work * (room + (size_t)t->nsignal + 1)), *noise = work + room;
-        status = work != NULL ? find_noise(t, m, noise, err) : lab__no_memory(err);
+        double *room = NULL, one;
+        if (!has_noise(&p->stroke[s])) {
+            continue; // nothing would move
+        }
+        status = room_of(&p->stroke[s], &room, err);
         gsl_rng_set(rng, seed + (unsigned long)s);
-        double one = status == STEIN_OK ? moved(p, &b, s, x, noise, work, rng) : (double)NAN;
+        one = status == STEIN_OK ? moved(p, &b, s, x, room, rng) : (double)NAN;
         sum += isfinite(one) ? one : 0.0;
         n += isfinite(one);
-        free(work);
+        free(room);
     }
     *share = n > 0.0 ? sum / n : 0.0;
     gsl_rng_free(rng);

@@ -296,9 +296,17 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
     return status;
 }
 
-/* The best hypothesis does not leave the stated noise: the best ones and the null hypothesis once
- * more, with noise that is estimated. */
-static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err *err)
+/* the hypothesis without what cannot be told any more */
+static diag__hypothesis testable(const diag__problem *q, diag__hypothesis h)
+{
+    for (int i = h.n - 1; i >= 0; i--) {
+        int told = q->untestable[diag__base(q, h.cause[i]) - q->candidate] == NULL;
+        h = told ? h : diag__without(h, h.cause[i]);
+    }
+    return h;
+}
+
+stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stein_err *err)
 {
     stein_status status = STEIN_OK;
     int rows[DIAG_CAUSES + 1], n = 0;
@@ -306,17 +314,22 @@ static stein_status begin_scale_free(diag__problem *q, diag__table *t, stein_err
         rows[n] = diag__index(t, diag__best(q, t, k));
         n += rows[n] >= 0;
     }
-    q->scale_free = 1;
     for (int k = 0; k < t->n; k++) { // rows so far have other objectives
         t->row[k]->superseded = 1;
     }
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__row *one = NULL;
-        diag__proposal again = {.h = t->row[rows[k]]->h, .parent = rows[k], .source = 'N'};
+        int anew = source == 'B'; // numbers of the file are free that were none
+        diag__proposal again = {.h = testable(q, t->row[rows[k]]->h),
+                                .parent = anew && k == 0 ? -1 : rows[k],
+                                .held = anew,
+                                .source = source};
         for (int i = 0; i < DIAG_CAUSES; i++) {
             again.amount[i] = again.side[i] = NAN;
         }
-        status = try_one(q, t, &again, &one, err);
+        if (diag__find(t, &again.h) == NULL) {
+            status = try_one(q, t, &again, &one, err);
+        }
     }
     return status;
 }
@@ -354,7 +367,8 @@ static stein_status with_noise(diag__problem *q, diag__table *t, stein_err *err)
     }
     q->least_noise = less ? tiny : 1.0;
     stein_status status = diag__note_standing(t, &kept, err);
-    status = status == STEIN_OK ? begin_scale_free(q, t, err) : status;
+    q->scale_free = 1;
+    status = status == STEIN_OK ? diag__fit_again(q, t, 'N', err) : status;
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     if (status == STEIN_OK && less && best->h.n > 0) {
         const diag__row *now = diag__incumbent(q, t), *null = diag__best(q, t, 0);

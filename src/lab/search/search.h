@@ -280,6 +280,8 @@ void diag__kept_free(struct diag__kept *k);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);
+/** Which of the free numbers is called so; -1: none. */
+int diag__name_of(const diag__problem *q, const char *name);
 /** Does the file state a tolerance of this number of its own mechanism, or is one assumed? */
 int diag__has_tolerance(const diag__problem *q, int param);
 /** Does a cause move a number with a tolerance? */
@@ -330,6 +332,11 @@ typedef struct diag__standing {
 stein_status diag__note_standing(const diag__table *t, diag__standing *kept, stein_err *err);
 /** They count again, and those since do not. */
 void diag__take_back(diag__problem *q, diag__table *t, const diag__standing *kept);
+
+/** The best hypothesis of each number of causes once more, where noise or the numbers of the file
+ *  have changed; rows so far no longer count. @param source  letter of the rows, 'N' or 'B'
+ *  @return OK, ENOMEM */
+stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stein_err *err);
 
 /* ---- bodies.c ---- */
 

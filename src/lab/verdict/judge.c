@@ -193,6 +193,18 @@ static diag__finding find(const diag__evidence *e, int n, const diag__judgement 
                                                                      : DIAG_UNDECIDED;
 }
 
+/* The best row without a cause that takes settings as the other row does; what a cause explains is
+ * told against that one. @return -1: there is none */
+static int null_beside(const diag__evidence *e, int rows, const diag__evidence *row)
+{
+    int best = -1;
+    for (int i = 0; i < rows; i++) {
+        int eligible = e[i].n == 0 && e[i].possible && e[i].rough == row->rough;
+        best = eligible && (best < 0 || e[i].objective < e[best].objective) ? i : best;
+    }
+    return best;
+}
+
 diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting *s)
 {
     diag__judgement j = {.finding = DIAG_NOT_CONVERGED, .null = best_of(e, n, 0, s)};
@@ -204,6 +216,9 @@ diag__judgement diag__judge(const diag__evidence *e, int n, const diag__setting 
     if (j.null < 0) {
         return j;
     }
+    j.least = j.null;
+    int beside = null_beside(e, n, &e[j.best]);
+    j.null = beside >= 0 ? beside : j.null;
     const diag__evidence *null = &e[j.null], *best = &e[j.best];
     j.gain = gain_of(best, null);
     j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);

@@ -248,24 +248,12 @@ static double choose_smoothing(const check *c, int stroke)
     return best;
 }
 
-/* noise of the measured inputs of a stroke, by file or audit */
-static stein_status find_input_noise(check *c, int stroke, stein_err *err)
+static void take_input_noise(check *c, int stroke)
 {
-    const fit__problem *p = c->side[0].p;
-    const fit__stroke *t = &p->stroke[stroke];
-    lab_audit *a = NULL;
-    stein_status status = t->nsignal > 0 ? lab_audit_create(&a, t->data, err) : STEIN_OK;
-    for (int i = 0; a != NULL && i < t->data->ncolumn; i++) {
-        for (int k = 0; k < t->nsignal; k++) {
-            const lab_column *column = &t->data->column[i];
-            double noise = a->channel[i].noise;
-            if (column->role == LAB_INPUT && column->index == t->signal[k].input) {
-                c->input_noise[first_signal(p, stroke) + (size_t)k] = isfinite(noise) ? noise : 0.0;
-            }
-        }
+    const fit__stroke *t = &c->side[0].p->stroke[stroke];
+    for (int k = 0; k < t->nsignal; k++) {
+        c->input_noise[first_signal(c->side[0].p, stroke) + (size_t)k] = t->signal[k].noise;
     }
-    lab_audit_destroy(a);
-    return status;
 }
 
 /* noise of the motions and of the forces */
@@ -280,7 +268,7 @@ static stein_status find_noise(check *c, stein_err *err)
     c->decades = c->noise + (c->noise != NULL ? p->nstroke : 0);
     for (int s = 0; status == STEIN_OK && s < p->nstroke; s++) {
         const fit__stroke *t = &p->stroke[s];
-        status = find_input_noise(c, s, err);
+        take_input_noise(c, s);
         if (way->channel >= 0) {
             c->noise[s] = t->noise[way->slot];
             c->decades[s] = choose_smoothing(c, s);

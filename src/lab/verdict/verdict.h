@@ -28,6 +28,7 @@ typedef struct diag__evidence {
     double relative;   /* RMS residual in that of the motion */
     double memory;     /* samples that the residual is alike over */
     int scatters_most; /* records differ by as much as is allowed for, which is not noise */
+    int rough;         /* settings are off by what their digits allow */
     int converged, possible;
     double amount[DIAG_CAUSES], sd[DIAG_CAUSES]; /* [limits], sd not inflated */
     int tolerated[DIAG_CAUSES]; /* 1: a number of the file whose tolerance is stated */
@@ -65,7 +66,8 @@ typedef enum {
 enum { DIAG_RIVALS = 16 };
 typedef struct diag__judgement {
     diag__finding finding;
-    int best, null; /* rows */
+    int best, null; /* rows; the null one takes settings as the best one does */
+    int least;      /* row without a cause that has the most evidence, however it takes settings */
     int nrival, rival[DIAG_RIVALS];
     double gain;  /* objective(null) - objective(best) */
     double share; /* of the misfit beyond noise that the best one explains */
