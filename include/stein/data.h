@@ -102,7 +102,7 @@ typedef struct lab_data_options {
     /* what is in the files, if they are none on a disk; else NULL: [1], of lab_dataset_open [n].
      * Their names are those in messages */
     const char *const *text;
-    lab_report_fn *report; /* hears every problem; may be NULL */
+    lab_report_fn *report; /* is called with every problem; may be NULL */
     void *ctx;
     lab_read_progress_fn *progress; /* called every 64 KiB; may be NULL */
 } lab_data_options;
@@ -129,7 +129,7 @@ typedef struct lab_dataset {
     lab_data **stroke; /* [n] in the order of the files */
 } lab_dataset;
 /** All files or none; every problem of every file is reported. Files with the same bytes are
- *  accepted, report hears of it. @return as lab_data_open; EINVAL for n < 1 */
+ *  accepted, report is called with it. @return as lab_data_open; EINVAL for n < 1 */
 stein_status lab_dataset_open(lab_dataset **set, const char *const *file, int n,
                               const lab_data_options *options, stein_err *err);
 void lab_dataset_close(lab_dataset *set);

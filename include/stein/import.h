@@ -23,7 +23,7 @@ typedef struct lab_imported {
  *  of the file that is written: cuts (loops), links and user models, whose laws are in C code of
  *  their own, sensors and external forces, drawings.
  *  @param to      the mechanism file, or "-"
- *  @param report  hears what is left out or renamed; may be NULL
+ *  @param report  is called with what is left out or renamed; may be NULL
  *  @param done    out, may be NULL; untouched on failure
  *  @return OK; EIO; EPARSE: "file:line:column: what, expected what"; ENOMEM. A project with numbers
  *          that no mechanism can have, an inertia beyond that of any body, is written all the same,

@@ -24,7 +24,7 @@ typedef void lab_report_fn(void *ctx, const char *message);
  *  on; 1, from then on always: it ends with STEIN_ESTOPPED, and keeps nothing but its journal */
 typedef int lab_stop_fn(void *ctx);
 
-/** Where equations come from and who hears about it. Start from lab_options_default(). */
+/** Where equations come from and who is told. Start from lab_options_default(). */
 typedef struct lab_options {
     const char *const *set; /* "NAME=VALUE[unit]" overrides */
     int nset;

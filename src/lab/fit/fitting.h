@@ -188,8 +188,8 @@ typedef struct fit__problem {
     lab__stop stop;
 } fit__problem;
 
-/** Is group g of one problem that of the same place as h of another one, whose mechanism may have
- *  more joints before it? */
+/** Do group g of problem a and group h of problem b belong to the same joint or contact? The
+ *  mechanism of one may have more joints than that of the other. */
 int fit__same_group(const fit__problem *a, int g, const fit__problem *b, int h);
 /** All of its unknowns move at once: fewer samples than that are refused. */
 stein_status fit__problem_make(fit__problem *p, const lab_model *model, const lab_dataset *data,
@@ -279,7 +279,7 @@ typedef struct fit__bench {
     struct fit__observer *observer;
     stein_force_fn *force; /* forces that the model lacks, not with the ladder; NULL: none */
     void *force_ctx;
-    fit__watch_fn *watch; /* hears of every frame; NULL: nobody */
+    fit__watch_fn *watch; /* called at every frame; may be NULL */
     void *watch_ctx;
     int no_memory; /* a simulation had none: no property of the model */
 } fit__bench;
@@ -311,9 +311,9 @@ stein_status fit__finish(fit__bench *b, stein_status status);
  *  @param hz  [ninput] out; NAN: as the noise of the motion allows
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
-/** The noise of channel k of a stroke, where that is the force of a motion whose band is stated and
- *  the file does not state the noise: no less than what the force does beyond that band.
- *  @return OK, ENOMEM */
+/** Raises the noise of channel k of a stroke to the RMS of what it does above the band of its
+ *  motion. Only a measured force of a prescribed motion with a band has such a part, and a noise
+ * that the file states stays. @return OK, ENOMEM */
 stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err);
 
 /* ---- initial.c ---- */

@@ -462,7 +462,7 @@ static double noise_of(const lab_channel_audit *a)
     return isfinite(a->noise) && a->noise > least ? a->noise : fmax(least, 1e-30);
 }
 
-/* quantisation step of an encoder whose noise does not reach across it, 0: none */
+/* quantisation step of a channel whose noise is smaller than `locked` steps; 0: it is not */
 static double locked_step(const lab_channel_audit *a)
 {
     return a->noise < locked * a->step ? a->step : 0.0;

@@ -3,9 +3,11 @@
  *
  *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
  *   scope.c        causes that act in one record, or from one on
+ *   row_start.c    where a fit begins
  *   evaluate.c     fits one hypothesis from one start; the only writer of rows
  *   table.c        rows by hypothesis
- *   linear.c       what every candidate changes at a row, all else refitted linearly
+ *   columns.c      what every candidate changes at a row
+ *   linear.c       the same, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
  *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
@@ -207,6 +209,22 @@ int diag__equals(const diag__hypothesis *a, const diag__hypothesis *b);
 /** Where cause number i of a row is among its unknowns. */
 int diag__unknown_at(const diag__row *row, int i);
 
+/* ---- row_start.c ---- */
+
+/** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
+ * a part more or less. @return its index, -1: it has none */
+int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
+                      const fit__unknown *u);
+/** The records' own unknowns of one problem, and their steps, as those of another one of the same
+ *  records. @param x, y  [nu] of `from`, out of `to` */
+void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
+                        double *y);
+/** x and steps of a row before its fit. @param parent  NULL: the file's numbers */
+void diag__start_row(diag__row *row, const diag__row *parent, const diag__proposal *from);
+/** The parent's derivatives, where its motion is the start of the row's: what its columns say is
+ * near enough for the first steps. @param known  [nu] out: unknowns whose columns are there */
+void diag__inherit(diag__row *row, const diag__row *parent, unsigned char *known);
+
 /* ---- evaluate.c ---- */
 
 /** Fits a hypothesis: into a new row of the table.
@@ -222,14 +240,6 @@ typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
  * less where it is far  @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
                            stein_err *err);
-/** The unknown u of a record of `from` as one of the same record in `to`, whose mechanism may have
- * a part more or less. @return its index, -1: it has none */
-int diag__counterpart(const fit__problem *to, const fit__problem *from, int stroke,
-                      const fit__unknown *u);
-/** The records' own unknowns of one problem, and their steps, as those of another one of the same
- *  records. @param x, y  [nu] of `from`, out of `to` */
-void diag__own_unknowns(const fit__problem *from, const double *x, const fit__problem *to,
-                        double *y);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would

@@ -1,0 +1,326 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * conclude.c - from the closed table to all that is reported.
+ *
+ *   judge      finding, causes, rivals (verdict/judge.c), twice: the rows that are reported are
+ * fitted to their end in between report     reporting records, with and without the causes; what
+ * they contradict is withdrawn law        where the best hypothesis leaves more than noise, a curve
+ * (law/) verify     extended.yaml, read again and simulated
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "diagnosis.h"
+
+enum { FREE_RECORDS = 16 };
+static const double nearly_all = 0.9, far_off = 50.0; /* share of the misfit; chi2/dof */
+
+/* ---- the judge's view of the table ---- */
+
+static int element(const diag__problem *q, int k)
+{
+    int i = 0;
+    while (!diag__related(diag__base(q, i), diag__base(q, k))) {
+        i++;
+    }
+    return i;
+}
+
+/* price of "settings are off": a cause that is convincingly better than that is named */
+static double of_settings(void)
+{
+    return diag__least_gain - diag__convincing;
+}
+
+static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
+{
+    diag__evidence e = {.n = row->h.n,
+                        .objective = row->objective + (row->rough ? of_settings() : 0.0),
+                        .chi2_dof = row->chi2_dof,
+                        .relative = row->relative,
+                        .memory = row->memory,
+                        .rough = row->rough,
+                        .converged = row->converged,
+                        .scatters_most = row->failed == NULL && diag__scatters_most(row->D),
+                        .possible = diag__is_possible(q, row)};
+    for (int i = 0; i < row->h.n; i++) {
+        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
+        e.cause[i] = row->h.cause[i];
+        if (row->failed == NULL) {
+            e.amount[i] = diag__amount(row, i, &e.sd[i]);
+        }
+        e.tolerated[i] = diag__is_tolerated(q, e.cause[i]);
+        e.scatters[i] = diag__scatters(q, e.cause[i]);
+        e.single[i] = c.from > 0 && c.from == c.until;
+        e.named[i] = c.effect->site != LAB_AT_PARAMETER;
+        e.place[i] = element(q, row->h.cause[i]);
+    }
+    return e;
+}
+
+static stein_status judge(diagnosis *d, stein_err *err)
+{
+    const stein_model *m = lab_equations(d->q.model);
+    diag__evidence *e = malloc(sizeof *e * (size_t)(d->t.n + 1));
+    if (e == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < d->t.n; i++) {
+        e[i] = evidence_of(&d->q, d->t.row[i]);
+    }
+    d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
+                                 .stated = fit__noise_given(&d->q.null),
+                                 .assumed = d->q.assumed,
+                                 .records = d->fitted.n,
+                                 .freedom = d->fitted.n - 1 + diag__scatter_worth(d->fitted.n),
+                                 .names = d->q.nname,
+                                 .body = d->q.nbody > 0 ? d->q.body_sd : NULL};
+    for (int k = 0; k < d->q.nname; k++) {
+        int i = stein_find_param(m, d->q.name[k]);
+        d->setting.tolerances += i >= 0 && diag__has_tolerance(&d->q, i);
+    }
+    d->j = diag__judge(e, d->t.n, &d->setting);
+    free(e);
+    return STEIN_OK;
+}
+
+/* rows whose numbers are reported, to the end of their fits */
+static stein_status refine(diagnosis *d, stein_err *err)
+{
+    stein_status status = diag__refine_row(d->t.row[d->j.best], err);
+    if (status == STEIN_OK &&
+        d->j.null != d->j.best) { // what a cause gains is a difference of both
+        status = diag__refine_row(d->t.row[d->j.null], err);
+    }
+    for (int i = 0; status == STEIN_OK && i < d->j.nrival; i++) {
+        status = diag__refine_row(d->t.row[d->j.rival[i]], err);
+    }
+    diag__weigh(&d->q, &d->t); // with the noise that the refined rows leave
+    return status;
+}
+
+/* ---- results ---- */
+
+static stein_status results(diagnosis *d, stein_err *err)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    diag__linear own = {.n = 0}, *l = &d->t.last;
+    stein_err why = {STEIN_OK, ""};
+    stein_status status = STEIN_OK;
+    if (l->row != best) {
+        l = &own;
+        status = diag__linearise(&d->q, best, diag__observer_gain(best), FREE_RECORDS, l, &why);
+    }
+    status = status == STEIN_OK ? diag__results(&d->q, &d->t, &d->j, l, &d->setting, d->out, &why)
+                                : status;
+    diag__linear_free(&own);
+    if (status != STEIN_OK && err != NULL) {
+        *err = why;
+    }
+    return status;
+}
+
+static stein_status posteriors(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const diag__row *best = d->t.row[d->j.best];
+    stein_status status = diag__conditions(&d->q.null, &o->conditions, err);
+    for (int i = -1; status == STEIN_OK && o->ncause == 1 && i < d->j.nrival; i++) {
+        const diag__row *row = i < 0 ? best : d->t.row[d->j.rival[i]];
+        for (int k = 0; k < 1 + o->nrival; k++) {
+            if (row->J != NULL && o->suspect[k].posterior.n == 0 &&
+                diag__is_same(&o->suspect[k].candidate, &row->cause[0])) {
+                status = diag__posterior(row, &o->suspect[k].posterior, err);
+            }
+        }
+    }
+    return status;
+}
+
+/* numbers and predictions of the verdict's row, once more */
+static stein_status shorten(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    const diag__row *null = d->t.row[d->j.null], *best = d->t.row[d->j.best];
+    free(o->suspect);
+    free(o->value);
+    o->suspect = NULL;
+    o->value = NULL;
+    o->nsuspect = o->ncause = o->nrival = o->nvalue = 0;
+    diag__reported_free(&d->before);
+    diag__reported_free(&d->after);
+    d->j.share = (null->chi2_dof - best->chi2_dof) / fmax(null->chi2_dof - 1.0, 1e-9);
+    d->j.gain = null->objective - best->objective;
+    stein_status status = refine(d, err);
+    status = status == STEIN_OK ? results(d, err) : status;
+    o->remainder = sqrt(o->chi2_dof_after);
+    o->share = d->j.share;
+    return status == STEIN_OK ? diag__predict(d, err) : status;
+}
+
+/* A law is fitted to settings as they are stated, and told against the row that takes them so.
+ * @return 1: that row stands for the null hypothesis now */
+static int state_settings(diagnosis *d)
+{
+    int plain = -1;
+    for (int i = 0; i < d->t.n && d->t.row[d->j.null]->rough; i++) {
+        const diag__row *row = d->t.row[i];
+        int eligible = row->h.n == 0 && !row->rough && diag__is_possible(&d->q, row);
+        plain = eligible && (plain < 0 || row->objective < d->t.row[plain]->objective) ? i : plain;
+    }
+    if (plain >= 0) {
+        d->j.best = d->j.best == d->j.null ? plain : d->j.best;
+        d->j.null = plain;
+    }
+    return plain >= 0;
+}
+
+/* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
+ * what is left is still far from noise, the model errs in more than one law. */
+static stein_status laws(diagnosis *d, stein_err *err)
+{
+    const diag__row *best = d->t.row[d->j.best];
+    int hopeless =
+        d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
+    int noise = best->chi2_dof <= d->setting.most_noise && !diag__scatters_most(best->D);
+    if (noise || hopeless || diag__is_spent(&d->q)) {
+        return STEIN_OK;
+    }
+    const diag__judgement as_said = d->j;
+    int stated = state_settings(d);
+    stein_status status = stated ? shorten(d, err) : STEIN_OK;
+    diag__reported after = {.rmse = NAN};
+    status =
+        status == STEIN_OK ? diag__laws_find(&d->q, d->t.row[d->j.null], &d->laws, err) : status;
+    if (status == STEIN_OK && d->laws.n > 0) {
+        status = diag__law_judge(&d->laws, &d->j, d->t.row[d->j.best], &d->reporting, &d->before,
+                                 &after, d->out, err);
+    }
+    int pays = d->out->nlaw > 0 && d->out->law[0].pays;
+    if (pays) {
+        diag__reported_free(&d->after);
+        d->after = after;
+        d->out->ncause = d->out->nrival = 0;
+    }
+    if (status == STEIN_OK && stated && !pays) {
+        d->j = as_said;
+        status = shorten(d, err);
+    }
+    return status;
+}
+
+static stein_status gains(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    free(o->gains); // of another verdict
+    o->gains = NULL;
+    o->ngain = 0;
+    o->gain.ratio = o->gain.rmse_before = o->gain.rmse_after = o->gain.lo = o->gain.hi = NAN;
+    o->noise_floor = 1.0;
+    if (!isfinite(d->before.rmse)) {
+        return STEIN_OK;
+    }
+    size_t frames = diag__frame(&d->before.p, d->before.p.nstroke);
+    const char **phase = malloc(sizeof *phase * (frames + 1));
+    stein_status status = phase != NULL ? diag__phases(&d->before.p, d->before.x, phase, NULL, err)
+                                        : lab__no_memory(err);
+    if (status == STEIN_OK) {
+        status =
+            diag__gain(o, &d->before, isfinite(d->after.rmse) ? &d->after : &d->before, phase, err);
+    }
+    free(phase);
+    return status;
+}
+
+/* mechanisms with parts stay: causes and rivals have their units from them */
+static stein_status keep_parts(diagnosis *d, stein_err *err)
+{
+    d->out->kept = calloc((size_t)d->q.nmechanism + 1, sizeof(lab_model *));
+    if (d->out->kept == NULL) {
+        return lab__no_memory(err);
+    }
+    for (int i = 0; i < d->q.nmechanism; i++) {
+        if (d->q.mechanism[i]->own != NULL) {
+            d->out->kept[d->out->nkept++] = d->q.mechanism[i]->own;
+            d->q.mechanism[i]->own = NULL;
+        }
+    }
+    return STEIN_OK;
+}
+
+/* do causes and rivals act in all records? An experiment has no place in their order. */
+static int act_in_all(const lab_diagnosis *o)
+{
+    int yes = 1;
+    for (int i = 0; i < o->ncause + o->nrival; i++) {
+        yes &= o->suspect[i].candidate.from == 0;
+    }
+    return yes;
+}
+
+stein_status diag__conclude(diagnosis *d, stein_err *err)
+{
+    lab_diagnosis *o = d->out;
+    diag__progress(d, 0.8, "numbers of the causes");
+    stein_status status = judge(d, err);
+    status = status == STEIN_OK ? refine(d, err) : status;
+    status = status == STEIN_OK ? judge(d, err) : status; // with the refined numbers
+    status = status == STEIN_OK ? results(d, err) : status;
+    if (status != STEIN_OK) {
+        return status;
+    }
+    if (d->def->explain != NULL) {
+        status = diag__explain(&d->q, &d->t, &d->j, d->def->explain, &o->explanation, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    o->remainder = sqrt(o->chi2_dof_after);
+    o->share = d->j.share;
+    diag__progress(d, 0.85, "strokes that were held out");
+    status = diag__predict(d, err);
+    for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && diag__drop_unshown(d); k++) {
+        status = shorten(d, err);
+    }
+    status = status == STEIN_OK ? gains(d, err) : status;
+    int shown = 1;
+    status = status == STEIN_OK ? diag__is_shown(d, &shown, err) : status;
+    if (status == STEIN_OK && !shown) {
+        const diag__evidence null = evidence_of(&d->q, d->t.row[d->j.least]);
+        d->j.finding = diag__not_shown(&null, &d->setting);
+        d->j.best = d->j.null = d->j.least;
+        d->j.nrival = 0;
+        status = shorten(d, err);
+        status = status == STEIN_OK ? gains(d, err) : status;
+    }
+    if (status == STEIN_OK) {
+        diag__say(o, &d->j, &d->setting, d->suspicion);
+        status = diag__name_odd_setting(d, err);
+        if (diag__is_spent(&d->q)) {
+            size_t n = strlen(o->reason);
+            snprintf(o->reason + n, sizeof o->reason - n,
+                     " The search ended with its budget: %ld simulated strokes.", d->q.strokes);
+        }
+        diag__progress(d, 0.88, "the law of what is in no table");
+        status = status == STEIN_OK ? laws(d, err) : status;
+    }
+    if (status == STEIN_OK && o->nlaw > 0 && o->law[0].pays) {
+        status = gains(d, err);
+    }
+    if (status == STEIN_OK) {
+        status = diag__list_records(d->t.row[d->j.null],
+                                    d->j.finding == DIAG_NAMED ? d->t.row[d->j.best] : NULL,
+                                    &d->before, &d->after, o, err);
+    }
+    status = status == STEIN_OK ? posteriors(d, err) : status;
+    diag__progress(d, 0.91, "the extended file, read again");
+    status = status == STEIN_OK ? diag__verify_written(d, err) : status;
+    diag__progress(d, 0.92, "where the model departs");
+    status = status == STEIN_OK ? diag__show_all(d, err) : status;
+    if (status == STEIN_OK && o->ncause == 1 && o->nrival > 0 && act_in_all(o)) {
+        diag__progress(d, 0.95, "the next experiment");
+        status = diag__next(&d->q, o, err);
+    }
+    stein_status kept = keep_parts(d, err);
+    return status == STEIN_OK ? kept : status;
+}

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * diagnosis.h - one diagnosis on its way, from records to a verdict. Not installed.
+ *
+ *   diagnose.c   records, audit, slips, split, search
+ *   conclude.c   the closed table -> finding, causes, law, what is written
+ *   held_out.c   records that report, predicted with and without the causes
+ *   shown.c      where the model departs, the force it lacks, the motion check
+ */
+#ifndef DIAG_DIAGNOSIS_H
+#define DIAG_DIAGNOSIS_H
+
+#include "curve.h"
+#include "motion.h"
+#include "verdict.h"
+
+typedef struct diagnosis {
+    diag__problem q;
+    diag__table t;
+    diag__judgement j;
+    diag__setting setting;
+    lab_dataset fitted, reporting;
+    const lab_diagnose_def *def;
+    diag__laws laws;
+    diag__reported before, after;
+    char suspicion[300]; /* what would let the records begin as the model moves; "": nothing */
+    lab_diagnosis *out;
+} diagnosis;
+
+static inline void diag__progress(const diagnosis *d, double fraction, const char *step)
+{
+    if (d->def->progress != NULL) {
+        d->def->progress(d->def->ctx, fraction, step);
+    }
+}
+
+/* ---- conclude.c ---- */
+
+/** From the closed table to all that is reported. @return OK, ENOMEM, ESTOPPED */
+stein_status diag__conclude(diagnosis *d, stein_err *err);
+
+/* ---- held_out.c ---- */
+
+/** The records that report, predicted for the first time: d->before, d->after; numerical failures
+ *  leave rmse NAN. @return OK, ENOMEM */
+stein_status diag__predict(diagnosis *d, stein_err *err);
+/** Names the setting of a reporting record that does not fit this record, where the verdict is
+ *  `explained` or a cause. @return OK, ENOMEM */
+stein_status diag__name_odd_setting(diagnosis *d, stein_err *err);
+/** One of several causes that reporting records do not show, and that has a row without it, is
+ * none: they are predicted as well without it, or nearly so where more than noise is left.
+ *  @return 1: that row stands for the verdict now */
+int diag__drop_unshown(diagnosis *d);
+/** Do the reporting records allow what is named? By no row without a cause they may be predicted
+ *  better, and where it leaves more than noise they must be predicted better by it. What leaves
+ * noise may be too small to show beside the records' own unknowns. @param yes  out  @return OK,
+ * ENOMEM */
+stein_status diag__is_shown(const diagnosis *d, int *yes, stein_err *err);
+
+/* ---- shown.c ---- */
+
+/** Is what is written what was found? A difference is an error of ours, and said so. @return OK,
+ *  ENOMEM */
+stein_status diag__verify_written(diagnosis *d, stein_err *err);
+/** Departures, traces, the force that the model lacks, the motion check. @return OK, ENOMEM */
+stein_status diag__show_all(diagnosis *d, stein_err *err);
+
+#endif
