@@ -35,7 +35,6 @@
 enum {
     RENEWALS_HELD = 1,
     RENEWALS = 5,
-    RENEWALS_NULL = 20,
     RENEWALS_FAR = 2,
     RECOVERIES = 2,
     FAR_MOST = 2,
@@ -154,8 +153,7 @@ static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
     return status == STEIN_ENOMEM ? lab__no_memory(err) : status;
 }
 
-stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
-                           stein_err *err)
+stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein_err *err)
 {
     int can = fit__can_hold(p);
     stein_status status = STEIN_OK;
@@ -165,12 +163,10 @@ stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int r
         status = from == DIAG_HELD && can ? descend_held(p, e, err) : STEIN_OK;
         status = status == STEIN_OK ? descend_free(p, e, from == DIAG_KNOWN, err) : status;
     }
-    int given_up = renewals == 0 && e->objective > hopeless * p->samples;
-    if (status != STEIN_OK || e->ended || given_up) {
+    if (status != STEIN_OK || e->ended || e->objective > hopeless * p->samples) {
         return status;
     }
-    renewals = renewals > 0 ? renewals : RENEWALS;
-    return fit__descend(p, e, 1, enough, renewals - RENEWALS_FAR, err);
+    return fit__descend(p, e, 1, enough, RENEWALS - RENEWALS_FAR, err);
 }
 
 /* ---- records one by one ---- */
@@ -212,7 +208,7 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
-        status = diag__descend(&own, &e, DIAG_IF_FAR, 0, err);
+        status = diag__descend(&own, &e, DIAG_IF_FAR, err);
         for (int k = 0; k < t->own; k++) { // in the unit of the problem
             double unit = own.unknown[own.np + k].sd / p->unknown[t->first + k].sd;
             a->x[t->first + k] = x[own.np + k] * unit;
@@ -399,14 +395,12 @@ static stein_status fit_row(const diag__problem *q, diag__row *row, const diag__
 {
     fit__problem *p = &row->p;
     fit__end e = {.x = row->x, .J = row->J, .r = row->r};
-    // all others begin where the one without a cause ends
-    int renewals = row->h.n > 0 ? 0 : RENEWALS_NULL;
     stein_status status = STEIN_OK;
     if (from == DIAG_FREE && parent != NULL && parent->J != NULL &&
         begin_known(row, parent, &status, err)) {
         from = DIAG_KNOWN;
     }
-    status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, renewals, err);
+    status = status == STEIN_ENOMEM ? status : diag__descend(p, &e, from, err);
     status = status == STEIN_OK ? recover(p, &e, err) : status;
     status = status == STEIN_OK && q->scale_free ? settle_noise(q, row, &e, err) : status;
     row->converged = e.ended;

@@ -235,11 +235,8 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
  *  with one gain after the other; without it first, and held where that ends far from the records.
  */
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
-/** A fit from x; its end is without an observer.
- *  @param renewals  of derivatives of the free fit, at most, however far off it is; 0: some, and
- * less where it is far  @return OK, or a failure of the simulation */
-stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, int renewals,
-                           stein_err *err);
+/** A fit from x; its end is without an observer. @return OK, or a failure of the simulation */
+stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein_err *err);
 /** Noise of the records in p times a factor. */
 void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would

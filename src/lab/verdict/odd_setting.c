@@ -172,7 +172,7 @@ static stein_status refine(const tried *o, diag__odd_setting *to, stein_err *err
             one.unknown[k].idle = k != amount;
         }
         x[amount] = to->amount;
-        status = diag__descend(&one, &e, DIAG_IF_FAR, 0, err);
+        status = diag__descend(&one, &e, DIAG_IF_FAR, err);
         to->amount = x[amount];
         to->left = fit__chi2(&one, e.r) / fmax(1.0, one.samples);
         status = status == STEIN_OK ? deviation(o, &one, amount, &e, to, err) : status;
