@@ -39,7 +39,7 @@ static void write_parameters(lab__json *j, const lab_suspect *s)
 
 static int is_change(const lab_suspect *s)
 {
-    return s->candidate.from > 0 && s->candidate.until == 0;
+    return s->candidate.effect != NULL && s->candidate.from > 0 && s->candidate.until == 0;
 }
 
 /* the record of a wrong setting, the records behind one of which a change begins */
