@@ -164,13 +164,13 @@ static int drops_scoped(const diag__problem *q, const diag__row *row, const diag
     return dropped && h->n < row->h.n;
 }
 
-/* Rows of a hypothesis; of those that restarts made, the ones from other rows than `parent`. */
-static int tries(const diag__table *t, const diag__hypothesis *h, int restarts, int parent)
+/* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
+static int tries(const diag__table *t, const diag__hypothesis *h, char source, int parent)
 {
     int n = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *row = t->row[i];
-        int counts = !restarts || (row->source == 'R' && row->parent != parent);
+        int counts = source == 0 || (row->source == source && row->parent != parent);
         n += counts && !row->superseded && diag__equals(&row->h, h);
     }
     return n;
@@ -185,7 +185,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (again && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
     }
-    if (again ? tries(t, &p->h, 1, p->parent) > 0 : tries(t, &p->h, 0, -1) >= TRIES) {
+    if (again ? tries(t, &p->h, 'R', p->parent) > 0 : tries(t, &p->h, 0, -1) >= TRIES) {
         return 0;
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
@@ -221,22 +221,56 @@ static stein_status try_one(diag__problem *q, diag__table *t, const diag__propos
     return status;
 }
 
-/* A row with a cause whose amount may be 0 is fitted without it: that needs no linear model, and
- * the row without it is the one to be linearised. */
+/* a row's hypothesis without cause i, or with it in all records where it begins at one */
+static diag__proposal simpler(const diag__problem *q, const diag__table *t, const diag__row *row,
+                              int i, char source)
+{
+    int cause = row->h.cause[i];
+    diag__proposal p = {
+        .h = diag__without(row->h, cause), .parent = diag__index(t, row), .source = source};
+    for (int k = 0; k < DIAG_CAUSES; k++) {
+        p.amount[k] = p.side[k] = NAN;
+    }
+    if (source == 'X') {
+        p.h = diag__with(p.h, (int)(diag__base(q, cause) - q->candidate));
+    }
+    return p;
+}
+
+/* A row with a cause whose amount may be 0 is fitted without it, from the row's end: that needs no
+ * linear model, and the row without it is the one to be linearised. Where it was fitted before and
+ * ended worse than is expected, that was another minimum. */
 static stein_status drop_idle(diag__problem *q, diag__table *t, const diag__row *row,
                               stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
-        double sd, amount = diag__amount(row, i, &sd);
-        diag__proposal p = {.h = diag__without(row->h, row->h.cause[i]),
-                            .parent = diag__index(t, row),
-                            .source = 'D'};
+        double sd, z = diag__amount(row, i, &sd) / sd;
+        diag__proposal p = simpler(q, t, row, i, 'D');
+        const diag__row *had = diag__find(t, &p.h);
+        int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
+                                     tries(t, &p.h, 'D', -1) < TRIES);
         diag__row *one;
-        for (int k = 0; k < DIAG_CAUSES; k++) {
-            p.amount[k] = p.side[k] = NAN;
+        if (fabs(z) < idle && better && !diag__is_spent(q)) {
+            status = try_one(q, t, &p, &one, err);
         }
-        if (fabs(amount) < idle * sd && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+    }
+    return status;
+}
+
+/* The row was linearised, is still the best, leaves more than noise and has a cause that begins at
+ * a record: that may stand for what a model lacks that has not got the same cause in all records.
+ */
+static stein_status everywhere(diag__problem *q, diag__table *t, const diag__row *row,
+                               stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int open = row == diag__incumbent(q, t) && !diag__leaves_noise(row);
+    for (int i = 0; i < row->h.n && status == STEIN_OK && open; i++) {
+        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
+        diag__proposal p = simpler(q, t, row, i, 'X');
+        diag__row *one;
+        if (c.from > 0 && c.until == 0 && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
             status = try_one(q, t, &p, &one, err);
         }
     }
@@ -265,6 +299,9 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
             status = try_one(q, t, &list[i], &one, err);
             tried++;
         }
+        if (status == STEIN_OK && one != NULL && one == diag__incumbent(q, t)) {
+            status = drop_idle(q, t, one, err);
+        }
         found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
                 diag__leaves_noise(one);
     }
@@ -288,6 +325,7 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
         int stands = q->scale_free || diag__incumbent(q, t)->h.n >= row->h.n;
         if (status == STEIN_OK && stands) {
             status = expand(q, t, row, look, err);
+            status = status == STEIN_OK ? everywhere(q, t, row, err) : status;
         }
         const diag__hypothesis now = diag__best(q, t, -1)->h;
         waited = diag__equals(&now, &best) ? waited + 1 : 0;
