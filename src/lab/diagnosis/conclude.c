@@ -32,6 +32,12 @@ static double of_settings(void)
     return diag__least_gain - diag__convincing;
 }
 
+/* Do records differ by more than by what scatters? Noise of measured forces does that, too. */
+static int scatters_most(const diag__problem *q, const diag__row *row)
+{
+    return row->failed == NULL && q->input_share < 1.0 && diag__scatters_most(row->D);
+}
+
 static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
 {
     diag__evidence e = {.n = row->h.n,
@@ -41,7 +47,7 @@ static diag__evidence evidence_of(const diag__problem *q, const diag__row *row)
                         .memory = row->memory,
                         .rough = row->rough,
                         .converged = row->converged,
-                        .scatters_most = row->failed == NULL && diag__scatters_most(row->D),
+                        .scatters_most = scatters_most(q, row),
                         .possible = diag__is_possible(q, row)};
     for (int i = 0; i < row->h.n; i++) {
         const lab_candidate c = diag__candidate(q, row->h.cause[i]);
@@ -69,6 +75,7 @@ static stein_status judge(diagnosis *d, stein_err *err)
         e[i] = evidence_of(&d->q, d->t.row[i]);
     }
     d->setting = (diag__setting){.most_noise = diag__most_noise(&d->q, &d->q.null),
+                                 .input = sqrt(d->q.input_share),
                                  .stated = fit__noise_given(&d->q.null),
                                  .assumed = d->q.assumed,
                                  .records = d->fitted.n,
@@ -182,7 +189,7 @@ static stein_status laws(diagnosis *d, stein_err *err)
     const diag__row *best = d->t.row[d->j.best];
     int hopeless =
         d->j.finding == DIAG_NAMED && d->j.share > nearly_all && best->chi2_dof > far_off;
-    int noise = best->chi2_dof <= d->setting.most_noise && !diag__scatters_most(best->D);
+    int noise = best->chi2_dof <= d->setting.most_noise && !scatters_most(&d->q, best);
     if (noise || hopeless || diag__is_spent(&d->q)) {
         return STEIN_OK;
     }

@@ -18,7 +18,8 @@
  *
  * Sigma is what the file states or the audit has estimated; within a window the residual of the
  * highest degree replaces it where it is clearly smaller. If no window passes, sigma is doubled: it
- * was stated too small.
+ * was stated too small. No noise is stated 16 times too small: then the motion has a kink within
+ * the shortest window, as where a ball bounces, and the first two samples give the slope.
  */
 #include <math.h>
 #include <string.h>
@@ -32,6 +33,7 @@ enum {
     LONGEST = 5000,
     IN_A_ROW = 4,
     DOUBLINGS = 12,
+    KINK = 4,
     AHEAD = 2
 };
 static const double significant = 6.0; /* z^2/sigma^2 of a term that is no noise: 2.45 sd */
@@ -186,14 +188,39 @@ static int best_window(const double *t, const double *y, int n, double noise, do
     return found;
 }
 
+static double slope_at(const double *t, const double *y, int i)
+{
+    return (y[i + 1] - y[i]) / (t[i + 1] - t[i]);
+}
+
+/* Of the first two samples, or unknown where the kink is between these. */
+static void before_kink(const double *t, const double *y, int n, double noise, double at,
+                        fit__start *out)
+{
+    int last = n < FEWEST ? n - 1 : FEWEST - 1;
+    double slope = slope_at(t, y, 0), next = slope_at(t, y, 1), change = fabs(next - slope);
+    int here = n < 4 || fabs(slope_at(t, y, 2) - next) < 0.25 * change;
+    double sd = fmax(0.1 * fabs(slope), 1.5 * noise / fabs(t[1] - t[0]));
+    *out = (fit__start){.value = y[0] + slope * (at - t[0]),
+                        .value_sd = noise,
+                        .slope = slope,
+                        .slope_sd = here ? fmax(sd, change) : sd,
+                        .length = fabs(t[last] - t[0]),
+                        .samples = last + 1};
+}
+
 int fit__start_of(const double *t, const double *y, int n, double noise, double at, fit__start *out)
 {
     n = n < LONGEST ? n : LONGEST;
     if (n < 3) {
         return 0;
     }
-    for (int k = 0; k < DOUBLINGS; k++, noise *= 2.0) {
-        if (best_window(t, y, n, noise, at, out)) {
+    double more = noise;
+    for (int k = 0; k < DOUBLINGS; k++, more *= 2.0) {
+        if (best_window(t, y, n, more, at, out)) {
+            if (k >= KINK) {
+                before_kink(t, y, n, noise, at, out);
+            }
             return 1;
         }
     }

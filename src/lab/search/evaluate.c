@@ -41,7 +41,8 @@ enum {
     CORRECTIONS = 75,
     REFINEMENTS = 8,
     NOISES = 6,
-    COUNTED = 10
+    COUNTED = 10,
+    FOLLOWING = 8
 };
 static const double rung[] = {0.05, 0.012};
 enum { RUNGS = sizeof rung / sizeof *rung };
@@ -49,6 +50,8 @@ static const double enough = 0.3;    /* of the objective: a fit has ended */
 static const double far = 9.0;       /* chi2 per sample: three noises */
 static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
 static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
+static const double no_weight = 1e-3; /* of a record that a fit has lost */
+static const double horizon = 1.5;    /* from one to the next that a record is followed to */
 static const double same_noise = 0.1; /* relative change of noise that is none */
 static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
 static const double refined = 0.1;    /* of the objective: such a fit has ended */
@@ -178,6 +181,36 @@ typedef struct alone {
     const unsigned char *which; /* NULL: all */
 } alone;
 
+/* The initial state from which the simulation follows the record, over a horizon that grows from
+ * the start window to the whole record: behind a few impacts or in chaotic motion no fit over all
+ * of it finds the way. What it ends at stays where it is nearer. */
+static stein_status follow(const fit__problem *own, double *x, stein_err *err)
+{
+    const fit__stroke *t = &own->stroke[0];
+    double length = t->data->time[t->n - 1] - t->origin, before;
+    double *y = malloc(sizeof *y * ((size_t)own->nu + 1));
+    fit__bench b;
+    stein_status status = fit__bench_make(&b, own, err);
+    if (status == STEIN_OK && y == NULL) {
+        status = lab__no_memory(err);
+    }
+    if (status == STEIN_OK && t->window > 0.0) {
+        fit__follow how = {.sd = t->noise, .most = INFINITY, .steps = FOLLOWING};
+        before = fit__misfit(own, &b, 0, x, length);
+        memcpy(y, x, sizeof *y * (size_t)own->nu);
+        for (double until = t->window; how.until < length; until *= horizon) {
+            how.until = fmin(until, length);
+            (void)fit__follow_start(own, &b, 0, &how, y);
+        }
+        if (fit__misfit(own, &b, 0, y, length) < before) {
+            memcpy(x, y, sizeof *y * (size_t)own->nu);
+        }
+    }
+    fit__bench_free(&b);
+    free(y);
+    return status;
+}
+
 static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err)
 {
     const alone *a = ctx;
@@ -208,7 +241,8 @@ static stein_status fit_record(void *ctx, int s, fit__pool *pool, stein_err *err
     if (status == STEIN_OK) {
         fit__end e = {.x = x, .J = x + own.nu, .r = a->r + fit__offset(p, s)};
         memcpy(x, a->x, sizeof *x * (size_t)own.np);
-        status = diag__descend(&own, &e, DIAG_IF_FAR, err);
+        status = follow(&own, x, err);
+        status = status != STEIN_OK ? status : diag__descend(&own, &e, DIAG_IF_FAR, err);
         for (int k = 0; k < t->own; k++) { // in the unit of the problem
             double unit = own.unknown[own.np + k].sd / p->unknown[t->first + k].sd;
             a->x[t->first + k] = x[own.np + k] * unit;
@@ -255,6 +289,32 @@ static int outliers(const fit__problem *p, const double *r, double *chi2, unsign
     return FAR_MOST * n < p->nstroke ? n : 0;
 }
 
+/* records that are marked weigh by a factor what they did */
+static void weigh(fit__problem *p, const unsigned char *which, double factor)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        for (int c = 0; which[s] && c < p->stroke[s].nch; c++) {
+            p->stroke[s].noise[c] /= factor;
+        }
+    }
+}
+
+/* The numbers of all records from those that are near, then the own unknowns of the others at
+ * these. @param x, r  out */
+static stein_status without_lost(fit__problem *p, const fit__end *e, const unsigned char *which,
+                                 double *x, double *r, stein_err *err)
+{
+    fit__end near = {.x = x, .J = e->J, .r = r};
+    memcpy(x, e->x, sizeof *x * (size_t)p->nu);
+    weigh(p, which, no_weight);
+    stein_status status = fit__descend(p, &near, 0, enough, RENEWALS, err);
+    weigh(p, which, 1.0 / no_weight);
+    alone a = {p, NULL, x, r, which};
+    int failed = 0;
+    status = status == STEIN_OK ? fit__residuals(p, x, r, &failed, err) : status;
+    return status == STEIN_OK ? fit_alone(&a, err) : status;
+}
+
 static stein_status recover(fit__problem *p, fit__end *e, stein_err *err)
 {
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke), ns = (size_t)p->nstroke;
@@ -263,11 +323,9 @@ static stein_status recover(fit__problem *p, fit__end *e, stein_err *err)
     stein_status status = room != NULL && which != NULL ? STEIN_OK : lab__no_memory(err);
     for (int k = 0; k < RECOVERIES && status == STEIN_OK && outliers(p, e->r, room, which); k++) {
         double *x = room + 2 * ns, *r = x + nu, before = e->objective;
-        memcpy(x, e->x, sizeof *x * nu);
-        memcpy(r, e->r, sizeof *r * rows);
-        alone a = {p, NULL, x, r, which};
         stein_err why;
-        status = fit__forgive(fit_alone(&a, &why), err);
+        e->current = 0;
+        status = fit__forgive(without_lost(p, e, which, x, r, &why), err);
         if (status != STEIN_OK || !(fit__chi2(p, r) + fit__priors(p, x) < before)) {
             break;
         }
@@ -518,18 +576,10 @@ static void scale_scatter(diag__row *row, const double *f)
  * differences and steps ten times finer. So what is reported is fitted to its end with those. And
  * with the scatter that was found instead of that of the prior: where records do not differ, their
  * own friction would take part of an effect, and the interval would not know. */
-stein_status diag__refine_row(diag__row *row, stein_err *err)
+static stein_status refine(diag__row *row, stein_err *err)
 {
     fit__problem *p = &row->p;
-    stein_err why = {STEIN_OK, ""};
-    double coarse = p->tolerance;
-    if (row->J == NULL) {
-        row->J = calloc(fit__columns(p) + 1, sizeof *row->J);
-    }
-    if (row->J == NULL) {
-        return lab__no_memory(err);
-    }
-    double to[LAB_SCATTERS], back[LAB_SCATTERS];
+    double coarse = p->tolerance, to[LAB_SCATTERS], back[LAB_SCATTERS];
     for (int i = 0; i < LAB_SCATTERS; i++) {
         to[i] = fmax(sqrt(row->D[i]), least_scatter);
         back[i] = 1.0 / to[i];
@@ -538,18 +588,46 @@ stein_status diag__refine_row(diag__row *row, stein_err *err)
     scale_scatter(row, to);
     p->central = 1;
     p->tolerance = finer * coarse;
-    stein_status status = fit__descend(p, &e, 0, refined, REFINEMENTS, &why);
+    stein_status status = fit__descend(p, &e, 0, refined, REFINEMENTS, err);
     row->converged |= e.ended;
     if (status == STEIN_OK && !e.current) {
-        status = fit__sensitivities(p, row->x, row->r, row->J, &why);
+        status = fit__sensitivities(p, row->x, row->r, row->J, err);
     }
     p->central = 0;
     p->tolerance = coarse;
-    status = status == STEIN_OK ? note(row, &why) : status;
+    status = status == STEIN_OK ? note(row, err) : status;
     scale_scatter(row, back);
     for (int i = 0; status == STEIN_OK && i < LAB_SCATTERS; i++) {
         row->D[i] *= to[i] * to[i];
     }
+    return status;
+}
+
+stein_status diag__refine_row(diag__row *row, stein_err *err)
+{
+    const fit__problem *p = &row->p;
+    size_t n = (size_t)p->nu + (size_t)p->np + fit__offset(p, p->nstroke), nJ = fit__columns(p);
+    diag__row was = *row;
+    stein_err why = {STEIN_OK, ""};
+    if (row->J == NULL) {
+        row->J = calloc(nJ + 1, sizeof *row->J);
+    }
+    double *room = malloc(sizeof *room * (n + nJ + 1));
+    if (row->J == NULL || room == NULL) {
+        free(room);
+        return lab__no_memory(err);
+    }
+    memcpy(room, row->x, sizeof *room * n);
+    memcpy(room + n, row->J, sizeof *room * nJ);
+    stein_status status = refine(row, &why);
+    if (status != STEIN_OK || !isfinite(row->objective)) { // no finite derivatives: as it was
+        memcpy(row->x, room, sizeof *room * n);
+        memcpy(row->J, room + n, sizeof *room * nJ);
+        was.J = row->J;
+        was.p = row->p;
+        *row = was;
+    }
+    free(room);
     return fit__forgive(status, err);
 }
 

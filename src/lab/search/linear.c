@@ -156,7 +156,7 @@ static stein_status reduce(diag__work *w, const double **G, diag__linear *l, ste
     lab__mixed m;
     stein_status status = weigh(w, G, l->n, l->own, &m, err);
     if (status == STEIN_OK && !lab__mixed_project(&m, l->I, l->s, &l->square)) {
-        status = lab__no_memory(err);
+        status = lab__fail(err, STEIN_ENONFINITE, "what is refitted has no finite derivatives");
     }
     lab__mixed_free(&m);
     return status;

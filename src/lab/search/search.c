@@ -29,6 +29,7 @@ enum {
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
 static const double near = 25.0;      /* chi2/dof up to which the free linear model comes first */
+static const double nearer = 0.25;    /* share of the null's: it may have been lost */
 static const double noise_like = 1.5; /* the same up to which the held one is not needed */
 static const double far = 400.0;      /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
@@ -46,9 +47,8 @@ static const double idle = 1.96;      /* sd: an amount that may be 0 */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
-    double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu));
-    double most = 1.0 + slack + 5.0 * sd + twice * q->input_share;
-    return fit__noise_given(p) ? fmin(most, guessed) : guessed;
+    double sd = sqrt(2.0 / fmax(1.0, p->samples - p->nu)), most = 1.0 + slack + 5.0 * sd;
+    return (fit__noise_given(p) ? fmin(most, guessed) : guessed) + twice * q->input_share;
 }
 
 int diag__leaves_noise(const diag__row *row)
@@ -310,7 +310,7 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     return fit__forgive(status, err);
 }
 
-static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
+static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_err *err)
 {
     stein_status status = STEIN_OK;
     diag__hypothesis best = diag__best(q, t, -1)->h;
@@ -332,6 +332,36 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
         best = now;
     }
     return status;
+}
+
+/* The fit without a cause begins at the file's numbers. Where it ended far off or not at all and
+ * one with a cause came nearer, that may be due to its numbers and initial states: the fit without
+ * a cause once more from there. */
+static stein_status null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+    diag__proposal p = {.h = {.n = 0}, .parent = diag__index(t, best), .source = 'D'};
+    *again = NULL;
+    if (null == NULL || best->h.n == 0 || (null->converged && null->chi2_dof < near) ||
+        best->chi2_dof > nearer * null->chi2_dof || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
+    for (int i = 0; i < DIAG_CAUSES; i++) {
+        p.amount[i] = p.side[i] = NAN;
+    }
+    stein_status status = try_one(q, t, &p, again, err);
+    if (*again != diag__best(q, t, 0)) {
+        *again = NULL;
+    }
+    return status;
+}
+
+static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
+{
+    diag__row *again = NULL;
+    stein_status status = expand_until_best(q, t, err);
+    status = status == STEIN_OK ? null_again(q, t, &again, err) : status;
+    return status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
 }
 
 /* the hypothesis without what cannot be told any more */

@@ -203,6 +203,17 @@ static void say_settings(lab_diagnosis *o)
     append(o, o->nsetting_off > 0 ? " (RMS)." : "");
 }
 
+static void say_input_noise(lab_diagnosis *o, const diag__setting *s)
+{
+    char text[120];
+    if (s->input > noise_left) {
+        snprintf(text, sizeof text,
+                 " Noise of the measured forces alone moves the simulation by %.2g noises.",
+                 s->input);
+        append(o, text);
+    }
+}
+
 /* the number of a body, refitted since nothing fits otherwise, that moved furthest and was not
  * told; -1: none is left */
 static int furthest(const lab_diagnosis *o, const diag__setting *s, const int *told, int n)
@@ -269,6 +280,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
                       : "The model explains the strokes: noise, tolerances of the file and scatter "
                         "from stroke to stroke are enough.");
         say_settings(o);
+        say_input_noise(o, s);
         break;
     case DIAG_NAMED:
         o->verdict = class_of(o);

@@ -41,6 +41,7 @@ typedef struct diag__evidence {
 /** What holds for the whole table. */
 typedef struct diag__setting {
     double most_noise;  /* chi2/dof up to which a residual is noise */
+    double input;       /* RMS by which noise of measured forces moves the simulation [noise] */
     int stated;         /* the noise is */
     int records;        /* fitted */
     double freedom;     /* degrees of freedom of the scatter from record to record */
