@@ -10,9 +10,14 @@
  *      minimise   sum_c  n_c ln sum_i (F_ci - F(u_f, t_i))^2       over f = f_max 2^-k/2
  *
  * c the force channels: first one f for all motions, then each by itself. Of those that are as good
- * the widest is taken. A band that would take away more than `motion_lost` of the motion itself is
- * none: what is wrong with the model may be less where the motion is less. Where the noise of the
- * motion has chosen as well as any band, that stays.
+ * the widest is taken. With the numbers of the file, what is wrong with these hides what a band
+ * does; so the bands are chosen, the numbers are fitted, and the bands are chosen again. A band
+ * that would take away more than `motion_lost` of the motion itself is none: what is wrong with the
+ * model may be less where the motion is less. Where the noise of the motion has chosen as well as
+ * any band, that stays.
+ *
+ * At the ends of a record a smoothed motion has neighbours on one side only, and its acceleration
+ * is off by ten times as much: one period of the band there is no sample of the force.
  *
  * Beyond its band a motion says nothing of the force, and no candidate could explain what the
  * measured force does there: that is its noise.
@@ -23,10 +28,11 @@
 #include "functions.h"
 #include "fitting.h"
 
-enum { BANDS = 20 };
+enum { BANDS = 20, RENEWALS = 5, ENDS = 8 /* share of a record */ };
 static const double widest = 0.2;       /* of the rate of the samples */
 static const double motion_lost = 0.01; /* RMS, in that of the motion */
 static const double as_good = 1.02;     /* ratio of residuals */
+static const double enough = 0.3;       /* of the objective: a fit has ended */
 static const double half_octave = 0.7071067811865476;
 
 /* is there a channel of the force that a prescribed motion needs? */
@@ -119,7 +125,9 @@ static stein_status judge(const choice *c, double *left, stein_err *err)
             const fit__stroke *t = &p->stroke[s];
             const double *r = c->r + fit__offset(p, s);
             for (int k = 0; k < t->nch * t->n; k++) {
-                int of = k / t->n, is = t->channel[of] == channel && isfinite(t->y[k]);
+                int of = k / t->n,
+                    inside = k % t->n >= t->n / ENDS && k % t->n < t->n - t->n / ENDS,
+                    is = inside && t->channel[of] == channel && isfinite(t->y[k]);
                 double e = is ? fit__off(t, r, k) : 0.0;
                 square += e * e;
                 n += is;
@@ -186,7 +194,11 @@ static stein_status scan_all(choice *c, const unsigned char *told, unsigned char
 {
     int n = lab_equations(c->p->model)->ninput;
     double before, least;
-    stein_status status = judge(c, &before, err);
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < n; i++) {
+        status = told[i] && isfinite(c->hz[i]) ? set(c, i, NAN, err) : STEIN_OK;
+    }
+    status = status == STEIN_OK ? judge(c, &before, err) : status;
     status = status == STEIN_OK ? scan(c, told, &least, err) : status;
     for (int i = 0; status == STEIN_OK && i < n; i++) {
         one[i] = told[i];
@@ -227,11 +239,35 @@ stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stei
     return status;
 }
 
+void fit__mute_ends(const fit__problem *p, fit__stroke *s)
+{
+    const double *t = s->data->time;
+    double whole = t[s->n - 1] - t[0];
+    for (int k = 0; k < s->nch; k++) {
+        const stein_channel *c = &lab_equations(p->model)->channels[s->channel[k]];
+        double end = 0.0, *share = s->share + (size_t)k * (size_t)s->n, lost = 0.0;
+        for (int i = 0; c->read == STEIN_READ_INPUT_FORCE && i < s->nsignal; i++) {
+            const fit__signal *g = &s->signal[i];
+            end = g->input == c->index && g->taken > 0.0
+                      ? fmin(1.0 / fit__signal_band(g), whole / ENDS)
+                      : end;
+        }
+        for (int i = 0; end > 0.0 && i < s->n; i++) {
+            if (t[i] - t[0] < end || t[s->n - 1] - t[i] < end) {
+                lost += share[i] * share[i];
+                share[i] = 0.0;
+            }
+        }
+        s->samples -= (int)lround(lost);
+    }
+}
+
 stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err)
 {
     size_t n = (size_t)lab_equations(p->model)->ninput;
     unsigned char *told = calloc(2 * n + 1, 1);
-    double *room = calloc((size_t)p->nu + n + fit__offset(p, p->nstroke) + 1, sizeof *room);
+    size_t rows = fit__offset(p, p->nstroke);
+    double *room = calloc((size_t)p->nu + n + rows + fit__columns(p) + 1, sizeof *room);
     choice c = {.p = p, .hz = hz, .x = room};
     int any = 0;
     stein_status status = told != NULL && room != NULL ? STEIN_OK : lab__no_memory(err);
@@ -244,6 +280,12 @@ stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err)
         c.lost = room + p->nu;
         c.r = c.lost + n;
         status = scan_all(&c, told, told + n, err);
+        fit__end e = {.x = c.x, .r = c.r, .J = c.r + rows};
+        stein_err why;
+        status = status == STEIN_OK
+                     ? fit__forgive(fit__descend(p, &e, 0, enough, RENEWALS, &why), err)
+                     : status;
+        status = status == STEIN_OK ? scan_all(&c, told, told + n, err) : status;
     }
     free(room);
     free(told);

@@ -315,6 +315,9 @@ stein_status fit__choose_bands(fit__problem *p, double *hz, stein_err *err);
  *  motion. Only a measured force of a prescribed motion with a band has such a part, and a noise
  * that the file states stays. @return OK, ENOMEM */
 stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stein_err *err);
+/** Samples of a measured force at the ends of the record, where its smoothed motion has neighbours
+ * on one side only, count no longer. */
+void fit__mute_ends(const fit__problem *p, fit__stroke *s);
 
 /* ---- initial.c ---- */
 

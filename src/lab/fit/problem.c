@@ -555,6 +555,7 @@ static stein_status take_stroke(fit__problem *p, int stroke, const lab_data *dat
     }
     // without a load the inputs alone decide when it starts
     s->origin = s->nsignal > 0 && lab_equations(p->model)->load.body < 0 ? data->time[0] : 0.0;
+    fit__mute_ends(p, s);
     p->samples += s->samples;
     p->rows = s->nch * s->n > p->rows ? s->nch * s->n : p->rows;
     return status;

@@ -179,12 +179,7 @@ static stein_status choose_bands(diag__problem *q, stein_err *err)
     }
     stein_status status = fit__choose_bands(&q->null, q->smooth, err);
     q->fit_def.smooth = status == STEIN_OK && n > 0 ? q->smooth : NULL;
-    for (int s = 0; status == STEIN_OK && s < q->null.nstroke; s++) {
-        for (int c = 0; status == STEIN_OK && c < q->null.stroke[s].nch; c++) {
-            status = fit__widen_noise(&q->null, &q->null.stroke[s], c, err);
-        }
-    }
-    return status;
+    return status == STEIN_OK && n > 0 ? diag__problem_null(q, err) : status;
 }
 
 /* what is stated of the bands before they are chosen */
