@@ -50,11 +50,12 @@ static const double enough = 0.3;    /* of the objective: a fit has ended */
 static const double far = 9.0;       /* chi2 per sample: three noises */
 static const double hopeless = 25.0; /* the same of a fit that is not led to its end */
 static const double outlying = 9.0;  /* the same of a record, in that of the record in the middle */
-static const double no_weight = 1e-3; /* of a record that a fit has lost */
-static const double horizon = 1.5;    /* from one to the next that a record is followed to */
-static const double same_noise = 0.1; /* relative change of noise that is none */
-static const double finer = 0.1;      /* steps where numbers are reported, in those of a search */
-static const double refined = 0.1;    /* of the objective: such a fit has ended */
+static const double no_weight = 1e-3;     /* of a record that a fit has lost */
+static const double horizon = 1.5;        /* from one to the next */
+static const double least_horizon = 0.01; /* share of the longest record */
+static const double same_noise = 0.1;     /* relative change of noise that is none */
+static const double finer = 0.1;   /* steps where numbers are reported, in those of a search */
+static const double refined = 0.1; /* of the objective: such a fit has ended */
 static const double least_scatter = 0.01; /* sd of a refined fit [of the prior] */
 
 /* ---- fits ---- */
@@ -127,32 +128,61 @@ static stein_status descend_free(fit__problem *p, fit__end *e, int known, stein_
     return fit__descend(p, e, known, enough, RENEWALS_FAR, err);
 }
 
+/* All numbers over a horizon that grows from the start windows to the whole records: a swing whose
+ * frequency is off by one in a hundred has lost its phase after fifty. */
+static stein_status descend_growing(fit__problem *p, fit__end *e, stein_err *err)
+{
+    double whole = 0.0, until = 0.0;
+    stein_status status = STEIN_OK;
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        whole = fmax(whole, t->data->time[t->n - 1] - t->origin);
+        until = fmax(until, 2.0 * t->window);
+    }
+    diag__hold_scatter(p, 1);
+    for (until = fmax(until, least_horizon * whole); until < whole && status == STEIN_OK;
+         until *= horizon) {
+        stein_err why;
+        p->horizon = until;
+        status = fit__forgive(fit__descend(p, e, 0, enough, RENEWALS_HELD, &why), err);
+    }
+    diag__hold_scatter(p, 0);
+    p->horizon = INFINITY;
+    return status;
+}
+
 /* First without an observer, which costs a quarter. Where that ends far off, from the same start
- * with one; what comes nearer stays. */
+ * with one, and then over growing horizons; what comes nearest stays. */
 static stein_status descend_if_far(fit__problem *p, fit__end *e, stein_err *err)
 {
-    size_t size = sizeof *e->x * (size_t)p->nu;
+    stein_status (*const way[])(fit__problem *, fit__end *, stein_err *) = {NULL, descend_held,
+                                                                            descend_growing};
+    size_t size = sizeof *e->x * (size_t)p->nu, n = sizeof way / sizeof *way, last = n;
     double *x = malloc(2 * size + 1), *end = x + (x != NULL ? p->nu : 0), reached = INFINITY;
+    stein_status status = x != NULL ? STEIN_OK : STEIN_ENOMEM;
     stein_err why;
-    if (x == NULL) {
-        return lab__no_memory(err);
+    if (x != NULL) {
+        memcpy(x, e->x, size);
     }
-    memcpy(x, e->x, size);
-    stein_status status = descend_free(p, e, 0, &why);
-    if (status == STEIN_OK) {
-        memcpy(end, e->x, size);
-        reached = e->objective;
-    }
-    if (status != STEIN_ENOMEM && !(reached < hopeless * p->samples)) {
+    for (size_t i = 0; i < n && status != STEIN_ENOMEM && !(reached < hopeless * p->samples); i++) {
         memcpy(e->x, x, size);
-        status = descend_held(p, e, &why);
-        status = status == STEIN_OK ? descend_free(p, e, 0, err) : status;
-        if (isfinite(reached) && !(status == STEIN_OK && e->objective < reached)) {
-            memcpy(e->x, end, size);
-            status = status == STEIN_ENOMEM ? status : descend_free(p, e, 0, err);
+        status = way[i] != NULL ? way[i](p, e, &why) : STEIN_OK;
+        status = status == STEIN_OK ? descend_free(p, e, 0, &why) : status;
+        if (status == STEIN_OK && e->objective < reached) {
+            reached = e->objective;
+            memcpy(end, e->x, size);
+            last = i;
         }
     }
+    if (status != STEIN_ENOMEM && isfinite(reached) && last + 1 < n &&
+        !(reached < hopeless * p->samples)) {
+        memcpy(e->x, end, size);
+        status = descend_free(p, e, 0, &why);
+    }
     free(x);
+    if (status != STEIN_OK && err != NULL) {
+        *err = why;
+    }
     return status == STEIN_ENOMEM ? lab__no_memory(err) : status;
 }
 

@@ -334,18 +334,40 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
     return status;
 }
 
-/* The fit without a cause begins at the file's numbers. Where it ended far off or not at all and
- * one with a cause came nearer, that may be due to its numbers and initial states: the fit without
- * a cause once more from there. */
+/* The row whose end lets expect a better fit without a cause than the null row, NULL: none. With a
+ * cause of amount a +- sd the fit without it is worth (a/sd)^2 less; and where the null row ended
+ * far off and the best one came nearer, that may be due to its numbers and initial states. */
+static const diag__row *start_of_null(const diag__problem *q, const diag__table *t,
+                                      const diag__row *null)
+{
+    const diag__row *best = diag__incumbent(q, t), *from = NULL;
+    double least = null->objective - rounding;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        double sd, z = row->h.n == 1 && diag__is_possible(q, row) ? diag__amount(row, 0, &sd) / sd
+                                                                  : (double)INFINITY;
+        if (row->objective + z * z < least && row->rough == null->rough) {
+            least = row->objective + z * z;
+            from = row;
+        }
+    }
+    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < near) &&
+               best->chi2_dof < nearer * null->chi2_dof;
+    return from == NULL && lost ? best : from;
+}
+
+/* The fit without a cause begins at the file's numbers; once more from where a better end is
+ * expected. @param again  out: the row that stands for the null hypothesis now, NULL: as before */
 static stein_status null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err)
 {
-    const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
-    diag__proposal p = {.h = {.n = 0}, .parent = diag__index(t, best), .source = 'D'};
+    const diag__row *null = diag__best(q, t, 0);
+    const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
+    diag__proposal p = {.h = {.n = 0}, .source = 'D'};
     *again = NULL;
-    if (null == NULL || best->h.n == 0 || (null->converged && null->chi2_dof < near) ||
-        best->chi2_dof > nearer * null->chi2_dof || diag__is_spent(q)) {
+    if (from == NULL || diag__is_spent(q)) {
         return STEIN_OK;
     }
+    p.parent = diag__index(t, from);
     for (int i = 0; i < DIAG_CAUSES; i++) {
         p.amount[i] = p.side[i] = NAN;
     }
