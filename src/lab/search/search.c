@@ -29,7 +29,6 @@ enum {
 };
 static const double held = 0.05;      /* gain of the observer, of a sample */
 static const double near = 25.0;      /* chi2/dof up to which the free linear model comes first */
-static const double nearer = 0.25;    /* share of the null's: it may have been lost */
 static const double noise_like = 1.5; /* the same up to which the held one is not needed */
 static const double far = 400.0;      /* the same up to which it is worth a look */
 static const double slack = 0.05;     /* of chi2/dof: no law is exactly that of the file */
@@ -43,7 +42,6 @@ const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
-static const double idle = 1.96;      /* sd: an amount that may be 0 */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -164,18 +162,6 @@ static int drops_scoped(const diag__problem *q, const diag__row *row, const diag
     return dropped && h->n < row->h.n;
 }
 
-/* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
-static int tries(const diag__table *t, const diag__hypothesis *h, char source, int parent)
-{
-    int n = 0;
-    for (int i = 0; i < t->n; i++) {
-        const diag__row *row = t->row[i];
-        int counts = source == 0 || (row->source == source && row->parent != parent);
-        n += counts && !row->superseded && diag__equals(&row->h, h);
-    }
-    return n;
-}
-
 /* is a proposal worth its cost, with the rows so far? */
 static int is_worth(const diag__problem *q, const diag__table *t, const diag__linear *l,
                     const diag__proposal *p)
@@ -185,7 +171,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (again && (l->row->source == 'R' || diag__leaves_noise(l->row))) {
         return 0; // its fit has ended where nothing is left, or is another start already
     }
-    if (again ? tries(t, &p->h, 'R', p->parent) > 0 : tries(t, &p->h, 0, -1) >= TRIES) {
+    if (again ? diag__tries(t, &p->h, 'R', p->parent) > 0 : diag__tries(t, &p->h, 0, -1) >= TRIES) {
         return 0;
     }
     if (had != NULL && p->source != 'R' && !(p->expected < had->objective - rounding) &&
@@ -209,74 +195,6 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     return p->expected < best->objective + diag__convincing + rounding;
 }
 
-/* fits a proposal, and tells the trace */
-static stein_status try_one(diag__problem *q, diag__table *t, const diag__proposal *p,
-                            diag__row **one, stein_err *err)
-{
-    *one = NULL;
-    stein_status status = diag__evaluate(q, t, p, one, err);
-    if (*one != NULL && q->trace != NULL) {
-        diag__trace_row(q->trace, q, t, *one);
-    }
-    return status;
-}
-
-/* a row's hypothesis without cause i, or with it in all records where it begins at one */
-static diag__proposal simpler(const diag__problem *q, const diag__table *t, const diag__row *row,
-                              int i, char source)
-{
-    int cause = row->h.cause[i];
-    diag__proposal p = {
-        .h = diag__without(row->h, cause), .parent = diag__index(t, row), .source = source};
-    for (int k = 0; k < DIAG_CAUSES; k++) {
-        p.amount[k] = p.side[k] = NAN;
-    }
-    if (source == 'X') {
-        p.h = diag__with(p.h, (int)(diag__base(q, cause) - q->candidate));
-    }
-    return p;
-}
-
-/* A row with a cause whose amount may be 0 is fitted without it, from the row's end: that needs no
- * linear model, and the row without it is the one to be linearised. Where it was fitted before and
- * ended worse than is expected, that was another minimum. */
-static stein_status drop_idle(diag__problem *q, diag__table *t, const diag__row *row,
-                              stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
-        double sd, z = diag__amount(row, i, &sd) / sd;
-        diag__proposal p = simpler(q, t, row, i, 'D');
-        const diag__row *had = diag__find(t, &p.h);
-        int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
-                                     tries(t, &p.h, 'D', -1) < TRIES);
-        diag__row *one;
-        if (fabs(z) < idle && better && !diag__is_spent(q)) {
-            status = try_one(q, t, &p, &one, err);
-        }
-    }
-    return status;
-}
-
-/* The row was linearised, is still the best, leaves more than noise and has a cause that begins at
- * a record: that may stand for what a model lacks that has not got the same cause in all records.
- */
-static stein_status everywhere(diag__problem *q, diag__table *t, const diag__row *row,
-                               stein_err *err)
-{
-    stein_status status = STEIN_OK;
-    int open = row == diag__incumbent(q, t) && !diag__leaves_noise(row);
-    for (int i = 0; i < row->h.n && status == STEIN_OK && open; i++) {
-        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
-        diag__proposal p = simpler(q, t, row, i, 'X');
-        diag__row *one;
-        if (c.from > 0 && c.until == 0 && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
-            status = try_one(q, t, &p, &one, err);
-        }
-    }
-    return status;
-}
-
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
@@ -296,11 +214,11 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
          i++) {
         diag__row *one = NULL;
         if (is_worth(q, t, &l, &list[i])) {
-            status = try_one(q, t, &list[i], &one, err);
+            status = diag__try(q, t, &list[i], &one, err);
             tried++;
         }
         if (status == STEIN_OK && one != NULL && one == diag__incumbent(q, t)) {
-            status = drop_idle(q, t, one, err);
+            status = diag__drop_idle(q, t, one, err);
         }
         found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&
                 diag__leaves_noise(one);
@@ -321,11 +239,11 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
         if (row == NULL || status != STEIN_OK) {
             break;
         }
-        status = drop_idle(q, t, row, err);
+        status = diag__drop_idle(q, t, row, err);
         int stands = q->scale_free || diag__incumbent(q, t)->h.n >= row->h.n;
         if (status == STEIN_OK && stands) {
             status = expand(q, t, row, look, err);
-            status = status == STEIN_OK ? everywhere(q, t, row, err) : status;
+            status = status == STEIN_OK ? diag__everywhere(q, t, row, err) : status;
         }
         const diag__hypothesis now = diag__best(q, t, -1)->h;
         waited = diag__equals(&now, &best) ? waited + 1 : 0;
@@ -334,55 +252,11 @@ static stein_status expand_until_best(diag__problem *q, diag__table *t, stein_er
     return status;
 }
 
-/* The row whose end lets expect a better fit without a cause than the null row, NULL: none. With a
- * cause of amount a +- sd the fit without it is worth (a/sd)^2 less; and where the null row ended
- * far off and the best one came nearer, that may be due to its numbers and initial states. */
-static const diag__row *start_of_null(const diag__problem *q, const diag__table *t,
-                                      const diag__row *null)
-{
-    const diag__row *best = diag__incumbent(q, t), *from = NULL;
-    double least = null->objective - rounding;
-    for (int i = 0; i < t->n; i++) {
-        const diag__row *row = t->row[i];
-        double sd, z = row->h.n == 1 && diag__is_possible(q, row) ? diag__amount(row, 0, &sd) / sd
-                                                                  : (double)INFINITY;
-        if (row->objective + z * z < least && row->rough == null->rough) {
-            least = row->objective + z * z;
-            from = row;
-        }
-    }
-    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < near) &&
-               best->chi2_dof < nearer * null->chi2_dof;
-    return from == NULL && lost ? best : from;
-}
-
-/* The fit without a cause begins at the file's numbers; once more from where a better end is
- * expected. @param again  out: the row that stands for the null hypothesis now, NULL: as before */
-static stein_status null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err)
-{
-    const diag__row *null = diag__best(q, t, 0);
-    const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
-    diag__proposal p = {.h = {.n = 0}, .source = 'D'};
-    *again = NULL;
-    if (from == NULL || diag__is_spent(q)) {
-        return STEIN_OK;
-    }
-    p.parent = diag__index(t, from);
-    for (int i = 0; i < DIAG_CAUSES; i++) {
-        p.amount[i] = p.side[i] = NAN;
-    }
-    stein_status status = try_one(q, t, &p, again, err);
-    if (*again != diag__best(q, t, 0)) {
-        *again = NULL;
-    }
-    return status;
-}
-
 static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
 {
     diag__row *again = NULL;
     stein_status status = expand_until_best(q, t, err);
-    status = status == STEIN_OK ? null_again(q, t, &again, err) : status;
+    status = status == STEIN_OK ? diag__null_again(q, t, &again, err) : status;
     return status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
 }
 
@@ -418,7 +292,7 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
             again.amount[i] = again.side[i] = NAN;
         }
         if (diag__find(t, &again.h) == NULL) {
-            status = try_one(q, t, &again, &one, err);
+            status = diag__try(q, t, &again, &one, err);
         }
     }
     return status;
@@ -439,7 +313,7 @@ static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *e
     for (int i = 0; i < DIAG_CAUSES; i++) {
         rough.amount[i] = rough.side[i] = NAN;
     }
-    stein_status status = try_one(q, t, &rough, &one, err);
+    stein_status status = diag__try(q, t, &rough, &one, err);
     return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
 }
 

@@ -225,20 +225,31 @@ void diag__start_row(diag__row *row, const diag__row *parent, const diag__propos
  * near enough for the first steps. @param known  [nu] out: unknowns whose columns are there */
 void diag__inherit(diag__row *row, const diag__row *parent, unsigned char *known);
 
-/* ---- evaluate.c ---- */
+/* ---- simpler.c ---- */
 
-/** Fits a hypothesis: into a new row of the table.
- *  @return OK (row->failed where the hypothesis cannot be simulated), ENOMEM */
-stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
-                            diag__row **out, stein_err *err);
+/** Rows of a hypothesis; of those that one proposer made (0: any), the ones from other rows. */
+int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, int parent);
+/** Fits a proposal, and tells the trace. @param one  out: its row, NULL: no memory */
+stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
+                       stein_err *err);
+/** A row's hypothesis without each cause whose amount may be 0. */
+stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *row,
+                             stein_err *err);
+/** A row's hypothesis with causes in all records that begin at one. */
+stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row *row,
+                              stein_err *err);
+/** The fit without a cause, once more from where a better end is expected.
+ *  @param again  out: the row that stands for the null hypothesis now, NULL: as before */
+stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err);
+
+/* ---- descend.c ---- */
+
 /** How a fit begins: without an observer; with derivatives that are there already; while it holds
  *  with one gain after the other; without it first, and held where that ends far from the records.
  */
 typedef enum { DIAG_FREE, DIAG_KNOWN, DIAG_HELD, DIAG_IF_FAR } diag__start;
 /** A fit from x; its end is without an observer. @return OK, or a failure of the simulation */
 stein_status diag__descend(fit__problem *p, fit__end *e, diag__start from, stein_err *err);
-/** Noise of the records in p times a factor. */
-void diag__scale_noise(fit__problem *p, double factor);
 /** What scatters from record to record stays as it is, or moves. While an observer holds, it would
  *  cost half of the derivatives and explain little. */
 void diag__hold_scatter(fit__problem *p, int hold);
@@ -247,6 +258,19 @@ int diag__stride_of(const fit__problem *p);
 /** The records of a problem, only the records' own unknowns fitted, the others as they are in x.
  *  @param D  variances of scatter, in those of the prior  @return OK, ENOMEM, a failure */
 stein_status diag__fit_own(fit__problem *p, const double *D, double *x, double *r, stein_err *err);
+/** Records that are far off while most are near: what is shared is fitted to the others, and each
+ * of them is followed from its start. @param e  the end of a fit, and a better one  @return OK,
+ * ENOMEM */
+stein_status diag__recover(fit__problem *p, fit__end *e, stein_err *err);
+
+/* ---- evaluate.c ---- */
+
+/** Fits a hypothesis: into a new row of the table.
+ *  @return OK (row->failed where the hypothesis cannot be simulated), ENOMEM */
+stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__proposal *from,
+                            diag__row **out, stein_err *err);
+/** Noise of the records in p times a factor. */
+void diag__scale_noise(fit__problem *p, double factor);
 /** A row to the end of its fit, with central differences and fine steps. @return OK, ENOMEM */
 stein_status diag__refine_row(diag__row *row, stein_err *err);
 void diag__row_free(diag__row *row);

@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * simpler.c - hypotheses that rows themselves ask for: no linear model is needed to propose them.
+ *
+ *      without a cause whose amount may be 0, from where the fit with it ended
+ *      with a cause in all records that begins at one
+ *      without any cause, from where a better end of that fit is expected
+ */
+#include <math.h>
+
+#include "proposing.h"
+
+enum { TRIES = 3 };                  /* fits of one hypothesis because a better end is expected */
+static const double near = 25.0;     /* chi2/dof: a fit that ended further off may have been lost */
+static const double nearer = 0.25;   /* share of the null's chi2/dof: so it has */
+static const double rounding = 12.0; /* of -2 ln L that linear predictions miss near the end */
+static const double idle = 1.96;     /* sd: an amount that may be 0 */
+
+/* Rows of a hypothesis; of those that one proposer made, the ones from other rows than `parent`. */
+int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, int parent)
+{
+    int n = 0;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        int counts = source == 0 || (row->source == source && row->parent != parent);
+        n += counts && !row->superseded && diag__equals(&row->h, h);
+    }
+    return n;
+}
+
+/* fits a proposal, and tells the trace */
+stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
+                       stein_err *err)
+{
+    *one = NULL;
+    stein_status status = diag__evaluate(q, t, p, one, err);
+    if (*one != NULL && q->trace != NULL) {
+        diag__trace_row(q->trace, q, t, *one);
+    }
+    return status;
+}
+
+/* a row's hypothesis without cause i, or with it in all records where it begins at one */
+static diag__proposal simpler(const diag__problem *q, const diag__table *t, const diag__row *row,
+                              int i, char source)
+{
+    int cause = row->h.cause[i];
+    diag__proposal p = {
+        .h = diag__without(row->h, cause), .parent = diag__index(t, row), .source = source};
+    for (int k = 0; k < DIAG_CAUSES; k++) {
+        p.amount[k] = p.side[k] = NAN;
+    }
+    if (source == 'X') {
+        p.h = diag__with(p.h, (int)(diag__base(q, cause) - q->candidate));
+    }
+    return p;
+}
+
+/* A row with a cause whose amount may be 0 is fitted without it, from the row's end: that needs no
+ * linear model, and the row without it is the one to be linearised. Where it was fitted before and
+ * ended worse than is expected, that was another minimum. */
+stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
+        double sd, z = diag__amount(row, i, &sd) / sd;
+        diag__proposal p = simpler(q, t, row, i, 'D');
+        const diag__row *had = diag__find(t, &p.h);
+        int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
+                                     diag__tries(t, &p.h, 'D', -1) < TRIES);
+        diag__row *one;
+        if (fabs(z) < idle && better && !diag__is_spent(q)) {
+            status = diag__try(q, t, &p, &one, err);
+        }
+    }
+    return status;
+}
+
+/* The row was linearised, is still the best, leaves more than noise and has a cause that begins at
+ * a record: that may stand for what a model lacks that has not got the same cause in all records.
+ */
+stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row *row,
+                              stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int open = row == diag__incumbent(q, t) && !diag__leaves_noise(row);
+    for (int i = 0; i < row->h.n && status == STEIN_OK && open; i++) {
+        const lab_candidate c = diag__candidate(q, row->h.cause[i]);
+        diag__proposal p = simpler(q, t, row, i, 'X');
+        diag__row *one;
+        if (c.from > 0 && c.until == 0 && diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+            status = diag__try(q, t, &p, &one, err);
+        }
+    }
+    return status;
+}
+
+/* The row whose end lets expect a better fit without a cause than the null row, NULL: none. With a
+ * cause of amount a +- sd the fit without it is worth (a/sd)^2 less; and where the null row ended
+ * far off and the best one came nearer, that may be due to its numbers and initial states. */
+static const diag__row *start_of_null(const diag__problem *q, const diag__table *t,
+                                      const diag__row *null)
+{
+    const diag__row *best = diag__incumbent(q, t), *from = NULL;
+    double least = null->objective - rounding;
+    for (int i = 0; i < t->n; i++) {
+        const diag__row *row = t->row[i];
+        double sd, z = row->h.n == 1 && diag__is_possible(q, row) ? diag__amount(row, 0, &sd) / sd
+                                                                  : (double)INFINITY;
+        if (row->objective + z * z < least && row->rough == null->rough) {
+            least = row->objective + z * z;
+            from = row;
+        }
+    }
+    int lost = best->h.n > 0 && !(null->converged && null->chi2_dof < near) &&
+               best->chi2_dof < nearer * null->chi2_dof;
+    return from == NULL && lost ? best : from;
+}
+
+/* The fit without a cause begins at the file's numbers; once more from where a better end is
+ * expected. */
+stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err)
+{
+    const diag__row *null = diag__best(q, t, 0);
+    const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
+    diag__proposal p = {.h = {.n = 0}, .source = 'D'};
+    *again = NULL;
+    if (from == NULL || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
+    p.parent = diag__index(t, from);
+    for (int i = 0; i < DIAG_CAUSES; i++) {
+        p.amount[i] = p.side[i] = NAN;
+    }
+    stein_status status = diag__try(q, t, &p, again, err);
+    if (*again != diag__best(q, t, 0)) {
+        *again = NULL;
+    }
+    return status;
+}
