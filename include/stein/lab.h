@@ -59,6 +59,12 @@ stein_status lab_quantity(double *value, const char *text, const char *unit, ste
 stein_sim_def lab_def(const lab_model *model);
 /** Duration the file asks for [s]. */
 double lab_until(const lab_model *model);
+/** A generated expression as text that SymPy reads, over Symbol('hammer.mass'), Symbol('q.hammer').
+ *  @param what  "M" [nq, nq], "c" [nq, 1], "Q" = M qdd + c [nq, 1], "T", "V" (kinetic, potential
+ *               energy of the tree [J]), or a point: its position [3, 1] [m]
+ *  @param text  out, to be freed with free(); untouched on failure
+ *  @return OK, ENAME (nothing is called so), EGENERATE (more than 4 MB), ENOMEM */
+stein_status lab_expressions(char **text, const lab_model *model, const char *what, stein_err *err);
 
 /* ---- strokes ---- */
 

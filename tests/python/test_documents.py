@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What docs/python.md, README.md and the examples show, runs; types are those of the module."""
+import importlib.util
 import inspect
 import os
 import re
@@ -55,13 +56,25 @@ def test_the_types_are_those_of_the_module():
     typed = {n: re.search(rf"^class {n}\b.*?(?=^class |^def |\Z)", stub, re.M | re.S)[0] for n in kinds}
     for name, kind in kinds.items():
         for member in vars(kind):
-            if not member.startswith("_") and name not in ("Event", "Parameter", "Stroke"):
+            if not member.startswith("_") and not hasattr(kind, "_fields"):
                 assert re.search(rf"\b{member}\b", typed[name]), f"{name}.{member}"
     for name in ("load", "fit", "diagnose", "plan"):
         told = re.search(rf"^def {name}\((.*?)\) ->", stub, re.M | re.S)[1]
         for argument in inspect.signature(getattr(stein, name)).parameters:
             assert re.search(rf"^    {argument}:", told, re.M), f"{name}({argument})"
     assert compile(stub, "__init__.pyi", "exec")
+
+
+def test_a_type_checker_finds_the_types_to_be_those_of_the_module(tmp_path):
+    if importlib.util.find_spec("mypy") is None:
+        pytest.skip("run: apt-get install mypy")
+    (tmp_path / "mypy.ini").write_text("[mypy]\nignore_missing_imports = True\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "stein", "--ignore-missing-stub", "--concise",
+         "--mypy-config-file", "mypy.ini"], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
+    told = done.stdout.splitlines()  # of what is private only what it imports is told of
+    assert [line for line in told if not line.startswith("stein._")] == []
 
 
 def test_everything_is_told():
