@@ -15,15 +15,15 @@ from conftest import BUILD, ROOT
 EXAMPLES = sorted(n for n in os.listdir(os.path.join(ROOT, "examples", "python")) if n.endswith(".py"))
 
 
-def blocks(name):
+def blocks(name, language="python"):
     with open(os.path.join(ROOT, name), encoding="utf-8") as f:
-        return re.findall(r"^```python\n(.*?)^```", f.read(), re.M | re.S)
+        return re.findall(rf"^```{language}\n(.*?)^```", f.read(), re.M | re.S)
 
 
 def ran(words, folder):
     os.symlink(os.path.join(ROOT, "models"), folder / "models")
     done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True,
-                          check=False, env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
+                          check=False, env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python"), "MPLBACKEND": "agg"})
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -45,6 +45,25 @@ def test_an_example_runs(name, tmp_path):
     assert ran(["-W", "error", path], tmp_path)
     with open(path, encoding="utf-8") as f:
         assert f.read().count("# %%") >= 6
+    if importlib.util.find_spec("matplotlib"):
+        picture = (tmp_path / name.replace(".py", ".png")).read_bytes()
+        assert picture.startswith(b"\x89PNG") and len(picture) > 20000  # an empty one has 4 kB
+
+
+def test_a_machine_axis_from_its_published_file_to_named_causes(tmp_path):
+    """Causes and sizes published by Janot, Gautier, Brunot 2019; the asymmetry is theirs as well."""
+    measured = os.path.join(ROOT, "..", "shared", "data", "emps", "emps_train.csv")
+    block, = blocks("docs/python.md", "py")
+    assert block.count("\n") <= 20
+    if not os.path.exists(measured):
+        pytest.skip("no measurements in ../shared/data")
+    os.symlink(measured, tmp_path / "emps_train.csv")
+    told = ran(["-W", "error", "-c", block], tmp_path)
+    found = {kind: float(value) for kind, value in
+             re.findall(r"cause: (\w+) at slide: \w+ = (\S+)", told)}
+    assert found == {"coulomb_friction": pytest.approx(20.3935, rel=0.02),
+                     "viscous_friction": pytest.approx(203.5034, rel=0.02),
+                     "viscous_asymmetry": pytest.approx(-0.181, abs=0.02)}
 
 
 def test_the_types_are_those_of_the_module():

@@ -19,6 +19,7 @@ import os
 import shutil
 import tempfile
 import warnings
+import weakref
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -501,7 +502,7 @@ def diagnose(model, records, *, held_out=None, free=(), without=(), budget=None,
     """
     names, texts = named_texts(records, model)
     more, their = named_texts(held_out, model) if held_out is not None else ([], [])
-    keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
+    keep = None if output else _Folder()
     folder = output or keep.name
     os.makedirs(folder, exist_ok=True)
     (Path(folder) / "extended.yaml").unlink(missing_ok=True)  # of another verdict
@@ -540,7 +541,7 @@ def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=
     diagnosis: a Diagnosis with rivals, or the path of a diagnosis.json. instruments: outputs that
     can be measured as well; None: all. output: folder for the results.
     """
-    keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
+    keep = None if output else _Folder()
     folder = output or keep.name
     path = diagnosis.folder / "diagnosis.json" if isinstance(diagnosis, Diagnosis) else diagnosis
     _stein.plan(model._present(), os.fspath(path), os.fspath(folder), _or_nan(odds),
@@ -550,6 +551,14 @@ def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=
 
 
 # ---- small things
+
+
+class _Folder:
+    """A folder of temporary files, gone with the last that needs it."""
+
+    def __init__(self):
+        self.name = tempfile.mkdtemp(prefix="stein-")
+        weakref.finalize(self, shutil.rmtree, self.name, True)
 
 
 def _or_nan(x):
