@@ -440,6 +440,7 @@ sanitize:  ## suites under clang's memory sanitizer, the thread sanitizer and va
 	$(Q)sh tests/sanitize.sh thread
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) build/check
 	$(Q)sh tests/sanitize.sh valgrind
+	$(Q)[ -z "$(PYTHON_TESTED)" ] || { $(MAKE) --no-print-directory python && sh tests/sanitize.sh python; }
 
 SOAK ?= 170
 soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets
