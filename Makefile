@@ -44,11 +44,11 @@ PKGS   := yaml-0.1 gsl expat zlib check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip \
-                debhelper fakeroot
-TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot
+                debhelper fakeroot zsh fish
+TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot zsh fish
 # the Python module (packaging/python.mk) and its tests
-DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip
-TOOLS_PYTHON  := python3-config pytest-3
+DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip python3-pandas python3-matplotlib python3-sympy mypy
+TOOLS_PYTHON  := python3-config pytest-3 mypy
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
