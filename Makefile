@@ -54,7 +54,7 @@ DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
 DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
-               gcc-riscv64-linux-gnu gcc-i686-linux-gnu
+               gcc-riscv64-linux-gnu gcc-i686-linux-gnu gcc-mingw-w64-x86-64 wine64
 ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif

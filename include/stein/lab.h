@@ -317,10 +317,10 @@ stein_status lab_page(const char *path, const lab_model *model, const lab_option
 
 /** What became of an FMU. */
 typedef struct lab_fmu_facts {
-    size_t bytes, binary; /* of the file (0: not a file), of the shared object in it */
+    size_t bytes, binary; /* of the file (0: not a file), of the shared objects in it */
     int variables;
     char token[40];    /* that description and binary have in common */
-    char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64" */
+    char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64"; of several as many as fit in */
 } lab_fmu_facts;
 /** Write a mechanism as a co-simulation FMU of FMI 3.0 or 2.0: description, binary for the machine
  *  that the compiler compiles for, sources. Same mechanism, same compiler: same bytes.
@@ -329,6 +329,12 @@ typedef struct lab_fmu_facts {
  *  @return OK, EIO, ENOMEM, EINVAL (version; two variables of one name), EGENERATE, ECOMPILE */
 stein_status lab_fmu(const char *path, const lab_model *model, int version,
                      const lab_options *options, lab_fmu_facts *facts, stein_err *err);
+/** The same with binaries for several machines.
+ *  @param cc  [ncc] compilers, each for another machine, "x86_64-w64-mingw32-gcc"; options->cc is
+ *             not used  @return as lab_fmu; EINVAL also for two compilers for one machine */
+stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
+                         const char *const *cc, int ncc, const lab_options *options,
+                         lab_fmu_facts *facts, stein_err *err);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * export.c - stein export: a mechanism as an FMU, for the programs of others.
  */
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
@@ -62,20 +63,33 @@ static int run(const cli_args *args)
     if (lab__is_stdout(path) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and -o - both need the standard output");
     }
+    char *memory = NULL;
+    const char *cc[CLI_NAMES];
+    int ncc = cli_value(args, "cc") != NULL ? cli_names(cli_value(args, "cc"), &memory, cc) : 0;
+    if (ncc < 0) {
+        return cli_misuse(args->command, "--cc %s: expected compilers with commas between them",
+                          cli_value(args, "cc"));
+    }
     stein_status status = cli_open(&model, args, &err);
     if (status == STEIN_OK) {
-        status = lab_fmu(path, model, version, NULL, &facts, &err);
+        status = ncc > 0 ? lab_fmu_for(path, model, version, cc, ncc, NULL, &facts, &err)
+                         : lab_fmu(path, model, version, NULL, &facts, &err);
     }
     if (status == STEIN_OK && !lab__is_stdout(path)) {
         tell(args, model, path, version, &facts);
     }
     lab_close(model);
+    free(memory);
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
 static const cli_option options[] = {
     {"fmi", 0, "3|2", "Version of the standard, FMI 3.0 or 2.0; default: 3."},
     {"output", 'o', "FILE.fmu", "The FMU; - is standard output."},
+    {"cc", 0, "CC,CC...",
+     "Compilers, one for each machine that gets a binary, e.g. cc,x86_64-w64-mingw32-gcc for "
+     "Linux\n"
+     "and Windows; default: $CC, or cc."},
     CLI_COMMON};
 
 const cli_command cli_export = {

@@ -10,8 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmu_model.h"
-
 #include "fmi2.h"
 #include "slave.h"
 
@@ -62,7 +60,7 @@ const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-/* errors are always told, what is for debugging when it is asked for */
+/* what was refused is always told, events when they are asked for */
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
                                const fmi2String categories[])
 {
@@ -74,7 +72,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
         return refuse(s, "fmi2SetDebugLogging without categories");
     }
     slave_status status = slave_set_log(s, on, n, categories);
-    s->log |= SLAVE_LOG_ERROR;
+    s->log |= SLAVE_LOG_REFUSED;
     return status2(status);
 }
 
@@ -94,7 +92,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
     if (type != fmi2CoSimulation) {
         tell2(in, SLAVE_ERROR, 2, "this FMU is for co-simulation alone");
     } else {
-        in->slave = slave_create(name, guid, tell2, in, loggingOn ? ~0u : SLAVE_LOG_ERROR);
+        in->slave = slave_create(name, guid, tell2, in, loggingOn ? ~0u : SLAVE_LOG_REFUSED);
     }
     if (in->slave == NULL) {
         free(in);
@@ -352,7 +350,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* what cannot be told is discarded, as the standard has it; nothing else changes */
 static fmi2Status untold(fmi2Component c, const char *why)
 {
-    if (c != NULL && (slave_of(c)->log & SLAVE_LOG_DISCARD)) {
+    if (c != NULL) {
         tell2(c, SLAVE_DISCARD, 1, why);
     }
     return c != NULL ? fmi2Discard : fmi2Error;

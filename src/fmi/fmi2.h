@@ -81,7 +81,9 @@ typedef struct fmi2CallbackFunctions {
 #define fmi2GetStringStatus FMI2_NAME(fmi2GetStringStatus)
 /* clang-format on */
 
-#if defined __GNUC__
+#if defined _WIN32
+#define FMI2_EXPORT __declspec(dllexport)
+#elif defined __GNUC__
 #define FMI2_EXPORT __attribute__((visibility("default")))
 #else
 #define FMI2_EXPORT

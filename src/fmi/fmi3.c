@@ -11,8 +11,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "fmu_model.h"
-
 #include "none3.h"
 #include "slave.h"
 
@@ -56,6 +54,7 @@ const char *fmi3GetVersion(void)
     return "3.0";
 }
 
+/* what was refused is always told, events when they are asked for */
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
                                const fmi3String categories[])
 {
@@ -66,14 +65,16 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
     if (n > 0 && categories == NULL) {
         return refuse(s, "fmi3SetDebugLogging without categories");
     }
-    return status3(slave_set_log(s, on, n, categories));
+    slave_status status = slave_set_log(s, on, n, categories);
+    s->log |= SLAVE_LOG_REFUSED;
+    return status3(status);
 }
 
 /* before there is an instance */
-static void tell_early(int on, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+static void tell_early(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                        const char *message)
 {
-    if (on && log != NULL) {
+    if (log != NULL) {
         log(environment, fmi3Error, slave_category_name[2], message);
     }
 }
@@ -88,18 +89,18 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 {
     (void)resourcePath, (void)visible, (void)earlyReturnAllowed, (void)intermediate, (void)update;
     if (eventModeUsed || nintermediate > 0) {
-        tell_early(loggingOn, environment, log,
+        tell_early(environment, log,
                    eventModeUsed ? "this FMU has no event mode (hasEventMode is false)"
                                  : "this FMU has no variables for intermediate updates");
         return NULL;
     }
     instance *in = malloc(sizeof *in);
     if (in == NULL) {
-        tell_early(loggingOn, environment, log, "out of memory");
+        tell_early(environment, log, "out of memory");
         return NULL;
     }
     *in = (instance){NULL, log, environment};
-    in->slave = slave_create(name, token, tell3, in, loggingOn ? ~0u : 0u);
+    in->slave = slave_create(name, token, tell3, in, loggingOn ? ~0u : SLAVE_LOG_REFUSED);
     if (in->slave == NULL) {
         free(in);
         return NULL;
@@ -113,8 +114,8 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
-    (void)name, (void)token, (void)resourcePath, (void)visible;
-    tell_early(loggingOn, environment, log, "this FMU is for co-simulation alone");
+    (void)name, (void)token, (void)resourcePath, (void)visible, (void)loggingOn;
+    tell_early(environment, log, "this FMU is for co-simulation alone");
     return NULL;
 }
 
@@ -125,9 +126,9 @@ fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String 
                                   fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
                                   fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name, (void)token, (void)resourcePath, (void)visible;
+    (void)name, (void)token, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clock, (void)lock, (void)unlock;
-    tell_early(loggingOn, environment, log, "this FMU is for co-simulation alone");
+    tell_early(environment, log, "this FMU is for co-simulation alone");
     return NULL;
 }
 

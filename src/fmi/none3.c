@@ -4,8 +4,6 @@
  *
  * Each says why and returns an error. To read or write no variables at all is no error.
  */
-#include "fmu_model.h"
-
 #include "none3.h"
 
 static const char no_events[] = "has no event mode";

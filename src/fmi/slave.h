@@ -44,7 +44,12 @@ typedef enum {
 } slave_phase;
 
 /** What is logged; one bit each. */
-typedef enum { SLAVE_LOG_EVENTS = 1, SLAVE_LOG_DISCARD = 2, SLAVE_LOG_ERROR = 4 } slave_category;
+typedef enum {
+    SLAVE_LOG_EVENTS = 1,
+    SLAVE_LOG_DISCARD = 2,
+    SLAVE_LOG_ERROR = 4,
+    SLAVE_LOG_REFUSED = SLAVE_LOG_DISCARD | SLAVE_LOG_ERROR
+} slave_category;
 enum { SLAVE_CATEGORIES = 3 };
 extern const char *const slave_category_name[SLAVE_CATEGORIES];
 
