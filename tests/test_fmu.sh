@@ -159,7 +159,7 @@ allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|f
 for fmu in "$dir"/*-[23]; do
     v=${fmu##*-} so=$(find "$fmu/binaries" -name '*.so')
     nm -D --defined-only "$so" | awk '{print $3}' >"$dir/symbols"
-    wanted=$([ "$v" = 3 ] && echo 75 || echo 34)
+    wanted=$([ "$v" = 3 ] && echo 75 || echo 44)
     if [ "$(grep -c "^fmi$v" "$dir/symbols")" = "$wanted" ] && [ "$(wc -l <"$dir/symbols")" = "$wanted" ]; then pass; else
         fail "$fmu has $wanted functions: $(grep -c "^fmi$v" "$dir/symbols") of $(wc -l <"$dir/symbols")"; fi
     grep -o "fmi$v[A-Za-z0-9]*" src/fmi/fmi$v.h | grep -xF -f "$dir/symbols" | sort -u | wc -l >"$dir/declared"
@@ -192,15 +192,27 @@ for fmu in "$dir"/*-[23]; do
         outs='//ModelStructure/Output/@valueReference' start='//ModelStructure/InitialUnknown/@valueReference' key=valueReference
         none "$x" "an output that is not in the structure" "$all[@causality='output'][not(@valueReference = $outs)]"
         none "$x" "an output that is not unknown at the start" "$all[@causality='output'][not(@valueReference = $start)]"
+        none "$x" "a derivative of what is none" "//ContinuousStateDerivative[not(@valueReference = ${all}[@derivative]/@valueReference)]"
+        none "$x" "a derivative that is not in the structure" "$all[@derivative][not(@valueReference = //ContinuousStateDerivative/@valueReference)]"
+        none "$x" "a state that is not unknown at the start" "$all[@valueReference = ${all}/@derivative or @derivative][not(@valueReference = $start)]"
+        none "$x" "an indicator that is no guard" "//EventIndicator[not(@valueReference = ${all}[contains(@name, '.guard')]/@valueReference)]"
+        none "$x" "a guard that is no indicator" "$all[contains(@name, '.guard')][not(@valueReference = //EventIndicator/@valueReference)]"
         none "$x" "something else among the outputs" "${outs}[not(. = ${all}[@causality='output']/@valueReference)]"
-        none "$x" "something else unknown at the start" "${start}[not(. = ${all}[@causality='output']/@valueReference)]"
+        none "$x" "something else unknown at the start" "${start}[not(. = ${all}[@causality='output' or @derivative or @valueReference = ${all}/@derivative]/@valueReference)]"
         none "$x" "a derivative of no local" "$all/@derivative[not(. = ${all}[@causality='local']/@valueReference)]"
-        xmllint --xpath "$all[@causality='input' or @causality='parameter']/@valueReference" "$x" | tr -dc '0-9\n' | sort >"$dir/knowns"
+        xmllint --xpath "$all[@causality='input' or @causality='parameter' or @valueReference = ${all}/@derivative]/@valueReference" "$x" | tr -dc '0-9\n' | sort >"$dir/knowns"
         none "$x" "an output twice" "${outs}[. = ../preceding-sibling::Output/@valueReference]"
     else
         outs='//Outputs/Unknown' start='//InitialUnknowns/Unknown' key=index
         [ "$(count "$x" "$outs")" = "$(count "$x" "$all[@causality='output']")" ] || fail "$x: all outputs are in the structure"
-        [ "$(count "$x" "$start")" = "$(count "$x" "$outs")" ] || fail "$x: and unknown at the start"
+        coordinates="$all[@name[contains(., '.q')] and @causality='local']"
+        [ "$(count "$x" "$start")" = "$(($(count "$x" "$outs") + $(count "$x" "$coordinates")))" ] || fail "$x: outputs and coordinates are unknown at the start"
+        [ "$(count "$x" "//Derivatives/Unknown")" = "$(count "$x" '//Real[@derivative]')" ] || fail "$x: all derivatives are in the structure"
+        for i in $(xmllint --xpath '//Derivatives/Unknown/@index' "$x" | tr -dc '0-9\n'); do
+            [ "$(count "$x" "${all}[$i]/Real[@derivative]")" = 1 ] || fail "$x: variable $i is a derivative"
+        done
+        [ "$(xmllint --xpath 'string(/*/@numberOfEventIndicators)' "$x")" = "$(count "$x" "$all[contains(@name, '.guard')]")" ] ||
+            fail "$x: as many indicators as guards"
         for i in $(xmllint --xpath "$outs/@index" "$x" | tr -dc '0-9\n'); do
             [ "$(count "$x" "${all}[$i][@causality='output']")" = 1 ] || fail "$x: variable $i is an output"
         done
@@ -209,7 +221,7 @@ for fmu in "$dir"/*-[23]; do
         done
         n=$(count "$x" "$all") i=1
         while [ $i -le "$n" ]; do echo $i; i=$((i + 1)); done | sort >"$dir/knowns"
-        xmllint --xpath '//SourceFiles/File/@name' "$x" | sed 's/.*name="\(.*\)"/\1/' | grep . | sort >"$dir/listed"
+        xmllint --xpath '//CoSimulation/SourceFiles/File/@name' "$x" | sed 's/.*name="\(.*\)"/\1/' | grep . | sort >"$dir/listed"
         (cd "$fmu/sources" && ls -- *.c) | sort >"$dir/there"
         if cmp -s "$dir/listed" "$dir/there"; then pass; else fail "$x: all sources are listed"; fi
     fi
@@ -261,7 +273,7 @@ compiler=$!
 # the FMI side with sanitizers, on the library's own core
 own2=$dir/stein1788-2/sources flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all"
 # shellcheck disable=SC2086
-if ! (cd "$own2" && "$CC" -std=c11 $flags -shared -fPIC -I. slave*.c fmi2.c fmu_model.c \
+if ! (cd "$own2" && "$CC" -std=c11 $flags -shared -fPIC -I. slave*.c exchange*.c fmi2.c fmu_model.c \
     "$(cd "$OLDPWD" && cd "$B" && pwd)/libstein.a" -lm -o "$dir/own2.so") >"$dir/err" 2>&1; then
     echo "test_fmu: $CC has no sanitizers, nothing is run with them"
 else
@@ -269,7 +281,7 @@ else
     claim 0 "an importer with sanitizers" "$CC" -std=c11 -D_POSIX_C_SOURCE=200809L -O0 ${flags#-O1 -g} -Iinclude -I"$B/include" \
         -Isrc/fmi -Isrc/core tests/fmu/*.c "$B/libstein.a" -lexpat -lm -ldl -pthread -o "$dir/importer"
     "$dir/importer" 2 "$dir/own2.so" "$dir/stein1788-2/modelDescription.xml" "$dir/stein1788.csv" \
-        starts refusals rest states parameters inputs discard slopes >"$dir/log" 2>&1
+        starts refusals rest states parameters inputs discard slopes exchange >"$dir/log" 2>&1
     counted "$dir/log" "stein1788, FMI 2 with sanitizers"
 fi
 wait $compiler || fail "the sources compile: $(head -n 3 "$dir/built")"
@@ -279,7 +291,7 @@ counted "$dir/log" "stein1788, FMI 3 from its sources"
 for compiler in "$CC" clang; do
     command -v "$compiler" >/dev/null 2>&1 || continue
     for v in 2 3; do
-        own=$(cd "$dir/stein1788-$v/sources" && if [ $v = 3 ]; then ls slave*.c fmi3.c none3.c; else ls fmi2.c; fi)
+        own=$(cd "$dir/stein1788-$v/sources" && if [ $v = 3 ]; then ls slave*.c exchange*.c fmi3.c none3.c; else ls exchange2.c fmi2.c; fi)
         # shellcheck disable=SC2086
         claim 0 "$compiler has nothing against FMI $v" sh -c 'cd "$1" && shift && "$@"' sh "$dir/stein1788-$v/sources" \
             "$compiler" -std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes \
@@ -296,7 +308,7 @@ if command -v cmake >/dev/null 2>&1; then
         >"$dir/pendulum-3/CMakeLists.txt"
     { cmake -S "$dir/pendulum-3" -B "$dir/cmake" -DCMAKE_C_COMPILER="$CC" && cmake --build "$dir/cmake" -j2; } >"$dir/built" 2>&1
     ok "and by CMake: $(tail -n 3 "$dir/built")" $?
-    "$B/importer" 3 "$dir/cmake/pendulum.so" "$dir/pendulum-3/modelDescription.xml" "$dir/pendulum.csv" record states >"$dir/log" 2>&1
+    "$B/importer" 3 "$dir/cmake/pendulum.so" "$dir/pendulum-3/modelDescription.xml" "$dir/pendulum.csv" record states exchange >"$dir/log" 2>&1
     counted "$dir/log" "pendulum, FMI 3 by CMake"
 fi
 # linked into a program, functions have a name in front that is asked for
@@ -413,7 +425,7 @@ allowed='^(malloc|calloc|free|mem(cpy|move|set|cmp)|str(cmp|len|ncmp|ncpy|spn)|f
 for fmu in "$dir"/*-[23]; do
     v=${fmu##*-} so=$(find "$fmu/binaries" -name '*.so')
     nm -D --defined-only "$so" | awk '{print $3}' >"$dir/symbols"
-    wanted=$([ "$v" = 3 ] && echo 75 || echo 34)
+    wanted=$([ "$v" = 3 ] && echo 75 || echo 44)
     if [ "$(grep -c "^fmi$v" "$dir/symbols")" = "$wanted" ] && [ "$(wc -l <"$dir/symbols")" = "$wanted" ]; then pass; else
         fail "$fmu has $wanted functions: $(grep -c "^fmi$v" "$dir/symbols") of $(wc -l <"$dir/symbols")"; fi
     grep -o "fmi$v[A-Za-z0-9]*" src/fmi/fmi$v.h | grep -xF -f "$dir/symbols" | sort -u | wc -l >"$dir/declared"
@@ -446,15 +458,27 @@ for fmu in "$dir"/*-[23]; do
         outs='//ModelStructure/Output/@valueReference' start='//ModelStructure/InitialUnknown/@valueReference' key=valueReference
         none "$x" "an output that is not in the structure" "$all[@causality='output'][not(@valueReference = $outs)]"
         none "$x" "an output that is not unknown at the start" "$all[@causality='output'][not(@valueReference = $start)]"
+        none "$x" "a derivative of what is none" "//ContinuousStateDerivative[not(@valueReference = ${all}[@derivative]/@valueReference)]"
+        none "$x" "a derivative that is not in the structure" "$all[@derivative][not(@valueReference = //ContinuousStateDerivative/@valueReference)]"
+        none "$x" "a state that is not unknown at the start" "$all[@valueReference = ${all}/@derivative or @derivative][not(@valueReference = $start)]"
+        none "$x" "an indicator that is no guard" "//EventIndicator[not(@valueReference = ${all}[contains(@name, '.guard')]/@valueReference)]"
+        none "$x" "a guard that is no indicator" "$all[contains(@name, '.guard')][not(@valueReference = //EventIndicator/@valueReference)]"
         none "$x" "something else among the outputs" "${outs}[not(. = ${all}[@causality='output']/@valueReference)]"
-        none "$x" "something else unknown at the start" "${start}[not(. = ${all}[@causality='output']/@valueReference)]"
+        none "$x" "something else unknown at the start" "${start}[not(. = ${all}[@causality='output' or @derivative or @valueReference = ${all}/@derivative]/@valueReference)]"
         none "$x" "a derivative of no local" "$all/@derivative[not(. = ${all}[@causality='local']/@valueReference)]"
-        xmllint --xpath "$all[@causality='input' or @causality='parameter']/@valueReference" "$x" | tr -dc '0-9\n' | sort >"$dir/knowns"
+        xmllint --xpath "$all[@causality='input' or @causality='parameter' or @valueReference = ${all}/@derivative]/@valueReference" "$x" | tr -dc '0-9\n' | sort >"$dir/knowns"
         none "$x" "an output twice" "${outs}[. = ../preceding-sibling::Output/@valueReference]"
     else
         outs='//Outputs/Unknown' start='//InitialUnknowns/Unknown' key=index
         [ "$(count "$x" "$outs")" = "$(count "$x" "$all[@causality='output']")" ] || fail "$x: all outputs are in the structure"
-        [ "$(count "$x" "$start")" = "$(count "$x" "$outs")" ] || fail "$x: and unknown at the start"
+        coordinates="$all[@name[contains(., '.q')] and @causality='local']"
+        [ "$(count "$x" "$start")" = "$(($(count "$x" "$outs") + $(count "$x" "$coordinates")))" ] || fail "$x: outputs and coordinates are unknown at the start"
+        [ "$(count "$x" "//Derivatives/Unknown")" = "$(count "$x" '//Real[@derivative]')" ] || fail "$x: all derivatives are in the structure"
+        for i in $(xmllint --xpath '//Derivatives/Unknown/@index' "$x" | tr -dc '0-9\n'); do
+            [ "$(count "$x" "${all}[$i]/Real[@derivative]")" = 1 ] || fail "$x: variable $i is a derivative"
+        done
+        [ "$(xmllint --xpath 'string(/*/@numberOfEventIndicators)' "$x")" = "$(count "$x" "$all[contains(@name, '.guard')]")" ] ||
+            fail "$x: as many indicators as guards"
         for i in $(xmllint --xpath "$outs/@index" "$x" | tr -dc '0-9\n'); do
             [ "$(count "$x" "${all}[$i][@causality='output']")" = 1 ] || fail "$x: variable $i is an output"
         done
@@ -463,7 +487,7 @@ for fmu in "$dir"/*-[23]; do
         done
         n=$(count "$x" "$all") i=1
         while [ $i -le "$n" ]; do echo $i; i=$((i + 1)); done | sort >"$dir/knowns"
-        xmllint --xpath '//SourceFiles/File/@name' "$x" | sed 's/.*name="\(.*\)"/\1/' | grep . | sort >"$dir/listed"
+        xmllint --xpath '//CoSimulation/SourceFiles/File/@name' "$x" | sed 's/.*name="\(.*\)"/\1/' | grep . | sort >"$dir/listed"
         (cd "$fmu/sources" && ls -- *.c) | sort >"$dir/there"
         if cmp -s "$dir/listed" "$dir/there"; then pass; else fail "$x: all sources are listed"; fi
     fi
@@ -515,7 +539,7 @@ compiler=$!
 # the FMI side with sanitizers, on the library's own core
 own2=$dir/stein1788-2/sources flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all"
 # shellcheck disable=SC2086
-if ! (cd "$own2" && "$CC" -std=c11 $flags -shared -fPIC -I. slave*.c fmi2.c fmu_model.c \
+if ! (cd "$own2" && "$CC" -std=c11 $flags -shared -fPIC -I. slave*.c exchange*.c fmi2.c fmu_model.c \
     "$(cd "$OLDPWD" && cd "$B" && pwd)/libstein.a" -lm -o "$dir/own2.so") >"$dir/err" 2>&1; then
     echo "test_fmu: $CC has no sanitizers, nothing is run with them"
 else
@@ -523,7 +547,7 @@ else
     claim 0 "an importer with sanitizers" "$CC" -std=c11 -D_POSIX_C_SOURCE=200809L -O0 ${flags#-O1 -g} -Iinclude -I"$B/include" \
         -Isrc/fmi -Isrc/core tests/fmu/*.c "$B/libstein.a" -lexpat -lm -ldl -pthread -o "$dir/importer"
     "$dir/importer" 2 "$dir/own2.so" "$dir/stein1788-2/modelDescription.xml" "$dir/stein1788.csv" \
-        starts refusals rest states parameters inputs discard slopes >"$dir/log" 2>&1
+        starts refusals rest states parameters inputs discard slopes exchange >"$dir/log" 2>&1
     counted "$dir/log" "stein1788, FMI 2 with sanitizers"
 fi
 wait $compiler || fail "the sources compile: $(head -n 3 "$dir/built")"
@@ -533,7 +557,7 @@ counted "$dir/log" "stein1788, FMI 3 from its sources"
 for compiler in "$CC" clang; do
     command -v "$compiler" >/dev/null 2>&1 || continue
     for v in 2 3; do
-        own=$(cd "$dir/stein1788-$v/sources" && if [ $v = 3 ]; then ls slave*.c fmi3.c none3.c; else ls fmi2.c; fi)
+        own=$(cd "$dir/stein1788-$v/sources" && if [ $v = 3 ]; then ls slave*.c exchange*.c fmi3.c none3.c; else ls exchange2.c fmi2.c; fi)
         # shellcheck disable=SC2086
         claim 0 "$compiler has nothing against FMI $v" sh -c 'cd "$1" && shift && "$@"' sh "$dir/stein1788-$v/sources" \
             "$compiler" -std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wstrict-prototypes \

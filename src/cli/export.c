@@ -13,10 +13,9 @@ static void tell(const cli_args *args, const lab_model *model, const char *path,
 {
     if (cli_value(args, "json") == NULL) {
         printf("%s\n", path);
-        fprintf(stderr,
-                "FMI %d.0 co-simulation, %d variables, %.0f KB, of which binary %.0f KB (%s)\n",
-                version, facts->variables, (double)facts->bytes / kilobyte,
-                (double)facts->binary / kilobyte, facts->platform);
+        fprintf(stderr, "FMI %d.0, %d variables, %.0f KB, of which binary %.0f KB (%s)\n", version,
+                facts->variables, (double)facts->bytes / kilobyte, (double)facts->binary / kilobyte,
+                facts->platform);
         return;
     }
     lab__json j = {.stream = stdout};
@@ -99,10 +98,14 @@ const cli_command cli_export = {
     .noperands = 1,
     .options = options,
     .description =
-        "Writes a Functional Mock-up Unit for co-simulation: the library's core and the equations\n"
-        "of MODEL as a shared object for the machine that cc compiles for, and as C sources with\n"
-        "their build description. What it computes is what `stein simulate` computes, to the last\n"
-        "bit.\n\n"
+        "Writes a Functional Mock-up Unit for co-simulation and model exchange: the library's "
+        "core\n"
+        "and the equations of MODEL as a shared object for the machine that cc compiles for, and "
+        "as\n"
+        "C sources with their build description. In a co-simulation it computes what\n"
+        "`stein simulate` computes, to the last bit; in model exchange the importer integrates, "
+        "and\n"
+        "contacts are events.\n\n"
         "  outputs      the output channels of the file\n"
         "  inputs       its forces; of a prescribed motion NAME.position, NAME.speed and\n"
         "               NAME.acceleration, which the joint follows when NAME.follow is true;\n"
@@ -110,7 +113,8 @@ const cli_command cli_export = {
         "  parameters   the numbers of the file. Those of its section `regulation` may be changed\n"
         "               while it runs; without one, those of `parameters`; without that, all that\n"
         "               the file states. Also simulation.dt, the step of the integrator\n"
-        "  locals       BODY.q and BODY.qd, coordinate and speed of each joint\n\n"
+        "  locals       BODY.q, BODY.qd, BODY.qdd, coordinate, speed, acceleration of each joint;\n"
+        "               NAME.guard1 and so on, positive where a contact touches\n\n"
         "All are in SI units, with a description. The state can be kept, restored and sent; "
         "partial\n"
         "derivatives are there. A step that fails numerically is discarded, and the FMU is as it\n"

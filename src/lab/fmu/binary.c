@@ -33,14 +33,20 @@ static const char *place_of(const char *name)
                                                            : name;
 }
 
+/* the version of FMI that a file is of: the digit before its ending; 0: of both */
+static int version_of(const char *place)
+{
+    const char *dot = strchr(place, '.');
+    return dot != NULL && dot > place && (dot[-1] == '2' || dot[-1] == '3') ? dot[-1] - '0' : 0;
+}
+
 /* is a file of src/fmi, or of what a page is made of too, part of an FMU of this version? */
 static int belongs(const char *name, int version)
 {
     const char *place = place_of(name);
-    const char *others = version == 3 ? "fmi2." : "fmi3.";
+    int of = version_of(place);
     return strcmp(place, "shim.c") != 0 && strcmp(place, "license.txt") != 0 &&
-           strncmp(place, others, strlen(others)) != 0 &&
-           (version == 3 || strncmp(place, "none3.", strlen("none3.")) != 0);
+           (of == 0 || of == version);
 }
 
 static stein_status put_source(fmu_sources *to, const char *name, char *text, stein_err *err)
@@ -179,13 +185,8 @@ void fmu__sources_free(fmu_sources *sources)
 /* is it a file of this FMU, not of all? */
 static int is_own(const char *name)
 {
-    static const char *const own[] = {"equations.", "fmu_model.", "fmi2.", "fmi3.", "none3."};
-    for (size_t i = 0; i < sizeof own / sizeof *own; i++) {
-        if (strncmp(name, own[i], strlen(own[i])) == 0) {
-            return 1;
-        }
-    }
-    return 0;
+    return strcmp(name, "equations.c") == 0 || strcmp(name, "fmu_model.c") == 0 ||
+           version_of(name) > 0;
 }
 
 /* ---- compiling ---- */
