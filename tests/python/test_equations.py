@@ -118,3 +118,17 @@ def test_what_a_force_raises_ends_the_step(force, error):
     assert m.step() == 1e-3
     with pytest.raises(TypeError):
         m.on_force(3)
+
+
+def test_what_is_too_long_for_sympy_is_refused(tmp_path):
+    joints = "".join(
+        f"  b{i}: {{{f'parent: b{i - 1}, ' if i else ''}joint: R {'xyz'[i % 3]}, at: [0.1 m, 0.2 m, 0.3 m], mass: 1 kg,"
+        " centre: [0.1 m, 0.05 m, 0.02 m], inertia: {xx: 0.1 kg m^2, yy: 0.2 kg m^2, zz: 0.15 kg m^2}}\n"
+        for i in range(8))
+    file = tmp_path / "chain.yaml"
+    file.write_text(f"mechanism: chain\nbodies:\n{joints}outputs: {{a: {{joint: b0, read: position}}}}\n"
+                    "simulation: {dt: 1 ms, until: 1 s}\n")
+    m = stein.load(file)
+    assert len(m.sympy("V")) < 20000
+    with pytest.raises(stein.EquationsError, match="M of chain is longer than 4 MB"):
+        m.sympy("M")
