@@ -98,7 +98,7 @@ static const char bash_tail[] =
 static void bash_value(const cli_option *o)
 {
     static const char *const known[] = {
-        [ANY] = "ANY", [FILES] = "FILES", [DIRS] = "DIRS", [NAMES] = "NAMES"};
+        [ANY] = "ANY", [FILES] = "FILES", [DIRS] = "DIRS", [NAMES] = "NAMES", [WORDS] = ""};
     if (kind_of(o) == WORDS) {
         printf("'");
         put_words(o->value);
@@ -169,8 +169,11 @@ static const char zsh_head[] =
 
 static void zsh_option(const cli_option *o)
 {
-    static const char *const action[] = {
-        [ANY] = " ", [FILES] = "_files", [DIRS] = "_files -/", [NAMES] = "_stein_parameters"};
+    static const char *const action[] = {[ANY] = " ",
+                                         [FILES] = "_files",
+                                         [DIRS] = "_files -/",
+                                         [NAMES] = "_stein_parameters",
+                                         [WORDS] = ""};
     for (int letter = o->letter != 0; letter >= 0; letter--) {
         printf(" \\\n            '*");
         if (letter) {
@@ -244,7 +247,8 @@ static void fish_option(const char *command, const cli_option *o)
     static const char *const action[] = {[ANY] = "-x",
                                          [FILES] = "-r -F",
                                          [DIRS] = "-x -a '(__fish_complete_directories)'",
-                                         [NAMES] = "-x -a '(__stein_parameters)'"};
+                                         [NAMES] = "-x -a '(__stein_parameters)'",
+                                         [WORDS] = ""};
     printf("complete -c stein -n '__fish_seen_subcommand_from %s' -l %s", command, o->name);
     if (o->letter != 0) {
         printf(" -s %c", o->letter);

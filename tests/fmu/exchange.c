@@ -163,7 +163,7 @@ static void try_step(const motion *m, double h, double *to)
 /* has an indicator another sign there? */
 static int differs(const motion *m, double h, const double *x)
 {
-    double z[MOST];
+    double z[MOST] = {0.0};
     int yes = 0, status = set_time(m->u, m->t + h);
     status = status == OK ? set_states(m->u, x, m->nx) : status;
     status = status == OK ? get_indicators(m->u, z, m->nz) : status;
@@ -215,7 +215,7 @@ static void step(motion *m, double h)
 
 static void start(motion *m, unit *u, const fmu *f)
 {
-    size_t nx = (size_t)(2 * f->model->nq), nz = 0;
+    size_t nx = 2 * (size_t)f->model->nq, nz = 0;
     int moved = 1;
     *m = (motion){.u = u, .nx = nx};
     if (IS3) {
@@ -223,7 +223,7 @@ static void start(motion *m, unit *u, const fmu *f)
                   F3(GetNumberOfEventIndicators)(u->c, &nz) == fmi3OK,
               "numbers of states and indicators");
     }
-    m->nz = (size_t)(f->model->nspot + 4 * f->model->nnotch);
+    m->nz = (size_t)f->model->nspot + 4 * (size_t)f->model->nnotch;
     claim(!IS3 || nz == m->nz, "%d indicators", (int)nz);
     claim(unit_enter(u, 0.0, -1.0) == OK && unit_exit(u) == OK && update(u, &moved) == OK &&
               !moved && go_on(u) == OK,
