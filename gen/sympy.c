@@ -60,7 +60,7 @@ static void put(text *x, const tree *t, const ex_graph *g, ex e, int level)
     static const char *const fun[] = {
         [EX_SIN] = "sin", [EX_COS] = "cos", [EX_TAN] = "tan", [EX_SQRT] = "sqrt"};
     const ex_node *nd = &g->node[e];
-    if (x->n > LONGEST) {
+    if (x->failed || x->n > LONGEST) {
         return;
     }
     switch (nd->op) {
