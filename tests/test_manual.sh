@@ -6,8 +6,8 @@
 set -u
 . tests/claims.sh
 
-${MAKE:-make} -s manual VARIANT="$variant" >"$dir/err" 2>&1
-ok "make manual" $?
+${MAKE:-make} -s manual shared VARIANT="$variant" >"$dir/err" 2>&1
+ok "make manual shared" $?
 
 # words of a text, one a line: what is left when filling and indenting are taken away
 words() { tr -s ' \t\n' '\n\n\n' <"$1" | sed '/^$/d'; }
