@@ -32,7 +32,8 @@ from ._support import (Error, EquationsError, Event, FileError, InvalidValue, Nu
 
 __version__ = _stein.version
 __all__ = ["load", "fit", "diagnose", "plan", "Simulation", "Record", "Run", "Stroke", "Sweep", "Fit",
-           "Diagnosis", "Plan", "Event", "Parameter", "Derivatives", "Sensitivities", "Table", "Error", "UnknownName", "InvalidValue", "ParseError",
+           "Diagnosis", "Plan", "Event", "Parameter", "Derivatives", "Sensitivities", "Table",
+           "Error", "UnknownName", "InvalidValue", "ParseError",
            "FileError", "EquationsError", "NumericalError"]
 _nan = math.nan
 
