@@ -44,17 +44,17 @@ PKGS   := yaml-0.1 gsl expat zlib check
 TOOLS  := gnuplot parallel
 # what `make check` uses besides; a test without its tool is skipped and says so
 DEBIAN_CHECK := cmake man-db mandoc lilv-utils lv2-dev python3-numpy python3-scipy libxml2-utils unzip \
-                debhelper fakeroot
-TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot
+                debhelper fakeroot zsh fish
+TOOLS_CHECK  := cmake man mandoc lv2apply xmllint unzip dh fakeroot zsh fish
 # the Python module (packaging/python.mk) and its tests
-DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip
-TOOLS_PYTHON  := python3-config pytest-3
+DEBIAN_PYTHON := python3-dev python3-numpy python3-pytest python3-pip python3-pandas python3-matplotlib python3-sympy mypy
+TOOLS_PYTHON  := python3-config pytest-3 mypy
 # what `stein page` compiles with, and what the tests of its pages run them with
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
 DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
-               gcc-riscv64-linux-gnu gcc-i686-linux-gnu
+               gcc-riscv64-linux-gnu gcc-i686-linux-gnu gcc-mingw-w64-x86-64 wine64
 ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
 endif
@@ -440,6 +440,7 @@ sanitize:  ## suites under clang's memory sanitizer, the thread sanitizer and va
 	$(Q)sh tests/sanitize.sh thread
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) build/check
 	$(Q)sh tests/sanitize.sh valgrind
+	$(Q)[ -z "$(PYTHON_TESTED)" ] || { $(MAKE) --no-print-directory python && sh tests/sanitize.sh python; }
 
 SOAK ?= 170
 soak: deps  ## hours of the same: 1e5 random regulations, 3000 kills, all faults, all builds, all fuzz targets

@@ -26,6 +26,15 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err);
 
 void gen_free(gen_result *r);
 
+/** One expression as text that SymPy reads (sympify), written out over the file's parameters,
+ *  Symbol('hammer.mass'), and Symbol('q.BODY'), 'qd.BODY', 'qdd.BODY'.
+ *  @param m  one that gen_equations takes
+ *  @param what  "M" [n, n], "c" [n, 1], "Q" = M qdd + c [n, 1], "T", "V" (kinetic and potential
+ *               energy), or the name of a point: its position [3, 1]
+ *  @param out  NUL-terminated, owned; untouched on failure
+ *  @return STEIN_OK, ENAME (nothing is called so), EGENERATE (too long), ENOMEM */
+stein_status gen_expressions(char **out, const mechanism *m, const char *what, stein_err *err);
+
 /** All operations, a sine or cosine counts 1. */
 int gen_total(stein_ops o);
 

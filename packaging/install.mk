@@ -8,7 +8,10 @@ DATADIR     ?= $(PREFIX)/share
 MANDIR      ?= $(DATADIR)/man
 EXAMPLEDIR  ?= $(DATADIR)/stein/examples
 MODELDIR    ?= $(DATADIR)/stein/models
+DOCDIR      ?= $(DATADIR)/doc/stein
 COMPLETIONS ?= $(DATADIR)/bash-completion/completions
+ZSHDIR      ?= $(DATADIR)/zsh/site-functions
+FISHDIR     ?= $(DATADIR)/fish/vendor_completions.d
 
 # ---- shared libraries: the soname changes when a program has to be linked anew --------------------
 SOVERSION := 0
@@ -27,8 +30,8 @@ $(B)/libsteinlab.so: $(LAB_OBJ) $(B)/obj/src/core/elementary.o packaging/libstei
 	$(shared) $(LAB_OBJ) $(B)/obj/src/core/elementary.o -L$(B) -lstein $(LAB_LIBS) -lm
 	$(links)
 
-# ---- manual pages and completion, out of the programs' own help ------------------------------------
-$(B)/man/done: $(B)/stein $(B)/steingen packaging/steingen.1.in
+# ---- manual pages and completion, out of the programs' own help and the public headers -------------
+$(B)/man/done: $(B)/stein $(B)/steingen packaging/steingen.1.in packaging/man3.awk $(HEADERS) $(B)/include/stein/models.h
 	@echo "  MAN   $(@D)"
 	$(Q)rm -rf $(@D) && mkdir -p $(@D)
 	$(Q)$(B)/stein help --manual > $(@D)/stein.1
@@ -37,9 +40,14 @@ $(B)/man/done: $(B)/stein $(B)/steingen packaging/steingen.1.in
 	$(Q)$(B)/steingen --help | sed 's/\\/\\e/g; s/-/\\-/g' > $(@D)/usage
 	$(Q)sed -e 's/@VERSION@/$(VERSION)/; s/@RELEASED@/$(RELEASED)/' \
 	  -e '/@USAGE@/{r $(@D)/usage' -e 'd}' packaging/steingen.1.in > $(@D)/steingen.1
-	$(Q)rm $(@D)/usage && touch $@
-$(B)/stein.bash: $(B)/stein
-	$(Q)$< help --completion > $@
+	$(Q)for h in $(HEADERS) $(B)/include/stein/models.h; do \
+	  link=stein; ! grep -q GPL-3 $$h || link=steinlab; \
+	  LC_ALL=C awk -v folder=$(@D) -v version=$(VERSION) -v released=$(RELEASED) -v link=$$link \
+	    -f packaging/man3.awk $$h || exit 1; done
+	$(Q)rm $(@D)/usage $(@D)/body && touch $@
+COMPLETED := $(addprefix $(B)/stein.,bash zsh fish)
+$(COMPLETED): $(B)/stein.%: $(B)/stein
+	$(Q)$< help --completion $* > $@
 
 # ---- install ----------------------------------------------------------------------------------------
 # a linker does not look into other folders when the program starts
@@ -57,9 +65,9 @@ put = $(Q)install -d $(DESTDIR)$(3) && install -m $(1) $(2) $(DESTDIR)$(3)
 
 .PHONY: uninstall shared manual deb abi abi-accept reproducible
 shared: $(SHARED)  ## the two shared libraries
-manual: $(B)/man/done $(B)/stein.bash  ## manual pages and the completion of bash
+manual: $(B)/man/done $(COMPLETED)  ## manual pages and the completion of bash, zsh, fish
 
-install: all shared manual  ## install libraries, headers, programs, manual pages, models, examples under PREFIX
+install: all shared manual  ## install libraries, headers, programs, manual pages, docs, models, examples under PREFIX
 	$(call put,755,$(B)/stein $(B)/steingen,$(BINDIR))
 	$(call put,644,$(B)/libstein.a $(B)/libsteinlab.a $(SHARED:=.$(VERSION)),$(LIBDIR))
 	$(Q)cp -d $(SHARED) $(SHARED:=.$(SOVERSION)) $(DESTDIR)$(LIBDIR)
@@ -68,7 +76,11 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,models/robotran/*.yaml,$(MODELDIR)/robotran)
 	$(call put,644,models/strokes/*.csv,$(MODELDIR)/strokes)
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)
-	$(Q)install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 $(B)/stein.bash $(DESTDIR)$(COMPLETIONS)/stein
+	$(call put,644,$(B)/man/*.3,$(MANDIR)/man3)
+	$(call put,644,docs/*.md docs/*.png,$(DOCDIR))
+	$(Q)install -D -m 644 $(B)/stein.bash $(DESTDIR)$(COMPLETIONS)/stein
+	$(Q)install -D -m 644 $(B)/stein.zsh $(DESTDIR)$(ZSHDIR)/_stein
+	$(Q)install -D -m 644 $(B)/stein.fish $(DESTDIR)$(FISHDIR)/stein.fish
 	$(Q)cd examples && find . -type f \( -name '*.c' -o -name '*.cc' -o -name '*.ttl' -o -name '*.yaml' \
 	  -o -name '*.md' -o -name '*.py' -o -name Makefile -o -name CMakeLists.txt \) | while read -r f; do \
 	  install -D -m 644 "$$f" "$(abspath $(DESTDIR)$(EXAMPLEDIR))/$$f" || exit 1; done
@@ -101,7 +113,7 @@ reproducible:  ## fail when two folders give different bytes of a library or pro
 # how the tests make packages
 DEB ?= $(B)/deb
 DEB_TREE = $(DEB)/stein-$(VERSION)
-BUILT_FILES = $(addprefix $(B)/,obj models include man python stein steingen stein.bash *.c *.a *.so*)
+BUILT_FILES = $(addprefix $(B)/,obj models include man python stein steingen stein.bash stein.zsh stein.fish *.c *.a *.so*)
 deb: $(B)/.gitignore $(if $(BUILT),all shared manual python)  ## Debian packages, looked at by lintian: build/deb/*.deb
 	$(Q)for t in dpkg-buildpackage dh $(if $(BUILT),,lintian) fakeroot; do command -v $$t >/dev/null || \
 	  { echo "no $$t - run: apt-get install debhelper lintian fakeroot"; exit 1; }; done

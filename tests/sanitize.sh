@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# sanitize.sh memory|thread|valgrind [SUITE...] - suites under clang's memory sanitizer, the thread
-# sanitizer, valgrind. Ends with 1 when one of them has something to say.
+# sanitize.sh memory|thread|valgrind|python [SUITE...] - suites under clang's memory sanitizer, the
+# thread sanitizer, valgrind. Ends with 1 when one of them has something to say.
 #
 #   memory    what a number was made of that nobody wrote: core, equations and reader. The libraries of
 #             the lab (GSL, expat) and the compiler behind the tests of generated texts are not seen
@@ -12,6 +12,8 @@
 #             realtime: the sanitizer's own thread outlives the one that the sandbox kills, so nobody
 #             would ever see that process end.
 #   valgrind  suites that end within minutes there
+#   python    valgrind on `import stein`: simulations made, run and dropped, ROUNDS times more often the
+#             second time, leave the same blocks; what Python itself leaves is in both
 set -u
 which=$1
 shift
@@ -19,11 +21,23 @@ case $which in
 memory) B=build-memory suites='law elementary core ranges integrator table journal energy driven mechanism' ;;
 thread) B=build-thread suites='journal sweep many driven' ;;
 valgrind) B=build suites='law core contact table mechanism parts journal energy seldom' ;;
-*) echo "expected memory, thread or valgrind" && exit 2 ;;
+python) B=build ;;
+*) echo "expected memory, thread, valgrind or python" && exit 2 ;;
 esac
 CK_TIMEOUT_MULTIPLIER=40 STEIN_BUILD=$B
 export CK_TIMEOUT_MULTIPLIER STEIN_BUILD
 [ "$which" != memory ] || export CK_EXCLUDE_TAGS=compiled
+if [ "$which" = python ]; then
+    for n in 100 "${ROUNDS:-3000}"; do
+        PYTHONMALLOC=malloc PYTHONPATH=$B/python valgrind --leak-check=full --log-file="$B/python-$n.log" \
+            /usr/bin/python3 tests/python/leaks.py "$n" || exit 1
+        sed -n '/LEAK SUMMARY/,/suppressed/s/^==[0-9]*== *//p' "$B/python-$n.log" >"$B/python-$n.left"
+    done
+    cat "$B/python-$n.left"
+    cmp "$B/python-100.left" "$B/python-$n.left" && ! grep -E 'Invalid (read|write)|uninitialised' "$B/python-$n.log" &&
+        echo "python: $n rounds leave what 100 leave"
+    exit
+fi
 failed=0
 for suite in ${*:-$suites}; do
     # libyaml looks at what it wrote itself: there only what lies on the stack is watched

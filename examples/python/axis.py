@@ -54,9 +54,24 @@ for kind, symbol, true in (("viscous_friction", "b", 200.0), ("coulomb_friction"
 # And the force of a run, before and after.
 
 # %%
-for model in (axis, diagnosis.extended):
+runs = {}
+for name, model in (("mass alone", axis), ("with both causes", diagnosis.extended)):
     model.drive_file(files[2])
-    need = model.run(3.9, every=0.004)
+    runs[name] = need = model.run(3.9, every=0.004)
     error = need["slide_force"] - np.interp(need["time"], t, force)
-    print(f"{np.sqrt(np.mean(error**2)):.2f} N off")
+    print(f"{name}: {np.sqrt(np.mean(error**2)):.2f} N off")
 assert np.median(np.abs(error)) < 1.0
+
+# %%
+try:
+    import matplotlib.pyplot as plt
+except ImportError:
+    print("no picture: matplotlib is not installed")
+else:
+    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+    axes.plot(t, force, color="0.7", linewidth=3, label="measured")
+    for name, need in runs.items():
+        axes.plot(need["time"], need["slide_force"], linewidth=1, label=name)
+    axes.set(xlabel="time [s]", ylabel="force [N]", ylim=(-700, 850), title="What the measured motion needs")
+    axes.legend(loc="upper center", ncols=3)
+    figure.savefig("axis.png", dpi=120)

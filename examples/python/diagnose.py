@@ -60,6 +60,20 @@ diagnosis
 better = diagnosis.extended
 for model in (truth, better, pendulum):
     model["rod.initial.position"] = "75 deg"
-ends = [model.run(6.0)["angle"][-1] for model in (truth, better, pendulum)]
+runs = [model.run(6.0) for model in (truth, better, pendulum)]
+ends = [run["angle"][-1] for run in runs]
 print("after 6 s: %.4f rad, predicted %.4f rad, without the cause %.4f rad" % tuple(ends))
 assert abs(ends[1] - ends[0]) < 0.05 * abs(ends[2] - ends[0])
+
+# %%
+try:
+    import matplotlib.pyplot as plt
+except ImportError:
+    print("no picture: matplotlib is not installed")
+else:
+    figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+    for run, name, style in zip(runs, ("what happens", "predicted", "without the cause"), ("-", "--", ":")):
+        axes.plot(run["time"], np.degrees(run["angle"]), style, linewidth=2, label=name)
+    axes.set(xlabel="time [s]", ylabel="angle [deg]", ylim=(-80, 110), title="A swing that nobody has measured")
+    axes.legend(loc="upper center", ncols=3)
+    figure.savefig("diagnose.png", dpi=120)

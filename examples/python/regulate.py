@@ -56,3 +56,21 @@ assert abs(regulated.escapement_height - wanted) < 0.05e-3
 for grams in (60, 80, 100):
     action["load.mass"] = f"{grams} g"
     print(f"{grams} g: {action.strike().outcome}, {action.strike().impact_speed:.3f} m/s")
+
+# %%
+try:
+    import matplotlib.pyplot as plt
+except ImportError:
+    print("no picture: matplotlib is not installed")
+else:
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    left.plot(1e3 * shift, 1e3 * height, "o-", label="strokes of the sweep")
+    left.plot(1e3 * np.interp(wanted, height[order], shift[order]), 1e3 * wanted, "r*", markersize=14,
+              label="wanted")
+    left.set(xlabel="displacement of the stop [mm]", ylabel="escapement below the string [mm]")
+    left.legend()
+    for name, one in (("as the file has it", stroke), ("regulated", regulated)):
+        right.plot(1e3 * one.run["time"], 1e3 * one.run["string_distance"], label=name)
+    right.set(xlabel="time [ms]", ylabel="head to string [mm]")
+    right.legend()
+    figure.savefig("regulate.png", dpi=120)

@@ -89,6 +89,7 @@ typedef struct lab_data {
     int planned;             /* 1: it has not been made yet, values of its outputs mean nothing */
     int time_unit_assumed;   /* 1: the title of the time states no unit, it was read as s */
     int number;              /* in its dataset, in the order of the files, from 1; 0: of none */
+    const char *text;        /* that it was read from, lab_data_options.text; NULL: its file */
 } lab_data;
 
 /** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */

@@ -59,6 +59,12 @@ stein_status lab_quantity(double *value, const char *text, const char *unit, ste
 stein_sim_def lab_def(const lab_model *model);
 /** Duration the file asks for [s]. */
 double lab_until(const lab_model *model);
+/** A generated expression as text that SymPy reads, over Symbol('hammer.mass'), Symbol('q.hammer').
+ *  @param what  "M" [nq, nq], "c" [nq, 1], "Q" = M qdd + c [nq, 1], "T", "V" (kinetic, potential
+ *               energy of the tree [J]), or a point: its position [3, 1] [m]
+ *  @param text  out, to be freed with free(); untouched on failure
+ *  @return OK, ENAME (nothing is called so), EGENERATE (more than 4 MB), ENOMEM */
+stein_status lab_expressions(char **text, const lab_model *model, const char *what, stein_err *err);
 
 /* ---- strokes ---- */
 
@@ -311,10 +317,10 @@ stein_status lab_page(const char *path, const lab_model *model, const lab_option
 
 /** What became of an FMU. */
 typedef struct lab_fmu_facts {
-    size_t bytes, binary; /* of the file (0: not a file), of the shared object in it */
+    size_t bytes, binary; /* of the file (0: not a file), of the shared objects in it */
     int variables;
     char token[40];    /* that description and binary have in common */
-    char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64" */
+    char platform[32]; /* "x86_64-linux"; in FMI 2 "linux64"; of several as many as fit in */
 } lab_fmu_facts;
 /** Write a mechanism as a co-simulation FMU of FMI 3.0 or 2.0: description, binary for the machine
  *  that the compiler compiles for, sources. Same mechanism, same compiler: same bytes.
@@ -323,6 +329,12 @@ typedef struct lab_fmu_facts {
  *  @return OK, EIO, ENOMEM, EINVAL (version; two variables of one name), EGENERATE, ECOMPILE */
 stein_status lab_fmu(const char *path, const lab_model *model, int version,
                      const lab_options *options, lab_fmu_facts *facts, stein_err *err);
+/** The same with binaries for several machines.
+ *  @param cc  [ncc] compilers, each for another machine, "x86_64-w64-mingw32-gcc"; options->cc is
+ *             not used  @return as lab_fmu; EINVAL also for two compilers for one machine */
+stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
+                         const char *const *cc, int ncc, const lab_options *options,
+                         lab_fmu_facts *facts, stein_err *err);
 
 #ifdef __cplusplus
 }

@@ -4,7 +4,7 @@
  *   main.c        the table of commands       options.c   parsing, did you mean
  *   help.c        --help                      names.c     lists of names
  *   manual.c      manual pages                report.c    models, failures, progress, quantities
- *   completion.c  for bash                    results.c   tables of sweep and merge
+ *   completion.c  for shells                  results.c   tables of sweep and merge
  */
 #ifndef CLI_H
 #define CLI_H
@@ -108,8 +108,8 @@ void cli_manual_overview(void);
 
 /* ---- completion.c ---- */
 
-/** The completion of bash on standard output. */
-void cli_completion(void);
+/** The completion of a shell (bash, zsh, fish) on standard output. @return an exit code */
+int cli_completion(const char *shell);
 
 /* ---- check_data.c ---- */
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * export.c - stein export: a mechanism as an FMU, for the programs of others.
  */
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
@@ -12,10 +13,9 @@ static void tell(const cli_args *args, const lab_model *model, const char *path,
 {
     if (cli_value(args, "json") == NULL) {
         printf("%s\n", path);
-        fprintf(stderr,
-                "FMI %d.0 co-simulation, %d variables, %.0f KB, of which binary %.0f KB (%s)\n",
-                version, facts->variables, (double)facts->bytes / kilobyte,
-                (double)facts->binary / kilobyte, facts->platform);
+        fprintf(stderr, "FMI %d.0, %d variables, %.0f KB, of which binary %.0f KB (%s)\n", version,
+                facts->variables, (double)facts->bytes / kilobyte, (double)facts->binary / kilobyte,
+                facts->platform);
         return;
     }
     lab__json j = {.stream = stdout};
@@ -62,20 +62,33 @@ static int run(const cli_args *args)
     if (lab__is_stdout(path) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and -o - both need the standard output");
     }
+    char *memory = NULL;
+    const char *cc[CLI_NAMES];
+    int ncc = cli_value(args, "cc") != NULL ? cli_names(cli_value(args, "cc"), &memory, cc) : 0;
+    if (ncc < 0) {
+        return cli_misuse(args->command, "--cc %s: expected compilers with commas between them",
+                          cli_value(args, "cc"));
+    }
     stein_status status = cli_open(&model, args, &err);
     if (status == STEIN_OK) {
-        status = lab_fmu(path, model, version, NULL, &facts, &err);
+        status = ncc > 0 ? lab_fmu_for(path, model, version, cc, ncc, NULL, &facts, &err)
+                         : lab_fmu(path, model, version, NULL, &facts, &err);
     }
     if (status == STEIN_OK && !lab__is_stdout(path)) {
         tell(args, model, path, version, &facts);
     }
     lab_close(model);
+    free(memory);
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
 static const cli_option options[] = {
     {"fmi", 0, "3|2", "Version of the standard, FMI 3.0 or 2.0; default: 3."},
     {"output", 'o', "FILE.fmu", "The FMU; - is standard output."},
+    {"cc", 0, "CC,CC...",
+     "Compilers, one for each machine that gets a binary, e.g. cc,x86_64-w64-mingw32-gcc for "
+     "Linux\n"
+     "and Windows; default: $CC, or cc."},
     CLI_COMMON};
 
 const cli_command cli_export = {
@@ -85,10 +98,14 @@ const cli_command cli_export = {
     .noperands = 1,
     .options = options,
     .description =
-        "Writes a Functional Mock-up Unit for co-simulation: the library's core and the equations\n"
-        "of MODEL as a shared object for the machine that cc compiles for, and as C sources with\n"
-        "their build description. What it computes is what `stein simulate` computes, to the last\n"
-        "bit.\n\n"
+        "Writes a Functional Mock-up Unit for co-simulation and model exchange: the library's "
+        "core\n"
+        "and the equations of MODEL as a shared object for the machine that cc compiles for, and "
+        "as\n"
+        "C sources with their build description. In a co-simulation it computes what\n"
+        "`stein simulate` computes, to the last bit; in model exchange the importer integrates, "
+        "and\n"
+        "contacts are events.\n\n"
         "  outputs      the output channels of the file\n"
         "  inputs       its forces; of a prescribed motion NAME.position, NAME.speed and\n"
         "               NAME.acceleration, which the joint follows when NAME.follow is true;\n"
@@ -96,7 +113,8 @@ const cli_command cli_export = {
         "  parameters   the numbers of the file. Those of its section `regulation` may be changed\n"
         "               while it runs; without one, those of `parameters`; without that, all that\n"
         "               the file states. Also simulation.dt, the step of the integrator\n"
-        "  locals       BODY.q and BODY.qd, coordinate and speed of each joint\n\n"
+        "  locals       BODY.q, BODY.qd, BODY.qdd, coordinate, speed, acceleration of each joint;\n"
+        "               NAME.guard1 and so on, positive where a contact touches\n\n"
         "All are in SI units, with a description. The state can be kept, restored and sent; "
         "partial\n"
         "derivatives are there. A step that fails numerically is discarded, and the FMU is as it\n"

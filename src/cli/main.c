@@ -44,13 +44,12 @@ static const cli_command *find(const char *name)
     return NULL;
 }
 
-/* help [COMMAND], help --manual [COMMAND], help --completion, help --commands */
+/* help [COMMAND], help --manual [COMMAND], help --completion [SHELL], help --commands */
 static int help(int argc, char **argv)
 {
     int manual = argc > 0 && strcmp(argv[0], "--manual") == 0;
     if (argc > 0 && strcmp(argv[0], "--completion") == 0) {
-        cli_completion();
-        return CLI_OK;
+        return cli_completion(argc > 1 ? argv[1] : "bash");
     }
     if (argc > 0 && strcmp(argv[0], "--commands") == 0) {
         for (int i = 0; i < COMMANDS; i++) {

@@ -151,7 +151,8 @@ void cli_manual_overview(void)
     }
     printf(".TP\n\\fBstein help\\fR [\\fICOMMAND\\fR]\nprint the list, or the page of one\n"
            ".TP\n\\fBstein help \\-\\-manual\\fR [\\fICOMMAND\\fR]\nthe same as a manual page\n"
-           ".TP\n\\fBstein help \\-\\-completion\\fR\nprint the completion of bash\n"
+           ".TP\n\\fBstein help \\-\\-completion\\fR [\\fISHELL\\fR]\nprint the completion of "
+           "bash, zsh or fish\n"
            ".TP\n\\fBstein \\-\\-version\\fR\nprint the version\n");
     printf(".SH EXIT STATUS\n");
     literal(cli_exit_status, strlen(cli_exit_status));

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * fmi2.c - FMI 2.0 for co-simulation.
+ * fmi2.c - FMI 2.0; the functions of model exchange are in exchange2.c.
  *
  * The states of figure 11 of the standard: after fmi2Discard an instance waits for fmi2SetFMUstate,
  * fmi2Reset or fmi2Terminate, after fmi2Error for fmi2SetFMUstate or fmi2Reset; both can be read.
@@ -10,10 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmu_model.h"
-
-#include "fmi2.h"
-#include "slave.h"
+#include "inside2.h"
 
 enum { LONGEST_NAME = 128 };
 
@@ -26,7 +23,7 @@ typedef struct instance {
 
 enum { READABLE = SLAVE_ANY & ~SLAVE_INSTANTIATED };
 
-static fmi2Status status2(slave_status status)
+fmi2Status status2(slave_status status)
 {
     return status == SLAVE_OK ? fmi2OK : status == SLAVE_DISCARD ? fmi2Discard : fmi2Error;
 }
@@ -40,7 +37,7 @@ static void tell2(void *ctx, slave_status status, int category, const char *mess
     }
 }
 
-static slave *slave_of(fmi2Component c)
+slave *slave2_of(fmi2Component c)
 {
     return c != NULL ? ((instance *)c)->slave : NULL;
 }
@@ -62,11 +59,11 @@ const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-/* errors are always told, what is for debugging when it is asked for */
+/* what was refused is always told, events when they are asked for */
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
                                const fmi2String categories[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     if (s == NULL) {
         return fmi2Error;
     }
@@ -74,7 +71,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
         return refuse(s, "fmi2SetDebugLogging without categories");
     }
     slave_status status = slave_set_log(s, on, n, categories);
-    s->log |= SLAVE_LOG_ERROR;
+    s->log |= SLAVE_LOG_REFUSED;
     return status2(status);
 }
 
@@ -91,11 +88,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
     if (name != NULL) {
         strncpy(in->name, name, LONGEST_NAME - 1);
     }
-    if (type != fmi2CoSimulation) {
-        tell2(in, SLAVE_ERROR, 2, "this FMU is for co-simulation alone");
-    } else {
-        in->slave = slave_create(name, guid, tell2, in, loggingOn ? ~0u : SLAVE_LOG_ERROR);
-    }
+    in->slave = slave_create(name, guid, type == fmi2ModelExchange, tell2, in,
+                             loggingOn ? ~0u : SLAVE_LOG_REFUSED);
     if (in->slave == NULL) {
         free(in);
         return NULL;
@@ -106,7 +100,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
 void fmi2FreeInstance(fmi2Component c)
 {
     if (c != NULL) {
-        slave_destroy(slave_of(c));
+        slave_destroy(slave2_of(c));
         free(c);
     }
 }
@@ -114,7 +108,7 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance,
                                fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     (void)toleranceDefined, (void)tolerance; // steps are fixed
     if (s == NULL || slave_allow(s, "fmi2SetupExperiment", SLAVE_INSTANTIATED)) {
         return fmi2Error;
@@ -124,7 +118,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     if (s == NULL || slave_allow(s, "fmi2EnterInitializationMode", SLAVE_INSTANTIATED)) {
         return fmi2Error;
     }
@@ -133,7 +127,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     if (s == NULL || slave_allow(s, "fmi2ExitInitializationMode", SLAVE_INITIALIZING)) {
         return fmi2Error;
     }
@@ -142,8 +136,8 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 
 fmi2Status fmi2Terminate(fmi2Component c)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || slave_allow(s, "fmi2Terminate", SLAVE_STEPPING | SLAVE_FAILED)) {
+    slave *s = slave2_of(c);
+    if (s == NULL || slave_allow(s, "fmi2Terminate", SLAVE_RUNNING | SLAVE_FAILED)) {
         return fmi2Error;
     }
     s->phase = SLAVE_TERMINATED;
@@ -152,7 +146,7 @@ fmi2Status fmi2Terminate(fmi2Component c)
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     return s != NULL ? status2(slave_reset(s)) : fmi2Error;
 }
 
@@ -161,7 +155,7 @@ fmi2Status fmi2Reset(fmi2Component c)
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t nreferences,
                        fmi2Real values[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     for (size_t i = 0; s != NULL && i < nreferences; i++) {
         if (slave_get(s, references[i], &values[i]) != SLAVE_OK) {
             return fmi2Error;
@@ -173,7 +167,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], s
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t nreferences,
                        const fmi2Real values[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     for (size_t i = 0; s != NULL && i < nreferences; i++) {
         if (slave_set(s, references[i], values[i]) != SLAVE_OK) {
             return fmi2Error;
@@ -185,7 +179,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], s
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[],
                           size_t nreferences, fmi2Boolean values[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     for (size_t i = 0; s != NULL && i < nreferences; i++) {
         if (slave_get_flag(s, references[i], &values[i]) != SLAVE_OK) {
             return fmi2Error;
@@ -197,7 +191,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference references[]
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[],
                           size_t nreferences, const fmi2Boolean values[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     for (size_t i = 0; s != NULL && i < nreferences; i++) {
         if (slave_set_flag(s, references[i], values[i]) != SLAVE_OK) {
             return fmi2Error;
@@ -209,7 +203,7 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference references[]
 /* to read or write no variables at all is no error */
 static fmi2Status no_variables(fmi2Component c, size_t n, const char *why)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     return s != NULL && n > 0 ? refuse(s, why) : s != NULL ? fmi2OK : fmi2Error;
 }
 
@@ -245,33 +239,33 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference references[],
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    return status2(slave_keep(slave_of(c), "fmi2GetFMUstate", state));
+    return status2(slave_keep(slave2_of(c), "fmi2GetFMUstate", state));
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    return status2(slave_take(slave_of(c), "fmi2SetFMUstate", state));
+    return status2(slave_take(slave2_of(c), "fmi2SetFMUstate", state));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    return status2(slave_free(slave_of(c), state));
+    return status2(slave_free(slave2_of(c), state));
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    return status2(slave_size(slave_of(c), "fmi2SerializedFMUstateSize", state, size));
+    return status2(slave_size(slave2_of(c), "fmi2SerializedFMUstateSize", state, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    return status2(slave_pack(slave_of(c), "fmi2SerializeFMUstate", state, bytes, size));
+    return status2(slave_pack(slave2_of(c), "fmi2SerializeFMUstate", state, bytes, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *state)
 {
-    return status2(slave_unpack(slave_of(c), "fmi2DeSerializeFMUstate", bytes, size, state));
+    return status2(slave_unpack(slave2_of(c), "fmi2DeSerializeFMUstate", bytes, size, state));
 }
 
 /* ---- derivatives ---- */
@@ -281,7 +275,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t nknowns, const fmi2Real seed[],
                                         fmi2Real sensitivity[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     if (s == NULL || slave_allow(s, "fmi2GetDirectionalDerivative", READABLE)) {
         return fmi2Error;
     }
@@ -302,7 +296,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                                        size_t nreferences, const fmi2Integer orders[],
                                        const fmi2Real values[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     if (s == NULL || slave_allow(s, "fmi2SetRealInputDerivatives",
                                  SLAVE_INSTANTIATED | SLAVE_INITIALIZING | SLAVE_STEPPING)) {
         return fmi2Error;
@@ -329,7 +323,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Real communicationStepSize, fmi2Boolean noSetPrior)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     (void)noSetPrior;
     if (s == NULL || slave_allow(s, "fmi2DoStep", SLAVE_STEPPING)) {
         return fmi2Error;
@@ -341,7 +335,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave2_of(c);
     return s != NULL ? refuse(s, "fmi2CancelStep: no step is under way, all of them are complete "
                                  "when fmi2DoStep returns")
                      : fmi2Error;
@@ -352,7 +346,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 /* what cannot be told is discarded, as the standard has it; nothing else changes */
 static fmi2Status untold(fmi2Component c, const char *why)
 {
-    if (c != NULL && (slave_of(c)->log & SLAVE_LOG_DISCARD)) {
+    if (c != NULL) {
         tell2(c, SLAVE_DISCARD, 1, why);
     }
     return c != NULL ? fmi2Discard : fmi2Error;
@@ -369,7 +363,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     if (c == NULL || value == NULL || kind != fmi2LastSuccessfulTime) {
         return untold(c, "fmi2GetRealStatus: only fmi2LastSuccessfulTime is known");
     }
-    *value = slave_of(c)->reached;
+    *value = slave2_of(c)->reached;
     return fmi2OK;
 }
 

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * fmi2.h - the C interface of FMI 2.0 for co-simulation, declared after the text of the
- * specification.
+ * fmi2.h - the C interface of FMI 2.0, declared after the text of the specification.
  *
  * Names, types and the order of arguments are those of the standard, chapters 2.1 (common
- * functions) and 4.2 (co-simulation): 34 functions. Prefixes as in fmi3.h.
+ * functions), 3.2 (model exchange) and 4.2 (co-simulation): 44 functions. Prefixes as in fmi3.h.
  */
 #ifndef FMI_FMI2_H
 #define FMI_FMI2_H
@@ -26,6 +25,14 @@ typedef enum {
     fmi2LastSuccessfulTime,
     fmi2Terminated
 } fmi2StatusKind;
+
+/** What an event has changed. */
+typedef struct fmi2EventInfo {
+    fmi2Boolean newDiscreteStatesNeeded, terminateSimulation;
+    fmi2Boolean nominalsOfContinuousStatesChanged, valuesOfContinuousStatesChanged;
+    fmi2Boolean nextEventTimeDefined;
+    fmi2Real nextEventTime;
+} fmi2EventInfo;
 
 /** What an importer provides; its message is a format of printf. */
 typedef struct fmi2CallbackFunctions {
@@ -79,9 +86,21 @@ typedef struct fmi2CallbackFunctions {
 #define fmi2GetIntegerStatus FMI2_NAME(fmi2GetIntegerStatus)
 #define fmi2GetBooleanStatus FMI2_NAME(fmi2GetBooleanStatus)
 #define fmi2GetStringStatus FMI2_NAME(fmi2GetStringStatus)
+#define fmi2EnterEventMode FMI2_NAME(fmi2EnterEventMode)
+#define fmi2NewDiscreteStates FMI2_NAME(fmi2NewDiscreteStates)
+#define fmi2EnterContinuousTimeMode FMI2_NAME(fmi2EnterContinuousTimeMode)
+#define fmi2CompletedIntegratorStep FMI2_NAME(fmi2CompletedIntegratorStep)
+#define fmi2SetTime FMI2_NAME(fmi2SetTime)
+#define fmi2SetContinuousStates FMI2_NAME(fmi2SetContinuousStates)
+#define fmi2GetDerivatives FMI2_NAME(fmi2GetDerivatives)
+#define fmi2GetEventIndicators FMI2_NAME(fmi2GetEventIndicators)
+#define fmi2GetContinuousStates FMI2_NAME(fmi2GetContinuousStates)
+#define fmi2GetNominalsOfContinuousStates FMI2_NAME(fmi2GetNominalsOfContinuousStates)
 /* clang-format on */
 
-#if defined __GNUC__
+#if defined _WIN32
+#define FMI2_EXPORT __declspec(dllexport)
+#elif defined __GNUC__
 #define FMI2_EXPORT __attribute__((visibility("default")))
 #else
 #define FMI2_EXPORT
@@ -156,5 +175,21 @@ FMI2_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKin
                                             fmi2Boolean *value);
 FMI2_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind,
                                            fmi2String *value);
+
+/* ---- model exchange ---- */
+
+FMI2_EXPORT fmi2Status fmi2EnterEventMode(fmi2Component c);
+FMI2_EXPORT fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info);
+FMI2_EXPORT fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c);
+FMI2_EXPORT fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetPrior,
+                                                   fmi2Boolean *enterEventMode,
+                                                   fmi2Boolean *terminate);
+FMI2_EXPORT fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time);
+FMI2_EXPORT fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx);
+FMI2_EXPORT fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx);
+FMI2_EXPORT fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t ni);
+FMI2_EXPORT fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx);
+FMI2_EXPORT fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[],
+                                                         size_t nx);
 
 #endif

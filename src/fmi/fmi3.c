@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * fmi3.c - FMI 3.0, co-simulation: the functions that have something to do.
+ * fmi3.c - FMI 3.0: the functions that have something to do; those of model exchange are in
+ * exchange3.c.
  *
- * A simple slave: no clocks, no event mode (located events are handled inside of a step), no
- * intermediate update, no early return. What the standard has beyond that is in none3.c.
+ * In co-simulation a simple slave: no clocks, no event mode (located events are handled inside of a
+ * step), no intermediate update, no early return. What the standard has beyond that is in none3.c.
  *
  * After an error an instance is over, as the standard has it (2.3.1): it can be read, reset, freed
  * or set to a state kept before. A step that fails numerically is discarded and the instance is as
@@ -11,10 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "fmu_model.h"
-
-#include "none3.h"
-#include "slave.h"
+#include "inside3.h"
 
 /* where the messages of an instance go */
 typedef struct instance {
@@ -25,7 +23,7 @@ typedef struct instance {
 
 enum { READABLE = SLAVE_ANY & ~SLAVE_INSTANTIATED };
 
-static fmi3Status status3(slave_status status)
+fmi3Status status3(slave_status status)
 {
     return status == SLAVE_OK ? fmi3OK : status == SLAVE_DISCARD ? fmi3Discard : fmi3Error;
 }
@@ -38,7 +36,7 @@ static void tell3(void *ctx, slave_status status, int category, const char *mess
     }
 }
 
-static slave *slave_of(fmi3Instance c)
+slave *slave3_of(fmi3Instance c)
 {
     return c != NULL ? ((instance *)c)->slave : NULL;
 }
@@ -56,26 +54,46 @@ const char *fmi3GetVersion(void)
     return "3.0";
 }
 
+/* what was refused is always told, events when they are asked for */
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
                                const fmi3String categories[])
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }
     if (n > 0 && categories == NULL) {
         return refuse(s, "fmi3SetDebugLogging without categories");
     }
-    return status3(slave_set_log(s, on, n, categories));
+    slave_status status = slave_set_log(s, on, n, categories);
+    s->log |= SLAVE_LOG_REFUSED;
+    return status3(status);
 }
 
 /* before there is an instance */
-static void tell_early(int on, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+static void tell_early(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                        const char *message)
 {
-    if (on && log != NULL) {
+    if (log != NULL) {
         log(environment, fmi3Error, slave_category_name[2], message);
     }
+}
+
+static fmi3Instance create(fmi3String name, fmi3String token, int exchange, fmi3Boolean loggingOn,
+                           fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    instance *in = malloc(sizeof *in);
+    if (in == NULL) {
+        tell_early(environment, log, "out of memory");
+        return NULL;
+    }
+    *in = (instance){NULL, log, environment};
+    in->slave = slave_create(name, token, exchange, tell3, in, loggingOn ? ~0u : SLAVE_LOG_REFUSED);
+    if (in->slave == NULL) {
+        free(in);
+        return NULL;
+    }
+    return in;
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resourcePath,
@@ -88,23 +106,12 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 {
     (void)resourcePath, (void)visible, (void)earlyReturnAllowed, (void)intermediate, (void)update;
     if (eventModeUsed || nintermediate > 0) {
-        tell_early(loggingOn, environment, log,
+        tell_early(environment, log,
                    eventModeUsed ? "this FMU has no event mode (hasEventMode is false)"
                                  : "this FMU has no variables for intermediate updates");
         return NULL;
     }
-    instance *in = malloc(sizeof *in);
-    if (in == NULL) {
-        tell_early(loggingOn, environment, log, "out of memory");
-        return NULL;
-    }
-    *in = (instance){NULL, log, environment};
-    in->slave = slave_create(name, token, tell3, in, loggingOn ? ~0u : 0u);
-    if (in->slave == NULL) {
-        free(in);
-        return NULL;
-    }
-    return in;
+    return create(name, token, 0, loggingOn, environment, log);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
@@ -113,9 +120,8 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
-    (void)name, (void)token, (void)resourcePath, (void)visible;
-    tell_early(loggingOn, environment, log, "this FMU is for co-simulation alone");
-    return NULL;
+    (void)resourcePath, (void)visible;
+    return create(name, token, 1, loggingOn, environment, log);
 }
 
 fmi3Instance
@@ -125,16 +131,16 @@ fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String 
                                   fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
                                   fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name, (void)token, (void)resourcePath, (void)visible;
+    (void)name, (void)token, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clock, (void)lock, (void)unlock;
-    tell_early(loggingOn, environment, log, "this FMU is for co-simulation alone");
+    tell_early(environment, log, "this FMU is for co-simulation and model exchange");
     return NULL;
 }
 
 void fmi3FreeInstance(fmi3Instance c)
 {
     if (c != NULL) {
-        slave_destroy(slave_of(c));
+        slave_destroy(slave3_of(c));
         free(c);
     }
 }
@@ -143,7 +149,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
                                        fmi3Float64 tolerance, fmi3Float64 startTime,
                                        fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     (void)toleranceDefined, (void)tolerance; // steps are fixed
     if (s == NULL || slave_allow(s, "fmi3EnterInitializationMode", SLAVE_INSTANTIATED) ||
         slave_set_time(s, startTime, stopTimeDefined ? stopTime : (double)INFINITY)) {
@@ -154,7 +160,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL || slave_allow(s, "fmi3ExitInitializationMode", SLAVE_INITIALIZING)) {
         return fmi3Error;
     }
@@ -163,8 +169,8 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 
 fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    slave *s = slave_of(c);
-    if (s == NULL || slave_allow(s, "fmi3Terminate", SLAVE_STEPPING)) {
+    slave *s = slave3_of(c);
+    if (s == NULL || slave_allow(s, "fmi3Terminate", SLAVE_RUNNING)) {
         return fmi3Error;
     }
     s->phase = SLAVE_TERMINATED;
@@ -173,7 +179,7 @@ fmi3Status fmi3Terminate(fmi3Instance c)
 
 fmi3Status fmi3Reset(fmi3Instance c)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     return s != NULL ? status3(slave_reset(s)) : fmi3Error;
 }
 
@@ -182,7 +188,7 @@ fmi3Status fmi3Reset(fmi3Instance c)
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t nreferences,
                           fmi3Float64 values[], size_t nvalues)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }
@@ -200,7 +206,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[], size_t nreferences,
                           const fmi3Float64 values[], size_t nvalues)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }
@@ -218,7 +224,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference references[],
 fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[], size_t nreferences,
                           fmi3Boolean values[], size_t nvalues)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }
@@ -238,7 +244,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference references[],
 fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[], size_t nreferences,
                           const fmi3Boolean values[], size_t nvalues)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }
@@ -257,33 +263,33 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference references[],
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    return status3(slave_keep(slave_of(c), "fmi3GetFMUState", state));
+    return status3(slave_keep(slave3_of(c), "fmi3GetFMUState", state));
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    return status3(slave_take(slave_of(c), "fmi3SetFMUState", state));
+    return status3(slave_take(slave3_of(c), "fmi3SetFMUState", state));
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    return status3(slave_free(slave_of(c), state));
+    return status3(slave_free(slave3_of(c), state));
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    return status3(slave_size(slave_of(c), "fmi3SerializedFMUStateSize", state, size));
+    return status3(slave_size(slave3_of(c), "fmi3SerializedFMUStateSize", state, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    return status3(slave_pack(slave_of(c), "fmi3SerializeFMUState", state, bytes, size));
+    return status3(slave_pack(slave3_of(c), "fmi3SerializeFMUState", state, bytes, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *state)
 {
-    return status3(slave_unpack(slave_of(c), "fmi3DeserializeFMUState", bytes, size, state));
+    return status3(slave_unpack(slave3_of(c), "fmi3DeserializeFMUState", bytes, size, state));
 }
 
 /* ---- derivatives ---- */
@@ -316,7 +322,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t nknowns, const fmi3Float64 seed[], size_t nseed,
                                         fmi3Float64 sensitivity[], size_t nsensitivity)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL || slave_allow(s, "fmi3GetDirectionalDerivative", READABLE)) {
         return fmi3Error;
     }
@@ -332,7 +338,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     size_t nknowns, const fmi3Float64 seed[], size_t nseed,
                                     fmi3Float64 sensitivity[], size_t nsensitivity)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL || slave_allow(s, "fmi3GetAdjointDerivative", READABLE)) {
         return fmi3Error;
     }
@@ -350,7 +356,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
                       fmi3Boolean *eventHandlingNeeded, fmi3Boolean *terminate,
                       fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     (void)noSetPrior;
     if (s == NULL || slave_allow(s, "fmi3DoStep", SLAVE_STEPPING)) {
         return fmi3Error;
@@ -368,11 +374,11 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
     return status3(status);
 }
 
-/* ---- what none3.c needs ---- */
+/* ---- what others need ---- */
 
-fmi3Status none3_refuse(fmi3Instance c, const char *function, const char *why)
+fmi3Status refuse3(fmi3Instance c, const char *function, const char *why)
 {
-    slave *s = slave_of(c);
+    slave *s = slave3_of(c);
     if (s == NULL) {
         return fmi3Error;
     }

@@ -5,8 +5,8 @@
  * variables, states, derivatives), 2.3 (common states), 3.2, 4.2 and 5.2 (the functions of the
  * three kinds of FMU); all 75 functions have to be there.
  *
- * Compiled from source into an importer every name has the prefix FMI3_FUNCTION_PREFIX of
- * fmu_model.h; a shared object is compiled with FMI3_OVERRIDE_FUNCTION_PREFIX and has none.
+ * Names have no prefix, so that a shared object is what every importer's compiler makes of them.
+ * Who links several FMUs statically compiles each with -DFMI3_FUNCTION_PREFIX=NAME_.
  */
 #ifndef FMI_FMI3_H
 #define FMI_FMI3_H
@@ -147,7 +147,9 @@ typedef void (*fmi3UnlockPreemptionCallback)(void);
 #define fmi3ActivateModelPartition FMI3_NAME(fmi3ActivateModelPartition)
 /* clang-format on */
 
-#if defined __GNUC__
+#if defined _WIN32
+#define FMI3_EXPORT __declspec(dllexport)
+#elif defined __GNUC__
 #define FMI3_EXPORT __attribute__((visibility("default")))
 #else
 #define FMI3_EXPORT

@@ -1,16 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * none3.c - the functions of FMI 3.0 that have to be there and that a simple co-simulation slave
- * does not have: variables of other types, clocks, events, model exchange, scheduled execution.
+ * none3.c - the functions of FMI 3.0 that have to be there and that this FMU does not have:
+ * variables of other types, clocks, structural parameters, scheduled execution.
  *
  * Each says why and returns an error. To read or write no variables at all is no error.
  */
-#include "fmu_model.h"
-
-#include "none3.h"
+#include "inside3.h"
 
 static const char no_events[] = "has no event mode";
 static const char no_clocks[] = "has no clocks";
-static const char no_exchange[] = "is for co-simulation alone";
 
 /* ---- variables of other types ---- */
 
@@ -19,13 +16,13 @@ static const char no_exchange[] = "is for co-simulation alone";
     {                                                                                              \
         (void)references, (void)values, (void)n;                                                   \
         return nreferences == 0 ? fmi3OK                                                           \
-                                : none3_refuse(c, "fmi3Get" #type, "has no variables of " #type);  \
+                                : refuse3(c, "fmi3Get" #type, "has no variables of " #type);       \
     }                                                                                              \
     fmi3Status fmi3Set##type(fmi3Instance c, FMI3_REFERENCES, const fmi3##type values[], size_t n) \
     {                                                                                              \
         (void)references, (void)values, (void)n;                                                   \
         return nreferences == 0 ? fmi3OK                                                           \
-                                : none3_refuse(c, "fmi3Set" #type, "has no variables of " #type);  \
+                                : refuse3(c, "fmi3Set" #type, "has no variables of " #type);       \
     }
 
 NO_VARIABLES(Float32)
@@ -43,16 +40,14 @@ fmi3Status fmi3GetBinary(fmi3Instance c, FMI3_REFERENCES, size_t sizes[], fmi3Bi
                          size_t nvalues)
 {
     (void)references, (void)sizes, (void)values, (void)nvalues;
-    return nreferences == 0 ? fmi3OK
-                            : none3_refuse(c, "fmi3GetBinary", "has no variables of Binary");
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetBinary", "has no variables of Binary");
 }
 
 fmi3Status fmi3SetBinary(fmi3Instance c, FMI3_REFERENCES, const size_t sizes[],
                          const fmi3Binary values[], size_t nvalues)
 {
     (void)references, (void)sizes, (void)values, (void)nvalues;
-    return nreferences == 0 ? fmi3OK
-                            : none3_refuse(c, "fmi3SetBinary", "has no variables of Binary");
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetBinary", "has no variables of Binary");
 }
 
 /* ---- clocks ---- */
@@ -60,109 +55,90 @@ fmi3Status fmi3SetBinary(fmi3Instance c, FMI3_REFERENCES, const size_t sizes[],
 fmi3Status fmi3GetClock(fmi3Instance c, FMI3_REFERENCES, fmi3Clock values[])
 {
     (void)references, (void)values;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3GetClock", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetClock", no_clocks);
 }
 
 fmi3Status fmi3SetClock(fmi3Instance c, FMI3_REFERENCES, const fmi3Clock values[])
 {
     (void)references, (void)values;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3SetClock", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetClock", no_clocks);
 }
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, FMI3_REFERENCES, fmi3Float64 intervals[],
                                   fmi3IntervalQualifier qualifiers[])
 {
     (void)references, (void)intervals, (void)qualifiers;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3GetIntervalDecimal", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetIntervalDecimal", no_clocks);
 }
 
 fmi3Status fmi3GetIntervalFraction(fmi3Instance c, FMI3_REFERENCES, fmi3UInt64 counters[],
                                    fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
 {
     (void)references, (void)counters, (void)resolutions, (void)qualifiers;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3GetIntervalFraction", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetIntervalFraction", no_clocks);
 }
 
 fmi3Status fmi3GetShiftDecimal(fmi3Instance c, FMI3_REFERENCES, fmi3Float64 shifts[])
 {
     (void)references, (void)shifts;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3GetShiftDecimal", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetShiftDecimal", no_clocks);
 }
 
 fmi3Status fmi3GetShiftFraction(fmi3Instance c, FMI3_REFERENCES, fmi3UInt64 counters[],
                                 fmi3UInt64 resolutions[])
 {
     (void)references, (void)counters, (void)resolutions;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3GetShiftFraction", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3GetShiftFraction", no_clocks);
 }
 
 fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, FMI3_REFERENCES, const fmi3Float64 intervals[])
 {
     (void)references, (void)intervals;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3SetIntervalDecimal", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetIntervalDecimal", no_clocks);
 }
 
 fmi3Status fmi3SetIntervalFraction(fmi3Instance c, FMI3_REFERENCES, const fmi3UInt64 counters[],
                                    const fmi3UInt64 resolutions[])
 {
     (void)references, (void)counters, (void)resolutions;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3SetIntervalFraction", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetIntervalFraction", no_clocks);
 }
 
 fmi3Status fmi3SetShiftDecimal(fmi3Instance c, FMI3_REFERENCES, const fmi3Float64 shifts[])
 {
     (void)references, (void)shifts;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3SetShiftDecimal", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetShiftDecimal", no_clocks);
 }
 
 fmi3Status fmi3SetShiftFraction(fmi3Instance c, FMI3_REFERENCES, const fmi3UInt64 counters[],
                                 const fmi3UInt64 resolutions[])
 {
     (void)references, (void)counters, (void)resolutions;
-    return nreferences == 0 ? fmi3OK : none3_refuse(c, "fmi3SetShiftFraction", no_clocks);
+    return nreferences == 0 ? fmi3OK : refuse3(c, "fmi3SetShiftFraction", no_clocks);
 }
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock,
                                       fmi3Float64 activationTime)
 {
     (void)clock, (void)activationTime;
-    return none3_refuse(c, "fmi3ActivateModelPartition", no_clocks);
+    return refuse3(c, "fmi3ActivateModelPartition", no_clocks);
 }
 
 /* ---- modes ---- */
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c)
 {
-    return none3_refuse(c, "fmi3EnterConfigurationMode", "has no structural parameters");
+    return refuse3(c, "fmi3EnterConfigurationMode", "has no structural parameters");
 }
 
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c)
 {
-    return none3_refuse(c, "fmi3ExitConfigurationMode", "has no structural parameters");
-}
-
-fmi3Status fmi3EnterEventMode(fmi3Instance c)
-{
-    return none3_refuse(c, "fmi3EnterEventMode", no_events);
+    return refuse3(c, "fmi3ExitConfigurationMode", "has no structural parameters");
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
-    return none3_refuse(c, "fmi3EnterStepMode", no_events);
-}
-
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
-{
-    return none3_refuse(c, "fmi3EvaluateDiscreteStates", no_events);
-}
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needUpdate, fmi3Boolean *terminate,
-                                    fmi3Boolean *nominalsChanged, fmi3Boolean *valuesChanged,
-                                    fmi3Boolean *nextTimeDefined, fmi3Float64 *nextTime)
-{
-    (void)needUpdate, (void)terminate, (void)nominalsChanged, (void)valuesChanged,
-        (void)nextTimeDefined, (void)nextTime;
-    return none3_refuse(c, "fmi3UpdateDiscreteStates", no_events);
+    return refuse3(c, "fmi3EnterStepMode", no_events);
 }
 
 /* ---- structure ---- */
@@ -171,8 +147,8 @@ fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReferenc
                                                size_t *n)
 {
     (void)reference, (void)n;
-    return none3_refuse(c, "fmi3GetNumberOfVariableDependencies",
-                        "has its dependencies in modelDescription.xml");
+    return refuse3(c, "fmi3GetNumberOfVariableDependencies",
+                   "has its dependencies in modelDescription.xml");
 }
 
 fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
@@ -183,75 +159,13 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
 {
     (void)dependent, (void)elementsOfDependent, (void)independents, (void)elementsOfIndependents,
         (void)kinds, (void)n;
-    return none3_refuse(c, "fmi3GetVariableDependencies",
-                        "has its dependencies in modelDescription.xml");
+    return refuse3(c, "fmi3GetVariableDependencies",
+                   "has its dependencies in modelDescription.xml");
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, FMI3_REFERENCES, const fmi3Int32 orders[],
                                     fmi3Float64 values[], size_t nvalues)
 {
     (void)references, (void)nreferences, (void)orders, (void)values, (void)nvalues;
-    return none3_refuse(c, "fmi3GetOutputDerivatives", "has no derivatives of outputs");
-}
-
-/* ---- model exchange ---- */
-
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
-{
-    return none3_refuse(c, "fmi3EnterContinuousTimeMode", no_exchange);
-}
-
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetPrior,
-                                       fmi3Boolean *enterEventMode, fmi3Boolean *terminate)
-{
-    (void)noSetPrior, (void)enterEventMode, (void)terminate;
-    return none3_refuse(c, "fmi3CompletedIntegratorStep", no_exchange);
-}
-
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time)
-{
-    (void)time;
-    return none3_refuse(c, "fmi3SetTime", no_exchange);
-}
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t n)
-{
-    (void)states, (void)n;
-    return none3_refuse(c, "fmi3SetContinuousStates", no_exchange);
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t n)
-{
-    (void)derivatives, (void)n;
-    return none3_refuse(c, "fmi3GetContinuousStateDerivatives", no_exchange);
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t n)
-{
-    (void)indicators, (void)n;
-    return none3_refuse(c, "fmi3GetEventIndicators", no_exchange);
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 states[], size_t n)
-{
-    (void)states, (void)n;
-    return none3_refuse(c, "fmi3GetContinuousStates", no_exchange);
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
-{
-    (void)nominals, (void)n;
-    return none3_refuse(c, "fmi3GetNominalsOfContinuousStates", no_exchange);
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
-{
-    (void)n;
-    return none3_refuse(c, "fmi3GetNumberOfEventIndicators", no_exchange);
-}
-
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
-{
-    (void)n;
-    return none3_refuse(c, "fmi3GetNumberOfContinuousStates", no_exchange);
+    return refuse3(c, "fmi3GetOutputDerivatives", "has no derivatives of outputs");
 }

@@ -19,6 +19,8 @@
 
 #include "slave.h"
 
+_Static_assert((int)FMI_NOTCH_GUARDS == (int)NOTCH_GUARDS, "value references count the guards");
+
 const char *const slave_category_name[SLAVE_CATEGORIES] = {"logEvents", "logStatusDiscard",
                                                            "logStatusError"};
 static const double grid_slack = 1e-6; /* of dt: this close to a grid point is on it */
@@ -41,6 +43,11 @@ slave_status slave_refuse(slave *s, stein_status why)
     return SLAVE_ERROR;
 }
 
+void slave_tell_discarded(slave *s)
+{
+    tell(s, SLAVE_DISCARD, 1, s->err.msg);
+}
+
 static const char *phase_name(slave_phase phase)
 {
     switch (phase) {
@@ -49,6 +56,8 @@ static const char *phase_name(slave_phase phase)
     case SLAVE_STEPPING: return "between two steps";
     case SLAVE_FAILED: return "after a step that was discarded";
     case SLAVE_TERMINATED: return "terminated";
+    case SLAVE_EVENTS: return "in Event Mode";
+    case SLAVE_CONTINUOUS: return "in Continuous-Time Mode";
     default: return "after an error";
     }
 }
@@ -132,6 +141,7 @@ static void to_start(slave *s)
     s->stop = INFINITY;
     s->phase = SLAVE_INSTANTIATED;
     s->changed = s->unsettled = 1;
+    s->jumped = 0;
 }
 
 static int is_blank(const char *text)
@@ -165,10 +175,10 @@ static stein_status furnish(slave *s)
     return s->kept != NULL ? STEIN_OK : stein__fail(&s->err, STEIN_ENOMEM, "out of memory");
 }
 
-slave *slave_create(const char *name, const char *token, slave_log_fn *log_fn, void *ctx,
-                    unsigned log)
+slave *slave_create(const char *name, const char *token, int exchange, slave_log_fn *log_fn,
+                    void *ctx, unsigned log)
 {
-    slave first = {.log = log, .tell = log_fn, .ctx = ctx};
+    slave first = {.exchange = exchange, .log = log, .tell = log_fn, .ctx = ctx};
     if (is_blank(name)) {
         tell(&first, SLAVE_ERROR, 2, "an instance needs a name");
         return NULL;
@@ -241,7 +251,7 @@ slave_status slave_exit_initialization(slave *s)
     if (slave_settle(s) != SLAVE_OK) {
         return SLAVE_ERROR;
     }
-    s->phase = SLAVE_STEPPING;
+    s->phase = s->exchange ? SLAVE_EVENTS : SLAVE_STEPPING;
     s->reached = s->start;
     return SLAVE_OK;
 }
@@ -274,7 +284,7 @@ void slave_bind(slave *s, int i)
 static void set_input(slave *s, int i, int order, double value)
 {
     slave_input *in = &s->input[i];
-    double now = s->phase == SLAVE_STEPPING ? s->sim->head->t : 0.0;
+    double now = s->phase & SLAVE_RUNNING ? s->sim->head->t : 0.0;
     if (in->since != now && s->model.inputs[i].kind != STEIN_INPUT_MOTION) {
         in->u[1] = in->u[2] = 0.0; // slopes of an earlier step
     }
@@ -294,7 +304,7 @@ slave_status slave_set_slope(slave *s, unsigned reference, int order, double val
                                            "expected a force input, order 1 or 2, a finite value",
                                            (int)reference, order));
     }
-    double now = s->phase == SLAVE_STEPPING ? s->sim->head->t : 0.0;
+    double now = s->phase & SLAVE_RUNNING ? s->sim->head->t : 0.0;
     s->input[v.index].since = now; // its value, too, counts from here
     s->input[v.index].u[order] = value;
     slave_bind(s, v.index);
@@ -338,6 +348,7 @@ static slave_status find_start(slave *s)
 /* the load taken away, or put back where the mechanism is now */
 static stein_status move_load(slave *s)
 {
+    s->jumped = 1;
     if (s->load) {
         return stein_load_place(s->sim, &s->err);
     }
@@ -351,11 +362,11 @@ slave_status slave_settle(slave *s)
         return find_start(s);
     }
     stein_status status = STEIN_OK;
-    if (s->phase == SLAVE_STEPPING && s->changed) {
+    if (s->phase & SLAVE_RUNNING && s->changed) {
         s->changed = 0;
         status = stein_try_all(s->sim, s->p, &s->err);
     }
-    if (s->phase == SLAVE_STEPPING && status == STEIN_OK && s->load != stein_load_present(s->sim)) {
+    if (s->phase & SLAVE_RUNNING && status == STEIN_OK && s->load != stein_load_present(s->sim)) {
         status = move_load(s);
     }
     return status == STEIN_OK ? SLAVE_OK : slave_refuse(s, status);
@@ -378,7 +389,10 @@ static slave_status read(slave *s, const fmi_variable *v, double *value)
         return slave_refuse(s, status);
     }
     if (v->kind == FMI_COORDINATE) {
-        *value = (v->order == 0 ? s->sim->xq : s->sim->xqd)[v->index];
+        const double *const x[] = {s->sim->xq, s->sim->xqd, s->sim->qdd};
+        *value = x[v->order][v->index];
+    } else if (v->kind == FMI_GUARD) {
+        *value = s->sim->guard[v->index];
     } else {
         *value = stein_read(s->sim, v->index);
     }
@@ -411,14 +425,17 @@ static slave_status may_set(slave *s, const fmi_variable *v)
 {
     unsigned phases = SLAVE_INSTANTIATED | SLAVE_INITIALIZING;
     const char *what = "a fixed parameter";
-    if (v->kind == FMI_CHANNEL || v->kind == FMI_COORDINATE) {
+    if (v->kind == FMI_CHANNEL || v->kind == FMI_COORDINATE || v->kind == FMI_GUARD) {
         phases = 0;
         what = "an output or a local variable";
-    } else if (v->kind == FMI_INPUT || v->kind == FMI_LOAD) {
-        phases |= SLAVE_STEPPING;
+    } else if (v->kind == FMI_INPUT) {
+        phases |= SLAVE_RUNNING;
         what = "an input";
+    } else if (v->kind == FMI_LOAD) {
+        phases |= SLAVE_STEPPING | SLAVE_EVENTS;
+        what = "a discrete input";
     } else if (v->kind == FMI_PARAMETER && slave_the_model.tunable[v->index]) {
-        phases |= SLAVE_STEPPING;
+        phases |= SLAVE_STEPPING | SLAVE_EVENTS;
         what = "a tunable parameter";
     }
     if ((unsigned)s->phase & phases) {
@@ -532,6 +549,6 @@ slave_status slave_step(slave *s, double at, double h)
     }
     memcpy(s->sim->state, s->kept, s->sim->state_size);
     s->sim->fresh = STALE;
-    tell(s, SLAVE_DISCARD, 1, s->err.msg);
+    slave_tell_discarded(s);
     return SLAVE_DISCARD;
 }

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * slave.h - one instance of a mechanism in a co-simulation, whatever the version of FMI.
+ * slave.h - one instance of a mechanism, whatever the version of FMI: in a co-simulation, or as
+ * equations that the importer integrates (model exchange).
  *
  *   fmi3.c, fmi2.c  the functions of the two standards       slave.c        life, variables, steps
- *   none3.c         those of FMI 3 that a slave like this    slave_state.c  states kept and sent
+ *   exchange3.c     those of FMI 3 for model exchange        exchange.c     states, events
+ *   none3.c         those of FMI 3 that an FMU like this     slave_state.c  states kept and sent
  *                   does not have                            slave_slope.c  derivatives
  *   fmi3.h, fmi2.h  their declarations                       variables.h    value references
  *
@@ -39,12 +41,20 @@ typedef enum {
     SLAVE_STEPPING = 4,     /* Step Mode */
     SLAVE_FAILED = 8,       /* FMI 2: the last step was discarded */
     SLAVE_TERMINATED = 16,
-    SLAVE_BROKEN = 32, /* after an error */
-    SLAVE_ANY = 63
+    SLAVE_BROKEN = 32,      /* after an error */
+    SLAVE_EVENTS = 64,      /* model exchange: Event Mode */
+    SLAVE_CONTINUOUS = 128, /* model exchange: Continuous-Time Mode */
+    SLAVE_RUNNING = SLAVE_STEPPING | SLAVE_EVENTS | SLAVE_CONTINUOUS,
+    SLAVE_ANY = 255
 } slave_phase;
 
 /** What is logged; one bit each. */
-typedef enum { SLAVE_LOG_EVENTS = 1, SLAVE_LOG_DISCARD = 2, SLAVE_LOG_ERROR = 4 } slave_category;
+typedef enum {
+    SLAVE_LOG_EVENTS = 1,
+    SLAVE_LOG_DISCARD = 2,
+    SLAVE_LOG_ERROR = 4,
+    SLAVE_LOG_REFUSED = SLAVE_LOG_DISCARD | SLAVE_LOG_ERROR
+} slave_category;
 enum { SLAVE_CATEGORIES = 3 };
 extern const char *const slave_category_name[SLAVE_CATEGORIES];
 
@@ -69,6 +79,8 @@ typedef struct slave {
     double dt;          /* [s] */
     double start, stop; /* [s]; stop INFINITY: none */
     slave_phase phase;
+    int exchange;  /* 1: the importer integrates */
+    int jumped;    /* 1: states have changed since the importer was told */
     int changed;   /* p is newer than what the simulation has */
     int unsettled; /* Initialization Mode: the initial state is older than what decides about it */
     unsigned char *kept; /* state at the beginning of a step */
@@ -81,13 +93,16 @@ typedef struct slave {
 
 /* ---- slave.c ---- */
 
-/** @param log  enabled categories  @return NULL after telling why */
-slave *slave_create(const char *name, const char *token, slave_log_fn *tell, void *ctx,
-                    unsigned log);
+/** @param exchange  1: for model exchange  @param log  enabled categories  @return NULL after
+ *  telling why */
+slave *slave_create(const char *name, const char *token, int exchange, slave_log_fn *tell,
+                    void *ctx, unsigned log);
 void slave_destroy(slave *s);
 /** Log s->err, which stein__fail has just written, and go to SLAVE_BROKEN.
  *  @param why  what stein__fail returned  @return SLAVE_ERROR */
 slave_status slave_refuse(slave *s, stein_status why);
+/** Log s->err as the reason of what is discarded. */
+void slave_tell_discarded(slave *s);
 /** Is a function allowed now? @param phases  bits  @return SLAVE_OK or, refused, SLAVE_ERROR */
 slave_status slave_allow(slave *s, const char *function, unsigned phases);
 /** Turn categories on or off. @param n  0: all of them */
@@ -114,6 +129,26 @@ slave_status slave_settle(slave *s);
 /** From `at` on by h. A step that fails numerically is told, discarded, and leaves the instance as
  *  it was before. */
 slave_status slave_step(slave *s, double at, double h);
+
+/* ---- exchange.c: model exchange ----
+ *
+ * The continuous states are q and qd of every joint, side by side: {q_0, qd_0, q_1, ...}. A joint
+ * that follows a signal is where that says, whatever its states are set to. Event indicators are
+ * the guards of contacts and notches, > 0 where their force acts; what is on is memory and changes
+ * in Event Mode alone, so between events the equations are smooth. */
+
+int slave_states(const slave *s);
+int slave_indicators(const slave *s);
+slave_status slave_set_now(slave *s, double t);
+slave_status slave_put_states(slave *s, const double *x);
+slave_status slave_get_states(slave *s, double *x);
+slave_status slave_get_rates(slave *s, double *rate);
+slave_status slave_get_indicators(slave *s, double *z);
+/** Has an indicator another sign than the memory has it? */
+slave_status slave_complete(slave *s, int *event);
+/** What has changed sign switches, what was set acts. @param moved  out: 1: a state has jumped (the
+ *  load that is put back) */
+slave_status slave_update(slave *s, int *moved);
 
 /* ---- slave_state.c: everything that decides how it goes on, as a block ----
  *

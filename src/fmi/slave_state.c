@@ -140,9 +140,11 @@ static int are_numbers(const slave *s, const unsigned char *bytes)
     return 1;
 }
 
-static int is_one_phase(int phase)
+/* one that an instance of this kind may be in */
+static int is_one_phase(const slave *s, int phase)
 {
-    return phase > 0 && phase <= SLAVE_ANY && (phase & (phase - 1)) == 0;
+    int of_others = s->exchange ? SLAVE_STEPPING | SLAVE_FAILED : SLAVE_EVENTS | SLAVE_CONTINUOUS;
+    return phase > 0 && phase <= SLAVE_ANY && (phase & (phase - 1)) == 0 && !(phase & of_others);
 }
 
 /* @return NULL, or what is wrong with bytes of which n are there */
@@ -159,7 +161,10 @@ static const char *fault_of(const slave *s, const unsigned char *bytes, size_t n
     if (strncmp(head.token, slave_the_model.token, sizeof head.token) != 0) {
         return "it belongs to another FMU";
     }
-    if (head.sum != sum_of(bytes, n) || !is_one_phase(head.phase) ||
+    if (head.sum == sum_of(bytes, n) && !is_one_phase(s, head.phase)) {
+        return "it is of an instance for another use, or damaged";
+    }
+    if (head.sum != sum_of(bytes, n) ||
         (head.load != 0 && (head.load != 1 || s->model.load.body < 0)) ||
         !are_numbers(s, bytes + sizeof head) || !(head.dt > 0.0) || !isfinite(head.dt) ||
         !isfinite(head.start) || !isfinite(head.reached) || isnan(head.stop)) {

@@ -10,7 +10,8 @@
  *      is the free load there?                   [0 or 1]    Boolean
  *      parameter 0, 1, ...                       [np]
  *      step of the integrator                    [1]
- *      q, qd of joint 0, 1, ...                  [2*nq]
+ *      q, qd, qdd of joint 0, 1, ...             [3*nq]
+ *      guard of spot 0, 1, ..., of notches       [nspot + 4*nnotch]
  */
 #ifndef FMI_VARIABLES_H
 #define FMI_VARIABLES_H
@@ -24,12 +25,15 @@ typedef enum {
     FMI_LOAD,
     FMI_PARAMETER,
     FMI_STEP,
-    FMI_COORDINATE
+    FMI_COORDINATE,
+    FMI_GUARD
 } fmi_kind;
+
+enum { FMI_NOTCH_GUARDS = 4 };
 
 typedef struct fmi_variable {
     fmi_kind kind;
-    int index; /* of the channel, input, parameter or joint */
+    int index; /* of the channel, input, parameter, joint or guard */
     int order; /* INPUT, COORDINATE: time derivative */
 } fmi_variable;
 
@@ -43,14 +47,20 @@ static inline unsigned fmi_first(const stein_model *m, fmi_kind kind)
     at += kind > FMI_LOAD && m->load.body >= 0 ? 1 : 0;
     at += kind > FMI_PARAMETER ? m->np : 0;
     at += kind > FMI_STEP ? 1 : 0;
+    at += kind > FMI_COORDINATE ? 3 * m->nq : 0;
     return (unsigned)at;
+}
+
+/** Of all contacts and notches; one changes its sign where a law switches. */
+static inline int fmi_guards(const stein_model *m)
+{
+    return m->nspot + FMI_NOTCH_GUARDS * m->nnotch;
 }
 
 static inline unsigned fmi_reference(const stein_model *m, fmi_variable v)
 {
-    int at = v.kind == FMI_INPUT        ? 3 * v.index + v.order
-             : v.kind == FMI_COORDINATE ? 2 * v.index + v.order
-                                        : v.index;
+    int has_orders = v.kind == FMI_INPUT || v.kind == FMI_COORDINATE;
+    int at = has_orders ? 3 * v.index + v.order : v.index;
     return fmi_first(m, v.kind) + (unsigned)at;
 }
 
@@ -62,15 +72,15 @@ static inline int fmi_is_boolean(fmi_kind kind)
 /** The variable of a reference. @return 0 when there is none */
 static inline int fmi_find(const stein_model *m, unsigned reference, fmi_variable *v)
 {
-    if (reference >= fmi_first(m, FMI_COORDINATE) + 2u * (unsigned)m->nq) {
+    if (reference >= fmi_first(m, FMI_GUARD) + (unsigned)fmi_guards(m)) {
         return 0;
     }
-    fmi_kind kind = FMI_COORDINATE;
+    fmi_kind kind = FMI_GUARD;
     while (reference < fmi_first(m, kind)) {
         kind = (fmi_kind)(kind - 1);
     }
     int at = (int)(reference - fmi_first(m, kind));
-    int step = kind == FMI_INPUT ? 3 : kind == FMI_COORDINATE ? 2 : 1;
+    int step = kind == FMI_INPUT || kind == FMI_COORDINATE ? 3 : 1;
     *v = (fmi_variable){kind, at / step, at % step};
     int of_motion = kind == FMI_FOLLOW || (kind == FMI_INPUT && v->order > 0);
     return !of_motion || m->inputs[v->index].kind == STEIN_INPUT_MOTION;

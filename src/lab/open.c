@@ -270,3 +270,8 @@ double lab_until(const lab_model *model)
 {
     return model->equations.until;
 }
+
+stein_status lab_expressions(char **text, const lab_model *model, const char *what, stein_err *err)
+{
+    return gen_expressions(text, model->mech, what, err);
+}

@@ -141,11 +141,31 @@ static PyObject *model_facts(PyObject *self, PyObject *none)
                          PyBool_FromLong(e->stroke.string >= 0));
 }
 
+/* expressions(what): text that SymPy reads */
+static PyObject *model_expressions(PyObject *self, PyObject *args)
+{
+    const py__model *m = (py__model *)self;
+    const char *what;
+    char *text = NULL;
+    stein_err err = {STEIN_OK, ""};
+    if (!PyArg_ParseTuple(args, "s", &what)) {
+        return NULL;
+    }
+    PyThreadState *other = PyEval_SaveThread();
+    stein_status status = lab_expressions(&text, m->lab, what, &err);
+    PyEval_RestoreThread(other);
+    PyObject *told =
+        status == STEIN_OK ? py__text_of(text) : py__fail(m->st, status, err.msg, NULL);
+    free(text);
+    return told;
+}
+
 static PyMethodDef model_methods[] = {{"parameters", model_parameters, METH_NOARGS, NULL},
                                       {"outputs", model_outputs, METH_NOARGS, NULL},
                                       {"inputs", model_inputs, METH_NOARGS, NULL},
                                       {"bodies", model_bodies, METH_NOARGS, NULL},
                                       {"facts", model_facts, METH_NOARGS, NULL},
+                                      {"expressions", model_expressions, METH_VARARGS, NULL},
                                       {NULL, NULL, 0, NULL}};
 static PyType_Slot model_slots[] = {{Py_tp_doc, "A mechanism file with its equations."},
                                     {Py_tp_dealloc, (void *)model_dealloc},

@@ -158,6 +158,7 @@ static int sim_traverse(PyObject *self, visitproc visit, void *arg)
 {
     py__simulation *s = (py__simulation *)self;
     Py_VISIT(py__object(Py_TYPE(self)));
+    Py_VISIT(s->force);
     for (int i = 0; s->input != NULL && i < py__equations(s->model)->ninput; i++) {
         Py_VISIT(s->input[i].function);
     }
@@ -173,6 +174,10 @@ static int sim_clear(PyObject *self)
         }
         Py_CLEAR(s->input[i].function);
     }
+    if (s->force != NULL) {
+        stein_on_force(s->sim, NULL, NULL);
+    }
+    Py_CLEAR(s->force);
     return 0;
 }
 
@@ -544,6 +549,9 @@ static PyMethodDef sim_methods[] = {
      "rate,\n"
      "acceleration), by a function of the time that returns one of these (slow: it is called at\n"
      "every evaluation), or None, by nothing."},
+    {"on_force", py__on_force, METH_O,
+     "on_force(function)\n\nForces of one's own [N m or N]: function(t, q, qd) gives one for every "
+     "coordinate\n(slow: it is called at every evaluation). None: no more."},
     {"touches", sim_touches, METH_VARARGS, "touches(contact)\n\nIs a contact on?"},
     {"inverse", py__inverse, METH_VARARGS,
      "inverse(q, qd, qdd)\n\nInverse dynamics: the forces M qdd + c [N m or N]. None: the present "

@@ -24,6 +24,7 @@ struct py__simulation {
     unsigned long owner; /* thread that has the lock; 0: nobody */
     py__drive *input;    /* [ninput] */
     lab_drive *file;     /* signals of a data file; NULL: none */
+    PyObject *force;     /* function that gives generalised forces; NULL: none */
     stein_event *event;  /* [nevent] of the last step or run */
     int nevent, room;
     int lost;   /* an event found no memory */
@@ -55,6 +56,7 @@ double *py__read_state(py__simulation *s, PyObject *const given[3]);
 PyObject *py__run(PyObject *self, PyObject *args);
 PyObject *py__drive_input(PyObject *self, PyObject *args);
 PyObject *py__drive_file(PyObject *self, PyObject *args);
+PyObject *py__on_force(PyObject *self, PyObject *function);
 PyObject *py__mass_bias(PyObject *self, PyObject *args);
 PyObject *py__inverse(PyObject *self, PyObject *args);
 PyObject *py__acceleration(PyObject *self, PyObject *args);

@@ -1,22 +1,120 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * simulation_run.c - runs and strokes that are recorded, and what drives a simulation.
+ * simulation_run.c - runs and strokes that are recorded, and how they change with parameters.
  */
 #include "simulation.h"
+#include "stein/sensitivity.h"
 
 /* ---- runs ---- */
 
 enum { ROWS = 3000 }; /* as stein simulate: where no interval is asked for */
 
+/** How a run changes with parameters: directions that ride with it. */
+typedef struct slopes {
+    py__texts by;
+    stein_sensitivity *ride; /* NULL: nobody asks */
+    double *at;              /* [room][by.n][2][nq] of every sample of the record: dq, dqd */
+    int rows, room;
+} slopes;
+
 typedef struct run {
     py__simulation *s;
+    slopes slopes;
     py__call call;
     lab_stroke_def def;
     lab_stroke stroke;
     lab_record *record;
     long samples;
+    stein_err err;               /* of a sample */
     double stiffest, stiff_time; /* of all contacts on the way [1/s], [s] */
     int stiff;                   /* which contact, or ncontact + which notch */
 } run;
+
+/* ---- how it changes with parameters ---- */
+
+/* as many directions as parameters, from the initial state on */
+static stein_status begin_slopes(slopes *l, stein_sim *sim, stein_err *err)
+{
+    const stein_model *m = stein_sim_model(sim);
+    double *dp = calloc((size_t)m->np + 1, sizeof *dp);
+    stein_status status = dp != NULL ? STEIN_OK : STEIN_ENOMEM;
+    if (status == STEIN_OK) {
+        status = stein_sensitivity_create(&l->ride, m, NULL, l->by.n, err);
+    }
+    if (status == STEIN_OK) {
+        status = stein_sensitivity_attach(l->ride, sim, err);
+    }
+    for (int k = 0; status == STEIN_OK && k < l->by.n; k++) {
+        int i = stein_find_param(m, l->by.at[k]);
+        dp[i] = 1.0;
+        status = stein_sensitivity_start(l->ride, k, dp, err);
+        dp[i] = 0.0;
+    }
+    free(dp);
+    return status;
+}
+
+/* those of the sample that the record has just taken, if it has */
+static stein_status keep_slopes(slopes *l, const lab_record *record, const stein_model *m,
+                                stein_err *err)
+{
+    int rows;
+    size_t nq = (size_t)m->nq, one = 2 * nq * (size_t)l->by.n;
+    (void)lab_record_numbers(record, &rows);
+    if (rows == l->rows) {
+        return STEIN_OK;
+    }
+    if (rows > l->room) {
+        int room = 2 * rows + 64;
+        double *more = realloc(l->at, sizeof *more * one * (size_t)room);
+        if (more == NULL) {
+            return STEIN_ENOMEM;
+        }
+        l->at = more;
+        l->room = room;
+    }
+    double *to = l->at + one * (size_t)l->rows;
+    for (int k = 0; k < l->by.n; k++, to += 2 * nq) {
+        memcpy(to, stein_sensitivity_q(l->ride, k), sizeof *to * nq);
+        memcpy(to + nq, stein_sensitivity_qd(l->ride, k), sizeof *to * nq);
+    }
+    l->rows = rows;
+    return stein_sensitivity_check(l->ride, err);
+}
+
+/* [dq by each parameter, dqd by each]: tables of a row a sample */
+static PyObject *slopes_of(const slopes *l, const py__simulation *s)
+{
+    size_t nq = (size_t)py__equations(s->model)->nq, one = 2 * nq * (size_t)l->by.n;
+    PyObject *list = PyList_New(2 * (Py_ssize_t)l->by.n);
+    for (int i = 0; list != NULL && i < 2 * l->by.n; i++) {
+        size_t first = nq * (size_t)(2 * (i % l->by.n) + i / l->by.n);
+        py__block *b = py__new_block(s->model->st, l->rows, (Py_ssize_t)nq);
+        for (int row = 0; b != NULL && row < l->rows; row++) {
+            memcpy(b->data + nq * (size_t)row, l->at + one * (size_t)row + first,
+                   sizeof *b->data * nq);
+        }
+        PyObject *table = py__shown(s->model->st, b);
+        if (table == NULL || PyList_SetItem(list, i, table) != 0) {
+            Py_CLEAR(list);
+        }
+    }
+    return list;
+}
+
+/* ---- the run ---- */
+
+static stein_status take_sample(run *r, stein_sim *sim, stein_status (*take)(void *, stein_sim *))
+{
+    stein_status status = take(r->record, sim);
+    return status == STEIN_OK && r->slopes.ride != NULL
+               ? keep_slopes(&r->slopes, r->record, stein_sim_model(sim), &r->err)
+               : status;
+}
+
+static stein_status finish_record(void *record, stein_sim *sim)
+{
+    return lab_record_finish(record, sim);
+}
 
 static stein_status on_sample(void *ctx, stein_sim *sim)
 {
@@ -34,7 +132,7 @@ static stein_status on_sample(void *ctx, stein_sim *sim)
             return STEIN_ESTOPPED;
         }
     }
-    return lab_record_sample(r->record, sim);
+    return take_sample(r, sim, lab_record_sample);
 }
 
 static void on_run_event(void *ctx, stein_sim *sim, const stein_event *event)
@@ -50,6 +148,9 @@ static stein_status play(run *r, double every, int restart, int as_stroke, stein
     if (status == STEIN_OK) {
         status = lab_record_create(&r->record, py__equations(s->model), every, err);
     }
+    if (status == STEIN_OK && r->slopes.by.n > 0) {
+        status = begin_slopes(&r->slopes, s->sim, err);
+    }
     r->def.event = on_run_event;
     r->def.sample = on_sample;
     r->def.ctx = r;
@@ -57,7 +158,11 @@ static stein_status play(run *r, double every, int restart, int as_stroke, stein
         status = as_stroke ? lab_strike(s->sim, &r->def, &r->stroke, err)
                            : lab_simulate(s->sim, &r->def, err);
     }
-    return status == STEIN_OK ? lab_record_finish(r->record, s->sim) : status;
+    status = status == STEIN_OK ? take_sample(r, s->sim, finish_record) : status;
+    if (status != STEIN_OK && r->err.msg[0] != '\0') {
+        *err = r->err;
+    }
+    return status;
 }
 
 /* as stein simulate has it; None where the step follows the contacts */
@@ -87,7 +192,7 @@ static PyObject *stroke_of(const lab_stroke *k)
                          k->peak_string_force, k->blow, k->rearmed ? Py_True : Py_False);
 }
 
-/* (record, events, stroke or None, warning or None); takes the record over */
+/* (record, events, stroke or None, warning or None, slopes); takes the record over */
 static PyObject *results_of(run *r, int as_stroke)
 {
     const py__state *st = r->s->model->st;
@@ -100,18 +205,28 @@ static PyObject *results_of(run *r, int as_stroke)
     r->record = NULL;
     PyObject *events = py__events(r->s), *warning = stiffness_of(r);
     PyObject *stroke = as_stroke ? stroke_of(&r->stroke) : Py_NewRef(Py_None);
-    if (events == NULL || warning == NULL || stroke == NULL) {
+    PyObject *by = slopes_of(&r->slopes, r->s);
+    if (events == NULL || warning == NULL || stroke == NULL || by == NULL) {
+        Py_XDECREF(by);
         Py_XDECREF(events);
         Py_XDECREF(warning);
         Py_XDECREF(stroke);
         Py_DECREF(py__object(record));
         return NULL;
     }
-    return Py_BuildValue("(NNNN)", record, events, stroke, warning);
+    return Py_BuildValue("(NNNNN)", record, events, stroke, warning, by);
 }
 
-/* run(until, every, release, restart, as_stroke, progress); until and every nan: as stein simulate
- * has them without options */
+static void free_run(run *r)
+{
+    stein_sensitivity_destroy(r->slopes.ride);
+    free(r->slopes.at);
+    py__free_texts(&r->slopes.by);
+    lab_record_destroy(r->record);
+}
+
+/* run(until, every, release, restart, as_stroke, progress, by); until and every nan: as stein
+ * simulate has them without options; by: names of parameters */
 PyObject *py__run(PyObject *self, PyObject *args)
 {
     py__simulation *s = (py__simulation *)self;
@@ -121,17 +236,19 @@ PyObject *py__run(PyObject *self, PyObject *args)
     PyObject *progress, *result = NULL;
     run r = {.s = s, .def = lab_stroke_def_default(m), .stiff = -1};
     stein_err err = {STEIN_OK, ""};
-    if (!PyArg_ParseTuple(args, "dddppO", &r.def.until, &every, &r.def.release, &restart,
-                          &as_stroke, &progress)) {
+    if (!PyArg_ParseTuple(args, "dddppOO&", &r.def.until, &every, &r.def.release, &restart,
+                          &as_stroke, &progress, py__to_texts, &r.slopes.by)) {
         return NULL;
     }
     r.def.until = isnan(r.def.until) ? m->until : r.def.until;
     every = isnan(every) ? r.def.until / ROWS : every;
     if (!py__enter(s)) {
+        free_run(&r);
         return NULL;
     }
     py__forget_events(s);
     if (!py__begin_call(&r.call, s->model->st, progress, m->name)) {
+        free_run(&r);
         py__leave(s);
         return NULL;
     }
@@ -144,113 +261,11 @@ PyObject *py__run(PyObject *self, PyObject *args)
     if (py__end_call(&r.call, status, &err)) {
         result = results_of(&r, as_stroke);
     }
-    lab_record_destroy(r.record);
+    free_run(&r);
     py__leave(s);
     if (result != NULL && s->lost) {
         Py_CLEAR(result);
         PyErr_NoMemory();
     }
     return result;
-}
-
-/* ---- drives ---- */
-
-static void held(void *ctx, double t, double u[3])
-{
-    const py__drive *d = ctx;
-    (void)t;
-    memcpy(u, d->u, sizeof d->u);
-}
-
-/* a number, or up to three: value, rate, acceleration. @return 0 with an exception */
-static int read_drive(PyObject *given, double u[3])
-{
-    Py_ssize_t n = PyNumber_Check(given) && !PySequence_Check(given) ? 0 : PySequence_Size(given);
-    u[0] = u[1] = u[2] = 0.0;
-    if (PyUnicode_Check(given)) {
-        PyErr_SetString(PyExc_TypeError, "a signal is a number or a function, not a text");
-        return 0;
-    }
-    if (n == 0) {
-        u[0] = PyFloat_AsDouble(given);
-        return !PyErr_Occurred();
-    }
-    if (n > 3) {
-        PyErr_Format(PyExc_ValueError, "a signal has a value and two derivatives, not %zd numbers",
-                     n);
-    }
-    return n > 0 && n <= 3 && py__read_numbers(given, u, (int)n, "a signal");
-}
-
-static void asked(void *ctx, double t, double u[3])
-{
-    py__drive *d = ctx;
-    u[0] = u[1] = u[2] = NAN;
-    if (d->of->failed) {
-        return;
-    }
-    PyGILState_STATE gil = PyGILState_Ensure();
-    PyObject *value = PyObject_CallFunction(d->function, "d", t);
-    if (value == NULL || !read_drive(value, u)) {
-        d->of->failed = 1;
-        u[0] = NAN; // which ends the step; the exception waits until then
-    }
-    Py_XDECREF(value);
-    PyGILState_Release(gil);
-}
-
-/* drive(input, signal): a number, up to three of them, a function of the time, or None */
-PyObject *py__drive_input(PyObject *self, PyObject *args)
-{
-    py__simulation *s = (py__simulation *)self;
-    const char *name;
-    PyObject *given;
-    py__drive d = {.of = s};
-    stein_err err = {STEIN_OK, ""};
-    if (!PyArg_ParseTuple(args, "sO", &name, &given)) {
-        return NULL;
-    }
-    const stein_model *e = py__equations(s->model);
-    int i = stein_find_input(e, name), function = PyCallable_Check(given);
-    if (i < 0) {
-        return py__fail_name(s->model->st, "input", name, py__inputs(e));
-    }
-    if (given != Py_None && !function && !read_drive(given, d.u)) {
-        return NULL;
-    }
-    if (!py__enter(s)) {
-        return NULL;
-    }
-    stein_signal_fn *fn = given == Py_None ? NULL : function ? asked : held;
-    stein_status status = stein_drive(s->sim, name, fn, &s->input[i], &err);
-    if (status == STEIN_OK) {
-        // what was bound before may go only now
-        d.function = function ? Py_NewRef(given) : NULL;
-        PyObject *old = s->input[i].function;
-        s->input[i] = d;
-        Py_XDECREF(old);
-    }
-    return py__none_after(s, status, &err);
-}
-
-/* drive_file(path): every column that is named like an input drives it */
-PyObject *py__drive_file(PyObject *self, PyObject *args)
-{
-    py__simulation *s = (py__simulation *)self;
-    PyObject *path = NULL;
-    lab_drive *file = NULL;
-    stein_err err = {STEIN_OK, ""};
-    if (!PyArg_ParseTuple(args, "O&", PyUnicode_FSConverter, &path) || !py__enter(s)) {
-        Py_XDECREF(path);
-        return NULL;
-    }
-    stein_status status =
-        lab_drive_open(&file, PyBytes_AsString(path), py__equations(s->model), &err);
-    if (status == STEIN_OK) {
-        status = lab_drive_bind(file, s->sim, &err);
-        lab_drive_close(s->file);
-        s->file = file;
-    }
-    Py_DECREF(path);
-    return py__none_after(s, status, &err);
 }

@@ -364,6 +364,21 @@ static stein_status call_fmu(uint64_t *result, stein_err *err)
     return status;
 }
 
+/* the equations as text for SymPy */
+static stein_status call_expressions(uint64_t *result, stein_err *err)
+{
+    static const char *const what[] = {"M", "Q", "V", "hammer.head"};
+    stein_status status = STEIN_OK;
+    *result = STEIN_HASH;
+    for (int i = 0; status == STEIN_OK && i < 4; i++) {
+        char *text = NULL;
+        status = lab_expressions(&text, thing->action, what[i], err);
+        *result = status == STEIN_OK ? lab__hash(*result, text, strlen(text)) : 0;
+        free(text);
+    }
+    return status;
+}
+
 /* a project with joints of several kinds and notes on what is left out */
 static stein_status call_import(uint64_t *result, stein_err *err)
 {
@@ -443,6 +458,7 @@ const call_entry calls_lab[] = {{"strike", call_strike, 0},
                                 {"diagnose", call_diagnose, 20},
                                 {"plan", call_plan, 10},
                                 {"fmu", call_fmu, 2},
+                                {"expressions", call_expressions, 0},
                                 {"page", call_page, 10},
                                 {"study", call_study, 10},
                                 {"parts", call_parts, NOT_ALL},

@@ -116,5 +116,6 @@ void check_discard(const fmu *f);
 void check_memory(const fmu *f);
 void check_box(const fmu *f);
 void check_slopes(const fmu *f);
+void check_exchange(const fmu *f);
 
 #endif

@@ -88,10 +88,11 @@ static const struct check {
     const char *name;
     void (*run)(const fmu *f);
 } checks[] = {
-    {"starts", check_starts}, {"refusals", check_refusals}, {"rest", check_rest},
-    {"steps", check_steps},   {"states", check_states},     {"parameters", check_parameters},
-    {"inputs", check_inputs}, {"discard", check_discard},   {"memory", check_memory},
-    {"box", check_box},       {"slopes", check_slopes},     {"threads", check_threads}};
+    {"starts", check_starts},    {"refusals", check_refusals}, {"rest", check_rest},
+    {"steps", check_steps},      {"states", check_states},     {"parameters", check_parameters},
+    {"inputs", check_inputs},    {"discard", check_discard},   {"memory", check_memory},
+    {"box", check_box},          {"slopes", check_slopes},     {"threads", check_threads},
+    {"exchange", check_exchange}};
 
 /* all of them, where none is named */
 static int is_wanted(const char *name, int argc, char **argv)

@@ -27,9 +27,9 @@ def command(*words, code=0):
     return done.stdout
 
 
-def python(text, **environment):
+def python(text, *words, **environment):
     """Standard output of a Python of its own."""
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False,
+    done = subprocess.run([sys.executable, "-c", text, *words], capture_output=True, text=True, check=False,
                           env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python"),
                                **environment})
     assert done.returncode == 0, done.stderr

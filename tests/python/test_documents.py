@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What docs/python.md, README.md and the examples show, runs; types are those of the module."""
+import importlib.util
 import inspect
 import os
 import re
@@ -14,15 +15,15 @@ from conftest import BUILD, ROOT
 EXAMPLES = sorted(n for n in os.listdir(os.path.join(ROOT, "examples", "python")) if n.endswith(".py"))
 
 
-def blocks(name):
+def blocks(name, language="python"):
     with open(os.path.join(ROOT, name), encoding="utf-8") as f:
-        return re.findall(r"^```python\n(.*?)^```", f.read(), re.M | re.S)
+        return re.findall(rf"^```{language}\n(.*?)^```", f.read(), re.M | re.S)
 
 
 def ran(words, folder):
     os.symlink(os.path.join(ROOT, "models"), folder / "models")
     done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True,
-                          check=False, env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
+                          check=False, env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python"), "MPLBACKEND": "agg"})
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -44,6 +45,25 @@ def test_an_example_runs(name, tmp_path):
     assert ran(["-W", "error", path], tmp_path)
     with open(path, encoding="utf-8") as f:
         assert f.read().count("# %%") >= 6
+    if importlib.util.find_spec("matplotlib"):
+        picture = (tmp_path / name.replace(".py", ".png")).read_bytes()
+        assert picture.startswith(b"\x89PNG") and len(picture) > 20000  # an empty one has 4 kB
+
+
+def test_a_machine_axis_from_its_published_file_to_named_causes(tmp_path):
+    """Causes and sizes published by Janot, Gautier, Brunot 2019; the asymmetry is theirs as well."""
+    measured = os.path.join(ROOT, "..", "shared", "data", "emps", "emps_train.csv")
+    block, = blocks("docs/python.md", "py")
+    assert block.count("\n") <= 20
+    if not os.path.exists(measured):
+        pytest.skip("no measurements in ../shared/data")
+    os.symlink(measured, tmp_path / "emps_train.csv")
+    told = ran(["-W", "error", "-c", block], tmp_path)
+    found = {kind: float(value) for kind, value in
+             re.findall(r"cause: (\w+) at slide: \w+ = (\S+)", told)}
+    assert found == {"coulomb_friction": pytest.approx(20.3935, rel=0.02),
+                     "viscous_friction": pytest.approx(203.5034, rel=0.02),
+                     "viscous_asymmetry": pytest.approx(-0.181, abs=0.02)}
 
 
 def test_the_types_are_those_of_the_module():
@@ -55,13 +75,25 @@ def test_the_types_are_those_of_the_module():
     typed = {n: re.search(rf"^class {n}\b.*?(?=^class |^def |\Z)", stub, re.M | re.S)[0] for n in kinds}
     for name, kind in kinds.items():
         for member in vars(kind):
-            if not member.startswith("_") and name not in ("Event", "Parameter", "Stroke"):
+            if not member.startswith("_") and not hasattr(kind, "_fields"):
                 assert re.search(rf"\b{member}\b", typed[name]), f"{name}.{member}"
     for name in ("load", "fit", "diagnose", "plan"):
         told = re.search(rf"^def {name}\((.*?)\) ->", stub, re.M | re.S)[1]
         for argument in inspect.signature(getattr(stein, name)).parameters:
             assert re.search(rf"^    {argument}:", told, re.M), f"{name}({argument})"
     assert compile(stub, "__init__.pyi", "exec")
+
+
+def test_a_type_checker_finds_the_types_to_be_those_of_the_module(tmp_path):
+    if importlib.util.find_spec("mypy") is None:
+        pytest.skip("run: apt-get install mypy")
+    (tmp_path / "mypy.ini").write_text("[mypy]\nignore_missing_imports = True\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "stein", "--ignore-missing-stub", "--concise",
+         "--mypy-config-file", "mypy.ini"], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")})
+    told = done.stdout.splitlines()  # of what is private only what it imports is told of
+    assert [line for line in told if not line.startswith("stein._")] == []
 
 
 def test_everything_is_told():

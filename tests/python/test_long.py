@@ -6,7 +6,7 @@ import time
 
 import pytest
 import stein
-from conftest import ACTION, PENDULUM, interrupted
+from conftest import ACTION, PENDULUM, interrupted, python
 
 
 @pytest.mark.parametrize("work", [
@@ -45,7 +45,25 @@ def test_a_line_of_progress_is_for_what_takes_longer_than_a_second(capsys):
     assert capsys.readouterr().err == ""
     m.run(6e3, every=1.0, progress=True)  # six million steps
     told = capsys.readouterr().err
-    assert "pendulum 100 %" in told and told.endswith("\n")
+    assert "pendulum [##############################] 100 %" in told and told.endswith("\n")
+
+
+def test_a_notebook_has_a_bar():
+    told = python("""
+import importlib.util, sys
+if importlib.util.find_spec("IPython") is None:
+    sys.exit()
+from IPython.core.displaypub import CapturingDisplayPublisher
+from IPython.core.interactiveshell import InteractiveShell
+shell = InteractiveShell.instance()
+shell.kernel, shell.display_pub = object(), CapturingDisplayPublisher()
+import stein
+stein.load(sys.argv[1]).run(6e3, every=1.0, progress=True)
+shown = shell.display_pub.outputs
+assert len({o["transient"]["display_id"] for o in shown}) == 1 and not shown[0].get("update")
+print(shown[-1]["update"], shown[-1]["data"]["text/html"])
+""", PENDULUM)
+    assert told == "" or "True pendulum <progress max='1' value='1.000'></progress> 100 %" in told
 
 
 def test_what_progress_raises_ends_the_work():
@@ -105,7 +123,10 @@ def resident():
 
 
 @pytest.mark.parametrize("times, work", [
-    (10000, lambda m: m.copy().run(0.005, every=0)["angle"].sum()),
+    (80000, lambda m: m.copy().run(0.002, every=0)["angle"].sum()),  # 1e5 in all
+    (2000, lambda m: m.sensitivities("rod.mass", 0.01).q),
+    (2000, lambda m: m.on_force(lambda t, q, qd: [0.0]) or m.step(2)),
+    (2000, lambda m: m.sympy("Q")),
     (2000, lambda m: stein.load(PENDULUM).mass_matrix()),
     (2000, lambda m: m.drive("push", lambda t: 0.0) or m.step(2)),
     (2000, lambda m: pytest.raises(stein.Error, m.run, -1.0)),

@@ -147,6 +147,7 @@ def test_a_diagnosis_is_that_of_the_command(files, swings, tmp_path):
     assert not folder.exists()  # nothing is left in the folder of temporary files
     memory = stein.diagnose(m, swings, explain="viscous_friction@rod", output=tmp_path / "memory")
     assert memory.causes[0]["parameters"] == told["causes"][0]["parameters"]
+    assert memory.reason == told["reason"] and memory.data["verified"] == told["verified"]
     assert memory.explanation and (tmp_path / "memory" / "report.html").exists()
 
 

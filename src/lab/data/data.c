@@ -41,6 +41,7 @@ void lab_data_close(lab_data *data)
     free(out->set);
     free(out->note);
     free(out->file);
+    free(out->text);
     free(out);
 }
 
@@ -348,6 +349,7 @@ static void hand_over(data__reader *r)
     out->data.set = out->set;
     out->data.note = out->note;
     out->data.file = out->file;
+    out->data.text = out->text;
     out->data.hash = r->lines.hash;
     for (int k = 1; k < r->ntitle; k++) {
         const data__title *t = &r->title[k];
@@ -417,10 +419,12 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
     r.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (r.out != NULL) {
         r.out->file = lab__text("%s", file);
+        r.out->text = text != NULL ? lab__text("%s", text) : NULL;
         r.out->data.model = options->model;
     }
     stein_status status = STEIN_OK;
-    if (r.out == NULL || r.out->file == NULL || r.c == (locale_t)0) {
+    if (r.out == NULL || r.out->file == NULL || (text != NULL && r.out->text == NULL) ||
+        r.c == (locale_t)0) {
         status = lab__no_memory(err);
     } else {
         r.problems.file = r.out->file;

@@ -110,7 +110,7 @@ int data__has_last_word(const stein_model *m, const char *param);
 /** The public structs grown while reading; `data` comes first and is what users hold. */
 typedef struct data__file {
     lab_data data;
-    char *file;
+    char *file, *text; /* text NULL: it was read from the file */
     double *time;
     lab_column *column; /* [DATA_COLUMNS]; without the time */
     lab_setting *set;

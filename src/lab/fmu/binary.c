@@ -33,14 +33,20 @@ static const char *place_of(const char *name)
                                                            : name;
 }
 
+/* the version of FMI that a file is of: the digit before its ending; 0: of both */
+static int version_of(const char *place)
+{
+    const char *dot = strchr(place, '.');
+    return dot != NULL && dot > place && (dot[-1] == '2' || dot[-1] == '3') ? dot[-1] - '0' : 0;
+}
+
 /* is a file of src/fmi, or of what a page is made of too, part of an FMU of this version? */
 static int belongs(const char *name, int version)
 {
     const char *place = place_of(name);
-    const char *others = version == 3 ? "fmi2." : "fmi3.";
+    int of = version_of(place);
     return strcmp(place, "shim.c") != 0 && strcmp(place, "license.txt") != 0 &&
-           strncmp(place, others, strlen(others)) != 0 &&
-           (version == 3 || strncmp(place, "none3.", strlen("none3.")) != 0);
+           (of == 0 || of == version);
 }
 
 static stein_status put_source(fmu_sources *to, const char *name, char *text, stein_err *err)
@@ -115,7 +121,7 @@ static void write_values(FILE *f, const fmu_list *list, const char *token)
     fprintf(f,
             "/* SPDX-License-Identifier: MIT\n"
             " * fmu_model.c - values of the mechanism file. Written by stein export. */\n"
-            "#include \"fmu_model.h\"\n#include \"slave.h\"\n\n"
+            "#include \"slave.h\"\n\n"
             "extern const stein_model stein_model_%s;\n\nstatic const double values[] = {\n",
             list->m->name);
     for (int i = 0; i < m->np; i++) {
@@ -151,21 +157,9 @@ static stein_status put_values(fmu_sources *to, const fmu_list *list, const char
 stein_status fmu__sources_create(fmu_sources *to, const fmu_list *list, int version,
                                  const char *token, stein_err *err)
 {
-    const char *name = list->m->name;
     *to = (fmu_sources){.n = 0};
     stein_status status = put_files(to, lab__core_files, version, err);
     status = status == STEIN_OK ? put_files(to, lab__fmu_files, version, err) : status;
-    if (status == STEIN_OK) {
-        status = put_source(to, "fmu_model.h",
-                            lab__text("/* SPDX-License-Identifier: MIT\n"
-                                      " * fmu_model.h - names of functions that are linked "
-                                      "statically. Written by stein export. */\n"
-                                      "#ifndef FMU_MODEL_H\n#define FMU_MODEL_H\n"
-                                      "#ifndef FMI%d_FUNCTION_PREFIX\n"
-                                      "#define FMI%d_FUNCTION_PREFIX %s_\n#endif\n#endif\n",
-                                      version, version, name),
-                            err);
-    }
     status = status == STEIN_OK ? put_equations(to, list->m, err) : status;
     status = status == STEIN_OK ? put_values(to, list, token, err) : status;
     for (int i = 0, n = 0; status == STEIN_OK && i < to->n; i++) {
@@ -191,13 +185,8 @@ void fmu__sources_free(fmu_sources *sources)
 /* is it a file of this FMU, not of all? */
 static int is_own(const char *name)
 {
-    static const char *const own[] = {"equations.", "fmu_model.", "fmi2.", "fmi3.", "none3."};
-    for (size_t i = 0; i < sizeof own / sizeof *own; i++) {
-        if (strncmp(name, own[i], strlen(own[i])) == 0) {
-            return 1;
-        }
-    }
-    return 0;
+    return strcmp(name, "equations.c") == 0 || strcmp(name, "fmu_model.c") == 0 ||
+           version_of(name) > 0;
 }
 
 /* ---- compiling ---- */
@@ -207,6 +196,7 @@ typedef struct job {
     const char *cc;           /* not owned */
     char *folder, *core;      /* in the cache */
     char *work, *fresh, *log; /* of this process alone */
+    int windows;              /* 1: compiled for it, 0: for Linux */
 } job;
 
 static void free_job(job *j)
@@ -294,8 +284,12 @@ static stein_status write_shared(const job *j, const fmu_sources *sources, stein
     return status;
 }
 
-static const char always[] = "-fPIC -fvisibility=hidden -DFMI3_OVERRIDE_FUNCTION_PREFIX "
-                             "-DFMI2_OVERRIDE_FUNCTION_PREFIX";
+/* where code has a fixed place, as in Windows, a compiler warns of -fPIC */
+static const char always[] = "-fPIC -fvisibility=hidden", always_windows[] = "";
+/* the same bytes each time; nothing that is missing; no library of the compiler's beside it */
+static const char link_linux[] = "-shared -s -Wl,-z,defs -Wl,--build-id=none",
+                  link_windows[] = "-shared -s -static-libgcc -Wl,--no-insert-timestamp "
+                                   "-Wl,--disable-auto-image-base";
 
 /* files of the shared or of the own kind, as words of the command line */
 static void add_files(lab__words *w, const job *j, const fmu_sources *sources, int own)
@@ -310,7 +304,7 @@ static void add_files(lab__words *w, const job *j, const fmu_sources *sources, i
 static void add_options(lab__words *w, const job *j)
 {
     lab__words_of(w, fmu__compiler_options);
-    lab__words_of(w, always);
+    lab__words_of(w, j->windows ? always_windows : always);
     lab__word(w, lab__text("-I%s", j->folder));
     lab__words_of(w, "-o");
     lab__word(w, lab__text("%s", j->fresh));
@@ -336,7 +330,7 @@ static stein_status compile_core(const job *j, const fmu_sources *sources, stein
 static stein_status link_all(const job *j, const fmu_sources *sources, stein_err *err)
 {
     lab__words w = {0};
-    begin(&w, j, "-shared -s -Wl,-z,defs -Wl,--build-id=none");
+    begin(&w, j, j->windows ? link_windows : link_linux);
     add_options(&w, j);
     add_files(&w, j, sources, 1);
     lab__word(&w, lab__text("%s", j->core));
@@ -344,8 +338,22 @@ static stein_status link_all(const job *j, const fmu_sources *sources, stein_err
     return run(j, &w, err);
 }
 
-/* "x86_64-linux" or, in FMI 2, "linux64": of what the compiler compiles for */
-static stein_status find_platform(char *platform, const job *j, int version, stein_err *err)
+/* the name of a folder: in FMI 3 "x86_64-linux", in FMI 2 "linux64" where there is one */
+static int name_platform(char *platform, const char *machine, int windows, int version)
+{
+    const char *system = windows ? "windows" : "linux";
+    size_t n = strcspn(machine, "-\n");
+    int old = n == 4 && machine[0] == 'i' && strncmp(machine + 2, "86", 2) == 0; // i386 ... i686
+    int arm = strncmp(machine, "arm", 3) == 0;
+    const char *arch = old ? "x86" : arm ? "aarch32" : machine;
+    n = old || arm ? strlen(arch) : n;
+    if (version == 2 && (old || (n == 6 && strncmp(machine, "x86_64", n) == 0))) {
+        return snprintf(platform, FMU_PLATFORM, "%s%d", windows ? "win" : system, old ? 32 : 64);
+    }
+    return snprintf(platform, FMU_PLATFORM, "%.*s-%s", (int)n, arch, system);
+}
+
+static stein_status find_platform(char *platform, job *j, int version, stein_err *err)
 {
     lab__words w = {0};
     char *text = NULL;
@@ -356,17 +364,12 @@ static stein_status find_platform(char *platform, const job *j, int version, ste
     if (status != STEIN_OK) {
         return status;
     }
-    size_t n = strcspn(text, "-\n");
-    const char *arch = strncmp(text, "arm", 3) == 0 ? "aarch32" : text;
-    int old = n == 4 && text[0] == 'i' && strncmp(text + 2, "86", 2) == 0; // i386 ... i686
-    if (strstr(text, "linux") == NULL || n + sizeof "-linux" > FMU_PLATFORM) {
-        status = lab__fail(err, STEIN_ECOMPILE, "%s compiles for %.*s: an FMU needs one for Linux",
+    j->windows = strstr(text, "mingw") != NULL;
+    int known = j->windows || strstr(text, "linux") != NULL;
+    if (!known || name_platform(platform, text, j->windows, version) >= FMU_PLATFORM) {
+        status = lab__fail(err, STEIN_ECOMPILE,
+                           "%s compiles for %.*s: an FMU needs one for Linux, or mingw for Windows",
                            j->cc, (int)strcspn(text, "\n"), text);
-    } else if (version == 2 && (old || strncmp(text, "x86_64", n) == 0)) {
-        strcpy(platform, old ? "linux32" : "linux64");
-    } else {
-        n = arch == text ? n : strlen(arch);
-        snprintf(platform, FMU_PLATFORM, "%.*s-linux", old ? 3 : (int)n, old ? "x86" : arch);
     }
     free(text);
     return status;
@@ -381,7 +384,7 @@ static stein_status name_work(job *j, stein_err *err)
     if (mkdtemp(j->work) == NULL) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", j->folder, strerror(errno));
     }
-    j->fresh = lab__text("%s/fresh", j->work);
+    j->fresh = lab__text("%s/fresh.o", j->work); // an ending, or a compiler adds its own
     j->log = lab__text("%s/log", j->work);
     int complete = j->fresh != NULL && j->log != NULL;
     return complete ? STEIN_OK : lab__no_memory(err);
@@ -420,18 +423,17 @@ static void clean(const job *j, const fmu_sources *sources)
     rmdir(j->work);
 }
 
-stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_sources *sources,
-                         int version, const lab_options *options, stein_err *err)
+stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version, const char *cc,
+                         const lab_options *options, stein_err *err)
 {
-    const char *cc = options->cc != NULL ? options->cc : getenv("CC");
-    job j = {.cc = cc != NULL && *cc != '\0' ? cc : "cc"};
+    job j = {.cc = cc};
     stein_status status = name_files(&j, sources, options, err);
     if (status != STEIN_OK) {
         free_job(&j);
         return status;
     }
     status = name_work(&j, err);
-    status = status == STEIN_OK ? find_platform(platform, &j, version, err) : status;
+    status = status == STEIN_OK ? find_platform(to->platform, &j, version, err) : status;
     status = status == STEIN_OK ? write_own(&j, sources, err) : status;
     int cached = access(j.core, R_OK) == 0;
     if (status == STEIN_OK && !cached) {
@@ -444,7 +446,8 @@ stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_s
             status = status == STEIN_OK ? link_all(&j, sources, err) : status;
         }
     }
-    status = status == STEIN_OK ? lab__read_file(j.fresh, bytes, size, err) : status;
+    status = status == STEIN_OK ? lab__read_file(j.fresh, &to->bytes, &to->size, err) : status;
+    to->ending = j.windows ? "dll" : "so";
     clean(&j, sources);
     free_job(&j);
     return status;

@@ -22,20 +22,20 @@ static const struct category {
 };
 enum { CATEGORIES = sizeof categories / sizeof *categories };
 
-/* what an importer may ask of it */
-static const char *const abilities3[] = {
-    "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState", "canSerializeFMUState",
-    "providesDirectionalDerivatives", "providesAdjointDerivatives"};
-static const char *const abilities2[] = {"canHandleVariableCommunicationStepSize",
-                                         "canInterpolateInputs",
-                                         "canNotUseMemoryManagementFunctions",
-                                         "canGetAndSetFMUstate",
-                                         "canSerializeFMUstate",
-                                         "providesDirectionalDerivative"};
-enum {
-    ABILITIES3 = sizeof abilities3 / sizeof *abilities3,
-    ABILITIES2 = sizeof abilities2 / sizeof *abilities2
-};
+/* what an importer may ask of it, as co-simulation and for model exchange; closed by NULL */
+static const char *const slave3[] = {
+    "canHandleVariableCommunicationStepSize", "canGetAndSetFMUState",       "canSerializeFMUState",
+    "providesDirectionalDerivatives",         "providesAdjointDerivatives", NULL};
+static const char *const slave2[] = {"canHandleVariableCommunicationStepSize",
+                                     "canInterpolateInputs",
+                                     "canNotUseMemoryManagementFunctions",
+                                     "canGetAndSetFMUstate",
+                                     "canSerializeFMUstate",
+                                     "providesDirectionalDerivative",
+                                     NULL};
+static const char *const exchange3[] = {"canGetAndSetFMUState", "canSerializeFMUState", NULL};
+static const char *const exchange2[] = {"canNotUseMemoryManagementFunctions",
+                                        "canGetAndSetFMUstate", "canSerializeFMUstate", NULL};
 
 /* ---- head ---- */
 
@@ -52,33 +52,37 @@ static void put_root(FILE *f, int version, const fmu_list *list, const char *tok
     fmu__attribute(f, "license", "MIT");
     fmu__attribute(f, "generationTool", "libstein " STEIN_VERSION);
     fmu__attribute(f, "variableNamingConvention", "structured");
+    if (version == 2) {
+        fprintf(f, " numberOfEventIndicators=\"%d\"", fmi_guards(list->model));
+    }
     fputs(">\n", f);
 }
 
-static void put_abilities(FILE *f, const fmu_list *list, const char *const *ability, int n)
+static void put_kind(FILE *f, int version, const fmu_list *list, const char *element,
+                     const char *const *ability, const char *const *sources)
 {
-    fputs("  <CoSimulation", f);
+    fprintf(f, "  <%s", element);
     fmu__attribute(f, "modelIdentifier", list->m->name);
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; ability[i] != NULL; i++) {
         fmu__attribute(f, ability[i], "true");
     }
-}
-
-static void put_kind(FILE *f, int version, const fmu_list *list, const char *const *sources)
-{
     if (version == 3) {
-        put_abilities(f, list, abilities3, ABILITIES3);
         fputs("/>\n", f);
         return;
     }
-    put_abilities(f, list, abilities2, ABILITIES2);
     fputs(">\n    <SourceFiles>\n", f);
     for (int i = 0; sources[i] != NULL; i++) {
         fputs("      <File", f);
         fmu__attribute(f, "name", sources[i]);
         fputs("/>\n", f);
     }
-    fputs("    </SourceFiles>\n  </CoSimulation>\n", f);
+    fprintf(f, "    </SourceFiles>\n  </%s>\n", element);
+}
+
+static void put_kinds(FILE *f, int version, const fmu_list *list, const char *const *sources)
+{
+    put_kind(f, version, list, "ModelExchange", version == 3 ? exchange3 : exchange2, sources);
+    put_kind(f, version, list, "CoSimulation", version == 3 ? slave3 : slave2, sources);
 }
 
 static void put_categories(FILE *f)
@@ -170,9 +174,9 @@ static void put_variable(FILE *f, const fmu_list *list, const fmu_variable *v, i
 
 /* ---- structure ---- */
 
-/* Which inputs an output follows at once; in FMI 3 parameters count as well, and all of them may
- * matter. Without an attribute everything would depend on everything, and importers would see loops
- * where there are none. */
+/* Which inputs an output follows at once, and which states; in FMI 3 parameters count as well, and
+ * all of them may matter. Without an attribute everything would depend on everything, and importers
+ * would see loops where there are none. */
 static void put_dependencies(FILE *f, const fmu_list *list, const fmu_variable *v, int version)
 {
     const char *blank = "";
@@ -181,7 +185,9 @@ static void put_dependencies(FILE *f, const fmu_list *list, const fmu_variable *
         const fmu_variable *u = &list->v[i];
         int on_input = u->causality == FMU_INPUT && fmu__depends(list->model, v, u);
         int on_param = version == 3 && u->causality == FMU_PARAMETER;
-        if (on_input || on_param) {
+        int on_state =
+            u->is.kind == FMI_COORDINATE && u->is.order < 2 && v->variability != FMU_DISCRETE;
+        if (on_input || on_param || on_state) {
             fprintf(f, "%s%u", blank, version == 3 ? u->reference : (unsigned)i + 1u);
             blank = " ";
         }
@@ -201,30 +207,49 @@ static void put_unknown(FILE *f, const fmu_list *list, int i, int version, const
     fputs("/>\n", f);
 }
 
-static void put_outputs(FILE *f, const fmu_list *list, int version, int at_start)
+/* the variables of one part of the structure: outputs, derivatives of states, what is unknown at
+ * the start (outputs, states and their derivatives), event indicators */
+typedef enum { OUTPUTS, RATES, UNKNOWN, INDICATORS } part;
+
+static int is_in(const fmu_variable *v, part of)
 {
-    const char *element3 = at_start ? "InitialUnknown" : "Output";
-    for (int i = 0; i < list->n; i++) {
-        if (list->v[i].causality == FMU_OUTPUT) {
-            put_unknown(f, list, i, version, version == 3 ? element3 : "Unknown", !at_start);
-        }
+    int coordinate = v->is.kind == FMI_COORDINATE;
+    switch (of) {
+    case OUTPUTS: return v->causality == FMU_OUTPUT;
+    case RATES: return coordinate && v->is.order > 0;
+    case UNKNOWN: return coordinate || v->causality == FMU_OUTPUT;
+    default: return v->is.kind == FMI_GUARD;
     }
 }
 
-/* a list that is there has entries: a mechanism may have no outputs */
+static void put_part(FILE *f, const fmu_list *list, int version, part of)
+{
+    static const char *const element3[] = {"Output", "ContinuousStateDerivative", "InitialUnknown",
+                                           "EventIndicator"};
+    static const char *const element2[] = {"Outputs", "Derivatives", "InitialUnknowns"};
+    int any = 0;
+    for (int i = 0; i < list->n; i++) {
+        if (!is_in(&list->v[i], of)) {
+            continue;
+        }
+        if (version == 2 && !any++) {
+            fprintf(f, "    <%s>\n", element2[of]);
+        }
+        put_unknown(f, list, i, version, version == 3 ? element3[of] : "Unknown", of == OUTPUTS);
+    }
+    if (any) { // a list that is there has entries: a mechanism may have no outputs
+        fprintf(f, "    </%s>\n", element2[of]);
+    }
+}
+
 static void put_structure(FILE *f, const fmu_list *list, int version)
 {
-    int any = list->model->nchannel > 1;
     fputs("  <ModelStructure>\n", f);
-    if (version == 2 && any) {
-        fputs("    <Outputs>\n", f);
-        put_outputs(f, list, 2, 0);
-        fputs("    </Outputs>\n    <InitialUnknowns>\n", f);
-        put_outputs(f, list, 2, 1);
-        fputs("    </InitialUnknowns>\n", f);
-    } else if (any) {
-        put_outputs(f, list, 3, 0);
-        put_outputs(f, list, 3, 1);
+    put_part(f, list, version, OUTPUTS);
+    put_part(f, list, version, RATES);
+    put_part(f, list, version, UNKNOWN);
+    if (version == 3) {
+        put_part(f, list, version, INDICATORS);
     }
     fputs("  </ModelStructure>\n", f);
 }
@@ -233,7 +258,7 @@ void fmu__describe(FILE *f, int version, const fmu_list *list, const char *token
                    const char *const *sources)
 {
     put_root(f, version, list, token);
-    put_kind(f, version, list, sources);
+    put_kinds(f, version, list, sources);
     fmu__units(f, list);
     put_categories(f);
     put_experiment(f, list->model);

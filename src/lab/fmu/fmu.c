@@ -2,7 +2,7 @@
  * fmu.c - a mechanism as a co-simulation FMU.
  *
  *      modelDescription.xml
- *      binaries/PLATFORM/NAME.so
+ *      binaries/PLATFORM/NAME.so, NAME.dll     one for each compiler
  *      documentation/licenses/license.txt
  *      sources/                buildDescription.xml, all of the C, the headers in stein/
  *
@@ -21,9 +21,9 @@ typedef struct parts {
     fmu_list list;
     fmu_sources sources;
     char token[TOKEN];
-    char *description, *build, *binary;
-    size_t binary_size;
-    char platform[FMU_PLATFORM];
+    char *description, *build;
+    fmu_binary binary[FMU_BINARIES];
+    int nbinary;
 } parts;
 
 static void free_parts(parts *p)
@@ -32,7 +32,9 @@ static void free_parts(parts *p)
     fmu__sources_free(&p->sources);
     free(p->description);
     free(p->build);
-    free(p->binary);
+    for (int i = 0; i < p->nbinary; i++) {
+        free(p->binary[i].bytes);
+    }
 }
 
 /* in the form of a GUID */
@@ -112,8 +114,11 @@ static stein_status write_archive(const char *path, const parts *p, size_t *byte
         return status;
     }
     add_text(zip, "modelDescription.xml", p->description);
-    add_named(zip, lab__text("binaries/%s/%s.so", p->platform, p->list.m->name), p->binary,
-              p->binary_size);
+    for (int i = 0; i < p->nbinary; i++) {
+        const fmu_binary *b = &p->binary[i];
+        add_named(zip, lab__text("binaries/%s/%s.%s", b->platform, p->list.m->name, b->ending),
+                  b->bytes, b->size);
+    }
     add_licence(zip);
     add_text(zip, "sources/buildDescription.xml", p->build);
     for (int i = 0; i < p->sources.n; i++) {
@@ -125,21 +130,51 @@ static stein_status write_archive(const char *path, const parts *p, size_t *byte
     return status;
 }
 
+/* each for a machine of its own */
+static stein_status compile(parts *p, int version, const char *const *cc, int ncc,
+                            const lab_options *options, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int i = 0; status == STEIN_OK && i < ncc; i++) {
+        fmu_binary *b = &p->binary[i];
+        status = fmu__binary(b, &p->sources, version, cc[i], options, err);
+        p->nbinary += status == STEIN_OK;
+        for (int k = 0; status == STEIN_OK && k < i; k++) {
+            if (strcmp(p->binary[k].platform, b->platform) == 0) {
+                status = lab__fail(err, STEIN_EINVAL, "%s and %s both compile for %s", cc[k], cc[i],
+                                   b->platform);
+            }
+        }
+    }
+    return status;
+}
+
 /* with a point in numbers, whatever the host's locale */
 static stein_status make(const char *path, parts *p, const lab_model *model, int version,
-                         const lab_options *options, size_t *bytes, stein_err *err)
+                         const char *const *cc, int ncc, const lab_options *options, size_t *bytes,
+                         stein_err *err)
 {
     stein_status status = fmu__list_create(&p->list, model, err);
     status = status == STEIN_OK ? write_texts(p, version, err) : status;
-    if (status == STEIN_OK) {
-        status = fmu__binary(&p->binary, &p->binary_size, p->platform, &p->sources, version,
-                             options, err);
-    }
+    status = status == STEIN_OK ? compile(p, version, cc, ncc, options, err) : status;
     return status == STEIN_OK ? write_archive(path, p, bytes, err) : status;
 }
 
-stein_status lab_fmu(const char *path, const lab_model *model, int version,
-                     const lab_options *options, lab_fmu_facts *facts, stein_err *err)
+static void tell(lab_fmu_facts *facts, const parts *p, size_t bytes)
+{
+    *facts = (lab_fmu_facts){.bytes = bytes, .variables = p->list.n};
+    memcpy(facts->token, p->token, TOKEN);
+    for (int i = 0; i < p->nbinary; i++) {
+        size_t n = strlen(facts->platform);
+        facts->binary += p->binary[i].size;
+        snprintf(facts->platform + n, sizeof facts->platform - n, "%s%s", n > 0 ? " " : "",
+                 p->binary[i].platform);
+    }
+}
+
+stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
+                         const char *const *cc, int ncc, const lab_options *options,
+                         lab_fmu_facts *facts, stein_err *err)
 {
     lab_options defaults = lab_options_default();
     parts p = {.token = ""};
@@ -147,15 +182,25 @@ stein_status lab_fmu(const char *path, const lab_model *model, int version,
     if (version != 2 && version != 3) {
         return lab__fail(err, STEIN_EINVAL, "FMI %d: expected 2 or 3", version);
     }
+    if (ncc < 1 || ncc > FMU_BINARIES) {
+        return lab__fail(err, STEIN_EINVAL, "an FMU for %d machines: expected 1 to %d", ncc,
+                         (int)FMU_BINARIES);
+    }
     locale_t before = lab__plain();
     stein_status status =
-        make(path, &p, model, version, options != NULL ? options : &defaults, &bytes, err);
+        make(path, &p, model, version, cc, ncc, options != NULL ? options : &defaults, &bytes, err);
     lab__as_before(before);
     if (status == STEIN_OK && facts != NULL) {
-        *facts = (lab_fmu_facts){.bytes = bytes, .binary = p.binary_size, .variables = p.list.n};
-        memcpy(facts->token, p.token, TOKEN);
-        memcpy(facts->platform, p.platform, FMU_PLATFORM);
+        tell(facts, &p, bytes);
     }
     free_parts(&p);
     return status;
+}
+
+stein_status lab_fmu(const char *path, const lab_model *model, int version,
+                     const lab_options *options, lab_fmu_facts *facts, stein_err *err)
+{
+    const char *cc = options != NULL && options->cc != NULL ? options->cc : getenv("CC");
+    cc = cc != NULL && *cc != '\0' ? cc : "cc";
+    return lab_fmu_for(path, model, version, &cc, 1, options, facts, err);
 }

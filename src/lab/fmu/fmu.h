@@ -4,7 +4,7 @@
  *   fmu.c         the FMU put together
  *   variables.c   its variables, of both versions  words.c      what they are, in words
  *   description.c modelDescription.xml             xml.c        escaped texts, units
- *   binary.c      core, equations, FMI -> .so      zip.c        the archive
+ *   binary.c      core, equations, FMI -> .so, .dll zip.c        the archive
  *
  * The sources of the FMI side are in src/fmi; make puts them, and those of the core, into the
  * program as text.
@@ -80,7 +80,7 @@ void fmu__describe_build(FILE *f, const fmu_list *list, const char *const *sourc
 
 /* ---- binary.c ---- */
 
-enum { FMU_SOURCES = 64, FMU_PLATFORM = 32 };
+enum { FMU_SOURCES = 64, FMU_PLATFORM = 32, FMU_BINARIES = 16 };
 /** What is compiled, as it lies in the folder sources of the FMU. */
 typedef struct fmu_sources {
     char *name[FMU_SOURCES + 1], *text[FMU_SOURCES + 1]; /* owned */
@@ -96,11 +96,16 @@ void fmu__sources_free(fmu_sources *sources);
 unsigned long long fmu__hash(unsigned long long h, const char *text);
 /** The lines of a file as one text; NULL without memory. */
 char *fmu__joined(const char *const *lines);
-/** Compile them. @param bytes  out, freed by the caller  @param platform  [FMU_PLATFORM] out: name
- *  of the folder in binaries
- *  @return OK, EIO, ENOMEM, ECOMPILE */
-stein_status fmu__binary(char **bytes, size_t *size, char *platform, const fmu_sources *sources,
-                         int version, const lab_options *options, stein_err *err);
+/** What a compiler makes of them. */
+typedef struct fmu_binary {
+    char *bytes; /* owned */
+    size_t size;
+    char platform[FMU_PLATFORM]; /* name of the folder in binaries */
+    const char *ending;          /* "so", "dll" */
+} fmu_binary;
+/** Compile them. @param cc  compiler, with words of its own  @return OK, EIO, ENOMEM, ECOMPILE */
+stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version, const char *cc,
+                         const lab_options *options, stein_err *err);
 /** Options that the sources need for the same bits with every compiler. */
 extern const char fmu__compiler_options[];
 

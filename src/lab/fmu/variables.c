@@ -8,7 +8,8 @@
  *      LOAD.present              input, Boolean   is the free load there?
  *      parameters                tunable or fixed
  *      simulation.dt             fixed            step of the integrator
- *      BODY.q, BODY.qd           local            coordinate and speed of each joint
+ *      BODY.q, .qd, .qdd         local            coordinate, speed, acceleration of each joint
+ *      NAME.guard1, ...          local            > 0 where a contact or notch touches
  *
  * A name that is taken already gets the kind of the variable in front ("input.finger").
  */
@@ -255,18 +256,43 @@ static stein_status add_step(fmu_list *list, stein_err *err)
 
 static stein_status add_coordinate(fmu_list *list, int joint, int order, stein_err *err)
 {
+    static const char *const ending[] = {"q", "qd", "qdd"};
+    static const char *const words[] = {"coordinate", "speed", "acceleration"};
+    static const char *const turning[] = {"rad", "rad/s", "rad/s^2"};
+    static const char *const sliding[] = {"m", "m/s", "m/s^2"};
     const stein_body *b = &list->model->bodies[joint];
-    int turns = b->type == 'R';
+    return add(list,
+               (fmu_variable){.is = {FMI_COORDINATE, joint, order},
+                              .name = lab__text("%s.%s", b->name, ending[order]),
+                              .text = lab__text("%s of joint %s", words[order], b->name),
+                              .unit = (b->type == 'R' ? turning : sliding)[order],
+                              .causality = FMU_LOCAL,
+                              .variability = FMU_CONTINUOUS,
+                              .derivative_of = order == 0 ? -1 : list->n - 1},
+               err);
+}
+
+/* of a spot of a contact, or of a notch */
+static stein_status add_guard(fmu_list *list, int i, stein_err *err)
+{
+    static const char *const of_notch[] = {
+        "the beak's end is in the roof", "the corner is in the beak",
+        "the beak's end is in the vertical face", "the beak's end is beside the roof"};
+    const stein_model *m = list->model;
+    int spot = i < m->nspot, k = i - m->nspot;
+    const stein_contact *c = spot ? &m->contacts[m->spots[i].contact] : NULL;
+    const char *name = spot ? c->name : m->notches[k / FMI_NOTCH_GUARDS].name;
+    int number = spot ? i - c->first_spot : k % FMI_NOTCH_GUARDS;
     return add(
         list,
-        (fmu_variable){
-            .is = {FMI_COORDINATE, joint, order},
-            .name = lab__text("%s.%s", b->name, order == 0 ? "q" : "qd"),
-            .text = lab__text("%s of joint %s", order == 0 ? "coordinate" : "speed", b->name),
-            .unit = order == 0 ? (turns ? "rad" : "m") : (turns ? "rad/s" : "m/s"),
-            .causality = FMU_LOCAL,
-            .variability = FMU_CONTINUOUS,
-            .derivative_of = order == 0 ? -1 : list->n - 1},
+        (fmu_variable){.is = {FMI_GUARD, i, 0},
+                       .name = lab__text("%s.guard%d", name, number + 1),
+                       .text = spot ? lab__text("positive where contact %s touches", name)
+                                    : lab__text("%s: positive where %s", name, of_notch[number]),
+                       .unit = "m",
+                       .causality = FMU_LOCAL,
+                       .variability = FMU_CONTINUOUS,
+                       .derivative_of = -1},
         err);
 }
 
@@ -274,8 +300,8 @@ stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err 
 {
     const stein_model *m = lab_equations(model);
     *list = (fmu_list){.m = lab__mechanism(model), .model = m};
-    size_t most =
-        (size_t)m->nchannel + 4 * (size_t)m->ninput + (size_t)m->np + 2 * (size_t)m->nq + 2;
+    size_t most = (size_t)m->nchannel + 4 * (size_t)m->ninput + (size_t)m->np + 3 * (size_t)m->nq +
+                  2 + (size_t)fmi_guards(m);
     double *d = malloc(sizeof *d * ((size_t)m->nd + 1));
     list->v = calloc(most, sizeof *list->v);
     if (d == NULL || list->v == NULL) {
@@ -297,8 +323,11 @@ stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err 
         status = add_param(list, i, err);
     }
     status = status == STEIN_OK ? add_step(list, err) : status;
-    for (int i = 0; status == STEIN_OK && i < 2 * m->nq; i++) {
-        status = add_coordinate(list, i / 2, i % 2, err);
+    for (int i = 0; status == STEIN_OK && i < 3 * m->nq; i++) {
+        status = add_coordinate(list, i / 3, i % 3, err);
+    }
+    for (int i = 0; status == STEIN_OK && i < fmi_guards(m); i++) {
+        status = add_guard(list, i, err);
     }
     free(d);
     if (status != STEIN_OK) {

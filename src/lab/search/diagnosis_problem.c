@@ -508,13 +508,15 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
                               stein_err *err)
 {
     lab_data_options options = lab_data_options_default(lab_equations(model));
-    const char **file = malloc(sizeof *file * (size_t)(set->n + 1));
+    const char **file = malloc(sizeof *file * 2 * (size_t)(set->n + 1)), **text = file + set->n;
     if (file == NULL) {
         return lab__no_memory(err);
     }
     for (int i = 0; i < set->n; i++) {
         file[i] = set->stroke[i]->file;
+        text[i] = set->stroke[i]->text;
     }
+    options.text = text;
     stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < set->n; i++) {
         (*to)->stroke[i]->number = set->stroke[i]->number;

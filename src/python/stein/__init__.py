@@ -17,22 +17,23 @@ import json
 import math
 import os
 import shutil
-import sys
 import tempfile
-import time
 import warnings
+import weakref
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from . import _stein
 from ._records import Record, named_texts
+from ._progress import told as _told
 from ._support import (Error, EquationsError, Event, FileError, InvalidValue, NumericalError,
                        ParseError, UnknownName, unknown, view)
 
 __version__ = _stein.version
 __all__ = ["load", "fit", "diagnose", "plan", "Simulation", "Record", "Run", "Stroke", "Sweep", "Fit",
-           "Diagnosis", "Plan", "Event", "Parameter", "Error", "UnknownName", "InvalidValue", "ParseError",
+           "Diagnosis", "Plan", "Event", "Parameter", "Derivatives", "Sensitivities", "Table",
+           "Error", "UnknownName", "InvalidValue", "ParseError",
            "FileError", "EquationsError", "NumericalError"]
 _nan = math.nan
 
@@ -64,6 +65,15 @@ class Derivatives(NamedTuple):
     by: dict
 
 
+class Sensitivities(NamedTuple):
+    """How a run changes with parameters: q[name] and qd[name] [samples, nq], a unit of the coordinate a
+    unit of the parameter, at the times of `run`."""
+
+    q: dict
+    qd: dict
+    run: object
+
+
 class Simulation(_stein.Simulation):
     """A mechanism, its parameters and its state: a mapping of parameters to numbers."""
 
@@ -77,7 +87,7 @@ class Simulation(_stein.Simulation):
     def _begun(cls, model, file, sets, how):
         self = _stein.start(cls, model, *how)
         self.file, self._set, self._how = file, sets, how  # how: step and integrator
-        self._inputs, self._drive_path = {}, None
+        self._inputs, self._drive_path, self._force = {}, None, None
         return self
 
     def __repr__(self):
@@ -127,15 +137,26 @@ class Simulation(_stein.Simulation):
         every: interval of the samples [s], rounded up to whole steps; 0: every step; None: 3000
         rows. release: the load is lifted then. restart=False goes on from the present state.
         """
-        record, events, _, warning = self._run(
-            _or_nan(until), _or_nan(every), _or_nan(release), restart, False, _told(progress))
+        record, events, _, warning, _ = self._run(
+            _or_nan(until), _or_nan(every), _or_nan(release), restart, False, _told(progress), ())
         return Run(record, self.outputs, events, warning)
 
     def strike(self, until=None, every=None, *, release=None, progress=None):
         """One stroke from rest, judged as `stein strike` judges it."""
-        record, events, stroke, warning = self._run(
-            _or_nan(until), _or_nan(every), _or_nan(release), True, True, _told(progress))
+        record, events, stroke, warning, _ = self._run(
+            _or_nan(until), _or_nan(every), _or_nan(release), True, True, _told(progress), ())
         return Stroke(*stroke, Run(record, self.outputs, events, warning))
+
+    def sensitivities(self, parameters, until=None, every=None, *, progress=None):
+        """The derivatives of a run from rest by parameters, through contacts and their events: exact
+        to the accuracy of the steps, the initial state included. Not with signals or forces of
+        one's own."""
+        names = _names(self, parameters)
+        record, events, _, warning, slopes = self._run(
+            _or_nan(until), _or_nan(every), _nan, True, False, _told(progress), names)
+        half = len(names)
+        return Sensitivities(dict(zip(names, slopes[:half])), dict(zip(names, slopes[half:])),
+                             Run(record, self.outputs, events, warning))
 
     def drive(self, input, signal):
         """Drive an input from now on: by a number that is held, by (value, rate, acceleration), by
@@ -143,6 +164,13 @@ class Simulation(_stein.Simulation):
         evaluation), or by nothing, None."""
         super().drive(input, signal)
         self._inputs[input] = signal
+
+    def on_force(self, function):
+        """Generalised forces of one's own from now on: function(t, q, qd) gives one for every
+        coordinate [N m or N], which is added (slow: Python is called at every evaluation); None: no
+        more."""
+        super().on_force(function)
+        self._force = function
 
     def drive_file(self, path):
         """Drive inputs by the columns of a data file, as `stein simulate --drive` does."""
@@ -212,6 +240,12 @@ class Simulation(_stein.Simulation):
         by_q, by_qd, rows = self._derivatives(names)
         return Derivatives(by_q, by_qd, dict(zip(names, rows)))
 
+    def sympy(self, what="M"):
+        """A generated expression as text for sympy.sympify: "M", "c", "Q" (M qdd + c), "T", "V"
+        (energies of the tree), or the position of a point. Its symbols are named as in the file,
+        'hammer.mass', and 'q.hammer', 'qd.hammer', 'qdd.hammer'."""
+        return self._model.expressions(what)
+
     def set_state(self, q=None, qd=None, time=0.0):
         """Put the mechanism into a state of one's own."""
         self._set_state(q, qd, time)
@@ -228,7 +262,7 @@ class Simulation(_stein.Simulation):
     # ---- copies
 
     def copy(self):
-        """An independent simulation with the same parameters, state and drives."""
+        """An independent simulation with the same parameters, state, drives and forces."""
         other = self._begun(self._model, self.file, self._set, self._how)
         return other._take(*self._own())
 
@@ -241,14 +275,16 @@ class Simulation(_stein.Simulation):
         return _unpickled, (type(self), self.file, self._set, self._how, self._own())
 
     def _own(self):
-        return list(self._values()), self.state, self._drive_path, self._inputs
+        return list(self._values()), self.state, self._drive_path, self._inputs, self._force
 
-    def _take(self, values, state, path, inputs):
+    def _take(self, values, state, path, inputs, force):
         self._set_values(values)
         if path:
             self.drive_file(path)
         for name, signal in inputs.items():
             self.drive(name, signal)
+        if force is not None:
+            self.on_force(force)
         self.state = state
         return self
 
@@ -467,7 +503,7 @@ def diagnose(model, records, *, held_out=None, free=(), without=(), budget=None,
     """
     names, texts = named_texts(records, model)
     more, their = named_texts(held_out, model) if held_out is not None else ([], [])
-    keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
+    keep = None if output else _Folder()
     folder = output or keep.name
     os.makedirs(folder, exist_ok=True)
     (Path(folder) / "extended.yaml").unlink(missing_ok=True)  # of another verdict
@@ -506,7 +542,7 @@ def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=
     diagnosis: a Diagnosis with rivals, or the path of a diagnosis.json. instruments: outputs that
     can be measured as well; None: all. output: folder for the results.
     """
-    keep = None if output else tempfile.TemporaryDirectory(prefix="stein-")
+    keep = None if output else _Folder()
     folder = output or keep.name
     path = diagnosis.folder / "diagnosis.json" if isinstance(diagnosis, Diagnosis) else diagnosis
     _stein.plan(model._present(), os.fspath(path), os.fspath(folder), _or_nan(odds),
@@ -516,6 +552,14 @@ def plan(model, diagnosis, *, odds=None, instruments=None, output=None, threads=
 
 
 # ---- small things
+
+
+class _Folder:
+    """A folder of temporary files, gone with the last that needs it."""
+
+    def __init__(self):
+        self.name = tempfile.mkdtemp(prefix="stein-")
+        weakref.finalize(self, shutil.rmtree, self.name, True)
 
 
 def _or_nan(x):
@@ -550,19 +594,3 @@ def _names(model, names):
         if name not in model:
             raise unknown("parameter", name, list(model))
     return names
-
-
-def _told(progress):
-    """What is called with (fraction, step): None and False nobody, True a line on stderr."""
-    if progress is not True:
-        return progress or None
-    begin = time.monotonic()
-
-    def line(fraction, step):
-        spent = time.monotonic() - begin
-        if spent > 1.0:
-            end = "\n" if fraction >= 1.0 else ""
-            print(f"\r{step} {100 * fraction:3.0f} %, {spent:.0f} s\033[K", end=end,
-                  file=sys.stderr, flush=True)
-
-    return line

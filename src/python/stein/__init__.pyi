@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Types of `import stein`; what everything does is told in __init__.py.
 import os
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -14,6 +15,7 @@ _Value = float | str  # SI, or a text with a unit
 _Progress = bool | Callable[[float, str], object] | None
 _Drive = float | Sequence[float]
 _Signal = _Drive | Callable[[float], _Drive] | None
+_Force = Callable[[float, _Array, _Array], _Numbers] | None  # of t, q, qd
 _OneRecord = _Path | Record | Mapping[str, Any]  # or a DataFrame, or a structured array
 _Records = _OneRecord | Sequence[_OneRecord]
 
@@ -25,6 +27,7 @@ class Error(Exception):
     file: str | None
     line: int | None
     column: int | None
+    def __init__(self, message: str, code: str = ..., problems: Iterable[str] = ...) -> None: ...
 
 class UnknownName(Error, KeyError): ...
 class InvalidValue(Error, ValueError): ...
@@ -50,6 +53,11 @@ class Derivatives(NamedTuple):
     by_qd: _Array
     by: dict[str, _Array]
 
+class Sensitivities(NamedTuple):
+    q: dict[str, _Array]
+    qd: dict[str, _Array]
+    run: Run
+
 class Record:
     columns: Mapping[str, Any]
     name: str
@@ -70,6 +78,8 @@ class Record:
 
 class Table(Mapping[str, Any]):
     units: dict[str, str]
+    def __init__(self, units: dict[str, str]) -> None: ...
+    @abstractmethod
     def __getitem__(self, name: str) -> Any: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
@@ -77,6 +87,9 @@ class Table(Mapping[str, Any]):
 
 class Run(Table):
     events: list[Event]
+    def __init__(
+        self, record: Any, units: dict[str, str], events: list[Event], warning: str | None = ...
+    ) -> None: ...
     def __getitem__(self, name: str) -> _Array: ...
 
 class Stroke(NamedTuple):
@@ -93,7 +106,9 @@ class Stroke(NamedTuple):
     rearmed: bool
     run: Run
 
-class Sweep(Table): ...
+class Sweep(Table):
+    def __init__(self, path: _Path) -> None: ...
+    def __getitem__(self, name: str) -> Any: ...
 
 class Simulation:
     file: str
@@ -129,7 +144,7 @@ class Simulation:
     @property
     def bodies(self) -> tuple[str, ...]: ...
     def keys(self) -> Iterable[str]: ...
-    def get(self, name: str, default: Any = ...) -> Any: ...
+    def get(self, key: str, default: Any = ...) -> Any: ...
     def items(self) -> Iterable[tuple[str, float]]: ...
     def values(self) -> Iterable[float]: ...
     def __len__(self) -> int: ...
@@ -161,6 +176,7 @@ class Simulation:
         progress: _Progress = ...,
     ) -> Stroke: ...
     def drive(self, input: str, signal: _Signal) -> None: ...
+    def on_force(self, function: _Force) -> None: ...
     def drive_file(self, path: _Path) -> None: ...
     def sweep(
         self,
@@ -187,6 +203,15 @@ class Simulation:
         self, point: str, q: _Numbers | None = ..., qd: _Numbers | None = ...
     ) -> _Array: ...
     def jacobian(self, point: str, q: _Numbers | None = ...) -> _Array: ...
+    def sensitivities(
+        self,
+        parameters: str | Iterable[str],
+        until: float | None = ...,
+        every: float | None = ...,
+        *,
+        progress: _Progress = ...,
+    ) -> Sensitivities: ...
+    def sympy(self, what: str = ...) -> str: ...
     def derivatives(self, *parameters: str) -> Derivatives: ...
     def set_state(
         self, q: _Numbers | None = ..., qd: _Numbers | None = ..., time: float = ...
@@ -202,6 +227,7 @@ class Fit:
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     chi2_dof: float
+    def __init__(self, data: dict[str, Any], doubts: list[str], model: Simulation) -> None: ...
 
 class Diagnosis:
     folder: Path
@@ -212,6 +238,9 @@ class Diagnosis:
     causes: list[dict[str, Any]]
     rivals: list[dict[str, Any]]
     table: list[dict[str, Any]]
+    def __init__(
+        self, folder: _Path, explanation: str | None = ..., keep: object = ...
+    ) -> None: ...
     @property
     def html(self) -> str: ...
     @property
@@ -224,6 +253,7 @@ class Plan:
     experiments: list[dict[str, Any]]
     stroke: str | None
     rival: str | None
+    def __init__(self, folder: _Path, keep: object = ...) -> None: ...
 
 def load(
     file: _Path,

@@ -13,7 +13,7 @@ class Record:
     measured by themselves; noise: standard deviation of one sample of a column."""
 
     columns: Mapping
-    name: str = "record"
+    name: str = ""
     set: Mapping = field(default_factory=dict)
     known: Mapping = field(default_factory=dict)
     noise: Mapping = field(default_factory=dict)
@@ -71,8 +71,8 @@ def _named_text(record, number, units):
         known = {k: attrs[k] for k in ("set", "known", "noise", "trigger") if k in attrs}
         if getattr(getattr(record, "dtype", None), "names", None):  # a structured array
             record = {name: record[name] for name in record.dtype.names}
-        record = Record(record, f"record {number}", **known)
-    return record.name, record.text(units)
+        record = Record(record, **known)
+    return record.name or f"record {number}", record.text(units)
 
 
 def named_texts(records, model):

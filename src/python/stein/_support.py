@@ -7,7 +7,7 @@ from typing import NamedTuple
 try:
     from numpy import asarray as view  # over the same memory
 except ImportError:
-    view = memoryview
+    view = memoryview  # type: ignore[assignment]
 
 
 class Error(Exception):

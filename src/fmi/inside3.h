@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT
+ * inside3.h - between fmi3.c, exchange3.c and none3.c.
+ */
+#ifndef FMI_INSIDE3_H
+#define FMI_INSIDE3_H
+
+#include "fmi3.h"
+#include "slave.h"
+
+/** NULL of no instance. */
+slave *slave3_of(fmi3Instance c);
+fmi3Status status3(slave_status status);
+/** Log that a function is not for this FMU ("fmi3GetClock: this FMU WHY"). @return fmi3Error */
+fmi3Status refuse3(fmi3Instance c, const char *function, const char *why);
+
+#endif
