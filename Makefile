@@ -34,7 +34,7 @@ EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
 LAB := src/lab src/lab/data src/lab/fit src/lab/effects src/lab/search src/lab/law src/lab/verdict \
        src/lab/diagnosis src/lab/report src/lab/plan src/lab/study src/lab/import src/lab/page \
-       src/lab/fmu
+       src/lab/fmu src/lab/draw
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 
@@ -243,13 +243,15 @@ PAGE_CORE  := $(filter-out src/core/handover.c src/core/identity.c src/core/lane
                 $(wildcard src/core/*.[ch])) src/page/shim.c \
               $(addprefix include/stein/,law.h model.h sim.h status.h version.h)
 FMU_FILES  := $(wildcard src/fmi/*.c src/fmi/*.h src/fmi/*.txt)
+STARTER    := src/cli/starter.yaml
 embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1)_$$n[] = {"; \
 	  $(quoted) $$f; echo '    0};'; done; \
 	  echo "const lab__source lab__$(1)[] = {"; \
 	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
-$(B)/embedded.c: $(PAGE_FILES) $(PAGE_CORE) $(FMU_FILES) Makefile | $(B)/.gitignore
+$(B)/embedded.c: $(PAGE_FILES) $(PAGE_CORE) $(FMU_FILES) $(STARTER) Makefile | $(B)/.gitignore
 	$(Q){ echo '#include "inner.h"'; $(call embed,page_files,$(PAGE_FILES)); \
-	  $(call embed,core_files,$(PAGE_CORE)); $(call embed,fmu_files,$(FMU_FILES)); } > $@
+	  $(call embed,core_files,$(PAGE_CORE)); $(call embed,fmu_files,$(FMU_FILES)); \
+	  $(call embed,starter_files,$(STARTER)); } > $@
 $(B)/obj/embedded.o: $(B)/embedded.c
 	$(compile)
 

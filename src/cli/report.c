@@ -8,12 +8,6 @@
 
 #include "cli.h"
 
-static void print_problem(void *ctx, const char *message)
-{
-    (void)ctx;
-    fprintf(stderr, "%s\n", message);
-}
-
 /* the problems of a mechanism file have been told one by one */
 static stein_status told(stein_status status, stein_err *err)
 {
@@ -36,7 +30,8 @@ stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err)
         names[i][length] = '\0';
         set[i] = (mech_set){names[i], args->set[i] + length + 1};
     }
-    return told(mech_read(m, args->operand[0], set, args->nset, print_problem, NULL, err), err);
+    const char *file = args->operand[0];
+    return told(mech_read(m, file, set, args->nset, cli_problem, (char *)file, err), err);
 }
 
 stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err)
@@ -44,7 +39,8 @@ stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err)
     lab_options options = lab_options_default();
     options.set = args->set;
     options.nset = args->nset;
-    options.report = print_problem;
+    options.report = cli_problem;
+    options.ctx = (char *)args->operand[0];
     return told(lab_open(model, args->operand[0], &options, err), err);
 }
 
