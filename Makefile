@@ -373,7 +373,9 @@ run: deps  ## build, strike once, compare with the paper, diagnose strokes, writ
 	$(Q)$(B)/stein strike models/stein1788.yaml -o $(B)/run/stroke.csv --plot $(B)/run/stroke.svg
 	$(Q)$(B)/stein study models/stein1788.yaml -o $(B)/run
 	$(Q)$(B)/stein diagnose models/stein1788.yaml models/strokes/*.csv -o $(B)/run/diagnosis
-	$(Q)$(B)/stein page models/stein1788.yaml -o $(B)/run/page.html || echo "no page: run make deps-page"
+	$(Q)if command -v $${WASM_CC:-clang} >/dev/null && command -v wasm-ld >/dev/null; then \
+	  $(B)/stein page models/stein1788.yaml -o $(B)/run/page.html; \
+	else echo "no page: its compiler is not here; make deps-page installs it, then make run"; fi
 
 # every suite of tests/suites.h and every tests/test_*.sh is a job of its own
 SUITE_JOBS  := $(addprefix suite-,$(shell sed -n 's/^ *X(\([a-z_]*\)).*/\1/p' tests/suites.h))

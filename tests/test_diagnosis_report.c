@@ -311,9 +311,7 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
         "prefers-color-scheme",
         "width=device-width",
         "N&nbsp;m&nbsp;s<sup>2</sup>/rad<sup>2</sup>",
-        "[1.0 \xe2\x80\xa6 3.0]</span>\xc2\xb7"
-        "10<sup>\xe2\x88\x92"
-        "7</sup>"};
+        "[0.10 \xe2\x80\xa6 0.30]</span>&nbsp;\xc2\xb5N"};
     lab_diagnosis *d = made_up();
     draw(d);
     const char *path = in_folder("report.html");

@@ -515,7 +515,7 @@ const cli_command cli_check = {
     .description =
         "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
         "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
-        "perhaps meant; the line follows with a caret below the place. Without DATA nothing is "
+        "perhaps meant; the line follows with a caret below the place. Without DATA nothing is\n"
         "compiled or simulated.\n"
         "\n"
         "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"

@@ -82,6 +82,12 @@ void cli_progress_begin(cli_progress *p, const char *what)
     *p = (cli_progress){.what = what, .start = seconds(), .on = isatty(STDERR_FILENO)};
 }
 
+/* seconds to come, if they go on as they did */
+static double left(double spent, double fraction)
+{
+    return fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0;
+}
+
 void cli_progress_show(cli_progress *p, double fraction)
 {
     enum { BAR = 30 };
@@ -98,8 +104,7 @@ void cli_progress_show(cli_progress *p, double fraction)
     for (int i = 0; i < BAR; i++) {
         fputs(i < full ? "#" : ".", stderr);
     }
-    fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction,
-            fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0);
+    fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction, left(spent, fraction));
 }
 
 /* a line now and then for who is not at a terminal */
@@ -109,7 +114,8 @@ static void progress_line(cli_progress *p, double fraction)
     double now = seconds();
     if (!p->on && now - p->start >= SECONDS_A_LINE && now - p->shown >= SECONDS_A_LINE) {
         p->shown = now;
-        fprintf(stderr, "%s: %.0f %% after %.0f s\n", p->what, 100.0 * fraction, now - p->start);
+        fprintf(stderr, "%s: %.0f %%, %.0f s left\n", p->what, 100.0 * fraction,
+                left(now - p->start, fraction));
     }
 }
 

@@ -5,22 +5,29 @@
 #include <string.h>
 
 #include "cli.h"
+#include "diagnosis_page.h"
 
 enum { RIVALS = 4 };
 
-/* "  0.12 N m (0.11 .. 0.13)" for each number, on one line */
+/* value and interval in one unit that suits them, to three digits */
+static void put_number(const lab_cause_number *n)
+{
+    page__unit u = page__unit_for(n->unit, n->value);
+    printf("%s = %.3g", n->name, u.factor * n->value);
+    if (isfinite(n->lo) && isfinite(n->hi)) {
+        printf(" (95 %%: %.3g to %.3g)", u.factor * n->lo, u.factor * n->hi);
+    }
+    printf("%s%s", *u.name != '\0' ? " " : "", u.name);
+}
+
 static void put_cause(const lab_suspect *s)
 {
     const lab_candidate *c = &s->candidate;
-    char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT], scope[LAB_PLACE];
+    char scope[LAB_PLACE];
     printf("cause: %s at %s%s", c->effect->kind, c->place, lab_candidate_scope(c, scope));
     for (int i = 0; i < s->nnumber; i++) {
-        const lab_cause_number *n = &s->number[i];
-        printf("%s %s = %s", i == 0 ? ":" : ",", n->name, cli_quantity(value, n->value, n->unit));
-        if (isfinite(n->lo) && isfinite(n->hi)) {
-            printf(" (95 %%: %s to %s)", cli_quantity(lo, n->lo, n->unit),
-                   cli_quantity(hi, n->hi, n->unit));
-        }
+        printf("%s ", i == 0 ? ":" : ",");
+        put_number(&s->number[i]);
     }
     printf("\n");
 }
@@ -43,14 +50,14 @@ static void put_rivals(const lab_diagnosis *d)
 
 static void put_law(const lab_law *l)
 {
-    char lo[CLI_TEXT], hi[CLI_TEXT];
     double least = INFINITY, most = -INFINITY;
     for (int k = 0; k < l->n; k++) {
         least = fmin(least, l->value[k]);
         most = fmax(most, l->value[k]);
     }
-    printf("law: %s at %s over its %s, %s to %s, table %s of %d points\n", l->what, l->place, l->of,
-           cli_quantity(lo, least, l->unit), cli_quantity(hi, most, l->unit), l->table, l->n);
+    page__unit u = page__unit_for(l->unit, fmax(fabs(least), fabs(most)));
+    printf("law: %s at %s over its %s, %.3g to %.3g %s, table %s of %d points\n", l->what, l->place,
+           l->of, u.factor * least, u.factor * most, u.name, l->table, l->n);
 }
 
 /* the strongest departure of the file as it is, when nothing explains it */
@@ -69,21 +76,31 @@ static void put_departure(const lab_diagnosis *d)
     }
 }
 
+/* of each channel in its own unit, of all in noises */
 static void put_error(const lab_diagnosis *d)
 {
     const lab_gain *g = &d->gain;
-    int extends = lab_diagnosis_extends(d);
+    int after = lab_diagnosis_extends(d) && isfinite(g->ratio);
     if (!isfinite(g->rmse_before) || d->nheld == 0) {
         return;
     }
-    printf("held-out error: %.3g", g->rmse_before);
-    if (extends && isfinite(g->ratio)) {
-        printf(" -> %.3g noise, ratio %.3g (95 %%: %.3g to %.3g)", g->rmse_after, g->ratio, g->lo,
-               g->hi);
-    } else {
-        printf(" noise");
+    printf("held-out error:");
+    for (int i = 0; i < d->ngain; i++) {
+        const lab_gain *c = &d->gains[i];
+        if (c->channel != NULL && c->phase == NULL) {
+            page__unit u = page__unit_for(c->unit, c->rmse_before);
+            printf(" %s %.3g", c->channel, u.factor * c->rmse_before);
+            if (after) {
+                printf(" -> %.3g", u.factor * c->rmse_after);
+            }
+            printf("%s%s,", *u.name != '\0' ? " " : "", u.name);
+        }
     }
-    printf("; noise alone leaves %.3g\n", d->noise_floor);
+    printf(" %.3g", g->rmse_before);
+    if (after) {
+        printf(" -> %.3g", g->rmse_after);
+    }
+    printf(" noise (noise alone leaves %.3g)\n", d->noise_floor);
 }
 
 void cli_story(const char *model, const lab_diagnosis *d)
