@@ -7,19 +7,6 @@ set -u
 XDG_CACHE_HOME=$dir/cache # its own
 unset WASM_CC WASI_SYSROOT
 
-# counted FILE: claims that a script has counted in its last line; the others are told
-counted() {
-    last=$(tail -n 1 "$1")
-    case $last in
-    *[!0-9\ ]* | "") # it broke off
-        cat "$1"
-        last="0 1"
-        ;;
-    *) sed '$d' "$1" ;;
-    esac
-    passed=$((passed + ${last% *})) failed=$((failed + ${last#* }))
-}
-
 # ---- the command
 claim 2 "a page needs a place" "$stein" page models/pendulum.yaml
 says "and says so" 'expected -o FILE.html'
