@@ -81,6 +81,8 @@ case $B in
         node tests/page/browser_test.js "$(command -v chromium)" "$dir/stein1788.html" \
             "$dir/block_on_slope.html" "$dir/piston.html" >"$dir/log" 2>&1
         counted "$dir/log"
+        node tests/page/controls_test.js "$(command -v chromium)" "$dir/stein1788.html" >"$dir/log" 2>&1
+        counted "$dir/log"
     fi
     ;;
 esac
