@@ -40,7 +40,7 @@ for doc in README.md CONTRIBUTING.md docs/*.md; do
         ok "$doc: stein $command exists" $?
     done
     for target in $(sed -n 's/^.*`make \([a-z-]*\)[ `].*/\1/p; s/^    make \([a-z-]*\)\( .*\)*$/\1/p' "$doc" | sort -u); do
-        grep -q "^$target:" Makefile packaging/*.mk
+        grep -q "^$target:" Makefile make/*.mk packaging/*.mk
         ok "$doc: make $target exists" $?
     done
 done
@@ -81,5 +81,7 @@ ok "CONTRIBUTING.md has ten habits" $?
 
 test "$(wc -l <README.md)" -le 150
 ok "README.md is a page" $?
+test "$(wc -l <Makefile)" -lt 250
+ok "the Makefile is short" $?
 
 finish
