@@ -106,7 +106,7 @@ else
     gives "also behind =" "dp5" stein strike models/pendulum.yaml --integrator = d
     gives "parameters complete" "rod.centre.z" "$stein" strike models/pendulum.yaml --set rod.c
     gives "files complete" "models/pendulum.yaml" stein strike models/pend
-    gives "folders complete for -o of a study" "models/robotran models/strokes" stein study m.yaml -o models/
+    gives "folders complete for -o of a study" "models/robotran models/strokes models/swing" stein study m.yaml -o models/
     gives "a time does not" "" stein strike m.yaml --until ""
 fi
 
