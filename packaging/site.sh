@@ -45,7 +45,7 @@ write_page() {
         printf '<a href="%s%s"%s>%s</a>\n' "$top" "$(page_of "$other")" "$here" "$(title_of "$other")"
     done
     printf '</nav>\n<main>\n'
-    markdown "$doc" | sed -E 's#(href="[^":]*)README\.md#\1index.html#g; s#(href="[^":]*)\.md([\#"])#\1.html\2#g'
+    markdown "$doc" | sed -E 's#<pre>#<pre tabindex="0">#; s#(href="[^":]*)README\.md#\1index.html#g; s#(href="[^":]*)\.md([\#"])#\1.html\2#g'
     printf '</main>\n</body>\n</html>\n'
 }
 

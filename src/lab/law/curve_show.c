@@ -154,7 +154,8 @@ void page__law(FILE *f, const lab_diagnosis *d)
               "what is missing is no such law, or needs other records to be seen.</p>\n",
               f);
     }
-    fputs("<div class=\"scroll\"><table><tr><th>place</th><th>as a function of</th><th>gain</th>"
+    fputs("<div class=\"scroll\" tabindex=\"0\"><table><tr><th>place</th><th>as a function "
+          "of</th><th>gain</th>"
           "<th>\xcf\x87\xc2\xb2/dof</th><th>held out [noise]</th></tr>\n",
           f);
     for (int i = 0; i < d->nlaw; i++) {

@@ -108,7 +108,8 @@ void page__map(FILE *f, const lab_diagnosis *d)
         "<section id=\"map\"><h2>Where and when it departs</h2>\n<p>The model before anything "
         "was added. Channels: RMS residual over the noise; joints: mean missing force. The "
         "stronger the colour, the less it can be noise or chance from record to record; z is that "
-        "significance as a normal deviate.</p>\n<div class=\"scroll\"><table class=\"map\">\n<tr>"
+        "significance as a normal deviate.</p>\n<div class=\"scroll\" tabindex=\"0\"><table "
+        "class=\"map\">\n<tr>"
         "<th></th>",
         f);
     for (int k = 0; k < DIAG_PHASES; k++) {
@@ -195,7 +196,8 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
     fputs("<section id=\"suspects\"><h2>Candidates</h2>\n<p>How much the misfit (\xe2\x88\x92"
           "2 log likelihood) falls when the effect is added and everything else is refitted, "
           "records free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
-          "<div class=\"scroll\"><table class=\"fold suspects\">\n<tr><th></th><th></th><th>fall"
+          "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
+          "suspects\">\n<tr><th></th><th></th><th>fall"
           "</th><th>amount</th><th></th></tr>\n",
           f);
     for (int i = 0; i < d->nsuspect; i++) {
@@ -279,9 +281,9 @@ static int has_phases(const lab_diagnosis *d)
     return 0;
 }
 
-static const char gain_head[] =
-    "<div class=\"scroll\"><table class=\"fold gains\">\n<tr><th></th><th>before</th><th>after</th>"
-    "<th>noise</th><th>after / before</th><th></th></tr>\n";
+static const char gain_head[] = "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
+                                "gains\">\n<tr><th></th><th>before</th><th>after</th>"
+                                "<th>noise</th><th>after / before</th><th></th></tr>\n";
 
 void page__gains(FILE *f, const lab_diagnosis *d)
 {
@@ -349,7 +351,8 @@ void page__parameters(FILE *f, const lab_diagnosis *d)
 {
     static const char *const what[] = {"joint friction", "contact friction", "drive"};
     if (d->nvalue > 0) {
-        fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\"><table "
+        fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\" "
+              "tabindex=\"0\"><table "
               "class=\"fold numbers\">"
               "\n<tr><th></th><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
               f);

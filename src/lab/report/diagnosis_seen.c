@@ -67,7 +67,8 @@ static void group(FILE *f, const lab_diagnosis *d, int k)
         return;
     }
     fprintf(f,
-            "<details><summary>%d %s: %s</summary>\n<div class=\"scroll\"><table class=\"fold "
+            "<details><summary>%d %s: %s</summary>\n<div class=\"scroll\" tabindex=\"0\"><table "
+            "class=\"fold "
             "seen\">\n<tr><th></th>",
             n, groups[k].title, groups[k].what);
     fputs("<th>estimate, 95&nbsp;%</th><th>would be named from</th><th>95&nbsp;% upper limit</th>"

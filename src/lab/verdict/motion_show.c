@@ -233,7 +233,8 @@ static void row(FILE *f, const lab_motion_row *r)
 }
 
 static const char head[] =
-    "<div class=\"scroll\"><table><tr><th></th><th>phase</th><th>there</th><th>off by, before</th>"
+    "<div class=\"scroll\" tabindex=\"0\"><table><tr><th></th><th>phase</th><th>there</th><th>off "
+    "by, before</th>"
     "<th>after</th><th>noise makes</th><th>mean before</th><th>after</th><th>\xc2\xb1</th></tr>\n";
 
 void page__motion(FILE *f, const lab_diagnosis *d)
