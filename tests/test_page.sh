@@ -81,7 +81,9 @@ case $B in
         node tests/page/browser_test.js "$(command -v chromium)" "$dir/stein1788.html" \
             "$dir/block_on_slope.html" "$dir/piston.html" >"$dir/log" 2>&1
         counted "$dir/log"
-        node tests/page/controls_test.js "$(command -v chromium)" "$dir/stein1788.html" >"$dir/log" 2>&1
+        "$stein" page models/pendulum.yaml -o "$dir/pendulum.html" >/dev/null 2>&1
+        node tests/page/controls_test.js "$(command -v chromium)" "$dir/stein1788.html" models/strokes/stroke_01.csv \
+            "$dir/pendulum.html" >"$dir/log" 2>&1
         counted "$dir/log"
     fi
     ;;

@@ -13,6 +13,7 @@ const Page = (() => {
   let engine, geometry, scene, traces, strokes, replay;
   let paused = false, seen = null; // seen: the sample that is looked at again
   let since = 0;                   // steps after the last sample
+  const measured = [];             // records that were opened
   const sampleSteps = Math.max(1, Math.round(model.until / model.dt / 1000));
   let speed = 1, carry = 0, last = 0, quiet = 0, asleep = false, failed = false, seenMove = false;
   const held = model.inputs.map(() => false); // pressed inputs
@@ -127,7 +128,7 @@ const Page = (() => {
                  pushes: model.inputs.map((k, i) => (held[i] && !seen ? touch : 0)),
                  atRest: asleep || !seenMove });
     traces.draw(engine.trace(), model.until, s.values,
-                { frozen: replay.frozen, opened: replay.opened(), at: seen ? seen.t : null });
+                { frozen: replay.frozen, measured, opened: replay.opened(), at: seen ? seen.t : null });
     strokes.draw();
     showScrub();
     $("state").textContent = seenMove ? describeState(s.phase) : hint();
@@ -189,6 +190,33 @@ const Page = (() => {
       show();
     });
     $("thaw").addEventListener("click", () => { replay.thaw(); count(); $("freeze").focus(); show(); });
+  }
+
+  /* ---- measured records ---- */
+
+  async function openRecords(files) {
+    const words = [];
+    measured.length = 0;
+    for (const file of files)
+      try {
+        measured.push(Measured.read(await file.text(), model));
+        words.push(Words.t("opened", file.name));
+      } catch (error) {
+        words.push(Words.t("notOpened", file.name, error.message));
+      }
+    $("measured").textContent = $("announce").textContent = words.join(" ");
+    show();
+  }
+
+  function buildMeasured() {
+    $("open").textContent = Words.t(model.string < 0 ? "openMotion" : "open");
+    $("open").addEventListener("click", () => $("file").click());
+    $("file").addEventListener("change", () => openRecords([...$("file").files]));
+    document.addEventListener("dragover", (e) => e.preventDefault());
+    document.addEventListener("drop", (e) => {
+      e.preventDefault();
+      if (e.dataTransfer.files.length > 0) openRecords([...e.dataTransfer.files]);
+    });
   }
 
   /* what comes is recorded anew */
@@ -359,13 +387,15 @@ const Page = (() => {
   function buildDials() {
     const abouts = new Map(model.abouts.map((a) => [a.entry, a.text]));
     for (const d of model.dials) {
+      const starts = /(^|\.)initial\./.test(d.name); // where it begins: nothing to turn on the way
       const slider = Slider.add($("dials"), {
-        ...d, label: Words.of(d.label), value: model.values[d.param], present: engine.value(d.param),
+        ...d, label: starts ? Words.t("restarts", Words.of(d.label)) : Words.of(d.label), value: model.values[d.param], present: engine.value(d.param),
         about: abouts.get(d.name),
         turn(v) {
           const own = Math.abs(v - model.values[d.param]) < 1e-3 * (d.to - d.from);
           Address.put(d.name, own ? null : v);
-          engine.aim(d.param, v, (d.to - d.from) / turnTime);
+          engine.aim(d.param, v, starts ? 0 : (d.to - d.from) / turnTime);
+          if (starts) again();
           if (!plays()) moved();
           wake();
         },
@@ -536,6 +566,7 @@ const Page = (() => {
     buildDials();
     buildSpeed();
     buildReplay();
+    buildMeasured();
     buildSound();
     buildHelp();
     theme();

@@ -118,6 +118,17 @@ const Traces = (() => {
       ctx.stroke();
     }
 
+    /* a measured record, from where the present stroke began */
+    function dots(c, record, end, span, Y, opened) {
+      if (!record.channels.includes(c.i)) return;
+      ctx.fillStyle = colour.ink;
+      for (const s of record.samples) {
+        const t = s.t + opened, y = Y(s.values[c.i]);
+        if (t >= end - span && t <= end && Number.isFinite(y))
+          ctx.fillRect(width - (end - t) / span * (width - gutter) - 0.75, y - 0.75, 1.5, 1.5);
+      }
+    }
+
     /* the moment that is looked at again */
     function cursor(t, end, span) {
       const x = Math.round(width - (end - t) / span * (width - gutter)) + 0.5;
@@ -143,7 +154,7 @@ const Traces = (() => {
       seen = trace.n;
     }
 
-    /* now: channels that are shown; replay: { frozen, opened, at }, at null: nothing is looked at again */
+    /* now: channels that are shown; replay: { frozen, measured, opened, at }, at null: nothing is looked at again */
     function draw(trace, span, now, replay) {
       learn(trace);
       const ratio = canvas.width / width;
@@ -162,6 +173,8 @@ const Traces = (() => {
         ctx.lineWidth = 1.2;
         for (const old of replay.frozen)
           for (const c of lane.list) under(c, old, end, span, Y, replay.opened);
+        for (const record of replay.measured)
+          for (const c of lane.list) dots(c, record, end, span, Y, replay.opened);
         if (replay.at !== null) cursor(replay.at, end, span);
         lane.list.forEach((c, k) => {
           ctx.strokeStyle = colour.tones[k % colour.tones.length];

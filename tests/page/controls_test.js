@@ -2,7 +2,7 @@
  * controls_test.js - pause, single steps, the last stroke again, frozen strokes, settings in the
  * address and the four languages, in Chromium. Prints failures and "PASSED FAILED".
  *
- *   node controls_test.js CHROMIUM PAGE */
+ *   node controls_test.js CHROMIUM PAGE RECORD.csv PAGE-OF-A-PENDULUM */
 "use strict";
 
 const fs = require("fs");
@@ -10,7 +10,7 @@ const path = require("path");
 const { open } = require("./browser.js");
 const { claim, count, read } = require("./page_file.js");
 
-const [program, file] = process.argv.slice(2), address = "file://" + path.resolve(file);
+const [program, file, record, pendulum] = process.argv.slice(2), address = "file://" + path.resolve(file);
 const engine = "Page.engine()", last = "Page.strokes().list.at(-1)";
 const click = (b, id) => b.evaluate(`document.getElementById("${id}").click()`);
 const text = (b, id) => b.evaluate(`document.getElementById("${id}").textContent`);
@@ -135,6 +135,51 @@ async function addresses(b) {
     ${engine}.value(${engine}.model.dials[0].param) === ${engine}.model.dials[0].to && !document.querySelectorAll(".dial")[1].classList.contains("turned")`));
 }
 
+function records() {
+  const { Measured, model } = read(file), at = (name) => model.channels.findIndex((c) => c.name === name);
+  const own = Measured.read(fs.readFileSync(record, "utf8"), model), first = own.samples[0];
+  claim("a record is read by its names", own.channels.includes(at("string_distance")) && own.samples.length > 100 &&
+        first.t === -0.005 && first.values[at("string_distance")] === 0.03916, JSON.stringify(first));
+  const other = Measured.read("\uFEFF# a note\nt [ms];key_dip (mm);other\r\n0;1,5;7\r\n2,5;;8\r\n", model);
+  claim("also with semicolons, decimal commas and other units", other.samples.length === 2 && Math.abs(other.samples[1].t - 0.0025) < 1e-12 &&
+        Math.abs(other.samples[0].values[at("key_dip")] - 0.0015) < 1e-12 && Number.isNaN(other.samples[1].values[at("key_dip")]));
+  for (const [what, text] of [["no names", "1,2\n3,4\n"], ["an unknown unit", "time [s],key_dip [furlong]\n0,1\n1,2\n"],
+                              ["words for times", "time,key_dip\nnow,1\nthen,2\n"], ["one row", "time,key_dip\n0,1\n"], ["nothing", ""]]) {
+    let refused = false;
+    try { Measured.read(text, model); } catch (e) { refused = true; }
+    claim(`${what}: no record`, refused);
+  }
+}
+
+async function measuring(b) {
+  records();
+  await go(b, "");
+  await stroke(b);
+  await b.until(`${engine}.armed() && ${engine}.stir() < 2e-3`);
+  await setRange(b, "scrub", 250);
+  const before = await pixels(b, "traces", "ink");
+  const { root } = await b.call("DOM.getDocument"), { nodeId } = await b.call("DOM.querySelector", { nodeId: root.nodeId, selector: "#file" });
+  await b.call("DOM.setFileInputFiles", { nodeId, files: [path.resolve(record)] });
+  await b.until(`document.getElementById("measured").textContent !== ""`);
+  claim("a measured stroke is told", /is drawn over the traces/.test(await text(b, "measured")), await text(b, "measured"));
+  claim("and drawn", await pixels(b, "traces", "ink") > before + 200, [before, await pixels(b, "traces", "ink")]);
+  await b.call("DOM.setFileInputFiles", { nodeId, files: [path.resolve(__filename)] });
+  await b.until(`/is no record/.test(document.getElementById("measured").textContent)`);
+  claim("what is none is told, and nothing is drawn", await pixels(b, "traces", "ink") < before + 50);
+}
+
+async function beginning(b) {
+  await b.call("Page.navigate", { url: "file://" + path.resolve(pendulum) });
+  await b.until(`document.documentElement?.dataset.ready === "yes" && Page.engine().model.name === "pendulum"`);
+  const i = await b.evaluate(`${engine}.model.dials.findIndex((d) => d.name === "rod.initial.position")`);
+  claim("the beginning has a slider", i >= 0);
+  claim("which says that it starts again", /\(starts again\)$/.test(await b.evaluate(`document.querySelector("label[for=dial${i}]").textContent`)));
+  await b.until(`${engine}.time() > 0.05`);
+  const [q, t, aim] = await b.evaluate(`(() => { const s = document.getElementById("dial${i}"), d = ${engine}.model.dials[${i}]; s.value = 900;
+    s.dispatchEvent(new Event("input")); return [${engine}.q()[0], ${engine}.time(), d.from + 0.9 * (d.to - d.from)]; })()`);
+  claim("turned it begins there", t === 0 && Math.abs(q - aim) < 1e-3, [q, t, aim]);
+}
+
 async function languages(b) {
   const { Words } = read(file);
   const broken = Object.entries(Words.all).filter(([, list]) => list.length !== 4 || list.some((t) => !t ||
@@ -178,9 +223,11 @@ async function run() {
     await pausing(b);
     await again(b);
     await freezing(b);
+    await measuring(b);
     await addresses(b);
     await languages(b);
     await named(b);
+    await beginning(b);
     claim("no script failed", broken.length === 0, broken);
   } catch (e) {
     claim(`the controls' part runs through (${e.message})`, false);

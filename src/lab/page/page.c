@@ -13,8 +13,8 @@
 
 /* in this order: a later one uses the earlier */
 static const char *const scripts[] = {
-    "format.js",  "words.js",  "address.js", "engine.js", "geometry.js", "scene.js", "traces.js",
-    "strokes.js", "replay.js", "preview.js", "slider.js", "sound.js",    "main.js"};
+    "format.js",  "words.js",  "address.js",  "engine.js",  "geometry.js", "scene.js", "traces.js",
+    "strokes.js", "replay.js", "measured.js", "preview.js", "slider.js",   "sound.js", "main.js"};
 enum { SCRIPTS = sizeof scripts / sizeof *scripts };
 
 static const char *const *lines_of(const char *name)
