@@ -10,7 +10,7 @@ const Page = (() => {
   const stillFor = 0.12;  // [s] ... when it lasts so long
   const model = JSON.parse($("model").textContent);
   const perFrame = { mean: 0, least: Infinity, frames: 0 }; // [ms] of simulation in 1/60 s
-  let engine, geometry, scene, traces, strokes, replay;
+  let engine, geometry, scene, traces, strokes, replay, tour;
   let paused = false, seen = null; // seen: the sample that is looked at again
   let since = 0;                   // steps after the last sample
   const measured = [];             // records that were opened
@@ -83,6 +83,7 @@ const Page = (() => {
       try {
         simulate(seconds);
         strokes.follow(held.some((h) => h) || engine.loadPresent());
+        tour.follow();
         const pulse = engine.pulse();
         if (pulse) Sound.play(pulse, model.dt);
         rest(seconds);
@@ -190,6 +191,14 @@ const Page = (() => {
       show();
     });
     $("thaw").addEventListener("click", () => { replay.thaw(); count(); $("freeze").focus(); show(); });
+  }
+
+  function buildTour(stop) {
+    tour = Tour.create({ box: $("tour"), text: $("tour-text"), next: $("tour-next"), strokes: strokes.list,
+                         turn: (dx) => stop.take(dx) });
+    $("tour-start").hidden = !scene.action || !stop;
+    $("tour-start").addEventListener("click", () => tour.start());
+    $("tour-next").addEventListener("click", () => { tour.stop(); $("tour-start").focus(); fit(); });
   }
 
   /* ---- measured records ---- */
@@ -567,6 +576,7 @@ const Page = (() => {
     buildSpeed();
     buildReplay();
     buildMeasured();
+    buildTour(dx);
     buildSound();
     buildHelp();
     theme();
@@ -588,5 +598,5 @@ const Page = (() => {
   });
 
   return { engine: () => engine, strokes: () => strokes, perFrame, geometry: () => geometry,
-           scene: () => scene, replay: () => replay, paused: () => paused };
+           scene: () => scene, replay: () => replay, tour: () => tour, paused: () => paused };
 })();

@@ -168,6 +168,37 @@ async function measuring(b) {
   claim("what is none is told, and nothing is drawn", await pixels(b, "traces", "ink") < before + 50);
 }
 
+async function touring(b) {
+  await go(b, "#pawl.stop_shift=-0.0007");
+  await click(b, "tour-start");
+  claim("the tour begins with the file's regulation", await b.evaluate("Page.tour().step()") === 1 && /^1 of 4/.test(await text(b, "tour-text")));
+  await b.until(`Math.abs(${engine}.value(${engine}.model.dials[0].param)) < 1e-9 && ${engine}.stir() < 2e-3`);
+  await stroke(b);
+  await b.until("Page.tour().step() === 2");
+  claim("a stroke takes it on, and the stop is displaced", /^2 of 4/.test(await text(b, "tour-text")));
+  await b.until(`Math.abs(${engine}.value(${engine}.model.dials[0].param) - 0.00025) < 1e-9 && ${engine}.armed() && ${engine}.stir() < 2e-3`);
+  await stroke(b);
+  await b.until("Page.tour().step() === 3");
+  claim("the next one is not as it should be", await b.evaluate(`!(${last}.escapeTime < ${last}.impactTime)`) && /^3 of 4/.test(await text(b, "tour-text")), await b.evaluate(last));
+  const to = async (dx) => {
+    await b.evaluate(`(() => { const d = ${engine}.model.dials[0], i = document.getElementById("dial0"); i.value = 1000 * (${dx} - d.from) / (d.to - d.from); i.dispatchEvent(new Event("input")); })()`);
+    await b.until(`Math.abs(${engine}.value(${engine}.model.dials[0].param) - ${dx}) < 1e-6 && ${engine}.armed() && ${engine}.stir() < 2e-3`);
+    const n = await b.evaluate("Page.strokes().list.length");
+    await b.evaluate("document.activeElement.blur()");
+    await b.key("keyDown", " ", "Space");
+    await b.until(`Page.strokes().list.length === ${n + 1} && ${last}.over`);
+    await b.key("keyUp", " ", "Space");
+    await frames(b);
+  };
+  await to(-0.0008);
+  claim("too far to the left is not it", await b.evaluate("Page.tour().step()") === 3);
+  await to(0);
+  await b.until("Page.tour().step() === 4");
+  claim("the right place is found", /Found: the hammer escapes [1-3]\.\d mm/.test(await text(b, "tour-text")), await text(b, "tour-text"));
+  await click(b, "tour-next");
+  claim("it ends", await b.evaluate(`document.getElementById("tour").hidden && Page.tour().step() === 0`));
+}
+
 async function beginning(b) {
   await b.call("Page.navigate", { url: "file://" + path.resolve(pendulum) });
   await b.until(`document.documentElement?.dataset.ready === "yes" && Page.engine().model.name === "pendulum"`);
@@ -226,6 +257,7 @@ async function run() {
     await measuring(b);
     await addresses(b);
     await languages(b);
+    await touring(b);
     await named(b);
     await beginning(b);
     claim("no script failed", broken.length === 0, broken);
