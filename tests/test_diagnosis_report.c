@@ -422,9 +422,9 @@ START_TEST(what_speaks_against_the_verdict_stands_beside_it)
                                       "after over before may be 1.20",
                                       "In 1 of 2 records held out the error grows.",
                                       "other explanation is as good",
-                                      "<div class=\"card warning\"><h2>What the forces say</h2>",
+                                      "<div class=\"card warning\"><h2>Check by forces</h2>",
                                       NULL};
-    static const char *const without[] = {"<h2>What the forces say</h2>", NULL};
+    static const char *const without[] = {"<h2>Check by forces</h2>", NULL};
     lab_diagnosis *d = made_up();
     draw(d);
     d->ncause = d->nrival = 1;

@@ -313,10 +313,11 @@ static void remains_card(FILE *f, const lab_diagnosis *d)
               f);
     }
     if (weak + unseen > 0) {
-        fprintf(f,
-                "<p class=\"quiet\">Beside it, of %d candidates <a href=\"#seen\">%d are plausible "
-                "but weak, %d cannot be tested</a> with these records.</p>\n",
-                d->nsuspect, weak, unseen);
+        fprintf(
+            f,
+            "<p class=\"quiet\">Of %d candidates, <a href=\"#seen\">plausible but weak: %d, not "
+            "testable with these records: %d</a>.</p>\n",
+            d->nsuspect, weak, unseen);
     }
     fprintf(f, "<p class=\"quiet\">%d samples of %d records</p></div>\n", d->samples, d->nfit);
 }
@@ -328,7 +329,7 @@ static void forces_card(FILE *f, const lab_motion *m)
     if (m->why[0] == '\0') {
         return;
     }
-    fprintf(f, "<div class=\"card%s\"><h2>What the forces say</h2>\n<p class=\"big\">%s</p><p>",
+    fprintf(f, "<div class=\"card%s\"><h2>Check by forces</h2>\n<p class=\"big\">%s</p><p>",
             m->says == LAB_MOTION_CONTRADICTS ? " warning" : "", says[m->says]);
     page__text(f, m->why);
     fputs("</p></div>\n", f);
