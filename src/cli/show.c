@@ -15,7 +15,7 @@ static int run(const cli_args *args)
                                          "expected -o FILE.svg");
     }
     stein_status status = cli_open(&model, args, &err);
-    status = status == STEIN_OK ? lab_draw(path, model, &err) : status;
+    status = status == STEIN_OK ? lab__draw(path, model, &err) : status;
     if (status == STEIN_OK && cli_value(args, "json") != NULL) {
         lab__json j = {.stream = stdout};
         lab__json_open(&j, NULL, '{');

@@ -329,7 +329,7 @@ static stein_status draw_to(drawing *d, const char *path, stein_err *err)
     return lab__file_close(&file, 1, err);
 }
 
-stein_status lab_draw(const char *path, const lab_model *model, stein_err *err)
+stein_status lab__draw(const char *path, const lab_model *model, stein_err *err)
 {
     drawing d = {.m = lab__mechanism(model), .labels = calloc(1, sizeof(draw__labels))};
     double *p = calloc((size_t)d.m->nparam + 1, sizeof *p);

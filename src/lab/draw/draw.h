@@ -14,7 +14,7 @@
 /** Draw the mechanism in the state of its file.
  *  @param path  of the SVG; "-" is standard output
  *  @return OK, EIO, ENOMEM, or why there is no initial state */
-stein_status lab_draw(const char *path, const lab_model *model, stein_err *err);
+stein_status lab__draw(const char *path, const lab_model *model, stein_err *err);
 
 /* ---- place.c ---- */
 
