@@ -75,6 +75,7 @@ install: all shared manual  ## install libraries, headers, programs, manual page
 	$(call put,644,models/*.yaml,$(MODELDIR))
 	$(call put,644,models/robotran/*.yaml,$(MODELDIR)/robotran)
 	$(call put,644,models/strokes/*.csv,$(MODELDIR)/strokes)
+	$(call put,644,models/swing/*.yaml models/swing/*.csv,$(MODELDIR)/swing)
 	$(call put,644,$(B)/man/*.1,$(MANDIR)/man1)
 	$(call put,644,$(B)/man/*.3,$(MANDIR)/man3)
 	$(call put,644,docs/*.md docs/*.png,$(DOCDIR))

@@ -46,6 +46,19 @@ quiet() { if [ -s "$dir/out" ]; then fail "$1"; else pass; fi; }
 same() { if cmp -s "$2" "$3"; then pass; else fail "$1"; fi; }
 # gone TEXT FILE: there is no such file
 gone() { if [ ! -e "$2" ]; then pass; else fail "$1"; fi; }
+# counted FILE: claims that another script has counted in the last line of its output; what failed is
+# told
+counted() {
+    last=$(tail -n 1 "$1")
+    case $last in
+    *[!0-9\ ]* | "") # it broke off
+        cat "$1"
+        last="0 1"
+        ;;
+    *) sed '$d' "$1" ;;
+    esac
+    passed=$((passed + ${last% *})) failed=$((failed + ${last#* }))
+}
 # finish [MORE]: the last line of a script, with more of what it did
 finish() {
     echo "$script: $passed passed, $failed failed${1:+ ($1)}"

@@ -40,7 +40,7 @@ cc -std=c11 -O1 -o "$M/mutate" tests/mutate/mutate.c || exit 1
 i=0
 while [ $i -lt "$jobs" ]; do
     [ -d "$M/$i" ] || [ $i = 0 ] || cp -Rp "$M/0" "$M/$i"
-    find Makefile packaging src gen include models tests bench -type f | while read -r f; do
+    find Makefile make packaging src gen include models tests bench -type f | while read -r f; do
         cmp -s "$f" "$M/$i/$f" || { mkdir -p "$M/$i/$(dirname "$f")" && cp "$f" "$M/$i/$f"; }
     done
     make -s -C "$M/$i" B=build OPT=-O2 CFLAGS=-w build/check build/faults build/steingen >"$M/$i/log" 2>&1 ||

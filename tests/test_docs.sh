@@ -16,8 +16,8 @@ for doc in README.md docs/mechanism-files.md; do
     ok "$doc: its mechanism runs" $?
 done
 
-for doc in README.md docs/*.md examples/README.md; do
-    sed -n 's/.*](\([^)h][^)]*\)).*/\1/p' "$doc" | while read -r link; do
+for doc in README.md CONTRIBUTING.md docs/*.md examples/README.md; do
+    grep -o ']([^)]*)' "$doc" | sed 's/^](//; s/)$//; /^http/d' | while read -r link; do
         test -e "$(dirname "$doc")/$link" || echo "$link"
     done >"$dir/dead"
     test ! -s "$dir/dead"
@@ -34,13 +34,13 @@ for folder in $(sed -n 's/^| `\([a-z0-9]*\)\/`.*/\1/p' examples/README.md); do
     ok "examples/README.md: $folder is there" $?
 done
 
-for doc in README.md docs/*.md; do
+for doc in README.md CONTRIBUTING.md docs/*.md; do
     for command in $(sed -n 's/^ *build\/stein \([a-z]*\) .*/\1/p' "$doc" | sort -u); do
         "$stein" help "$command" >/dev/null 2>&1
         ok "$doc: stein $command exists" $?
     done
     for target in $(sed -n 's/^.*`make \([a-z-]*\)[ `].*/\1/p; s/^    make \([a-z-]*\)\( .*\)*$/\1/p' "$doc" | sort -u); do
-        grep -q "^$target:" Makefile packaging/*.mk
+        grep -q "^$target:" Makefile make/*.mk packaging/*.mk
         ok "$doc: make $target exists" $?
     done
 done
@@ -53,7 +53,7 @@ for option in $(grep -oh '`--[a-z-]*' docs/diagnosis.md | tr -d '`' | sort -u); 
 done
 
 # files that documents name by their path
-for doc in README.md docs/*.md; do
+for doc in README.md CONTRIBUTING.md docs/*.md; do
     for path in $(grep -oE '`(src|tests|models|bench|gen|docs|include)/[A-Za-z0-9_./]*`' "$doc" | tr -d '`' | sort -u); do
         test -e "$path"
         ok "$doc: $path is there" $?
@@ -69,23 +69,19 @@ while read -r name value; do
     ok "docs/diagnosis.md: $name is $value" $?
 done <"$dir/thresholds"
 
-# layers of docs/architecture.md, by what is included. layer HEADERS FOLDER...
-layer() {
-    headers=$1
-    shift
-    grep -rnE "#include \"($headers)\"" "$@" | head -n 3 >"$dir/included"
-    test ! -s "$dir/included"
-    ok "docs/architecture.md: $* includes nothing of a layer below ($(cat "$dir/included"))" $?
-}
-upper=inner.h,fitting.h,data_inner.h,structure.h,search.h,verdict.h,curve.h,diagnosis_page.h,planning.h,study.h,cli.h
-upper=$(echo "$upper" | sed 's/\./[.]/g; s/,/|/g')
-layer "$upper|stein/(lab|data|fit|diagnose|plan|import)[.]h" src/core src/load src/model gen
-layer 'cli[.]h' src/lab
-layer 'search[.]h|verdict[.]h|curve[.]h|diagnosis_page[.]h|planning[.]h' src/lab/data src/lab/fit
-layer 'verdict[.]h|curve[.]h|motion[.]h|diagnosis_page[.]h|planning[.]h' src/lab/search
-layer 'curve[.]h|planning[.]h' src/lab/verdict
+# the folders of docs/architecture.md are all folders of sources, and its table has them all
+for folder in $(find src gen -type d -exec sh -c 'ls "$1"/*.c >/dev/null 2>&1 && echo "$1"' _ {} \; | grep -v stein$); do
+    grep -q "\`$folder/\|\`${folder##*/}/\`" docs/architecture.md
+    ok "docs/architecture.md tells what $folder holds" $?
+done
+
+# ten habits
+test "$(grep -c '^[0-9]*\. \*\*' CONTRIBUTING.md)" = 10
+ok "CONTRIBUTING.md has ten habits" $?
 
 test "$(wc -l <README.md)" -le 150
 ok "README.md is a page" $?
+test "$(wc -l <Makefile)" -lt 250
+ok "the Makefile is short" $?
 
 finish

@@ -468,12 +468,9 @@ static const char *second_model(const cli_args *args)
     return NULL;
 }
 
-static int run(const cli_args *args)
+static int check(const cli_args *args)
 {
     int code = CLI_OK;
-    if (second_model(args) != NULL) {
-        return cli_misuse(args->command, "one model at a time: %s is no data", second_model(args));
-    }
     mechanism *m = NULL;
     gen_result g;
     stein_err err = {STEIN_OK, ""};
@@ -496,7 +493,17 @@ static int run(const cli_args *args)
     return status == STEIN_OK ? code : cli_failed(status, &err);
 }
 
-static const cli_option options[] = {CLI_COMMON};
+static int run(const cli_args *args)
+{
+    if (second_model(args) != NULL) {
+        return cli_misuse(args->command, "one model at a time: %s is no data", second_model(args));
+    }
+    return cli_value(args, "watch") != NULL ? cli_watch(args, check) : check(args);
+}
+
+static const cli_option options[] = {
+    {"watch", 0, NULL, "Go on: check again whenever MODEL or DATA change, until Ctrl-C ends it."},
+    CLI_COMMON};
 
 const cli_command cli_check = {
     .name = "check",
@@ -508,7 +515,8 @@ const cli_command cli_check = {
     .description =
         "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
         "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
-        "perhaps meant. Without DATA nothing is compiled or simulated.\n"
+        "perhaps meant; the line follows with a caret below the place. Without DATA nothing is\n"
+        "compiled or simulated.\n"
         "\n"
         "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"
         "rests, wrapped angles. Then every record is simulated once with the numbers of the files\n"
@@ -537,6 +545,7 @@ const cli_command cli_check = {
         "values in SI units.",
     .examples = "stein check models/stein1788.yaml\n"
                 "stein check models/stein1788.yaml models/strokes/*.csv\n"
+                "stein check my.yaml --watch\n"
                 "stein check my.yaml --json | python3 -m json.tool",
     .run = run,
 };

@@ -5,11 +5,14 @@
  *   help.c        --help                      names.c     lists of names
  *   manual.c      manual pages                report.c    models, failures, progress, quantities
  *   completion.c  for shells                  results.c   tables of sweep and merge
+ *   story.c       diagnosis in a terminal     problems.c  a line and a caret
+ *   watch.c       again when a file changes
  */
 #ifndef CLI_H
 #define CLI_H
 
 #include "inner.h"
+#include "stein/diagnose.h"
 
 enum { CLI_OK, CLI_FAILED, CLI_USAGE, CLI_NUMERICAL }; /* exit codes */
 enum { CLI_OPTIONS = 16, CLI_SETS = 256, CLI_VARIES = 32, CLI_OPERANDS = 4096 };
@@ -61,9 +64,9 @@ struct cli_args {
     int noperand;
 };
 
-extern const cli_command cli_check, cli_generate, cli_strike, cli_simulate, cli_sweep, cli_merge,
-    cli_study, cli_effects, cli_fit, cli_diagnose, cli_plan, cli_import, cli_page, cli_export,
-    cli_version;
+extern const cli_command cli_new, cli_check, cli_show, cli_generate, cli_strike, cli_simulate,
+    cli_sweep, cli_merge, cli_study, cli_effects, cli_fit, cli_diagnose, cli_plan, cli_import,
+    cli_page, cli_export, cli_version;
 /** All commands, closed by NULL. */
 extern const cli_command *const cli_commands[];
 
@@ -117,6 +120,17 @@ int cli_completion(const char *shell);
  *  @return the exit code */
 int cli_check_data(const cli_args *args, lab__json *out);
 
+/* ---- story.c ---- */
+
+/** A diagnosis on standard output, in at most 9 lines; all of it is in the report. */
+void cli_story(const char *model, const lab_diagnosis *d);
+
+/* ---- watch.c ---- */
+
+/** Run the command now, and again whenever a file of its operands changes, until it is interrupted
+ *  or its output is closed. @return the code of the last run */
+int cli_watch(const cli_args *args, int (*run)(const cli_args *args));
+
 /* ---- results.c ---- */
 
 /** Points of a table. */
@@ -131,6 +145,13 @@ int cli_results_check(const cli_args *args);
 int cli_results(const cli_args *args, const lab_table *table, int only_part);
 /** Tell about damaged lines of a journal, when there are any. */
 void cli_damaged(int lines);
+
+/* ---- problems.c ---- */
+
+/** A problem of a mechanism file on standard error; where it has a place in the file, the line and
+ *  a caret below it (a lab_report_fn).
+ *  @param file  its path, as it was given to the reader */
+void cli_problem(void *file, const char *message);
 
 /* ---- report.c ---- */
 

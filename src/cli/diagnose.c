@@ -2,7 +2,6 @@
  * diagnose.c - stein diagnose: what the simulation gets wrong, from measured strokes.
  */
 #include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -10,7 +9,7 @@
 #include "cli.h"
 #include "stein/diagnose.h"
 
-enum { FINDINGS = 6, RIVALS = 5, KINDS = 100 };
+enum { FINDINGS = 6, KINDS = 100 };
 
 typedef struct job {
     const cli_args *args;
@@ -259,171 +258,6 @@ static int audit_data(const job *j)
     return status == STEIN_OK ? CLI_OK : cli_failed(status, &err);
 }
 
-/* ---- the verdict ---- */
-
-static void print_cause(const lab_suspect *s)
-{
-    const lab_candidate *c = &s->candidate;
-    char value[CLI_TEXT], lo[CLI_TEXT], hi[CLI_TEXT];
-    char scope[LAB_PLACE];
-    printf("cause: %s at %s%s: %s\n", c->effect->kind, c->place, lab_candidate_scope(c, scope),
-           c->effect->equation);
-    for (int i = 0; i < s->nnumber; i++) {
-        const lab_cause_number *n = &s->number[i];
-        printf("  %s = %s", n->name, cli_quantity(value, n->value, n->unit));
-        if (isfinite(n->lo) && isfinite(n->hi)) {
-            printf("  (95 %%: %s .. %s)", cli_quantity(lo, n->lo, n->unit),
-                   cli_quantity(hi, n->hi, n->unit));
-        }
-        printf("\n");
-    }
-    if (isfinite(s->own_ratio)) {
-        printf("  held-out error: %.3g (95 %%: %.3g .. %.3g) of what it is without it\n",
-               s->own_ratio, s->own_lo, s->own_hi);
-    }
-}
-
-static void print_rivals(const lab_diagnosis *d)
-{
-    for (int i = 0; i < d->nrival; i++) {
-        const lab_candidate *c = &d->suspect[d->ncause + i].candidate;
-        if (i < RIVALS) {
-            char scope[LAB_PLACE];
-            printf("%s%s at %s%s", i == 0 ? "the data cannot tell it from: " : ", ",
-                   c->effect->kind, c->place, lab_candidate_scope(c, scope));
-        }
-    }
-    if (d->nrival > 0) {
-        printf(d->nrival > RIVALS ? ", %d more\n" : "\n", d->nrival - RIVALS);
-    }
-}
-
-/* the strongest departures of the file as it is, when no cause explains them */
-static void print_departure(const lab_diagnosis *d)
-{
-    int worst = -1;
-    for (int i = 0; i < d->ndeparture; i++) {
-        if (worst < 0 || fabs(d->departure[i].z) > fabs(d->departure[worst].z)) {
-            worst = i;
-        }
-    }
-    if (worst < 0 || d->verdict == LAB_VERDICT_EXPLAINED) {
-        return;
-    }
-    const lab_departure *w = &d->departure[worst];
-    char size[CLI_TEXT];
-    printf("the file as it is departs most at %s, %s: %s %s (z = %.1f)\n", w->place, w->phase,
-           w->is_force ? "missing" : "off by", cli_quantity(size, w->size, w->unit), w->z);
-}
-
-static void print_law(const lab_diagnosis *d)
-{
-    const lab_law *l = d->law;
-    char lo[CLI_TEXT], hi[CLI_TEXT];
-    double least = INFINITY, most = -INFINITY;
-    if (d->nlaw == 0 || !l->pays) {
-        return;
-    }
-    for (int k = 0; k < l->n; k++) {
-        least = fmin(least, l->value[k]);
-        most = fmax(most, l->value[k]);
-    }
-    printf("  law: %s at %s over its %s, %s .. %s, table %s of %d points; gain %.4g\n", l->what,
-           l->place, l->of, cli_quantity(lo, least, l->unit), cli_quantity(hi, most, l->unit),
-           l->table, l->n, l->gain);
-}
-
-static void print_gain(const lab_diagnosis *d)
-{
-    const lab_gain *g = &d->gain;
-    if (d->nheld > 0 && isfinite(g->ratio) && lab_diagnosis_extends(d)) {
-        printf("held-out strokes: error %.4g -> %.4g noise, ratio %.3g (95 %%: %.3g .. %.3g); "
-               "noise alone leaves %.4g\n",
-               g->rmse_before, g->rmse_after, g->ratio, g->lo, g->hi, d->noise_floor);
-    } else if (d->nheld > 0 && isfinite(g->rmse_before)) {
-        printf("held-out strokes: error %.4g noise; noise alone leaves %.4g\n", g->rmse_before,
-               d->noise_floor);
-    }
-    if (!isfinite(d->chi2_dof_before)) {
-        return; // nothing was fitted
-    }
-    printf("fit: chi2/dof %.4g", d->chi2_dof_before);
-    if (lab_diagnosis_extends(d)) {
-        printf(" -> %.4g", d->chi2_dof_after);
-    }
-    printf("; strokes scatter by %.2g %% in joint friction, %.2g %% in contact friction, %.2g %% "
-           "in drive\n",
-           100.0 * d->scatter[0], 100.0 * d->scatter[1], 100.0 * d->scatter[2]);
-}
-
-/* could the others have been seen? */
-static void print_presence(const lab_diagnosis *d)
-{
-    int count[LAB_PRESENCES] = {0};
-    for (int i = 0; i < d->nsuspect; i++) {
-        count[d->suspect[i].power.presence]++;
-    }
-    if (count[LAB_NOT_JUDGED] < d->nsuspect) {
-        printf("of %d candidates: %d present, %d absent, %d plausible but weak, %d not testable "
-               "with these data\n",
-               d->nsuspect, count[LAB_PRESENT], count[LAB_ABSENT], count[LAB_WEAK],
-               count[LAB_NOT_TESTABLE]);
-    }
-}
-
-/* the force that the measured motion needs */
-static void print_motion(const lab_motion *m)
-{
-    char before[CLI_TEXT], after[CLI_TEXT], noise[CLI_TEXT];
-    if (m->says == LAB_MOTION_NOT_DONE) {
-        printf("motion-driven check: not done, %s\n", m->why);
-        return;
-    }
-    const lab_motion_row *all = &m->row[0];
-    printf("motion-driven check: %s: %s\n", lab_motion_text(m->says), m->why);
-    printf("  the measured motion of %s needs a force that is off by %s", m->joint,
-           cli_quantity(before, all->before, all->unit));
-    if (isfinite(all->after)) {
-        printf(" -> %s", cli_quantity(after, all->after, all->unit));
-    }
-    printf("; noise makes %s", cli_quantity(noise, all->noise, all->unit));
-    if (isfinite(m->of_force.share)) {
-        printf("; it has %.2f +- %.2f of what was found", m->of_force.share, m->of_force.share_sd);
-    }
-    if (isfinite(m->of_channels.share)) {
-        printf(", free channels %.2f +- %.2f", m->of_channels.share, m->of_channels.share_sd);
-    }
-    printf("\n");
-}
-
-static void print_story(const job *j)
-{
-    const lab_diagnosis *d = j->diagnosis;
-    printf("%s: %s\n", lab_equations(j->model)->name, lab_verdict_text(d->verdict));
-    if (d->reason[0] != '\0') {
-        printf("%s\n", d->reason);
-    }
-    print_departure(d);
-    for (int i = 0; i < d->ncause; i++) {
-        print_cause(&d->suspect[i]);
-    }
-    if (d->ncause > 0) {
-        printf("  seen most in: %s; probability where nothing is: %.2g\n",
-               d->phase != NULL ? d->phase : "-", d->p);
-        print_rivals(d);
-    }
-    print_law(d);
-    print_gain(d);
-    if (d->verified.done) {
-        printf("extended.yaml, read again: %.4g noise, its fit %.4g\n", d->verified.file,
-               d->verified.table);
-    }
-    print_presence(d);
-    print_motion(&d->motion);
-    printf("%d strokes fitted, %d held out, %d samples, %.3g s\n", d->nfit, d->nheld, d->samples,
-           d->seconds);
-}
-
 /* ---- files ---- */
 
 static stein_status copy_to_stdout(const char *path, stein_err *err)
@@ -515,7 +349,7 @@ static int compute(job *j)
 static int show(const job *j)
 {
     if (cli_value(j->args, "json") == NULL) {
-        print_story(j);
+        cli_story(lab_equations(j->model)->name, j->diagnosis);
     }
     int code = write_results(j);
     int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;
@@ -629,8 +463,10 @@ const cli_command cli_diagnose = {
         "  not_converged    no fit to trust, so nothing is said about physics (exit status 3)\n"
         "  unusable_model   whatever is added, the model is far from the records (exit status 1)",
     .output =
-        "The verdict with its cause, what the data cannot tell from it, and the gain on strokes\n"
-        "held out. In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
+        "At most 12 lines: verdict, reason, causes with their size, what the data cannot tell "
+        "from\n"
+        "them, what is left, the error on strokes held out, the check by forces, and the files.\n"
+        "In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
         "\"phase\", \"parameters\", \"evidence\"}], \"indistinguishable\", \"next_experiment\",\n"
         "\"law\": {\"place\", \"of\", \"at\", \"value\", \"lo\", \"hi\"} of an unknown effect,\n"
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"

@@ -38,7 +38,10 @@ static int run(const cli_args *args)
     }
     stein_status status = cli_open(&model, args, &err);
     if (status == STEIN_OK) {
-        status = lab_page(path, model, NULL, &facts, &err);
+        lab_options options = lab_options_default();
+        options.report = cli_problem;
+        options.ctx = (char *)args->operand[0];
+        status = lab_page(path, model, &options, &facts, &err);
     }
     if (status == STEIN_OK && !lab__is_stdout(path)) {
         tell(args, model, path, &facts);

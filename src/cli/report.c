@@ -8,12 +8,6 @@
 
 #include "cli.h"
 
-static void print_problem(void *ctx, const char *message)
-{
-    (void)ctx;
-    fprintf(stderr, "%s\n", message);
-}
-
 /* the problems of a mechanism file have been told one by one */
 static stein_status told(stein_status status, stein_err *err)
 {
@@ -36,7 +30,8 @@ stein_status cli_mechanism(mechanism **m, const cli_args *args, stein_err *err)
         names[i][length] = '\0';
         set[i] = (mech_set){names[i], args->set[i] + length + 1};
     }
-    return told(mech_read(m, args->operand[0], set, args->nset, print_problem, NULL, err), err);
+    const char *file = args->operand[0];
+    return told(mech_read(m, file, set, args->nset, cli_problem, (char *)file, err), err);
 }
 
 stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err)
@@ -44,7 +39,8 @@ stein_status cli_open(lab_model **model, const cli_args *args, stein_err *err)
     lab_options options = lab_options_default();
     options.set = args->set;
     options.nset = args->nset;
-    options.report = print_problem;
+    options.report = cli_problem;
+    options.ctx = (char *)args->operand[0];
     return told(lab_open(model, args->operand[0], &options, err), err);
 }
 
@@ -86,6 +82,12 @@ void cli_progress_begin(cli_progress *p, const char *what)
     *p = (cli_progress){.what = what, .start = seconds(), .on = isatty(STDERR_FILENO)};
 }
 
+/* seconds to come, if they go on as they did */
+static double left(double spent, double fraction)
+{
+    return fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0;
+}
+
 void cli_progress_show(cli_progress *p, double fraction)
 {
     enum { BAR = 30 };
@@ -102,8 +104,7 @@ void cli_progress_show(cli_progress *p, double fraction)
     for (int i = 0; i < BAR; i++) {
         fputs(i < full ? "#" : ".", stderr);
     }
-    fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction,
-            fraction > 0.0 ? spent * (1.0 / fraction - 1.0) : 0.0);
+    fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction, left(spent, fraction));
 }
 
 /* a line now and then for who is not at a terminal */
@@ -113,7 +114,8 @@ static void progress_line(cli_progress *p, double fraction)
     double now = seconds();
     if (!p->on && now - p->start >= SECONDS_A_LINE && now - p->shown >= SECONDS_A_LINE) {
         p->shown = now;
-        fprintf(stderr, "%s: %.0f %% after %.0f s\n", p->what, 100.0 * fraction, now - p->start);
+        fprintf(stderr, "%s: %.0f %%, %.0f s left\n", p->what, 100.0 * fraction,
+                left(now - p->start, fraction));
     }
 }
 

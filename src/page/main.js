@@ -10,69 +10,14 @@ const Page = (() => {
   const stillFor = 0.12;  // [s] ... when it lasts so long
   const model = JSON.parse($("model").textContent);
   const perFrame = { mean: 0, least: Infinity, frames: 0 }; // [ms] of simulation in 1/60 s
-  let engine, geometry, scene, traces, strokes;
+  let engine, geometry, scene, traces, strokes, replay, tour;
+  let paused = false, seen = null; // seen: the sample that is looked at again
+  let since = 0;                   // steps after the last sample
+  const measured = [];             // records that were opened
+  const sampleSteps = Math.max(1, Math.round(model.until / model.dt / 1000));
   let speed = 1, carry = 0, last = 0, quiet = 0, asleep = false, failed = false, seenMove = false;
   const held = model.inputs.map(() => false); // pressed inputs
   let touch = 1;                              // [N or N m] of a press
-
-  /* ---- what the mechanism does, before anyone touches it ---- */
-
-  function tangentOf(pair) { // where along the line of a contact the other side is
-    const s = geometry.spot(pair);
-    if (!s.b.n) return 0;
-    return (s.at[0] - s.b.at[0]) * s.b.t[0] + (s.at[1] - s.b.at[1]) * s.b.t[1];
-  }
-
-  function preview() {
-    const steps = Math.min(Math.round(model.until / model.dt), 40000), looks = 160;
-    const box = [Infinity, Infinity, -Infinity, -Infinity];
-    const travel = model.contacts.map((c) => c.spots.map(() => [Infinity, -Infinity]));
-    const centres = model.bodies.map(() => null), guides = model.bodies.map(() => null);
-    const include = (p, r = 0) => {
-      [box[0], box[1]] = [Math.min(box[0], p[0] - r), Math.min(box[1], p[1] - r)];
-      [box[2], box[3]] = [Math.max(box[2], p[0] + r), Math.max(box[3], p[1] + r)];
-    };
-    const look = () => {
-      geometry.place(engine.q());
-      traces.learn(engine.trace());
-      model.bodies.forEach((b, i) => {
-        if (b.load) return;
-        const o = geometry.local(i, 0, 0);
-        include(o);
-        include(geometry.at(i, geometry.vec(b.centre)));
-        centres[i] = centres[i] || o;
-        const slides = (k) => model.bodies[k]?.type === "T";
-        const alone = !slides(b.parent) && !model.bodies.some((c, k) => c.parent === i && slides(k));
-        if (b.type === "T" && alone) guides[i] = [centres[i], o];
-      });
-      model.points.forEach((p) => include(geometry.at(p.body, geometry.vec(p.at))));
-      model.notches.forEach((k) => { const n = geometry.notch(k); include(n.corner); });
-      model.contacts.forEach((c, i) => c.spots.forEach((pair, k) => {
-        const s = geometry.spot(pair), t = tangentOf(pair), r = travel[i][k];
-        travel[i][k] = [Math.min(r[0], t), Math.max(r[1], t)];
-        if (!c.load) include(s.a.at, s.a.radius || 0);
-        if (!c.load && !s.b.n) include(s.b.at, s.b.radius);
-        if (i === model.string) include([s.a.at[0], s.b.at[1]]);
-      }));
-    };
-    engine.reset();
-    look();
-    for (let n = 0; n < looks; n++) {
-      engine.advance(Math.max(1, Math.round(steps / looks)));
-      look();
-    }
-    const size = Math.max(box[2] - box[0], box[3] - box[1], 0.02);
-    const room = (scene.action ? 0.02 : 0.25) * size;
-    for (const side of [0, 1]) // flat things need air
-      if (box[side + 2] - box[side] < 0.3 * size) {
-        const add = (0.3 * size - (box[side + 2] - box[side])) / 2;
-        box[side] -= add;
-        box[side + 2] += add;
-      }
-    travel.forEach((c) => c.forEach((r) => { r[0] -= room; r[1] += room; }));
-    scene.learn({ box, travel, guides: guides.filter((k) => k) });
-    startState();
-  }
 
   /* as it lies there before it is played: the load beside it */
   function startState() {
@@ -95,7 +40,18 @@ const Page = (() => {
   function fail(error) {
     failed = true;
     $("failure").hidden = false;
-    $("failure").textContent = `It came apart: ${error.message}. Start again, or turn the last dial back.`;
+    $("failure").textContent = Words.t("failed", error.message);
+  }
+
+  /* so many steps, with a sample of them now and then */
+  function advance(steps) {
+    while (steps > 0) {
+      const n = Math.min(steps, sampleSteps - since);
+      engine.advance(n);
+      steps -= n;
+      since = (since + n) % sampleSteps;
+      if (since === 0) replay.note();
+    }
   }
 
   function simulate(seconds) {
@@ -105,7 +61,7 @@ const Page = (() => {
     steps = Math.floor(steps);
     const chunk = 200;
     while (steps > 0 && performance.now() - t0 < patience) {
-      engine.advance(Math.min(chunk, steps));
+      advance(Math.min(chunk, steps));
       steps -= chunk;
     }
     if (seconds < 0.5 * frameTime) return;
@@ -123,10 +79,11 @@ const Page = (() => {
   function frame(now) {
     const seconds = Math.min((now - last) / 1e3, 3 * frameTime);
     last = now;
-    if (!asleep && !failed && seconds > 0) {
+    if (!asleep && !failed && !paused && seconds > 0) {
       try {
         simulate(seconds);
         strokes.follow(held.some((h) => h) || engine.loadPresent());
+        tour.follow();
         const pulse = engine.pulse();
         if (pulse) Sound.play(pulse, model.dt);
         rest(seconds);
@@ -145,35 +102,138 @@ const Page = (() => {
     }
   }
 
-  const roman = ["", "phase i, the beak’s tip on the roof", "phase ii, the beak’s face on the roof",
-                 "phase iii, the beak’s face on the corner", "phase iv, the beak’s tip on the pawl"];
-  function describeState() {
-    const phase = engine.phase(), open = strokes.isOpen();
-    const time = `${(1e3 * (engine.time() - (open ? engine.stroke().opened : 0))).toFixed(1)} ms`;
+  const milliseconds = (s) => `${(1e3 * s).toFixed(1)} ms`;
+  function describeState(phase) {
+    const open = strokes.isOpen();
+    const time = milliseconds(engine.time() - (open ? engine.stroke().opened : 0));
     const cost = `${perFrame.mean.toFixed(1)} ms`;
-    const costs = innerWidth < 640 ? `${cost} a frame` : `a frame takes ${cost} to compute`;
-    return (phase > 0 ? `${roman[phase]} · ` : "") +
-      (asleep ? "at rest" : `${time}${open ? " into the stroke" : ""} · ${costs}`);
+    const costs = Words.t(innerWidth < 640 ? "costsShort" : "costs", cost);
+    const words = paused ? Words.t("paused", milliseconds((seen ? seen.t : engine.time()) - replay.opened()))
+      : asleep ? Words.t("atRest") : `${open ? Words.t("into", time) : time} · ${costs}`;
+    return (phase > 0 ? `${Words.t(`phase${phase}`)} · ` : "") + words;
   }
   function hint() {
-    if (forceInputs().length === 0) return hasLoad() ? "Let the load go." : "";
-    return scene.action ? "Hold the space bar, or press the key with finger or mouse."
-      : "Hold the space bar, or press on the drawing.";
+    if (forceInputs().length === 0) return hasLoad() ? Words.t("hintLoad") : "";
+    return Words.t(scene.action ? "hintKey" : "hintPush");
   }
+
+  const present = () => ({ t: engine.time(), q: engine.q(), forces: engine.forces(), load: engine.loadPresent(),
+                           phase: engine.phase(), values: engine.channels() });
 
   function show() {
     takeParameters();
-    geometry.place(engine.q());
-    const now = { forces: engine.forces(), loadPresent: engine.loadPresent(), phase: engine.phase(),
-                  pushes: model.inputs.map((k, i) => (held[i] ? touch : 0)),
-                  atRest: asleep || !seenMove };
-    scene.draw(now);
-    const values = engine.channels();
-    traces.draw(engine.trace(), model.until, values);
+    const s = seen || present();
+    geometry.place(s.q);
+    scene.draw({ q: s.q, forces: s.forces, loadPresent: s.load, phase: s.phase,
+                 ghosts: replay.ghosts(s.t - replay.opened()),
+                 pushes: model.inputs.map((k, i) => (held[i] && !seen ? touch : 0)),
+                 atRest: asleep || !seenMove });
+    traces.draw(engine.trace(), model.until, s.values,
+                { frozen: replay.frozen, measured, opened: replay.opened(), at: seen ? seen.t : null });
     strokes.draw();
-    $("state").textContent = seenMove ? describeState() : hint();
+    showScrub();
+    $("state").textContent = seenMove ? describeState(s.phase) : hint();
     $("state").classList.toggle("hint", !seenMove);
     $("table-empty").hidden = strokes.list.length > 0;
+  }
+
+  /* ---- pause, single steps, the last stroke again ---- */
+
+  function showScrub() {
+    const n = replay.length(), bar = $("scrub");
+    bar.disabled = n < 2;
+    bar.max = Math.max(1, n - 1);
+    bar.value = seen ? seen.i : bar.max;
+    $("scrub-shown").textContent = n < 2 ? "" : milliseconds((seen ? seen.t : engine.time()) - replay.opened());
+    bar.setAttribute("aria-valuetext", $("scrub-shown").textContent);
+  }
+
+  function pause(on) {
+    paused = on;
+    if (!on) seen = null;
+    $("pause").setAttribute("aria-pressed", on);
+    $("pause").textContent = Words.t(on ? "goOn" : "pause");
+    wake();
+    show();
+  }
+
+  function oneStep() {
+    seen = null;
+    if (!paused) pause(true);
+    try {
+      advance(sampleSteps);
+      strokes.follow(held.some((h) => h) || engine.loadPresent());
+    } catch (error) {
+      fail(error);
+    }
+    moved();
+    show();
+  }
+
+  function buildReplay() {
+    $("scrub-words").textContent = Words.t(model.string < 0 ? "lastMotion" : "lastStroke");
+    $("step").textContent = Words.t("step", Format.quantity(sampleSteps * model.dt, "s"));
+    $("pause").addEventListener("click", () => pause(!paused));
+    $("step").addEventListener("click", oneStep);
+    $("scrub").addEventListener("input", () => {
+      const i = +$("scrub").value;
+      if (!paused) pause(true);
+      seen = { i, ...replay.sample(i) };
+      show();
+    });
+    const count = () => {
+      $("thaw").hidden = replay.frozen.length === 0;
+      $("thaw").textContent = Words.t("thaw", replay.frozen.length);
+    };
+    $("freeze").addEventListener("click", () => {
+      if (replay.freeze(geometry.params)) $("announce").textContent = Words.t("frozen");
+      count();
+      show();
+    });
+    $("thaw").addEventListener("click", () => { replay.thaw(); count(); $("freeze").focus(); show(); });
+  }
+
+  function buildTour(stop) {
+    tour = Tour.create({ box: $("tour"), text: $("tour-text"), next: $("tour-next"), strokes: strokes.list,
+                         turn: (dx) => stop.take(dx) });
+    $("tour-start").hidden = !scene.action || !stop;
+    $("tour-start").addEventListener("click", () => tour.start());
+    $("tour-next").addEventListener("click", () => { tour.stop(); $("tour-start").focus(); fit(); });
+  }
+
+  /* ---- measured records ---- */
+
+  async function openRecords(files) {
+    const words = [];
+    measured.length = 0;
+    for (const file of files)
+      try {
+        measured.push(Measured.read(await file.text(), model));
+        words.push(Words.t("opened", file.name));
+      } catch (error) {
+        words.push(Words.t("notOpened", file.name, error.message));
+      }
+    $("measured").textContent = $("announce").textContent = words.join(" ");
+    show();
+  }
+
+  function buildMeasured() {
+    $("open").textContent = Words.t(model.string < 0 ? "openMotion" : "open");
+    $("open").addEventListener("click", () => $("file").click());
+    $("file").addEventListener("change", () => openRecords([...$("file").files]));
+    document.addEventListener("dragover", (e) => e.preventDefault());
+    document.addEventListener("drop", (e) => {
+      e.preventDefault();
+      if (e.dataTransfer.files.length > 0) openRecords([...e.dataTransfer.files]);
+    });
+  }
+
+  /* what comes is recorded anew */
+  function record() {
+    if (paused) pause(false);
+    replay.begin();
+    replay.note();
+    since = 0;
   }
 
   /* ---- playing ---- */
@@ -181,7 +241,11 @@ const Page = (() => {
   function press(i, on, force = touch) {
     if (held[i] === on && !on) return;
     if (on && !held[i]) {
-      if (!strokes.isOpen() || engine.armed()) strokes.begin();
+      if (!strokes.isOpen() || engine.armed()) {
+        strokes.begin();
+        record();
+      }
+      if (paused) pause(false);
       moved();
     }
     held[i] = on;
@@ -194,14 +258,16 @@ const Page = (() => {
     const on = !engine.loadPresent();
     if (on) strokes.begin();
     engine.load(on);
+    if (on) record();
+    else if (paused) pause(false);
     $("load").setAttribute("aria-pressed", on);
-    $("load-words").textContent = on ? "Take the load away" : letGo();
+    $("load-words").textContent = on ? Words.t("takeLoad") : letGo();
     moved();
     wake();
   }
   function letGo() {
     const mass = geometry.num(model.bodies.find((b) => b.load).mass);
-    return `Let ${Format.quantity(mass, "kg")} go${scene.action ? " on the key" : ""}`;
+    return Words.t(scene.action ? "letGoKey" : "letGo", Format.quantity(mass, "kg"));
   }
 
   function again() {
@@ -219,6 +285,7 @@ const Page = (() => {
       $("load-words").textContent = letGo();
     }
     if (!plays()) moved();
+    record();
     wake();
     show();
   }
@@ -262,8 +329,8 @@ const Page = (() => {
 
   function buildActions() {
     forceInputs().slice(0, 3).forEach((input, n) => {
-      const words = scene.action ? "Press the key" : `Hold to push: ${input.name.replace(/_/g, " ")}`;
-      holdButton(addButton(words, n === 0 ? "space" : "", "main"), input.i);
+      const words = scene.action ? Words.t("pressKey") : Words.t("push", Words.of(input.name.replace(/_/g, " ")));
+      holdButton(addButton(words, n === 0 ? Words.t("space") : "", "main"), input.i);
     });
     if (hasLoad()) {
       const b = addButton("", "L", "");
@@ -314,6 +381,8 @@ const Page = (() => {
         e.preventDefault();
       } else if (name === "l" && hasLoad() && !e.repeat) dropLoad();
       else if (name === "r" && !e.repeat) again();
+      else if (name === "p" && !e.repeat) pause(!paused);
+      else if (name === ".") oneStep();
       else if (name === "?") openHelp();
     });
     document.addEventListener("keyup", (e) => {
@@ -324,50 +393,23 @@ const Page = (() => {
 
   /* ---- dials ---- */
 
-  function addSlider({ label, about, unit, from, to, value, turn }) {
-    const row = document.createElement("div"), id = "dial" + $("dials").children.length;
-    row.className = "dial";
-    row.innerHTML = `<label for="${id}"></label><output for="${id}"></output>` +
-      `<button type="button">reset</button><div class="range"><input id="${id}" type="range" min="0" ` +
-      `max="1000" step="1"><i class="now"></i></div>`;
-    const [input, output, now] = ["input", "output", ".now"].map((s) => row.querySelector(s));
-    row.querySelector("label").textContent = label;
-    row.querySelector("button").setAttribute("aria-label", `Reset ${label}`);
-    if (about) row.title = about;
-    const at = (v) => 1000 * (v - from) / (to - from);
-    const put = (v) => {
-      output.textContent = Format.quantity(v, unit);
-      input.setAttribute("aria-valuetext", output.textContent);
-      row.classList.toggle("turned", Math.abs(v - value) > 1e-3 * (to - from));
-    };
-    input.value = at(value);
-    input.addEventListener("input", () => {
-      const v = from + (to - from) * input.value / 1000;
-      put(v);
-      turn(v);
-    });
-    row.querySelector("button").addEventListener("click", () => {
-      input.value = at(value);
-      put(value);
-      turn(value);
-      input.focus();
-    });
-    put(value);
-    $("dials").append(row);
-    return { show(v) { now.style.left = `calc(0.5rem + (100% - 1rem) * ${at(v) / 1000})`; } };
-  }
-
   function buildDials() {
     const abouts = new Map(model.abouts.map((a) => [a.entry, a.text]));
     for (const d of model.dials) {
-      const slider = addSlider({
-        ...d, value: model.values[d.param], about: abouts.get(d.name),
+      const starts = /(^|\.)initial\./.test(d.name); // where it begins: nothing to turn on the way
+      const slider = Slider.add($("dials"), {
+        ...d, label: starts ? Words.t("restarts", Words.of(d.label)) : Words.of(d.label), value: model.values[d.param], present: engine.value(d.param),
+        about: abouts.get(d.name),
         turn(v) {
-          engine.aim(d.param, v, (d.to - d.from) / turnTime);
+          const own = Math.abs(v - model.values[d.param]) < 1e-3 * (d.to - d.from);
+          Address.put(d.name, own ? null : v);
+          engine.aim(d.param, v, starts ? 0 : (d.to - d.from) / turnTime);
+          if (starts) again();
           if (!plays()) moved();
           wake();
         },
       });
+      d.take = slider.take;
       let shown = NaN;
       d.show = () => {
         const v = geometry.params[d.param];
@@ -380,9 +422,9 @@ const Page = (() => {
     const weight = 9.81 * model.bodies.reduce((m, b) => m + (b.load ? 0 : geometry.num(b.mass)), 0);
     const reach = first.kind === "point" ? 1 : 0.1;
     touch = weight * reach;
-    const slider = addSlider({
-      label: scene.action ? "finger" : "push", unit: first.unit, from: 0.1 * touch, to: 5 * touch,
-      value: touch, turn(v) { touch = v; slider.show(v); },
+    const slider = Slider.add($("dials"), {
+      label: Words.t(scene.action ? "finger" : "pushing"), unit: first.unit, from: 0.1 * touch, to: 5 * touch,
+      value: touch, present: touch, turn(v) { touch = v; slider.show(v); },
     });
     slider.show(touch);
   }
@@ -392,7 +434,7 @@ const Page = (() => {
   function buildSpeed() {
     // 0 .. 100: from a five-hundredth to real time; round numbers on the way
     const factor = (s) => 500 ** (s / 100 - 1);
-    const words = (f) => (f > 0.995 ? "real time" : `1/${Number((1 / f).toPrecision(2))} of real time`);
+    const words = (f) => (f > 0.995 ? Words.t("realTime") : Words.t("slower", Number((1 / f).toPrecision(2))));
     const turn = () => {
       const f = factor(+$("speed").value);
       speed = f > 0.995 ? 1 : 1 / Number((1 / f).toPrecision(2));
@@ -400,8 +442,12 @@ const Page = (() => {
       $("speed").setAttribute("aria-valuetext", words(speed));
     };
     const wish = Math.min(1, model.until / 6); // the file's own run in six seconds
-    $("speed").value = Math.round(100 * (1 + Math.log(wish) / Math.log(500)));
-    $("speed").addEventListener("input", turn);
+    const usual = Math.round(100 * (1 + Math.log(wish) / Math.log(500)));
+    $("speed").value = Address.number("speed", 0, 100) ?? usual;
+    $("speed").addEventListener("input", () => {
+      turn();
+      Address.put("speed", +$("speed").value === usual ? null : +$("speed").value);
+    });
     turn();
   }
 
@@ -412,7 +458,7 @@ const Page = (() => {
       const on = b.getAttribute("aria-pressed") !== "true";
       Sound.turn(on);
       b.setAttribute("aria-pressed", on);
-      b.textContent = on ? "Sound on" : "Sound off";
+      b.textContent = Words.t(on ? "soundOn" : "soundOff");
     });
   }
 
@@ -421,8 +467,8 @@ const Page = (() => {
     if ($("help-check").textContent) return;
     const here = engine.verify();
     $("help-check").textContent = here === model.hash
-      ? `The same numbers to the last bit: ${Format.quantity(model.until, "s")} of this mechanism end in state ${here} here and in the library on the machine that wrote this page.`
-      : `State after ${Format.quantity(model.until, "s")} of this mechanism: ${here} here, ${model.hash} in the library.`;
+      ? Words.t("same", Format.quantity(model.until, "s"), here)
+      : Words.t("other", Format.quantity(model.until, "s"), here, model.hash);
   }
 
   function buildHelp() {
@@ -435,10 +481,9 @@ const Page = (() => {
         dd.textContent = a.text;
         $("help-abouts").append(dt, dd);
       }
-    const keys = [forceInputs().length > 0 && "hold space to press",
-                  hasLoad() && "L puts the load on and takes it away", "R starts again",
-                  "Tab goes from slider to slider, arrows turn them"];
-    $("help-keys").textContent = "Keys: " + keys.filter((k) => k).join(", ") + ".";
+    const keys = [forceInputs().length > 0 && Words.t("keySpace"), hasLoad() && Words.t("keyLoad"),
+                  Words.t("keyAgain"), Words.t("keyPause"), Words.t("keyTab")];
+    $("help-keys").textContent = Words.t("keys") + keys.filter((k) => k).join(", ") + ".";
     $("help-open").addEventListener("click", openHelp);
     $("help").addEventListener("click", (e) => { if (e.target === $("help")) $("help").close(); });
   }
@@ -466,18 +511,51 @@ const Page = (() => {
 
   function titles() {
     const about = (model.abouts.find((a) => a.section === "") || { text: model.name }).text;
-    const cut = about.indexOf(" - "), first = cut < 0 ? about : about.slice(0, cut);
+    const cut = about.indexOf(" - "), first = Words.of(cut < 0 ? about : about.slice(0, cut));
     $("title").textContent = first[0].toUpperCase() + first.slice(1).replace(/\.$/, "");
-    $("subtitle").textContent = cut < 0 ? "" : about.slice(cut + 3);
+    $("subtitle").textContent = cut < 0 ? "" : Words.of(about.slice(cut + 3));
     document.title = $("title").textContent;
-    $("foot").textContent = `libstein ${model.version} · mechanism ${model.name}, equations ${model.equations}` +
-      ` · step ${Format.quantity(model.dt, "s")} · all that you see is computed in this page.`;
+    $("foot").textContent = Words.t("foot", model.version, model.name, model.equations, Format.quantity(model.dt, "s"));
+  }
+
+  /* the language of the address, else of the browser; another one is another page of the same settings */
+  function chooseLanguage() {
+    const code = Words.choose(Address.get("lang") || navigator.language);
+    document.documentElement.lang = code;
+    Words.write(document);
+    Words.languages.forEach((c, i) => $("language").append(new Option(Words.names[i], c, c === code, c === code)));
+    $("language").addEventListener("change", () => {
+      Address.put("lang", $("language").value);
+      location.reload();
+    });
+  }
+
+  /* numbers of the address: the mechanism starts with them; without them, should they be impossible */
+  function takeAddress() {
+    const given = model.dials.map((d) => Address.number(d.name, d.from, d.to));
+    model.dials.forEach((d, i) => { if (given[i] !== null) engine.aim(d.param, given[i], 0); });
+    try {
+      engine.reset();
+    } catch (error) {
+      model.dials.forEach((d) => { engine.aim(d.param, model.values[d.param], 0); Address.put(d.name, null); });
+      engine.reset();
+    }
+    for (const d of model.dials) geometry.params[d.param] = engine.value(d.param);
+  }
+
+  /* a link with other settings was followed while the page is open */
+  function followAddress() {
+    for (const d of model.dials) d.take(Address.number(d.name, d.from, d.to) ?? model.values[d.param]);
+    if (Address.get("lang") && Words.languages.indexOf(Address.get("lang")) >= 0 &&
+        Address.get("lang") !== document.documentElement.lang) location.reload();
   }
 
   async function start() {
+    chooseLanguage();
     const every = Math.max(1, Math.round(model.until / model.dt / 2000));
     engine = await Engine.create($("module").textContent, model, every);
     geometry = Geometry.create(model);
+    replay = Replay.create(engine);
     scene = Scene.create($("stage"), geometry);
     traces = Traces.create($("traces"), model, $("legend"));
     $("traces").parentElement.hidden = traces.empty;
@@ -487,21 +565,28 @@ const Page = (() => {
     strokes = Strokes.create({ engine, table: $("table"), chart: $("chart"),
                                dial: dx ? dx.param : null, say: (t) => { $("announce").textContent = t; } });
     if (model.string < 0) strokes.begin = strokes.follow = strokes.forget = () => {};
-    preview();
+    takeAddress();
+    Preview.run({ model, engine, geometry, scene, traces });
+    startState();
     titles();
     buildActions();
     buildStage();
     buildKeys();
     buildDials();
     buildSpeed();
+    buildReplay();
+    buildMeasured();
+    buildTour(dx);
     buildSound();
     buildHelp();
     theme();
     fit();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { theme(); show(); });
     window.addEventListener("resize", fit);
+    window.addEventListener("hashchange", followAddress);
     asleep = plays() && model.settle === 1; // else it moves by itself
     if (!plays()) moved();
+    record();
     show();
     document.documentElement.dataset.ready = "yes";
     requestAnimationFrame((now) => { last = now; frame(now); });
@@ -513,5 +598,5 @@ const Page = (() => {
   });
 
   return { engine: () => engine, strokes: () => strokes, perFrame, geometry: () => geometry,
-           scene: () => scene };
+           scene: () => scene, replay: () => replay, tour: () => tour, paused: () => paused };
 })();

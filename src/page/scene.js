@@ -346,16 +346,16 @@ const Scene = (() => {
       };
       const head = point(model.bodies[action.hammer].name + ".head");
       const front = point(model.bodies[action.key].name + ".front");
-      label("pawl", local(action.pawl, [-0.003, 0.012]), -44, 14);
-      label("stop", g.spot(model.contacts.find((c) => c.spots[0][0].body === action.pawl)?.spots[0] ||
+      label(Words.t("pawl"), local(action.pawl, [-0.003, 0.012]), -44, 14);
+      label(Words.t("stop"), g.spot(model.contacts.find((c) => c.spots[0][0].body === action.pawl)?.spots[0] ||
                            model.contacts[0].spots[0]).at, 44, 84);
-      label("notch", k.corner, -46, -34);
+      label(Words.t("notch"), k.corner, -46, -34);
       label("Kapsel", local(action.hammer, [0, 0.002]), 22, -46);
-      label("hammer", local(action.hammer, [0.06, 0.001]), 4, -34);
-      if (head) label("string", [head[0] + 0.055, g.num(0) + stringHeight()], 0, -12);
-      label("key", local(action.key, [0.025, 0.004]), 6, -34);
-      label("balance pin", local(action.key, [0, 0]), 0, 44);
-      if (front) label("the finger’s place", [front[0] - 0.02, front[1]], 10, -24);
+      label(Words.t("hammer"), local(action.hammer, [0.06, 0.001]), 4, -34);
+      if (head) label(Words.t("string"), [head[0] + 0.055, g.num(0) + stringHeight()], 0, -12);
+      label(Words.t("key"), local(action.key, [0.025, 0.004]), 6, -34);
+      label(Words.t("balancePin"), local(action.key, [0, 0]), 0, 44);
+      if (front) label(Words.t("fingerPlace"), [front[0] - 0.02, front[1]], 10, -24);
     }
 
     function stringHeight() {
@@ -450,7 +450,7 @@ const Scene = (() => {
       paint(null, colour.brass, 1);
       ctx.globalAlpha = 1;
       const magnified = Math.round(lens.s / view.s);
-      text(`notch, ${magnified} times as large`, lens.x, lens.y + lens.r + 15, "center",
+      text(Words.t("lens", magnified), lens.x, lens.y + lens.r + 15, "center",
            colour.muted, 11.5);
     }
 
@@ -473,11 +473,24 @@ const Scene = (() => {
       const ratio = canvas.width / width;
       ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
       ctx.clearRect(0, 0, width, height);
+      for (const ghost of now.ghosts) drawGhost(ghost, now.q);
       everything(view, now);
       fingers(view, now.pushes);
       scaleBar();
       if (now.atRest) labels();
       drawLens(now);
+    }
+
+    /* a frozen stroke: silhouettes of the bodies, with the parameters they had */
+    function drawGhost(ghost, q) {
+      const [own, params] = [colour, g.params.slice()];
+      colour = Object.fromEntries(Object.keys(own).map((k) => [k, k === "edge" ? own.muted : own.rule]));
+      g.params.set(ghost.params);
+      g.place(ghost.q);
+      bodies(view, ghost.load);
+      g.params.set(params);
+      g.place(q);
+      colour = own;
     }
 
     /* room on the page, and what has to be seen: box [left, bottom, right, top] in metres */

@@ -43,7 +43,7 @@ const Strokes = (() => {
       put(2, Number.isFinite(s.escapeHeight) ? (1e3 * s.escapeHeight).toFixed(2) : "–");
       put(3, Number.isFinite(s.impactSpeed) ? s.impactSpeed.toFixed(2) : "–");
       put(4, s.peak > 0 ? s.peak.toFixed(2) : "–");
-      put(5, s.over ? outcome(s) : "…");
+      put(5, s.over ? Words.t(outcome(s)) : "…");
     }
 
     function begin() {
@@ -61,9 +61,9 @@ const Strokes = (() => {
       open.over = true;
       write(open);
       const h = open.escapeHeight;
-      say(`Stroke ${open.number}: ${outcome(open)}` +
-          (Number.isFinite(h) ? `, escapement ${(1e3 * h).toFixed(1)} millimetres` : "") +
-          (open.peak > 0 ? `, ${open.peak.toFixed(1)} newtons` : "") + ".");
+      say(Words.t("sayStroke", open.number, Words.t(outcome(open))) +
+          (Number.isFinite(h) ? Words.t("sayHeight", (1e3 * h).toFixed(1)) : "") +
+          (open.peak > 0 ? Words.t("sayPeak", open.peak.toFixed(1)) : "") + ".");
       open = null;
       stale = true;
     }
@@ -100,9 +100,9 @@ const Strokes = (() => {
         line(X(range.dx[0]), y, X(range.dx[1]), y);
         ctx.fillText(String(10 * k), X(range.dx[0]) - 6, y + 4);
       }
-      ctx.fillText("stop, dx [mm]", X(range.dx[1]), Y(0) + 30);
+      ctx.fillText(Words.t("stopAxis"), X(range.dx[1]), Y(0) + 30);
       ctx.fillStyle = colour.ink; // above the right end of the line
-      ctx.fillText("escapement below the string [mm]", X(range.dx[1]), Y(range.height[1]) + 12);
+      ctx.fillText(Words.t("heightAxis"), X(range.dx[1]), Y(range.height[1]) + 12);
     }
 
     function draw() {
@@ -124,7 +124,7 @@ const Strokes = (() => {
       ctx.setLineDash([]);
       ctx.fillStyle = colour.tones[1];
       ctx.textAlign = "left";
-      ctx.fillText("the paper’s line", X(-0.62 * mm), Y(paper(-0.62 * mm)) - 12);
+      ctx.fillText(Words.t("paperLine"), X(-0.62 * mm), Y(paper(-0.62 * mm)) - 12);
       for (const s of list) {
         if (!Number.isFinite(s.escapeHeight)) continue;
         ctx.beginPath();

@@ -4,7 +4,7 @@
 
 const Traces = (() => {
   const roman = ["–", "i", "ii", "iii", "iv"];
-  const words = (name) => name.replace(/_/g, " ");
+  const words = (name) => Words.of(name.replace(/_/g, " "));
 
   /* which channels share a lane */
   function lanesOf(model) {
@@ -12,9 +12,9 @@ const Traces = (() => {
     if (model.string >= 0) {
       const is = (read, index) => all.filter((c) => c.read === read && c.index === index);
       const lanes = [
-        { title: "head to string", list: is("gap", model.string) },
-        { title: "notch phase", list: is("notch_phase", model.notch), phase: true },
-        { title: "forces", list: all.filter((c) => ["force", "notch_force"].includes(c.read)) },
+        { title: Words.t("headToString"), list: is("gap", model.string) },
+        { title: Words.t("notchPhase"), list: is("notch_phase", model.notch), phase: true },
+        { title: Words.t("forces"), list: all.filter((c) => ["force", "notch_force"].includes(c.read)) },
       ];
       return lanes.filter((lane) => lane.list.length > 0);
     }
@@ -86,21 +86,58 @@ const Traces = (() => {
       ctx.fillText(title + (unit ? ` [${unit}]` : ""), gutter + 6, top + 12);
     }
 
-    function curve(c, trace, span, Y, lane) {
+    function curve(c, trace, end, span, Y, lane) {
       const rows = Math.min(trace.n, trace.rows), w = trace.width;
       const row = (n) => (n % trace.rows) * w;
-      const end = trace.at[row(trace.n - 1)];
       ctx.beginPath();
       let y0 = null;
       for (let n = trace.n - rows; n < trace.n; n++) {
         const t = trace.at[row(n)];
-        if (t < end - span) continue;
+        if (t < end - span || t > end) continue;
         const x = width - (end - t) / span * (width - gutter), y = Y(trace.at[row(n) + c.i]);
         if (y0 === null) ctx.moveTo(x, y);
         else if (lane.phase) { ctx.lineTo(x, y0); ctx.lineTo(x, y); }
         else ctx.lineTo(x, y);
         y0 = y;
       }
+      ctx.stroke();
+    }
+
+    /* a frozen stroke, from where the present one began */
+    function under(c, old, end, span, Y, opened) {
+      ctx.beginPath();
+      let pen = false;
+      for (const s of old.samples) {
+        const t = s.t - old.opened + opened;
+        if (t < end - span || t > end) continue;
+        const x = width - (end - t) / span * (width - gutter), y = Y(s.values[c.i]);
+        if (pen) ctx.lineTo(x, y);
+        else ctx.moveTo(x, y);
+        pen = true;
+      }
+      ctx.stroke();
+    }
+
+    /* a measured record, from where the present stroke began */
+    function dots(c, record, end, span, Y, opened) {
+      if (!record.channels.includes(c.i)) return;
+      ctx.fillStyle = colour.ink;
+      for (const s of record.samples) {
+        const t = s.t + opened, y = Y(s.values[c.i]);
+        if (t >= end - span && t <= end && Number.isFinite(y))
+          ctx.fillRect(width - (end - t) / span * (width - gutter) - 0.75, y - 0.75, 1.5, 1.5);
+      }
+    }
+
+    /* the moment that is looked at again */
+    function cursor(t, end, span) {
+      const x = Math.round(width - (end - t) / span * (width - gutter)) + 0.5;
+      if (x < gutter) return;
+      ctx.strokeStyle = colour.ink;
+      ctx.lineWidth = 1;
+      ctx.beginPath();
+      ctx.moveTo(x, 0);
+      ctx.lineTo(x, height - low);
       ctx.stroke();
     }
 
@@ -117,11 +154,14 @@ const Traces = (() => {
       seen = trace.n;
     }
 
-    function draw(trace, span, now) {
+    /* now: channels that are shown; replay: { frozen, measured, opened, at }, at null: nothing is looked at again */
+    function draw(trace, span, now, replay) {
       learn(trace);
       const ratio = canvas.width / width;
       ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
       ctx.clearRect(0, 0, width, height);
+      const newest = trace.n > 0 ? trace.at[((trace.n - 1) % trace.rows) * trace.width] : 0;
+      const end = replay.at === null ? newest : Math.min(newest, replay.at + 0.5 * span);
       const weights = lanes.map((lane) => (lane.phase ? 0.7 : 1));
       const sum = weights.reduce((x, y) => x + y, 0);
       let top = 0;
@@ -129,19 +169,26 @@ const Traces = (() => {
         const tall = (height - low) * weights[l] / sum, [a, b] = bounds(lane);
         const Y = (v) => top + 18 + (tall - 26) * (1 - (v - a) / (b - a));
         frame(lane, top, Y, a, b);
+        ctx.strokeStyle = colour.muted;
+        ctx.lineWidth = 1.2;
+        for (const old of replay.frozen)
+          for (const c of lane.list) under(c, old, end, span, Y, replay.opened);
+        for (const record of replay.measured)
+          for (const c of lane.list) dots(c, record, end, span, Y, replay.opened);
+        if (replay.at !== null) cursor(replay.at, end, span);
         lane.list.forEach((c, k) => {
           ctx.strokeStyle = colour.tones[k % colour.tones.length];
           ctx.lineWidth = 1.6;
-          if (trace.n > 1) curve(c, trace, span, Y, lane);
+          if (trace.n > 1) curve(c, trace, end, span, Y, lane);
           c.shown.textContent = lane.phase ? roman[now[c.i]] : Format.quantity(now[c.i], c.unit);
         });
         top += tall;
       });
       ctx.fillStyle = colour.muted;
       ctx.textAlign = "right";
-      ctx.fillText("now", width, height - 3);
+      if (end === newest) ctx.fillText(Words.t("now"), width, height - 3);
       ctx.textAlign = "left";
-      ctx.fillText("−" + Format.quantity(span, "s"), gutter, height - 3);
+      if (end === newest) ctx.fillText("−" + Format.quantity(span, "s"), gutter, height - 3);
     }
 
     return {

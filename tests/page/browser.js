@@ -53,10 +53,14 @@ async function open(program) {
       throw new Error(r.exceptionDetails.exception?.description || r.exceptionDetails.text);
     return r.result.value;
   }
-  /* until the expression is true */
+  /* until the expression is true; while a page is loaded again nothing is */
   async function until(expression, ms = 20000) {
     const end = Date.now() + ms;
-    while (!(await evaluate(expression))) {
+    const holds = () => evaluate(expression).catch((e) => {
+      if (/navigated|context/.test(e.message)) return false;
+      throw e;
+    });
+    while (!(await holds())) {
       if (Date.now() > end) throw new Error(`never true: ${expression}`);
       await new Promise((resolve) => setTimeout(resolve, 30));
     }

@@ -224,7 +224,7 @@ async function theHelp(b) {
  * back is the other way */
 async function theFocus(b, back) {
   await b.evaluate(`scrollTo(0, 0); document.activeElement.blur(); getSelection().removeAllRanges();
-    window.usable = [...document.querySelectorAll("button, input, [tabindex]")].filter((x) => x.checkVisibility({ visibilityProperty: true }))${back ? ".reverse()" : ""}`);
+    window.usable = [...document.querySelectorAll("button, input, select, [tabindex]")].filter((x) => !x.disabled && x.checkVisibility({ visibilityProperty: true }))${back ? ".reverse()" : ""}`);
   const count = await b.evaluate("usable[0].focus({ focusVisible: true }), usable.length"), order = [], hidden = [];
   for (let i = 0; i < count; i++) {
     if (i > 0) {
@@ -268,8 +268,8 @@ async function everyoneCanReadIt(b) {
   const nameless = nodes.filter((n) => !n.ignored && roles.includes(n.role?.value) && !n.name?.value && n.role.value !== "table");
   claim("every control has a name", nameless.length === 0, nameless.map((n) => n.role.value));
   const sliders = nodes.filter((n) => !n.ignored && n.role?.value === "slider").length;
-  claim("a slider for each number of the regulation, the finger, the speed",
-        sliders === 2 + await b.evaluate(`${engine}.model.dials.length`), sliders);
+  claim("a slider for each number of the regulation, the finger, the speed, the last stroke",
+        sliders === 3 + await b.evaluate(`${engine}.model.dials.length`), sliders);
   await theFocus(b);
   await theContrast(b, "light");
   claim("drawing and all sliders are in sight at once", await b.evaluate(

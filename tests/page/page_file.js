@@ -12,7 +12,7 @@ function read(file) {
   const context = vm.createContext({ WebAssembly, TextDecoder, atob, Math, console });
   const code = part("code");
   vm.runInContext(code.slice(0, code.indexOf("const Page = ")) +
-                  ";var page = { Format, Engine, Geometry, Traces, Strokes, Sound };", context);
+                  ";var page = { Format, Words, Replay, Measured, Engine, Geometry, Traces, Strokes, Sound };", context);
   return { html, model: JSON.parse(part("model")), module: part("module"), ...context.page };
 }
 

@@ -9,7 +9,7 @@
 #include "diagnosis_page.h"
 #include "stein/law.h"
 
-enum { WIDTH = 560, BETWEEN = 8 };
+enum { WIDTH = 360, BETWEEN = 8 };
 
 static void write_law(lab__json *j, const char *key, const lab_law *l)
 {
@@ -97,7 +97,7 @@ static void draw(FILE *f, const lab_law *l)
                         .top = 26.0,
                         .width = WIDTH - 72.0,
                         .height = 220.0,
-                        .caption = 7.0,
+                        .caption = 13.0,
                         .x0 = ux.factor * x[0],
                         .x1 = ux.factor * x[m - 1],
                         .y0 = uy.factor * lo,
@@ -105,11 +105,11 @@ static void draw(FILE *f, const lab_law *l)
         page__range(&p.x0, &p.x1, 0.02);
         page__range(&p.y0, &p.y1, 0.06);
         page__svg_open(f, WIDTH, 290, "the recovered law with its band");
-        page__band(&p, "band", x, low, high, m, ux.factor, uy.factor);
+        page__band(&p, "noise", x, low, high, m, ux.factor, uy.factor);
         page__axes(&p, at, label);
         fprintf(f, "<path class=\"zero\" d=\"M%.1f %.1fh%.1f\"/>\n", p.left, page__y(&p, 0.0),
                 p.width);
-        page__curve(&p, "after", x, y, m, ux.factor, uy.factor);
+        page__curve(&p, "cause-curve", x, y, m, ux.factor, uy.factor);
         page__dots(&p, "measured", l->at, l->value, l->n, ux.factor, uy.factor);
         page__svg_close(f);
     }
@@ -146,15 +146,16 @@ void page__law(FILE *f, const lab_diagnosis *d)
                 "refitted; dots are the points of the table <code>",
                 l->of);
         page__text(f, l->table);
-        fputs("</code> in extended.yaml.</p>\n<figure>", f);
+        fputs("</code> in extended.yaml.</p>\n<div class=\"plots\"><figure>", f);
         draw(f, l);
-        fputs("</figure>\n", f);
+        fputs("</figure></div>\n", f);
     } else {
-        fputs("<p>No curve over one state of one place predicts the held-out strokes better: "
-              "what is missing is no such law, or needs other strokes to be seen.</p>\n",
+        fputs("<p>No curve over one state of one place predicts the held-out records better: "
+              "what is missing is no such law, or needs other records to be seen.</p>\n",
               f);
     }
-    fputs("<div class=\"scroll\"><table><tr><th>place</th><th>as a function of</th><th>gain</th>"
+    fputs("<div class=\"scroll\" tabindex=\"0\"><table><tr><th>place</th><th>as a function "
+          "of</th><th>gain</th>"
           "<th>\xcf\x87\xc2\xb2/dof</th><th>held out [noise]</th></tr>\n",
           f);
     for (int i = 0; i < d->nlaw; i++) {

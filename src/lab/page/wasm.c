@@ -315,6 +315,10 @@ stein_status page__module(char **bytes, size_t *size, const lab_model *model,
     job j = {0};
     stein_status status = name_files(&j, lab_equations(model), options, err);
     if (status == STEIN_OK && !read_cached(&j, bytes, size)) {
+        if (options->report != NULL) {
+            options->report(options->ctx,
+                            "compiling to WebAssembly, once a mechanism: a few seconds");
+        }
         status = lab__folder(j.folder, err);
         status = status == STEIN_OK ? compile_apart(&j, model, err) : status;
         status = status == STEIN_OK ? lab__read_file(j.module, bytes, size, err) : status;

@@ -7,7 +7,7 @@
 
 #include "diagnosis_page.h"
 
-enum { MOST_POINTS = 500 };
+enum { MOST_POINTS = 500, TIPS = 50 };
 
 double page__x(const page__plot *p, double x)
 {
@@ -103,7 +103,7 @@ void page__axes(const page__plot *p, const char *xlabel, const char *ylabel)
     y_axis(p);
     if (xlabel != NULL) {
         fprintf(p->f, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\">", p->left + p->width,
-                p->top + p->height + 26.0);
+                p->top + p->height + 29.0);
         page__text(p->f, xlabel);
         fputs("</text>", p->f);
     }
@@ -173,6 +173,26 @@ void page__band(const page__plot *p, const char *cls, const double *x, const dou
     fputs("Z\"/>\n", p->f);
 }
 
+void page__tips(const page__plot *p, const double *x, const double *y, int n, double sx,
+                page__tip_fn *tip, const void *ctx)
+{
+    double wide = p->width / TIPS;
+    int next = 0; /* the first strip without a tip */
+    for (int i = 0; i < n; i++) {
+        double at = page__x(p, sx * x[i]) - p->left;
+        int strip = isfinite(at) && isfinite(y[i]) ? (int)floor(at / wide) : -1;
+        if (strip < next || strip >= TIPS) {
+            continue;
+        }
+        fprintf(p->f, "<rect class=\"tip\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\">",
+                p->left + wide * strip, p->top, wide, p->height);
+        fputs("<title>", p->f);
+        tip(p->f, ctx, i);
+        fputs("</title></rect>\n", p->f);
+        next = strip + 1;
+    }
+}
+
 void page__rect(const page__plot *p, const char *cls, double x0, double x1, double y0, double y1)
 {
     double left = page__x(p, x0), right = page__x(p, x1);
@@ -183,7 +203,7 @@ void page__rect(const page__plot *p, const char *cls, double x0, double x1, doub
 
 void page__phases(const page__plot *p, const double *t, const char *const *phase, int n, double sx)
 {
-    static const double letter = 5.2; /* [px] */
+    static const double letter = 6.2; /* [px] */
     for (int i = 0, end, turn = 0; i < n; i = end, turn++) {
         for (end = i + 1; end < n && phase[end] == phase[i]; end++) {
         }

@@ -104,12 +104,14 @@ void page__map(FILE *f, const lab_diagnosis *d)
     if (d->ndeparture == 0) {
         return;
     }
-    fputs("<section id=\"map\"><h2>Where and when it departs</h2>\n<p>The model before anything "
-          "was added. Channels: RMS residual over the noise; joints: mean missing force. The "
-          "darker, the less it can be noise or chance from stroke to stroke; z is that "
-          "significance as a normal deviate.</p>\n<div class=\"scroll\"><table class=\"map\">\n<tr>"
-          "<th></th>",
-          f);
+    fputs(
+        "<section id=\"map\"><h2>Where and when it departs</h2>\n<p>The model before anything "
+        "was added. Channels: RMS residual over the noise; joints: mean missing force. The "
+        "stronger the colour, the less it can be noise or chance from record to record; z is that "
+        "significance as a normal deviate.</p>\n<div class=\"scroll\" tabindex=\"0\"><table "
+        "class=\"map\">\n<tr>"
+        "<th></th>",
+        f);
     for (int k = 0; k < DIAG_PHASES; k++) {
         if (phase_used(d, k)) {
             fprintf(f, "<th scope=\"col\">%s</th>", diag__phase[k]);
@@ -191,10 +193,11 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
     if (d->nsuspect == 0) {
         return;
     }
-    fputs("<section id=\"suspects\"><h2>Suspects</h2>\n<p>How much the misfit (\xe2\x88\x92"
+    fputs("<section id=\"suspects\"><h2>Candidates</h2>\n<p>How much the misfit (\xe2\x88\x92"
           "2 log likelihood) falls when the effect is added and everything else is refitted, "
-          "strokes free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
-          "<div class=\"scroll\"><table class=\"suspects\">\n<tr><th></th><th></th><th>fall"
+          "records free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
+          "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
+          "suspects\">\n<tr><th></th><th></th><th>fall"
           "</th><th>amount</th><th></th></tr>\n",
           f);
     for (int i = 0; i < d->nsuspect; i++) {
@@ -210,7 +213,7 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
         fprintf(f, "%d more explain less. ", rest);
     }
     if (untestable > 0) {
-        fprintf(f, "%d cannot be tested with these strokes.", untestable);
+        fprintf(f, "%d cannot be tested with these records.", untestable);
     }
     fputs("</p>\n</section>\n", f);
 }
@@ -258,23 +261,49 @@ static void gain_row(FILE *f, const lab_gain *g, const char *unit)
     fputs("</tr>\n", f);
 }
 
+/* of whole records, or by phase */
+static void gain_rows(FILE *f, const lab_diagnosis *d, int by_phase)
+{
+    for (int i = 0; i < d->ngain; i++) {
+        if ((d->gains[i].phase != NULL) == by_phase) {
+            gain_row(f, &d->gains[i], d->gains[i].unit);
+        }
+    }
+}
+
+static int has_phases(const lab_diagnosis *d)
+{
+    for (int i = 0; i < d->ngain; i++) {
+        if (d->gains[i].phase != NULL) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static const char gain_head[] = "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
+                                "gains\">\n<tr><th></th><th>before</th><th>after</th>"
+                                "<th>noise</th><th>after / before</th><th></th></tr>\n";
+
 void page__gains(FILE *f, const lab_diagnosis *d)
 {
     if (d->ngain == 0) {
         return;
     }
     fprintf(f,
-            "<section id=\"gain\"><h2>The gain on strokes held out</h2>\n<p>Error on %d stroke%s "
+            "<section id=\"gain\"><h2>The gain on records held out</h2>\n<p>Error on %d record%s "
             "that took no part in the fit. Left of the line is better; the bar is the 95&nbsp;%% "
-            "interval of after over before, from one eighth to twice.</p>\n<div "
-            "class=\"scroll\"><table class=\"gains\">\n<tr><th></th><th>before</th><th>after</th>"
-            "<th>noise</th><th>after / before</th><th></th></tr>\n",
-            d->nheld, d->nheld == 1 ? "" : "s");
+            "interval of after over before, from one eighth to twice.</p>\n%s",
+            d->nheld, d->nheld == 1 ? "" : "s", gain_head);
     gain_row(f, &d->gain, "1");
-    for (int i = 0; i < d->ngain; i++) {
-        gain_row(f, &d->gains[i], d->gains[i].unit);
+    gain_rows(f, d, 0);
+    fputs("</table></div>\n", f);
+    if (has_phases(d)) {
+        fprintf(f, "<details><summary>by phase</summary>\n%s", gain_head);
+        gain_rows(f, d, 1);
+        fputs("</table></div></details>\n", f);
     }
-    fputs("</table></div>\n</section>\n", f);
+    fputs("</section>\n", f);
 }
 
 /* ---- audit, parameters ---- */
@@ -309,7 +338,7 @@ static void parameter_row(FILE *f, const lab_fit_value *v)
     page__interval(f, v->value, v->lo, v->hi, v->unit);
     fputs("</td><td>", f);
     if (v->unseen) {
-        fputs("not seen by these strokes", f);
+        fputs("not seen by these records", f);
     } else if (isfinite(v->prior_sd) && v->prior_sd > 0.0) {
         double off = (v->value - v->start) / v->prior_sd;
         page__number(f, off, 2);
@@ -322,14 +351,16 @@ void page__parameters(FILE *f, const lab_diagnosis *d)
 {
     static const char *const what[] = {"joint friction", "contact friction", "drive"};
     if (d->nvalue > 0) {
-        fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\"><table>"
+        fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\" "
+              "tabindex=\"0\"><table "
+              "class=\"fold numbers\">"
               "\n<tr><th></th><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
               f);
         for (int i = 0; i < d->nvalue; i++) {
             parameter_row(f, &d->value[i]);
         }
         fputs("</table></div>\n", f);
-        fputs("<p class=\"quiet\">From stroke to stroke:", f);
+        fputs("<p class=\"quiet\">From record to record:", f);
         for (int i = 0; i < 3; i++) {
             fprintf(f, "%s %s ", i > 0 ? "," : "", what[i]);
             page__number(f, 100.0 * d->scatter[i], 2);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnosis_page.h - what the files of report.html share. Not installed.
  *
- *   diagnosis_page.c   the page and its first screen      diagnosis_chart.c  axes and curves
+ *   diagnosis_page.c   the page, its style              diagnosis_chart.c  axes and curves
+ *   diagnosis_story.c  the first screen
  *   diagnosis_plots.c  strokes over time, forces          diagnosis_text.c   texts and numbers
  *   diagnosis_lists.c  maps, bars and tables             diagnosis_seen.c   every candidate
  */
@@ -58,12 +59,22 @@ void page__dots(const page__plot *p, const char *cls, const double *x, const dou
 /** The area between lo and hi. */
 void page__band(const page__plot *p, const char *cls, const double *x, const double *lo,
                 const double *hi, int n, double sx, double sy);
+/** What a tip says of sample i. */
+typedef void page__tip_fn(FILE *f, const void *ctx, int i);
+/** Strips over the plot that tell their values when a pointer rests on them, of samples with a y.
+ */
+void page__tips(const page__plot *p, const double *x, const double *y, int n, double sx,
+                page__tip_fn *tip, const void *ctx);
 /** A rectangle between data coordinates. */
 void page__rect(const page__plot *p, const char *cls, double x0, double x1, double y0, double y1);
 /** Where phases change, and their names above the plot where there is room. */
 void page__phases(const page__plot *p, const double *t, const char *const *phase, int n, double sx);
 /** Limits that hold [lo, hi] with a margin; a nonempty range. */
 void page__range(double *lo, double *hi, double margin);
+
+/* ---- diagnosis_story.c ---- */
+
+void page__story(FILE *f, const lab_diagnosis *d);
 
 /* ---- diagnosis_plots.c ---- */
 

@@ -7,7 +7,7 @@
 
 #include "diagnosis_page.h"
 
-enum { WIDTH = 360, SHOWN = 2, LAGS = 24, CHANNELS = 64, SMOOTH = 11 };
+enum { WIDTH = 360, SHOWN = 2, LAGS = 24, CHANNELS = 64, SMOOTH = 11, FORCES = 4 };
 static const double left = 46.0, right = 14.0, lead = 3e-3; /* [px], before the first motion [s] */
 
 static const char *base_name(const char *path)
@@ -23,7 +23,7 @@ static page__plot plot_at(FILE *f, double top, double height)
                         .top = top,
                         .width = WIDTH - left - right,
                         .height = height,
-                        .caption = 7.0};
+                        .caption = 13.0};
 }
 
 static double misfit(const lab_trace *t)
@@ -99,6 +99,29 @@ static void axis_label(char *text, size_t size, const char *what, const page__un
     snprintf(text, size, u->name[0] != '\0' ? "%s [%s]" : "%s", what, u->name);
 }
 
+/* what is seen at one sample of a record */
+typedef struct reading {
+    const lab_trace *t;
+    page__unit u;
+    double sx;
+    int changed;
+} reading;
+
+static void read_out(FILE *f, const void *ctx, int i)
+{
+    const reading *r = ctx;
+    const lab_trace *t = r->t;
+    fprintf(f, "%.4g %s: measured ", r->sx * t->t[i], r->sx > 1.0 ? "ms" : "s");
+    page__number(f, r->u.factor * t->y[i], 4);
+    fputs(r->changed ? ", before " : ", model ", f);
+    page__number(f, r->u.factor * t->before[i], 4);
+    if (r->changed) {
+        fputs(", after ", f);
+        page__number(f, r->u.factor * t->after[i], 4);
+    }
+    fprintf(f, " %s", r->u.name);
+}
+
 static void draw_channel(FILE *f, const lab_trace *t, double from, double to, int changed)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -126,6 +149,8 @@ static void draw_channel(FILE *f, const lab_trace *t, double from, double to, in
     if (changed) {
         page__curve(&p, "after", t->t, t->after, t->n, sx, u.factor);
     }
+    reading r = {t, u, sx, changed};
+    page__tips(&p, t->t, t->y, t->n, sx, read_out, &r);
 }
 
 /* running mean, m [n] */
@@ -221,7 +246,7 @@ static void draw_correlation(FILE *f, const lab_diagnosis *d, const char *channe
     p.y1 = 1.0;
     double band = n > 0.0 ? 2.0 / sqrt(n) : 0.0;
     page__rect(&p, "noise", p.x0, p.x1, -band, band);
-    page__axes(&p, "lag [samples]", "autocorrelation of the residual, all strokes");
+    page__axes(&p, "lag [samples]", "autocorrelation of the residual, all records");
     page__curve(&p, changed ? "before" : "after", lag + 1, before + 1, LAGS, 1.0, 1.0);
     if (changed) {
         page__curve(&p, "after", lag + 1, after + 1, LAGS, 1.0, 1.0);
@@ -242,7 +267,7 @@ static void legend(FILE *f, int changed)
     }
     fputs("<span class=\"key area\"></span>twice the noise</p>\n<p class=\"quiet\">Differences: "
           "every sample pale, the mean of "
-          "11 samples strong. Of each channel the stroke predicted worst and the one predicted "
+          "11 samples strong. Of each channel the record predicted worst and the one predicted "
           "best.</p>\n",
           f);
 }
@@ -270,7 +295,7 @@ static void one_channel(FILE *f, const lab_diagnosis *d, const char *channel, in
         double from, to;
         time_range(t, &from, &to);
         fputs("<figure>", f);
-        page__svg_open(f, WIDTH, 304, "a stroke as measured and as predicted, and the difference");
+        page__svg_open(f, WIDTH, 308, "a record as measured and as predicted, and the difference");
         draw_channel(f, t, from, to, changed);
         draw_residual(f, t, from, to, changed);
         page__svg_close(f);
@@ -279,16 +304,18 @@ static void one_channel(FILE *f, const lab_diagnosis *d, const char *channel, in
         fputs(t->held_out ? ", held out" : "", f);
         fputs("</figcaption></figure>\n", f);
     }
+    fputs("</div>\n", f);
     if (n > 0) {
-        fputs("<figure>", f);
-        page__svg_open(f, WIDTH, 304, "autocorrelation of the residual");
+        fputs("<details><summary>autocorrelation of what is left</summary>\n<div "
+              "class=\"plots\"><figure>",
+              f);
+        page__svg_open(f, WIDTH, 308, "autocorrelation of the residual");
         draw_correlation(f, d, channel, changed);
         page__svg_close(f);
-        fputs("<figcaption>what is no noise is alike from sample to "
-              "sample</figcaption></figure>\n",
+        fputs("<figcaption>noise alone is not alike from sample to sample</figcaption></figure>"
+              "</div></details>\n",
               f);
     }
-    fputs("</div>\n", f);
 }
 
 void page__strokes(FILE *f, const lab_diagnosis *d)
@@ -352,13 +379,13 @@ static void one_force(FILE *f, const lab_diagnosis *d, const lab_latent *l)
     page__range(&p.x0, &p.x1, 0.0);
     page__range(&p.y0, &p.y1, 0.05);
     fputs("<figure>", f);
-    page__svg_open(f, WIDTH, 172,
+    page__svg_open(f, WIDTH, 176,
                    "the force that the model lacks at a joint, with its uncertainty");
     axis_label(label, sizeof label, l->joint, &u);
-    page__band(&p, "band", l->t, lo, lo + l->n, l->n, sx, u.factor);
+    page__band(&p, "noise", l->t, lo, lo + l->n, l->n, sx, u.factor);
     page__axes(&p, time, label);
     fprintf(f, "<path class=\"zero\" d=\"M%.1f %.1fh%.1f\"/>\n", p.left, page__y(&p, 0.0), p.width);
-    page__curve(&p, "after", l->t, l->force, l->n, sx, u.factor);
+    page__curve(&p, "before", l->t, l->force, l->n, sx, u.factor);
     page__svg_close(f);
     fputs("<figcaption>", f);
     page__text(f, base_name(l->file));
@@ -377,7 +404,11 @@ void page__forces(FILE *f, const lab_diagnosis *d)
           "missing that these channels could show.</p>\n<div class=\"plots\">\n",
           f);
     for (int k = 0; k < d->nlatent; k++) {
+        if (k == FORCES) {
+            fprintf(f, "</div>\n<details><summary>%d more</summary>\n<div class=\"plots\">\n",
+                    d->nlatent - FORCES);
+        }
         one_force(f, d, &d->latent[k]);
     }
-    fputs("</div>\n</section>\n", f);
+    fputs(d->nlatent > FORCES ? "</div></details>\n</section>\n" : "</div>\n</section>\n", f);
 }

@@ -67,7 +67,9 @@ static void group(FILE *f, const lab_diagnosis *d, int k)
         return;
     }
     fprintf(f,
-            "<details><summary>%d %s: %s</summary>\n<div class=\"scroll\"><table>\n<tr><th></th>",
+            "<details><summary>%d %s: %s</summary>\n<div class=\"scroll\" tabindex=\"0\"><table "
+            "class=\"fold "
+            "seen\">\n<tr><th></th>",
             n, groups[k].title, groups[k].what);
     fputs("<th>estimate, 95&nbsp;%</th><th>would be named from</th><th>95&nbsp;% upper limit</th>"
           "<th>of the plausible limit</th><th></th></tr>\n",
@@ -85,7 +87,7 @@ void page__seen(FILE *f, const lab_diagnosis *d)
     if (d->nsuspect == diag__count(d, LAB_NOT_JUDGED)) {
         return;
     }
-    fputs("<section id=\"seen\"><h2>Could it have been seen?</h2>\n<p>What these strokes say about "
+    fputs("<section id=\"seen\"><h2>Could it have been seen?</h2>\n<p>What these records say about "
           "every candidate beside what was found, all else refitted. An amount in the third column "
           "would have been named with 95&nbsp;% probability.</p>\n",
           f);

@@ -49,26 +49,30 @@ void page__cause(FILE *f, const lab_candidate *c)
 
 /* ---- units ---- */
 
+/* can a prefix stand before it? "N m s/rad", "rad/s", but no power, which it would be part of, no
+ * kilogram, which has one, and no metre squared */
+static int takes_prefix(const char *unit)
+{
+    size_t n = strspn(unit, "abcdefghijklmnopqrstuvwxyzNJWPV");
+    return n > 0 && strncmp(unit, "kg", 2) != 0 && unit[n] != '^';
+}
+
 page__unit page__unit_for(const char *unit, double typical)
 {
-    static const struct {
-        const char *unit, *small, *smaller; /* by thousandths */
-    } known[] = {{"m", "mm", "\xc2\xb5m"},       {"N", "mN", "\xc2\xb5N"},
-                 {"N m", "mN m", "\xc2\xb5N m"}, {"s", "ms", "\xc2\xb5s"},
-                 {"rad", "mrad", "\xc2\xb5rad"}, {"kg", "g", "mg"},
-                 {"m/s", "mm/s", "\xc2\xb5m/s"}};
     page__unit u = {.factor = 1.0};
     double size = fabs(typical);
-    snprintf(u.name, sizeof u.name, "%s", unit != NULL ? unit : "");
-    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-        if (unit != NULL && strcmp(unit, known[i].unit) == 0 && size < 0.5 && size > 0.0) {
-            int tiny = size < 0.5e-3;
-            u.factor = tiny ? 1e6 : 1e3;
-            snprintf(u.name, sizeof u.name, "%s", tiny ? known[i].smaller : known[i].small);
-        }
+    unit = unit != NULL && strcmp(unit, "1") != 0 ? unit : "";
+    snprintf(u.name, sizeof u.name, "%s", unit);
+    if (!(size < 0.5) || !(size > 0.0)) {
+        return u;
     }
-    if (unit != NULL && strcmp(unit, "1") == 0) {
-        u.name[0] = '\0';
+    int tiny = size < 0.5e-3;
+    if (strcmp(unit, "kg") == 0) {
+        u.factor = tiny ? 1e6 : 1e3;
+        snprintf(u.name, sizeof u.name, "%s", tiny ? "mg" : "g");
+    } else if (takes_prefix(unit)) {
+        u.factor = tiny ? 1e6 : 1e3;
+        snprintf(u.name, sizeof u.name, "%s%s", tiny ? "\xc2\xb5" : "m", unit);
     }
     return u;
 }

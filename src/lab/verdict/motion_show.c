@@ -8,7 +8,7 @@
 #include "diagnosis_page.h"
 #include "motion.h"
 
-enum { WIDTH = 560 };
+enum { WIDTH = 360 };
 
 /* ---- diagnosis.json ---- */
 
@@ -90,7 +90,7 @@ static page__plot plot_at(FILE *f, const lab_motion *m, double top, double heigh
                     .top = top,
                     .width = WIDTH - 72.0,
                     .height = height,
-                    .caption = 7.0,
+                    .caption = 13.0,
                     .x0 = sx * m->t[0],
                     .x1 = sx * m->t[m->n - 1]};
     page__range(&p.x0, &p.x1, 0.0);
@@ -163,7 +163,7 @@ static void draw(FILE *f, const lab_motion *m)
           "class=\"key rust\"></span>needed by the model as it is",
           f);
     fputs(is_extended(m) ? "<span class=\"key blue\"></span>by the extended one" : "", f);
-    fputs("<span class=\"key area\"></span>noise, twice</p>\n<figure>", f);
+    fputs("<span class=\"key area\"></span>noise, twice</p>\n<div class=\"plots\"><figure>", f);
     page__svg_open(f, WIDTH, 362, "the force that the measured motion needs, and the one there");
     draw_forces(f, m, sx);
     draw_errors(f, m, sx, time, room);
@@ -171,7 +171,7 @@ static void draw(FILE *f, const lab_motion *m)
     fputs("<figcaption>", f);
     page__text(f, name != NULL ? name + 1 : m->file);
     fputs(m->held_out ? ", held out" : "", f);
-    fputs("</figcaption></figure>\n", f);
+    fputs("</figcaption></figure></div>\n", f);
     free(room);
 }
 
@@ -187,12 +187,12 @@ static void words(FILE *f, const lab_motion *m)
 {
     static const char *const says[] = {"", "supports the verdict", "contradicts the verdict",
                                        "cannot tell"};
-    fputs("<p>The strokes above were compared in position, which filters forces. Here ", f);
+    fputs("<p>The records above were compared in position, which filters forces. Here ", f);
     page__words(f, m->joint);
     fputs(" moves as ", f);
     page__words(f, m->channel != NULL ? m->channel : m->input);
     fprintf(f,
-            " shows it, smoothed, in %d stroke%s%s; the rest is "
+            " shows it, smoothed, in %d record%s%s; the rest is "
             "simulated, and the force that this needs is compared with the one that was there. "
             "This <em>%s</em>: ",
             m->strokes, m->strokes == 1 ? "" : "s", m->held_out ? " that were held out" : "",
@@ -232,6 +232,11 @@ static void row(FILE *f, const lab_motion_row *r)
     fputs("</tr>\n", f);
 }
 
+static const char head[] =
+    "<div class=\"scroll\" tabindex=\"0\"><table><tr><th></th><th>phase</th><th>there</th><th>off "
+    "by, before</th>"
+    "<th>after</th><th>noise makes</th><th>mean before</th><th>after</th><th>\xc2\xb1</th></tr>\n";
+
 void page__motion(FILE *f, const lab_diagnosis *d)
 {
     const lab_motion *m = &d->motion;
@@ -247,17 +252,23 @@ void page__motion(FILE *f, const lab_diagnosis *d)
     }
     words(f, m);
     draw(f, m);
-    fputs("<div class=\"scroll\"><table><tr><th></th><th>phase</th><th>there</th><th>off by, "
-          "before</th><th>after</th><th>noise makes</th><th>mean before</th><th>after</th>"
-          "<th>\xc2\xb1</th></tr>\n",
-          f);
+    fputs(head, f);
     for (int i = 0; i < m->nrow; i++) {
-        row(f, &m->row[i]);
+        if (m->row[i].phase == NULL) {
+            row(f, &m->row[i]);
+        }
+    }
+    fprintf(f, "</table></div>\n<details><summary>by phase</summary>\n%s", head);
+    for (int i = 0; i < m->nrow; i++) {
+        if (m->row[i].phase != NULL) {
+            row(f, &m->row[i]);
+        }
     }
     fputs(
-        "</table></div>\n<p class=\"quiet\">There, off by: RMS; off by is of means over a few "
+        "</table></div></details>\n<p class=\"quiet\">There, off by: RMS; off by is of means over "
+        "a few "
         "milliseconds, less what smoothing takes away. Mean: with its sign. What noise makes, and "
-        "\xc2\xb1 of the mean: from strokes that the models make themselves, with the noise of "
+        "\xc2\xb1 of the mean: from records that the models make themselves, with the noise of "
         "these.</p>\n</section>\n",
         f);
 }
