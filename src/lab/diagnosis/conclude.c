@@ -183,7 +183,8 @@ static int state_settings(diagnosis *d)
 }
 
 /* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
- * what is left is still far from noise, the model errs in more than one law. */
+ * what is left is still far from noise, the model errs in more than one law. Where noise is left but
+ * records differ by as much as is allowed for, and neither cause nor law is behind it, they do. */
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];
@@ -212,6 +213,13 @@ static stein_status laws(diagnosis *d, stein_err *err)
     if (status == STEIN_OK && stated && !pays) {
         d->j = as_said;
         status = shorten(d, err);
+    }
+    best = d->t.row[d->j.best];
+    if (status == STEIN_OK && !pays && d->j.finding == DIAG_NO_CAUSE &&
+        best->chi2_dof <= d->setting.most_noise) {
+        diag__laws_drop(d->out);
+        d->j.finding = DIAG_EXPLAINED;
+        diag__say(d->out, &d->j, &d->setting, d->suspicion);
     }
     return status;
 }

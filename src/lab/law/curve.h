@@ -188,6 +188,9 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
                              const lab_dataset *reporting, const diag__reported *before,
                              diag__reported *after, lab_diagnosis *o, stein_err *err);
 
+/** Laws of a diagnosis are freed; it has none any more. */
+void diag__laws_drop(lab_diagnosis *o);
+
 /* ---- curve_show.c ---- */
 
 void diag__law_json(lab__json *j, const lab_diagnosis *d);

@@ -340,3 +340,14 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
     say(l, o, before->rmse, explains_all(l, law, after));
     return status;
 }
+
+void diag__laws_drop(lab_diagnosis *o)
+{
+    for (int i = 0; o->law != NULL && i < o->nlaw; i++) {
+        free(o->law[i].at);
+        free(o->law[i].seen);
+    }
+    free(o->law);
+    o->law = NULL;
+    o->nlaw = 0;
+}

@@ -3,6 +3,7 @@
  */
 #include <stdlib.h>
 
+#include "curve.h"
 #include "motion.h"
 
 const char *lab_verdict_text(lab_verdict verdict)
@@ -65,11 +66,7 @@ void lab_diagnosis_destroy(lab_diagnosis *d)
         free(d->latent[i].sd);
     }
     diag__posteriors_free(d);
-    for (int i = 0; d->law != NULL && i < d->nlaw; i++) {
-        free(d->law[i].at);
-        free(d->law[i].seen);
-    }
-    free(d->law);
+    diag__laws_drop(d);
     diag__motion_free(&d->motion);
     free(d->explanation);
     free(d->suspect);
