@@ -237,7 +237,8 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
         return best->chi2_dof > most && law->chi2_dof <= most &&
                law->gain > j->gain + diag__least_gain;
     }
-    return 1;
+    double less = (best->chi2_dof - law->chi2_dof) * l->all.p.samples;
+    return best->chi2_dof > most || less > diag__least_gain; // what is noise is not its gain
 }
 
 /* A curve over another state of the same place that fits as well; NULL: there is none. */
