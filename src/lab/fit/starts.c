@@ -128,7 +128,7 @@ static stein_status place(const fit__problem *p, int point, double *x, stein_err
         return STEIN_OK;
     }
     unsigned dim = (unsigned)(p->np < SOBOL_DIMENSIONS ? p->np : SOBOL_DIMENSIONS);
-    double u[SOBOL_DIMENSIONS];
+    double u[SOBOL_DIMENSIONS] = {0.0};
     gsl_qrng *q = gsl_qrng_alloc(gsl_qrng_sobol, dim);
     if (q == NULL) {
         return lab__no_memory(err);
