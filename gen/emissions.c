@@ -109,11 +109,17 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_pose,
         .stays = always};
-    emit_func(x, t, l, &f->unloaded, &unloaded);
-    emit_solve(x, t);
-    if (f->articulated.nout) {
+    if (f->articulated.nout) { // then lanes have no use for M
+        emission asked = unloaded;
+        asked.seldom = GEN_HUGE;
+        text_add(x, "#if STEIN_LANES == 1\n");
+        emit_func(x, t, l, &f->unloaded, &asked);
+        text_add(x, "#endif\n\n");
         emit_func(x, t, l, &f->articulated, &articulated);
+    } else {
+        emit_func(x, t, l, &f->unloaded, &unloaded);
     }
+    emit_solve(x, t);
     if (t->ncarrier) {
         emit_func(x, t, l, &f->pose, &pose);
     }
@@ -121,10 +127,11 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
              "#if STEIN_LANES > 1\nextern const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s);\n",
              t->m->name);
     text_add(x,
-             "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {unloaded, %s, %s, %s};\n"
+             "const stein_lanes STEIN_LANES_NAME(STEIN_LANES, %s) = {%s, %s, %s, %s};\n"
              "#else\n\n",
-             t->m->name, emit_solves(t) ? "solve" : "NULL",
-             f->articulated.nout ? "articulated" : "NULL", t->ncarrier ? "pose" : "NULL");
+             t->m->name, f->articulated.nout ? "NULL" : "unloaded",
+             emit_solves(t) ? "solve" : "NULL", f->articulated.nout ? "articulated" : "NULL",
+             t->ncarrier ? "pose" : "NULL");
 }
 
 void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
@@ -155,6 +162,7 @@ void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
                    [EX_DD] = "dd",
                    [EX_NVAR] = "d",
                    [EX_NVAR + 1] = "sc"},
+        .seldom = GEN_LONG,
         .target = target_along};
     static const emission pose = {
         .name = "pose_along",
@@ -171,6 +179,7 @@ void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
                    [EX_DD] = "dd",
                    [EX_NVAR] = "d",
                    [EX_NVAR + 1] = "sc"},
+        .seldom = GEN_LONG,
         .target = target_pose_along};
     if (f->slopes.nout) {
         emit_func(x, t, l, &f->slopes, &slopes);
@@ -196,6 +205,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
                    [EX_TRQ] = "trq",
                    [EX_NVAR] = "d",
                    [EX_NVAR + 1] = "sc"},
+        .seldom = GEN_HUGE,
         .target = target_mass_bias};
     static const emission inverse = {
         .name = "inverse",
@@ -219,6 +229,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .note = "named points in the fixed frame",
         .type = "double",
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .seldom = GEN_HUGE,
         .target = target_point};
     static const emission energy = {
         .name = "energy",
@@ -227,6 +238,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .note = "kinetic energy, potential energy of gravity",
         .type = "double",
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .seldom = GEN_HUGE,
         .target = target_energy};
     emit_rates(x, t, l, f);
     emit_func(x, t, l, &f->mass_bias, &mass_bias);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * emit.c - one function of the emitted file: single-assignment lines in the order of the
+ * emit.c - lines of the functions of the emitted file: single assignments in the order of the
  * derivation.
  *
  * A node becomes a line when it has a symbol of the derivation or is used more than once; the rest
@@ -12,28 +12,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gen_internal.h"
+#include "printer.h"
 
-enum { SYMBOL = 48, WIDTH = 100 };
-
-typedef struct printer {
-    text *x;
-    const tree *t;
-    const layout *l;
-    const ex_graph *g;
-    int *uses;
-    char *line;             /* [n] 1: the node has a line of its own */
-    char (*symbol)[SYMBOL]; /* [n] what to write for it, "" = write it out */
-    int *taken, ntaken;     /* hash set of the symbols in use */
-    const char *type;       /* of the numbers */
-} printer;
+enum { WIDTH = 100 };
 
 /* ---- expressions ---------------------------------------------------------------------------- */
 
 static void print_expr(text *o, const printer *p, ex e, int level);
 
-/** The sine or cosine of a joint's coordinate, which is handed over. */
-static int is_given(const printer *p, ex e)
+int print_is_given(const printer *p, ex e)
 {
     const ex_node *nd = &p->g->node[e];
     return p->g->setup && (nd->op == EX_SIN || nd->op == EX_COS);
@@ -72,7 +59,7 @@ static void print_expr(text *o, const printer *p, ex e, int level)
         text_add(o, "%s", p->symbol[e]);
     } else if (nd->op == EX_NUM) {
         print_number(o, nd->value);
-    } else if (is_given(p, e)) {
+    } else if (print_is_given(p, e)) {
         text_add(o, "sc[%d]", 2 * p->g->node[nd->a].b + (nd->op == EX_COS));
     } else if (nd->op == EX_NEG) {
         text_add(o, "%s-", level > 1 ? "(" : "");
@@ -186,8 +173,7 @@ static void leaf_symbol(printer *p, ex e)
     }
 }
 
-/** Which nodes get a line, and all symbols. */
-static int printer_init(printer *p, const ex *out, int nout)
+int printer_init(printer *p, const ex *out, int nout)
 {
     size_t n = (size_t)p->g->n;
     p->ntaken = 2 * p->g->n + 16;
@@ -202,7 +188,7 @@ static int printer_init(printer *p, const ex *out, int nout)
     memset(p->taken, -1, (size_t)p->ntaken * sizeof *p->taken);
     ex_reach(p->g, out, nout, p->uses);
     for (int i = 1; i < p->g->n; i++) {
-        if (p->uses[i] && is_given(p, i)) {
+        if (p->uses[i] && print_is_given(p, i)) {
             p->uses[p->g->node[i].a]--; /* it is not read from q */
         }
     }
@@ -224,7 +210,7 @@ static int printer_init(printer *p, const ex *out, int nout)
     return 0;
 }
 
-static void printer_free(printer *p)
+void printer_free(printer *p)
 {
     free(p->uses);
     free(p->line);
@@ -307,8 +293,10 @@ void emit_setup(text *x, const tree *t, const layout *l, stein_ops *ops)
     }
     x->failed |= ex_count(t->setup, out, l->n, ops) != 0;
     if (printer_init(&p, out, l->n) == 0) {
-        text_add(x, "#if STEIN_LANES == 1\nstatic void setup(const double *p, double *d, "
-                    "const stein_functions *f)\n{\n");
+        text_add(x,
+                 "#if STEIN_LANES == 1\nstatic %svoid setup(const double *p, double *d, "
+                 "const stein_functions *f)\n{\n",
+                 l->n > GEN_LONG ? "STEIN_SELDOM " : "");
         for (int i = 1; i < p.g->n; i++) {
             char left[80];
             used |= p.uses[i] && p.g->node[i].op == EX_VAR;
@@ -378,8 +366,10 @@ void emit_setup_along(text *x, const tree *t, const layout *l)
     x->failed |= t->setup->failed;
     if (!x->failed && printer_init(&p, slope, l->n) == 0) {
         text_quiet(x, "/* derived constants along a direction of parameters */\n");
-        text_add(x, "static void setup_along(const double *p, const double *dp, double *dd,\n"
-                    "                        const stein_functions *f)\n{\n");
+        text_add(x,
+                 "static %svoid setup_along(const double *p, const double *dp, double *dd,\n"
+                 "                        const stein_functions *f)\n{\n",
+                 l->n > GEN_LONG ? "STEIN_SELDOM " : "");
         print_along(&p, slope);
         text_add(x, "}\n\n");
     }
@@ -389,7 +379,7 @@ void emit_setup_along(text *x, const tree *t, const layout *l)
 
 /* ---- functions ------------------------------------------------------------------------------ */
 
-static void heading(const printer *p, int pass, int body)
+void print_heading(const printer *p, int pass, int body)
 {
     static const char *const what[PASS_COUNT] = {"",
                                                  "trigonometric terms",
@@ -409,21 +399,21 @@ static void heading(const printer *p, int pass, int body)
     text_quiet(p->x, "\n    /* %s%s%s */\n", what[pass], *name ? ": " : "", name);
 }
 
-static void print_node(const printer *p, ex e)
+void print_node(const printer *p, ex e)
 {
     char left[80];
     snprintf(left, sizeof left, "const %s %s", p->type, p->symbol[e]);
     print_line(p, left, e, "");
 }
 
-/** Constants the function reads, in the order of d. */
-static void print_constants(const printer *p)
+void print_constants(const printer *p, const int *stamp, int part)
 {
     int *node = calloc((size_t)p->l->n + 1, sizeof *node);
     p->x->failed |= !node;
     for (int i = 1; node && i < p->g->n; i++) {
         const ex_node *nd = &p->g->node[i];
-        if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
+        if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM &&
+            stamp[i] == part) {
             node[layout_find(p->l, nd->a)] = i;
         }
     }
@@ -441,42 +431,7 @@ static void print_constants(const printer *p)
     free(node);
 }
 
-/** Sines and cosines of the joints, and those of sums of angles made of them. */
-static void print_trig(const printer *p, char *done)
-{
-    int any = 0;
-    for (int i = 1; i < p->g->n; i++) {
-        const ex_node *nd = &p->g->node[i];
-        int inner = nd->op > EX_CONST && nd->pass == PASS_TRIG && done[nd->a] &&
-                    (nd->op > EX_DIV || done[nd->b]);
-        done[i] = (char)(p->uses[i] && (is_given(p, i) || inner));
-        if (done[i] && p->line[i]) {
-            if (!any++) {
-                heading(p, PASS_TRIG, -1);
-            }
-            print_node(p, i);
-        }
-    }
-}
-
-static void print_body(const printer *p, char *done)
-{
-    int pass = PASS_NONE, body = -2;
-    for (int i = 1; i < p->g->n; i++) {
-        const ex_node *nd = &p->g->node[i];
-        if (!p->line[i] || done[i]) {
-            continue;
-        }
-        if (nd->pass != pass || nd->body != body) {
-            pass = nd->pass;
-            body = nd->body;
-            heading(p, pass, body);
-        }
-        print_node(p, i);
-    }
-}
-
-static void print_unused(const printer *p, const emission *e)
+void print_unused(const printer *p, const emission *e)
 {
     int seen[EX_NVAR + 2] = {0};
     for (int i = 1; i < p->g->n; i++) {
@@ -487,7 +442,7 @@ static void print_unused(const printer *p, const emission *e)
         if (p->uses[i] && nd->op == EX_CONST && p->t->setup->node[nd->a].op != EX_NUM) {
             seen[EX_NVAR] = 1;
         }
-        seen[EX_NVAR + 1] |= p->uses[i] && is_given(p, i);
+        seen[EX_NVAR + 1] |= p->uses[i] && print_is_given(p, i);
     }
     for (int i = 0; i <= EX_NVAR + 1; i++) {
         if (e->unused[i] && !seen[i]) {
@@ -516,32 +471,15 @@ static void print_all(const printer *p, const char *left, ex e)
     text_add(p->x, "%s;\n", lanes ? ")" : "");
 }
 
-void emit_func(text *x, const tree *t, const layout *l, const func *f, const emission *e)
+void print_output(const printer *p, const func *f, const emission *e, int i)
 {
-    printer p = {.x = x, .t = t, .l = l, .g = &f->g, .type = e->type};
-    char *done = calloc((size_t)f->g.n, 1);
-    if (printer_init(&p, f->out, f->nout) == 0 && done) {
-        text_quiet(x, "/* %s */\n", e->note);
-        text_add(x, "static void %s(%s)\n{\n", e->name, e->arguments);
-        print_unused(&p, e);
-        print_constants(&p);
-        print_trig(&p, done);
-        print_body(&p, done);
-        heading(&p, PASS_OUTPUT, -1);
-        for (int i = 0; i < f->nout; i++) {
-            char left[64];
-            e->target(t, i, left);
-            if (f->out[i] == 0 && e->stays && e->stays(t, i)) {
-                text_add(x, "    STEIN_ZERO(%s);\n", left);
-            } else if (is_number(&p, f->out[i])) {
-                print_all(&p, left, f->out[i]);
-            } else {
-                print_line(&p, left, f->out[i], "");
-            }
-        }
-        text_add(x, "}\n\n");
+    char left[64];
+    e->target(p->t, i, left);
+    if (f->out[i] == 0 && e->stays && e->stays(p->t, i)) {
+        text_add(p->x, "    STEIN_ZERO(%s);\n", left);
+    } else if (is_number(p, f->out[i])) {
+        print_all(p, left, f->out[i]);
+    } else {
+        print_line(p, left, f->out[i], "");
     }
-    x->failed |= !done;
-    free(done);
-    printer_free(&p);
 }

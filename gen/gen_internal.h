@@ -95,6 +95,11 @@ const char *text_safe(const char *s);
 /* ---- emit.c, emissions.c, tables.c
  * ----------------------------------------------------------------------- */
 
+enum {
+    GEN_LONG = 1000, /* lines of a function that goes into parts */
+    GEN_HUGE = 8000  /* that a compiler would take minutes to improve */
+};
+
 /** Names the C target of output i of a function. */
 typedef void target_name(const tree *t, int i, char out[64]);
 typedef struct emission {
@@ -102,6 +107,8 @@ typedef struct emission {
     const char *type;                    /* of its numbers: "double", or "stein_real" for lanes */
     const char *unused[EX_NVAR + 2];     /* argument names by ex_var_kind, then d, sc */
     target_name *target;
+    int seldom; /* a step does not need it: a compiler need not improve more lines than that; 0: it
+                 * does */
     int (*stays)(const tree *t, int i); /* nobody else writes to output i; NULL: somebody may */
 } emission;
 

@@ -535,6 +535,24 @@ START_TEST(long_chains_have_articulated_bodies)
 }
 END_TEST
 
+START_TEST(long_functions_go_into_parts)
+{
+    workshop w = workshop_open();
+    unsigned long long seed = 1788;
+    gen_result r;
+    mechanism *m = ref_arm("winding", "zyxzyxzyxzyxzyx", &seed);
+    ck_assert_stein(gen_equations(&r, m, err));
+    ck_assert_ptr_nonnull(strstr(r.source, "static STEIN_PART void mass_bias_2("));
+    ck_assert_ptr_nonnull(strstr(r.source, "static STEIN_SELDOM void inverse_along_2("));
+    gen_free(&r);
+    workshop_add(&w, m);
+    workshop_build(&w, 0);
+    check_compiled(workshop_model(&w, "winding"), m, &seed);
+    ref_tree_free(m);
+    workshop_close(&w);
+}
+END_TEST
+
 /** Names of the model files in `dir`, in file order. */
 static int model_files(const char *dir, char (*path)[300], int n)
 {
@@ -698,6 +716,7 @@ Suite *generator_suite(void)
     tcase_set_timeout(models, 300);
     tcase_add_test(models, compiled_models_agree_with_lagrange);
     tcase_add_test(models, long_chains_have_articulated_bodies);
+    tcase_add_test(models, long_functions_go_into_parts);
     tcase_add_test(models, descriptor_holds_every_part_of_the_file);
     suite_add_tcase(s, models);
     tcase_set_timeout(trees, 300);

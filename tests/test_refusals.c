@@ -119,6 +119,13 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"dt: 13 us", "dt: 13 um", "13 um", "the unit is m, expected s"},
         {"dt: 13 us", "dt: 0", "0, until", "greater than zero"},
         {"until: 0.29 s", "until: -0.29 s", "-0.29 s", "greater than zero"},
+        {"settle: yes", "settle: yes, tolerance: {distance: 1 N}", "1 N}", "expected m"},
+        {"settle: yes", "settle: yes, tolerance: {distance: 0 um}", "0 um", "greater than zero"},
+        {"settle: yes", "settle: yes, tolerance: {distanse: 1 um}", "distanse",
+         "no output \"distanse\""},
+        {"settle: yes", "settle: yes, tolerance: {dip: 1 um}", "dip: 1 um",
+         "reads a position, x, y, z or gap"},
+        {"settle: yes", "settle: yes, tolerance: 1 um", "1 um", "expected a mapping"},
         {"[0, 0, -1]", "[0, 0, 0]", "finger:", "the direction of finger has no length"},
     };
 
@@ -348,12 +355,12 @@ START_TEST(a_tree_that_is_none_is_refused)
     REFUSE_ALL(r);
 
     char text[9000] = "mechanism: many\nbodies:\n";
-    for (int i = 0; i < 65; i++) {
+    for (int i = 0; i < 101; i++) {
         size_t n = strlen(text);
 
         snprintf(text + n, sizeof text - n, "  b%d: {joint: T z, mass: 1 kg}\n", i);
     }
-    refuse_text(text, strlen(text), NULL, 0, "bodies", "65 entries, expected at most 64");
+    refuse_text(text, strlen(text), NULL, 0, "bodies", "101 entries, expected at most 100");
     mechanism *m = NULL;
     strstr(text, "  b64")[0] = '\0';
     m = read_ok(text, NULL, 0);

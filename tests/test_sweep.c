@@ -253,6 +253,7 @@ START_TEST(a_row_is_what_a_single_stroke_gives)
     set_up(&s);
     s.def.until = 0.1;
     s.def.release = 0.09;
+    s.def.fixed = 1;
     lab_grid_destroy(s.grid);
     const char *vary[] = {"pawl.stop_shift=-0.3,-0.2 mm"};
     ck_assert_stein(lab_grid_create(&s.grid, lab_equations(s.model), vary, 1, err));
@@ -280,6 +281,125 @@ START_TEST(a_row_is_what_a_single_stroke_gives)
     stein_sim_destroy(sim);
     lab_close(one);
     lab_table_destroy(table);
+    tear_down(&s);
+}
+END_TEST
+
+/* The same strokes, one long and four that differ in what the hammer does, with fixed steps of 5 us
+ * and the better method: to 1e-8 m by their own halves. */
+static lab_table *fine_strokes(setting *s)
+{
+    static const char *const set[] = {"pawl.stop_shift=0"};
+    lab_options options = lab_options_default();
+    size_t size = 0;
+    char *text = NULL, *at;
+    lab_table *table = NULL;
+    lab_model *fine = NULL;
+    options.set = set;
+    options.nset = 1;
+    ck_assert_stein(lab__read_file(stein, &text, &size, err));
+    at = strstr(text, "dt: 10 us, until: 0.25 s, integrator: rk4");
+    ck_assert_ptr_nonnull(at);
+    memcpy(at, "dt:  5 us, until: 0.25 s, integrator: dp5",
+           strlen("dt: 10 us, until: 0.25 s, "
+                  "integrator: dp5"));
+    ck_assert_stein(lab__open_text(&fine, "fine.yaml", text, size, &options, err));
+    lab_vary_def def = s->def;
+    def.fixed = 1;
+    def.tolerance = NULL;
+    ck_assert_stein(lab_vary(&table, fine, s->grid, &def, NULL, err));
+    lab_close(fine);
+    free(text);
+    return table;
+}
+
+START_TEST(controlled_steps_keep_the_tolerance_that_is_told)
+{
+    static const struct {
+        const char *told;
+        double height, time, force; /* they may be off by [m], [s], [N] */
+    } row[] = {{"string_distance=10 um", 1e-5, 1e-5, 2e-2},
+               {"string_distance=1um", 1e-6, 1e-6, 2e-3},
+               {NULL, 1e-7, 1e-7, 1e-3}, // what the file tells
+               {"string_distance=0.03um", 3e-8, 3e-8, 3e-4}};
+    setting s;
+    set_up(&s);
+    s.def.until = 0.07;
+    s.def.release = NAN;
+    lab_grid_destroy(s.grid);
+    const char *vary[] = {"pawl.stop_shift=-1.2,-0.6,-0.2,0,0.15 mm"};
+    ck_assert_stein(lab_grid_create(&s.grid, lab_equations(s.model), vary, 1, err));
+    lab_table *fine = fine_strokes(&s);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        lab_table *table = NULL;
+        s.def.tolerance = row[i].told;
+        ck_assert_stein(lab_vary(&table, s.model, s.grid, &s.def, NULL, err));
+        static const char *const name[] = {"escapement_height", "impact_time", "peak_string_force"};
+        const double most[] = {row[i].height, row[i].time, row[i].force};
+        for (int k = 0; k < 3; k++) {
+            int column = lab__table_column(table, name[k]);
+            for (int point = 0; point < 5; point++) {
+                double here = lab__table_number(table, point, column);
+                double there = lab__table_number(fine, point, column);
+                int none = isnan(there) && isnan(here); // no impact yet
+                ck_assert_msg(none || fabs(here - there) < most[k],
+                              "%s of %d, %s: %.12g, fine %.12g", name[k], point, row[i].told, here,
+                              there);
+            }
+        }
+        lab_table_destroy(table);
+    }
+    lab_table_destroy(fine);
+    tear_down(&s);
+}
+END_TEST
+
+START_TEST(controlled_steps_cost_a_sixth_of_fixed_ones)
+{
+    // what a stroke costs is evaluations; a trial step has six, a fixed step of RK4 four
+    lab_model *model = NULL;
+    lab__steps steps;
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_open(&model, stein, NULL, err));
+    ck_assert_stein(lab__steps_of(&steps, model, NULL, 0, err));
+    ck_assert(steps.tolerance > 0.0);
+    stein_sim_def def = lab_def(model);
+    def.integrator = STEIN_DP5;
+    ck_assert_stein(lab_sim(model, &def, &sim, err));
+    stein_pace pace = {
+        .tolerance = steps.tolerance, .longest = steps.longest, .h = 1e-6, .next = INFINITY};
+    ck_assert_stein(stein_run_adaptive(sim, lab_until(model), &pace, err));
+    ck_assert_int_lt(6 * stein_trials(sim) * 6, (long long)(4 * lab_until(model) / def.dt));
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
+START_TEST(a_tolerance_that_means_nothing_is_refused)
+{
+    static const struct {
+        const char *told, *message;
+        int fixed;
+    } bad[] = {{"1um", "expected CHANNEL=VALUE[unit]", 0},
+               {"=1um", "expected CHANNEL=VALUE[unit]", 0},
+               {"string_distanse=1um", "no output string_distanse", 0},
+               {"string_distance=1 N", "tolerance string_distance=1 N", 0},
+               {"string_distance=0 um", "expected a positive one", 0},
+               {"string_distance=-1 um", "expected a positive one", 0},
+               {"string_force=1 N", "reads a position, x, y, z or gap", 0},
+               {"string_distance=1um", "fixed steps have none", 1}};
+    setting s;
+    set_up(&s);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        lab_table *table = NULL;
+        stein_err e = {STEIN_OK, ""};
+        s.def.tolerance = bad[i].told;
+        s.def.fixed = bad[i].fixed;
+        stein_status status = lab_vary(&table, s.model, s.grid, &s.def, NULL, &e);
+        ck_assert_msg(status == STEIN_EINVAL || status == STEIN_ENAME, "%s", bad[i].told);
+        ck_assert_msg(strstr(e.msg, bad[i].message) != NULL, "%s: \"%s\"", bad[i].told, e.msg);
+        ck_assert_ptr_null(table);
+    }
     tear_down(&s);
 }
 END_TEST
@@ -388,6 +508,9 @@ Suite *sweep_suite(void)
     tcase_set_timeout(sweep, 60.0);
     tcase_add_test(sweep, threads_shards_and_journals_leave_no_trace);
     tcase_add_test(sweep, a_row_is_what_a_single_stroke_gives);
+    tcase_add_test(sweep, controlled_steps_keep_the_tolerance_that_is_told);
+    tcase_add_test(sweep, controlled_steps_cost_a_sixth_of_fixed_ones);
+    tcase_add_test(sweep, a_tolerance_that_means_nothing_is_refused);
     tcase_add_test(sweep, a_failing_point_is_a_row_with_its_status);
     tcase_add_test(sweep, a_mechanism_without_stroke_gives_its_outputs);
     tcase_add_test(sweep, a_batch_ends_when_a_result_cannot_be_kept);

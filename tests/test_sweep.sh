@@ -27,7 +27,10 @@ same "threads leave no trace" "$dir/serial.csv" "$dir/threads.csv"
 claim 0 "a sweep to standard output" sweep
 same "the table is the same there" "$dir/serial.csv" "$dir/out"
 # the head says how it was computed
-shows "with steps of one size" '^# integrator: rk4$' "$dir/serial.csv"
+shows "with steps of controlled error" '^# tolerance string_distance: 1e-07 m$' "$dir/serial.csv"
+claim 0 "a sweep with fixed steps" "$stein" sweep $model --vary pawl.stop_shift=-0.1,0mm --until 5ms --fixed
+shows "says so" '^# integrator: rk4$'
+claim 2 "fixed steps have no tolerance" "$stein" sweep $model --vary pawl.stop_shift=0,1mm --fixed --tolerance string_distance=1um
 sed 's/dt: 1 ms,/dt: 1 ms, integrator: dp5,/' models/pendulum.yaml >"$dir/dp5.yaml"
 claim 0 "a sweep with the other integrator" "$stein" sweep "$dir/dp5.yaml" --vary rod.mass=0.2,0.3 --until 5ms
 shows "says so" '^# integrator: dp5$'

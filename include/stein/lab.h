@@ -220,6 +220,10 @@ typedef struct lab_vary_def {
     lab_progress_fn *progress;
     lab_stop_fn *stop; /* may be NULL */
     void *ctx;
+    const char *tolerance; /* of steps of controlled error, "CHANNEL=VALUE[unit]": what they may
+                            * leave in an output that shows a place; NULL: what the file tells, and
+                            * fixed steps where it tells none */
+    int fixed;             /* 1: the file's fixed steps, whatever it tells */
 } lab_vary_def;
 lab_vary_def lab_vary_def_default(const lab_model *model);
 

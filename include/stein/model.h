@@ -74,6 +74,15 @@ typedef long long stein_mask __attribute__((vector_size(8 * STEIN_LANES)));
 #define STEIN_ZERO(x) ((void)&(x))
 #endif
 
+/** A part of a generated function that is too long for a compiler: not to be put together again. */
+#define STEIN_PART __attribute__((noinline))
+/** The same of a function that no step needs, and that would take a compiler minutes to improve. */
+#ifdef __clang__
+#define STEIN_SELDOM __attribute__((noinline, optnone))
+#else
+#define STEIN_SELDOM __attribute__((noinline, optimize("O0")))
+#endif
+
 /** What a parameter can be by its nature; each range lies within the one before it. */
 typedef enum {
     STEIN_ANY,          /* any finite number */

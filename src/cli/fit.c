@@ -309,8 +309,9 @@ const cli_command cli_fit = {
         "of the record, unless the stroke states it.\n"
         "\n"
         "False minima look like missing physics, so the fit is searched for from several places:\n"
-        "from the file, from the file with the model held near the data at first (innovation\n"
-        "ladder), from points spread over the priors. The status is `converged` when they agree\n"
+        "from the file and from points spread over the priors; unless these searches agree, also\n"
+        "with the model held near the data at first (innovation ladder). The status is\n"
+        "`converged` when they agree\n"
         "and the residual is noise, `misfit` when they agree and it is more, `not_converged`\n"
         "otherwise (exit status 3).",
     .output =

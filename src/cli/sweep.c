@@ -94,6 +94,11 @@ static int read_options(job *j)
         return cli_misuse(j->args->command, "what varies? expected --vary NAME=FROM:TO:COUNT");
     }
     j->def.journal = cli_value(j->args, "journal");
+    j->def.tolerance = cli_value(j->args, "tolerance");
+    j->def.fixed = cli_value(j->args, "fixed") != NULL;
+    if (j->def.fixed && j->def.tolerance != NULL) {
+        return cli_misuse(j->args->command, "--fixed steps have no --tolerance");
+    }
     j->def.set = j->args->set;
     j->def.nset = j->args->nset;
     int code = read_shard(j);
@@ -194,6 +199,11 @@ static const cli_option options[] = {
      "stein merge puts the journals together."},
     {"until", 0, "T", "Simulate so long, e.g. 0.3s or 300ms; default: what the file says."},
     {"release", 0, "T", "Lift the load at this time, as in stein strike."},
+    {"tolerance", 0, "CHANNEL=VALUE",
+     "Steps of controlled error, which leave about so much in this output (a position, x,\n"
+     "y, z or gap), e.g. string_distance=0.1um; default: what the file tells, and fixed\n"
+     "steps where it tells none."},
+    {"fixed", 0, NULL, "The file's fixed steps, whatever it tells."},
     {"output", 'o', "FILE.csv",
      "The table; - is standard output, which is the default. A file appears whole or not\n"
      "at all."},

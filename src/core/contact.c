@@ -13,7 +13,7 @@
  * place. Closed forms only: an iterative closest-point search would buy nothing for these shapes
  * and cost determinism of time.
  */
-#include "core.h"
+#include "press.h"
 
 /* of side 0 or 1; most second sides are fixed */
 static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
@@ -87,11 +87,11 @@ INNER void stein__spot_forces(stein_sim *sim)
         const site *s = &sim->site[i];
         spot_force *f = &sim->spot[i];
         mask on = mask_of(sim->mode[i]);
+        if (inside && !any(on)) {
+            continue; // gap, guard and that there is no force are asked for at the end of the step
+        }
         if (TELLS_FORCES) {
             f->depth = f->normal = f->tangent = same(0.0);
-        }
-        if (inside && !any(on)) {
-            continue; // gap and guard are asked for at the end of the step
         }
         meeting m = meet(sim, s);
         if (!inside) {

@@ -84,6 +84,15 @@ typedef struct touch {
     spot_force *sum; /* where its forces are added */
 } touch;
 
+/** How the wrench of a frame acts on its joint, and goes on to the parent's frame (-1: the fixed
+ * one).
+ */
+typedef struct limb {
+    int joint, parent;
+    enum { LIMB_TURNS, LIMB_ALONG_X, LIMB_ALONG_Z } kind;
+    double sign;
+} limb;
+
 /** A spot with its numbers. */
 typedef struct site {
     pair pair;
@@ -132,6 +141,7 @@ struct stein_sim {
     int nacting;
     int *joint_parts; /* [nq] of the laws of the joints */
     real *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
+    limb *limb;       /* [nframe] */
     site *site;       /* [nspot] */
     pair *catch;      /* [nnotch] beak and catcher */
 
@@ -238,10 +248,6 @@ void stein__state_clear(stein_sim *sim);
 INNER void stein__gather(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__pairs_prepare(stein_sim *sim);
-/* a pair that is on is `depth` deep at a place, n the normal on the first one: its normal force
- * now, that of its friction with all others, both added to f */
-INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n, real depth,
-                         spot_force *f);
 /* friction of all touches and joints, forces of the touches into the wrenches */
 INNER void stein__rub(stein_sim *sim);
 
@@ -323,8 +329,13 @@ INNER void stein__inputs(stein_sim *sim);
 INNER void stein__drive(stein_sim *sim, real t);
 /* signals have changed: what has to be asked about in an evaluation */
 INNER void stein__wire(stein_sim *sim);
-/* joints that follow what is given out of the unknowns of M x = b */
+/* joints that follow what is given out of the unknowns of M x = b; mostly there are none */
 INNER void stein__prescribe(stein_sim *sim, real *M, real *b);
+static inline int stein__prescribes(const stein_sim *sim)
+{
+    int load = sim->model->load.body; // only the load is ever held
+    return sim->motions || (load >= 0 && any(mask_of(sim->held[load])));
+}
 #endif
 #if STEIN_LANES == 1
 /* the input that a joint follows, if it is not STEIN__FREE or STEIN__HELD */

@@ -14,19 +14,17 @@
  * moment counted from +x towards +z is a moment about -y. */
 INNER void stein__wrenches_to_joints(stein_sim *sim)
 {
-    const stein_model *model = sim->model;
-    for (int i = model->nframe - 1; i >= 0; i--) {
-        const stein_frame *frame = &model->frames[i];
-        const stein_body *body = &model->bodies[frame->body];
+    for (int i = sim->model->nframe - 1; i >= 0; i--) {
+        const limb *l = &sim->limb[i];
         const stein_pose *p = &sim->pose[i];
         const wrench *w = &sim->wrench[i];
-        real along = body->type == 'R'   ? -w->m
-                     : body->axis == 'x' ? p->c * w->x + p->s * w->z
-                                         : p->c * w->z - p->s * w->x;
-        sim->Q[frame->body] += (double)body->sign * along;
-        if (frame->parent >= 0) {
-            apply(sim, frame->parent, (vec2){p->x, p->z}, (vec2){w->x, w->z});
-            sim->wrench[frame->parent].m += w->m;
+        real along = l->kind == LIMB_TURNS     ? -w->m
+                     : l->kind == LIMB_ALONG_X ? p->c * w->x + p->s * w->z
+                                               : p->c * w->z - p->s * w->x;
+        sim->Q[l->joint] += l->sign * along;
+        if (l->parent >= 0) {
+            apply(sim, l->parent, (vec2){p->x, p->z}, (vec2){w->x, w->z});
+            sim->wrench[l->parent].m += w->m;
         }
     }
 }
@@ -179,7 +177,9 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
     for (int j = 0; j < nq; j++) {
         qdd[j] = sim->Q[j] - sim->c[j];
     }
-    stein__prescribe(sim, sim->M, qdd);
+    if (stein__prescribes(sim)) {
+        stein__prescribe(sim, sim->M, qdd);
+    }
 #if STEIN_LANES == 1
     return stein__solved(sim, qdd);
 #else

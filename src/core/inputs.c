@@ -128,9 +128,8 @@ static inline void prescribe(int n, real *M, real *b, int j, mask on, real value
 
 INNER void stein__prescribe(stein_sim *sim, real *M, real *b)
 {
-    int nq = sim->model->nq, load = sim->model->load.body;
-    int held = load >= 0 && any(mask_of(sim->held[load]));   // only the load is ever held
-    for (int j = 0; (held || sim->motions) && j < nq; j++) { // mostly there are none
+    int nq = sim->model->nq;
+    for (int j = 0; j < nq; j++) {
         real value;
         mask on = is_given(sim, j, &value);
         if (any(on)) {
@@ -180,7 +179,9 @@ void stein__drive_from(stein_sim *sim, double t, const double *q, const double *
         copy(sim->xq, q, sim->model->nq);
         copy(sim->xqd, qd, sim->model->nq);
     }
-    stein__drive(sim, t);
+    if (sim->signals) {
+        stein__drive(sim, t);
+    }
 }
 
 #endif

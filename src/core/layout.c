@@ -70,6 +70,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
     s->joint_parts = carve(a, sizeof *s->joint_parts * (size_t)nq);
     s->inverse_vt = reals(a, nq);
+    s->limb = carve(a, sizeof *s->limb * (size_t)m->nframe);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
     s->qdd = reals(a, nq);

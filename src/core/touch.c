@@ -9,12 +9,22 @@
  * row, and the forces follow. One contact after the other would each wait for the divisions and the
  * polynomial of its tanh.
  */
-#include "core.h"
+#include "press.h"
 
 INNER void stein__gather(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     const real *d = sim->d;
+    for (int i = 0; i < model->nframe; i++) {
+        const stein_frame *frame = &model->frames[i];
+        const stein_body *body = &model->bodies[frame->body];
+        sim->limb[i] = (limb){.joint = frame->body,
+                              .parent = frame->parent,
+                              .kind = body->type == 'R'   ? LIMB_TURNS
+                                      : body->axis == 'x' ? LIMB_ALONG_X
+                                                          : LIMB_ALONG_Z,
+                              .sign = body->sign};
+    }
     for (int i = 0; i < model->nspot; i++) {
         const stein_spot *spot = &model->spots[i];
         const stein_contact *contact = &model->contacts[spot->contact];
@@ -53,42 +63,6 @@ INNER void stein__pairs_prepare(stein_sim *sim)
     for (int i = 0; i < sim->model->nnotch; i++) {
         prepare_pair(&sim->catch[i]);
     }
-}
-
-INLINE void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n, real depth,
-                         spot_force *f)
-{
-    // rates of approach and of sliding, from the two materials at the place of contact
-    vec2 v = velocity(&sim->pose[p->frame[0]], at);
-    if (p->frame[1] >= 0) {
-        vec2 v1 = velocity(&sim->pose[p->frame[1]], at);
-        v = (vec2){v.x - v1.x, v.z - v1.z};
-    }
-#if STEIN_LANES == 0
-    depth = stein__within(p->normal, depth);
-#endif
-    real rate = -(v.x * n.x + v.z * n.z);
-    real normal = stein__normal(p->normal, p->parts, depth, rate);
-    if (sim->ntable_on > 0) {
-        normal = stein__tables_normal(sim, p->index, normal, depth, rate);
-    }
-#if STEIN_LANES == 1
-    if (depth > f->depth) {
-        f->depth = depth;
-        f->rate = rate;
-    }
-#endif
-    touch *t = &sim->touch[sim->ntouch];
-    t->pair = p;
-    t->at = at;
-    t->n = n;
-    t->normal = only(on, normal);
-    if (TELLS_FORCES) {
-        t->depth = depth;
-        t->rate = rate;
-        t->sum = f;
-    }
-    sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
 }
 
 static void push(stein_sim *sim, const touch *p, real mu)

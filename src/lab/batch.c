@@ -7,8 +7,9 @@
  * simulation costs one allocation, nothing beside a stroke.
  *
  * A thread takes points in heaps. Each of its seats, one a lane, has a run that says what its
- * simulation is to do next; where that is a step or more, all of them do it at once. A seat whose
- * run is over takes the next point of the heap.
+ * simulation is to do next; where that is a fixed step or more, all of them do it at once, and
+ * steps of controlled error go side by side, each at its own pace. A seat whose run is over takes
+ * the next point of the heap.
  */
 #include <math.h>
 #include <pthread.h>
@@ -143,7 +144,8 @@ static stein_status sit_down(const job *j, bench *t, int i, int point, stein_sta
     }
     *failed = stein_sim_create(&s->sim, &s->model, b->sim, err);
     if (*failed == STEIN_OK) {
-        *failed = lab__play_new(&s->play, s->sim, b->def, s->model.stroke.string >= 0, err);
+        *failed =
+            lab__play_new(&s->play, s->sim, b->def, b->steps, s->model.stroke.string >= 0, err);
     }
     if (*failed == STEIN_OK) {
         *failed = stein_batch_put(t->side_by_side, i, s->sim, err);
@@ -208,6 +210,52 @@ static stein_status go_round(job *j, bench *t, int *next, int end, long *steps, 
     return STEIN_OK;
 }
 
+/* ---- steps of controlled error ---- */
+
+/* the next run of the play in a seat begins, or its point is over and the seat empty */
+static stein_status begin_run(job *j, bench *t, int i, stein_status status, stein_err *err)
+{
+    seat *s = &t->seat[i];
+    double stop = NAN;
+    if (s->play != NULL) {
+        do {
+            (void)stein_batch_sim(t->side_by_side, i); // what is next may change it
+            status = lab__play_next(s->play, status, &stop, err);
+            if (!isnan(stop)) {
+                status = stein_batch_begin(t->side_by_side, i, stop, lab__play_pace(s->play), err);
+            }
+        } while (!isnan(stop) && status != STEIN_OK);
+    }
+    return isnan(stop) ? hand_over(j, t, i, status, err) : STEIN_OK;
+}
+
+/* one heap of points, each at its own pace */
+static stein_status go_paced(job *j, bench *t, int next, int end, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    int over = 0;
+    while (status == STEIN_OK && over >= 0) {
+        for (int i = 0; status == STEIN_OK && i < t->lanes; i++) {
+            while (status == STEIN_OK && t->seat[i].point < 0 && next < end) {
+                stein_status failed;
+                status = sit_down(j, t, i, j->point[next++], &failed, err);
+                status = status == STEIN_OK ? begin_run(j, t, i, failed, err) : status;
+            }
+        }
+        if (status == STEIN_OK && lab__stop_asked(&j->batch->stop)) {
+            status = lab__stop_work(err);
+        }
+        if (status == STEIN_OK) {
+            stein_status ended;
+            over = stein_batch_go(t->side_by_side, &ended, err);
+            status = over >= 0 ? begin_run(j, t, over, ended, err) : STEIN_OK;
+        }
+    }
+    return status;
+}
+
+/* ---- all of them ---- */
+
 /* one heap of points */
 static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
 {
@@ -217,6 +265,9 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
     long steps = 0;
     end = end > j->npoint ? j->npoint : end;
     stein_status status;
+    if (j->batch->steps != NULL) {
+        return go_paced(j, t, next, end, err);
+    }
     do {
         status = lab__stop_asked(&j->batch->stop) ? lab__stop_work(err)
                                                   : go_round(j, t, &next, end, &steps, err);
@@ -226,8 +277,6 @@ static stein_status work_on(void *ctx, void *bench_, int heap, stein_err *err)
     } while (status == STEIN_OK && steps > 0);
     return status;
 }
-
-/* ---- all of them ---- */
 
 static int list_points(job *j)
 {
@@ -241,9 +290,21 @@ static int list_points(job *j)
     return j->point != NULL;
 }
 
+/* as asked, but by the integrator that has an error estimate */
+static stein_sim_def paced(const lab__batch *batch)
+{
+    stein_sim_def def = batch->sim != NULL ? *batch->sim : lab_def(batch->model);
+    def.integrator = STEIN_DP5;
+    return def;
+}
+
 stein_status lab__batch_run(const lab__batch *batch, stein_err *err)
 {
-    job j = {.batch = batch, .equations = lab_equations(batch->model)};
+    const stein_sim_def def = paced(batch);
+    lab__batch with_estimate = *batch;
+    with_estimate.sim = &def;
+    job j = {.batch = batch->steps != NULL ? &with_estimate : batch,
+             .equations = lab_equations(batch->model)};
     j.lanes = stein_batch_width(j.equations);
     if (!list_points(&j)) {
         return lab__no_memory(err);

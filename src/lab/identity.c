@@ -60,6 +60,7 @@ static stein_status sweep(unsigned long long *hash, int threads, stein_err *err)
         lab_vary_def def = lab_vary_def_default(model);
         def.until = 0.1;
         def.threads = threads;
+        def.fixed = 1;
         status = lab_vary(&table, model, grid, &def, NULL, err);
     }
     *hash = STEIN_HASH;

@@ -244,6 +244,21 @@ double lab__dot(const double *a, const double *b, size_t n);
 /** The same with each row of b [rows*n], to the last bit; sum [rows] out. */
 void lab__dots(const double *a, const double *b, size_t n, int rows, double *sum);
 
+/* ---- pace.c ---- */
+
+/** How runs are stepped: with controlled error, or (tolerance 0) with the file's fixed steps. */
+typedef struct lab__steps {
+    int channel;      /* of which an error is told, -1: of none */
+    double told;      /* [its unit] */
+    double tolerance; /* of a step [rad or m] */
+    double longest;   /* step [s] */
+} lab__steps;
+/** @param told   "CHANNEL=VALUE[unit]"; NULL: what the file tells, fixed steps where it tells none
+ *  @param fixed  1: the file's fixed steps, whatever it tells
+ *  @return OK, ENAME (no such channel), EINVAL, or what making a simulation returns */
+stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char *told, int fixed,
+                           stein_err *err);
+
 /* ---- batch.c ---- */
 
 enum { LAB_THREADS = 64 };
@@ -261,6 +276,7 @@ typedef struct lab__batch {
     const lab_stroke_def *def; /* of every run, without samples */
     const lab_model *model;
     const stein_sim_def *sim; /* how they are computed; NULL: as the file says */
+    const lab__steps *steps;  /* NULL: fixed steps */
     int n, threads;
     const unsigned char *skip;                    /* [n] 1: leave out this point; may be NULL */
     void (*set)(void *ctx, int point, double *p); /* p [np]: the file's values, to be changed */
@@ -352,16 +368,21 @@ typedef struct lab__play lab__play;
  *  up to date, its state to look at, or the whole of it to be changed. */
 typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
 /** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion that nobody
- *  judges. @return OK, EINVAL, ENOMEM */
+ *  judges.
+ *  @param steps  of controlled error, without samples (def->sample); NULL: fixed ones
+ *  @return OK, EINVAL, ENOMEM */
 stein_status lab__play_new(lab__play **play, stein_sim *sim, const lab_stroke_def *def,
-                           int as_stroke, stein_err *err);
+                           const lab__steps *steps, int as_stroke, stein_err *err);
 void lab__play_drop(lab__play *play);
 lab__need lab__play_needs(const lab__play *play);
 /** Steps that may be taken in one go before lab__play_next is called, as long as there is no event
  *  on the way; 1 at least. */
 long lab__play_steps(const lab__play *play);
+/** The pace of its runs, where their error is controlled. */
+stein_pace *lab__play_pace(lab__play *play);
 /** Between steps. @param status  of what was done last, OK at the beginning
- *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over
+ *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over. Where the
+ *               error is controlled always a run
  *  @return OK, or why it is over */
 stein_status lab__play_next(lab__play *play, stein_status status, double *stop, stein_err *err);
 /** What a stroke that is over was. */

@@ -23,6 +23,9 @@
 
 static const double gap_rate_step = 1e-6; /* [s] */
 static const double hammer_at_rest = 0.5; /* [rad/s] */
+/* of controlled steps: the first one, in steps of the file; between two looks at the string's force
+ * [s] */
+static const double first_step = 0.1, force_every = 10e-6;
 /* The motion after the load is lifted, on the side: so long, or until nothing moves [s, rad/s or
  * m/s]. That is asked at every look, and has to be so at several: an action passes through rest. */
 static const double rearm_time = 0.5, still = 1e-3, look_every = 5e-3;
@@ -51,6 +54,7 @@ typedef struct lab__play {
     int touched;       /* beak was in contact under the roof */
     double *hit;       /* q, qd at the first impact, room for a q [3*nq] */
     void *kept;        /* saved state */
+    stein_pace pace;   /* of controlled steps; tolerance 0: they are fixed */
     sample3 last[3];   /* string force at the last three steps */
     int nlast;
 } run;
@@ -95,6 +99,11 @@ static void on_escapement(run *r, double t)
     }
 }
 
+static int is_controlled(const run *r)
+{
+    return r->pace.tolerance > 0.0;
+}
+
 static void on_impact(run *r, double t)
 {
     size_t nq = (size_t)stein_sim_model(r->sim)->nq;
@@ -117,6 +126,7 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     }
     if (event->kind == STEIN_EVENT_IMPACT && event->index == r->string) {
         on_impact(r, t);
+        r->pace.next = event->time;
     } else if (event->kind == STEIN_EVENT_ESCAPEMENT && event->index == r->notch) {
         on_escapement(r, t);
     } else if (event->kind == STEIN_EVENT_PHASE && event->index == r->notch) {
@@ -181,6 +191,21 @@ static void note_force(run *r)
     }
 }
 
+/* the string's force, seen between steps of controlled error while it is touched */
+static double look_at_force(void *ctx, stein_sim *sim)
+{
+    run *r = ctx;
+    if (r->over) {
+        return INFINITY;
+    }
+    note_force(r);
+    if (stein_touches(sim, r->string)) {
+        return stein_time(sim) + force_every;
+    }
+    r->nlast = 0;
+    return INFINITY;
+}
+
 /* ---- running ---- */
 
 /* offer a sample when it is due, by whole steps */
@@ -216,7 +241,7 @@ static stein_status pause_at(run *r, int *last, stein_err *err)
         stein_load_lift(r->sim);
         r->lifted = r->over = 1;
     }
-    if (r->as_stroke && !r->over) {
+    if (r->as_stroke && !r->over && !is_controlled(r)) {
         note_force(r);
     }
     stein_status status = offer(r, *last);
@@ -367,6 +392,10 @@ static stein_status begin_stroke(run *r, stein_err *err)
                              .impact_speed = NAN,
                              .blow = read_plain(r->sim, r->gap)};
     stein_on_event(r->sim, on_event, r);
+    if (is_controlled(r)) {
+        r->pace.look = look_at_force;
+        r->pace.next = stein_touches(r->sim, r->string) ? r->start : (double)INFINITY;
+    }
     return STEIN_OK;
 }
 
@@ -388,13 +417,20 @@ static stein_status end_motion(run *r, stein_status status, stein_err *err)
 }
 
 stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def *def,
-                           int as_stroke, stein_err *err)
+                           const lab__steps *steps, int as_stroke, stein_err *err)
 {
     run *r = malloc(sizeof *r);
     if (r == NULL) {
         return lab__no_memory(err);
     }
     stein_status status = prepare(r, sim, def, err);
+    if (status == STEIN_OK && steps != NULL) {
+        r->pace = (stein_pace){.tolerance = steps->tolerance,
+                               .longest = steps->longest,
+                               .h = first_step * r->dt,
+                               .next = INFINITY,
+                               .ctx = r};
+    }
     if (status == STEIN_OK && as_stroke) {
         status = begin_stroke(r, err);
     }
@@ -418,10 +454,15 @@ void lab__play_drop(lab__play *r)
     }
 }
 
+/* the next time at which something is asked [s] */
+static double next_look(const lab__play *r)
+{
+    return r->phase == REARMING ? fmin(r->look, r->rearmed) : stop_of(r);
+}
+
 long lab__play_steps(const lab__play *r)
 {
-    double end = r->phase == REARMING ? fmin(r->look, r->rearmed) : stop_of(r);
-    double n = (end - stein_time(r->sim)) / r->dt - 1.0; // rounding may hide the last one
+    double n = (next_look(r) - stein_time(r->sim)) / r->dt - 1.0; // rounding may hide the last one
     return lab__play_needs(r) == LAB_NOTHING ? (long)fmin(fmax(n, 1.0), 1e6) : 1;
 }
 
@@ -458,8 +499,16 @@ stein_status lab__play_next(lab__play *r, stein_status status, double *stop, ste
         r->phase = OVER;
     }
     // one step, or what is left when that is not more
-    *stop = r->phase == OVER ? NAN : whole_step_left(r) ? INFINITY : stop_of(r);
+    *stop = r->phase == OVER     ? NAN
+            : is_controlled(r)   ? next_look(r)
+            : whole_step_left(r) ? INFINITY
+                                 : stop_of(r);
     return status;
+}
+
+stein_pace *lab__play_pace(lab__play *r)
+{
+    return &r->pace;
 }
 
 void lab__play_stroke(lab__play *r, lab_stroke *stroke)
@@ -477,7 +526,7 @@ static stein_status play(stein_sim *sim, const lab_stroke_def *def, lab_stroke *
 {
     run *r = NULL;
     double stop = INFINITY;
-    stein_status status = lab__play_new(&r, sim, def, stroke != NULL, err);
+    stein_status status = lab__play_new(&r, sim, def, NULL, stroke != NULL, err);
     if (status != STEIN_OK) {
         return status;
     }

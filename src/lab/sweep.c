@@ -49,9 +49,15 @@ stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int thre
     if (status != STEIN_OK) {
         return status;
     }
+    lab__steps steps;
+    status = lab__steps_of(&steps, model, NULL, 0, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
     const lab_stroke_def def = lab_stroke_def_default(equations);
     const lab__batch batch = {.model = model,
                               .def = &def,
+                              .steps = steps.tolerance > 0.0 ? &steps : NULL,
                               .n = n,
                               .threads = threads,
                               .set = set_point,

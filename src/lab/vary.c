@@ -24,6 +24,7 @@ typedef struct sweep {
     lab__journal journal;
     int has_journal;
     int *param; /* [naxis] index of the varied parameter */
+    lab__steps steps;
 } sweep;
 
 lab_vary_def lab_vary_def_default(const lab_model *model)
@@ -85,14 +86,30 @@ static void write_columns(FILE *f, const sweep *s)
     putc('\n', f);
 }
 
+static void write_steps(FILE *f, const sweep *s)
+{
+    char number[LAB_NUMBER];
+    const stein_model *m = s->equations;
+    const lab__steps *steps = &s->steps;
+    if (!(steps->tolerance > 0.0)) {
+        fprintf(f, "# integrator: %s\n", m->integrator == 1 ? "dp5" : "rk4");
+        fprintf(f, "# dt: %s s\n", lab__number(number, m->dt));
+        return;
+    }
+    fprintf(f, "# integrator: dp5, steps of controlled error\n# tolerance %s: %s %s\n",
+            m->channels[steps->channel].name, lab__number(number, steps->told),
+            m->channels[steps->channel].unit);
+    fprintf(f, "# tolerance of a step: %s\n", lab__number(number, steps->tolerance));
+    fprintf(f, "# longest step: %s s\n", lab__number(number, steps->longest));
+}
+
 static void write_head(FILE *f, const sweep *s)
 {
     char number[LAB_NUMBER];
     const stein_model *m = s->equations;
     fprintf(f, "# stein: %s\n# model: %s\n# equations: %s\n# values: %016llx\n", STEIN_VERSION,
             m->name, m->equations, hash_values(s));
-    fprintf(f, "# integrator: %s\n", m->integrator == 1 ? "dp5" : "rk4");
-    fprintf(f, "# dt: %s s\n", lab__number(number, m->dt));
+    write_steps(f, s);
     fprintf(f, "# until: %s s\n", lab__number(number, s->def->until));
     if (!isnan(s->def->release)) {
         fprintf(f, "# release: %s s\n", lab__number(number, s->def->release));
@@ -252,6 +269,7 @@ static stein_status compute(sweep *s, lab_vary_report *report, stein_err *err)
     run.release = s->def->release;
     const lab__batch batch = {.model = s->model,
                               .def = &run,
+                              .steps = s->steps.tolerance > 0.0 ? &s->steps : NULL,
                               .n = s->grid->n,
                               .threads = s->def->threads,
                               .skip = skip,
@@ -293,6 +311,9 @@ stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid 
     stein_status status = find_params(&s, err);
     if (status == STEIN_OK) {
         status = lab__try(model, def->until, def->release, err);
+    }
+    if (status == STEIN_OK) {
+        status = lab__steps_of(&s.steps, model, def->tolerance, def->fixed, err);
     }
     if (status == STEIN_OK) {
         status = make_table(&s, err);

@@ -216,6 +216,8 @@ typedef struct mechanism {
     int settle;
     int integrator;   /* 0 rk4, 1 dp5 */
     double dt, until; /* [s] */
+    int tolerated;    /* output that an error is told of, -1: none */
+    double tolerance; /* that steps of controlled error may leave in it [SI], 0: none is told */
 } mechanism;
 
 /** One override of a number of the file, as `--set NAME=VALUE[unit]` gives it. */

@@ -278,6 +278,42 @@ static void read_time(mech__reader *rd, const mech__node *map, const char *key, 
     }
 }
 
+/** {CHANNEL: VALUE}: the error that steps of controlled error may leave in an output */
+static void read_tolerance(mech__reader *rd, const mech__node *map)
+{
+    static const char *const what = "tolerance";
+    mechanism *m = rd->m;
+    m->tolerated = -1;
+    if (mech__section(rd, map, what, 1) == 0) {
+        return;
+    }
+    const mech__node *entry = map->first;
+    for (int i = 0; i < m->nchannel; i++) {
+        m->tolerated = strcmp(m->channels[i].name, entry->key->text) == 0 ? i : m->tolerated;
+    }
+    const char *text = mech__text(rd, entry, what);
+    const mech_channel *c = m->tolerated >= 0 ? &m->channels[m->tolerated] : NULL;
+    mech_dim dim;
+    stein_err err = {STEIN_OK, ""};
+    if (c == NULL) {
+        mech__problem_at(rd, entry->key, "no output \"%s\", expected one of this file",
+                         mech__shown(rd, entry->key->text));
+    } else if (c->read != STEIN_READ_POSITION && c->read != STEIN_READ_GAP &&
+               c->read != STEIN_READ_X && c->read != STEIN_READ_Y && c->read != STEIN_READ_Z) {
+        mech__problem_at(rd, entry->key,
+                         "a tolerance in \"%s\", expected an output that reads a position, x, y, z "
+                         "or gap",
+                         c->name);
+    } else if (text == NULL || mech_parse_unit(c->unit, &dim, NULL) != 0) {
+        return; // told already
+    } else if (mech_parse_quantity(text, dim, &m->tolerance, &err) != STEIN_OK) {
+        mech__problem_at(rd, entry, "tolerance = %s", err.msg);
+    } else if (!(m->tolerance > 0.0)) {
+        mech__problem_at(rd, entry, "tolerance = \"%s\": must be greater than zero",
+                         mech__shown(rd, text));
+    }
+}
+
 static void read_simulation(mech__reader *rd)
 {
     mechanism *m = rd->m;
@@ -287,7 +323,7 @@ static void read_simulation(mech__reader *rd)
 
     m->dt = 1e-5;
     m->until = 1.0;
-    mech__keys(rd, map, "simulation", "dt until integrator settle");
+    mech__keys(rd, map, "simulation", "dt until integrator settle tolerance");
     read_time(rd, map, "dt", &m->dt);
     read_time(rd, map, "until", &m->until);
     if (integrator) {
@@ -296,6 +332,7 @@ static void read_simulation(mech__reader *rd)
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;
     }
+    read_tolerance(rd, mech__get(map, "tolerance"));
 }
 
 void mech__section_signals(mech__reader *rd)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * resume.c - the state of a search on disk, so that kill -9 costs one iteration.
  *
- *      stein fit 2
+ *      stein fit 3
  *      key 3f0c...                 fingerprint of model, data, unknowns, options
  *      stage 4 1                   present stage, finished starts
  *      state 3 0                   iteration, ended; then mu, nu, objective, decrement, x, steps,
@@ -20,6 +20,8 @@
 #include <unistd.h>
 
 #include "fitting.h"
+
+enum { FORMAT = 3 };
 
 unsigned long long fit__key(const fit__problem *p)
 {
@@ -71,8 +73,8 @@ static double *scalars(const fit__state *s, double *to)
 static void write_search(FILE *f, const fit__search *s, int nu, unsigned long long key)
 {
     double four[4];
-    fprintf(f, "stein fit 2\nkey %016llx\nstage %d %d\nstate %d %d\n", key, s->stage, s->nstart,
-            s->state.iteration, s->state.ended);
+    fprintf(f, "stein fit %d\nkey %016llx\nstage %d %d\nstate %d %d\n", (int)FORMAT, key, s->stage,
+            s->nstart, s->state.iteration, s->state.ended);
     write_numbers(f, scalars(&s->state, four), 4);
     write_numbers(f, s->state.x, nu);
     write_numbers(f, s->state.step, nu);
@@ -166,10 +168,10 @@ static stein_status load(fit__search *s, int nu, const char *path, unsigned long
     if (fscanf(f, "stein fit %d key %llx", &format, &theirs) < 1) {
         return lab__fail(err, STEIN_EPARSE, "%s is no journal of a fit", path);
     }
-    if (format != 2) {
+    if (format != FORMAT) {
         return lab__fail(err, STEIN_ESTALE,
-                         "%s is a journal of format %d, this version reads 2: begin anew", path,
-                         format);
+                         "%s is a journal of format %d, this version reads %d: begin anew", path,
+                         format, (int)FORMAT);
     }
     if (!whole) {
         return lab__fail(err, STEIN_EPARSE, "%s: the journal is damaged", path);

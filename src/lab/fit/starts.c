@@ -2,8 +2,9 @@
  * starts.c - the search for the one minimum, from several places and down the ladder.
  *
  *      start 0   from the file, free-running
- *      start 1   from the file, down the ladder K = 0.1, 0.04, 0.015, 0.005, 0
- *      start 2.. from points of a Sobol sequence within the priors, down the ladder
+ *      start 1.. from points of a Sobol sequence within the priors, free-running
+ *      ladders   unless these agree, start 1 from the file and 2.. from points of the sequence once
+ *                more, down the ladder K = 0.1, 0.04, 0.015, 0.005, 0
  *      polish    the best end, with differences to both sides; noise that nobody stated is now
  *                taken from the residual (that of a record says little where the motion is fast)
  *      robust    weights from the residual, and again, four times
@@ -12,8 +13,10 @@
  * contacts.) Every rung (see observer.c) starts where the one above it ended. A direct search from
  * parameters that are 10 % wrong ends in a false minimum more often than not, and a false minimum
  * looks exactly like missing physics; that the ends of different searches agree is the only proof
- * there is of having found the lowest one. The search stops early when enough of them agree and the
- * residual is noise - a false minimum is never that good.
+ * there is of having found the lowest one. False minima are many, so free-running searches that end
+ * in them do not agree. A rung costs as much as a hundred strokes that run free and in lanes: it is
+ * not begun where all starts have ended in one minimum. The search also stops early when enough of
+ * them agree and the residual is noise - a false minimum is never that good.
  */
 #include <gsl/gsl_qrng.h>
 #include <math.h>
@@ -32,6 +35,7 @@ static const double start_spread = 0.15; /* starts within so much of a value, or
 
 typedef struct stage {
     int start; /* -1: polish, -2: robust pass */
+    int point; /* of the Sobol sequence, where it begins; 0: the file */
     double gain;
     int first, last; /* rung of its start */
 } stage;
@@ -81,32 +85,31 @@ int fit__can_hold(const fit__problem *p)
     return 0;
 }
 
-static int rungs_of(const fit__problem *p, int start)
+/* searches down the ladder */
+static int ladders(const fit__problem *p)
 {
-    return start > 0 && p->def->ladder && fit__can_hold(p) ? (int)RUNGS : 1;
-}
-
-static int stage_at(const fit__problem *p, int index, stage *st)
-{
-    for (int i = 0; i < p->def->starts; i++) {
-        int n = rungs_of(p, i);
-        if (index < n) {
-            *st = (stage){i, n == 1 ? 0.0 : rung[index], index == 0, index == n - 1};
-            return 1;
-        }
-        index -= n;
-    }
-    *st = (stage){index == 0 ? -1 : -2, 0.0, 1, 1};
-    return index <= (p->def->robust ? ROBUST_PASSES : 0);
+    return p->def->ladder && fit__can_hold(p) ? p->def->starts - 1 : 0;
 }
 
 static int first_stage_after_starts(const fit__problem *p)
 {
-    int n = 0;
-    for (int i = 0; i < p->def->starts; i++) {
-        n += rungs_of(p, i);
+    return p->def->starts + ladders(p) * (int)RUNGS;
+}
+
+static int stage_at(const fit__problem *p, int index, stage *st)
+{
+    int down = index - p->def->starts, after = index - first_stage_after_starts(p);
+    if (down < 0) {
+        *st = (stage){index, index, 0.0, 1, 1};
+        return 1;
     }
-    return n;
+    if (after < 0) {
+        int start = 1 + down / (int)RUNGS, i = down % (int)RUNGS;
+        *st = (stage){start, start - 1, rung[i], i == 0, i == (int)RUNGS - 1};
+        return 1;
+    }
+    *st = (stage){after == 0 ? -1 : -2, 0, 0.0, 1, 1};
+    return after <= (p->def->robust ? ROBUST_PASSES : 0);
 }
 
 /* ---- places to start from ---- */
@@ -118,19 +121,19 @@ static double spread_of(const fit__problem *p, int k)
     return relative > 0.0 ? fmin(1.5, start_spread / relative) : 1.0;
 }
 
-static stein_status place(const fit__problem *p, int start, double *x, stein_err *err)
+static stein_status place(const fit__problem *p, int point, double *x, stein_err *err)
 {
     memset(x, 0, sizeof *x * (size_t)p->nu);
-    if (start < 2) {
+    if (point == 0) {
         return STEIN_OK;
     }
     unsigned dim = (unsigned)(p->np < SOBOL_DIMENSIONS ? p->np : SOBOL_DIMENSIONS);
-    double u[SOBOL_DIMENSIONS];
+    double u[SOBOL_DIMENSIONS] = {0.0};
     gsl_qrng *q = gsl_qrng_alloc(gsl_qrng_sobol, dim);
     if (q == NULL) {
         return lab__no_memory(err);
     }
-    for (int i = 0; i < start; i++) { // the first point is the middle
+    for (int i = 0; i <= point; i++) { // the first one is the middle
         gsl_qrng_get(q, u);
     }
     for (int k = 0; k < p->np; k++) {
@@ -167,10 +170,10 @@ static int agreeing(const fit__problem *p, fit__search *s)
 
 static int is_enough(const fit__problem *p, fit__search *s)
 {
-    int dof = p->samples - p->nu;
-    double ratio = s->nstart > 0 ? s->start[best_of(s)].objective / dof : INFINITY;
+    int dof = p->samples - p->nu, agree = agreeing(p, s);
+    double ratio = s->start[best_of(s)].objective / dof;
     int needed = p->def->starts / 2 + 1;
-    return agreeing(p, s) >= needed && ratio < 1.1 + 3.0 * sqrt(2.0 / dof);
+    return agree == p->def->starts || (agree >= needed && ratio < 1.1 + 3.0 * sqrt(2.0 / dof));
 }
 
 /* ---- running ---- */
@@ -262,7 +265,7 @@ static stein_status enter(fit__problem *p, fit__search *s, const stage *st, stei
     stein_status status = STEIN_OK;
     if (st->start >= 0 && st->first) {
         memset(s->state.step, 0, sizeof *s->state.step * (size_t)p->nu);
-        status = place(p, st->start, s->state.x, err);
+        status = place(p, st->point, s->state.x, err);
     } else if (st->start == -1) {
         memcpy(s->state.x, s->best[best_of(s)], sizeof *s->state.x * (size_t)p->nu);
     }
@@ -271,13 +274,17 @@ static stein_status enter(fit__problem *p, fit__search *s, const stage *st, stei
     return status;
 }
 
+/* of two searches the better one is kept */
 static void note_start(fit__problem *p, fit__search *s, const stage *st, int failed)
 {
     lab_fit_start *to = &s->start[st->start];
+    if (st->start < s->nstart && (failed || !(s->state.objective < to->objective))) {
+        return;
+    }
     *to = (lab_fit_start){failed ? INFINITY : s->state.objective, s->state.iteration,
                           !failed && s->state.ended, 0};
     memcpy(s->best[st->start], s->state.x, sizeof *s->state.x * (size_t)p->nu);
-    s->nstart = st->start + 1;
+    s->nstart = st->start < s->nstart ? s->nstart : st->start + 1;
 }
 
 static stein_status one_stage(run *r, const stage *st, stein_err *err)
@@ -328,7 +335,7 @@ static stein_status after_stage(run *r, stage *st, stein_status status, stein_er
     if (st->last) {
         note_start(r->p, s, st, failed);
     }
-    if (st->last && st->start + 1 < r->p->def->starts && is_enough(r->p, s)) {
+    if (st->last && is_enough(r->p, s)) {
         s->stage = first_stage_after_starts(r->p) - 1;
         stage_at(r->p, s->stage, st);
     }
