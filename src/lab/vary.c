@@ -91,7 +91,7 @@ static void write_head(FILE *f, const sweep *s)
     const stein_model *m = s->equations;
     fprintf(f, "# stein: %s\n# model: %s\n# equations: %s\n# values: %016llx\n", STEIN_VERSION,
             m->name, m->equations, hash_values(s));
-    fprintf(f, "# integrator: %s\n", m->integrator == 1 ? "dp5" : "rk4");
+    fprintf(f, "# integrator: %s\n", mech_integrator(m->integrator));
     fprintf(f, "# dt: %s s\n", lab__number(number, m->dt));
     fprintf(f, "# until: %s s\n", lab__number(number, s->def->until));
     if (!isnan(s->def->release)) {

@@ -214,7 +214,7 @@ typedef struct mechanism {
     int nabout;
     mech_scalar clock_error;
     int settle;
-    int integrator;   /* 0 rk4, 1 dp5 */
+    int integrator;   /* a stein_integrator */
     double dt, until; /* [s] */
 } mechanism;
 
@@ -246,6 +246,9 @@ stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, 
 
 /** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */
 int mech_parse_unit(const char *text, mech_dim *dim, double *factor);
+
+/** Name of a stein_integrator in files and on the command line. */
+const char *mech_integrator(int integrator);
 
 /** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL.
  */
