@@ -16,11 +16,17 @@ static int is_doubtful(const lab__errors *e)
     return !(e->made_share <= LAB_DOUBTFUL) || !(e->energy_share <= LAB_DOUBTFUL);
 }
 
-/* A large deviation is the motion's own where the steps make no errors that count. */
-static int is_wrong(const lab__errors *e)
+static int is_jumping(const cli_errors *c)
 {
-    return !e->known || !(e->made_share <= LAB_WRONG) || !(e->energy_share <= LAB_WRONG) ||
-           (is_doubtful(e) && e->deviation_share > LAB_WRONG);
+    return c->drive != NULL && lab_drive_doubt(c->drive) != NULL;
+}
+
+/* A large deviation is the motion's own where the steps make no errors that count. */
+static int is_wrong(const cli_errors *c)
+{
+    const lab__errors *e = lab__trust_errors(c->trust);
+    return is_jumping(c) || !e->known || !(e->made_share <= LAB_WRONG) ||
+           !(e->energy_share <= LAB_WRONG) || (is_doubtful(e) && e->deviation_share > LAB_WRONG);
 }
 
 /* has the mechanism joints of this kind that moved? */
@@ -82,8 +88,7 @@ static void put_works(lab__json *out, const cli_errors *c)
         put_work(out, c, STEIN_WORK_JOINT, "joint", i, m->bodies[i].name);
     }
     for (int i = 0; i < m->ncontact + m->nnotch; i++) {
-        const char *name =
-            i < m->ncontact ? m->contacts[i].name : m->notches[i - m->ncontact].name;
+        const char *name = i < m->ncontact ? m->contacts[i].name : m->notches[i - m->ncontact].name;
         put_work(out, c, STEIN_WORK_NORMAL, "normal", i, name);
         put_work(out, c, STEIN_WORK_FRICTION, "friction", i, name);
     }
@@ -122,7 +127,7 @@ void cli_errors_json(lab__json *out, const cli_errors *c)
     put_works(out, c);
     lab__json_close(out);
     lab__json_close(out);
-    lab__json_bool(out, "trusted", !is_wrong(e));
+    lab__json_bool(out, "trusted", !is_wrong(c));
 }
 
 /* ---- warnings ---- */
@@ -137,22 +142,38 @@ static int is_stiff(const cli_errors *c)
     return c->integrator != STEIN_CONTROLLED && c->stiffest * c->dt > 1.0;
 }
 
+void cli_errors_gimbal(const cli_errors *c)
+{
+    const lab__errors *e = lab__trust_errors(c->trust);
+    if (e->gimbal < 1.0) {
+        fprintf(
+            stderr,
+            "stein: gimbal lock: the axes of hinges \"%s\" and \"%s\" are nearly parallel at "
+            "%g s, where their speeds are without bound; another order of axes carries the body "
+            "through\n",
+            c->model->bodies[e->hinge[0]].name, c->model->bodies[e->hinge[1]].name, e->gimbal_time);
+    }
+}
+
 /* the steps are too coarse: how much, why, what helps */
 static void warn_of_steps(const cli_errors *c, const lab__errors *e)
 {
     if (is_stiff(c)) {
-        fprintf(stderr,
-                "stein: the step of %g s is too long: at %g s contact \"%s\" needs %.2g s or less\n",
-                c->dt, c->stiff_time, contact_name(c->model, c->stiff_contact), 1.0 / c->stiffest);
+        fprintf(
+            stderr,
+            "stein: the step of %g s is too long: at %g s contact \"%s\" needs %.2g s or less\n",
+            c->dt, c->stiff_time, contact_name(c->model, c->stiff_contact), 1.0 / c->stiffest);
     }
-    fprintf(stderr, "stein: %s: ",
-            is_wrong(e) ? "do not trust the result" : "the result is not accurate");
+    cli_errors_gimbal(c);
+    fprintf(stderr,
+            "stein: %s: ", is_wrong(c) ? "do not trust the result" : "the result is not accurate");
     if (!e->known) {
         fprintf(stderr, "its error is not known, a run with a small tolerance failed\n");
         return;
     }
-    fprintf(stderr, "errors of the steps add up to %.2g %% of the motion, %.2g %% of the energy is "
-                    "unexplained; ",
+    fprintf(stderr,
+            "errors of the steps add up to %.2g %% of the motion, %.2g %% of the energy is "
+            "unexplained; ",
             100.0 * e->made_share, 100.0 * e->energy_share);
     if (c->integrator == STEIN_CONTROLLED) {
         fprintf(stderr, "use --tolerance %.0e\n", 0.01 * c->tolerance);
@@ -164,11 +185,12 @@ static void warn_of_steps(const cli_errors *c, const lab__errors *e)
 
 static void warn_of_growth(const lab__errors *e)
 {
-    fprintf(stderr,
-            "stein: positions are not determined after %.3g s: the motion amplifies small "
-            "differences, errors of the steps of %.1g of its range have grown to %.1g; energies and "
-            "averages may be used, positions not\n",
-            e->lost, e->made_share, e->deviation_share);
+    fprintf(
+        stderr,
+        "stein: positions are not determined after %.3g s: the motion amplifies small "
+        "differences, errors of the steps of %.1g of its range have grown to %.1g; energies and "
+        "averages may be used, positions not\n",
+        e->lost, e->made_share, e->deviation_share);
 }
 
 static void warn_of_chatter(const cli_errors *c)
@@ -182,13 +204,16 @@ static void warn_of_chatter(const cli_errors *c)
 int cli_errors_warn(const cli_errors *c)
 {
     const lab__errors *e = lab__trust_errors(c->trust);
-    if (is_wrong(e) || is_doubtful(e)) {
+    if (is_jumping(c)) {
+        fprintf(stderr, "stein: do not trust the result: %s\n", lab_drive_doubt(c->drive));
+    } else if (is_wrong(c) || is_doubtful(e)) {
         warn_of_steps(c, e);
     } else if (e->deviation_share > LAB_WRONG) {
+        cli_errors_gimbal(c);
         warn_of_growth(e);
     }
     if (c->begins > often && c->until / c->begins < steps_between * c->dt) {
         warn_of_chatter(c);
     }
-    return is_wrong(e);
+    return is_wrong(c);
 }

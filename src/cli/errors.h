@@ -24,6 +24,8 @@ typedef struct cli_errors {
 void cli_errors_line(FILE *f, const cli_errors *e);
 /** "errors", "energy" and "trusted" of the object. */
 void cli_errors_json(lab__json *out, const cli_errors *e);
+/** Gimbal lock on the way, if there was one, on standard error. */
+void cli_errors_gimbal(const cli_errors *e);
 /** Causes and remedies on standard error. @return 1: the result is not to be trusted */
 int cli_errors_warn(const cli_errors *e);
 

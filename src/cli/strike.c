@@ -189,6 +189,10 @@ static stein_status simulate(job *j, stein_err *err)
     stein_status status = j->is_stroke ? lab_strike(j->sim, &j->def, &j->stroke, err)
                                        : lab_simulate(j->sim, &j->def, err);
     cli_progress_end(&j->progress);
+    if (status == STEIN_ENONFINITE || status == STEIN_ESINGULAR || status == STEIN_ECHATTER) {
+        lab__trust_fail(j->trust, j->sim);
+        cli_errors_gimbal(&j->errors);
+    }
     if (status == STEIN_OK && j->table != NULL) {
         status = lab_record_finish(j->table, j->sim);
     }
@@ -331,8 +335,9 @@ static void print_text(const job *j)
     const char *table = cli_value(j->args, "output"), *picture = cli_value(j->args, "plot");
     FILE *f = table != NULL && lab__is_stdout(table) ? stderr : stdout;
     char dt[CLI_TEXT], until[CLI_TEXT];
-    fprintf(f, "%s, %s with dt = %s, %s\n", j->equations->name, mech_integrator(j->sim_def.integrator),
-            cli_quantity(dt, j->sim_def.dt, "s"), cli_quantity(until, j->def.until, "s"));
+    fprintf(f, "%s, %s with dt = %s, %s\n", j->equations->name,
+            mech_integrator(j->sim_def.integrator), cli_quantity(dt, j->sim_def.dt, "s"),
+            cli_quantity(until, j->def.until, "s"));
     if (j->is_stroke) {
         print_stroke(f, &j->stroke);
     } else {
@@ -460,15 +465,29 @@ static const cli_option options[] = {
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
     "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."
-#define OUTPUT                                                                                    \
-    "A summary in ms, mm, N. With --json, in SI units:\n"                                         \
-    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"      \
-    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"       \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}}; for a mechanism without\n" \
-    "a stroke {\"model\", \"final\"}.\n"                                                          \
-    "\n"                                                                                          \
-    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"      \
-    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"     \
+#define OUTPUT                                                                                   \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                        \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"     \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"      \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"errors\", \"energy\",\n" \
+    "\"trusted\"}; for a mechanism without a stroke {\"model\", \"final\", \"errors\", "         \
+    "\"energy\",\n"                                                                              \
+    "\"trusted\"}.\n"                                                                            \
+    "\n"                                                                                         \
+    "The last line tells the errors of the run. Two simulations with a small tolerance go "      \
+    "beside\n"                                                                                   \
+    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"   \
+    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"   \
+    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n" \
+    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"    \
+    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "   \
+    "and\n"                                                                                      \
+    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"   \
+    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"  \
+    "because the motion amplifies small differences.\n"                                          \
+    "\n"                                                                                         \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"     \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"    \
     "the shortest decimals that read back exactly. It is itself a data file."
 #define EXAMPLES                                                                                   \
     "stein strike models/stein1788.yaml\n"                                                         \

@@ -153,9 +153,11 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
         return STEIN_OK;
     }
     if (--p->left_over < 0.0) {
-        return stein__fail(err, STEIN_ECHATTER,
-                           "the motion is too stiff: steps of %g s at t = %g s would never end",
-                           pace->h, sim->head->t);
+        stein_err why;
+        stein__fail(&why, STEIN_ECHATTER,
+                    "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
+                    sim->head->t);
+        return stein__blame(sim, pace->h, STEIN_ECHATTER, why.msg, err);
     }
     sim->trials++;
     double left = p->t_end - sim->head->t;

@@ -32,7 +32,8 @@ struct stein_balance {
 /* where the works of a kind begin */
 static int first_of(const stein_model *m, stein_work_kind kind)
 {
-    int n[] = {m->ninput, m->nq, m->ncontact + m->nnotch, m->ncontact + m->nnotch, m->nlink}, at = 0;
+    int n[] = {m->ninput, m->nq, m->ncontact + m->nnotch, m->ncontact + m->nnotch, m->nlink},
+        at = 0;
     for (int k = 0; k < (int)kind; k++) {
         at += n[k];
     }
@@ -82,7 +83,8 @@ stein_status stein_balance_create(stein_balance **out, const stein_model *model,
     return STEIN_OK;
 }
 
-/* ---- powers at a node, where forces were evaluated last; each returns that of elastic forces ---- */
+/* ---- powers at a node, where forces were evaluated last; each returns that of elastic forces ----
+ */
 
 static double power_of_touches(stein_balance *b, const stein_sim *sim)
 {
@@ -111,8 +113,7 @@ static double power_of_joints(stein_balance *b, const stein_sim *sim)
     for (int k = 0; k < sim->nacting; k++) {
         int j = sim->acting[k], at = sim->ntouch + k, parts = sim->joint_parts[j];
         const double *law = sim->d + b->model->bodies[j].joint;
-        double mu =
-            stein__mu(law + STEIN_JOINT_FRICTION, parts, sim->slip[at], sim->grip[at]);
+        double mu = stein__mu(law + STEIN_JOINT_FRICTION, parts, sim->slip[at], sim->grip[at]);
         double still = stein__joint(law, parts, sim->xq[j], 0.0, 0.0);
         double whole = stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
         elastic += still * sim->xqd[j];
@@ -124,8 +125,8 @@ static double power_of_joints(stein_balance *b, const stein_sim *sim)
         if (t->kind <= STEIN_TABLE_SPEED) {
             double *x = t->kind == STEIN_TABLE_POSITION ? sim->xq : sim->xqd;
             const double *at = sim->d + t->d;
-            double power = stein_table_value(t->n, at, at + t->n, slope, x[t->index]) *
-                           sim->xqd[t->index];
+            double power =
+                stein_table_value(t->n, at, at + t->n, slope, x[t->index]) * sim->xqd[t->index];
             elastic += t->kind == STEIN_TABLE_POSITION ? power : 0.0;
             lost[t->index] += t->kind == STEIN_TABLE_SPEED ? power : 0.0;
         }
@@ -254,7 +255,8 @@ static void carry(void *ctx, stein_sim *sim, double h)
 
 static void pass(void *ctx, stein_sim *sim, int flipped)
 {
-    (void)ctx, (void)sim, (void)flipped; // positions and speeds do not jump where a contact switches
+    (void)ctx, (void)sim,
+        (void)flipped; // positions and speeds do not jump where a contact switches
 }
 
 static void get_off(void *ctx)

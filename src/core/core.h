@@ -180,11 +180,12 @@ struct stein_sim {
     void *event_ctx;
     stein_force_fn *on_force;
     void *force_ctx;
-    double span;    /* of the last trial step [s] */
+    double span;      /* of the last trial step [s] */
     double tolerance; /* of a step of controlled error [rad or m] */
-    unsigned taken; /* how often parameters have been */
-    void *rider;    /* what goes along with the motion (sensitivity.c, balance.c), told of every step taken, of
-                     * every switch, before and after, and when it is to get off; NULL: nothing */
+    unsigned taken;   /* how often parameters have been */
+    void *rider; /* what goes along with the motion (sensitivity.c, balance.c), told of every step
+                  * taken, of every switch, before and after, and when it is to get off; NULL:
+                  * nothing */
     void (*on_accept)(void *rider, stein_sim *sim, double h);
     void (*on_switch)(void *rider, stein_sim *sim, int flipped);
     void (*on_end)(void *rider);

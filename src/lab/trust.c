@@ -6,13 +6,13 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double checkpoints = 1000.0;    /* of a run */
-static const double finer = 0.03;            /* tolerance against that of a controlled run */
-static const double fine = 1e-12;            /* against steps of fixed length [rad or m] */
-static const double finest = 1e-13;          /* rounding is near */
-static const double longest_steps = 50.0;    /* of the run */
-static const double least_range = 1e-7;      /* of a motion, to compare an error with [rad or m] */
-static const double least_energy = 1e-9;     /* the same, in parts of E */
+static const double checkpoints = 1000.0; /* of a run */
+static const double finer = 0.03;         /* tolerance against that of a controlled run */
+static const double fine = 1e-12;         /* against steps of fixed length [rad or m] */
+static const double finest = 1e-13;       /* rounding is near */
+static const double longest_steps = 50.0; /* of the run */
+static const double least_range = 1e-7;   /* of a motion, to compare an error with [rad or m] */
+static const double least_energy = 1e-9;  /* the same, in parts of E */
 
 /* a simulation beside the run */
 typedef struct beside {
@@ -25,7 +25,7 @@ struct lab__trust {
     const stein_model *model;
     stein_balance *balance;
     beside whole, part;
-    void *kept; /* the state of the run at the last checkpoint */
+    void *kept;                   /* the state of the run at the last checkpoint */
     double every, due, start, dt; /* [s] */
     int load, over;
     double *made, *deviation, *low, *high; /* [nq] */
@@ -54,8 +54,8 @@ static stein_status make_beside(beside *b, const lab_model *model, const stein_s
         status = lab_drive_bind(drive, b->sim, err);
         status = status == STEIN_OK ? stein_reset(b->sim, err) : status;
     }
-    b->pace = (stein_pace){.tolerance = tolerance, .longest = longest, .h = def->dt,
-                           .next = INFINITY};
+    b->pace =
+        (stein_pace){.tolerance = tolerance, .longest = longest, .h = def->dt, .next = INFINITY};
     return status;
 }
 
@@ -112,6 +112,7 @@ stein_status lab__trust_begin(lab__trust *t, stein_sim *sim, stein_err *err)
     t->due = t->start + t->every;
     t->load = stein_load_present(sim);
     t->errors.lost = NAN;
+    t->errors.gimbal = 1.0;
     put_onto(t, &t->whole, sim);
     put_onto(t, &t->part, sim);
     return stein_balance_attach(t->balance, sim, err);
@@ -152,6 +153,19 @@ static void compare(lab__trust *t)
     }
 }
 
+static void look_for_gimbal_lock(lab__trust *t)
+{
+    lab__errors *e = &t->errors;
+    int first, last;
+    double value = stein_gimbal(t->whole.sim, &first, &last);
+    if (value < e->gimbal) {
+        e->gimbal = value;
+        e->gimbal_time = stein_time(t->whole.sim);
+        e->hinge[0] = first;
+        e->hinge[1] = last;
+    }
+}
+
 static void check(lab__trust *t, stein_sim *sim)
 {
     double now = stein_time(sim);
@@ -168,6 +182,13 @@ static void check(lab__trust *t, stein_sim *sim)
         t->errors.lost = now;
     }
     put_onto(t, &t->part, sim);
+    look_for_gimbal_lock(t);
+}
+
+void lab__trust_fail(lab__trust *t, const stein_sim *sim)
+{
+    go_on(&t->whole, stein_time(sim));
+    look_for_gimbal_lock(t);
 }
 
 void lab__trust_step(lab__trust *t, stein_sim *sim)
@@ -180,7 +201,8 @@ void lab__trust_step(lab__trust *t, stein_sim *sim)
         t->low[j] = fmin(t->low[j], q[j]);
         t->high[j] = fmax(t->high[j], q[j]);
     }
-    int lifted = t->load && !stein_load_present(sim), due = stein_time(sim) >= t->due - 1e-6 * t->dt;
+    int lifted = t->load && !stein_load_present(sim),
+        due = stein_time(sim) >= t->due - 1e-6 * t->dt;
     if (lifted || due) {
         check(t, sim);
     }

@@ -22,11 +22,13 @@ typedef struct lab__trust lab__trust;
 /** Errors by kind of joint; of a mechanism without such joints 0. */
 enum { LAB_SLIDES, LAB_TURNS, LAB_KINDS }; /* [m], [rad] */
 typedef struct lab__errors {
-    double made[LAB_KINDS];     /* by the steps, summed over the run; largest of all joints */
+    double made[LAB_KINDS];      /* by the steps, summed over the run; largest of all joints */
     double deviation[LAB_KINDS]; /* largest, from the run of small tolerance */
-    double range[LAB_KINDS];    /* largest motion of a joint */
+    double range[LAB_KINDS];     /* largest motion of a joint */
     double made_share, deviation_share; /* largest ratios of them to the range */
     double lost;                /* from when on the deviation was above LAB_DOUBTFUL [s]; NAN */
+    double gimbal, gimbal_time; /* least of stein_gimbal at the checkpoints, when [s] */
+    int hinge[2];               /* of which joints */
     int known;                  /* 0: the run of small tolerance failed */
     stein_energy_total energy;
     double energy_share; /* |unexplained| / scale */
@@ -45,6 +47,8 @@ stein_status lab__trust_create(lab__trust **t, const lab_model *model, const ste
 void lab__trust_destroy(lab__trust *t);
 /** Begin with the simulation in its initial state. @return OK, ENOMEM */
 stein_status lab__trust_begin(lab__trust *t, stein_sim *sim, stein_err *err);
+/** The run has failed: only what led to it is asked for. */
+void lab__trust_fail(lab__trust *t, const stein_sim *sim);
 /** After every step. */
 void lab__trust_step(lab__trust *t, stein_sim *sim);
 /** The run is at its end: nothing is counted any more. */
