@@ -115,6 +115,30 @@ holds "with the energy they had" "v['errors']['energy_share'] < 1e-8"
 claim 3 "steps of fixed length do not" "$stein" simulate "$dir/top.yaml" --integrator rk4
 says "it has a name" '^stein: gimbal lock: the axes of hinges "a" and "c" are nearly parallel at 0\.1'
 
+# ---- units that were forgotten, inertias that no such body has: told, with line and column
+cat >"$dir/arm.yaml" <<'END'
+mechanism: arm
+bodies:
+  arm: {joint: R -y, mass: 82, centre: [0, 0, -60 mm], inertia: {yy: 3e-4}, points: {tip: [0, 0, -110 mm]}}
+  hand: {parent: arm, at: arm.tip, joint: R -y, mass: 12 g, centre: [0, 0, -20], inertia: {yy: 2e-6 kg m^2}}
+outputs: {q: {joint: arm, read: position}}
+END
+claim 0 "a mass without its unit" "$stein" check "$dir/arm.yaml"
+says "has a place" 'arm.yaml:3:28: warning: arm.mass = "82" has no unit, so it is in kg: 6\.83e+03 times .*; is it in g?'
+says "a length has one as well" 'arm.yaml:4:[0-9]*: warning: hand.centre.z = "-20" has no unit, so it is in m: .*; is it in mm?'
+claim 0 "replaced from outside" "$stein" check "$dir/arm.yaml" --set arm.mass=82g --set hand.centre.z=-20mm
+if [ -s "$dir/err" ]; then fail "nothing is said"; else pass; fi
+sed 's/mass: 12 g/mass: 12/; s/-20\]/-20 mm]/' "$dir/arm.yaml" >"$dir/heavy.yaml"
+claim 0 "no mass with a unit" "$stein" check "$dir/heavy.yaml"
+says "what is denser than any metal" 'heavy.yaml:3:28: warning: arm.mass = "82" .* the largest length of the file is 0\.11 m; is it in g?'
+sed 's/mass: 82/mass: 82 g/; s/-20\]/-20 mm]/; s/3e-4/300/' "$dir/arm.yaml" >"$dir/inert.yaml"
+claim 0 "an inertia in other units" "$stein" check "$dir/inert.yaml"
+says "is told with its mass and size" 'inert.yaml:3:[0-9]*: warning: the inertia of arm, 300 kg m^2, is .* 0\.082 kg within 0\.11 m can have'
+for file in models/*.yaml models/robotran/*.yaml; do
+    claim 0 "$file" "$stein" check "$file"
+    if grep -q warning "$dir/err"; then fail "$file has no doubts"; else pass; fi
+done
+
 # ---- a fit with a weak prior finds what one with a strong prior does
 cat >"$dir/axle.yaml" <<'END'
 mechanism: axle
