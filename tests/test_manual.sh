@@ -102,7 +102,7 @@ else
         cmp -s "$dir/options" "$dir/got"
         ok "all options of $c complete" $?
     done
-    gives "integrators complete" "dp5 rk4" stein strike models/pendulum.yaml --integrator ""
+    gives "integrators complete" "controlled dp5 rk4" stein strike models/pendulum.yaml --integrator ""
     gives "also behind =" "dp5" stein strike models/pendulum.yaml --integrator = d
     gives "parameters complete" "rod.centre.z" "$stein" strike models/pendulum.yaml --set rod.c
     gives "files complete" "models/pendulum.yaml" stein strike models/pend

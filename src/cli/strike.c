@@ -212,7 +212,7 @@ static char **make_notes(const job *j)
     }
     note[n++] = lab__text("model: %s", j->equations->name);
     note[n++] = lab__text("equations: %s", j->equations->equations);
-    note[n++] = lab__text("integrator: %s", mech_integrator(j->sim_def.integrator));
+    note[n++] = lab__text("integrator: %s", mech_integrator((int)j->sim_def.integrator));
     note[n++] = lab__text("dt: %s s", lab__number(number, j->sim_def.dt));
     for (int i = 0; i < args->nset; i++) {
         int length = (int)strcspn(args->set[i], "=");
@@ -336,7 +336,7 @@ static void print_text(const job *j)
     FILE *f = table != NULL && lab__is_stdout(table) ? stderr : stdout;
     char dt[CLI_TEXT], until[CLI_TEXT];
     fprintf(f, "%s, %s with dt = %s, %s\n", j->equations->name,
-            mech_integrator(j->sim_def.integrator), cli_quantity(dt, j->sim_def.dt, "s"),
+            mech_integrator((int)j->sim_def.integrator), cli_quantity(dt, j->sim_def.dt, "s"),
             cli_quantity(until, j->def.until, "s"));
     if (j->is_stroke) {
         print_stroke(f, &j->stroke);
