@@ -61,6 +61,10 @@ claim 0 "a ball that comes to rest" "$stein" simulate "$dir/ball.yaml" --set flo
     --set floor.normal.D=0.9 --set ball.initial.position=5mm --until 60s --json
 holds "lies where its weight presses it" "abs(v['final']['z'] + 0.73 * 9.81 / 2e4) < 1e-7"
 
+# ---- a ball that hops by less than a step, for ever
+claim 0 "a contact that chatters" "$stein" simulate "$dir/ball.yaml" --set ball.initial.position=20um --until 10s
+says "is named, with how often" '^stein: contact "floor" chatters: it began [0-9]* times, every 0\.00[0-9]* s; give it damping'
+
 # ---- a block that rocks on its edges: small differences grow
 cat >"$dir/block.yaml" <<'END'
 mechanism: block
