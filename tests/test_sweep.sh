@@ -28,7 +28,7 @@ claim 0 "a sweep to standard output" sweep
 same "the table is the same there" "$dir/serial.csv" "$dir/out"
 # the head says how it was computed
 shows "with steps of one size" '^# integrator: rk4$' "$dir/serial.csv"
-sed 's/dt: 1 ms,/dt: 1 ms, integrator: dp5,/' models/pendulum.yaml >"$dir/dp5.yaml"
+sed 's/integrator: rk4/integrator: dp5/' models/pendulum.yaml >"$dir/dp5.yaml"
 claim 0 "a sweep with the other integrator" "$stein" sweep "$dir/dp5.yaml" --vary rod.mass=0.2,0.3 --until 5ms
 shows "says so" '^# integrator: dp5$'
 for i in 1 2 3; do
