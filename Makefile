@@ -95,7 +95,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity golden install clean mutate \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity validate golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage mcdc
 .SUFFIXES:
 .DELETE_ON_ERROR:

@@ -4,6 +4,11 @@
 identity: cli  ## the same bits from every compiler, option and processor that is here: a table
 	$(Q)STEIN_BUILD=$(B) sh tests/identity.sh
 
+validate: $(B)/validate $(B)/validate-nist  ## published problems and facts against ours: docs/validation.md, build/validate.html
+	$(Q)$(B)/validate >$(B)/validate.rows; code=$$?; \
+	  $(B)/validate-nist >>$(B)/validate.rows || code=1; \
+	  sh tests/validate/table.sh $(B)/validate.rows $(B)/validate.html && exit $$code
+
 SECONDS ?= 60
 FUZZ_VARIANT := $(if $(MANY),fuzzmany,fuzz)
 fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each BYTES=longest input, MANY=1: more inputs, chosen less well, RECORD=table

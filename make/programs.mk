@@ -25,6 +25,15 @@ $(B)/hidden: $(call obj,$(wildcard tests/hidden/*.c))
 $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC))) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
+# problems with known solutions, for `make validate`
+$(B)/validate: $(call obj,tests/validate/mechanisms.c tests/validate/row.c) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
+# the minimiser alone, on problems of others: what it asks for is in nist.c
+$(B)/validate-nist: $(call obj,tests/validate/nist.c tests/validate/row.c src/lab/fit/minimise.c src/lab/fit/normal.c \
+    src/lab/dots.c src/lab/output.c)
+	@echo "  LD    $@"
+	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
 # a small importer of FMUs, which are loaded into it: its own functions are seen by none of them
 $(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
 	@echo "  LD    $@"

@@ -17,6 +17,7 @@
     X(derivative)    \
     X(sensitivity)   \
     X(integrator)    \
+    X(balance)       \
     X(batch)         \
     X(driven)        \
     X(contact)       \

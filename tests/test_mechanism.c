@@ -557,7 +557,7 @@ START_TEST(what_stands_in_no_file_has_a_default)
     mechanism *m = read_ok("mechanism: a\nbodies: {b: {joint: T -z, mass: 1.7}}\n", NULL, 0);
 
     ck_assert(number(m, "gravity.z") == -9.81);
-    ck_assert(m->dt == 1e-5 && m->until == 1.0 && m->integrator == 0 && m->settle == 0);
+    ck_assert(m->dt == 1e-5 && m->until == 1.0 && m->integrator == 2 && m->settle == 0);
     ck_assert(m->load_body == -1 && m->load_contact == -1);
     ck_assert(m->stroke_string == -1 && m->stroke_notch == -1);
     ck_assert(m->bodies[0].type == 'T' && m->bodies[0].sign == -1);

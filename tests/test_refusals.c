@@ -437,9 +437,10 @@ START_TEST(a_joint_with_nothing_to_move_is_named)
     judge_inertia("  a: {joint: R x}\n  b: {parent: a, joint: R y}\n"
                   "  c: {parent: b, joint: R z, inertia: {xx: 1e-7, yy: 1.3e-7, zz: 1.2e-7}}\n",
                   NULL, NULL);
-    judge_inertia("  a: {joint: R y, mass: 1e3, centre: [1, 0, 0]}\n"
-                  "  b: {parent: a, joint: R y, at: [1, 0, 0], mass: 1 mg, centre: [1 mm, 0, 0]}\n",
-                  NULL, NULL);
+    judge_inertia(
+        "  a: {joint: R y, mass: 1e3 kg, centre: [1 m, 0, 0]}\n"
+        "  b: {parent: a, joint: R y, at: [1 m, 0, 0], mass: 1 mg, centre: [1 mm, 0, 0]}\n",
+        NULL, NULL);
     judge_inertia("  a: {joint: R y}\ninputs: {d: {motion: a, idle: free}}\n", "a: {",
                   "the joint a");
     judge_inertia("  a: {joint: R y}\ninputs: {d: {motion: a, idle: hold}}\n", NULL, NULL);

@@ -19,11 +19,9 @@ extern "C" {
 
 typedef struct stein_sim stein_sim;
 
-typedef enum { STEIN_RK4, STEIN_DP5 } stein_integrator;
-
 /** How to simulate. Take stein_sim_def_default(model), change what you need. */
 typedef struct stein_sim_def {
-    stein_integrator integrator;             /* fixed-step Runge-Kutta 4 or Dormand-Prince 5(4) */
+    stein_integrator integrator;             /* how a step is made */
     double dt;                               /* step [s], > 0 */
     void *(*alloc)(void *ctx, size_t size);  /* default malloc; size is never 0 */
     void (*release)(void *ctx, void *block); /* default free */
@@ -111,6 +109,11 @@ stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, 
  *  batch: those that passed and those that were too coarse; one repeated up to an event counts
  * once. Who makes one motion of many runs bounds its cost with it. */
 long long stein_trials(const stein_sim *sim);
+/** Tolerance of a step's error estimate with STEIN_CONTROLLED, as in stein_pace [rad or m];
+ *  STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact of 1 ms
+ * keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
+#define STEIN_TOLERANCE 1e-12
+stein_status stein_set_tolerance(stein_sim *sim, double tolerance, stein_err *err);
 double stein_time(const stein_sim *sim);
 /** Length of a whole step [s], as the definition set it. */
 double stein_dt(const stein_sim *sim);
@@ -131,6 +134,12 @@ stein_status stein_step_error(const stein_sim *sim, double *eq, double *eqd, ste
  *  @param index  out: the contact, or ncontact + the index of a notch; untouched when nothing
  *  touches  @return rate; 0 when nothing touches */
 double stein_stiffest(stein_sim *sim, int *index);
+/** Gimbal lock: are the axes of two hinges on the way to one body nearly parallel in the current
+ *  state, so that the mass matrix is nearly singular? Near it speeds are without bound.
+ *  @param first, last  out: their joints; -1: there are none such
+ *  @return smallest eigenvalue of the mass matrix scaled to a diagonal of 1, about the square of
+ * the angle between the axes; 1 where there are none. Changes nothing of the motion. */
+double stein_gimbal(stein_sim *sim, int *first, int *last);
 /** Take the free load away at once, or know whether it is there. Models without load: no effect. */
 void stein_load_lift(stein_sim *sim);
 int stein_load_present(const stein_sim *sim);

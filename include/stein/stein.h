@@ -42,6 +42,7 @@
  *   batch.h many simulations side by side   version.h      identity.h are the bits the same?
  *   handover.h parameters from another thread, and what a real-time host may rely on
  *   derivative.h exact derivatives of qdd   sensitivity.h derivatives of a whole motion
+ *   balance.h where the energy of a motion comes from and goes to
  * and, with libsteinlab.a (GPL), not included here: lab.h mechanism files, strokes, studies;
  * data.h measured strokes; fit.h parameters from them; diagnose.h the table of physical effects and
  * which of them measured strokes show; plan.h the next experiment; import.h mechanisms of other
@@ -50,6 +51,7 @@
 #ifndef STEIN_H
 #define STEIN_H
 
+#include "stein/balance.h"
 #include "stein/batch.h"
 #include "stein/derivative.h"
 #include "stein/handover.h"

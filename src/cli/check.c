@@ -254,7 +254,7 @@ static void print_text(const checked *c)
     const mechanism *m = c->m;
     char dt[CLI_TEXT], until[CLI_TEXT];
     printf("%s   %s\nequations %s, %s with dt = %s, %s, from %s\n", m->name, m->file,
-           c->g->equations, m->integrator == 1 ? "dp5" : "rk4", cli_quantity(dt, m->dt, "s"),
+           c->g->equations, mech_integrator(m->integrator), cli_quantity(dt, m->dt, "s"),
            cli_quantity(until, m->until, "s"),
            m->settle ? "static equilibrium" : "its initial values");
     print_bodies(m);
@@ -445,7 +445,7 @@ static int print_json(const checked *c, const cli_args *args)
     lab__json_open(&j, "simulation", '{');
     lab__json_real(&j, "dt", m->dt);
     lab__json_real(&j, "until", m->until);
-    lab__json_text(&j, "integrator", m->integrator == 1 ? "dp5" : "rk4");
+    lab__json_text(&j, "integrator", mech_integrator(m->integrator));
     lab__json_bool(&j, "settle", m->settle);
     lab__json_close(&j);
     json_operations(&j, c->g);

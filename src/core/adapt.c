@@ -99,7 +99,7 @@ static double event_of(stein_sim *sim, double h, int middle)
 static stein_status check_pace(const stein_sim *sim, double t_end, const stein_pace *pace,
                                stein_err *err)
 {
-    if (sim->def.integrator != STEIN_DP5) {
+    if (sim->def.integrator == STEIN_RK4) {
         return stein__fail(err, STEIN_EINVAL,
                            "no error estimate: it comes with a step of Dormand-Prince 5(4)");
     }
@@ -153,9 +153,11 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
         return STEIN_OK;
     }
     if (--p->left_over < 0.0) {
-        return stein__fail(err, STEIN_ECHATTER,
-                           "the motion is too stiff: steps of %g s at t = %g s would never end",
-                           pace->h, sim->head->t);
+        stein_err why;
+        stein__fail(&why, STEIN_ECHATTER,
+                    "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
+                    sim->head->t);
+        return stein__blame(sim, pace->h, STEIN_ECHATTER, why.msg, err);
     }
     sim->trials++;
     double left = p->t_end - sim->head->t;
@@ -263,7 +265,17 @@ long long stein_trials(const stein_sim *sim)
     return sim->trials;
 }
 
-stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+stein_status stein_set_tolerance(stein_sim *sim, double tolerance, stein_err *err)
+{
+    if (!(tolerance > 0.0) || !isfinite(tolerance)) {
+        return stein__fail(err, STEIN_EINVAL, "a tolerance of %g: expected a positive number",
+                           tolerance);
+    }
+    sim->tolerance = tolerance;
+    return STEIN_OK;
+}
+
+stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
 {
     stein__pacer p;
     stein_status status = stein__pace_begin(sim, t_end, pace, &p, err);
@@ -277,8 +289,15 @@ stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, 
     }
     if (status != STEIN_OK) {
         sim->fresh = STALE;
-        return status;
     }
-    stein__pace_end(sim, pace, t_end);
-    return STEIN_OK;
+    return status;
+}
+
+stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err)
+{
+    stein_status status = stein__run_controlled(sim, t_end, pace, err);
+    if (status == STEIN_OK) {
+        stein__pace_end(sim, pace, t_end);
+    }
+    return status;
 }

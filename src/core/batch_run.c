@@ -75,7 +75,8 @@ static long step_group(stein_batch *b, int g, const aim *to, unsigned wanted, st
 {
     int first = g * b->lanes;
     long n = 1, most = LONG_MAX;
-    unsigned done = 0, riders = b->width != NULL ? stein__batch_board(b, g) & wanted : 0;
+    int in_lanes = b->width != NULL && b->def.integrator != STEIN_CONTROLLED;
+    unsigned done = 0, riders = in_lanes ? stein__batch_board(b, g) & wanted : 0;
     riders = count(riders) > 1 ? riders : 0;
     if (riders != 0) {
         double t[MAX_LANES] = {0.0};

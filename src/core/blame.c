@@ -10,6 +10,10 @@
  * and an explicit Runge-Kutta method of order 4 or 5 follows while h times that is below 1.
  * (Friction turns round in passing: the published stroke goes well at a rate of 5.) This is asked
  * after a failure, or by who wants to know; never in a step.
+ *
+ * Three hinges that carry one body have a configuration in which two of their axes are parallel
+ * (gimbal lock): M is singular there, and near it speeds are without bound. It is found by the
+ * smallest eigenvalue of D^-1/2 M D^-1/2, D the diagonal of M; its eigenvector has the joints.
  */
 #include <math.h>
 #include <string.h>
@@ -110,6 +114,71 @@ static double stiffest_of_step(stein_sim *sim, double h, int *index)
     return most;
 }
 
+static const double locked = 1e-2;    /* eigenvalue: axes within 6 degrees or so */
+static const double takes_part = 0.3; /* component of a joint in the unit eigenvector */
+
+/* v [nq], the eigenvector of the smallest eigenvalue of M scaled to a diagonal of 1, by inverse
+ * iteration. @return the eigenvalue; 0 where M is singular */
+static double softest(stein_sim *sim, double *v)
+{
+    const stein_model *model = sim->model;
+    int n = model->nq;
+    double value = 1.0, *scale = sim->e;
+    sim->fresh = STALE;
+    stein__drive_from(sim, sim->head->t, sim->q, sim->qd);
+    stein_turn(model, sim->xq, sim->sc);
+    model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
+    for (int j = 0; j < n; j++) {
+        scale[j] = sqrt(sim->M[j * n + j]);
+        v[j] = 1.0 + 0.1 * j; // no symmetry
+    }
+    for (int i = 0; i < n * n; i++) {
+        sim->M[i] /= scale[i / n] * scale[i % n];
+    }
+    if (stein__factor(n, sim->parent, sim->M, sim->inverse) >= 0) {
+        return 0.0;
+    }
+    for (int k = 0; k < 8; k++) {
+        double size = 0.0;
+        for (int j = 0; j < n; j++) {
+            size += v[j] * v[j];
+        }
+        for (int j = 0; j < n; j++) {
+            v[j] /= sqrt(size);
+        }
+        value = 1.0 / sqrt(size);
+        stein__substitute(n, sim->parent, sim->M, sim->inverse, v, 1);
+    }
+    double size = 0.0;
+    for (int j = 0; j < n; j++) {
+        size += v[j] * v[j];
+    }
+    for (int j = 0; j < n; j++) {
+        v[j] /= sqrt(size);
+    }
+    return isfinite(size) ? value : 0.0;
+}
+
+double stein_gimbal(stein_sim *sim, int *first, int *last)
+{
+    const stein_model *model = sim->model;
+    double *v = sim->work, value = model->nq < 3 ? 1.0 : softest(sim, v);
+    int hinges = 0;
+    *first = *last = -1;
+    for (int j = 0; value < locked && j < model->nq; j++) {
+        if (fabs(v[j]) > takes_part) {
+            *first = hinges == 0 ? j : *first;
+            *last = j;
+            hinges += model->bodies[j].type == 'R' ? 1 : 3;
+        }
+    }
+    if (hinges != 2) {
+        *first = *last = -1;
+        return 1.0;
+    }
+    return value;
+}
+
 /* the input whose signal was no number in the last evaluation, or NULL */
 static const char *bad_signal(const stein_sim *sim)
 {
@@ -158,8 +227,18 @@ stein_status stein__blame(stein_sim *sim, double h, stein_status code, const cha
                            "%s after t = %g s: the force hook gives joint \"%s\" no finite force",
                            what, t, joint);
     }
+    int first, last;
+    if (stein_gimbal(sim, &first, &last) < 1.0) {
+        return stein__fail(err, code,
+                           "%s after t = %g s: the axes of hinges \"%s\" and \"%s\" are nearly "
+                           "parallel there (gimbal lock): another order of axes carries it through",
+                           what, t, model->bodies[first].name, model->bodies[last].name);
+    }
     int index = -1;
     double rate = stiffest_of_step(sim, h, &index);
+    if (sim->def.integrator == STEIN_CONTROLLED && !(rate * h > 1.0)) {
+        return stein__fail(err, code, "%s after t = %g s, in a step of %g s", what, t, h);
+    }
     if (!(rate * h > 1.0)) {
         return stein__fail(err, code, "%s after t = %g s, in a step of %g s: try shorter ones",
                            what, t, h);

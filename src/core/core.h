@@ -21,7 +21,7 @@
  *      lanes.c     trial steps in lanes                tangent.c   derivatives of forces
  *      batch*.c    many simulations in lanes           slopes.c    the same for what touches
  *      processor.c how many lanes there are            derivative.c  derivatives of qdd
- *                                                      sensitivity.c  derivatives of a motion
+ *      balance.c   energies of a motion                sensitivity.c  derivatives of a motion
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -190,10 +190,12 @@ struct stein_sim {
     void *event_ctx;
     stein_force_fn *on_force;
     void *force_ctx;
-    double span;    /* of the last trial step [s] */
-    unsigned taken; /* how often parameters have been */
-    void *rider;    /* what goes along with the motion (sensitivity.c), told of every step taken, of
-                     * every switch, before and after, and when it is to get off; NULL: nothing */
+    double span;      /* of the last trial step [s] */
+    double tolerance; /* of a step of controlled error [rad or m] */
+    unsigned taken;   /* how often parameters have been */
+    void *rider; /* what goes along with the motion (sensitivity.c, balance.c), told of every step
+                  * taken, of every switch, before and after, and when it is to get off; NULL:
+                  * nothing */
     void (*on_accept)(void *rider, stein_sim *sim, double h);
     void (*on_switch)(void *rider, stein_sim *sim, int flipped);
     void (*on_end)(void *rider);
@@ -455,6 +457,8 @@ stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pace
                              stein_err *err);
 stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,
                                stein_status status, stein_err *err);
+/* stein_run_adaptive without its end: the grid of fixed steps stays */
+stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a
  * signal or hook without a number, a contact that is too stiff, and what it needs. Returns code. */

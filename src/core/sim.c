@@ -22,7 +22,7 @@ static void default_release(void *ctx, void *block)
 
 stein_sim_def stein_sim_def_default(const stein_model *model)
 {
-    return (stein_sim_def){.integrator = model->integrator == 1 ? STEIN_DP5 : STEIN_RK4,
+    return (stein_sim_def){.integrator = (stein_integrator)model->integrator,
                            .dt = model->dt,
                            .alloc = default_alloc,
                            .release = default_release,
@@ -37,10 +37,11 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
                            "regenerate it",
                            model->name, model->abi, STEIN_MODEL_ABI);
     }
-    if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5) {
+    if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5 &&
+        def->integrator != STEIN_CONTROLLED) {
         return stein__fail(err, STEIN_EINVAL,
-                           "stein_sim_def.integrator is %d: expected STEIN_RK4 or "
-                           "STEIN_DP5",
+                           "stein_sim_def.integrator is %d: expected STEIN_RK4, STEIN_DP5 or "
+                           "STEIN_CONTROLLED",
                            (int)def->integrator);
     }
     if (!(def->dt > 0.0) || !isfinite(def->dt)) {
@@ -97,6 +98,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     memset(sim, 0, size);
     sim->model = model;
     sim->def = own;
+    sim->tolerance = STEIN_TOLERANCE;
     (void)stein__layout(sim, model);
     for (int i = 0; i < model->np; i++) {
         sim->p[i] = model->params[i].value;

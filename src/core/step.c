@@ -244,8 +244,18 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     return STEIN_OK;
 }
 
+static stein_status advance_controlled(stein_sim *sim, double target, stein_err *err)
+{
+    double h = target - sim->head->t;
+    stein_pace pace = {.tolerance = sim->tolerance, .longest = h, .h = h, .next = INFINITY};
+    return h > 0.0 ? stein__run_controlled(sim, target, &pace, err) : STEIN_OK;
+}
+
 stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 {
+    if (sim->def.integrator == STEIN_CONTROLLED) {
+        return advance_controlled(sim, target, err);
+    }
     for (int n = 0; sim->head->t < target; n++) {
         if (n > MAX_EVENTS_PER_STEP) {
             stein_err why;

@@ -47,12 +47,12 @@ static const tableau dp5 = {
 #if STEIN_LANES == 1
 int stein__stages(stein_integrator integrator)
 {
-    return integrator == STEIN_DP5 ? dp5.stages : rk4.stages;
+    return integrator == STEIN_RK4 ? rk4.stages : dp5.stages;
 }
 
 const double *stein__weights(stein_integrator integrator, int i)
 {
-    const tableau *rk = integrator == STEIN_DP5 ? &dp5 : &rk4;
+    const tableau *rk = integrator == STEIN_RK4 ? &rk4 : &dp5;
     return i < rk->stages ? rk->a[i] : rk->b;
 }
 #endif
@@ -127,7 +127,7 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
 /* The end derivative is stage 6 of every tableau. */
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
 {
-    const tableau *rk = sim->def.integrator == STEIN_DP5 ? &dp5 : &rk4;
+    const tableau *rk = sim->def.integrator == STEIN_RK4 ? &rk4 : &dp5;
     int nq = sim->model->nq;
     stein_status status = STEIN_OK;
     copy(sim->q0, sim->q, nq);

@@ -92,7 +92,7 @@ static void write_steps(FILE *f, const sweep *s)
     const stein_model *m = s->equations;
     const lab__steps *steps = &s->steps;
     if (!(steps->tolerance > 0.0)) {
-        fprintf(f, "# integrator: %s\n", m->integrator == 1 ? "dp5" : "rk4");
+        fprintf(f, "# integrator: %s\n", mech_integrator(m->integrator));
         fprintf(f, "# dt: %s s\n", lab__number(number, m->dt));
         return;
     }

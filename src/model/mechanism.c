@@ -126,6 +126,9 @@ stein_status mech_read_text(mechanism **out, const char *name, const char *text,
     } else if (rd->nproblem > 0) {
         mech__problems_flush(rd, report, ctx, err);
         status = STEIN_EPARSE;
+    } else if (report) {
+        mech__doubts(rd);
+        mech__problems_flush(rd, report, ctx, NULL);
     }
     if (rd) {
         mech__arena_free(rd);

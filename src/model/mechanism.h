@@ -214,7 +214,7 @@ typedef struct mechanism {
     int nabout;
     mech_scalar clock_error;
     int settle;
-    int integrator;   /* 0 rk4, 1 dp5 */
+    int integrator;   /* a stein_integrator */
     double dt, until; /* [s] */
     int tolerated;    /* output that an error is told of, -1: none */
     double tolerance; /* that steps of controlled error may leave in it [SI], 0: none is told */
@@ -225,7 +225,8 @@ typedef struct mech_set {
     const char *name, *value;
 } mech_set;
 
-/** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...". */
+/** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...", or
+ *  of a file without problems what is hardly meant, "file:line:column: warning: ...". */
 typedef void mech_report(void *ctx, const char *message);
 
 /** Read a mechanism file, with nset overrides applied before structure is decided (so that setting
@@ -248,6 +249,9 @@ stein_status mech_parse_quantity(const char *text, mech_dim dim, double *value, 
 
 /** Dimension of a unit text ("N/m^3"); 0 on success, -1 when it is none. */
 int mech_parse_unit(const char *text, mech_dim *dim, double *factor);
+
+/** Name of a stein_integrator in files and on the command line. */
+const char *mech_integrator(int integrator);
 
 /** Parameter index by name, -1 when absent; *suggestion (nullable) gets the nearest name or NULL.
  */

@@ -274,4 +274,9 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 /** What can only be judged with all numbers at hand: inertias, mass matrix, extents. */
 void mech__checks(mech__reader *rd);
 
+/* --- doubts.c --- */
+
+/** Of a file without problems: what is possible, but hardly meant, noted as "warning: ...". */
+void mech__doubts(mech__reader *rd);
+
 #endif

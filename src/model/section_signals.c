@@ -314,6 +314,12 @@ static void read_tolerance(mech__reader *rd, const mech__node *map)
     }
 }
 
+const char *mech_integrator(int integrator)
+{
+    static const char *const name[] = {"rk4", "dp5", "controlled"};
+    return name[integrator];
+}
+
 static void read_simulation(mech__reader *rd)
 {
     mechanism *m = rd->m;
@@ -326,8 +332,9 @@ static void read_simulation(mech__reader *rd)
     mech__keys(rd, map, "simulation", "dt until integrator settle tolerance");
     read_time(rd, map, "dt", &m->dt);
     read_time(rd, map, "until", &m->until);
+    m->integrator = STEIN_CONTROLLED;
     if (integrator) {
-        m->integrator = mech__choice(rd, integrator, "integrator", "rk4 dp5") == 1;
+        m->integrator = mech__choice(rd, integrator, "integrator", "rk4 dp5 controlled");
     }
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;

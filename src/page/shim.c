@@ -194,7 +194,7 @@ EXPORT(page_start) stein_status page_start(double dt, int integrator, int settle
     page.model.params = page.params;
     page.model.settle = settle;
     def.dt = dt;
-    def.integrator = integrator == 1 ? STEIN_DP5 : STEIN_RK4;
+    def.integrator = (stein_integrator)integrator;
     stein_status status = stein_sim_create(&page.sim, &page.model, &def, &page.err);
     if (status != STEIN_OK) {
         return status;

@@ -24,6 +24,8 @@
 enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
 static const double far_off = 30.0;          /* objective, from where no chord leads back */
 static const double least_compliance = 3e-4; /* limits */
+static const double valley = 5.0;            /* a decrement against what counts as nothing */
+static const double slight = 1e-4;           /* damping, in diag(J'J): a step is nearly full */
 static const double longest_step = 3.0;      /* of an unknown with a prior, in its sd */
 
 typedef struct room {
@@ -343,6 +345,7 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
     stein_status status = room_make(&m, p, err);
     status = status == STEIN_OK ? begin(p, s, &m, err) : status;
     s->ended = 0;
+    int settled = 0; // the last steps brought nothing
     while (status == STEIN_OK && !s->ended) {
         status = fit__sensitivities(p, s->x, m.r, m.J, err);
         if (status != STEIN_OK) {
@@ -356,13 +359,15 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
         }
         double before = s->objective;
         if (s->iteration >= iterations || !iterate(p, s, &m, &status, err)) {
+            s->ended = settled;
             break;
         }
         s->iteration++;
         // a step that brought nothing: the decrement is rounding, or the coarseness of one-sided
-        // differences
-        s->ended = before - s->objective <
-                   (p->central ? 1.0 : 10.0) * enough * (1.0 + relative * s->objective);
+        // differences - or the damping holds a step along a valley back, and is to fall first
+        double nothing = (p->central ? 1.0 : 10.0) * enough * (1.0 + relative * s->objective);
+        settled = before - s->objective < (settled ? valley : 1.0) * nothing;
+        s->ended = settled && (s->decrement < valley * nothing || s->mu < slight);
         fit__choose_steps(p, m.J);
         memcpy(s->step, p->step, sizeof *s->step * (size_t)p->nu);
         if (status == STEIN_OK && checkpoint != NULL) {

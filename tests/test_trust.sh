@@ -1,0 +1,171 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# test_trust.sh - no result is silently wrong: what runs say of their errors and energies, and when
+# they end with 3. Each mechanism is a small one with a known answer.
+set -u
+. tests/claims.sh
+
+# holds TEXT EXPRESSION: of v, the JSON object of the last claim
+holds() {
+    if python3 -c "import json, sys, math; v = json.load(open('$dir/out')); sys.exit(not ($2))"; then pass; else fail "$1"; fi
+}
+
+# ---- energies in closed form: m v' = -b v, m v' = F
+cat >"$dir/sled.yaml" <<'END'
+mechanism: sled
+bodies:
+  sled: {joint: T x, mass: 2.385 kg, initial: {speed: 1.7 m/s}, damping: 0.731 N s/m, points: {p: [0, 0, 0]}}
+  post: {joint: R -y, mass: 0.2 kg, centre: [0, 0, -0.3 m], inertia: {yy: 1e-3 kg m^2}, initial: {position: 0.4 rad}, spring: {k: 0.83 N m/rad, theta0: 0.1 rad}}
+inputs: {push: {force: sled.p, direction: [1, 0, 0]}}
+outputs: {x: {joint: sled, read: position}}
+simulation: {dt: 1 ms, until: 2 s}
+END
+claim 0 "a damped sled" "$stein" simulate "$dir/sled.yaml" --json
+holds "loses what its damper takes" \
+    "abs(v['energy']['work']['sled joint'] + 0.5 * 2.385 * 1.7**2 * (1 - math.exp(-2 * 0.731 * 2 / 2.385))) < 1e-10"
+holds "and nothing else" "abs(v['energy']['unexplained']) < 1e-11 and abs(v['energy']['other']) < 1e-11"
+holds "it is trusted" "v['trusted'] and v['errors']['deviation']['m'] < 1e-11 and v['errors']['lost'] is None"
+printf 'time [s],push [N]\n0,3.1\n3,3.1\n' >"$dir/push.csv"
+claim 0 "a sled that is pushed" "$stein" simulate "$dir/sled.yaml" --drive "$dir/push.csv" \
+    --set sled.damping=0 --set sled.initial.speed=0.1 --json
+holds "gets the work of the force" \
+    "abs(v['energy']['work']['push input'] - 3.1 * (0.1 * 2 + 0.5 * 3.1 / 2.385 * 4)) < 1e-10"
+
+# ---- an elastic ball keeps its energy, with any step, or the run is refused
+cat >"$dir/ball.yaml" <<'END'
+mechanism: ball
+bodies:
+  ball: {joint: T z, mass: 0.73 kg, initial: {position: 0.61 m}, points: {c: [0, 0, 0]}}
+contacts:
+  floor: {between: [{circle: {at: ball.c, radius: 20 mm}}, {line: {on: frame, at: [0, 0, -20 mm], facing: 90 deg}}], normal: {c: 6.1e6 N/m}}
+outputs: {z: {joint: ball, read: position}}
+simulation: {dt: 1 ms, until: 20 s}
+END
+claim 0 "an elastic ball, default settings" "$stein" simulate "$dir/ball.yaml" --json
+holds "keeps its energy to 1e-6" "abs(v['energy']['end'] + v['energy']['stored'] - v['energy']['begin']) < 1e-6 * v['energy']['begin']"
+cp "$dir/out" "$dir/first"
+claim 0 "with another step" "$stein" simulate "$dir/ball.yaml" --dt 170us --json
+holds "the motion is the same" "abs(v['final']['z'] - json.load(open('$dir/first'))['final']['z']) < 1e-4"
+claim 3 "with steps as long as its contact" "$stein" simulate "$dir/ball.yaml" --integrator rk4 --dt 0.3ms
+says "the energy is gone, and said so" '^stein: do not trust the result: .* of the energy is unexplained; use --integrator controlled, or --dt'
+claim 0 "the same, allowed" "$stein" simulate "$dir/ball.yaml" --integrator rk4 --dt 0.3ms --allow-error --json
+says "is told" '^stein: do not trust the result'
+holds "in the object as well" "v['trusted'] is False and v['errors']['energy_share'] > 0.1"
+claim 0 "a smaller tolerance" "$stein" simulate "$dir/ball.yaml" --until 5s --tolerance 1e-7 --json
+holds "is used: it errs more" "v['errors']['deviation']['m'] > 1e-6"
+claim 2 "a tolerance of 0" "$stein" simulate "$dir/ball.yaml" --tolerance 0
+says "is none" 'tolerance 0: expected a positive number'
+
+# ---- a ball comes to rest: its bounces pile up, the contact is kept
+claim 0 "a ball that comes to rest" "$stein" simulate "$dir/ball.yaml" --set floor.normal.c=2e4 \
+    --set floor.normal.D=0.9 --set ball.initial.position=5mm --until 60s --json
+holds "lies where its weight presses it" "abs(v['final']['z'] + 0.73 * 9.81 / 2e4) < 1e-7"
+
+# ---- a ball that hops by less than a step, for ever
+claim 0 "a contact that chatters" "$stein" simulate "$dir/ball.yaml" --set ball.initial.position=20um --until 10s
+says "is named, with how often" '^stein: contact "floor" chatters: it began [0-9]* times, every 0\.00[0-9]* s; give it damping'
+
+# ---- a block that rocks on its edges: small differences grow
+cat >"$dir/block.yaml" <<'END'
+mechanism: block
+bodies:
+  x: {joint: T x}
+  z: {parent: x, joint: T z}
+  b: {parent: z, joint: R y, mass: 0.8 kg, inertia: {yy: 0.021 kg m^2}, points: {c: [0, 0, 0]}, initial: {position: 0.03 rad}}
+contacts:
+  f: {between: [{line: {on: b, at: [0, 0, -0.2 m], facing: -90 deg, extent: [-0.2 m, 0.2 m]}}, {line: {on: frame, at: [0, 0, -0.2 m], facing: 90 deg}}], normal: {c: 0.9e5 N/m, D: 0.2 s/m}, friction: {A: 0.45, vt: 1 mm/s}}
+outputs: {x: {joint: x, read: position}, vx: {joint: x, read: speed}}
+simulation: {dt: 500 us, until: 20 s}
+END
+claim 0 "a block that rocks and rests" "$stein" simulate "$dir/block.yaml" --json
+holds "does not creep" "abs(v['final']['vx']) < 1e-5"
+holds "its energy is right" "v['errors']['energy_share'] < 1e-4"
+claim 3 "with fixed steps that its friction is too stiff for" "$stein" simulate "$dir/block.yaml" --integrator rk4
+says "the contact is named" 'contact "f" needs .* s or less'
+
+# ---- a pendulum that is chaotic
+claim 0 "a motion that amplifies differences" "$stein" simulate models/double_pendulum.yaml --until 10s
+says "says from when on its positions are not determined" '^stein: positions are not determined after [789]\.'
+
+# ---- a motion that jumps
+cat >"$dir/drive.yaml" <<'END'
+mechanism: drive
+bodies:
+  sled: {joint: T x, mass: 1.3 kg}
+inputs: {d: {motion: sled, idle: hold}}
+outputs: {x: {joint: sled, read: position}, f: {input: d, read: force}}
+simulation: {dt: 100 us, until: 1 s}
+END
+awk 'BEGIN { print "time [s],d [mm]"; for (i = 0; i <= 50; i++) printf "%g,%g\n", i / 50, i < 20 ? 0 : 37 }' >"$dir/jump.csv"
+awk 'BEGIN { print "time [s],d [mm]"; for (i = 0; i <= 50; i++) printf "%g,%g\n", i / 50, 37 * (1 - cos(3.14159 * i / 50)) }' >"$dir/smooth.csv"
+claim 3 "a prescribed position that jumps" "$stein" simulate "$dir/drive.yaml" --drive "$dir/jump.csv"
+says "file, column, times and size" 'jump.csv: column "d" (line 1): the motion jumps by 0\.037 m between 0\.38 s and 0\.4 s; .* overshoots by 0\.0039'
+claim 0 "one that does not" "$stein" simulate "$dir/drive.yaml" --drive "$dir/smooth.csv"
+if [ -s "$dir/err" ]; then fail "says nothing"; else pass; fi
+
+# ---- three hinges that carry one body, through gimbal lock
+cat >"$dir/top.yaml" <<'END'
+mechanism: top
+gravity: [0, 0, 0]
+bodies:
+  a: {joint: R x, initial: {speed: 0.002 rad/s}}
+  b: {parent: a, joint: R y, initial: {position: 1.1 rad, speed: 3 rad/s}}
+  c: {parent: b, joint: R z, mass: 1 kg, inertia: {xx: 0.013 kg m^2, yy: 0.02 kg m^2, zz: 0.025 kg m^2}, initial: {speed: 0.002 rad/s}}
+outputs: {b: {joint: b, read: position}}
+simulation: {dt: 200 us, until: 1 s}
+END
+claim 0 "steps of controlled error pass it" "$stein" simulate "$dir/top.yaml" --json
+holds "with the energy they had" "v['errors']['energy_share'] < 1e-8"
+claim 3 "steps of fixed length do not" "$stein" simulate "$dir/top.yaml" --integrator rk4
+says "it has a name" '^stein: gimbal lock: the axes of hinges "a" and "c" are nearly parallel at 0\.1'
+
+# ---- units that were forgotten, inertias that no such body has: told, with line and column
+cat >"$dir/arm.yaml" <<'END'
+mechanism: arm
+bodies:
+  arm: {joint: R -y, mass: 82, centre: [0, 0, -60 mm], inertia: {yy: 3e-4}, points: {tip: [0, 0, -110 mm]}}
+  hand: {parent: arm, at: arm.tip, joint: R -y, mass: 12 g, centre: [0, 0, -20], inertia: {yy: 2e-6 kg m^2}}
+outputs: {q: {joint: arm, read: position}}
+END
+claim 0 "a mass without its unit" "$stein" check "$dir/arm.yaml"
+says "has a place" 'arm.yaml:3:28: warning: arm.mass = "82" has no unit, so it is in kg: 6\.83e+03 times .*; is it in g?'
+says "a length has one as well" 'arm.yaml:4:[0-9]*: warning: hand.centre.z = "-20" has no unit, so it is in m: .*; is it in mm?'
+claim 0 "replaced from outside" "$stein" check "$dir/arm.yaml" --set arm.mass=82g --set hand.centre.z=-20mm
+if [ -s "$dir/err" ]; then fail "nothing is said"; else pass; fi
+sed 's/mass: 12 g/mass: 12/; s/-20\]/-20 mm]/' "$dir/arm.yaml" >"$dir/heavy.yaml"
+claim 0 "no mass with a unit" "$stein" check "$dir/heavy.yaml"
+says "what is denser than any metal" 'heavy.yaml:3:28: warning: arm.mass = "82" .* the largest length of the file is 0\.11 m; is it in g?'
+sed 's/mass: 82/mass: 82 g/; s/-20\]/-20 mm]/; s/3e-4/300/' "$dir/arm.yaml" >"$dir/inert.yaml"
+claim 0 "an inertia in other units" "$stein" check "$dir/inert.yaml"
+says "is told with its mass and size" 'inert.yaml:3:[0-9]*: warning: the inertia of arm, 300 kg m^2, is .* 0\.082 kg within 0\.11 m can have'
+for file in models/*.yaml models/robotran/*.yaml; do
+    claim 0 "$file" "$stein" check "$file"
+    if grep -q warning "$dir/err"; then fail "$file has no doubts"; else pass; fi
+done
+
+# ---- a fit with a weak prior finds what one with a strong prior does
+cat >"$dir/axle.yaml" <<'END'
+mechanism: axle
+gravity: [0, 0, 0]
+bodies:
+  m: {joint: R y, inertia: {yy: 0.004 kg m^2}, damping: 0.03 N m s/rad, coulomb: {T: 0.04 N m, w: 0.01 rad/s}}
+inputs: {tau: {torque: m}}
+outputs: {q: {joint: m, read: position}}
+simulation: {dt: 500 us, until: 2.4 s}
+END
+awk 'BEGIN { print "time [s],tau [N m]"; for (i = 0; i <= 480; i++) printf "%g,%.12g\n", i / 200, 0.9 * sin(6.1 * i / 200) + 0.6 * sin(20.3 * i / 200) }' >"$dir/tau.csv"
+"$stein" simulate "$dir/axle.yaml" --drive "$dir/tau.csv" --every 5ms -o "$dir/truth.csv" --format csv-plain --set m.inertia.yy=0.0113 \
+    --set m.damping=0.071 --set m.coulomb.T=0.13 >/dev/null 2>&1
+# sums of 12 congruential numbers: normal to a few percent, sd 1 mrad
+awk -F, 'NR == FNR { if (FNR > 1) u[FNR - 1] = $2; next }
+    FNR == 1 { print "# noise q: 0.001 rad"; print "time [s],q [rad],tau [N m]"; next }
+    { s = -6; for (k = 0; k < 12; k++) { x = (x * 16807 + 11) % 2147483647; s += x / 2147483647 }
+      printf "%s,%.12g,%s\n", $1, $2 + 0.001 * s, u[FNR - 1] }' "$dir/tau.csv" "$dir/truth.csv" >"$dir/axle.csv"
+for prior in 0.3 2 5; do
+    claim 0 "prior $prior" "$stein" fit "$dir/axle.yaml" "$dir/axle.csv" --free m.damping,m.coulomb.T,m.inertia.yy \
+        --prior $prior --json
+    holds "converged, and the numbers are right" \
+        "v['status'] == 'converged' and all(abs(p['value'] / t - 1) < 0.01 for p, t in zip(v['parameters'], (0.071, 0.13, 0.0113)))"
+done
+
+finish

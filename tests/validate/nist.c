@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * nist.c - the minimiser of `stein fit` (minimise.c, normal.c) on the 27 nonlinear regressions of
+ * NIST's Statistical Reference Datasets, from both starts (https://www.itl.nist.gov/div898/strd).
+ *
+ * This program is linked with the minimiser alone; residuals and derivatives come from here. An
+ * unknown counts in |start|, without a prior. Residuals count in the root mean square of y at
+ * first, then in what is left of them. Derivatives are exact: dy/db of y(b + i h) with h = 1e-20.
+ */
+#include <complex.h>
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fitting.h"
+#include "validate.h"
+
+static const double bar = 1e-6; /* of a parameter that is found, relative */
+enum { MOST_B = 9, MOST_N = 300, ITERATIONS = 3000 };
+typedef double complex number;
+
+/** A data set with its certified values. */
+typedef struct dataset {
+    const char *name;
+    number (*model)(const number *b, const double *x);
+    int level;                        /* of difficulty, 0 to 2, as its file says */
+    int np, n;                        /* parameters, observations */
+    double start[2][MOST_B];          /* of both starts */
+    double value[MOST_B], sd[MOST_B]; /* certified */
+    double y[MOST_N], x[MOST_N][2];
+    double noise; /* unit of residuals */
+} dataset;
+
+/* ---- models, as the files state them ---- */
+
+static number bennett5(const number *b, const double *x)
+{
+    return b[0] * cpow(b[1] + x[0], -1.0 / b[2]);
+}
+
+static number saturation(const number *b, const double *x)
+{
+    return b[0] * (1.0 - cexp(-b[1] * x[0]));
+}
+
+static number chwirut(const number *b, const double *x)
+{
+    return cexp(-b[0] * x[0]) / (b[1] + b[2] * x[0]);
+}
+
+static number danwood(const number *b, const double *x)
+{
+    return b[0] * cpow(x[0], b[1]);
+}
+
+static number enso(const number *b, const double *x)
+{
+    double turn = 2.0 * M_PI * x[0];
+    return b[0] + b[1] * cos(turn / 12.0) + b[2] * sin(turn / 12.0) + b[4] * ccos(turn / b[3]) +
+           b[5] * csin(turn / b[3]) + b[7] * ccos(turn / b[6]) + b[8] * csin(turn / b[6]);
+}
+
+static number eckerle4(const number *b, const double *x)
+{
+    number u = (x[0] - b[2]) / b[1];
+    return b[0] / b[1] * cexp(-0.5 * u * u);
+}
+
+static number gauss(const number *b, const double *x)
+{
+    number u = (x[0] - b[3]) / b[4], v = (x[0] - b[6]) / b[7];
+    return b[0] * cexp(-b[1] * x[0]) + b[2] * cexp(-u * u) + b[5] * cexp(-v * v);
+}
+
+static number cubics(const number *b, const double *x)
+{
+    return (b[0] + x[0] * (b[1] + x[0] * (b[2] + x[0] * b[3]))) /
+           (1.0 + x[0] * (b[4] + x[0] * (b[5] + x[0] * b[6])));
+}
+
+static number kirby2(const number *b, const double *x)
+{
+    return (b[0] + x[0] * (b[1] + x[0] * b[2])) / (1.0 + x[0] * (b[3] + x[0] * b[4]));
+}
+
+static number lanczos(const number *b, const double *x)
+{
+    return b[0] * cexp(-b[1] * x[0]) + b[2] * cexp(-b[3] * x[0]) + b[4] * cexp(-b[5] * x[0]);
+}
+
+static number mgh09(const number *b, const double *x)
+{
+    return b[0] * (x[0] * x[0] + x[0] * b[1]) / (x[0] * x[0] + x[0] * b[2] + b[3]);
+}
+
+static number mgh10(const number *b, const double *x)
+{
+    return b[0] * cexp(b[1] / (x[0] + b[2]));
+}
+
+static number mgh17(const number *b, const double *x)
+{
+    return b[0] + b[1] * cexp(-x[0] * b[3]) + b[2] * cexp(-x[0] * b[4]);
+}
+
+static number misra1b(const number *b, const double *x)
+{
+    number u = 1.0 + b[1] * x[0] / 2.0;
+    return b[0] * (1.0 - 1.0 / (u * u));
+}
+
+static number misra1c(const number *b, const double *x)
+{
+    return b[0] * (1.0 - 1.0 / csqrt(1.0 + 2.0 * b[1] * x[0]));
+}
+
+static number misra1d(const number *b, const double *x)
+{
+    return b[0] * b[1] * x[0] / (1.0 + b[1] * x[0]);
+}
+
+static number nelson(const number *b, const double *x) /* of log y */
+{
+    return b[0] - b[1] * x[0] * cexp(-b[2] * x[1]);
+}
+
+static number rat42(const number *b, const double *x)
+{
+    return b[0] / (1.0 + cexp(b[1] - b[2] * x[0]));
+}
+
+static number rat43(const number *b, const double *x)
+{
+    return b[0] / cpow(1.0 + cexp(b[1] - b[2] * x[0]), 1.0 / b[3]);
+}
+
+static number roszman1(const number *b, const double *x)
+{
+    return b[0] - b[1] * x[0] - catan(b[2] / (x[0] - b[3])) / M_PI;
+}
+
+static const struct {
+    const char *name;
+    number (*model)(const number *b, const double *x);
+} sets[] = {
+    {"Bennett5", bennett5}, {"BoxBOD", saturation}, {"Chwirut1", chwirut},   {"Chwirut2", chwirut},
+    {"DanWood", danwood},   {"ENSO", enso},         {"Eckerle4", eckerle4},  {"Gauss1", gauss},
+    {"Gauss2", gauss},      {"Gauss3", gauss},      {"Hahn1", cubics},       {"Kirby2", kirby2},
+    {"Lanczos1", lanczos},  {"Lanczos2", lanczos},  {"Lanczos3", lanczos},   {"MGH09", mgh09},
+    {"MGH10", mgh10},       {"MGH17", mgh17},       {"Misra1a", saturation}, {"Misra1b", misra1b},
+    {"Misra1c", misra1c},   {"Misra1d", misra1d},   {"Nelson", nelson},      {"Rat42", rat42},
+    {"Rat43", rat43},       {"Roszman1", roszman1}, {"Thurber", cubics},
+};
+enum { SETS = sizeof sets / sizeof *sets };
+
+/* ---- files: values in lines 41 on, data in lines 61 on ---- */
+
+static void read_line(dataset *d, const char *line, int number_of_line)
+{
+    const char *equal = strchr(line, '=');
+    double v[4];
+    if (strstr(line, "Average Level") != NULL || strstr(line, "Higher Level") != NULL) {
+        d->level = strstr(line, "Higher") != NULL ? 2 : 1;
+    }
+    if (number_of_line > 40 && number_of_line < 58 && equal != NULL && d->np < MOST_B &&
+        sscanf(equal + 1, "%lf %lf %lf %lf", &v[0], &v[1], &v[2], &v[3]) == 4) {
+        d->start[0][d->np] = v[0];
+        d->start[1][d->np] = v[1];
+        d->value[d->np] = v[2];
+        d->sd[d->np++] = v[3];
+    }
+    if (number_of_line > 60 && d->n < MOST_N &&
+        sscanf(line, "%lf %lf %lf", &v[0], &v[1], &v[2]) >= 2) {
+        d->y[d->n] = d->model == nelson ? log(v[0]) : v[0];
+        d->x[d->n][0] = v[1];
+        d->x[d->n++][1] = v[2];
+    }
+}
+
+static void read_set(dataset *d)
+{
+    char path[64], line[300];
+    snprintf(path, sizeof path, "tests/validate/nist/%s.dat", d->name);
+    FILE *f = fopen(path, "r");
+    if (f == NULL) {
+        fprintf(stderr, "validate: %s cannot be read\n", path);
+        exit(EXIT_FAILURE);
+    }
+    for (int i = 1; fgets(line, sizeof line, f) != NULL; i++) {
+        read_line(d, line, i);
+    }
+    fclose(f);
+}
+
+/* ---- what the minimiser asks for ---- */
+
+static dataset set; /* the one at hand */
+
+static void values(const fit__problem *p, const double *x, number *b)
+{
+    for (int k = 0; k < p->np; k++) {
+        b[k] = p->unknown[k].start + p->unknown[k].sd * x[k];
+    }
+}
+
+stein_status fit__residuals(const fit__problem *p, const double *x, double *r, int *failed,
+                            stein_err *err)
+{
+    number b[MOST_B];
+    (void)err;
+    values(p, x, b);
+    *failed = 0;
+    for (int i = 0; i < set.n; i++) {
+        r[i] = (set.y[i] - creal(set.model(b, set.x[i]))) / set.noise;
+        *failed |= !isfinite(r[i]);
+    }
+    return STEIN_OK;
+}
+
+stein_status fit__sensitivities(const fit__problem *p, const double *x, const double *r, double *J,
+                                stein_err *err)
+{
+    const double h = 1e-20;
+    number b[MOST_B];
+    (void)r, (void)err;
+    for (int k = 0; k < p->np; k++) {
+        values(p, x, b);
+        b[k] += CMPLX(0.0, h);
+        for (int i = 0; i < set.n; i++) {
+            J[k * set.n + i] = -cimag(set.model(b, set.x[i])) / h * p->unknown[k].sd / set.noise;
+        }
+    }
+    return STEIN_OK;
+}
+
+size_t fit__offset(const fit__problem *p, int stroke)
+{
+    return stroke > 0 ? (size_t)p->stroke[0].n : 0;
+}
+
+size_t fit__column(const fit__problem *p, int stroke, int k)
+{
+    (void)stroke;
+    return (size_t)k * (size_t)p->stroke[0].n;
+}
+
+size_t fit__columns(const fit__problem *p)
+{
+    return fit__column(p, 0, p->np);
+}
+
+double fit__chi2(const fit__problem *p, const double *r)
+{
+    return lab__dot(r, r, (size_t)p->stroke[0].n);
+}
+
+double fit__chi2_dof(const fit__problem *p, const double *r)
+{
+    return fit__chi2(p, r) / (p->stroke[0].n - p->np);
+}
+
+double fit__priors(const fit__problem *p, const double *x)
+{
+    (void)p, (void)x;
+    return 0.0;
+}
+
+void fit__choose_steps(fit__problem *p, const double *J)
+{
+    (void)p, (void)J; // derivatives are exact
+}
+
+/* ---- one search ---- */
+
+/* largest relative difference to what is certified */
+static double worst_of(const double *ours, const double *certified)
+{
+    double worst = 0.0;
+    for (int k = 0; k < set.np; k++) {
+        worst = fmax(worst, fabs(ours[k] / certified[k] - 1.0));
+    }
+    return isfinite(worst) ? worst : 1.0;
+}
+
+/* standard deviations from the normal equations at the minimum */
+static void deviations(fit__problem *p, const double *x, double *sd)
+{
+    static double r[MOST_N], J[MOST_B * MOST_N];
+    fit__normal n;
+    int failed;
+    (void)fit__normal_make(&n, p, NULL);
+    (void)fit__residuals(p, x, r, &failed, NULL);
+    (void)fit__sensitivities(p, x, r, J, NULL);
+    fit__normal_fill(&n, p, x, r, J, 0);
+    for (int k = 0; k < set.np; k++) {
+        sd[k] = NAN;
+    }
+    if (fit__normal_factor(&n, 0.0) == 0 && gsl_linalg_cholesky_invert(n.S) == 0) {
+        for (int k = 0; k < set.np; k++) {
+            sd[k] = p->unknown[k].sd *
+                    sqrt(gsl_matrix_get(n.S, (size_t)k, (size_t)k) * fit__chi2_dof(p, r));
+        }
+    }
+    fit__normal_free(&n);
+}
+
+/* @param error  out: of the parameters, of their standard deviations */
+static void search(int start, double error[2])
+{
+    fit__unknown unknown[MOST_B];
+    fit__stroke stroke = {.n = set.n, .nch = 1};
+    double x[MOST_B] = {0.0}, step[MOST_B] = {0.0}, ours[MOST_B] = {0.0}, sd[MOST_B] = {0.0},
+           squares;
+    fit__problem p = {.stroke = &stroke,
+                      .nstroke = 1,
+                      .unknown = unknown,
+                      .np = set.np,
+                      .nu = set.np,
+                      .step = step,
+                      .fixed = -1,
+                      .flat = -1,
+                      .central = 1};
+    memset(unknown, 0, sizeof unknown);
+    for (int k = 0; k < set.np; k++) {
+        unknown[k] = (fit__unknown){
+            .stroke = -1, .start = set.start[start][k], .sd = fabs(set.start[start][k])};
+    }
+    squares = lab__dot(set.y, set.y, (size_t)set.n);
+    set.noise = sqrt(squares / set.n);
+    for (int pass = 0; pass < 3; pass++) {
+        fit__state s = {.x = x, .step = step, .mu = 1e-3, .nu = 2.0};
+        stein_err err;
+        (void)fit__minimise(&p, &s, pass == 0 ? 1e-10 : 1e-18, 0.0, ITERATIONS, NULL, NULL, &err);
+        set.noise *= sqrt(s.objective / (set.n - set.np)); // what is left is noise
+    }
+    for (int k = 0; k < set.np; k++) {
+        ours[k] = unknown[k].start + unknown[k].sd * x[k];
+    }
+    deviations(&p, x, sd);
+    error[0] = worst_of(ours, set.value);
+    error[1] = worst_of(sd, set.sd);
+}
+
+/** Searches of one level of difficulty. */
+typedef struct tally {
+    int all, found;
+    double worst, worst_sd; /* of those that were found */
+} tally;
+
+/* The bars are those of the whole: every minimum from both starts, 6 digits, deviations too. */
+static void tell(const tally *t, const char *level)
+{
+    char problem[120], ours[64];
+    snprintf(problem, sizeof problem, "nonlinear regression, %s difficulty: minima missed", level);
+    snprintf(ours, sizeof ours, "%d of %d found", t->found, t->all);
+    validate_row(problem, "NIST StRD, both starts", "certified values", ours, t->all - t->found,
+                 0.0);
+    snprintf(ours, sizeof ours, "off by %.1e", t->worst);
+    validate_row("parameters, relative, of the minima found", "NIST StRD", "certified values", ours,
+                 t->worst, bar);
+    snprintf(ours, sizeof ours, "off by %.1e", t->worst_sd);
+    validate_row("standard deviations, relative, of the minima found (Lanczos1 below)", "NIST StRD",
+                 "certified values", ours, t->worst_sd, bar);
+}
+
+int main(int argc, char **argv)
+{
+    static const char *const level[] = {"lower", "average", "higher"};
+    tally tallies[3] = {{0}};
+    double rounding = 0.0; // residuals of Lanczos1 are 1e-13 of y = 2.5, which has 16 digits
+    int tells = argc > 1 && strcmp(argv[1], "-v") == 0;
+    (void)gsl_set_error_handler_off();
+    for (int i = 0; i < SETS; i++) {
+        set = (dataset){.name = sets[i].name, .model = sets[i].model};
+        read_set(&set);
+        for (int start = 0; start < 2; start++) {
+            tally *t = &tallies[set.level];
+            double error[2];
+            search(start, error);
+            t->all++;
+            if (error[0] <= bar) {
+                t->found++;
+                t->worst = fmax(t->worst, error[0]);
+                double *sd = strcmp(set.name, "Lanczos1") == 0 ? &rounding : &t->worst_sd;
+                *sd = fmax(*sd, error[1]);
+            }
+            if (tells) {
+                fprintf(stderr, "%-10s start %d: parameters %.1e, standard deviations %.1e\n",
+                        set.name, start + 1, error[0], error[1]);
+            }
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        tell(&tallies[k], level[k]);
+    }
+    char ours[64];
+    snprintf(ours, sizeof ours, "off by %.1e", rounding);
+    validate_row("standard deviations of Lanczos1, whose residuals of 1e-13 are near rounding",
+                 "NIST StRD", "certified values", ours, rounding, bar);
+    return validate_failed() > 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+}
