@@ -22,7 +22,7 @@ enum { LARGEST = 16, WIDTH = 100, NAME = 32 };
 
 int emit_solves(const tree *t)
 {
-    return t->n <= LARGEST;
+    return t->n <= LARGEST && t->nrow == 0; /* with loops what M has no longer follows the tree */
 }
 
 static int is_beyond(const tree *t, int k, int i)

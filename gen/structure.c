@@ -155,6 +155,20 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
+/* none leave no trace: what there was before there were loops has the hash that it had */
+static void loops(hash *h, const mechanism *m)
+{
+    for (int i = 0; i < m->nloop; i++) {
+        const mech_loop *l = &m->loops[i];
+        const int is[] = {l->kind, l->index[0], l->index[1], l->axis};
+        words(h, l->name);
+        bytes(h, is, sizeof is);
+        scalars(h, &l->length, 1);
+        scalars(h, &l->ratio, 1);
+        scalars(h, &l->offset, 1);
+    }
+}
+
 static void signals(hash *h, const mechanism *m)
 {
     number(h, m->ninput);
@@ -191,6 +205,7 @@ void gen_structure(const mechanism *m, char out[17])
     contacts(&h, m);
     notches(&h, m);
     laws(&h, m);
+    loops(&h, m);
     signals(&h, m);
     bytes(&h, roles, sizeof roles);
     scalars(&h, &m->clock_error, 1);

@@ -172,6 +172,11 @@ static stein_solved articulate(stein_sim *sim, real *qdd)
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
 {
     int nq = sim->model->nq;
+#if STEIN_LANES == 1
+    if (sim->model->nrow > 0) {
+        return stein__loops_accelerate(sim, qdd);
+    }
+#endif
     if (EQUATIONS(sim)->articulated != NULL) {
         return articulate(sim, qdd);
     }

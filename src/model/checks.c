@@ -361,7 +361,7 @@ void mech__checks(mech__reader *rd)
         }
     }
     check_extents(rd);
-    if (rd->nproblem == 0) {
+    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry what has no mass */
         check_mass_matrix(rd);
     }
 }

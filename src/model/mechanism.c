@@ -52,13 +52,14 @@ static void read_sections(mech__reader *rd)
 {
     mech__keys(
         rd, rd->root, "the file",
-        "mechanism gravity parameters bodies points links contacts notches load tables inputs "
-        "outputs stroke simulation clock regulation");
+        "mechanism gravity parameters bodies points links loops couplings contacts notches load "
+        "tables inputs outputs stroke simulation clock regulation");
     read_name(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);
     if (!rd->nomem) {
         mech__section_links(rd);
+        mech__section_loops(rd);
         mech__section_contacts(rd);
         mech__section_tables(rd);
         mech__section_signals(rd);
@@ -189,6 +190,7 @@ void mech_free(mechanism *m)
         free(m->tables[i].v);
     }
     free(m->tables);
+    free(m->loops);
     free(m->inputs);
     free(m->channels);
     for (int i = 0; i < m->nabout; i++) {

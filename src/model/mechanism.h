@@ -150,6 +150,20 @@ typedef struct mech_link {
     mech_scalar law[STEIN_LINK_SIZE];
 } mech_link;
 
+typedef enum { MECH_MEET, MECH_ROD, MECH_SLOT, MECH_WELD, MECH_COUPLING } mech_loop_kind;
+
+/** What holds between coordinates: a loop that is closed at two points, or a joint that follows
+ *  another one. */
+typedef struct mech_loop {
+    char name[MECH_NAME];
+    int kind;                   /* mech_loop_kind */
+    int index[2];               /* points; COUPLING: the joint that follows, the one it follows */
+    int axis;                   /* of the first point's body, 0 x .. 2 z: SLOT along it; WELD turns
+                                   about it, -1 not at all */
+    mech_scalar length;         /* ROD [m] */
+    mech_scalar ratio, offset;  /* COUPLING: q = ratio q_followed + offset */
+} mech_loop;
+
 typedef struct mech_input {
     char name[MECH_NAME];
     char unit[MECH_UNIT];
@@ -202,6 +216,8 @@ typedef struct mechanism {
     int nlink;
     mech_table *tables;
     int ntable;
+    mech_loop *loops;
+    int nloop;
     mech_input *inputs;
     int ninput;
     mech_channel *channels; /* without "time", which every model has */

@@ -242,6 +242,10 @@ void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
 
+/* --- section_loops.c --- */
+
+void mech__section_loops(mech__reader *rd);
+
 /* --- section_regulation.c --- */
 
 /** With all parameters at hand: the ranges of the regulation, and the texts of `about`. */

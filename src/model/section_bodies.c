@@ -337,7 +337,7 @@ static void read_body(mech__reader *rd, int index)
 
     mech__keys(rd, entry, "a body",
                "parent part_of joint at mass centre inertia pendulum spring damping "
-               "friction drag preload coulomb backlash asymmetry initial points");
+               "friction drag preload coulomb backlash asymmetry initial points mimic");
     if (!base) {
         return;
     }
