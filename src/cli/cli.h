@@ -131,6 +131,12 @@ void cli_story(const char *model, const lab_diagnosis *d);
  *  or its output is closed. @return the code of the last run */
 int cli_watch(const cli_args *args, int (*run)(const cli_args *args));
 
+/* ---- check_loops.c ---- */
+
+/** The loops and couplings of stein check, as text or into the object of `out`; nothing where there
+ *  are none. @return the exit code: do they close? */
+int cli_check_loops(const cli_args *args, const mechanism *m, lab__json *out);
+
 /* ---- results.c ---- */
 
 /** Points of a table. */

@@ -455,11 +455,12 @@ static double draw(uint64_t *seed)
     return (double)(z >> 11) * 0x1p-52 - 1.0;
 }
 
-/* from q itself, then from places around it, ever farther off. @return is it closed? */
+/* from q itself, then from places around it, ever farther off. @return is it closed? If not, q is
+ * where the gap is least. */
 static int close_from_around(stein_sim *sim, const unsigned char *kept, double *q)
 {
     int n = sim->model->nq;
-    double *given = sim->q0;
+    double *given = sim->q0, *best = sim->q1, least = INFINITY;
     uint64_t seed = 1;
     memcpy(given, q, sizeof *q * (size_t)n);
     for (int k = 0; k <= MOST_STARTS; k++) {
@@ -472,9 +473,14 @@ static int close_from_around(stein_sim *sim, const unsigned char *kept, double *
         if (close_positions(sim, kept, q)) {
             return 1;
         }
+        double gap = largest(sim->loop.h, sim->model->nrow);
+        if (gap < least) {
+            least = gap;
+            memcpy(best, q, sizeof *q * (size_t)n);
+        }
     }
-    memcpy(q, given, sizeof *q * (size_t)n);
-    (void)close_positions(sim, NULL, q); // what is nearest, for the message
+    memcpy(q, kept != NULL ? given : best, sizeof *q * (size_t)n);
+    close_at(sim, q, sim->zero);
     return 0;
 }
 
