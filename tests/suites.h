@@ -68,6 +68,8 @@
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
+    X(loops)         \
+    X(linkages)      \
     X(seldom)        \
     X(edges)         \
     X(edges_lab)
