@@ -118,9 +118,9 @@ void emit_solve(text *x, const tree *t);
 
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
-    func unloaded;    /* mass_bias without external forces, in the same frames */
-    func articulated; /* only where it costs less than M and its solution: nout is 0 else */
-    func slopes;      /* of a large tree, or with loops, there is none: nout is 0 */
+    func unloaded;          /* mass_bias without external forces, in the same frames */
+    func articulated;       /* only where it costs less than M and its solution: nout is 0 else */
+    func slopes;            /* of a large tree, or with loops, there is none: nout is 0 */
     func along, pose_along; /* likewise of one with loops */
     func closure;           /* h, J, jdqd of the loops; nout is 0 where there are none */
     stein_ops setup;

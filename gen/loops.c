@@ -35,7 +35,7 @@ typedef struct closer {
     const mech_loop *l;
     int n, top;     /* joints; the body both branches hang on, -1 the fixed frame */
     int body[2];    /* of the two points */
-    placed *all;     /* [n] in the axes of `top` */
+    placed *all;    /* [n] in the axes of `top` */
     vec *store;     /* [3*n] */
     moving d, e, f; /* from A to B; an axis of A's body, of B's */
     ex *row;        /* [LOOP_ROWS][2 + n] */

@@ -41,9 +41,9 @@ START_TEST(andrews_mechanism_is_where_it_is_published)
     static const struct {
         const char *channel;
         double value;
-    } at[] = {{"beta", 15.81077119629904},     {"Theta", -15.75637105984298},
-              {"gamma", 0.04082224013073101},  {"Phi", -0.5347301163226948},
-              {"delta", 0.5244099658805304},   {"Omega", 0.5347301163226948},
+    } at[] = {{"beta", 15.81077119629904},    {"Theta", -15.75637105984298},
+              {"gamma", 0.04082224013073101}, {"Phi", -0.5347301163226948},
+              {"delta", 0.5244099658805304},  {"Omega", 0.5347301163226948},
               {"epsilon", 1.048080741042263}};
     stein_sim *sim = make_sim(&stein_model_andrews, STEIN_DP5, 2e-5);
     double worst = 0.0, q, before = energy(sim);
@@ -155,21 +155,21 @@ END_TEST
 #define XY  "inertia: {xx: 0.0833333333333333, yy: 0.0833333333333333}, "
 #define XZ  "inertia: {xx: 0.0833333333333333, zz: 0.0833333333333333}, "
 /* six bars along the edges of a cube, each hinge square to both of its bars */
-#define BRICARD(closed_by)                                                                     \
-    "mechanism: bricard\n"                                                                     \
-    "gravity: [0, -9.81 m/s^2, 0]\n"                                                           \
-    "bodies:\n"                                                                                \
-    "  a: {joint: R z, " BAR "centre: [0.5, 0, 0], " YZ "points: {e: [1, 0, 0]}}\n"            \
-    "  b: {parent: a, at: a.e, joint: R y, " BAR "centre: [0, 0, 0.5], " XY                    \
-    "points: {e: [0, 0, 1]}}\n"                                                                \
-    "  c: {parent: b, at: b.e, joint: R x, " BAR "centre: [0, 0.5, 0], " XZ                    \
-    "points: {e: [0, 1, 0]}}\n"                                                                \
-    "  d: {parent: c, at: c.e, joint: R z, " BAR "centre: [-0.5, 0, 0], " YZ                   \
-    "points: {e: [-1, 0, 0]}}\n"                                                               \
-    "  e: {parent: d, at: d.e, joint: R y, " BAR "centre: [0, 0, -0.5], " XY                   \
-    "points: {e: [0, 0, -1]}}\n"                                                               \
-    "points: {f: [0, 1, 0]}\n"                                                                 \
-    "loops: {close: {between: [frame.f, e.e], " closed_by "}}\n"                               \
+#define BRICARD(closed_by)                                                          \
+    "mechanism: bricard\n"                                                          \
+    "gravity: [0, -9.81 m/s^2, 0]\n"                                                \
+    "bodies:\n"                                                                     \
+    "  a: {joint: R z, " BAR "centre: [0.5, 0, 0], " YZ "points: {e: [1, 0, 0]}}\n" \
+    "  b: {parent: a, at: a.e, joint: R y, " BAR "centre: [0, 0, 0.5], " XY         \
+    "points: {e: [0, 0, 1]}}\n"                                                     \
+    "  c: {parent: b, at: b.e, joint: R x, " BAR "centre: [0, 0.5, 0], " XZ         \
+    "points: {e: [0, 1, 0]}}\n"                                                     \
+    "  d: {parent: c, at: c.e, joint: R z, " BAR "centre: [-0.5, 0, 0], " YZ        \
+    "points: {e: [-1, 0, 0]}}\n"                                                    \
+    "  e: {parent: d, at: d.e, joint: R y, " BAR "centre: [0, 0, -0.5], " XY        \
+    "points: {e: [0, 0, -1]}}\n"                                                    \
+    "points: {f: [0, 1, 0]}\n"                                                      \
+    "loops: {close: {between: [frame.f, e.e], " closed_by "}}\n"                    \
     "simulation: {dt: 1 ms, until: 10 s}\n"
 
 START_TEST(bricards_mechanism_moves_though_one_of_its_conditions_says_nothing_new)

@@ -120,7 +120,7 @@ static double dot(const double a[3], const double b[3])
 static void check_gaps(constants *k, const double *q, const double *h)
 {
     static const char *const axis_c[] = {"c.x", "c.y", "c.z"}, *const axis_f[] = {"f.x", "f.y",
-                                                                                 "f.z"};
+                                                                                  "f.z"};
     double x[3 * MOST], v[3 * MOST], J[3 * MOST * MOST], a[3 * MOST], zero[MOST] = {0.0};
     double d[3], e[3][3], f[3][3];
     k->m->point(q, zero, k->sc, k->d, x, v, J, a);
@@ -155,8 +155,8 @@ START_TEST(rows_are_what_points_say_and_their_derivatives_those_of_differences)
     ck_assert_int_eq(k.m->nrow, ROWS);
     stein_setup(k.m, lab_parameters(model), k.d);
     for (int n = 0; n < 20; n++) {
-        double q[6], qd[6], h[ROWS], J[ROWS * 6], bias[ROWS], plus[ROWS], minus[ROWS],
-            Jp[ROWS * 6], Jm[ROWS * 6], none[ROWS], qp[6], qm[6];
+        double q[6], qd[6], h[ROWS], J[ROWS * 6], bias[ROWS], plus[ROWS], minus[ROWS], Jp[ROWS * 6],
+            Jm[ROWS * 6], none[ROWS], qp[6], qm[6];
         for (int j = 0; j < 6; j++) {
             q[j] = 2.0 * noise(&seed);
             qd[j] = 3.0 * noise(&seed);
@@ -440,17 +440,17 @@ END_TEST
 
 /* ---- closing ---- */
 
-#define FOUR_BAR(crank, close)                                                                   \
-    "mechanism: bar\n"                                                                           \
-    "bodies:\n"                                                                                  \
-    "  crank: {joint: R -y, mass: 0.5 kg, inertia: {yy: 5e-4}, points: {p: [0.1, 0, 0]}" crank   \
-    "}\n"                                                                                        \
-    "  coupler: {parent: crank, at: crank.p, joint: R -y, mass: 0.8 kg, inertia: {yy: 6e-3},\n"  \
-    "    points: {e: [0.3, 0, 0]}}\n"                                                            \
-    "  rocker: {at: [0.3, 0, 0], joint: R -y, mass: 0.6 kg, inertia: {yy: 2e-3},\n"              \
-    "    points: {e: [0.2, 0, 0]}}\n"                                                            \
-    "points: {far: [2 m, 0, 0], beside: [0.3, 10 mm, 0]}\n"                                      \
-    "loops:\n"                                                                                   \
+#define FOUR_BAR(crank, close)                                                                  \
+    "mechanism: bar\n"                                                                          \
+    "bodies:\n"                                                                                 \
+    "  crank: {joint: R -y, mass: 0.5 kg, inertia: {yy: 5e-4}, points: {p: [0.1, 0, 0]}" crank  \
+    "}\n"                                                                                       \
+    "  coupler: {parent: crank, at: crank.p, joint: R -y, mass: 0.8 kg, inertia: {yy: 6e-3},\n" \
+    "    points: {e: [0.3, 0, 0]}}\n"                                                           \
+    "  rocker: {at: [0.3, 0, 0], joint: R -y, mass: 0.6 kg, inertia: {yy: 2e-3},\n"             \
+    "    points: {e: [0.2, 0, 0]}}\n"                                                           \
+    "points: {far: [2 m, 0, 0], beside: [0.3, 10 mm, 0]}\n"                                     \
+    "loops:\n"                                                                                  \
     "  close: " close "\n"
 
 START_TEST(what_the_file_states_stays_and_the_rest_closes_the_loop)

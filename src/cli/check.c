@@ -75,9 +75,8 @@ static const char *output_kind(int read)
 /* the generated functions in the order they are listed */
 enum { COUNTED = 11, ALWAYS = 4 };
 static const char *const counted_key[COUNTED] = {
-    "M_c",         "M_c_unloaded", "inverse_dynamics", "setup",  "solution",
-    "articulated", "poses",        "points",           "energy", "derivatives",
-    "loops"};
+    "M_c",   "M_c_unloaded", "inverse_dynamics", "setup",       "solution", "articulated",
+    "poses", "points",       "energy",           "derivatives", "loops"};
 static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
                                                   "likewise with forces and moments",
@@ -547,8 +546,10 @@ const cli_command cli_check = {
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"
         "\"regulation\", \"load\", \"stroke\", \"simulation\", \"operations\": {\"M_c\":\n"
         "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
-        "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": [{\"name\",\n"
-        "\"kind\", \"from\", \"to\"}], \"freedom\", \"start\": {JOINT: position}; with DATA also \"data\": [{\"file\",\n"
+        "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": "
+        "[{\"name\",\n"
+        "\"kind\", \"from\", \"to\"}], \"freedom\", \"start\": {JOINT: position}; with DATA also "
+        "\"data\": [{\"file\",\n"
         "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
         "\"text\"}],\n"
         "values in SI units.",

@@ -49,8 +49,7 @@ static void print_text(const mechanism *m, const stein_sim *sim)
     for (int j = 0; j < m->nbody; j++) {
         char q[CLI_TEXT], given[CLI_TEXT];
         const char *unit = m->bodies[j].type == 'R' ? "rad" : "m";
-        printf("  %-16s %-28s from %s\n", m->bodies[j].name,
-               cli_quantity(q, stein_q(sim)[j], unit),
+        printf("  %-16s %-28s from %s\n", m->bodies[j].name, cli_quantity(q, stein_q(sim)[j], unit),
                cli_quantity(given, m->bodies[j].q0.value, unit));
     }
 }

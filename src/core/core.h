@@ -8,7 +8,8 @@
  *      channel.c   output channels                     adapt.c     steps of controlled error
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions
- *      loops.c     closed loops and couplings
+ *      loops.c     closed loops and couplings          partition.c   their linear system
+ *      assemble.c  start positions that close them
  *      status.c    errors                              identity.c  one hash of all that computes
  *
  *   in the words of real.h, once more for each number of lanes
@@ -107,13 +108,13 @@ typedef struct state_head {
     int reserved;
 } state_head;
 
-/** Work of loops.c. */
+/** Work of loops.c, partition.c, assemble.c. */
 typedef struct stein__loops {
-    double *h, *J, *jdqd;              /* [nrow], [nrow*nq], [nrow] where they were asked for last */
-    double *A, *rhs, *scale;           /* J while it is eliminated, its right-hand side, its rows */
-    double *W, *S, *y;                 /* [nq*nq], [nq*nq], [nq] system of the independent joints */
-    double *x, *b, *start, *step;      /* [nq] */
-    int *row, *column, *free;          /* [nq] of each pivot; the independent joints */
+    double *h, *J, *jdqd;         /* [nrow], [nrow*nq], [nrow] where they were asked for last */
+    double *A, *rhs, *scale;      /* J while it is eliminated, its right-hand side, its rows */
+    double *W, *S, *y;            /* [nq*nq], [nq*nq], [nq] system of the independent joints */
+    double *x, *b, *start, *step; /* [nq] */
+    int *row, *column, *free;     /* [nq] of each pivot; the independent joints */
     unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
     int rank_found, nfree;
     int rank; /* of J where the loops are closed, -1: not known yet */
@@ -364,7 +365,7 @@ stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
 
-/* loops.c, of a model with rows */
+/* loops.c, assemble.c: of a model with rows */
 #if STEIN_LANES == 1
 /* qdd at xq, xqd under Q and the loops. @return -1, or a joint whose pivot vanishes */
 int stein__loops_accelerate(stein_sim *sim, double *qdd);

@@ -156,12 +156,12 @@ typedef enum { MECH_MEET, MECH_ROD, MECH_SLOT, MECH_WELD, MECH_COUPLING } mech_l
  *  another one. */
 typedef struct mech_loop {
     char name[MECH_NAME];
-    int kind;                   /* mech_loop_kind */
-    int index[2];               /* points; COUPLING: the joint that follows, the one it follows */
-    int axis;                   /* of the first point's body, 0 x .. 2 z: SLOT along it; WELD turns
-                                   about it, -1 not at all */
-    mech_scalar length;         /* ROD [m] */
-    mech_scalar ratio, offset;  /* COUPLING: q = ratio q_followed + offset */
+    int kind;                  /* mech_loop_kind */
+    int index[2];              /* points; COUPLING: the joint that follows, the one it follows */
+    int axis;                  /* of the first point's body, 0 x .. 2 z: SLOT along it; WELD turns
+                                  about it, -1 not at all */
+    mech_scalar length;        /* ROD [m] */
+    mech_scalar ratio, offset; /* COUPLING: q = ratio q_followed + offset */
 } mech_loop;
 
 typedef struct mech_input {

@@ -59,8 +59,7 @@ static void read_kind(mech__reader *rd, mech_loop *l, const mech__node *entry)
 }
 
 /** @param path  of its numbers */
-static void read_coupling(mech__reader *rd, mech_loop *l, const mech__node *entry,
-                          const char *path)
+static void read_coupling(mech__reader *rd, mech_loop *l, const mech__node *entry, const char *path)
 {
     static const char *const unit[2][2] = {{"1", "rad/m"}, {"m/rad", "1"}}; /* [follower][leader] */
     const mech_body *b = rd->m->bodies;
