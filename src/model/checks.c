@@ -233,7 +233,8 @@ static void check_mass_matrix(mech__reader *rd)
     }
     mech__problem_at(rd, rd->body_node[joint]->key,
                      "the joint %s has no inertia to move (the mass "
-                     "matrix is singular), expected a mass or inertia on it or beyond it",
+                     "matrix is singular), expected a mass or inertia on it or beyond it, or "
+                     "joint: fixed",
                      m->bodies[joint].name);
 }
 
@@ -273,7 +274,7 @@ static void principal(const mech_scalar I[6], double value[3])
     }
 }
 
-static void check_inertia(mech__reader *rd, int body)
+void mech__check_inertia(mech__reader *rd, int body)
 {
     const mech_body *b = &rd->m->bodies[body];
     const mech__node *node = mech__get(rd->body_node[body], "inertia");
@@ -357,7 +358,7 @@ void mech__checks(mech__reader *rd)
     /* where a number is wrong already these would only repeat it */
     for (int i = 0; i < rd->m->nbody; i++) {
         if (!mech__failed(rd, rd->m->bodies[i].name)) {
-            check_inertia(rd, i);
+            mech__check_inertia(rd, i);
         }
     }
     check_extents(rd);

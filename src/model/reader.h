@@ -26,7 +26,8 @@ enum {
     MECH__MAX_TABLE = 64,     /* points of one table */
     MECH__MAX_STEPS = 256,    /* of one formula, after other formulas are put in */
     MECH__MAX_DEPTH = 32,     /* brackets; formulas that refer to formulas */
-    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole */
+    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole, or of
+                                 what a fixed body makes of the one that carries it */
     MECH__WHY = 200           /* room for the cause of a problem */
 };
 
@@ -90,6 +91,7 @@ typedef struct mech__slot {
     const mech_set *set;
     mech_scalar *to;         /* filled when done; NULL for a declared parameter */
     const mech_scalar *less; /* taken from what `to` gets: the joint of a part, or NULL */
+    const mech_scalar *more; /* added to it: the place of a fixed body, or NULL */
     mech_scalar value;
     mech__state state;
     struct mech__slot *next;
@@ -215,6 +217,7 @@ mech_scalar mech__formula(mech__reader *rd, const char *name, const char *text,
                           const mech_step *steps, int nsteps);
 /** to[3] becomes from[3] once these are known. */
 void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from);
+void mech__repeat_all(mech__reader *rd);
 /** A fixed number that is no parameter: a formula of one constant. */
 void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char *name,
                     const char *text);
@@ -233,6 +236,10 @@ void mech__resolve(mech__reader *rd);
 
 void mech__section_bodies(mech__reader *rd);
 int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, int *body);
+/** A body with a joint. */
+int mech__joint_ref(mech__reader *rd, const mech__node *node, int *body);
+/** Note a problem where a body is fixed and a joint is asked for. @return 0, or -1 */
+int mech__has_joint(mech__reader *rd, const mech__node *node, int body);
 int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
 
 /* --- section_contacts.c, section_signals.c --- */
@@ -263,6 +270,19 @@ void mech__tables_finish(mech__reader *rd);
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
+/* --- fixed.c --- */
+
+enum { MECH__FIXED = 'F' }; /* type of a body that is none of its own */
+/** Fixed bodies become part of what carries them, and are no bodies any more. */
+void mech__fixed(mech__reader *rd);
+/** Two bodies in one: b is joined to a, or with `apart` taken out of it. Its numbers in a's axes.
+ *  @param name  of the whole: NAME.mass, NAME.centre.x, NAME.inertia.xx */
+void mech__combine(mech__reader *rd, mech_body *a, const mech_body *b, int apart,
+                   const mech__node *node, const char *name);
+/** to becomes to + s times by, a place in other axes; s = 1 or -1. */
+void mech__shift(mech__reader *rd, mech_scalar *to, mech_scalar by, int s, const mech__slot *slot,
+                 const char *why);
+
 /* --- laws.c --- */
 
 void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry);
@@ -277,5 +297,7 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 
 /** What can only be judged with all numbers at hand: inertias, mass matrix, extents. */
 void mech__checks(mech__reader *rd);
+/** The inertia of one body as the file states it. */
+void mech__check_inertia(mech__reader *rd, int body);
 
 #endif

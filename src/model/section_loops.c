@@ -86,7 +86,7 @@ static int joint_ref(mech__reader *rd, const mech__node *entry, const char *key,
 {
     const mech__node *node = mech__need(rd, entry, key, what);
 
-    return node ? mech__body_ref(rd, node, 0, joint) : -1;
+    return node ? mech__joint_ref(rd, node, joint) : -1;
 }
 
 static mech_loop *add(mechanism *m, const char *name)

@@ -60,7 +60,7 @@ static int find_thing(mech__reader *rd, const mech__node *node, int kind)
 
     for (int i = 0; (other = name_of(rd->m, kind, i)); i++) {
         if (strcmp(other, name) == 0) {
-            return i;
+            return kind == JOINT && mech__has_joint(rd, node, i) != 0 ? -1 : i;
         }
         mech__offer(&near, other);
     }
