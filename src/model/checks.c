@@ -238,42 +238,6 @@ static void check_mass_matrix(mech__reader *rd)
                      m->bodies[joint].name);
 }
 
-/** Principal moments of a symmetric matrix by cyclic Jacobi rotations. */
-static void principal(const mech_scalar I[6], double value[3])
-{
-    double A[3][3] = {{I[0].value, I[3].value, I[4].value},
-                      {I[3].value, I[1].value, I[5].value},
-                      {I[4].value, I[5].value, I[2].value}};
-
-    for (int sweep = 0; sweep < 30; sweep++) {
-        for (int p = 0; p < 3; p++) {
-            int j = (p + 1) % 3, k = (p + 2) % 3;
-
-            if (A[j][k] == 0.0) {
-                continue;
-            }
-            double angle = 0.5 * atan2(2.0 * A[j][k], A[j][j] - A[k][k]);
-            double c = cos(angle), s = sin(angle);
-
-            for (int i = 0; i < 3; i++) {
-                double x = A[i][j], y = A[i][k];
-
-                A[i][j] = c * x + s * y;
-                A[i][k] = c * y - s * x;
-            }
-            for (int i = 0; i < 3; i++) {
-                double x = A[j][i], y = A[k][i];
-
-                A[j][i] = c * x + s * y;
-                A[k][i] = c * y - s * x;
-            }
-        }
-    }
-    for (int i = 0; i < 3; i++) {
-        value[i] = A[i][i];
-    }
-}
-
 void mech__check_inertia(mech__reader *rd, int body)
 {
     const mech_body *b = &rd->m->bodies[body];
@@ -290,8 +254,7 @@ void mech__check_inertia(mech__reader *rd, int body)
             return;
         }
     }
-    principal(b->inertia, v);
-    double sum = v[0] + v[1] + v[2];
+    mech__principal(b->inertia, v);
     double largest = fmax(v[0], fmax(v[1], v[2]));
     double smallest = fmin(v[0], fmin(v[1], v[2]));
     const mech__node *place = node ? node : rd->body_node[body];
@@ -301,12 +264,18 @@ void mech__check_inertia(mech__reader *rd, int body)
                          "the inertia of %s is not possible: a principal moment is "
                          "negative",
                          b->name);
-    } else if (b->inertia[0].kind != MECH_ZERO && b->inertia[1].kind != MECH_ZERO &&
-               b->inertia[2].kind != MECH_ZERO && 2.0 * largest > sum * (1.0 + 1e-9)) {
-        mech__problem_at(rd, place,
-                         "the inertia of %s is not possible: a principal moment exceeds "
-                         "the sum of the other two",
-                         b->name);
+    } else if (mech__violates_triangle(b->inertia)) {
+        static const char *const told = "a principal moment exceeds the sum of the other two";
+
+        if (rd->inertia == MECH__REFUSE) {
+            mech__problem_at(rd, place,
+                             "the inertia of %s is not possible: %s, expected another one, or "
+                             "inertia: accept or balance for all bodies",
+                             b->name, told);
+        } else {
+            mech__warn_at(rd, place, "the inertia of %s is taken as it is, though %s", b->name,
+                          told);
+        }
     }
 }
 

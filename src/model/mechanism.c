@@ -53,8 +53,9 @@ static void read_sections(mech__reader *rd)
     mech__keys(
         rd, rd->root, "the file",
         "mechanism gravity parameters bodies points links loops couplings contacts notches load "
-        "tables inputs outputs stroke simulation clock regulation");
+        "tables inputs outputs stroke simulation clock regulation inertia");
     read_name(rd);
+    mech__read_inertia(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);
     if (!rd->nomem) {
@@ -127,6 +128,10 @@ stein_status mech_read_text(mechanism **out, const char *name, const char *text,
     } else if (rd->nproblem > 0) {
         mech__problems_flush(rd, report, ctx, err);
         status = STEIN_EPARSE;
+    } else {
+        for (int i = 0; report && i < rd->nwarning; i++) {
+            report(ctx, rd->warnings[i]);
+        }
     }
     if (rd) {
         mech__arena_free(rd);

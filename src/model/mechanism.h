@@ -239,7 +239,8 @@ typedef struct mech_set {
     const char *name, *value;
 } mech_set;
 
-/** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...". */
+/** Receives every problem found, in order: "file:line:column: what, expected, did you mean ...".
+ *  Of a file that is read all the same it receives warnings. */
 typedef void mech_report(void *ctx, const char *message);
 
 /** Read a mechanism file, with nset overrides applied before structure is decided (so that setting

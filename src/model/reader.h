@@ -104,6 +104,10 @@ typedef struct mech__copy {
     struct mech__copy *next;
 } mech__copy;
 
+/** What becomes of an inertia that no body can have: a principal moment that exceeds the sum of the
+ *  other two. BALANCE: all three become their mean. */
+typedef enum { MECH__REFUSE, MECH__ACCEPT, MECH__BALANCE } mech__inertia;
+
 typedef struct mech__reader {
     const char *file;
     mechanism *m;
@@ -119,7 +123,9 @@ typedef struct mech__reader {
     const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
     char orphan[MECH__MAX_BODIES]; /* the parent could not be found, which is told already */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
-    int nproblem, nomem;
+    const char *warnings[MECH__MAX_BODIES]; /* of what is taken all the same */
+    mech__inertia inertia;
+    int nproblem, nwarning, nomem;
     void *arena;
 } mech__reader;
 
@@ -128,6 +134,8 @@ void mech__problem_at(mech__reader *rd, const mech__node *node, const char *form
 /** The same, `skip` characters into a plain scalar. */
 void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format,
                       ...);
+/** Note what is told though the file is read: one for each body at most. */
+void mech__warn_at(mech__reader *rd, const mech__node *node, const char *format, ...);
 /** Hand all problems over, sorted by place; err gets the first. */
 void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stein_err *err);
 /** Control characters of a text become "?". NULL is fine. */
@@ -299,5 +307,17 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 void mech__checks(mech__reader *rd);
 /** The inertia of one body as the file states it. */
 void mech__check_inertia(mech__reader *rd, int body);
+
+/* --- inertia.c --- */
+
+/** `inertia` of the file, or of an override of that name. */
+void mech__read_inertia(mech__reader *rd);
+/** Principal moments of xx yy zz xy xz yz. */
+void mech__principal(const mech_scalar I[6], double value[3]);
+/** Does one of them exceed the sum of the other two? */
+int mech__violates_triangle(const mech_scalar I[6]);
+/** With all numbers at hand, and before anything is made of them: the inertias that are balanced.
+ */
+void mech__balance(mech__reader *rd);
 
 #endif

@@ -507,6 +507,7 @@ void mech__resolve(mech__reader *rd)
     for (mech__slot *s = rd->slots; s && !rd->nomem; s = s->next) {
         resolve(rd, s);
     }
+    mech__balance(rd);
     mech__repeat_all(rd);
     mech__parts(rd);
     mech__repeat_all(rd);
