@@ -287,6 +287,7 @@ Suite *linkages_suite(void)
 {
     Suite *suite = suite_create("linkages");
     TCase *all = tcase_create("all");
+    tcase_set_timeout(all, 60);
     tcase_add_unchecked_fixture(all, make_folder, remove_folder);
     tcase_add_test(all, andrews_mechanism_is_where_it_is_published);
     tcase_add_loop_test(all, rows_of_four_bars_pass_their_singular_positions, 0, 3);

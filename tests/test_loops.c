@@ -29,20 +29,45 @@ static void finish(stein_sim *sim)
     lab_close(model);
 }
 
-static double widest_gap(stein_sim *sim)
+typedef struct constants {
+    const stein_model *m;
+    double d[2000], sc[2 * MOST];
+} constants;
+
+/* of the model's own numbers */
+static constants constants_of(const stein_model *m)
 {
-    const stein_model *m = stein_sim_model(sim);
-    double d[2000], p[2000], sc[2 * MOST], h[MOST], J[MOST * MOST], bias[MOST], gap = 0.0;
+    constants k = {.m = m};
+    double p[2000];
+    ck_assert(m->np <= 2000 && m->nd <= 2000 && m->nq <= MOST && m->nrow <= MOST);
     for (int i = 0; i < m->np; i++) {
-        ck_assert_stein(stein_get(sim, m->params[i].name, &p[i], err));
+        p[i] = m->params[i].value;
     }
-    stein_setup(m, p, d);
-    stein_turn(m, stein_q(sim), sc);
-    m->closure(stein_q(sim), stein_qd(sim), sc, d, h, J, bias);
-    for (int i = 0; i < m->nrow; i++) {
+    stein_setup(m, p, k.d);
+    return k;
+}
+
+static void closure(constants *k, const double *q, const double *qd, double *h, double *J,
+                    double *bias)
+{
+    stein_turn(k->m, q, k->sc);
+    k->m->closure(q, qd, k->sc, k->d, h, J, bias);
+}
+
+static double gap_at(constants *k, const stein_sim *sim)
+{
+    double h[MOST], J[MOST * MOST], bias[MOST], gap = 0.0;
+    closure(k, stein_q(sim), stein_qd(sim), h, J, bias);
+    for (int i = 0; i < k->m->nrow; i++) {
         gap = fmax(gap, fabs(h[i]));
     }
     return gap;
+}
+
+static double widest_gap(const stein_sim *sim)
+{
+    constants k = constants_of(stein_sim_model(sim));
+    return gap_at(&k, sim);
 }
 
 static double energy(stein_sim *sim)
@@ -79,18 +104,6 @@ static const char every_kind[] =
 
 /* first row of each loop */
 enum { MEET, ROD = 3, SLOT, WELD = 6, HINGE = 12, ARM = 17, SCREW = 20, ROWS };
-
-typedef struct constants {
-    const stein_model *m;
-    double d[2000], sc[2 * MOST];
-} constants;
-
-static void closure(constants *k, const double *q, const double *qd, double *h, double *J,
-                    double *bias)
-{
-    stein_turn(k->m, q, k->sc);
-    k->m->closure(q, qd, k->sc, k->d, h, J, bias);
-}
 
 static int point(const stein_model *m, const char *name)
 {
@@ -149,11 +162,10 @@ static void check_gaps(constants *k, const double *q, const double *h)
 START_TEST(rows_are_what_points_say_and_their_derivatives_those_of_differences)
 {
     model = open_text(every_kind, NULL, 0);
-    constants k = {.m = lab_equations(model)};
+    constants k = constants_of(lab_equations(model));
     unsigned long long seed = 11;
     const double step = 1e-5;
     ck_assert_int_eq(k.m->nrow, ROWS);
-    stein_setup(k.m, lab_parameters(model), k.d);
     for (int n = 0; n < 20; n++) {
         double q[6], qd[6], h[ROWS], J[ROWS * 6], bias[ROWS], plus[ROWS], minus[ROWS], Jp[ROWS * 6],
             Jm[ROWS * 6], none[ROWS], qp[6], qm[6];
@@ -251,14 +263,10 @@ static void eliminate(int n, double A[MOST][MOST], double *b, double *x)
 static void check_acceleration(stein_sim *sim, const double *Q)
 {
     const stein_model *m = stein_sim_model(sim);
-    constants k = {.m = m};
+    constants k = constants_of(m);
     int n = m->nq, size = n + m->nrow;
     double M[MOST * MOST], c[MOST], h[MOST], J[MOST * MOST], bias[MOST], b[MOST], x[MOST];
-    double A[MOST][MOST] = {{0.0}}, p[2000];
-    for (int i = 0; i < m->np; i++) {
-        p[i] = m->params[i].value;
-    }
-    stein_setup(m, p, k.d);
+    double A[MOST][MOST] = {{0.0}};
     stein_mass_bias(sim, stein_q(sim), stein_qd(sim), NULL, NULL, M, c);
     closure(&k, stein_q(sim), stein_qd(sim), h, J, bias);
     for (int i = 0; i < n; i++) {
@@ -377,9 +385,10 @@ START_TEST(loops_stay_closed_with_both_methods_and_whatever_the_step)
     double worst = 0.0;
     for (int k = 0; k < 6; k++) {
         stein_sim *sim = make_sim(models[k / 2], k % 2 ? STEIN_DP5 : STEIN_RK4, dt[k / 2]);
+        constants of = constants_of(models[k / 2]);
         for (int i = 0; i < 2000; i++) {
             ck_assert_stein(stein_step(sim, err));
-            worst = fmax(worst, widest_gap(sim));
+            worst = fmax(worst, gap_at(&of, sim));
         }
         stein_sim_destroy(sim);
     }
@@ -582,6 +591,7 @@ Suite *loops_suite(void)
 {
     Suite *suite = suite_create("loops");
     TCase *all = tcase_create("all");
+    tcase_set_timeout(all, 60);
     tcase_add_unchecked_fixture(all, make_folder, remove_folder);
     tcase_add_test(all, rows_are_what_points_say_and_their_derivatives_those_of_differences);
     tcase_add_test(all, qdd_is_that_of_all_unknowns_at_once);
