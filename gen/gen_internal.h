@@ -54,6 +54,7 @@ typedef struct layout {
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */
     int *link;                             /* [nlink] */
     int *table;                            /* [ntable] */
+    int *limit;                            /* [nbody] */
     int *direction, *signal;               /* [ninput] */
     int *sensor;                           /* [nchannel] */
     int *store;

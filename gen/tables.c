@@ -287,8 +287,26 @@ static void table_curves(text *x, const tree *t, const layout *l)
     }
 }
 
-static void table_loops(text *x, const tree *t)
+static int limits_of(const mechanism *m)
 {
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += m->bodies[i].limited;
+    }
+    return n;
+}
+
+static void table_loops(text *x, const tree *t, const layout *l)
+{
+    if (limits_of(t->m)) {
+        open_table(x, "limit", "limits");
+        for (int i = 0; i < t->n; i++) {
+            if (t->m->bodies[i].limited) {
+                text_add(x, "    {%d, %d},\n", i, l->limit[i]);
+            }
+        }
+        close_table(x);
+    }
     if (t->m->nloop) {
         open_table(x, "loop", "loops");
         for (int i = 0; i < t->m->nloop; i++) {
@@ -369,7 +387,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_contacts(x, t, l);
     table_notches(x, t, l);
     table_curves(x, t, l);
-    table_loops(x, t);
+    table_loops(x, t, l);
     table_signals(x, t, l);
 }
 
@@ -455,6 +473,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "energy", &f->energy.ops);
     ops_field(x, "slopes", &f->slopes.ops);
     ops_field(x, "along", &f->along.ops);
+    if (limits_of(m)) {
+        text_add(x, "    .nlimit = %d, .limits = limits,\n", limits_of(m));
+    }
     if (m->nloop) {
         text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);
         ops_field(x, "closure", &f->closure.ops);

@@ -257,6 +257,15 @@ typedef struct stein_table {
     int d;     /* base of at [n], increasing, and value [n] */
 } stein_table;
 
+/** Stops of a joint, beside its other laws: between `from` and `to` they do nothing, beyond by x
+ *  they push back with k x (1 + D xdot), never pull. */
+typedef struct stein_limit {
+    int joint; /* coordinate index */
+    int d;     /* base of a STEIN_LIMIT block */
+} stein_limit;
+/** from, to [rad or m], k [N m/rad or N/m], D [s/rad or s/m] */
+enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
+
 /** A closed loop, or a joint that follows another one: rows of h(q) = 0, behind those of the loops
  *  before it, lengths first. */
 typedef struct stein_loop {
@@ -483,6 +492,9 @@ typedef struct stein_model {
     /** h [nrow], J = dh/dq [nrow*nq] row-major, jdqd [nrow] = Jdot qd. NULL when nrow = 0. */
     void (*closure)(const double *q, const double *qd, const double *sc, const double *d, double *h,
                     double *J, double *jdqd);
+
+    int nlimit;
+    const stein_limit *limits; /* [nlimit] */
 } stein_model;
 
 #ifdef __cplusplus

@@ -111,11 +111,12 @@ static void print_bodies(const mechanism *m)
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8], mass[CLI_TEXT];
-        printf("  %-16s %-4s on %-12s %s%s%s%s\n", b->name, joint_text(joint, b),
+        printf("  %-16s %-4s on %-12s %s%s%s%s%s\n", b->name, joint_text(joint, b),
                body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
                acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
-               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "");
+               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "",
+               b->limited ? ", limits" : "");
     }
 }
 

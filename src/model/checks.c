@@ -301,6 +301,17 @@ static void check_extents(mech__reader *rd)
             }
         }
     }
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+
+        if (b->limited && !mech__failed(rd, b->name) &&
+            !(b->limit[STEIN_LIMIT_FROM].value < b->limit[STEIN_LIMIT_TO].value)) {
+            mech__problem_at(rd, mech__get(rd->body_node[i], "limits"),
+                             "the limits of %s end before they begin, expected [from, to] with "
+                             "from < to",
+                             b->name);
+        }
+    }
     for (int i = 0; i < m->ninput; i++) {
         vec d = values(m->inputs[i].direction);
         const mech__node *place = mech__get(inputs, m->inputs[i].name);

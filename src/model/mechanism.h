@@ -92,6 +92,8 @@ typedef struct mech_body {
     mech_scalar inertia[6];              /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
     mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
     mech_scalar q0, qd0;                 /* initial state */
+    int limited;                         /* it has stops */
+    mech_scalar limit[STEIN_LIMIT_SIZE];
     int line, column;
 } mech_body;
 

@@ -294,6 +294,8 @@ void mech__shift(mech__reader *rd, mech_scalar *to, mech_scalar by, int s, const
 /* --- laws.c --- */
 
 void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry);
+/** `limits` of a joint: [from, to], or a mapping with that as range, and k, D. */
+void mech__limits(mech__reader *rd, mech_body *b, const mech__node *node);
 void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry);
 /** `normal`, `friction`, `adhesion` and `gap` of a contact, a load or a notch. */
 void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,

@@ -355,6 +355,7 @@ static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node 
     int turns = b->type == 'R';
 
     mech__joint_law(rd, b, entry);
+    mech__limits(rd, b, mech__get(entry, "limits"));
     mech__keys(rd, initial, "initial", "position speed");
     mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
                  "%s.initial.position", b->name);
@@ -369,10 +370,11 @@ static void read_body(mech__reader *rd, int index)
     int fixed = b->type == MECH__FIXED;
     char *base = mech__print(rd, "%s.centre", b->name);
 
-    mech__keys(rd, entry, fixed ? "a fixed body" : "a body",
-               fixed ? "parent joint at mass centre inertia points"
-                     : "parent part_of joint at mass centre inertia pendulum spring damping "
-                       "friction drag preload coulomb backlash asymmetry initial points mimic");
+    mech__keys(
+        rd, entry, fixed ? "a fixed body" : "a body",
+        fixed ? "parent joint at mass centre inertia points"
+              : "parent part_of joint at mass centre inertia pendulum spring damping "
+                "friction drag preload coulomb backlash asymmetry initial points mimic limits");
     if (!base) {
         return;
     }
