@@ -70,6 +70,7 @@
     X(energy)        \
     X(loops)         \
     X(linkages)      \
+    X(limits)        \
     X(seldom)        \
     X(edges)         \
     X(edges_lab)
