@@ -112,9 +112,11 @@ typedef struct state_head {
 typedef struct stein__loops {
     double *h, *J, *jdqd;         /* [nrow], [nrow*nq], [nrow] where they were asked for last */
     double *A, *rhs, *scale;      /* J while it is eliminated, its right-hand side, its rows */
+    double *best;                 /* [nrow] largest element that may be a pivot */
     double *W, *S, *y;            /* [nq*nq], [nq*nq], [nq] system of the independent joints */
     double *x, *b, *start, *step; /* [nq] */
     int *row, *column, *free;     /* [nq] of each pivot; the independent joints */
+    int *best_column;             /* [nrow] where that is */
     unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
     int rank_found, nfree;
     int rank; /* of J where the loops are closed, -1: not known yet */

@@ -70,6 +70,7 @@ static void carve_loops(stein__loops *l, arena *a, const stein_model *m)
     l->A = doubles(a, rows * n);
     l->rhs = doubles(a, rows);
     l->scale = doubles(a, rows);
+    l->best = doubles(a, rows);
     l->W = doubles(a, n * n);
     l->S = doubles(a, n * n);
     l->y = doubles(a, n);
@@ -80,6 +81,7 @@ static void carve_loops(stein__loops *l, arena *a, const stein_model *m)
     l->row = carve(a, sizeof *l->row * (size_t)n);
     l->column = carve(a, sizeof *l->column * (size_t)n);
     l->free = carve(a, sizeof *l->free * (size_t)n);
+    l->best_column = carve(a, sizeof *l->best_column * (size_t)rows);
     l->role = carve(a, (size_t)n);
     l->used = carve(a, (size_t)rows);
     l->kept = carve(a, (size_t)n);

@@ -18,23 +18,32 @@ double stein__largest(const double *x, int n)
 
 /* ---- elimination ---- */
 
-/* the largest element that may be a pivot, in shares of the largest one of its row. @return it */
-static double find_pivot(const stein_sim *sim, int *row, int *column)
+/* the largest element of a row that may be a pivot, in shares of the largest one of J there */
+static void look_at_row(stein_sim *sim, int i)
 {
-    const stein__loops *l = &sim->loop;
-    int n = sim->model->nq, m = sim->model->nrow;
+    stein__loops *l = &sim->loop;
+    const double *row = l->A + i * sim->model->nq;
     double most = 0.0;
-    for (int i = 0; i < m; i++) {
-        for (int j = 0; !l->used[i] && l->scale[i] > 0.0 && j < n; j++) {
-            double size = fabs(l->A[i * n + j]) / l->scale[i];
-            if (l->role[j] == FREE && size > most) {
-                most = size;
-                *row = i;
-                *column = j;
-            }
+    for (int j = 0; j < sim->model->nq; j++) {
+        if (l->role[j] == FREE && fabs(row[j]) > most) {
+            most = fabs(row[j]);
+            l->best_column[i] = j;
         }
     }
-    return most;
+    l->best[i] = l->scale[i] > 0.0 ? most / l->scale[i] : 0.0;
+}
+
+/* the row with the largest pivot of all that have none. @return it, -1: there is none of `least` */
+static int find_pivot(const stein_sim *sim, double least)
+{
+    const stein__loops *l = &sim->loop;
+    int row = -1;
+    for (int i = 0; i < sim->model->nrow; i++) {
+        if (!l->used[i] && l->best[i] >= least && (row < 0 || l->best[i] > l->best[row])) {
+            row = i;
+        }
+    }
+    return row;
 }
 
 /* row i becomes that of the dependent joint j */
@@ -61,13 +70,16 @@ static void eliminate(stein_sim *sim, int i, int j)
         }
         other[j] = 0.0;
         l->rhs[a] -= f * l->rhs[i];
+        if (!l->used[a]) {
+            look_at_row(sim, a);
+        }
     }
 }
 
 double stein__partition(stein_sim *sim, const double *x, int rank, double least)
 {
     stein__loops *l = &sim->loop;
-    int n = sim->model->nq, m = sim->model->nrow, row = 0, column = 0;
+    int n = sim->model->nq, m = sim->model->nrow;
     double left = 0.0;
     memcpy(l->A, l->J, sizeof *l->A * (size_t)(m * n));
     for (int i = 0; i < m; i++) {
@@ -79,10 +91,11 @@ double stein__partition(stein_sim *sim, const double *x, int rank, double least)
                 l->A[i * n + j] = 0.0;
             }
         }
+        look_at_row(sim, i);
     }
     l->rank_found = 0;
-    while (l->rank_found < rank && find_pivot(sim, &row, &column) >= least) {
-        eliminate(sim, row, column);
+    for (int row; l->rank_found < rank && (row = find_pivot(sim, least)) >= 0;) {
+        eliminate(sim, row, l->best_column[row]);
     }
     for (int i = 0; i < m; i++) {
         if (!l->used[i]) {
