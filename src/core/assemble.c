@@ -115,18 +115,26 @@ static int rank_beside(stein_sim *sim)
     return close_positions(sim, NULL, q) ? rank_at(sim, q) : 0;
 }
 
-static void mark_stated(stein_sim *sim, const char *what, const double *value, unsigned char *kept)
+/* is it the name of what belongs to this body? */
+static int is_path(const char *name, const char *body, const char *what)
+{
+    while (*body != '\0' && *body == *name) {
+        body++;
+        name++;
+    }
+    return *body == '\0' && strcmp(name, what) == 0;
+}
+
+/* joints of which the file states the position or speed; one that is not 0 is stated as well */
+static void mark_stated(stein_sim *sim, const char *what, const double *value)
 {
     const stein_model *model = sim->model;
+    unsigned char *kept = sim->loop.kept;
     for (int j = 0; j < model->nq; j++) {
-        char path[128];
-        size_t n = strlen(model->bodies[j].name);
         kept[j] = value[j] != 0.0;
-        if (n + strlen(what) < sizeof path) {
-            memcpy(path, model->bodies[j].name, n);
-            memcpy(path + n, what, strlen(what) + 1);
-            int i = stein_find_param(model, path);
-            kept[j] |= (unsigned char)(i >= 0 && model->params[i].stated);
+        for (int i = 0; i < model->np; i++) {
+            const stein_param *p = &model->params[i];
+            kept[j] |= (unsigned char)(p->stated && is_path(p->name, model->bodies[j].name, what));
         }
     }
 }
@@ -201,14 +209,14 @@ stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err
 {
     unsigned char *kept = as_stated ? sim->loop.kept : NULL;
     if (as_stated) {
-        mark_stated(sim, ".initial.position", sim->q, kept);
+        mark_stated(sim, ".initial.position", sim->q);
     }
     stein_status status = assemble_positions(sim, kept, err);
     if (status != STEIN_OK) {
         return status;
     }
     if (as_stated) {
-        mark_stated(sim, ".initial.speed", sim->qd, kept);
+        mark_stated(sim, ".initial.speed", sim->qd);
     }
     sim->fresh = STALE;
     return assemble_speeds(sim, kept, err);
