@@ -115,14 +115,22 @@ static int rank_beside(stein_sim *sim)
     return close_positions(sim, NULL, q) ? rank_at(sim, q) : 0;
 }
 
+/* what stands behind the beginning of a text, NULL: it begins otherwise */
+static const char *behind(const char *text, const char *beginning)
+{
+    while (*beginning != '\0' && *beginning == *text) {
+        beginning++;
+        text++;
+    }
+    return *beginning == '\0' ? text : NULL;
+}
+
 /* is it the name of what belongs to this body? */
 static int is_path(const char *name, const char *body, const char *what)
 {
-    while (*body != '\0' && *body == *name) {
-        body++;
-        name++;
-    }
-    return *body == '\0' && strcmp(name, what) == 0;
+    const char *rest = behind(name, body);
+    rest = rest != NULL ? behind(rest, what) : NULL;
+    return rest != NULL && *rest == '\0';
 }
 
 /* joints of which the file states the position or speed; one that is not 0 is stated as well */
