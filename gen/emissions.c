@@ -72,6 +72,16 @@ static void target_pose_along(const tree *t, int i, char out[64])
     snprintf(out, 64, "d%.60s", pose);
 }
 
+static void target_closure(const tree *t, int i, char out[64])
+{
+    int n = t->nrow, nj = n * t->n;
+    if (i < n) {
+        snprintf(out, 64, "h[%d]", i);
+    } else {
+        snprintf(out, 64, i < n + nj ? "J[%d]" : "jdqd[%d]", i < n + nj ? i - n : i - n - nj);
+    }
+}
+
 static void target_energy(const tree *t, int i, char out[64])
 {
     (void)t;
@@ -184,8 +194,10 @@ void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f)
     if (f->slopes.nout) {
         emit_func(x, t, l, &f->slopes, &slopes);
     }
-    emit_func(x, t, l, &f->along, &along);
-    if (t->ncarrier) {
+    if (f->along.nout) {
+        emit_func(x, t, l, &f->along, &along);
+    }
+    if (f->pose_along.nout) {
         emit_func(x, t, l, &f->pose_along, &pose);
     }
 }
@@ -240,6 +252,14 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .seldom = GEN_HUGE,
         .target = target_energy};
+    static const emission closure = {
+        .name = "closure",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                    double *h, double *J, double *jdqd",
+        .note = "loops and couplings: h(q), J = dh/dq and Jdot qd",
+        .type = "double",
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_closure};
     emit_rates(x, t, l, f);
     emit_func(x, t, l, &f->mass_bias, &mass_bias);
     emit_func(x, t, l, &f->inverse, &inverse);
@@ -247,4 +267,7 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         emit_func(x, t, l, &f->point, &point);
     }
     emit_func(x, t, l, &f->energy, &energy);
+    if (t->nrow) {
+        emit_func(x, t, l, &f->closure, &closure);
+    }
 }

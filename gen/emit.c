@@ -392,9 +392,11 @@ void print_heading(const printer *p, int pass, int body)
                                                  "by the position",
                                                  "by the speed",
                                                  "along the direction",
+                                                 "loop",
                                                  "outputs"};
     const char *name = body < 0             ? ""
                        : pass == PASS_POINT ? text_safe(p->t->m->points[body].name)
+                       : pass == PASS_LOOP  ? text_safe(p->t->m->loops[body].name)
                                             : text_safe(p->t->m->bodies[body].name);
     text_quiet(p->x, "\n    /* %s%s%s */\n", what[pass], *name ? ": " : "", name);
 }

@@ -159,6 +159,26 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
     return STEIN_OK;
 }
 
+static stein_status check_loops(const mechanism *m, stein_err *err)
+{
+    for (int i = 0; i < m->nloop; i++) {
+        const mech_loop *l = &m->loops[i];
+        int couples = l->kind == MECH_COUPLING, limit = couples ? m->nbody : m->npoint;
+        for (int k = 0; k < 2; k++) {
+            if (l->index[k] < 0 || l->index[k] >= limit) {
+                return fail(err, STEIN_EGENERATE, "%s: it refers to no %s", l->name,
+                            couples ? "joint" : "point");
+            }
+        }
+        if (l->kind < MECH_MEET || l->kind > MECH_COUPLING || l->axis < -1 || l->axis > 2 ||
+            !scalar_ok(m, &l->length, 1) || !scalar_ok(m, &l->ratio, 1) ||
+            !scalar_ok(m, &l->offset, 1)) {
+            return fail(err, STEIN_EGENERATE, "%s: the loop is not well formed", l->name);
+        }
+    }
+    return STEIN_OK;
+}
+
 static stein_status check(const mechanism *m, stein_err *err)
 {
     if (!is_identifier(m->name)) {
@@ -180,6 +200,7 @@ static stein_status check(const mechanism *m, stein_err *err)
     }
     stein_status status = check_bodies(m, err);
     status = status ? status : check_parts(m, err);
+    status = status ? status : check_loops(m, err);
     return status ? status : check_signals(m, err);
 }
 
@@ -189,6 +210,9 @@ static stein_status check(const mechanism *m, stein_err *err)
  *  the number of joints times the size of the function: a large tree takes the ones along. */
 static int make_slopes(funcs *f, const tree *t)
 {
+    if (t->nrow) { /* what loops add to qdd is not derived yet */
+        return 0;
+    }
     int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;
     if (n * size <= MAX_SLOPES && func_like(&f->slopes, t, &f->inverse, slope_inverse, 2 * n * n)) {
         return -1;
@@ -222,7 +246,9 @@ static int make_functions(funcs *f, const tree *t)
            func_search(&f->inverse, t, dyn_inverse, n) ||
            func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
-           func_search(&f->energy, t, kin_energy, 2) || make_slopes(f, t) || make_route(f, t);
+           func_search(&f->energy, t, kin_energy, 2) ||
+           (t->nrow && func_search(&f->closure, t, loop_closure, t->nrow * (2 + n))) ||
+           make_slopes(f, t) || make_route(f, t);
 }
 
 static void make_layout(layout *l, const tree *t, const funcs *f)
@@ -236,11 +262,12 @@ static void make_layout(layout *l, const tree *t, const funcs *f)
     if (f->articulated.nout) {
         layout_add_func(l, t, &f->articulated);
     }
-    if (f->slopes.nout) {
-        layout_add_func(l, t, &f->slopes);
+    const func *only_some[] = {&f->slopes, &f->along, &f->pose_along, &f->closure};
+    for (size_t i = 0; i < sizeof only_some / sizeof *only_some; i++) {
+        if (only_some[i]->nout) {
+            layout_add_func(l, t, only_some[i]);
+        }
     }
-    layout_add_func(l, t, &f->along);
-    layout_add_func(l, t, &f->pose_along);
 }
 
 static stein_status write_text(gen_result *out, const tree *t, const layout *l, funcs *f)
@@ -278,6 +305,7 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .energy = f->energy.ops,
                         .slopes = f->slopes.ops,
                         .along = f->along.ops,
+                        .closure = f->closure.ops,
                         .articulated = f->articulated.ops,
                         .solve = solve_ops(t)};
     memcpy(out->equations, hash, sizeof hash);
@@ -312,6 +340,7 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
     func_free(&f.slopes);
     func_free(&f.along);
     func_free(&f.pose_along);
+    func_free(&f.closure);
     layout_free(&l);
     tree_free(&t);
     ex_graph_free(&setup);

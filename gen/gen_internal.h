@@ -54,6 +54,7 @@ typedef struct layout {
     int *notch, *notch_normal, *notch_rub; /* [nnotch] */
     int *link;                             /* [nlink] */
     int *table;                            /* [ntable] */
+    int *limit;                            /* [nbody] */
     int *direction, *signal;               /* [ninput] */
     int *sensor;                           /* [nchannel] */
     int *store;
@@ -125,10 +126,11 @@ void emit_solve(text *x, const tree *t);
 
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
-    func unloaded;    /* mass_bias without external forces, in the same frames */
-    func articulated; /* only where it costs less than M and its solution: nout is 0 else */
-    func slopes;      /* of a large tree there is none: nout is 0 */
-    func along, pose_along;
+    func unloaded;          /* mass_bias without external forces, in the same frames */
+    func articulated;       /* only where it costs less than M and its solution: nout is 0 else */
+    func slopes;            /* of a large tree, or with loops, there is none: nout is 0 */
+    func along, pose_along; /* likewise of one with loops */
+    func closure;           /* h, J, jdqd of the loops; nout is 0 where there are none */
     stein_ops setup;
 } funcs;
 

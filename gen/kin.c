@@ -12,14 +12,7 @@
 
 #include "tree.h"
 
-typedef struct place {
-    vec axis, arm; /* joint axis times sign; from the parent's origin to the own */
-    vec om, omp;
-    vec o, v, a;
-} place;
-
-/** om x (om x r) + omp x r, with planar motion at the cost of two products. */
-static vec bend(ex_graph *g, vec om, vec omp, vec r)
+vec kin_bend(ex_graph *g, vec om, vec omp, vec r)
 {
     vec out;
     for (int i = 0; i < 3; i++) {
@@ -33,17 +26,18 @@ static vec bend(ex_graph *g, vec om, vec omp, vec r)
     return out;
 }
 
-static void place_body(walk *w, place *all, int i)
+void kin_place(walk *w, placed *all, int i, int top)
 {
     ex_graph *g = w->g;
     const rbody *b = &w->t->body[i];
-    const place fixed = {.o = {{0}}}, *p = b->parent < 0 ? &fixed : &all[b->parent];
-    place *s = &all[i];
+    const placed fixed = {.o = {{0}}}, *p = b->parent == top ? &fixed : &all[b->parent];
+    placed *s = &all[i];
     int up = b->parent < 0 ? -1 : w->t->body[b->parent].orient;
+    int to = top < 0 ? -1 : w->t->body[top].orient;
     ex qd = ex_var(g, EX_QD, i);
     g->pass = PASS_FORWARD;
     g->body = i;
-    s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, -1);
+    s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, to);
     vec_name(g, s->axis, "E", i, -1);
     s->om = p->om;
     s->omp = p->omp;
@@ -60,26 +54,26 @@ static void place_body(walk *w, place *all, int i)
         relative = vec_scale(g, qd, s->axis);
         coriolis = vec_cross(g, p->om, relative);
     }
-    s->arm = rotate(w, at, up, -1);
+    s->arm = rotate(w, at, up, to);
     vec_name(g, s->arm, "RL", i, -1);
     s->o = vec_add(g, p->o, s->arm);
     vec_name(g, s->o, "PO", i, -1);
     s->v = vec_add(g, p->v, vec_add(g, vec_cross(g, p->om, s->arm), relative));
     vec_name(g, s->v, "VI", i, -1);
     vec twice = vec_add(g, coriolis, coriolis);
-    s->a = vec_add(g, p->a, vec_add(g, bend(g, p->om, p->omp, s->arm), twice));
+    s->a = vec_add(g, p->a, vec_add(g, kin_bend(g, p->om, p->omp, s->arm), twice));
     vec_name(g, s->a, "AC", i, -1);
 }
 
-static place *place_all(walk *w)
+static placed *place_all(walk *w)
 {
-    place *all = calloc((size_t)w->t->n + 1, sizeof *all);
+    placed *all = calloc((size_t)w->t->n + 1, sizeof *all);
     if (!all) {
         w->g->failed = 1;
         return NULL;
     }
     for (int i = 0; i < w->t->n; i++) {
-        place_body(w, all, i);
+        kin_place(w, all, i, -1);
     }
     return all;
 }
@@ -89,7 +83,7 @@ static place *place_all(walk *w)
 void kin_pose(walk *w, ex *out)
 {
     ex_graph *g = w->g;
-    place *all = place_all(w);
+    placed *all = place_all(w);
     for (int k = 0; all && k < w->t->ncarrier; k++) {
         int i = w->t->carrier[k], o = w->t->body[i].orient;
         ex s = 0, c = ex_num(g, 1.0);
@@ -112,7 +106,7 @@ void kin_pose(walk *w, ex *out)
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-static void one_point(walk *w, const place *all, int k, ex *out)
+static void one_point(walk *w, const placed *all, int k, ex *out)
 {
     ex_graph *g = w->g;
     const tree *t = w->t;
@@ -126,7 +120,7 @@ static void one_point(walk *w, const place *all, int k, ex *out)
         vec_name(g, r, "RP", k, -1);
         x = vec_add(g, all[i].o, r);
         v = vec_add(g, all[i].v, vec_cross(g, all[i].om, r));
-        a = vec_add(g, all[i].a, bend(g, all[i].om, all[i].omp, r));
+        a = vec_add(g, all[i].a, kin_bend(g, all[i].om, all[i].omp, r));
     }
     for (int c = 0; c < 3; c++) {
         out[3 * k + c] = x.x[c];
@@ -144,7 +138,7 @@ static void one_point(walk *w, const place *all, int k, ex *out)
 
 void kin_point(walk *w, ex *out)
 {
-    place *all = place_all(w);
+    placed *all = place_all(w);
     for (int k = 0; all && k < w->t->m->npoint; k++) {
         one_point(w, all, k, out);
     }

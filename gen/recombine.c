@@ -247,6 +247,10 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup)
     read_bodies(t);
     move_origins(t);
     recombine(t);
+    if (loop_rows(t)) {
+        tree_free(t);
+        return -1;
+    }
     return setup->failed ? -1 : 0;
 }
 
@@ -256,5 +260,6 @@ void tree_free(tree *t)
     free(t->param);
     free(t->formula);
     free(t->carrier);
+    free(t->row);
     *t = (tree){0};
 }

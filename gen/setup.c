@@ -2,7 +2,7 @@
  * setup.c - the layout of the derived constants d.
  *
  *      initial {q, qd} | clock | laws of the joints | points | contacts | notches | links |
- *      tables | inputs | sensors | constants of the equations
+ *      tables | limits | inputs | sensors | constants of the equations
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -213,6 +213,12 @@ static void put_rest(layout *l, const tree *t)
             l->table[i] = j == 0 ? at : l->table[i];
         }
     }
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        l->limit[i] = b->limited ? put_block(l, t, b->limit, STEIN_LIMIT_SIZE, text_safe(b->name),
+                                             "limits", "from to k D")
+                                 : -1;
+    }
     for (int i = 0; i < m->ninput; i++) {
         const mech_input *k = &m->inputs[i];
         const char *name = text_safe(k->name);
@@ -240,7 +246,7 @@ int layout_build(layout *l, const tree *t)
     for (int c = 0; c < m->ncontact; c++) {
         nspot += m->contacts[c].nspot;
     }
-    int size = m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
+    int size = 2 * m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
                m->ntable + 2 * m->ninput + m->nchannel;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
@@ -253,7 +259,7 @@ int layout_build(layout *l, const tree *t)
         {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
         {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput},
         {&l->signal, m->ninput},    {&l->sensor, m->nchannel}, {&l->table, m->ntable},
-        {&l->point, m->npoint}};
+        {&l->point, m->npoint},     {&l->limit, m->nbody}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;

@@ -22,7 +22,7 @@ enum { LARGEST = 16, WIDTH = 100, NAME = 32 };
 
 int emit_solves(const tree *t)
 {
-    return t->n <= LARGEST;
+    return t->n <= LARGEST && t->nrow == 0; /* with loops what M has no longer follows the tree */
 }
 
 static int is_beyond(const tree *t, int k, int i)
@@ -46,7 +46,7 @@ static int has_beyond(const tree *t, int i)
 stein_ops solve_ops(const tree *t)
 {
     stein_ops o = {0};
-    for (int i = 0; i < t->n; i++) {
+    for (int i = 0; t->nrow == 0 && i < t->n; i++) {
         int above = 0, beyond = 0;
         for (int j = t->body[i].parent; j >= 0; j = t->body[j].parent) {
             above++;

@@ -155,6 +155,26 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
+/* none leave no trace: what there was before there were limits and loops has the hash it had */
+static void limits_and_loops(hash *h, const mechanism *m)
+{
+    for (int i = 0; i < m->nbody; i++) {
+        if (m->bodies[i].limited) {
+            number(h, i);
+            scalars(h, m->bodies[i].limit, STEIN_LIMIT_SIZE);
+        }
+    }
+    for (int i = 0; i < m->nloop; i++) {
+        const mech_loop *l = &m->loops[i];
+        const int is[] = {l->kind, l->index[0], l->index[1], l->axis};
+        words(h, l->name);
+        bytes(h, is, sizeof is);
+        scalars(h, &l->length, 1);
+        scalars(h, &l->ratio, 1);
+        scalars(h, &l->offset, 1);
+    }
+}
+
 static void signals(hash *h, const mechanism *m)
 {
     number(h, m->ninput);
@@ -191,6 +211,7 @@ void gen_structure(const mechanism *m, char out[17])
     contacts(&h, m);
     notches(&h, m);
     laws(&h, m);
+    limits_and_loops(&h, m);
     signals(&h, m);
     bytes(&h, roles, sizeof roles);
     scalars(&h, &m->clock_error, 1);

@@ -105,6 +105,9 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
     ops_line(x, "energy", &f->energy.ops);
     ops_line(x, "slopes", &f->slopes.ops);
     ops_line(x, "along", &f->along.ops);
+    if (f->closure.nout) {
+        ops_line(x, "closure", &f->closure.ops);
+    }
     ops_line(x, "setup", &f->setup);
     legend_joints(x, t);
     legend_parameters(x, t);
@@ -284,6 +287,39 @@ static void table_curves(text *x, const tree *t, const layout *l)
     }
 }
 
+static int limits_of(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += m->bodies[i].limited;
+    }
+    return n;
+}
+
+static void table_loops(text *x, const tree *t, const layout *l)
+{
+    if (limits_of(t->m)) {
+        open_table(x, "limit", "limits");
+        for (int i = 0; i < t->n; i++) {
+            if (t->m->bodies[i].limited) {
+                text_add(x, "    {%d, %d},\n", i, l->limit[i]);
+            }
+        }
+        close_table(x);
+    }
+    if (t->m->nloop) {
+        open_table(x, "loop", "loops");
+        for (int i = 0; i < t->m->nloop; i++) {
+            int lengths, angles;
+            loop_units(t, i, &lengths, &angles);
+            text_add(x, "    {");
+            text_literal(x, t->m->loops[i].name);
+            text_add(x, ", %d, %d},\n", lengths, angles);
+        }
+        close_table(x);
+    }
+}
+
 static const char *read_name(int kind)
 {
     static const char *const name[] = {
@@ -351,6 +387,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_contacts(x, t, l);
     table_notches(x, t, l);
     table_curves(x, t, l);
+    table_loops(x, t, l);
     table_signals(x, t, l);
 }
 
@@ -401,8 +438,8 @@ static void model_tables(text *x, const tree *t, const funcs *f)
     pointer_field(x, "energy", 1);
     derived_field(x, "setup_along", 1);
     derived_field(x, "inverse_slopes", f->slopes.nout);
-    derived_field(x, "inverse_along", 1);
-    derived_field(x, "pose_along", t->ncarrier);
+    derived_field(x, "inverse_along", f->along.nout);
+    derived_field(x, "pose_along", f->pose_along.nout);
 }
 
 void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char hash[17])
@@ -436,6 +473,14 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "energy", &f->energy.ops);
     ops_field(x, "slopes", &f->slopes.ops);
     ops_field(x, "along", &f->along.ops);
+    if (limits_of(m)) {
+        text_add(x, "    .nlimit = %d, .limits = limits,\n", limits_of(m));
+    }
+    if (m->nloop) {
+        text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);
+        ops_field(x, "closure", &f->closure.ops);
+        pointer_field(x, "closure", t->nrow);
+    }
     model_tables(x, t, f);
     text_add(x, "    .lanes = STEIN_LANES_OF(%s),\n", m->name);
     snprintf(hash, 17, "%016llx", (unsigned long long)x->hash);

@@ -51,6 +51,7 @@ typedef struct tree {
     vec gravity;            /* setup nodes */
     ex *param, *formula;    /* setup nodes of the parameters and formulas */
     int *carrier, ncarrier; /* bodies that have a frame (model.h), ascending */
+    int *row, nrow;         /* rows of h(q), LOOP_ROWS * loop + row of that loop (loops.c) */
 } tree;
 
 enum {
@@ -65,6 +66,7 @@ enum {
     PASS_BY_Q, /* derivatives by the position and the speed of a joint */
     PASS_BY_QD,
     PASS_ALONG, /* along a direction */
+    PASS_LOOP,
     PASS_OUTPUT,
     PASS_COUNT
 };
@@ -152,9 +154,29 @@ int dyn_articulates(const tree *t);
 void dyn_articulated(walk *ps, ex *out);
 
 /* kin.c */
+/** A body in the axes of another one that it hangs on, or of the fixed frame. */
+typedef struct placed {
+    vec axis, arm; /* joint axis times sign; from the parent's origin to the own */
+    vec om, omp;   /* angular velocity, and acceleration while qdd = 0 */
+    vec o, v, a;   /* origin, its velocity, its acceleration while qdd = 0 */
+} placed;
+
+/** om x (om x r) + omp x r, with planar motion at the cost of two products. */
+vec kin_bend(ex_graph *g, vec om, vec omp, vec r);
+/** all[i] in the axes of body `top`, -1 the fixed frame; its parent is there, or is `top`. */
+void kin_place(walk *ps, placed *all, int i, int top);
 /** Outputs in the order of the C arrays: 7 numbers a pose; x, v, J, jdqd; kinetic, potential. */
 void kin_pose(walk *ps, ex *out);
 void kin_point(walk *ps, ex *out);
 void kin_energy(walk *ps, ex *out);
+
+/* loops.c */
+enum { LOOP_ROWS = 6 };
+/** Which rows of the loops say something: t->row. @return 0, or -1 when out of memory */
+int loop_rows(tree *t);
+/** How many rows of loop i are lengths, and how many are angles. */
+void loop_units(const tree *t, int i, int *lengths, int *angles);
+/** h, J and jdqd in the order of the C arrays. */
+void loop_closure(walk *ps, ex *out);
 
 #endif

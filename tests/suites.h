@@ -69,6 +69,9 @@
     X(wrong)         \
     X(ranges)        \
     X(energy)        \
+    X(loops)         \
+    X(linkages)      \
+    X(limits)        \
     X(seldom)        \
     X(edges)         \
     X(edges_lab)

@@ -198,6 +198,9 @@ START_TEST(mechanisms_on_their_way)
 {
     for (int i = 0; stein_models[i] != NULL; i++) {
         const stein_model *model = stein_models[i];
+        if (model->nrow > 0) { // refused, see test_loops.c
+            continue;
+        }
         stein_sim *sim = make_sim(model, STEIN_RK4, 0.0);
         for (int k = 1; k <= 3; k++) {
             ck_assert_stein(stein_run(sim, 0.0173 * k, err));

@@ -89,7 +89,7 @@ export_one() { # MODEL VERSION
     mkdir "$dir/$1-$2"
     unzip -q "$dir/$1-$2.fmu" -d "$dir/$1-$2" 2>"$dir/err" || fail "$1-$2 is a ZIP"
 }
-for m in stein1788 pendulum emps; do export_one $m 3; done
+for m in stein1788 pendulum emps slider_crank; do export_one $m 3; done
 for m in stein1788 pendulum; do export_one $m 2; done
 claim 0 "the same again" "$stein" export models/stein1788.yaml -o "$dir/again.fmu"
 if cmp -s "$dir/again.fmu" "$dir/stein1788-3.fmu"; then pass; else fail "has the same bytes"; fi
@@ -250,6 +250,7 @@ counted() { # FILE TEXT
 }
 claim 0 "a stroke" "$stein" strike models/stein1788.yaml --until 100ms --every 0.5ms -o "$dir/stein1788.csv"
 claim 0 "a swing" "$stein" simulate models/pendulum.yaml --until 2s --every 10ms -o "$dir/pendulum.csv"
+claim 0 "an engine" "$stein" simulate models/slider_crank.yaml --until 1s --every 10ms -o "$dir/slider_crank.csv"
 claim 0 "an axis" "$stein" simulate models/emps.yaml --until 1s --every 10ms -o "$dir/emps.csv"
 for fmu in "$dir"/*-[23]; do
     name=$(basename "${fmu%-*}")

@@ -285,6 +285,10 @@ static const stein_model *workshop_model(const workshop *w, const char *name)
 static void check_solved(const stein_model *model, unsigned long long *seed)
 {
     int n = model->nq;
+    ck_assert((model->solve != NULL) == (model->nrow == 0)); // with loops it is another system
+    if (model->solve == NULL) {
+        return;
+    }
     double *M = numbers_new((size_t)n * (size_t)n), *b = numbers_new((size_t)n);
     double *x = numbers_new((size_t)n), *back = numbers_new((size_t)n);
     for (int i = 0; i < n; i++) {
@@ -294,7 +298,7 @@ static void check_solved(const stein_model *model, unsigned long long *seed)
             M[i * n + j] = M[j * n + i] = noise(seed);
         }
     }
-    ck_assert(model->solve != NULL && model->solve(M, x) == -1);
+    ck_assert(model->solve(M, x) == -1);
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
             back[i] += M[i * n + j] * x[j];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * test_parts.c - bodies cut in two (part_of): as long as the piece does not move against the rest,
- * both together are the body that the file states.
+ * both together are the body that the file states. Bodies without a joint (fixed).
  */
 #include <math.h>
 
@@ -266,6 +266,111 @@ START_TEST(what_cannot_be_a_part_is_refused)
 }
 END_TEST
 
+/* a body that hangs on the link: with a joint that rests, or without one */
+static const char carried[] = "  tail:\n"
+                              "    parent: link\n"
+                              "    joint: %s\n"
+                              "    at: [0.21 m, 0.02 m, 0.07 m]\n"
+                              "    mass: 0.37 * link.mass\n"
+                              "    centre: [0.13 m, link.centre.y, 0.11 m]\n"
+                              "    inertia: {xx: 0.007, yy: 0.011, zz: 0.009, xy: 4e-4}\n";
+
+START_TEST(a_fixed_body_weighs_as_one_whose_joint_rests)
+{
+    char piece_text[600], text[2][2600];
+    double M[2][3][3], c[2][3], e[2][2];
+    make_folder();
+    for (int k = 0; k < 2; k++) {
+        snprintf(piece_text, sizeof piece_text, carried, k == 0 ? "R z" : "fixed");
+        snprintf(text[k], sizeof text[k], whole, piece_text, "tail");
+        look(text[k], NULL, 0, M[k], c[k], e[k]);
+    }
+    assert_near("M", &M[1][0][0], &M[0][0][0], 9, 1e-14);
+    assert_near("c", c[1], c[0], 3, 1e-14);
+    assert_near("energy", &e[1][0], &e[0][0], 1, 1e-14);
+    remove_folder();
+}
+END_TEST
+
+/* two fixed bodies behind each other, one on the frame, a joint and a surface on them */
+#define ON_FIXED(bodies, floor)                                                                    \
+    "mechanism: crane\n"                                                                           \
+    "bodies:\n" bodies                                                                             \
+    "outputs: {x: {point: bob.e, read: x}, z: {point: bob.e, read: z}, g: {contact: floor, read: " \
+    "gap}}\n"                                                                                      \
+    "contacts:\n"                                                                                  \
+    "  floor: {between: [{point: bob.e}, {line: {on: " floor ", facing: 90 deg}}], normal: {c: "   \
+    "1e3 N/m}}\n"                                                                                  \
+    "simulation: {dt: 1 ms, until: 2 s}\n"
+
+START_TEST(what_hangs_on_fixed_bodies_moves_as_on_what_carries_them)
+{
+    static const char *const file[] = {
+        ON_FIXED(
+            "  base: {joint: fixed, at: [10 mm, 0, 20 mm], mass: 3 kg, points: {pin: [5 mm, 0, "
+            "0]}}\n"
+            "  arm: {parent: base, at: base.pin, joint: R -y, mass: 1 kg, centre: [0.05, 0, "
+            "0], inertia: {yy: 5e-4}, points: {p: [0.1, 0, 0]}, initial: {position: 60 deg}}\n"
+            "  plate: {parent: arm, at: arm.p, joint: fixed, points: {o: [20 mm, 0, 0]}}\n"
+            "  tip: {parent: plate, at: plate.o, joint: fixed, mass: 0.6 kg, inertia: {yy: "
+            "1e-3}, points: {q: [0, 0, 3 mm]}}\n"
+            "  bob: {parent: tip, at: tip.q, joint: R -y, mass: 0.1 kg, centre: [0.03, 0, "
+            "0], points: {e: [0.05, 0, 0]}}\n",
+            "base, at: [0, 0, -0.1]"),
+        ON_FIXED("  arm: {at: [15 mm, 0, 20 mm], joint: R -y, mass: 1.6 kg, centre: [0.07625, 0, "
+                 "0], inertia: {yy: 0.0033375}, initial: {position: 60 deg}}\n"
+                 "  bob: {parent: arm, at: [0.12, 0, 3 mm], joint: R -y, mass: 0.1 kg, centre: "
+                 "[0.03, 0, 0], points: {e: [0.05, 0, 0]}}\n",
+                 "frame, at: [0, 0, -0.08]")};
+    static const char *const channel[] = {"x", "z", "g"};
+    double y[2][3];
+    make_folder();
+    for (int k = 0; k < 2; k++) {
+        lab_model *model = open_text(file[k], NULL, 0);
+        stein_sim *sim = NULL;
+        ck_assert_int_eq(lab_equations(model)->nq, 2);
+        ck_assert_stein(lab_sim(model, NULL, &sim, err));
+        ck_assert_stein(stein_run(sim, 0.3, err));
+        for (int i = 0; i < 3; i++) {
+            ck_assert_stein(stein_read_name(sim, channel[i], &y[k][i], err));
+        }
+        stein_sim_destroy(sim);
+        lab_close(model);
+    }
+    assert_near("end", y[1], y[0], 3, 1e-10);
+    remove_folder();
+}
+END_TEST
+
+START_TEST(what_a_fixed_body_has_not_is_refused)
+{
+    static const struct {
+        const char *from, *to, *words;
+    } wrong[] = {
+        {"    joint: R -y\n    at: [-123", "    joint: fixed\n    at: [-123",
+         "unknown key \"spring\""},
+        {"motion: key", "motion: stand", "stand is fixed"},
+        {"{point: key.front, read: vz", "{joint: stand, read: speed", "stand is fixed"},
+        {"inputs:\n", "couplings: {c: {joint: key, follows: stand}}\ninputs:\n", "stand is fixed"},
+        {"    parent: key\n", "    part_of: stand\n", "stand is fixed, it has no parts"},
+        {"R -y", "fixd", "or fixed"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        mechanism *m = NULL;
+        stein_err why = {STEIN_OK, ""};
+        char *text = changed(wrong[i].from, wrong[i].to), all[4000];
+        const char *at = strstr(text, "bodies:\n") + strlen("bodies:\n");
+        snprintf(all, sizeof all, "%.*s  stand: {joint: fixed, mass: 1 kg}\n%s", (int)(at - text),
+                 text, at);
+        stein_status status =
+            mech_read_text(&m, "demo.yaml", all, strlen(all), NULL, 0, NULL, NULL, &why);
+        ck_assert_msg(status == STEIN_EPARSE, "%s", wrong[i].to);
+        ck_assert_msg(strstr(why.msg, wrong[i].words) != NULL, "%s: %s", wrong[i].to, why.msg);
+        free(text);
+    }
+}
+END_TEST
+
 Suite *parts_suite(void)
 {
     Suite *suite = suite_create("parts");
@@ -277,6 +382,9 @@ Suite *parts_suite(void)
     tcase_add_loop_test(tc, speeds_of_points_are_the_slopes_of_their_places, 0, 2);
     tcase_add_test(tc, a_link_pulls_along_the_slope_of_its_length);
     tcase_add_test(tc, what_cannot_be_a_part_is_refused);
+    tcase_add_test(tc, a_fixed_body_weighs_as_one_whose_joint_rests);
+    tcase_add_test(tc, what_hangs_on_fixed_bodies_moves_as_on_what_carries_them);
+    tcase_add_test(tc, what_a_fixed_body_has_not_is_refused);
     suite_add_tcase(suite, tc);
     return suite;
 }

@@ -206,6 +206,91 @@ START_TEST(a_declared_parameter_has_the_range_of_what_it_stands_for)
 }
 END_TEST
 
+/* the wheel of many vehicle models, slim with the moment of a disc, and one that goes by it */
+static const char wheel[] =
+    "mechanism: wheels\n"
+    "%s"
+    "bodies:\n"
+    "  wheel: {joint: R y, mass: 15 kg, inertia: {xx: 0.1, yy: 0.8, zz: %s}}\n"
+    "  hub: {parent: wheel, joint: R x, mass: 1 kg, inertia: {xx: 0.5 * "
+    "wheel.inertia.yy, yy: 0.2, zz: 0.3}}\n";
+
+typedef struct told {
+    char text[400];
+    int n;
+} told;
+
+static void tell(void *ctx, const char *message)
+{
+    told *t = ctx;
+    if (t->n++ == 0) {
+        snprintf(t->text, sizeof t->text, "%s", message);
+    }
+}
+
+static void check_told(const told *t, const char *words)
+{
+    ck_assert_msg(strstr(t->text, words) != NULL, "%s", t->text);
+}
+
+/* @param set  value of an override, NULL: none */
+static mechanism *read_wheel(const char *key, const char *zz, const char *set, told *t)
+{
+    char text[600];
+    mech_set given = {"inertia", set};
+    mechanism *m = NULL;
+    stein_err why;
+    *t = (told){.n = 0};
+    snprintf(text, sizeof text, wheel, key, zz);
+    stein_status status =
+        mech_read_text(&m, "w.yaml", text, strlen(text), &given, set != NULL, tell, t, &why);
+    ck_assert_int_eq(status, m != NULL ? STEIN_OK : STEIN_EPARSE);
+    return m;
+}
+
+START_TEST(inertias_that_no_body_has_are_refused_taken_or_balanced)
+{
+    told t;
+    ck_assert_ptr_null(read_wheel("", "0.1", NULL, &t));
+    check_told(&t, "w.yaml:3:45: the inertia of wheel is not possible");
+    check_told(&t, "expected another one, or inertia: accept or balance");
+    ck_assert_ptr_null(read_wheel("inertia: accept\n", "0.1", "refuse", &t));
+
+    mechanism *m = read_wheel("", "0.1", "accept", &t);
+    ck_assert_ptr_nonnull(m);
+    ck_assert_int_eq(t.n, 1);
+    check_told(&t, "the inertia of wheel is taken as it is");
+    ck_assert(m->bodies[0].inertia[1].value == 0.8 && m->bodies[1].inertia[0].value == 0.4);
+    mech_free(m);
+
+    m = read_wheel("inertia: balance\n", "0.3", NULL, &t);
+    ck_assert_ptr_nonnull(m);
+    ck_assert_int_eq(t.n, 1);
+    check_told(&t, "balanced: all three moments are 0.4 kg m^2");
+    for (int e = 0; e < 3; e++) {
+        int i = m->bodies[0].inertia[e].index;
+        ck_assert_close(m->params[i].value, 0.4, 1e-15, 0.0);
+        ck_assert_close(m->bodies[0].inertia[e].value, 0.4, 1e-15, 0.0);
+    }
+    ck_assert_close(m->bodies[1].inertia[0].value, 0.2, 1e-15, 0.0); // follows
+    mech_free(m);
+}
+END_TEST
+
+START_TEST(what_cannot_be_done_about_an_inertia_is_told)
+{
+    told t;
+    ck_assert_ptr_null(read_wheel("inertia: ignore\n", "0.1", NULL, &t));
+    check_told(&t, "expected one of refuse accept balance");
+    ck_assert_ptr_null(read_wheel("", "0.1", "maybe", &t));
+    check_told(&t, "set inertia = \"maybe\"");
+    ck_assert_ptr_null(read_wheel("", "0.125 * wheel.inertia.yy", "balance", &t));
+    check_told(&t, "has a formula, which cannot be balanced");
+    ck_assert_ptr_null(read_wheel("", "-0.1", "accept", &t));
+    check_told(&t, "negative");
+}
+END_TEST
+
 Suite *ranges_suite(void)
 {
     Suite *suite = suite_create("ranges");
@@ -218,6 +303,8 @@ Suite *ranges_suite(void)
     tcase_add_test(tc, what_is_handed_over_is_judged_where_it_is_published);
     tcase_add_test(tc, a_model_with_a_value_out_of_range_makes_no_simulation);
     tcase_add_test(tc, a_declared_parameter_has_the_range_of_what_it_stands_for);
+    tcase_add_test(tc, inertias_that_no_body_has_are_refused_taken_or_balanced);
+    tcase_add_test(tc, what_cannot_be_done_about_an_inertia_is_told);
     suite_add_tcase(suite, tc);
     return suite;
 }

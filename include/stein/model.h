@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 8
+#define STEIN_MODEL_ABI 9
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -266,6 +266,22 @@ typedef struct stein_table {
     int d;     /* base of at [n], increasing, and value [n] */
 } stein_table;
 
+/** Stops of a joint, beside its other laws: between `from` and `to` they do nothing, beyond by x
+ *  they push back with k x (1 + D xdot), never pull. */
+typedef struct stein_limit {
+    int joint; /* coordinate index */
+    int d;     /* base of a STEIN_LIMIT block */
+} stein_limit;
+/** from, to [rad or m], k [N m/rad or N/m], D [s/rad or s/m] */
+enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
+
+/** A closed loop, or a joint that follows another one: rows of h(q) = 0, behind those of the loops
+ *  before it, lengths first. */
+typedef struct stein_loop {
+    const char *name;
+    int lengths, angles; /* how many of its rows are [m], how many [rad] or a share of 1 */
+} stein_loop;
+
 /** The free load: joint coordinate of its body and the contact it rests on. */
 typedef struct stein_load {
     int body; /* -1 when the mechanism has no load */
@@ -481,6 +497,19 @@ typedef struct stein_model {
     /** The poses along a direction, [nframe]. NULL when nframe = 0. */
     void (*pose_along)(const double *q, const double *qd, const double *sc, const double *d,
                        const double *dq, const double *dqd, const double *dd, stein_pose *dpose);
+
+    /* Loops. Then M qdd + c = Q + J^T lambda with h(q) = 0, and the equations have no solve, no
+     * lanes and no derivatives. */
+
+    int nloop, nrow;         /* nrow: of h, those of all loops */
+    const stein_loop *loops; /* [nloop] */
+    stein_ops ops_closure;
+    /** h [nrow], J = dh/dq [nrow*nq] row-major, jdqd [nrow] = Jdot qd. NULL when nrow = 0. */
+    void (*closure)(const double *q, const double *qd, const double *sc, const double *d, double *h,
+                    double *J, double *jdqd);
+
+    int nlimit;
+    const stein_limit *limits; /* [nlimit] */
 } stein_model;
 
 #ifdef __cplusplus

@@ -71,11 +71,16 @@ stein_status stein_get(const stein_sim *sim, const char *name, double *value, st
  *  the load; the load flush on its contact, at rest. Contacts and notch as geometry has them.
  *  @return OK, ESETTLE, ESINGULAR, ENONFINITE */
 stein_status stein_reset(stein_sim *sim, stein_err *err);
+/** How many ways to move there are: joints less those that are driven or held, less the rank of
+ * what loops and couplings ask of the others (of the last stein_reset; redundant rows count once).
+ */
+int stein_freedom(const stein_sim *sim);
 /** The static equilibrium next to the present positions, at the present time: speeds zero,
  * prescribed joints at their signals, a load that is there rests, one that was lifted stays away.
  * Contacts as geometry has them, notches by their memory. Friction, which vanishes at rest, has no
  * part in it. In small steps of a signal this follows a quasi-static motion.
- *  @return OK, ESETTLE, ESINGULAR; after a failure the positions are the last that were tried */
+ *  @return OK, ESETTLE, ESINGULAR, EINVAL (with loops or couplings); after a failure the positions
+ * are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);
 /** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
  *  as it was before the failing sub-step, for inspection. */

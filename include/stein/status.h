@@ -28,7 +28,8 @@ extern "C" {
     X(ECOMPILE, "the generated equations cannot be compiled")                  \
     X(ELOAD, "the compiled equations cannot be loaded")                        \
     X(ESTALE, "the compiled equations belong to another mechanism or version") \
-    X(ESTOPPED, "stopped by its caller")
+    X(ESTOPPED, "stopped by its caller")                                       \
+    X(ECLOSE, "a loop cannot be closed")
 
 typedef enum stein_status {
 #define STEIN_STATUS_ENUM(code, text) STEIN_##code,

@@ -73,10 +73,10 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 10, ALWAYS = 4 };
+enum { COUNTED = 11, ALWAYS = 4 };
 static const char *const counted_key[COUNTED] = {
-    "M_c",         "M_c_unloaded", "inverse_dynamics", "setup",  "solution",
-    "articulated", "poses",        "points",           "energy", "derivatives"};
+    "M_c",   "M_c_unloaded", "inverse_dynamics", "setup",       "solution", "articulated",
+    "poses", "points",       "energy",           "derivatives", "loops"};
 static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
                                                   "likewise with forces and moments",
@@ -86,12 +86,14 @@ static const char *const counted_note[COUNTED] = {"with a force and a moment on 
                                                   "bodies with contacts",
                                                   "all named points, with Jacobians",
                                                   "kinetic and potential",
-                                                  "of M qdd + c by all q and qd"};
+                                                  "of M qdd + c by all q and qd",
+                                                  "h, J and Jdot qd of loops and couplings"};
 
 static stein_ops counted(const gen_result *g, int i)
 {
-    const stein_ops ops[COUNTED] = {g->mass_bias,   g->unloaded, g->inverse, g->setup,  g->solve,
-                                    g->articulated, g->pose,     g->point,   g->energy, g->slopes};
+    const stein_ops ops[COUNTED] = {g->mass_bias, g->unloaded,    g->inverse, g->setup,
+                                    g->solve,     g->articulated, g->pose,    g->point,
+                                    g->energy,    g->slopes,      g->closure};
     return ops[i];
 }
 
@@ -109,11 +111,12 @@ static void print_bodies(const mechanism *m)
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8], mass[CLI_TEXT];
-        printf("  %-16s %-4s on %-12s %s%s%s%s\n", b->name, joint_text(joint, b),
+        printf("  %-16s %-4s on %-12s %s%s%s%s%s\n", b->name, joint_text(joint, b),
                body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
                acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
-               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "");
+               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "",
+               b->limited ? ", limits" : "");
     }
 }
 
@@ -263,7 +266,6 @@ static void print_text(const checked *c)
     print_tables(m);
     print_signals(m);
     print_regulation(m);
-    print_operations(c->g);
 }
 
 /* ---- JSON ---- */
@@ -449,7 +451,8 @@ static int print_json(const checked *c, const cli_args *args)
     lab__json_bool(&j, "settle", m->settle);
     lab__json_close(&j);
     json_operations(&j, c->g);
-    if (args->noperand > 1) {
+    code = cli_check_loops(args, m, &j);
+    if (code == CLI_OK && args->noperand > 1) {
         code = cli_check_data(args, &j);
     }
     lab__json_close(&j);
@@ -485,7 +488,11 @@ static int check(const cli_args *args)
             code = print_json(&c, args);
         } else {
             print_text(&c);
-            code = args->noperand > 1 ? cli_check_data(args, NULL) : CLI_OK;
+            code = cli_check_loops(args, m, NULL);
+            print_operations(&g);
+            if (code == CLI_OK && args->noperand > 1) {
+                code = cli_check_data(args, NULL);
+            }
         }
         gen_free(&g);
     }
@@ -516,7 +523,8 @@ const cli_command cli_check = {
         "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
         "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
         "perhaps meant; the line follows with a caret below the place. Without DATA nothing is\n"
-        "compiled or simulated.\n"
+        "compiled or simulated, but loops and couplings: whether they can be closed, and how many\n"
+        "degrees of freedom they leave.\n"
         "\n"
         "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"
         "rests, wrapped angles. Then every record is simulated once with the numbers of the files\n"
@@ -539,7 +547,10 @@ const cli_command cli_check = {
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"
         "\"regulation\", \"load\", \"stroke\", \"simulation\", \"operations\": {\"M_c\":\n"
         "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
-        "\"setup\", \"poses\", \"points\", \"energy\"}}, with DATA also \"data\": [{\"file\",\n"
+        "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": "
+        "[{\"name\",\n"
+        "\"kind\", \"from\", \"to\"}], \"freedom\", \"start\": {JOINT: position}; with DATA also "
+        "\"data\": [{\"file\",\n"
         "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
         "\"text\"}],\n"
         "values in SI units.",

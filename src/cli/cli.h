@@ -26,15 +26,18 @@ typedef struct cli_option {
 } cli_option;
 
 /** What every command understands, at the end of its table. */
-#define CLI_COMMON                                                                              \
-    {"set", 0, "NAME=VALUE[unit]",                                                              \
-     "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n" \
-     "without unit is SI. A structural zero that is set changes the equations: they are then\n" \
-     "generated and compiled anew."},                                                           \
-        {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},  \
-        {"help", 'h', NULL, "Print this page."},                                                \
-    {                                                                                           \
-        NULL, 0, NULL, NULL                                                                     \
+#define CLI_COMMON                                                                               \
+    {"set", 0, "NAME=VALUE[unit]",                                                               \
+     "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"  \
+     "without unit is SI. A structural zero that is set changes the equations: they are then\n"  \
+     "generated and compiled anew."},                                                            \
+        {"inertia", 0, "accept|balance|refuse",                                                  \
+         "What becomes of an inertia that no body can have: taken with a warning, replaced by\n" \
+         "three equal moments, or refused (the default), for all bodies at once."},              \
+        {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},   \
+        {"help", 'h', NULL, "Print this page."},                                                 \
+    {                                                                                            \
+        NULL, 0, NULL, NULL                                                                      \
     }
 
 typedef struct cli_args cli_args;
@@ -130,6 +133,12 @@ void cli_story(const char *model, const lab_diagnosis *d);
 /** Run the command now, and again whenever a file of its operands changes, until it is interrupted
  *  or its output is closed. @return the code of the last run */
 int cli_watch(const cli_args *args, int (*run)(const cli_args *args));
+
+/* ---- check_loops.c ---- */
+
+/** The loops and couplings of stein check, as text or into the object of `out`; nothing where there
+ *  are none. @return the exit code: do they close? */
+int cli_check_loops(const cli_args *args, const mechanism *m, lab__json *out);
 
 /* ---- results.c ---- */
 

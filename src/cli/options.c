@@ -130,12 +130,28 @@ static int store_held(cli_args *args, const char *value)
     return CLI_OK;
 }
 
+/* an override like others, so that it goes wherever they go */
+static int store_inertia(cli_args *args, const char *value)
+{
+    static const char *const sets[] = {"inertia=accept", "inertia=balance", "inertia=refuse"};
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(sets[i] + strlen("inertia="), value) == 0 && args->nset < CLI_SETS) {
+            args->set[args->nset++] = sets[i];
+            return CLI_OK;
+        }
+    }
+    return cli_misuse(args->command, "--inertia %s: expected accept, balance or refuse", value);
+}
+
 static int store(cli_args *args, int option, const char *value)
 {
     const char *name = args->command->options[option].name;
     args->value[option] = value;
     if (strcmp(name, "vary") == 0) {
         return store_vary(args, value);
+    }
+    if (strcmp(name, "inertia") == 0) {
+        return store_inertia(args, value);
     }
     if (strcmp(name, "held-out") == 0 || strcmp(name, "holdout") == 0) {
         return store_held(args, value);

@@ -28,11 +28,18 @@ static double point_component(stein_sim *sim, int point, stein_read_kind kind)
 }
 
 /* what the drive of a prescribed joint has to supply: M qdd + c less all other generalised forces
- */
+ * and those of loops */
 static double needed_force(stein_sim *sim, int input)
 {
     int joint = sim->model->inputs[input].index;
     sim->model->inverse(sim->xq, sim->xqd, sim->qdd, sim->sc, sim->d, sim->zero, sim->zero, sim->c);
+    if (sim->model->nrow > 0) {
+        for (int j = 0; j < sim->model->nq; j++) {
+            sim->c[j] -= sim->Q[j];
+        }
+        stein__loops_take(sim, sim->c);
+        return sim->c[joint];
+    }
     return sim->c[joint] - sim->Q[joint];
 }
 

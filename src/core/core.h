@@ -8,6 +8,8 @@
  *      channel.c   output channels                     adapt.c     steps of controlled error
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions
+ *      loops.c     closed loops and couplings          partition.c   their linear system
+ *      assemble.c  start positions that close them
  *      status.c    errors                              identity.c  one hash of all that computes
  *
  *   in the words of real.h, once more for each number of lanes
@@ -115,6 +117,20 @@ typedef struct state_head {
     int reserved;
 } state_head;
 
+/** Work of loops.c, partition.c, assemble.c. */
+typedef struct stein__loops {
+    double *h, *J, *jdqd;         /* [nrow], [nrow*nq], [nrow] where they were asked for last */
+    double *A, *rhs, *scale;      /* J while it is eliminated, its right-hand side, its rows */
+    double *best;                 /* [nrow] largest element that may be a pivot */
+    double *W, *S, *y;            /* [nq*nq], [nq*nq], [nq] system of the independent joints */
+    double *x, *b, *start, *step; /* [nq] */
+    int *row, *column, *free;     /* [nq] of each pivot; the independent joints */
+    int *best_column;             /* [nrow] where that is */
+    unsigned char *role, *used, *kept; /* [nq] of a joint; [nrow] has a pivot; [nq] stays */
+    int rank_found, nfree;
+    int rank; /* of J where the loops are closed, -1: not known yet */
+} stein__loops;
+
 struct stein_sim {
     const stein_model *model;
     stein_sim_def def;
@@ -177,6 +193,7 @@ struct stein_sim {
     double *work;                 /* [nq*nq + 2*nq] */
     double *root;                 /* [nguard] */
     unsigned char *crossed;       /* [nguard] guards that switch at the located root */
+    stein__loops loop;
 
     int jacobians; /* 1: a force acts at a point of a body without a pose */
     int signals;   /* 1: an input has a signal */
@@ -362,6 +379,21 @@ int stein__solved(stein_sim *sim, double *b);
 stein_status stein__refresh(stein_sim *sim, stein_err *err);
 /* xq, xqd and poses of the current state, without its forces */
 void stein__place(stein_sim *sim);
+
+/* loops.c, assemble.c: of a model with rows */
+#if STEIN_LANES == 1
+/* qdd at xq, xqd under Q and the loops. @return -1, or a joint whose pivot vanishes */
+int stein__loops_accelerate(stein_sim *sim, double *qdd);
+/* M x = b with J x = 0, or with what qdd has to obey; b becomes x. @return likewise */
+int stein__loops_solve(stein_sim *sim, double *b, int moves);
+/* of the forces that are missing in the joints [nq], take those of the loops away */
+void stein__loops_take(stein_sim *sim, double *missing);
+/* xq, xqd at t onto the loops. @return OK, ECLOSE */
+stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
+/* the state onto the loops, from where it is; as_stated: what the file gives stays, if it can.
+ * @return OK, ECLOSE */
+stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err);
+#endif
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
  * the guards there; where it began stays in q0, qd0, qdd0 */

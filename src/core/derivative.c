@@ -65,6 +65,11 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
     if (status != STEIN_OK) {
         return status;
     }
+    if (model->nrow > 0) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "\"%s\" has loops or couplings, of which there are no derivatives yet",
+                           model->name);
+    }
     if (!has_derivatives(model)) {
         return stein__fail(err, STEIN_EINVAL,
                            "the equations of \"%s\" came without derivatives: generate them again",

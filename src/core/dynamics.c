@@ -10,6 +10,9 @@
 int stein__solved(stein_sim *sim, double *b)
 {
     const stein_model *model = sim->model;
+    if (model->nrow > 0) {
+        return stein__loops_solve(sim, b, 0);
+    }
     return model->solve != NULL ? model->solve(sim->M, b)
                                 : stein__solve(model->nq, sim->parent, sim->M, b, sim->inverse);
 }
@@ -46,6 +49,13 @@ void stein__place(stein_sim *sim)
 
 stein_status stein__refresh(stein_sim *sim, stein_err *err)
 {
+    if (sim->model->nrow > 0 && sim->loop.rank < 0) {
+        stein__place_driven(sim);
+        stein_status status = stein__loops_assemble(sim, 0, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
     if (sim->fresh != FRESH) {
         stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
         if (status != STEIN_OK) {

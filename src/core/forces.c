@@ -119,6 +119,10 @@ static void joint_forces(stein_sim *sim)
         real mu = stein__mu(law + STEIN_JOINT_FRICTION, parts, slip[k], grip[k]);
         sim->Q[j] += stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
     }
+    for (int i = 0; i < model->nlimit; i++) {
+        int j = model->limits[i].joint;
+        sim->Q[j] += stein__limit(sim->d + model->limits[i].d, sim->xq[j], sim->xqd[j]);
+    }
     if (sim->ntable_on > 0) {
         stein__tables_joints(sim);
     }
@@ -170,6 +174,11 @@ static stein_solved articulate(stein_sim *sim, real *qdd)
 INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
 {
     int nq = sim->model->nq;
+#if STEIN_LANES == 1
+    if (sim->model->nrow > 0) {
+        return stein__loops_accelerate(sim, qdd);
+    }
+#endif
     if (EQUATIONS(sim)->articulated != NULL) {
         return articulate(sim, qdd);
     }

@@ -83,6 +83,7 @@ INNER void stein__wire(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     sim->jacobians = sim->motions = sim->signals = 0;
+    sim->loop.rank = -1;
     for (int i = 0; i < model->ninput; i++) {
         const stein_input *input = &model->inputs[i];
         int on = any(has_signal(sim, i));

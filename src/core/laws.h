@@ -170,6 +170,17 @@ static inline real stein__joint(const real *law, int parts, real q, real qd, rea
     return f;
 }
 
+/* stops of a joint */
+static inline real stein__limit(const real *law, real q, real qd)
+{
+    real above = q - law[STEIN_LIMIT_TO], below = law[STEIN_LIMIT_FROM] - q;
+    mask up = more(above, 0.0);
+    real x = sel(up, above, below), rate = sel(up, qd, -qd);
+    real f = law[STEIN_LIMIT_K] * x * (1.0 + law[STEIN_LIMIT_D] * rate);
+    f = sel(both(more(x, 0.0), more(f, 0.0)), f, same(0.0));
+    return sel(up, -f, f);
+}
+
 /* tension of a link of a length, which grows at a rate; z of its first end */
 static inline real stein__tension(const real *law, real length, real rate, real z)
 {

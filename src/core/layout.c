@@ -58,6 +58,35 @@ static void carve_state(stein_sim *s, arena *a, const stein_model *m)
     s->state_size = a->used - start;
 }
 
+static void carve_loops(stein__loops *l, arena *a, const stein_model *m)
+{
+    int n = m->nq, rows = m->nrow;
+    if (rows == 0) {
+        return;
+    }
+    l->h = doubles(a, rows);
+    l->J = doubles(a, rows * n);
+    l->jdqd = doubles(a, rows);
+    l->A = doubles(a, rows * n);
+    l->rhs = doubles(a, rows);
+    l->scale = doubles(a, rows);
+    l->best = doubles(a, rows);
+    l->W = doubles(a, n * n);
+    l->S = doubles(a, n * n);
+    l->y = doubles(a, n);
+    l->x = doubles(a, n);
+    l->b = doubles(a, n);
+    l->start = doubles(a, n);
+    l->step = doubles(a, n);
+    l->row = carve(a, sizeof *l->row * (size_t)n);
+    l->column = carve(a, sizeof *l->column * (size_t)n);
+    l->free = carve(a, sizeof *l->free * (size_t)n);
+    l->best_column = carve(a, sizeof *l->best_column * (size_t)rows);
+    l->role = carve(a, (size_t)n);
+    l->used = carve(a, (size_t)rows);
+    l->kept = carve(a, (size_t)n);
+}
+
 static void carve_all(stein_sim *s, arena *a, const stein_model *m)
 {
     int nq = m->nq;
@@ -112,6 +141,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nguard);
     s->crossed = carve(a, (size_t)s->nguard);
+    carve_loops(&s->loop, a, m);
     size_t signals = (size_t)m->ninput * (sizeof(real) / sizeof(double));
     s->signal = carve(a, sizeof *s->signal * signals);
     s->signal_ctx = carve(a, sizeof *s->signal_ctx * signals);

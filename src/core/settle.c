@@ -130,6 +130,11 @@ static double largest(const double *x, int n)
 static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
 {
     int nq = sim->model->nq;
+    if (sim->model->nrow > 0) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "no equilibrium is looked for in \"%s\": it has loops or couplings",
+                           sim->model->name);
+    }
     size_t bytes = sizeof *sim->q * (size_t)nq;
     double *F = sim->qdd0, *trial = sim->qdd1, *delta = sim->q1, *start = sim->qd1;
     double tau = 1e-6, norm2, new_norm2;
@@ -248,6 +253,13 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
     memmove(sim->qd, qd, sizeof *qd * (size_t)nq);
     sim->head->t = sim->head->t0 = t;
     sim->head->step = 0;
+    if (sim->model->nrow > 0) {
+        stein__place_driven(sim);
+        stein_status status = stein__loops_assemble(sim, 0, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
     remember_regions(sim, 0);
     modes_from_geometry(sim);
     return stein__refresh(sim, err);

@@ -249,7 +249,10 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
         sim->qd[j] = sim->d[model->initial + 2 * j + 1];
     }
     stein__place_driven(sim);
-    stein_status status = stein__settle(sim, err);
+    stein_status status = model->nrow > 0 ? stein__loops_assemble(sim, 1, err) : STEIN_OK;
+    if (status == STEIN_OK) {
+        status = stein__settle(sim, err);
+    }
     if (status == STEIN_OK) {
         status = stein__refresh(sim, err);
     }

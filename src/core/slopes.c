@@ -235,7 +235,7 @@ int stein__touch_slopes(stein_derivative *s, double *Qq, double *Qqd)
 {
     const stein_sim *sim = s->sim;
     int n = s->model->nq;
-    if (s->model->nlink > 0 || sim->ntable_on > 0 || sim->signals) {
+    if (s->model->nlink > 0 || s->model->nlimit > 0 || sim->ntable_on > 0 || sim->signals) {
         return 0;
     }
     memset(Qq, 0, sizeof *Qq * (size_t)(n * n));

@@ -144,6 +144,14 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
         return status;
     }
     combine(sim, rk->b, rk->stages, h, sim->y0, sim->x);
+#if STEIN_LANES == 1
+    if (sim->model->nrow > 0) {
+        status = stein__loops_project(sim, t + h, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+#endif
     status = derive(sim, MAX_STAGES, t + h, err);
     if (status != STEIN_OK) {
         return status;

@@ -119,8 +119,11 @@ static int compile_lanes(const job *j, const char *cc)
 {
     static const char *const instructions[] = {
         [2] = "", [4] = "-mavx2", [8] = "-mavx512f -mavx512dq -mavx512vl"};
-    int lanes = stein_batch_width(stein_models[0]), code = -1; // of a built-in one: all there are
-    lanes = lanes < 2 ? 2 : lanes;
+    int lanes = 2, code = -1;
+    for (int i = 0; stein_models[i] != NULL; i++) { // all there are: what a built-in one has
+        int has = stein_batch_width(stein_models[i]);
+        lanes = has > lanes ? has : lanes;
+    }
     lab__words words = {0};
     begin_command(&words, j, cc);
     lab__words_of(&words, instructions[lanes]);

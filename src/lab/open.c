@@ -135,6 +135,7 @@ static stein_status take_values(lab_model *model, const stein_model *found, stei
         model->params[i] = found->params[i];
         model->params[i].value = model->values[i] = mech->params[k].value;
         model->params[i].tolerance = mech->params[k].tolerance;
+        model->params[i].stated = mech->params[k].stated;
     }
     model->equations = *found;
     model->equations.name = mech->name;

@@ -233,47 +233,12 @@ static void check_mass_matrix(mech__reader *rd)
     }
     mech__problem_at(rd, rd->body_node[joint]->key,
                      "the joint %s has no inertia to move (the mass "
-                     "matrix is singular), expected a mass or inertia on it or beyond it",
+                     "matrix is singular), expected a mass or inertia on it or beyond it, or "
+                     "joint: fixed",
                      m->bodies[joint].name);
 }
 
-/** Principal moments of a symmetric matrix by cyclic Jacobi rotations. */
-static void principal(const mech_scalar I[6], double value[3])
-{
-    double A[3][3] = {{I[0].value, I[3].value, I[4].value},
-                      {I[3].value, I[1].value, I[5].value},
-                      {I[4].value, I[5].value, I[2].value}};
-
-    for (int sweep = 0; sweep < 30; sweep++) {
-        for (int p = 0; p < 3; p++) {
-            int j = (p + 1) % 3, k = (p + 2) % 3;
-
-            if (A[j][k] == 0.0) {
-                continue;
-            }
-            double angle = 0.5 * atan2(2.0 * A[j][k], A[j][j] - A[k][k]);
-            double c = cos(angle), s = sin(angle);
-
-            for (int i = 0; i < 3; i++) {
-                double x = A[i][j], y = A[i][k];
-
-                A[i][j] = c * x + s * y;
-                A[i][k] = c * y - s * x;
-            }
-            for (int i = 0; i < 3; i++) {
-                double x = A[j][i], y = A[k][i];
-
-                A[j][i] = c * x + s * y;
-                A[k][i] = c * y - s * x;
-            }
-        }
-    }
-    for (int i = 0; i < 3; i++) {
-        value[i] = A[i][i];
-    }
-}
-
-static void check_inertia(mech__reader *rd, int body)
+void mech__check_inertia(mech__reader *rd, int body)
 {
     const mech_body *b = &rd->m->bodies[body];
     const mech__node *node = mech__get(rd->body_node[body], "inertia");
@@ -289,8 +254,7 @@ static void check_inertia(mech__reader *rd, int body)
             return;
         }
     }
-    principal(b->inertia, v);
-    double sum = v[0] + v[1] + v[2];
+    mech__principal(b->inertia, v);
     double largest = fmax(v[0], fmax(v[1], v[2]));
     double smallest = fmin(v[0], fmin(v[1], v[2]));
     const mech__node *place = node ? node : rd->body_node[body];
@@ -300,12 +264,18 @@ static void check_inertia(mech__reader *rd, int body)
                          "the inertia of %s is not possible: a principal moment is "
                          "negative",
                          b->name);
-    } else if (b->inertia[0].kind != MECH_ZERO && b->inertia[1].kind != MECH_ZERO &&
-               b->inertia[2].kind != MECH_ZERO && 2.0 * largest > sum * (1.0 + 1e-9)) {
-        mech__problem_at(rd, place,
-                         "the inertia of %s is not possible: a principal moment exceeds "
-                         "the sum of the other two",
-                         b->name);
+    } else if (mech__violates_triangle(b->inertia)) {
+        static const char *const told = "a principal moment exceeds the sum of the other two";
+
+        if (rd->inertia == MECH__REFUSE) {
+            mech__problem_at(rd, place,
+                             "the inertia of %s is not possible: %s, expected another one, or "
+                             "inertia: accept or balance for all bodies",
+                             b->name, told);
+        } else {
+            mech__warn_at(rd, place, "the inertia of %s is taken as it is, though %s", b->name,
+                          told);
+        }
     }
 }
 
@@ -329,6 +299,17 @@ static void check_extents(mech__reader *rd)
                                  "before it begins, expected [from, to] with from < to",
                                  m->contacts[i].name);
             }
+        }
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+
+        if (b->limited && !mech__failed(rd, b->name) &&
+            !(b->limit[STEIN_LIMIT_FROM].value < b->limit[STEIN_LIMIT_TO].value)) {
+            mech__problem_at(rd, mech__get(rd->body_node[i], "limits"),
+                             "the limits of %s end before they begin, expected [from, to] with "
+                             "from < to",
+                             b->name);
         }
     }
     for (int i = 0; i < m->ninput; i++) {
@@ -357,11 +338,11 @@ void mech__checks(mech__reader *rd)
     /* where a number is wrong already these would only repeat it */
     for (int i = 0; i < rd->m->nbody; i++) {
         if (!mech__failed(rd, rd->m->bodies[i].name)) {
-            check_inertia(rd, i);
+            mech__check_inertia(rd, i);
         }
     }
     check_extents(rd);
-    if (rd->nproblem == 0) {
+    if (rd->nproblem == 0 && rd->m->nloop == 0) { /* loops may carry what has no mass */
         check_mass_matrix(rd);
     }
 }

@@ -151,6 +151,52 @@ void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
              slides ? "a sliding joint" : "a turning joint", entry, b->name);
 }
 
+/** A stop for whose stiffness the file has no number: the body alone swings on it with 100 Hz. */
+static const char *usual_stiffness(mech__reader *rd, const mech_body *b)
+{
+    static const char *const across[3][2] = {{"y", "z"}, {"x", "z"}, {"x", "y"}};
+    const char *n = b->name, *const *c = across[b->axis - 'x'];
+    const char axis[3] = {b->axis, b->axis, '\0'};
+
+    return b->type == 'T'
+               ? mech__print(rd, "394784.17604357434 Hz^2 * %s.mass", n)
+               : mech__print(rd,
+                             "394784.17604357434 Hz^2 * (%s.inertia.%s + %s.mass * (%s.centre.%s * "
+                             "%s.centre.%s + %s.centre.%s * %s.centre.%s))",
+                             n, axis, n, n, c[0], n, c[0], n, c[1], n, c[1]);
+}
+
+void mech__limits(mech__reader *rd, mech_body *b, const mech__node *node)
+{
+    int slides = b->type == 'T', map = node && node->kind == MECH__MAP;
+    const mech__node *range = map ? mech__need(rd, node, "range", "limits") : node;
+    const char *position = slides ? "m" : "rad";
+
+    if (!node || !range || (map && !mech__keys(rd, node, "limits", "range k D"))) {
+        return;
+    }
+    if (range->kind != MECH__LIST || range->count != 2) {
+        mech__problem_at(rd, range, "limits must be two positions, as in limits: [-1 %s, 1 %s]",
+                         position, position);
+        return;
+    }
+    b->limited = 1;
+    mech__number(rd, &b->limit[STEIN_LIMIT_FROM], position, 0, range->first, 0.0, "%s.limits.from",
+                 b->name);
+    mech__number(rd, &b->limit[STEIN_LIMIT_TO], position, 0, range->first->next, 0.0,
+                 "%s.limits.to", b->name);
+    mech__slot *k =
+        mech__number(rd, &b->limit[STEIN_LIMIT_K], slides ? "N/m" : "N m/rad", MECH__POSITIVE,
+                     map ? mech__get(node, "k") : NULL, 0.0, "%s.limits.k", b->name);
+    mech__number(rd, &b->limit[STEIN_LIMIT_D], slides ? "s/m" : "s/rad", MECH__NOT_NEGATIVE,
+                 map ? mech__get(node, "D") : NULL, 0.0, "%s.limits.D", b->name);
+    if (k && !k->text) {
+        k->node = node;
+        k->label = "100 Hz with the body alone";
+        k->text = usual_stiffness(rd, b);
+    }
+}
+
 void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry)
 {
     mech__need(rd, entry, "k", "a link");

@@ -52,13 +52,15 @@ static void read_sections(mech__reader *rd)
 {
     mech__keys(
         rd, rd->root, "the file",
-        "mechanism gravity parameters bodies points links contacts notches load tables inputs "
-        "outputs stroke simulation clock regulation");
+        "mechanism gravity parameters bodies points links loops couplings contacts notches load "
+        "tables inputs outputs stroke simulation clock regulation inertia");
     read_name(rd);
+    mech__read_inertia(rd);
     mech__section_parameters(rd);
     mech__section_bodies(rd);
     if (!rd->nomem) {
         mech__section_links(rd);
+        mech__section_loops(rd);
         mech__section_contacts(rd);
         mech__section_tables(rd);
         mech__section_signals(rd);
@@ -127,6 +129,9 @@ stein_status mech_read_text(mechanism **out, const char *name, const char *text,
         mech__problems_flush(rd, report, ctx, err);
         status = STEIN_EPARSE;
     } else if (report) {
+        for (int i = 0; i < rd->nwarning; i++) {
+            report(ctx, rd->warnings[i]);
+        }
         mech__doubts(rd);
         mech__problems_flush(rd, report, ctx, NULL);
     }
@@ -192,6 +197,7 @@ void mech_free(mechanism *m)
         free(m->tables[i].v);
     }
     free(m->tables);
+    free(m->loops);
     free(m->inputs);
     free(m->channels);
     for (int i = 0; i < m->nabout; i++) {

@@ -92,6 +92,8 @@ typedef struct mech_body {
     mech_scalar inertia[6];              /* xx yy zz xy xz yz about the centre of mass [kg m^2] */
     mech_scalar joint[STEIN_JOINT_SIZE]; /* what acts in the joint itself */
     mech_scalar q0, qd0;                 /* initial state */
+    int limited;                         /* it has stops */
+    mech_scalar limit[STEIN_LIMIT_SIZE];
     int line, column;
 } mech_body;
 
@@ -150,6 +152,20 @@ typedef struct mech_link {
     mech_scalar law[STEIN_LINK_SIZE];
 } mech_link;
 
+typedef enum { MECH_MEET, MECH_ROD, MECH_SLOT, MECH_WELD, MECH_COUPLING } mech_loop_kind;
+
+/** What holds between coordinates: a loop that is closed at two points, or a joint that follows
+ *  another one. */
+typedef struct mech_loop {
+    char name[MECH_NAME];
+    int kind;                  /* mech_loop_kind */
+    int index[2];              /* points; COUPLING: the joint that follows, the one it follows */
+    int axis;                  /* of the first point's body, 0 x .. 2 z: SLOT along it; WELD turns
+                                  about it, -1 not at all */
+    mech_scalar length;        /* ROD [m] */
+    mech_scalar ratio, offset; /* COUPLING: q = ratio q_followed + offset */
+} mech_loop;
+
 typedef struct mech_input {
     char name[MECH_NAME];
     char unit[MECH_UNIT];
@@ -202,6 +218,8 @@ typedef struct mechanism {
     int nlink;
     mech_table *tables;
     int ntable;
+    mech_loop *loops;
+    int nloop;
     mech_input *inputs;
     int ninput;
     mech_channel *channels; /* without "time", which every model has */

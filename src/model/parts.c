@@ -86,16 +86,17 @@ static mech_scalar finish(mech__reader *rd, const builder *b, const mech__node *
 
 typedef struct cut {
     mech__reader *rd;
-    const mech_body *whole, *part; /* the whole as it is before the cut */
+    const mech_body *whole, *part; /* the whole as it is before */
     const mech__node *node;
     builder *b;
+    mech_op op, other; /* the part is taken away (SUB), or added; the opposite */
 } cut;
 
 static mech_scalar cut_mass(const cut *c, const char *name)
 {
     begin(c->b);
-    put_two(c->b, c->rd->m, c->whole->mass, c->part->mass, MECH_OP_SUB);
-    return finish(c->rd, c->b, c->node, name, "m - m_p");
+    put_two(c->b, c->rd->m, c->whole->mass, c->part->mass, c->op);
+    return finish(c->rd, c->b, c->node, name, c->op == MECH_OP_SUB ? "m - m_p" : "m + m_f");
 }
 
 static mech_scalar cut_centre(const cut *c, int k, const char *name)
@@ -108,10 +109,11 @@ static mech_scalar cut_centre(const cut *c, int k, const char *name)
     begin(c->b);
     put_two(c->b, m, c->whole->mass, c->whole->centre[k], MECH_OP_MUL);
     put_two(c->b, m, c->part->mass, c->part->centre[k], MECH_OP_MUL);
-    put_op(c->b, MECH_OP_SUB);
-    put_two(c->b, m, c->whole->mass, c->part->mass, MECH_OP_SUB);
+    put_op(c->b, c->op);
+    put_two(c->b, m, c->whole->mass, c->part->mass, c->op);
     put_op(c->b, MECH_OP_DIV);
-    return finish(c->rd, c->b, c->node, name, "(m c - m_p p)/(m - m_p)");
+    return finish(c->rd, c->b, c->node, name,
+                  c->op == MECH_OP_SUB ? "(m c - m_p p)/(m - m_p)" : "(m c + m_f f)/(m + m_f)");
 }
 
 /** u_i u_j */
@@ -135,78 +137,103 @@ static mech_scalar cut_inertia(const cut *c, int e, const char *name)
         return I;
     }
     begin(c->b);
-    put_two(c->b, m, I, part, MECH_OP_SUB);
+    put_two(c->b, m, I, part, c->op);
     put_two(c->b, m, c->whole->mass, c->part->mass, MECH_OP_MUL);
-    put_two(c->b, m, c->whole->mass, c->part->mass, MECH_OP_SUB);
+    put_two(c->b, m, c->whole->mass, c->part->mass, c->op);
     put_op(c->b, MECH_OP_DIV);
     if (e < 3) {
         put_square(c, i, i);
         put_square(c, j, j);
         put_op(c->b, MECH_OP_ADD);
         put_op(c->b, MECH_OP_MUL);
-        put_op(c->b, MECH_OP_SUB);
+        put_op(c->b, c->op);
     } else {
         put_square(c, i, j);
         put_op(c->b, MECH_OP_MUL);
-        put_op(c->b, MECH_OP_ADD);
+        put_op(c->b, c->other);
     }
-    return finish(c->rd, c->b, c->node, name, "I - I_p - m m_p/(m - m_p) (u^2 - u u)");
+    return finish(c->rd, c->b, c->node, name,
+                  c->op == MECH_OP_SUB ? "I - I_p - m m_p/(m - m_p) (u^2 - u u)"
+                                       : "I + I_f + m m_f/(m + m_f) (u^2 - u u)");
 }
 
-static void cut_body(mech__reader *rd, builder *b, int index)
+void mech__combine(mech__reader *rd, mech_body *a, const mech_body *b, int apart,
+                   const mech__node *node, const char *name)
 {
     static const char *const element[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-    mech_body *part = &rd->m->bodies[index], *whole = &rd->m->bodies[part->parent];
-    const mech_body before = *whole;
-    const cut c = {rd, &before, part, rd->body_node[index], b};
-    char name[MECH_PATH];
+    const mech_body before = *a;
+    builder *room = mech__alloc(rd, sizeof *room);
+    const cut c = {.rd = rd,
+                   .whole = &before,
+                   .part = b,
+                   .node = node,
+                   .b = room,
+                   .op = apart ? MECH_OP_SUB : MECH_OP_ADD,
+                   .other = apart ? MECH_OP_ADD : MECH_OP_SUB};
+    char path[MECH_PATH];
 
-    if (!(before.mass.value > part->mass.value)) {
-        mech__problem_at(rd, c.node, "the mass of %s is not larger than that of its part %s",
-                         whole->name, part->name);
+    if (!room) {
         return;
     }
-    snprintf(name, sizeof name, "%s.rest.mass", whole->name);
-    whole->mass = cut_mass(&c, name);
+    snprintf(path, sizeof path, "%s.mass", name);
+    a->mass = cut_mass(&c, path);
     for (int k = 0; k < 3; k++) {
-        snprintf(name, sizeof name, "%s.rest.centre.%c", whole->name, "xyz"[k]);
-        whole->centre[k] = cut_centre(&c, k, name);
+        snprintf(path, sizeof path, "%s.centre.%c", name, "xyz"[k]);
+        a->centre[k] = cut_centre(&c, k, path);
     }
     for (int e = 0; e < 6; e++) {
-        snprintf(name, sizeof name, "%s.rest.inertia.%s", whole->name, element[e]);
-        whole->inertia[e] = cut_inertia(&c, e, name);
+        snprintf(path, sizeof path, "%s.inertia.%s", name, element[e]);
+        a->inertia[e] = cut_inertia(&c, e, path);
     }
+}
+
+static void cut_body(mech__reader *rd, int index)
+{
+    const mech_body *part = &rd->m->bodies[index];
+    mech_body *whole = &rd->m->bodies[part->parent];
+    char name[MECH_PATH];
+
+    if (!(whole->mass.value > part->mass.value)) {
+        mech__problem_at(rd, rd->body_node[index],
+                         "the mass of %s is not larger than that of its part %s", whole->name,
+                         part->name);
+        return;
+    }
+    snprintf(name, sizeof name, "%s.rest", whole->name);
+    mech__combine(rd, whole, part, 1, rd->body_node[index], name);
 }
 
 /* --- places --- */
 
-static void shift(mech__reader *rd, builder *b, const mech__slot *s)
+void mech__shift(mech__reader *rd, mech_scalar *to, mech_scalar by, int s, const mech__slot *slot,
+                 const char *why)
 {
     char name[MECH_PATH], text[MECH_PATH];
+    builder *b = by.kind == MECH_ZERO ? NULL : mech__alloc(rd, sizeof *b);
 
-    if (!s->less || s->less->kind == MECH_ZERO || s->state != MECH__DONE) {
+    if (!b || slot->state != MECH__DONE) {
         return;
     }
     begin(b);
-    put_two(b, rd->m, *s->to, *s->less, MECH_OP_SUB);
-    mech__name_copy(name, sizeof name, s->path);
-    snprintf(text, sizeof text, "%.70s from the part's joint", s->path);
-    *s->to = finish(rd, b, s->node, name, text);
+    put_two(b, rd->m, *to, by, s < 0 ? MECH_OP_SUB : MECH_OP_ADD);
+    mech__name_copy(name, sizeof name, slot->path);
+    snprintf(text, sizeof text, "%.60s %s", slot->path, why);
+    *to = finish(rd, b, slot->node, name, text);
 }
 
 void mech__parts(mech__reader *rd)
 {
-    builder *b = mech__alloc(rd, sizeof *b);
-
-    for (int i = 0; b && i < rd->m->nbody; i++) {
+    for (int i = 0; !rd->nomem && i < rd->m->nbody; i++) {
         const mech_body *body = &rd->m->bodies[i];
 
         if (body->part && !rd->m->bodies[body->parent].part && !mech__failed(rd, body->name) &&
             !mech__failed(rd, rd->m->bodies[body->parent].name)) {
-            cut_body(rd, b, i);
+            cut_body(rd, i);
         }
     }
-    for (const mech__slot *s = rd->slots; b && !rd->nomem && s; s = s->next) {
-        shift(rd, b, s);
+    for (const mech__slot *s = rd->slots; !rd->nomem && s; s = s->next) {
+        if (s->less) {
+            mech__shift(rd, s->to, *s->less, -1, s, "from the part's joint");
+        }
     }
 }

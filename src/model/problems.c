@@ -45,14 +45,11 @@ const char *mech__shown(mech__reader *rd, const char *text)
     return copy;
 }
 
-static void add_problem(mech__reader *rd, int line, int column, const char *format, va_list args)
+/** "file:line:column: what", in the arena; NULL without memory. */
+static char *placed(mech__reader *rd, int line, int column, const char *format, va_list args)
 {
     char what[600], *text = NULL;
 
-    if (rd->nproblem >= MECH__MAX_PROBLEMS) {
-        rd->nproblem = MECH__MAX_PROBLEMS + 1;
-        return;
-    }
     vsnprintf(what, sizeof what, format, args);
     if (line > 0) {
         text = mech__print(rd, "%s:%d:%d: %s", rd->file, line, column, what);
@@ -60,6 +57,17 @@ static void add_problem(mech__reader *rd, int line, int column, const char *form
         text = mech__print(rd, "%s: %s", rd->file, what);
     }
     mech__one_line(text); // with names, units and the file's own name
+    return text;
+}
+
+static void add_problem(mech__reader *rd, int line, int column, const char *format, va_list args)
+{
+    if (rd->nproblem >= MECH__MAX_PROBLEMS) {
+        rd->nproblem = MECH__MAX_PROBLEMS + 1;
+        return;
+    }
+    char *text = placed(rd, line, column, format, args);
+
     if (text) {
         rd->problems[rd->nproblem].line = line;
         rd->problems[rd->nproblem].column = column;
@@ -91,6 +99,18 @@ void mech__problem_at(mech__reader *rd, const mech__node *node, const char *form
     va_start(args, format);
     add_problem(rd, node ? node->line : 0, node ? node->column : 0, format, args);
     va_end(args);
+}
+
+void mech__warn_at(mech__reader *rd, const mech__node *node, const char *format, ...)
+{
+    va_list args;
+
+    va_start(args, format);
+    char *text = placed(rd, node->line, node->column, format, args);
+    va_end(args);
+    if (text && rd->nwarning < MECH__MAX_BODIES) {
+        rd->warnings[rd->nwarning++] = text;
+    }
 }
 
 /** Stable insertion sort by place: there are at most 50. */

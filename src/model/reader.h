@@ -20,13 +20,14 @@ enum {
     MECH__MAX_NESTING = 16,   /* lists and mappings inside each other */
     MECH__MAX_ENTRIES = 1024, /* of one list or mapping */
     MECH__MAX_PROBLEMS = 50,  /* reported in one run */
-    MECH__MAX_BODIES = 100,
+    MECH__MAX_BODIES = 120,
     MECH__MAX_POINTS = 256,
     MECH__MAX_THINGS = 128,   /* contacts, notches, links, tables, inputs, outputs: of each */
     MECH__MAX_TABLE = 64,     /* points of one table */
     MECH__MAX_STEPS = 256,    /* of one formula, after other formulas are put in */
     MECH__MAX_DEPTH = 32,     /* brackets; formulas that refer to formulas */
-    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole */
+    MECH__PART_FORMULAS = 10, /* mass, centre and inertia of what a part leaves of the whole, or of
+                                 what a fixed body makes of the one that carries it */
     MECH__WHY = 200           /* room for the cause of a problem */
 };
 
@@ -90,6 +91,7 @@ typedef struct mech__slot {
     const mech_set *set;
     mech_scalar *to;         /* filled when done; NULL for a declared parameter */
     const mech_scalar *less; /* taken from what `to` gets: the joint of a part, or NULL */
+    const mech_scalar *more; /* added to it: the place of a fixed body, or NULL */
     mech_scalar value;
     mech__state state;
     struct mech__slot *next;
@@ -101,6 +103,10 @@ typedef struct mech__copy {
     const mech_scalar *from;
     struct mech__copy *next;
 } mech__copy;
+
+/** What becomes of an inertia that no body can have: a principal moment that exceeds the sum of the
+ *  other two. BALANCE: all three become their mean. */
+typedef enum { MECH__REFUSE, MECH__ACCEPT, MECH__BALANCE } mech__inertia;
 
 typedef struct mech__reader {
     const char *file;
@@ -117,7 +123,9 @@ typedef struct mech__reader {
     const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
     char orphan[MECH__MAX_BODIES]; /* the parent could not be found, which is told already */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
-    int nproblem, nomem;
+    const char *warnings[MECH__MAX_BODIES]; /* of what is taken all the same */
+    mech__inertia inertia;
+    int nproblem, nwarning, nomem;
     void *arena;
 } mech__reader;
 
@@ -126,6 +134,8 @@ void mech__problem_at(mech__reader *rd, const mech__node *node, const char *form
 /** The same, `skip` characters into a plain scalar. */
 void mech__problem_in(mech__reader *rd, const mech__node *node, size_t skip, const char *format,
                       ...);
+/** Note what is told though the file is read: one for each body at most. */
+void mech__warn_at(mech__reader *rd, const mech__node *node, const char *format, ...);
 /** Hand all problems over, sorted by place; err gets the first. */
 void mech__problems_flush(mech__reader *rd, mech_report *report, void *ctx, stein_err *err);
 /** Control characters of a text become "?". NULL is fine. */
@@ -215,6 +225,7 @@ mech_scalar mech__formula(mech__reader *rd, const char *name, const char *text,
                           const mech_step *steps, int nsteps);
 /** to[3] becomes from[3] once these are known. */
 void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from);
+void mech__repeat_all(mech__reader *rd);
 /** A fixed number that is no parameter: a formula of one constant. */
 void mech__constant(mech__reader *rd, mech_scalar *to, double value, const char *name,
                     const char *text);
@@ -233,6 +244,10 @@ void mech__resolve(mech__reader *rd);
 
 void mech__section_bodies(mech__reader *rd);
 int mech__body_ref(mech__reader *rd, const mech__node *node, int frame_allowed, int *body);
+/** A body with a joint. */
+int mech__joint_ref(mech__reader *rd, const mech__node *node, int *body);
+/** Note a problem where a body is fixed and a joint is asked for. @return 0, or -1 */
+int mech__has_joint(mech__reader *rd, const mech__node *node, int body);
 int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
 
 /* --- section_contacts.c, section_signals.c --- */
@@ -241,6 +256,10 @@ void mech__section_links(mech__reader *rd);
 void mech__section_contacts(mech__reader *rd);
 void mech__contacts_finish(mech__reader *rd);
 void mech__section_signals(mech__reader *rd);
+
+/* --- section_loops.c --- */
+
+void mech__section_loops(mech__reader *rd);
 
 /* --- section_regulation.c --- */
 
@@ -259,9 +278,24 @@ void mech__tables_finish(mech__reader *rd);
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
+/* --- fixed.c --- */
+
+enum { MECH__FIXED = 'F' }; /* type of a body that is none of its own */
+/** Fixed bodies become part of what carries them, and are no bodies any more. */
+void mech__fixed(mech__reader *rd);
+/** Two bodies in one: b is joined to a, or with `apart` taken out of it. Its numbers in a's axes.
+ *  @param name  of the whole: NAME.mass, NAME.centre.x, NAME.inertia.xx */
+void mech__combine(mech__reader *rd, mech_body *a, const mech_body *b, int apart,
+                   const mech__node *node, const char *name);
+/** to becomes to + s times by, a place in other axes; s = 1 or -1. */
+void mech__shift(mech__reader *rd, mech_scalar *to, mech_scalar by, int s, const mech__slot *slot,
+                 const char *why);
+
 /* --- laws.c --- */
 
 void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry);
+/** `limits` of a joint: [from, to], or a mapping with that as range, and k, D. */
+void mech__limits(mech__reader *rd, mech_body *b, const mech__node *node);
 void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry);
 /** `normal`, `friction`, `adhesion` and `gap` of a contact, a load or a notch. */
 void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,
@@ -273,6 +307,20 @@ void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry
 
 /** What can only be judged with all numbers at hand: inertias, mass matrix, extents. */
 void mech__checks(mech__reader *rd);
+/** The inertia of one body as the file states it. */
+void mech__check_inertia(mech__reader *rd, int body);
+
+/* --- inertia.c --- */
+
+/** `inertia` of the file, or of an override of that name. */
+void mech__read_inertia(mech__reader *rd);
+/** Principal moments of xx yy zz xy xz yz. */
+void mech__principal(const mech_scalar I[6], double value[3]);
+/** Does one of them exceed the sum of the other two? */
+int mech__violates_triangle(const mech_scalar I[6]);
+/** With all numbers at hand, and before anything is made of them: the inertias that are balanced.
+ */
+void mech__balance(mech__reader *rd);
 
 /* --- doubts.c --- */
 

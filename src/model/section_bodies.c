@@ -122,9 +122,15 @@ static void sort_bodies(mech__reader *rd, family *f)
     }
 }
 
-/** "R y", "T -z". */
+/** "R y", "T -z", "fixed". */
 static int joint_text(const char *s, mech_body *b)
 {
+    if (strcmp(s, "fixed") == 0) {
+        b->type = MECH__FIXED;
+        b->axis = 'x';
+        b->sign = 1;
+        return 1;
+    }
     b->type = s[0];
     s += s[0] != '\0';
     if ((b->type != 'R' && b->type != 'T') || *s != ' ') {
@@ -147,7 +153,7 @@ static void read_joint(mech__reader *rd, int index)
         if (text) {
             mech__problem_at(rd, node,
                              "\"%s\" is no joint, expected R or T, a blank and an axis, "
-                             "as in \"R y\" or \"T -z\"",
+                             "as in \"R y\" or \"T -z\", or fixed",
                              mech__shown(rd, text));
         }
         b->type = 'R';
@@ -241,6 +247,21 @@ int mech__point_ref(mech__reader *rd, const mech__node *node, int *point)
     return -1;
 }
 
+int mech__has_joint(mech__reader *rd, const mech__node *node, int body)
+{
+    if (rd->m->bodies[body].type != MECH__FIXED) {
+        return 0;
+    }
+    mech__problem_at(rd, node, "%s is fixed, expected a body with a joint",
+                     rd->m->bodies[body].name);
+    return -1;
+}
+
+int mech__joint_ref(mech__reader *rd, const mech__node *node, int *body)
+{
+    return mech__body_ref(rd, node, 0, body) || mech__has_joint(rd, node, *body) ? -1 : 0;
+}
+
 /** Joint origin: three numbers or a point of the parent. */
 static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
 {
@@ -327,17 +348,33 @@ static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry
     }
 }
 
+/** What acts in its joint, and where that begins. */
+static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node *entry)
+{
+    const mech__node *initial = mech__get(entry, "initial");
+    int turns = b->type == 'R';
+
+    mech__joint_law(rd, b, entry);
+    mech__limits(rd, b, mech__get(entry, "limits"));
+    mech__keys(rd, initial, "initial", "position speed");
+    mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
+                 "%s.initial.position", b->name);
+    mech__number(rd, &b->qd0, turns ? "rad/s" : "m/s", 0, mech__get(initial, "speed"), 0.0,
+                 "%s.initial.speed", b->name);
+}
+
 static void read_body(mech__reader *rd, int index)
 {
     mech_body *b = &rd->m->bodies[index];
     const mech__node *entry = rd->body_node[index];
-    const mech__node *initial = mech__get(entry, "initial");
-    int turns = b->type == 'R';
+    int fixed = b->type == MECH__FIXED;
     char *base = mech__print(rd, "%s.centre", b->name);
 
-    mech__keys(rd, entry, "a body",
-               "parent part_of joint at mass centre inertia pendulum spring damping "
-               "friction drag preload coulomb backlash asymmetry initial points");
+    mech__keys(
+        rd, entry, fixed ? "a fixed body" : "a body",
+        fixed ? "parent joint at mass centre inertia points"
+              : "parent part_of joint at mass centre inertia pendulum spring damping "
+                "friction drag preload coulomb backlash asymmetry initial points mimic limits");
     if (!base) {
         return;
     }
@@ -346,12 +383,9 @@ static void read_body(mech__reader *rd, int index)
     mech__place(rd, index, b->centre, MECH__VANISHES, mech__get(entry, "centre"), base);
     read_inertia(rd, b, entry);
     read_at(rd, b, mech__get(entry, "at"));
-    mech__joint_law(rd, b, entry);
-    mech__keys(rd, initial, "initial", "position speed");
-    mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
-                 "%s.initial.position", b->name);
-    mech__number(rd, &b->qd0, turns ? "rad/s" : "m/s", 0, mech__get(initial, "speed"), 0.0,
-                 "%s.initial.speed", b->name);
+    if (!fixed) {
+        read_joint_numbers(rd, b, entry);
+    }
     place_points(rd, mech__get(entry, "points"), index);
 }
 
@@ -428,6 +462,11 @@ void mech__section_bodies(mech__reader *rd)
     sort_bodies(rd, f);
     for (int i = 0; i < m->nbody; i++) {
         read_joint(rd, i);
+        if (m->bodies[i].part && m->bodies[m->bodies[i].parent].type == MECH__FIXED) {
+            mech__problem_at(rd, mech__get(rd->body_node[i], "part_of"),
+                             "%s is fixed, it has no parts", m->bodies[m->bodies[i].parent].name);
+            m->bodies[i].part = 0;
+        }
         name_points(rd, mech__get(rd->body_node[i], "points"), i);
     }
     name_points(rd, frame, -1);

@@ -60,7 +60,7 @@ static int find_thing(mech__reader *rd, const mech__node *node, int kind)
 
     for (int i = 0; (other = name_of(rd->m, kind, i)); i++) {
         if (strcmp(other, name) == 0) {
-            return i;
+            return kind == JOINT && mech__has_joint(rd, node, i) != 0 ? -1 : i;
         }
         mech__offer(&near, other);
     }
@@ -338,6 +338,11 @@ static void read_simulation(mech__reader *rd)
     }
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;
+        if (m->settle && m->nloop > 0) {
+            mech__problem_at(rd, settle,
+                             "no equilibrium is looked for in a mechanism with loops or "
+                             "couplings, expected settle: no");
+        }
     }
     read_tolerance(rd, mech__get(map, "tolerance"));
 }

@@ -65,7 +65,7 @@ static int read_place(mech__reader *rd, mech_table *t, const mech__node *entry)
         mech__problem_at(rd, entry->key, "a table needs one of joint, contact and notch");
         return -1;
     }
-    int bad = joint ? mech__body_ref(rd, joint, 0, &t->index)
+    int bad = joint ? mech__joint_ref(rd, joint, &t->index)
                     : surface_ref(rd, surface, notch != NULL, &t->index);
     int kind = !of     ? -1
                : joint ? mech__choice(rd, of, "state of a joint", "position speed")

@@ -130,7 +130,8 @@ mech__slot *mech__number(mech__reader *rd, mech_scalar *to, const char *unit, un
 }
 
 static void vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
-                   const mech__node *node, const char *base, const mech_scalar *less)
+                   const mech__node *node, const char *base, const mech_scalar *less,
+                   const mech_scalar *more)
 {
     const mech__node *entry = NULL;
 
@@ -144,8 +145,9 @@ static void vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsign
 
         mech__slot *s = mech__number(rd, &to[i], unit, f, entry, 0.0, "%s.%c", base, "xyz"[i]);
 
-        if (s && less) {
-            s->less = &less[i];
+        if (s) {
+            s->less = less ? &less[i] : NULL;
+            s->more = more ? &more[i] : NULL;
         }
         entry = entry ? entry->next : NULL;
     }
@@ -154,15 +156,16 @@ static void vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsign
 void mech__vector(mech__reader *rd, mech_scalar to[3], const char *unit, unsigned flags,
                   const mech__node *node, const char *base)
 {
-    vector(rd, to, unit, flags, node, base, NULL);
+    vector(rd, to, unit, flags, node, base, NULL, NULL);
 }
 
 void mech__place(mech__reader *rd, int body, mech_scalar to[3], unsigned flags,
                  const mech__node *node, const char *base)
 {
-    int part = body >= 0 && rd->m->bodies[body].part;
+    const mech_body *b = body >= 0 ? &rd->m->bodies[body] : NULL;
 
-    vector(rd, to, "m", flags, node, base, part ? rd->m->bodies[body].at : NULL);
+    vector(rd, to, "m", flags, node, base, b && b->part ? b->at : NULL,
+           b && b->type == MECH__FIXED ? b->at : NULL);
 }
 
 void mech__repeat(mech__reader *rd, mech_scalar *to, const mech_scalar *from)
@@ -481,7 +484,7 @@ static void check_sets(mech__reader *rd)
     }
 }
 
-static void copy_all(mech__reader *rd)
+void mech__repeat_all(mech__reader *rd)
 {
     for (const mech__copy *c = rd->copies; c; c = c->next) {
         *c->to = *c->from;
@@ -504,10 +507,12 @@ void mech__resolve(mech__reader *rd)
     for (mech__slot *s = rd->slots; s && !rd->nomem; s = s->next) {
         resolve(rd, s);
     }
-    copy_all(rd);
+    mech__balance(rd);
+    mech__repeat_all(rd);
     mech__parts(rd);
-    copy_all(rd);
+    mech__repeat_all(rd);
     if (!rd->nomem) {
+        mech__fixed(rd);
         check_sets(rd);
     }
 }

@@ -11,7 +11,7 @@
 #include "stein/import.h"
 #include "xml.h"
 
-/* of one file; a mechanism file takes 64 bodies of one joint each */
+/* of one file */
 enum { MBS_BODIES = 64, MBS_JOINTS = 64, MBS_POINTS = 256, MBS_INERTIA = 6 };
 
 /** A point of a body, or with body -1 of the base. */
