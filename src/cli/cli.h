@@ -131,6 +131,11 @@ void cli_story(const char *model, const lab_diagnosis *d);
  *  or its output is closed. @return the code of the last run */
 int cli_watch(const cli_args *args, int (*run)(const cli_args *args));
 
+/* ---- plan_before.c ---- */
+
+/** stein plan --before. @return the exit code */
+int cli_plan_before(const cli_args *args);
+
 /* ---- results.c ---- */
 
 /** Points of a table. */
