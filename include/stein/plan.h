@@ -96,8 +96,8 @@ typedef struct lab_before_def {
     const char *const *noise; /* [nnoise] "NAME=VALUE[unit]": sd of one sample; else 1 mrad, 0.1 mm,
                                  of any other unit 1 % of the largest reading */
     int nnoise;
-    int no_help; /* 1: nothing is tried besides */
-    int threads; /* results do not depend on it */
+    int no_help;                /* 1: nothing is tried besides */
+    int threads;                /* results do not depend on it */
     const lab_options *options; /* for candidates that need a part; NULL: defaults */
     lab_fit_progress_fn *progress;
     lab_stop_fn *stop; /* may be NULL */
@@ -116,10 +116,10 @@ typedef struct lab_before_cause {
 /** Something else that could be measured or done, and what it changes. */
 typedef struct lab_before_help {
     char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
-    double cost;   /* in records: one more is 1, to set up something else 4 */
-    int named;     /* candidates that are named then and were not before */
-    int told;      /* pairs that are told apart then and were not before */
-    double finer;  /* ratio of the amounts that are named, before over then: geometric mean */
+    double cost;  /* in records: one more is 1, to set up something else 4 */
+    int named;    /* candidates that are named then and were not before */
+    int told;     /* pairs that are told apart then and were not before */
+    double finer; /* ratio of the amounts that are named, before over then: geometric mean */
     char most[LAB_PLAN_TEXT]; /* the candidate that gains most, "KIND at PLACE" */
     double most_finer;        /* its ratio */
 } lab_before_help;

@@ -26,8 +26,8 @@ static int read_names(const job *j, const char *option, char **memory, const cha
     const char *text = cli_value(j->args, option);
     *n = text != NULL ? cli_names(text, memory, name) : 0;
     return *n >= 0 ? CLI_OK
-                   : cli_misuse(j->args->command,
-                                "--%s %s: expected names separated by commas", option, text);
+                   : cli_misuse(j->args->command, "--%s %s: expected names separated by commas",
+                                option, text);
 }
 
 static int read_options(job *j)
@@ -64,8 +64,7 @@ static void print_cause(const lab_before *b, int i)
     char text[CLI_TEXT], name[2 * CLI_TEXT];
     snprintf(name, sizeof name, "%s at %s", c->effect->kind, c->place);
     pad(name, NAME);
-    pad(isfinite(b->cause[i].nameable) ? rounded(text, b->cause[i].nameable, c->unit) : "-",
-        SIZE);
+    pad(isfinite(b->cause[i].nameable) ? rounded(text, b->cause[i].nameable, c->unit) : "-", SIZE);
     int n = 0;
     for (int k = 0; k < b->ncolumn; k++) {
         if (!b->cause[k].named || !lab_before_mistaken(b, i, k)) {
@@ -193,8 +192,7 @@ static int compute(job *j)
     j->def.progress = cli_progress_step;
     j->def.ctx = &j->progress;
     cli_progress_begin(&j->progress, "records");
-    stein_status status =
-        lab_before_make(&j->before, j->args->operand[0], j->model, &j->def, &err);
+    stein_status status = lab_before_make(&j->before, j->args->operand[0], j->model, &j->def, &err);
     cli_progress_end(&j->progress);
     return status == STEIN_OK ? show(j) : cli_failed(status, &err);
 }

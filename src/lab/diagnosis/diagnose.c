@@ -36,8 +36,7 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
         return lab__no_memory(err);
     }
     for (int s = 0; s < data->n; s++) {
-        int held =
-            d->def->held_out != NULL ? d->def->held_out[s] : diag__reports(s, data->n);
+        int held = d->def->held_out != NULL ? d->def->held_out[s] : diag__reports(s, data->n);
         lab_dataset *to = held ? report : fit;
         to->stroke[to->n++] = data->stroke[s];
     }

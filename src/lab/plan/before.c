@@ -6,6 +6,10 @@
  *                             -> linear model of the row: information of every candidate
  *                             -> statements (before_tell.c)
  *
+ * A cause may be imitated by what differs from record to record, a friction for one. So variances
+ * of scatter are as large as a fit allows, and settings are off by what their digits allow: a fit
+ * without the cause would make them so.
+ *
  * Then the same once more with each thing that could be measured or done besides, as the plan of
  * the next experiment lists them (experiments.c): another channel in all records; another setting,
  * start, load or motion in one record more. A third of the records reports and is not fitted, so it
@@ -24,7 +28,7 @@
 enum { SENSORS = 32 };
 static const unsigned long first_seed = 20260101;
 static const double one_record = 1.0, setting_up = 4.0; /* cost, as in plan.c */
-static const double finer = 1.02;                       /* a ratio of amounts that is a difference */
+static const double finer = 1.02; /* a ratio of amounts that is a difference */
 
 /* candidates with the information of their columns */
 typedef struct view {
@@ -139,9 +143,8 @@ static stein_status make_records(const before *b, const plan__meant *meant, int 
                                  : plan__meant_write(path[i], &meant[i], b->model, sensor, nsensor,
                                                      first_seed + (unsigned long)i, err);
     }
-    return status == STEIN_OK
-               ? lab_dataset_open(data, (const char *const *)path, n, &options, err)
-               : status;
+    return status == STEIN_OK ? lab_dataset_open(data, (const char *const *)path, n, &options, err)
+                              : status;
 }
 
 /* ---- a view ---- */
@@ -197,7 +200,7 @@ static stein_status take_columns(view *v, const diag__problem *q, const diag__li
 
 static stein_status linearise(view *v, diag__problem *q, stein_err *err)
 {
-    const diag__proposal null = {.parent = -1, .source = '0'};
+    const diag__proposal null = {.parent = -1, .source = 'S', .rough = 1};
     diag__table t = {.n = 0};
     diag__linear l = {.n = 0};
     diag__row *row = NULL;
@@ -205,6 +208,7 @@ static stein_status linearise(view *v, diag__problem *q, stein_err *err)
     if (status == STEIN_OK && row->failed != NULL) {
         status = lab__fail(err, STEIN_ENONFINITE, "%s", row->failed);
     }
+    q->most_scatter = 1; // that is what a fit without the cause makes of it
     if (status == STEIN_OK) {
         status = diag__linearise(q, row, 0.0, row->p.nstroke, &l, err);
     }
@@ -293,9 +297,9 @@ static stein_status list_causes(lab_before *o, const view *v, stein_err *err)
                 lab_before_cause *to = &o->cause[o->n++];
                 *to = (lab_before_cause){.candidate = v->candidate[k], .nameable = NAN};
                 snprintf(to->why, sizeof to->why, "%s",
-                         has                  ? ""
+                         has                 ? ""
                          : v->why[k] != NULL ? v->why[k]
-                                              : "no column");
+                                             : "no column");
             }
         }
         o->ncolumn = with ? o->n : o->ncolumn;
@@ -328,8 +332,7 @@ static stein_status compare(const lab_before *o, const view *v, lab_before_help 
 {
     size_t n = (size_t)o->ncolumn;
     double *nameable = malloc(sizeof *nameable * (n + n * n + 1)), *apart = nameable + n;
-    stein_status status =
-        nameable != NULL ? tell(o, v, nameable, apart, err) : lab__no_memory(err);
+    stein_status status = nameable != NULL ? tell(o, v, nameable, apart, err) : lab__no_memory(err);
     double sum = 0.0;
     int counted = 0;
     for (size_t k = 0; status == STEIN_OK && k < n; k++) {
@@ -378,9 +381,9 @@ static int before_other(const void *a, const void *b)
 {
     const lab_before_help *x = a, *y = b;
     double u = worth(x), v = worth(y);
-    return u != v                   ? (u < v) - (u > v)
+    return u != v                 ? (u < v) - (u > v)
            : x->finer != y->finer ? (x->finer < y->finer) - (x->finer > y->finer)
-                                    : strcmp(x->name, y->name);
+                                  : strcmp(x->name, y->name);
 }
 
 /* the records with what an experiment adds, and its cost. @return how many records, 0: it adds

@@ -78,8 +78,9 @@ static stein_status read_sets(const char *from, const char *end, const stein_mod
         char word[WORD];
         const char *comma = memchr(from, ',', (size_t)(end - from));
         const char *stop = comma != NULL ? comma : end;
-        status = cut(word, from, stop) ? read_set(word, m, e, err)
-                                       : lab__fail(err, STEIN_EINVAL, "records: a name is too long");
+        status = cut(word, from, stop)
+                     ? read_set(word, m, e, err)
+                     : lab__fail(err, STEIN_EINVAL, "records: a name is too long");
         from = stop + 1;
     }
     return status;
@@ -120,9 +121,9 @@ static stein_status read_group(const char *from, const char *end, const stein_mo
     status = status == STEIN_OK ? lab_quantity(&to->rate, rate, "1/s", err) : status;
     double rows = to->until * to->rate;
     if (status == STEIN_OK && !(to->until > 0.0 && rows >= LEAST_ROWS && rows <= MOST_ROWS)) {
-        status = lab__fail(err, STEIN_EINVAL,
-                           "records: %s at %s are %.3g samples: expected %d to %d", time, rate,
-                           rows, (int)LEAST_ROWS, (int)MOST_ROWS);
+        status =
+            lab__fail(err, STEIN_EINVAL, "records: %s at %s are %.3g samples: expected %d to %d",
+                      time, rate, rows, (int)LEAST_ROWS, (int)MOST_ROWS);
     }
     return status == STEIN_OK && with != NULL ? read_sets(with + 4, end, m, &to->e, err) : status;
 }

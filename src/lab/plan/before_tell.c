@@ -51,15 +51,16 @@ void plan__tell(const double *I, int n, const int *cause, int ncause, double *na
 {
     for (int i = 0; i < ncause; i++) {
         int a = best_of(I, n, cause, i);
-        nameable[i] = a >= 0 ? diag__detectable(I[(size_t)a * (size_t)n + (size_t)a])
-                             : (double)INFINITY;
+        nameable[i] =
+            a >= 0 ? diag__detectable(I[(size_t)a * (size_t)n + (size_t)a]) : (double)INFINITY;
         for (int j = 0; j < ncause; j++) {
             double least = a >= 0 ? I[(size_t)a * (size_t)n + (size_t)a] : 0.0;
             for (int b = 0; a >= 0 && b < n; b++) {
                 least = cause[b] == j ? fmin(least, left_of(I, n, a, b)) : least;
             }
-            apart[(size_t)i * (size_t)ncause + (size_t)j] =
-                i == j ? 0.0 : least > 0.0 ? diag__excludes(least) : (double)INFINITY;
+            apart[(size_t)i * (size_t)ncause + (size_t)j] = i == j        ? 0.0
+                                                            : least > 0.0 ? diag__excludes(least)
+                                                                          : (double)INFINITY;
         }
     }
 }
