@@ -173,7 +173,7 @@ static stein_status take_columns(view *v, const diag__problem *q, const diag__li
     v->why = calloc(n, sizeof *v->why);
     v->cause = malloc(sizeof *v->cause * (all + 1));
     v->I = malloc(sizeof *v->I * (all * all + 1));
-    int *from = malloc(sizeof *from * (all + 1));
+    int *from = calloc(all + 1, sizeof *from);
     int ok = v->candidate && v->why && v->cause && v->I && from;
     for (int k = 0; ok && k < q->n; k++) {
         const char *why = q->untestable[k] != NULL ? q->untestable[k] : l->unseen[k];
@@ -509,20 +509,21 @@ static stein_status make(before *b, lab_before *o, stein_err *err)
 stein_status lab_before_make(lab_before **out, const char *file, const lab_model *model,
                              const lab_before_def *def, stein_err *err)
 {
-    char folder[] = "/tmp/stein-before-XXXXXX";
+    const char *place = getenv("TMPDIR");
     before b = {.file = file, .model = model, .def = def};
     lab_before *o = calloc(1, sizeof *o);
     double begin = diag__clock();
-    if (o == NULL) {
+    b.folder = lab__text("%s/stein-before-XXXXXX", place != NULL ? place : "/tmp");
+    if (o == NULL || b.folder == NULL) {
+        free(o);
+        free(b.folder);
         return lab__no_memory(err);
     }
-    if (mkdtemp(folder) == NULL) {
-        free(o);
-        return lab__fail(err, STEIN_EIO, "%s cannot be made", folder);
-    }
-    b.folder = folder;
-    stein_status status = make(&b, o, err);
-    rmdir(folder);
+    stein_status status = mkdtemp(b.folder) != NULL
+                              ? make(&b, o, err)
+                              : lab__fail(err, STEIN_EIO, "%s cannot be made", b.folder);
+    rmdir(b.folder);
+    free(b.folder);
     free(b.meant);
     free_view(&b.base);
     o->seconds = diag__clock() - begin;
