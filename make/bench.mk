@@ -40,6 +40,13 @@ $(B)/bench-libm: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a \
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $(filter %.o,$^) $(filter %.a,$^) $(LAB_LIBS) $(PEER_LIBS) -lm
 
+# measurements of others, in the form of tests/convert_data.sh and tests/league.sh
+DATA  ?= ../shared/data
+CASES ?= ../shared/cases/real
+.PHONY: league
+league: cli  ## published measurements, ours beside others' figures: DATA=, CASES= where they are
+	$(Q)STEIN_BUILD=$(B) sh tests/league.sh $(DATA) $(CASES)
+
 bench: $(B)/bench $(B)/stein  ## what things cost here and elsewhere, and a page's frames: build/bench.csv, .svg
 	$(Q)$(B)/bench --csv $(B)/bench.csv --plot $(B)/bench.svg
 	$(Q)if command -v node >/dev/null 2>&1 && command -v wasm-ld >/dev/null 2>&1; then \

@@ -60,6 +60,7 @@
     X(show)          \
     X(report)        \
     X(seen)          \
+    X(before)        \
     X(plan)          \
     X(plan_read)     \
     X(patch)         \

@@ -136,4 +136,23 @@ says "leaves nothing to tell apart" 'nothing to tell apart'
 claim 1 "the diagnosis of another mechanism" "$stein" plan models/stein1788.yaml "$diagnosis"
 says "is told" 'another mechanism'
 
+# ---- before anything is measured
+one="0.7 s at 200 Hz with wheel.initial.position=0.2 rad"
+claim 0 "a plan before records" "$stein" plan --before "$model" --channels angle --records "$one" -o "$dir/b"
+shows "names what can be named" '^viscous_friction at wheel ' "$dir/out"
+shows "and what cannot be told from it" '^viscous_friction at wheel .*quadratic_drag at wheel' "$dir/out"
+shows "and another channel or start" '^one record more: wheel.initial.speed' "$dir/out"
+cp "$dir/b/plan.json" "$dir/b.json"
+claim 0 "the same as JSON" "$stein" plan --before "$model" --channels angle --records "$one" --json
+if sed '/"seconds"/d' "$dir/out" | cmp -s - "$(sed '/"seconds"/d' "$dir/b.json" >"$dir/b.txt"; echo "$dir/b.txt")"
+then pass; else fail "is the same again"; fi
+claim 2 "a plan before records with a diagnosis" "$stein" plan --before "$model" "$diagnosis" --channels angle --records "$one"
+says "is no such thing" 'MODEL alone'
+claim 2 "a plan before no records" "$stein" plan --before "$model" --channels angle
+says "misses them" 'needs --channels and --records'
+claim 2 "a plan without a diagnosis" "$stein" plan "$model"
+says "misses it" 'MODEL DIAGNOSIS.json, or --before MODEL'
+claim 1 "records that set what is not there" "$stein" plan --before "$model" --channels angle --records "1 s at 50 Hz with x.y=1"
+says "name it" 'has no number "x.y"'
+
 finish

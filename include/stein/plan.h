@@ -84,6 +84,75 @@ stein_status lab_plan_files(const char *folder, const lab_plan *plan, const char
 stein_status lab_plan_json(const char *path, const lab_plan *plan, const lab_diagnosis *diagnosis,
                            char *const *stroke, stein_err *err);
 
+/* ---- before anything is measured ---- */
+
+/** Records that somebody means to make. */
+typedef struct lab_before_def {
+    /** "[N x] TIME at RATE [with NAME=VALUE[unit], ...]", several behind ";": so many records of a
+     * length [s] and rate [Hz], with what they set. Equal records differ by their noise alone. */
+    const char *records;
+    const char *const *channel; /* [nchannel] outputs that are measured */
+    int nchannel;
+    const char *const *noise; /* [nnoise] "NAME=VALUE[unit]": sd of one sample; else 1 mrad, 0.1 mm,
+                                 of any other unit 1 % of the largest reading */
+    int nnoise;
+    int no_help;                /* 1: nothing is tried besides */
+    int threads;                /* results do not depend on it */
+    const lab_options *options; /* for candidates that need a part; NULL: defaults */
+    lab_fit_progress_fn *progress;
+    lab_stop_fn *stop; /* may be NULL */
+    void *ctx;
+} lab_before_def;
+
+/** A candidate, and what these records would say about it. */
+typedef struct lab_before_cause {
+    lab_candidate candidate;
+    double nameable; /* from this amount on it is named, with 95 % [its unit]; NAN: it has no column
+                      */
+    int named;       /* 1: that is within its limit */
+    char why[LAB_PLAN_TEXT]; /* why it has no column; "" */
+} lab_before_cause;
+
+/** Something else that could be measured or done, and what it changes. */
+typedef struct lab_before_help {
+    char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
+    double cost;  /* in records: one more is 1, to set up something else 4 */
+    int named;    /* candidates that are named then and were not before */
+    int told;     /* pairs that are told apart then and were not before */
+    double finer; /* ratio of the amounts that are named, before over then: geometric mean */
+    char most[LAB_PLAN_TEXT]; /* the candidate that gains most, "KIND at PLACE" */
+    double most_finer;        /* its ratio */
+} lab_before_help;
+
+/** What the records could tell. */
+typedef struct lab_before {
+    int n;
+    lab_before_cause *cause; /* [n] those with a column first */
+    int ncolumn;             /* so many */
+    double *apart; /* [ncolumn*ncolumn] from this share of its limit on cause i is told from j */
+    int records;   /* that are meant; every third one reports and is not fitted */
+    int nhelp, ntried; /* worth most for its cost first; what changes nothing is left out */
+    lab_before_help *help;
+    long strokes; /* simulated */
+    double seconds;
+} lab_before;
+/** Can causes i and j be told apart, each at its limit? */
+int lab_before_told(const lab_before *before, int i, int j);
+/** Is cause i, where it is just large enough to be named, not told from j? (i, j < ncolumn) */
+int lab_before_mistaken(const lab_before *before, int i, int j);
+
+/** Which causes could records tell apart, and from which size on, before they are made? They are
+ *  simulated with the numbers of the file and with noise (of a fixed seed) in a temporary folder,
+ *  and linearised as a diagnosis does (src/lab/search/linear.c).
+ *  @param file, model  of the mechanism
+ *  @return OK, EINVAL (def: what is wrong with records, channels, noise), ENAME, EIO, ESTOPPED,
+ *  ENOMEM, numerical failures of the records */
+stein_status lab_before_make(lab_before **out, const char *file, const lab_model *model,
+                             const lab_before_def *def, stein_err *err);
+void lab_before_destroy(lab_before *before);
+/** As JSON. @param path  "-": standard output  @return OK, EIO */
+stein_status lab_before_json(const char *path, const lab_before *before, stein_err *err);
+
 #ifdef __cplusplus
 }
 #endif

@@ -139,6 +139,10 @@ int cli_watch(const cli_args *args, int (*run)(const cli_args *args));
 /** The loops and couplings of stein check, as text or into the object of `out`; nothing where there
  *  are none. @return the exit code: do they close? */
 int cli_check_loops(const cli_args *args, const mechanism *m, lab__json *out);
+/* ---- plan_before.c ---- */
+
+/** stein plan --before. @return the exit code */
+int cli_plan_before(const cli_args *args);
 
 /* ---- results.c ---- */
 

@@ -159,6 +159,15 @@ static int run(const cli_args *args)
 {
     job j = {.args = args};
     stein_err err = {STEIN_OK, ""};
+    int before = cli_value(args, "before") != NULL;
+    if (args->noperand != (before ? 1 : 2)) {
+        return cli_misuse(args->command, "expected %s",
+                          before ? "MODEL alone: there is no diagnosis before the records"
+                                 : "MODEL DIAGNOSIS.json, or --before MODEL");
+    }
+    if (before) {
+        return cli_plan_before(args);
+    }
     int code = read_options(&j);
     if (code == CLI_OK) {
         stein_status status = cli_open(&j.model, args, &err);
@@ -180,6 +189,14 @@ static const cli_option options[] = {
      "Channels that can be measured, too, separated by commas, or none; default: every place, "
      "angle and force on the ground."},
     {"odds", 0, "N", "Odds wanted between the cause and its rivals; default 100."},
+    {"before", 0, NULL, "Before anything is measured: what could records like --records tell?"},
+    {"channels", 0, "NAMES", "Outputs that will be measured, separated by commas (--before)."},
+    {"records", 0, "TEXT",
+     "Records that are meant (--before), \"[N x] TIME at RATE [with NAME=VALUE[unit], ...]\",\n"
+     "several separated by semicolons."},
+    {"noise", 0, "NAME=VALUE,...",
+     "Noise of one sample (--before); default: 1 mrad of an angle, 0.1 mm of a place, 1 % of\n"
+     "the largest reading of anything else."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     CLI_COMMON};
 
@@ -187,7 +204,8 @@ const cli_command cli_plan = {
     .name = "plan",
     .summary = "the next experiment, when a diagnosis cannot tell causes apart",
     .operands = "MODEL DIAGNOSIS.json",
-    .noperands = 2,
+    .noperands = 1,
+    .more = 1,
     .options = options,
     .description =
         "A diagnosis may end with a cause and rivals that the strokes cannot tell from it\n"
@@ -208,7 +226,15 @@ const cli_command cli_plan = {
         "all, 2 twice the force), where the model may be wrong in other ways, and tells the\n"
         "rivals from each other, too (\"all_pairs\").\n"
         "\n"
-        "MODEL is the mechanism file that was diagnosed, with the same --set.",
+        "MODEL is the mechanism file that was diagnosed, with the same --set.\n"
+        "\n"
+        "stein plan --before MODEL --channels NAMES --records TEXT needs no diagnosis. Records\n"
+        "like those that are meant are simulated with the numbers of the file, and the effects\n"
+        "of the table at their places are compared as a diagnosis does: beside everything that\n"
+        "is refitted, from which size on would each be named with 95 %, and which others would\n"
+        "explain the records as well then, and up to which size? Then the same with\n"
+        "each channel, setting, start, load and motion that could be added, at what cost: a\n"
+        "record more counts 1, to set up something else 4.",
     .output =
         "A table: the experiment, 2 ln of the odds that one stroke is expected to give, what 9 of\n"
         "10 strokes exceed, how many strokes give the odds wanted, and what has to be done. In\n"
@@ -222,8 +248,16 @@ const cli_command cli_plan = {
         "\"stroke_of_rival\"};\n"
         "next_stroke.csv, the best stroke as the cause predicts it, and next_rival.csv, as the\n"
         "rival does: data files with the settings (# set) and the driven input, for\n"
-        "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.",
-    .examples = "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
+        "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.\n"
+        "With --before plan.json is {\"records\", \"causes\": [{\"kind\", \"place\", \"unit\", "
+        "\"limit\",\n"
+        "\"nameable\", \"named\", \"why\", \"not_told_from\"}], \"help\": [{\"experiment\", "
+        "\"why\", \"cost\",\n"
+        "\"causes_named\", \"pairs_told\", \"finer\", \"most\", \"most_finer\"}], "
+        "\"tried\"}.",
+    .examples = "stein plan --before models/pendulum.yaml --channels angle \\\n"
+                "  --records \"3 x 10 s at 100 Hz\"\n"
+                "stein diagnose models/stein1788.yaml strokes/*.csv -o out\n"
                 "stein plan models/stein1788.yaml out/diagnosis.json -o next\n"
                 "stein plan models/stein1788.yaml out/diagnosis.json --odds 20 --json\n"
                 "stein plan models/stein1788.yaml out/diagnosis.json --instruments hammer_angle",

@@ -21,11 +21,8 @@ lab_diagnose_def lab_diagnose_def_default(void)
 
 /* ---- records ---- */
 
-static int is_held(const lab_diagnose_def *def, int record, int n)
+int diag__reports(int record, int n)
 {
-    if (def->held_out != NULL) {
-        return def->held_out[record];
-    }
     return n >= HOLD_EVERY && record % HOLD_EVERY == HOLD_EVERY - 1;
 }
 
@@ -39,7 +36,8 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
         return lab__no_memory(err);
     }
     for (int s = 0; s < data->n; s++) {
-        lab_dataset *to = is_held(d->def, s, data->n) ? report : fit;
+        int held = d->def->held_out != NULL ? d->def->held_out[s] : diag__reports(s, data->n);
+        lab_dataset *to = held ? report : fit;
         to->stroke[to->n++] = data->stroke[s];
     }
     d->out->nfit = fit->n;

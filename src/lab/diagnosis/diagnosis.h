@@ -33,6 +33,11 @@ static inline void diag__progress(const diagnosis *d, double fraction, const cha
     }
 }
 
+/* ---- diagnose.c ---- */
+
+/** Does record number `record` of n, from 0, report, if nobody says which ones do? */
+int diag__reports(int record, int n);
+
 /* ---- conclude.c ---- */
 
 /** From the closed table to all that is reported. @return OK, ENOMEM, ESTOPPED */

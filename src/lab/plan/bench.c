@@ -90,7 +90,7 @@ static void middle(plan__bench *b)
     }
 }
 
-static void base_signal(void *ctx, double t, double u[3])
+void plan__signal(void *ctx, double t, double u[3])
 {
     const lab_experiment *e = ctx;
     double h = 1e-3 * e->time, y[3];
@@ -290,7 +290,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
         }
         parameters(cause, &b->base, 1, p);
         status = b->base.input[0] != '\0'
-                     ? stein_drive(sim, b->base.input, base_signal, &b->base, err)
+                     ? stein_drive(sim, b->base.input, plan__signal, &b->base, err)
                      : STEIN_OK;
         status = status == STEIN_OK ? run_base(&l, sim, p, err) : status;
         eyes(b, l.range);

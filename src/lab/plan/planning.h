@@ -6,6 +6,10 @@
  *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
  *   check.c        something by itself             show.c     plan.json, files of strokes
  *   read.c         diagnosis.json
+ *
+ * before anything is measured:
+ *   before.c       the whole                       before_tell.c    statements of a matrix
+ *   before_show.c  plan.json                       before_record.c  records that are meant
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -64,6 +68,8 @@ const lab_used *plan__used(const lab_used *list, int n, const char *name);
 const lab_planned_set *plan__set_of(const lab_experiment *e, const char *name);
 /** Set a number in an experiment. @return 0: no room for one more */
 int plan__set(lab_experiment *e, const char *name, const char *unit, double value);
+/** The input of an experiment at t, a stein_signal_fn. @param ctx  lab_experiment */
+void plan__signal(void *ctx, double t, double u[3]);
 /** To three digits. */
 double plan__rounded(double value);
 
@@ -173,5 +179,40 @@ void plan__pair_free(plan__pair *pair);
  *  @return OK, ENOMEM */
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
                         int rivals, lab_experiment *e, stein_err *err);
+
+/* ---- before_tell.c ---- */
+
+/** What columns say about their causes.
+ *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in
+ *                limits; of one cause's columns the best one counts
+ *  @param cause  [n] which cause a column is of, 0 to ncause - 1
+ *  @param nameable  [ncause] out: smallest amount that is named [limits], INFINITY: none, or it has
+ *                   no column
+ *  @param apart     [ncause*ncause] out: amount of i from which on it is told from j [limits],
+ *                   INFINITY: none; 0 on the diagonal */
+void plan__tell(const double *I, int n, const int *cause, int ncause, double *nameable,
+                double *apart);
+
+/* ---- before_record.c ---- */
+
+/** A record that is meant: an experiment, how long and how fast. */
+typedef struct plan__meant {
+    lab_experiment e;
+    double until, rate; /* [s], [Hz] */
+} plan__meant;
+/** Read lab_before_def.records. @param list  out, freed by the caller
+ *  @return OK, EINVAL (what is wrong), ENAME, ENOMEM */
+stein_status plan__meant_read(const char *text, const stein_model *m, plan__meant **list, int *n,
+                              stein_err *err);
+/** One of the channels, and the noise of one sample. */
+typedef struct plan__sensor {
+    int channel;
+    double noise; /* NAN: by its unit, or 1 % of its largest reading */
+} plan__sensor;
+/** Simulate a record and write it as a data file, with noise of a seed.
+ *  @return OK, EIO, ENOMEM, numerical failures */
+stein_status plan__meant_write(const char *path, const plan__meant *meant, const lab_model *model,
+                               const plan__sensor *sensor, int nsensor, unsigned long seed,
+                               stein_err *err);
 
 #endif

@@ -143,8 +143,14 @@ static stein_status weigh(diag__work *w, const double **G, int n, int own, lab__
     if (status == STEIN_OK && beta == NULL) {
         status = lab__no_memory(err);
     }
-    if (status == STEIN_OK) {
+    if (status == STEIN_OK && w->q->most_scatter) {
+        for (int k = 0; k < m->nclass; k++) {
+            m->D[k] = m->limit[k].most;
+        }
+    } else if (status == STEIN_OK) {
         lab__mixed_scatter(m, with, own, ROUNDS, beta, NULL);
+    }
+    if (status == STEIN_OK) {
         lab__mixed_weigh(m);
     }
     free(beta);

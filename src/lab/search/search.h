@@ -86,6 +86,7 @@ typedef struct diag__problem {
     double
         *step; /* [n + nsetting] amounts that columns were made with last [limits]; 0: none yet */
     struct diag__kept *kept; /* columns of the last free linear model, NULL: none (linear.c) */
+    int most_scatter;        /* 1: linear models have scatter as large as a fit allows */
     long strokes;            /* simulated so far */
     long most_strokes;       /* the budget, 0: none */
     double most_seconds;     /* 0: none */

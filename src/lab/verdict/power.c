@@ -59,6 +59,16 @@ static void project(const diag__linear *l, int k, double *info, double *score)
     }
 }
 
+double diag__detectable(double info)
+{
+    return (sqrt(diag__least_gain + log1p(info)) + sure) / sqrt(info);
+}
+
+double diag__excludes(double info)
+{
+    return (sqrt(diag__convincing) + sure) / sqrt(info);
+}
+
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
 {
     const lab_candidate *c = &q->candidate[l->cause[k]];
@@ -76,14 +86,14 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                                  "change too"
                                : "too little of it shows in these strokes"};
     }
-    double z = sqrt(diag__least_gain + log1p(info)), a = score / info,
+    double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;
-    int hides = (z + sure) * sd > 1.0, points = toward >= points_to * sd,
+    int hides = detectable > 1.0, points = toward >= points_to * sd,
         noise = diag__leaves_noise(l->row);
     return (lab_power){.presence = points || hides || !noise ? LAB_WEAK : LAB_ABSENT,
                        .amount = a * c->limit,
                        .sd = sd * c->limit,
-                       .detectable = (z + sure) * sd * c->limit,
+                       .detectable = detectable * c->limit,
                        .upper = (fmax(toward, 0.0) + sure * sd) * c->limit,
                        .because = points   ? "something points to it"
                                   : hides  ? "a plausible amount of it may hide"

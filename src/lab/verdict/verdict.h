@@ -124,6 +124,10 @@ stein_status diag__explain(const diag__problem *q, const diag__table *t, const d
 
 /* ---- power.c ---- */
 
+/** Smallest amount that is named with 95 %, by its information beside all else; the same, for a
+ *  fit without it to be excluded as a rival (diag__convincing). */
+double diag__detectable(double info);
+double diag__excludes(double info);
 /** Detectability of a candidate with column k, by the linear model at the best row. */
 lab_power diag__power(const diag__problem *q, const diag__linear *l, int k);
 
