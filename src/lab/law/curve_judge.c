@@ -238,7 +238,8 @@ static int is_believed(const diag__laws *l, const lab_law *law, const diag__judg
                law->gain > j->gain + diag__least_gain;
     }
     double less = (best->chi2_dof - law->chi2_dof) * l->all.p.samples;
-    return !stated || best->chi2_dof > most || less > diag__least_gain;
+    int noise = stated && j->finding == DIAG_NO_CAUSE && best->chi2_dof <= most;
+    return !noise || less > diag__least_gain;
 }
 
 /* A curve over another state of the same place that fits as well; NULL: there is none. */
