@@ -107,12 +107,12 @@ static void describe_residual(const fit__problem *p, lab_fit *fit, int s, int c,
         if (!isfinite(t->y[i])) {
             continue;
         }
-        double w = t->weight != NULL ? t->weight[i] : 1.0;
-        double plain = w > 0.0 ? r[i] / fit__weight(t, i) : 0.0; // without weight it is not counted
+        double w = t->weight != NULL ? t->weight[i] : 1.0, all = fit__weight(t, i);
+        double plain = all > 0.0 ? r[i] / all : 0.0; // without weight it is not counted
         to->downweighted += w * w < 0.5;
-        to->samples += w > 0.0;
+        to->samples += all > 0.0;
         sum += plain * plain;
-        size += w > 0.0 ? t->y[i] * t->y[i] : 0.0;
+        size += all > 0.0 ? t->y[i] * t->y[i] : 0.0;
     }
     to->rms = to->noise * sqrt(sum / fmax(1.0, to->samples));
     to->relative = size > 0.0 ? to->noise * sqrt(sum / size) : 0.0;

@@ -217,7 +217,8 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
             status = diag__try(q, t, &list[i], &one, err);
             tried++;
         }
-        if (status == STEIN_OK && one != NULL && one == diag__incumbent(q, t)) {
+        if (status == STEIN_OK && one != NULL && one->failed == NULL &&
+            one->objective <= diag__incumbent(q, t)->objective) { // also of no possible sign
             status = diag__drop_idle(q, t, one, err);
         }
         found = !diag__leaves_noise(row) && one != NULL && diag__is_possible(q, one) &&

@@ -233,7 +233,7 @@ int diag__tries(const diag__table *t, const diag__hypothesis *h, char source, in
 /** Fits a proposal, and tells the trace. @param one  out: its row, NULL: no memory */
 stein_status diag__try(diag__problem *q, diag__table *t, const diag__proposal *p, diag__row **one,
                        stein_err *err);
-/** A row's hypothesis without each cause whose amount may be 0. */
+/** A row's hypothesis without each cause whose amount may be 0 or is of no possible sign. */
 stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *row,
                              stein_err *err);
 /** A row's hypothesis with causes in all records that begin at one. */

@@ -55,21 +55,25 @@ static diag__proposal simpler(const diag__problem *q, const diag__table *t, cons
     return p;
 }
 
-/* A row with a cause whose amount may be 0 is fitted without it, from the row's end: that needs no
- * linear model, and the row without it is the one to be linearised. Where it was fitted before and
- * ended worse than is expected, that was another minimum. */
+/* A row with a cause whose amount may be 0, or is of no possible sign, is fitted without it, from
+ * the row's end: that needs no linear model, and the row without it is the one to be linearised.
+ * Where it was fitted before and ended worse than is expected, that was another minimum. */
 stein_status diag__drop_idle(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     stein_status status = STEIN_OK;
     for (int i = 0; i < row->h.n && row->h.n > 1 && status == STEIN_OK; i++) {
-        double sd, z = diag__amount(row, i, &sd) / sd;
+        double sd, amount = diag__amount(row, i, &sd), z = amount / sd;
+        int idles = fabs(z) < idle || !diag__thinkable(diag__base(q, row->h.cause[i]), amount);
         diag__proposal p = simpler(q, t, row, i, 'D');
         const diag__row *had = diag__find(t, &p.h);
         int better = had == NULL || (row->objective + z * z < had->objective - rounding &&
                                      diag__tries(t, &p.h, 'D', -1) < TRIES);
-        diag__row *one;
-        if (fabs(z) < idle && better && !diag__is_spent(q)) {
+        diag__row *one = NULL;
+        if (idles && better && !diag__is_spent(q)) {
             status = diag__try(q, t, &p, &one, err);
+        }
+        if (status == STEIN_OK && one != NULL && one == diag__incumbent(q, t)) {
+            return diag__drop_idle(q, t, one, err);
         }
     }
     return status;
