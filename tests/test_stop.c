@@ -26,7 +26,7 @@ START_TEST(a_sweep_stops_and_its_journal_goes_on)
     lab_grid *grid = NULL;
     lab_table *table = NULL;
     lab_vary_report report;
-    asked a = {.at = 40};
+    asked a = {.at = 10}; // of the questions between packs of runs, of up to eight
     stein_err why = {STEIN_OK, ""};
     ck_assert_stein(lab_open(&model, pendulum, NULL, err));
     ck_assert_stein(lab_grid_create(&grid, lab_equations(model), vary, 1, err));
