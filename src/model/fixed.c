@@ -98,7 +98,7 @@ static void move_references(mechanism *m, const moved *w)
 void mech__fixed(mech__reader *rd)
 {
     mechanism *m = rd->m;
-    moved w;
+    moved w = {{0}};
     int n = 0;
 
     for (int i = 0; i < m->nbody && !rd->nomem; i++) {
