@@ -66,6 +66,7 @@ static int run(const cli_args *args)
     const char *cc[CLI_NAMES];
     int ncc = cli_value(args, "cc") != NULL ? cli_names(cli_value(args, "cc"), &memory, cc) : 0;
     if (ncc < 0) {
+        free(memory);
         return cli_misuse(args->command, "--cc %s: expected compilers with commas between them",
                           cli_value(args, "cc"));
     }
