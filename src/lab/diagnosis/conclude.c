@@ -209,6 +209,8 @@ static stein_status laws(diagnosis *d, stein_err *err)
         diag__reported_free(&d->after);
         d->after = after;
         d->out->ncause = d->out->nrival = 0;
+    } else {
+        diag__reported_free(&after);
     }
     if (status == STEIN_OK && stated && !pays) {
         d->j = as_said;

@@ -19,6 +19,7 @@ enum { SHAPE = 5 };                     // numbers of a smooth curve
 static const double must_explain = 0.7; /* share of the misfit beyond noise */
 static const double settled = 1.2;      /* chi2/dof up to which the last digits are worth it */
 static const double unusable = 50.0;    /* chi2/dof that is no model of the records */
+static const double not_shown = 0.99;   /* ratio of held-out errors: they do not show the law */
 static const double certain = 4.0;      /* sd of a chi2/dof that is no chance */
 static const double nearly_all = 0.95;  /* share of the misfit: what is left is a shape */
 
@@ -328,16 +329,17 @@ stein_status diag__law_judge(diag__laws *l, const diag__judgement *j, const diag
     law->share =
         fmin(1.0, (o->chi2_dof_before - law->chi2_dof) / fmax(o->chi2_dof_before - 1.0, 1e-9));
     law->pays = is_believed(l, law, j, best);
-    if (law->pays) {
+    if (law->pays && reporting->n > 0) {
         stein_err why;
+        status = fit__forgive(report(l, &c[0], reporting, after, &why), err);
+        law->held_out = after->rmse;
+        law->pays = !(law->held_out > not_shown * before->rmse);
+    }
+    if (law->pays && status == STEIN_OK) {
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         snprintf(o->reason, sizeof o->reason, "No candidate explains the residual.");
         o->chi2_dof_after = law->chi2_dof;
         status = note_values(&l->all, &c[0], o, err);
-        if (status == STEIN_OK && reporting->n > 0) {
-            status = fit__forgive(report(l, &c[0], reporting, after, &why), err);
-            law->held_out = after->rmse;
-        }
     }
     say(l, o, before->rmse, explains_all(l, law, after));
     return status;
