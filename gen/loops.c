@@ -12,7 +12,7 @@
  *                                             hinge k d = 0 and e_k.f_i = 0 for i other than k
  *      coupling  q_b - ratio q_a - offset = 0
  *
- * All of these are made of scalar products of vectors whose derivatives are known (kin.c):
+ * Each condition is a sum of scalar products u.v; kin.c gives the derivatives of both vectors:
  *      (u.v)'' = u''.v + 2 u'.v' + u.v''
  * A row that is 0 for every q is left out: of a planar mechanism that is one of d and two of the
  * angles.

@@ -53,8 +53,9 @@ typedef struct stein_energy_total {
 } stein_energy_total;
 void stein_balance_total(const stein_balance *b, stein_energy_total *total);
 
-/** Whose energy: an input [ninput]; a joint's damping and friction [nq]; what a contact loses along
- *  its normal, by friction [ncontact, or ncontact + a notch]; the damping of a link [nlink]. */
+/** What did the work, with the number of elements: inputs [ninput]; damping and friction of joints
+ *  [nq]; contacts and notches, along the normal and by friction [ncontact + nnotch]; damping of
+ * links [nlink]. */
 typedef enum {
     STEIN_WORK_INPUT,
     STEIN_WORK_JOINT,

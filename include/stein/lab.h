@@ -175,8 +175,8 @@ typedef struct lab_drive lab_drive;
 /** @return OK, EIO, EPARSE (file:line), EINVAL (no column is an input), ENOMEM */
 stein_status lab_drive_open(lab_drive **drive, const char *file, const stein_model *model,
                             stein_err *err);
-/** A motion whose samples jump, which no spline follows: file, column, times and what helps; NULL:
- *  none. Owned by the drive. */
+/** A warning where samples of a prescribed motion jump (a spline overshoots there): file, column,
+ *  times and what helps; NULL: none jumps. Owned by the drive. */
 const char *lab_drive_doubt(const lab_drive *drive);
 /** Bind all signals; the drive must outlive the simulation's use of them. */
 stein_status lab_drive_bind(lab_drive *drive, stein_sim *sim, stein_err *err);

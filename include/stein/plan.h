@@ -86,7 +86,7 @@ stein_status lab_plan_json(const char *path, const lab_plan *plan, const lab_dia
 
 /* ---- before anything is measured ---- */
 
-/** Records that somebody means to make. */
+/** Planned records, of which nothing is measured yet. */
 typedef struct lab_before_def {
     /** "[N x] TIME at RATE [with NAME=VALUE[unit], ...]", several behind ";": so many records of a
      * length [s] and rate [Hz], with what they set. Equal records differ by their noise alone. */

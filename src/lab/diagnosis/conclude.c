@@ -116,7 +116,8 @@ static stein_status results(diagnosis *d, stein_err *err)
     stein_status status = STEIN_OK;
     if (l->row != best) {
         l = &own;
-        status = diag__linearise(&d->q, best, diag__observer_gain(best), FREE_RECORDS, l, &why);
+        status = fit__forgive(
+            diag__linearise(&d->q, best, diag__observer_gain(best), FREE_RECORDS, l, &why), err);
     }
     status = status == STEIN_OK ? diag__results(&d->q, &d->t, &d->j, l, &d->setting, d->out, &why)
                                 : status;
@@ -183,8 +184,9 @@ static int state_settings(diagnosis *d)
 }
 
 /* After named causes a law has to leave noise (law/). Where they have explained nearly all, and
- * what is left is still far from noise, the model errs in more than one law. Where noise is left but
- * records differ by as much as is allowed for, and neither cause nor law is behind it, they do. */
+ * what is left is still far from noise, the model errs in more than one law. Where noise is left
+ * but records differ by as much as is allowed for, and neither cause nor law is behind it, they do.
+ */
 static stein_status laws(diagnosis *d, stein_err *err)
 {
     const diag__row *best = d->t.row[d->j.best];

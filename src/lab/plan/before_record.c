@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_record.c - records that somebody means to make: read from a line, simulated, written.
+ * before_record.c - planned records: read from a line of text, simulated, written as files.
  */
 #include <ctype.h>
 #include <gsl/gsl_randist.h>

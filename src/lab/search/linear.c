@@ -407,6 +407,7 @@ stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain
     if (status != STEIN_OK) { // some of them are here
         diag__kept_free(q->kept);
         q->kept = NULL;
+        l->n = l->own = 0;
     }
     l->samples = w.p.samples;
     for (int i = 0; i < w.n; i++) {
