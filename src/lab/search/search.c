@@ -299,23 +299,41 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
     return status;
 }
 
-/* The null hypothesis leaves more than noise: once more, with settings that are off by what their
- * digits allow, whether or not there are causes that explain it. They are a variance of all
- * records, which costs as much as it explains. */
-static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
+/* A row's hypothesis once more, with settings that are off by what their digits allow instead of
+ * wrong ones. They are a variance of all records, which costs as much as it explains. */
+static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
-    const diag__row *best = diag__incumbent(q, t);
     diag__row *one = NULL;
-    diag__proposal rough = {.h = {.n = 0}, .parent = 0, .source = 'S', .rough = 1};
-    int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
-    if (q->nsetting == 0 || !unsure || diag__is_spent(q)) {
-        return STEIN_OK;
+    diag__proposal rough = {
+        .h = row->h, .parent = diag__index(t, row), .source = 'S', .rough = 1};
+    for (int i = row->h.n - 1; i >= 0; i--) {
+        if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
+            rough.h = diag__without(rough.h, row->h.cause[i]);
+        }
     }
     for (int i = 0; i < DIAG_CAUSES; i++) {
         rough.amount[i] = rough.side[i] = NAN;
     }
-    stein_status status = diag__try(q, t, &rough, &one, err);
-    return status == STEIN_OK && diag__incumbent(q, t) == one ? expand_all(q, t, err) : status;
+    int had = 0;
+    for (int i = 0; i < t->n; i++) {
+        had |= t->row[i]->rough && !t->row[i]->superseded &&
+               diag__equals(&t->row[i]->h, &rough.h);
+    }
+    return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
+}
+
+/* Settings that are off by what their digits allow, where there is something to explain: without a
+ * cause, and with those of the best hypothesis. */
+static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
+{
+    const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
+    int unsure = best->h.n > 0 || best->chi2_dof > diag__most_noise(q, &q->null);
+    if (q->nsetting == 0 || !unsure || best->rough) {
+        return STEIN_OK;
+    }
+    stein_status status = null != NULL ? loosen(q, t, null, err) : STEIN_OK;
+    status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
+    return status == STEIN_OK && diag__incumbent(q, t)->rough ? expand_all(q, t, err) : status;
 }
 
 /* What the best hypothesis leaves is more than the noise that was stated, or less: the search goes
@@ -379,6 +397,9 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     }
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
+    }
+    if (status == STEIN_OK && q->nsetting > 0 && !diag__leaves_noise(row)) {
+        status = loosen(q, t, row, err);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     status = status == STEIN_OK ? with_settings(q, t, err) : status;
