@@ -258,7 +258,11 @@ static stein_status expand_all(diag__problem *q, diag__table *t, stein_err *err)
     diag__row *again = NULL;
     stein_status status = expand_until_best(q, t, err);
     status = status == STEIN_OK ? diag__null_again(q, t, &again, err) : status;
-    return status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
+    status = status == STEIN_OK && again != NULL ? expand_until_best(q, t, err) : status;
+    const diag__hypothesis best = diag__incumbent(q, t)->h;
+    status = status == STEIN_OK ? diag__try_each(q, t, err) : status;
+    int better = !diag__equals(&diag__incumbent(q, t)->h, &best);
+    return status == STEIN_OK && better ? expand_until_best(q, t, err) : status;
 }
 
 /* the hypothesis without what cannot be told any more */

@@ -243,6 +243,11 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
  *  @param again  out: the row that stands for the null hypothesis now, NULL: as before */
 stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err);
 
+/* ---- each.c ---- */
+
+/** Single causes that have no row yet, while no row leaves noise. @return OK, ENOMEM */
+stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);
+
 /* ---- descend.c ---- */
 
 /** How a fit begins: without an observer; with derivatives that are there already; while it holds

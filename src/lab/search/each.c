@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * each.c - single causes one by one, where nothing that a linear model promised leaves noise.
+ *
+ * Far from the records a linear model ranks causes poorly: the effect of a large one is not that of
+ * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause
+ * that has no row yet is fitted then, the best expected ones first, for as much work as the search
+ * has taken so far.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "proposing.h"
+
+enum { RECORDS = 6 };
+
+/* the proposal of column a, its amount within its limit and of a possible sign */
+static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
+{
+    double amount;
+    if (diag__is_scoped(q, l->cause[a]) || !diag__proposal_of(l, &a, 1, &amount, to)) {
+        return 0;
+    }
+    const lab_candidate *c = diag__base(q, l->cause[a]);
+    amount = fmin(fmax(amount, -1.0), 1.0);
+    to->amount[0] = lab_candidate_is_signed(c) ? amount : fabs(amount);
+    to->source = 'E';
+    to->held = l->gain > 0.0;
+    return 1;
+}
+
+static stein_status try_columns(diag__problem *q, diag__table *t, const diag__linear *l,
+                                stein_err *err)
+{
+    diag__ranked list[DIAG_COLUMNS];
+    diag__proposal p;
+    int n = 0, found = 0;
+    long most = 2 * q->strokes;
+    for (int a = 0; a < l->n && n < DIAG_COLUMNS; a++) {
+        if (single(q, l, a, &p) && diag__find(t, &p.h) == NULL) {
+            list[n++] = (diag__ranked){a, -1, p.expected};
+        }
+    }
+    diag__rank(list, n);
+    stein_status status = STEIN_OK;
+    for (int i = 0; i < n && !found && status == STEIN_OK && q->strokes < most; i++) {
+        diag__row *one = NULL;
+        single(q, l, list[i].a, &p);
+        p.parent = diag__index(t, l->row);
+        if (diag__find(t, &p.h) == NULL && !diag__is_spent(q)) {
+            status = diag__try(q, t, &p, &one, err);
+        }
+        found = one != NULL && diag__is_possible(q, one) && diag__leaves_noise(one);
+    }
+    return status;
+}
+
+stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
+{
+    const diag__row *null = diag__best(q, t, 0);
+    diag__linear l;
+    stein_err why = {STEIN_OK, ""};
+    if (null == NULL || diag__leaves_noise(diag__incumbent(q, t)) || diag__is_spent(q)) {
+        return STEIN_OK;
+    }
+    stein_status status =
+        diag__linearise(q, null, diag__observer_gain(null), RECORDS, &l, &why);
+    status = status == STEIN_OK ? try_columns(q, t, &l, err) : fit__forgive(status, err);
+    diag__linear_free(&l);
+    return status;
+}
