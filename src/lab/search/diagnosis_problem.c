@@ -262,7 +262,7 @@ static int is_left_out(const diag__problem *q, const lab_candidate *c)
 }
 
 /* Does a record say how the motion goes on, where the file's own run does not? It prescribes a
- * motion, or begins in a state of its own. */
+ * motion, or begins in a state of its own or in one that was set. */
 static int go_elsewhere(const fit__problem *p)
 {
     const stein_model *m = lab_equations(p->model);
@@ -273,6 +273,9 @@ static int go_elsewhere(const fit__problem *p)
     }
     for (int k = s->first; k < s->first + s->own; k++) {
         yes |= p->unknown[k].kind == FIT__POSITION;
+    }
+    for (int k = 0; k < s->data->nset; k++) {
+        yes |= strstr(m->params[s->data->set[k].param].name, ".initial.") != NULL;
     }
     return yes;
 }
