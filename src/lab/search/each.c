@@ -4,14 +4,14 @@
  * Far from the records a linear model ranks causes poorly: the effect of a large one is not that of
  * a small one, and a cause that is missing bends the numbers of the null hypothesis. Each cause
  * that has no row yet is fitted then, the best expected ones first, for as much work as the search
- * has taken so far.
+ * has taken so far, and no more than MOST.
  */
 #include <math.h>
 #include <stdlib.h>
 
 #include "proposing.h"
 
-enum { RECORDS = 6 };
+enum { RECORDS = 6, MOST = 24 };
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
@@ -42,7 +42,7 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
     }
     diag__rank(list, n);
     stein_status status = STEIN_OK;
-    for (int i = 0; i < n && !found && status == STEIN_OK && q->strokes < most; i++) {
+    for (int i = 0; i < n && i < MOST && !found && status == STEIN_OK && q->strokes < most; i++) {
         diag__row *one = NULL;
         single(q, l, list[i].a, &p);
         p.parent = diag__index(t, l->row);

@@ -464,16 +464,23 @@ double diag__likeness(const diag__linear *l, int a, int b)
     return size > 0.0 ? fabs(l->I[i * n + k]) / size : 0.0;
 }
 
+/* Free: the records that were not used gain as much. Held: of what the row leaves beyond noise it
+ * takes the share that it has of what is left there. Where noise is estimated, -2 ln L falls as the
+ * logarithm of what is left, of `memory` samples one counted. */
 double diag__expected(const diag__linear *l, double gain)
 {
-    int own[DIAG_CAUSES] = {0, 1, 2};
+    int own[DIAG_CAUSES] = {0, 1, 2}, is_held = l->gain > 0.0;
     double amount[SET], has = diag__linear_gain(l, own, l->own, amount);
     const diag__row *row = l->row;
-    if (l->gain == 0.0) {
-        double all = row->p.samples / fmax(1.0, l->samples); // records that were not used
-        return row->objective - all * (gain - has);
+    double samples = row->p.samples, noise = l->samples / (row->scale * row->scale),
+           left = fmax(l->square - has - (is_held ? noise : 0.0), 1e-9),
+           share = fmin(1.0, (gain - has) / left);
+    if (row->scale > 1.0 && share > 0.0) {
+        double v = row->chi2_dof, noisy = fmin(is_held ? 1.0 : 1e-6, v);
+        return row->objective + samples / row->memory * log(1.0 - share * (1.0 - noisy / v));
     }
-    double excess = fmax(0.0, fit__chi2(&row->p, row->r) - row->p.samples);
-    double left = fmax(l->square - has - l->samples, 1.0);
-    return row->objective - excess * fmin(1.0, (gain - has) / left);
+    if (!is_held) {
+        return row->objective - samples / fmax(1.0, l->samples) * (gain - has);
+    }
+    return row->objective - fmax(0.0, fit__chi2(&row->p, row->r) - samples) * share;
 }

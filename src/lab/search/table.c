@@ -10,7 +10,7 @@
 #include "functions.h"
 #include "search.h"
 
-static const double largest = 3.0;   /* amount that is possible [limits] */
+static const double largest = 6.0;   /* amount that is possible [limits]; its prior counts, too */
 static const double of_clock = 10.0; /* the same of a time base: gravity and lengths may say so */
 
 /* ---- hypotheses ---- */
