@@ -75,14 +75,21 @@ static int shoot_all(const films *f, const double *p, double *y)
 
 /* ---- columns ---- */
 
+/* what a column is a change of: a number, or a state or friction of a record */
+typedef struct source {
+    int number, record, body; /* number -1: one of a record's own */
+    char what;                /* 'q', 'v', 'f' */
+    double sd;
+} source;
+
 typedef struct columns {
     int n, rows, out[MOST_COLUMNS]; /* left out */
-    int of[MOST_COLUMNS];           /* of: number that it belongs to, -1: one of a record's own */
-    double *X;                      /* [n][rows] */
-    double *L;                      /* Cholesky factor of X'X + 1 */
+    source of[MOST_COLUMNS];
+    double *X; /* [n][rows] */
+    double *L; /* Cholesky factor of X'X + 1 */
 } columns;
 
-static double *fresh(columns *c, int of)
+static double *fresh(columns *c, source of)
 {
     if (c->n == MOST_COLUMNS) {
         return NULL;
@@ -96,7 +103,9 @@ static int common_columns(const films *f, const double *p, const double *base, c
     double q[NUMBERS];
     for (int i = 0; i < f->m->nnumber; i++) {
         const number *N = &f->m->number[i];
-        double *x = N->stated && N->sd > 0.0 ? fresh(c, i) : NULL;
+        double *x = N->stated && N->sd > 0.0
+                        ? fresh(c, (source){.number = i, .record = -1, .sd = N->sd})
+                        : NULL;
         if (x == NULL) {
             continue;
         }
@@ -113,10 +122,11 @@ static int common_columns(const films *f, const double *p, const double *base, c
 }
 
 /* by one number of a record, changed by `by`, which is a share of its standard deviation */
-static int own_column(const films *f, const double *p, int record, const setup *s, double share,
-                      const double *base, columns *c)
+static int own_column(const films *f, const double *p, const source *of, const setup *s,
+                      double share, const double *base, columns *c)
 {
-    double *x = fresh(c, -1);
+    int record = of->record;
+    double *x = fresh(c, *of);
     if (x == NULL) {
         return 0;
     }
@@ -144,19 +154,22 @@ static int record_columns(const films *f, const double *p, int record, const dou
         double unit = f->m->body[b].type == 'R' ? 1.0 : sliding;
         double sd = isfinite(f->d->record[record].said[b]) ? told_sd : position_sd;
         setup s = f->d->record[record];
+        source of = {.number = -1, .record = record, .body = b, .what = 'q', .sd = sd * unit};
         if (!f->m->settle && !is_driven(f->m)) {
             s.q[b] += small_angle * unit;
-            status = own_column(f, p, record, &s, small_angle / sd, base, c);
+            status = own_column(f, p, &of, &s, small_angle / sd, base, c);
             s = f->d->record[record];
             s.qd[b] += small_speed * unit;
+            of.what = 'v', of.sd = speed_sd * unit;
             if (f->d->moving && status == 0) {
-                status = own_column(f, p, record, &s, small_speed / speed_sd, base, c);
+                status = own_column(f, p, &of, &s, small_speed / speed_sd, base, c);
             }
         }
         s = f->d->record[record];
         s.joint_scatter[b] += 0.1 * friction_sd;
+        of.what = 'f', of.sd = friction_sd;
         if (has_friction(f, p, b) && status == 0) {
-            status = own_column(f, p, record, &s, 0.1, base, c);
+            status = own_column(f, p, &of, &s, 0.1, base, c);
         }
     }
     return status;
@@ -168,7 +181,7 @@ static int factorise(columns *c, const int *without)
     free(c->L);
     c->L = calloc((size_t)c->n * (size_t)c->n + 1, sizeof *c->L);
     for (int i = 0; i < c->n; i++) {
-        c->out[i] = without != NULL && c->of[i] >= 0 && without[c->of[i]];
+        c->out[i] = without != NULL && c->of[i].number >= 0 && without[c->of[i].number];
     }
     for (int i = 0; c->L != NULL && i < c->n; i++) {
         for (int j = 0; j <= i; j++) {
@@ -190,13 +203,12 @@ static int factorise(columns *c, const int *without)
     return c->L != NULL ? 0 : -1;
 }
 
-/* RMS of what is left of a change; d becomes that */
-static double left_of(const columns *c, double *d)
+/* b = (X'X + 1)^-1 (X'd + at); at NULL: 0 */
+static void solve(const columns *c, const double *d, const double *at, double *b)
 {
-    double b[MOST_COLUMNS], sum = 0.0;
     int n = c->n;
     for (int i = 0; i < n; i++) {
-        b[i] = 0.0;
+        b[i] = at != NULL && !c->out[i] ? at[i] : 0.0;
         for (int k = 0; k < c->rows && !c->out[i]; k++) {
             b[i] += c->X[(size_t)i * (size_t)c->rows + (size_t)k] * d[k];
         }
@@ -213,6 +225,14 @@ static double left_of(const columns *c, double *d)
         }
         b[i] /= c->L[i * n + i];
     }
+}
+
+/* RMS of what is left of a change to first order; d becomes that */
+static double left_of(const columns *c, double *d)
+{
+    double b[MOST_COLUMNS], sum = 0.0;
+    int n = c->n;
+    solve(c, d, NULL, b);
     for (int k = 0; k < c->rows; k++) {
         for (int i = 0; i < n; i++) {
             d[k] -= c->out[i] ? 0.0 : c->X[(size_t)i * (size_t)c->rows + (size_t)k] * b[i];
@@ -271,17 +291,68 @@ sizer *size_begin(const mech *m, const double *p, const design *d)
     return z;
 }
 
-double size_of(sizer *z, const mech *m, const double *p)
+/* y(p, b) - y(0, 0) into d. @return |d|^2 + |b|^2, INFINITY: it cannot be simulated */
+static double refitted(sizer *z, const mech *m, const double *p, const double *b, double *d)
 {
+    static setup own;
+    double q[NUMBERS], sum = 0.0;
+    const columns *c = &z->c;
     films f = z->f;
     f.m = m;
-    if (shoot_all(&f, p, z->d) != 0) {
-        return NAN;
+    memcpy(q, p, sizeof *q * (size_t)m->nnumber);
+    for (int i = 0; i < c->n; i++) {
+        q[c->of[i].number >= 0 ? c->of[i].number : 0] +=
+            c->of[i].number >= 0 ? b[i] * c->of[i].sd : 0.0;
+        sum += b[i] * b[i];
     }
-    for (int k = 0; k < z->f.rows; k++) {
-        z->d[k] -= z->base[k];
+    for (int r = 0; r < f.records; r++) {
+        own = f.d->record[r];
+        for (int i = 0; i < c->n; i++) {
+            const source *of = &c->of[i];
+            if (of->number < 0 && of->record == r) {
+                double *x = of->what == 'q' ? own.q : of->what == 'v' ? own.qd : own.joint_scatter;
+                x[of->body] += b[i] * of->sd;
+            }
+        }
+        if (shoot(&f, q, r, &own, d) != 0) {
+            return INFINITY;
+        }
     }
-    return left_of(&z->c, z->d);
+    for (int k = 0; k < f.rows; k++) {
+        d[k] -= z->base[k];
+        sum += d[k] * d[k];
+    }
+    return sum;
+}
+
+double size_of(sizer *z, const mech *m, const double *p)
+{
+    enum { STEPS = 5 };
+    const double enough = 0.05, most = 4.0; /* of the objective; standard deviations */
+    double b[MOST_COLUMNS] = {0.0}, next[MOST_COLUMNS], step[MOST_COLUMNS], sum = 0.0;
+    const columns *c = &z->c;
+    double now = refitted(z, m, p, b, z->d), by = 1.0;
+    for (int i = 0; i < STEPS && isfinite(now) && by > 0.1; i++) {
+        solve(c, z->d, b, step);
+        for (int k = 0; k < c->n; k++) {
+            next[k] = c->out[k] ? 0.0 : fmin(fmax(b[k] - by * step[k], -most), most);
+        }
+        double then = refitted(z, m, p, next, z->rest);
+        if (!(then < now)) {
+            by *= 0.3;
+            continue;
+        }
+        memcpy(b, next, sizeof b);
+        memcpy(z->d, z->rest, sizeof *z->d * (size_t)c->rows);
+        if (then > (1.0 - enough) * now) {
+            break;
+        }
+        now = then;
+    }
+    for (int k = 0; k < c->rows; k++) {
+        sum += z->d[k] * z->d[k];
+    }
+    return isfinite(now) ? sqrt(sum / c->rows) : (double)NAN;
 }
 
 static double with_effect(sizer *z, const effect *e, double size)

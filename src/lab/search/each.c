@@ -62,8 +62,7 @@ stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
     if (null == NULL || diag__leaves_noise(diag__incumbent(q, t)) || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    stein_status status =
-        diag__linearise(q, null, diag__observer_gain(null), RECORDS, &l, &why);
+    stein_status status = diag__linearise(q, null, diag__observer_gain(null), RECORDS, &l, &why);
     status = status == STEIN_OK ? try_columns(q, t, &l, err) : fit__forgive(status, err);
     diag__linear_free(&l);
     return status;

@@ -308,8 +308,7 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
 static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     diag__row *one = NULL;
-    diag__proposal rough = {
-        .h = row->h, .parent = diag__index(t, row), .source = 'S', .rough = 1};
+    diag__proposal rough = {.h = row->h, .parent = diag__index(t, row), .source = 'S', .rough = 1};
     for (int i = row->h.n - 1; i >= 0; i--) {
         if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
             rough.h = diag__without(rough.h, row->h.cause[i]);
@@ -320,8 +319,7 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
     }
     int had = 0;
     for (int i = 0; i < t->n; i++) {
-        had |= t->row[i]->rough && !t->row[i]->superseded &&
-               diag__equals(&t->row[i]->h, &rough.h);
+        had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
     }
     return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
 }
