@@ -387,8 +387,10 @@ START_TEST(a_free_linear_model_expects_the_gain_of_all_records)
     int own[] = {0}, more[] = {0, 1};
     double amount[DIAG_CAUSES + 1], has = diag__linear_gain(&m.l, own, 1, amount),
                                     gain = diag__linear_gain(&m.l, more, 2, amount);
-    ck_assert_double_eq_tol(diag__expected(&m.l, has), 2000.0, 1e-9); // as it is
-    ck_assert_double_eq_tol(diag__expected(&m.l, gain), 2000.0 - 3.0 * (gain - has), 1e-9);
+    ck_assert_double_eq_tol(diag__expected(&m.l, more, 2, amount, gain),
+                            2000.0 - 3.0 * (gain - has), 1e-9);
+    diag__linear_gain(&m.l, own, 1, amount);
+    ck_assert_double_eq_tol(diag__expected(&m.l, own, 1, amount, has), 2000.0, 1e-9); // as it is
     diag__table_free(&w.t);
 }
 END_TEST
@@ -413,9 +415,9 @@ START_TEST(a_held_linear_model_expects_no_less_than_noise)
     make_model(&m, row, 0, 3, (int[]){MASS, PRELOAD, DRAG}, 400.0, apart, (double[]){0.1, 0.7, 0});
     m.l.gain = 0.05;
     double last = row->objective;
-    ck_assert_double_eq_tol(diag__expected(&m.l, 0.0), last, 1e-9);
+    ck_assert_double_eq_tol(diag__expected(&m.l, NULL, 0, NULL, 0.0), last, 1e-9);
     for (double gain = 10.0; gain < 1e6; gain *= 3.0) {
-        double expected = diag__expected(&m.l, gain);
+        double expected = diag__expected(&m.l, NULL, 0, NULL, gain);
         ck_assert_double_le(expected, last);
         ck_assert_double_ge(expected, row->objective - (chi2 - 300.0) - 1e-6);
         last = expected;
@@ -423,6 +425,38 @@ START_TEST(a_held_linear_model_expects_no_less_than_noise)
     row->p.stroke = NULL;
     row->p.nstroke = 0;
     row->r = NULL;
+    diag__table_free(&w.t);
+}
+END_TEST
+
+/* what an amount's freedom costs is not a share of the misfit: with large noise it is most of a
+ * gain
+ */
+START_TEST(where_noise_is_estimated_what_is_left_counts_by_its_logarithm)
+{
+    world w;
+    model m;
+    make_world(&w);
+    diag__row *row = add_row(&w, (diag__hypothesis){.n = 0}, 5000.0, NULL);
+    row->p.samples = 900;
+    row->memory = 9.0;
+    row->chi2_dof = 1e4;
+    row->scale = sqrt(row->chi2_dof * row->memory);
+    make_model(&m, row, 0, 3, (int[]){MASS, PRELOAD, DRAG}, 1e5, apart,
+               (double[]){5.5e-3, 6e-4, 0});
+    m.l.square = 4.0;
+    for (int gain = 0; gain < 2; gain++) {
+        int first[] = {0}, second[] = {1};
+        double amount[DIAG_CAUSES + 1];
+        m.l.gain = gain ? 0.05 : 0.0;
+        double cost = log(1e5 + 1.0), of = 550.0 * 550.0 / (1e5 + 1.0) / 4.0;
+        double fall = diag__linear_gain(&m.l, first, 1, amount);
+        double most = diag__expected(&m.l, first, 1, amount, fall);
+        ck_assert_double_lt(fall, 0.0); // and yet it is worth a fit
+        ck_assert_double_eq_tol(most, 5000.0 + 100.0 * log(1.0 - of) + cost, 1.0);
+        fall = diag__linear_gain(&m.l, second, 1, amount);
+        ck_assert_double_gt(diag__expected(&m.l, second, 1, amount, fall), most);
+    }
     diag__table_free(&w.t);
 }
 END_TEST
@@ -852,6 +886,7 @@ Suite *hypotheses_suite(void)
     tcase_add_test(tc, columns_are_as_alike_as_the_angle_between_them);
     tcase_add_test(tc, a_free_linear_model_expects_the_gain_of_all_records);
     tcase_add_test(tc, a_held_linear_model_expects_no_less_than_noise);
+    tcase_add_test(tc, where_noise_is_estimated_what_is_left_counts_by_its_logarithm);
     suite_add_tcase(suite, tc);
 
     tc = tcase_create("proposers");

@@ -12,6 +12,7 @@
 #include "proposing.h"
 
 enum { RECORDS = 6, MOST = 24 };
+static const double explained = 0.2; /* share of chi2/dof: so much of the misfit is found already */
 
 /* the proposal of column a, its amount within its limit and of a possible sign */
 static int single(const diag__problem *q, const diag__linear *l, int a, diag__proposal *to)
@@ -56,10 +57,12 @@ static stein_status try_columns(diag__problem *q, diag__table *t, const diag__li
 
 stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err)
 {
-    const diag__row *null = diag__best(q, t, 0);
+    const diag__row *null = diag__best(q, t, 0), *best = diag__incumbent(q, t);
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
-    if (null == NULL || diag__leaves_noise(diag__incumbent(q, t)) || diag__is_spent(q)) {
+    int found = null == NULL || diag__leaves_noise(best) ||
+                (best->h.n > 0 && best->chi2_dof < explained * null->chi2_dof);
+    if (found || diag__is_spent(q)) {
         return STEIN_OK;
     }
     stein_status status = diag__linearise(q, null, diag__observer_gain(null), RECORDS, &l, &why);

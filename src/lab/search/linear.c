@@ -464,23 +464,39 @@ double diag__likeness(const diag__linear *l, int a, int b)
     return size > 0.0 ? fabs(l->I[i * n + k]) / size : 0.0;
 }
 
+/* what of r'Pr columns explain with these amounts */
+static double explained_by(const diag__linear *l, const int *set, int n, const double *amount)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum += l->s[set[i]] * amount[i];
+    }
+    return sum;
+}
+
 /* Free: the records that were not used gain as much. Held: of what the row leaves beyond noise it
  * takes the share that it has of what is left there. Where noise is estimated, -2 ln L falls as the
- * logarithm of what is left, of `memory` samples one counted. */
-double diag__expected(const diag__linear *l, double gain)
+ * logarithm of what is left, of `memory` samples one counted, and what the freedom of an amount
+ * costs is beside that. */
+double diag__expected(const diag__linear *l, const int *set, int n, const double *amount,
+                      double gain)
 {
     int own[DIAG_CAUSES] = {0, 1, 2}, is_held = l->gain > 0.0;
-    double amount[SET], has = diag__linear_gain(l, own, l->own, amount);
+    double has_amount[SET], has = diag__linear_gain(l, own, l->own, has_amount);
     const diag__row *row = l->row;
-    double samples = row->p.samples, noise = l->samples / (row->scale * row->scale),
-           left = fmax(l->square - has - (is_held ? noise : 0.0), 1e-9),
-           share = fmin(1.0, (gain - has) / left);
-    if (row->scale > 1.0 && share > 0.0) {
-        double v = row->chi2_dof, noisy = fmin(is_held ? 1.0 : 1e-6, v);
-        return row->objective + samples / row->memory * log(1.0 - share * (1.0 - noisy / v));
+    double samples = row->p.samples;
+    if (row->scale > 1.0) {
+        double of = explained_by(l, set, n, amount), had = explained_by(l, own, l->own, has_amount),
+               v = row->chi2_dof, noise = is_held ? l->samples / (row->scale * row->scale) : 0.0,
+               left = fmax(l->square - had - noise, 1e-9), share = fmin(1.0, (of - had) / left),
+               least = fmin(is_held ? 1.0 : 1e-6, v) / v, cost = (gain - of) - (has - had),
+               fall = share > 0.0 ? -log(1.0 - share * (1.0 - least)) : share;
+        return row->objective - samples / row->memory * fall - cost;
     }
     if (!is_held) {
         return row->objective - samples / fmax(1.0, l->samples) * (gain - has);
     }
-    return row->objective - fmax(0.0, fit__chi2(&row->p, row->r) - samples) * share;
+    double left = fmax(l->square - has - l->samples, 1.0);
+    return row->objective -
+           fmax(0.0, fit__chi2(&row->p, row->r) - samples) * fmin(1.0, (gain - has) / left);
 }

@@ -17,7 +17,8 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
     if (!isfinite(gain) || h.n != n) {
         return 0;
     }
-    *to = (diag__proposal){.h = h, .parent = -1, .expected = diag__expected(l, gain)};
+    *to =
+        (diag__proposal){.h = h, .parent = -1, .expected = diag__expected(l, set, n, amount, gain)};
     for (int k = 0; k < DIAG_CAUSES; k++) {
         to->amount[k] = to->side[k] = NAN;
         for (int i = 0; k < n && i < n; i++) {

@@ -42,6 +42,7 @@ const double diag__least_gain = 25.0; /* of -2 ln L: a cause is named from there
 static const double worth = 12.0;     /* the same of what is predicted: worth a fit */
 static const double tiny = 1e-6;      /* variance of noise, in the stated one */
 static const double of_excess = 0.05; /* a cause more has to explain that share of it */
+static const double of_scope = 0.1;   /* the same of one that acts in some records only */
 
 double diag__most_noise(const diag__problem *q, const fit__problem *p)
 {
@@ -85,7 +86,7 @@ static int next_look(const diag__table *t, const diag__row *row)
     int seen = 0;
     for (int i = 0; i < t->n; i++) {
         const diag__row *other = t->row[i];
-        if (!other->superseded && diag__equals(&other->h, &row->h) &&
+        if (!other->superseded && other->rough == row->rough && diag__equals(&other->h, &row->h) &&
             row->objective > other->objective - rounding) {
             seen |= other->expanded;
         }
@@ -96,8 +97,14 @@ static int next_look(const diag__table *t, const diag__row *row)
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
-/* The best row that is to be linearised; where one leaves noise, that one alone. A row with more
- * causes than the incumbent has gained nothing by them. */
+/* is it the null hypothesis with settings as they are stated, where loose ones explain? */
+static int competes(const diag__row *row, const diag__row *best)
+{
+    return best->rough && best->h.n == 0 && !row->rough && row->h.n == 0;
+}
+
+/* The best row that is to be linearised; where one leaves noise, that one alone, and what competes
+ * with loose settings. A row with more causes than the incumbent has gained nothing by them. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
@@ -105,7 +112,7 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
         int more = row->h.n > best->h.n && !q->scale_free;
-        if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
+        if (how == 0 || more || (diag__leaves_noise(best) && row != best && !competes(row, best))) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -124,13 +131,33 @@ static int by_value(const void *a, const void *b)
     return x->value < y->value ? -1 : x->value > y->value;
 }
 
-/* few causes first: a linear model is never exactly right, and more columns explain more of what
- * it misses */
-static double value_of(const diag__linear *l, const diag__proposal *p)
+/* -2 ln L that a row may fall by, to noise */
+static double excess_of(const diag__row *row)
 {
-    const diag__row *row = l->row;
-    double excess = fmax(0.0, fit__chi2(&row->p, row->r) - row->p.samples);
-    return p->expected + p->h.n * (l->gain > 0.0 ? fmax(worth, of_excess * excess) : worth);
+    double samples = row->p.samples;
+    return row->scale > 1.0 ? samples / row->memory * log(fmax(1.0, row->chi2_dof))
+                            : fmax(0.0, fit__chi2(&row->p, row->r) - samples);
+}
+
+static int has_scoped(const diag__problem *q, const diag__hypothesis *h)
+{
+    int yes = 0;
+    for (int i = 0; i < h->n; i++) {
+        yes |= diag__is_scoped(q, h->cause[i]);
+    }
+    return yes;
+}
+
+/* few causes first: a linear model is never exactly right, and more columns explain more of what
+ * it misses; and what acts in all records before what acts in some */
+static double value_of(const diag__problem *q, const diag__linear *l, const diag__proposal *p)
+{
+    double excess = excess_of(l->row), each = worth;
+    if (l->gain > 0.0 && l->row->scale <= 1.0) {
+        each = fmax(worth, of_excess * excess);
+    }
+    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > noise_like;
+    return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
 }
 
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
@@ -146,7 +173,7 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        list[i].value = value_of(l, &list[i]);
+        list[i].value = value_of(q, l, &list[i]);
     }
     qsort(list, (size_t)n, sizeof *list, by_value);
     return n;

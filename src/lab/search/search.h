@@ -329,8 +329,9 @@ int diag__scatters(const diag__problem *q, int cause);
 int diag__thinkable(const lab_candidate *c, double amount);
 /** Correlation of two columns. */
 double diag__likeness(const diag__linear *l, int a, int b);
-/** Objective of a fit that a gain at this linear model lets expect. */
-double diag__expected(const diag__linear *l, double gain);
+/** Objective of a fit that columns with these amounts and this gain let expect. */
+double diag__expected(const diag__linear *l, const int *set, int n, const double *amount,
+                      double gain);
 
 /* ---- propose_*.c ---- */
 

@@ -10,8 +10,10 @@
 #include "functions.h"
 #include "search.h"
 
-static const double largest = 6.0;   /* amount that is possible [limits]; its prior counts, too */
-static const double of_clock = 10.0; /* the same of a time base: gravity and lengths may say so */
+/* amount that is possible [limits]: what a mechanism lacks; an instrument may be scaled for another
+ * purpose, and its prior counts, too; of a time base gravity and lengths may say so */
+static const double largest = 3.0, of_instrument = 6.0;
+static const double of_clock = 10.0;
 
 /* ---- hypotheses ---- */
 
@@ -71,7 +73,9 @@ double diag__amount(const diag__row *row, int i, double *sd)
 
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    double most = c->effect->site == LAB_AT_CLOCK ? of_clock : largest;
+    double most = c->effect->site == LAB_AT_CLOCK     ? of_clock
+                  : c->effect->site == LAB_AT_CHANNEL ? of_instrument
+                                                      : largest;
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 
