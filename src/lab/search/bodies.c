@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "reader.h"
 #include "search.h"
 
 static const char refitted[] = "it is refitted anyhow";
@@ -142,4 +143,56 @@ stein_status diag__bodies_end(diag__problem *q, diag__table *t, diag__bodies *b,
     free(b->kept.superseded);
     b->kept.superseded = NULL;
     return status;
+}
+
+/* ---- what no body can have ---- */
+
+/* the mechanism's parameters at the end of a row, causes of all its records included */
+static void parameters_of(const diag__row *row, double *to)
+{
+    const fit__problem *p = &row->p;
+    memcpy(to, lab_parameters(p->model), sizeof *to * (size_t)lab_equations(p->model)->np);
+    for (int k = 0; k < p->np; k++) {
+        if (p->unknown[k].kind == FIT__PARAM) {
+            to[p->unknown[k].index] = fit__value(&p->unknown[k], row->x[k]);
+        }
+    }
+    for (int i = 0; i < row->h.n; i++) {
+        int at = diag__unknown_at(row, i);
+        lab_candidate c = row->cause[i];
+        for (int k = 0; k < LAB_SIDES; k++) {
+            c.side[k].value = fit__value(&p->unknown[at + 1 + k], row->x[at + 1 + k]);
+        }
+        lab_candidate_apply(&c, fit__value(&p->unknown[at], row->x[at]), to);
+    }
+}
+
+/* Principal moments of a body that obey A <= B + C, unless those of the file do not. A formula
+ * is what a part leaves of the whole, and is left alone. */
+static int has_possible_inertia(const mech_body *body, const double *p)
+{
+    mech_scalar I[6];
+    for (int i = 0; i < 6; i++) {
+        I[i] = body->inertia[i];
+        if (I[i].kind == MECH_FORMULA) {
+            return 1;
+        }
+        I[i].value = I[i].kind == MECH_PARAM ? p[I[i].index] : I[i].value;
+    }
+    return mech__violates_triangle(body->inertia) || !mech__violates_triangle(I);
+}
+
+stein_status diag__bodies_exist(diag__row *row, stein_err *err)
+{
+    const mechanism *m = lab__mechanism(row->p.model);
+    double *p = malloc(sizeof *p * ((size_t)lab_equations(row->p.model)->np + 1));
+    if (p == NULL) {
+        return lab__no_memory(err);
+    }
+    parameters_of(row, p);
+    for (int i = 0; i < m->nbody; i++) {
+        row->impossible |= !has_possible_inertia(&m->bodies[i], p);
+    }
+    free(p);
+    return STEIN_OK;
 }

@@ -217,6 +217,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
             diag__start how = from->parent < 0 ? DIAG_IF_FAR : from->held ? DIAG_HELD : DIAG_FREE;
             status = fit_row(q, row, parent, how, &why);
             status = status == STEIN_OK ? note(row, &why) : status;
+            status = status == STEIN_OK ? diag__bodies_exist(row, &why) : status;
         }
     }
     if (status == STEIN_ENOMEM) {

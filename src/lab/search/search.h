@@ -120,6 +120,7 @@ typedef struct diag__row {
     double seconds;
     int rough;      /* its settings are off by what their digits allow */
     int superseded; /* it was fitted with noise that turned out too small */
+    int impossible; /* a body has an inertia that no body can have */
     int expanded;   /* proposers have seen it: 1 held near the records, 2 free */
 } diag__row;
 
@@ -383,6 +384,8 @@ typedef struct diag__bodies {
     int free; /* 1: it goes on with them */
     diag__standing kept;
 } diag__bodies;
+/** Notes whether the numbers of a row are those of bodies. @return OK, ENOMEM */
+stein_status diag__bodies_exist(diag__row *row, stein_err *err);
 /** Where the file states no tolerance of its bodies, the best hypotheses with these numbers free.
  *  diag__bodies_end in any case.  @return OK, ENOMEM, a failure of the null hypothesis */
 stein_status diag__bodies_begin(diag__problem *q, diag__table *t, diag__bodies *b, stein_err *err);

@@ -81,7 +81,7 @@ int diag__thinkable(const lab_candidate *c, double amount)
 
 int diag__is_possible(const diag__problem *q, const diag__row *row)
 {
-    int yes = row->failed == NULL && !row->superseded;
+    int yes = row->failed == NULL && !row->superseded && !row->impossible;
     for (int i = 0; yes && i < row->h.n; i++) {
         double sd;
         yes = diag__thinkable(diag__base(q, row->h.cause[i]), diag__amount(row, i, &sd));
