@@ -14,7 +14,7 @@
 static const double normal95 = 1.96;
 
 /* Half a 95 % interval [sd]. Where records scatter by themselves, how much they do is estimated
- * from them: Student's t. */
+ * from them, and beside few from the prior, too: Student's t. */
 static double half_interval(const fit__problem *p)
 {
     const fit__stroke *t = &p->stroke[0];
@@ -22,7 +22,8 @@ static double half_interval(const fit__problem *p)
     for (int k = 0; k < t->own; k++) {
         scatter |= p->unknown[t->first + k].kind == FIT__SCATTER;
     }
-    return scatter && p->nstroke > 1 ? gsl_cdf_tdist_Pinv(0.975, p->nstroke - 1) : normal95;
+    double freedom = p->nstroke - 1 + diag__scatter_worth(p->nstroke);
+    return scatter && freedom > 0.0 ? gsl_cdf_tdist_Pinv(0.975, freedom) : normal95;
 }
 
 static lab_cause_number *next_number(lab_suspect *to, const char *name, const char *unit)
