@@ -197,13 +197,25 @@ static double smooth(const signal *s, double t)
     return y;
 }
 
+/* sample k of a grid */
+static double sampled(const signal *s, double k)
+{
+    chance c;
+    double y = smooth(s, k * s->interval);
+    if (s->noise > 0.0) {
+        chance_seed(&c, s->draw + (unsigned long long)(long long)k);
+        y += s->noise * chance_normal(&c);
+    }
+    return y;
+}
+
 double signal_value(const signal *s, double t)
 {
     if (!s->grid) {
         return smooth(s, t);
     }
     double k = floor(t / s->interval), u = t / s->interval - k;
-    return (1.0 - u) * smooth(s, k * s->interval) + u * smooth(s, (k + 1.0) * s->interval);
+    return (1.0 - u) * sampled(s, k) + u * sampled(s, k + 1.0);
 }
 
 static void motion_of(const signal *s, double t, double y[3])

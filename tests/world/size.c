@@ -249,6 +249,8 @@ struct sizer {
     columns c;
     const double *p;
     double *base, *d, *other, *rest;
+    unsigned long long draw; /* of the noise of measured forces, 0: none */
+    double noise;            /* of the records, with what that does [noise] */
 };
 
 void size_drop(sizer *z)
@@ -262,33 +264,6 @@ void size_drop(sizer *z)
         free(z->rest);
         free(z);
     }
-}
-
-sizer *size_begin(const mech *m, const double *p, const design *d)
-{
-    sizer *z = calloc(1, sizeof *z);
-    int status = z != NULL ? 0 : -1;
-    if (status == 0) {
-        z->f = of_design(m, d);
-        z->p = p;
-        z->c.rows = z->f.rows;
-        z->c.X = calloc((size_t)MOST_COLUMNS * (size_t)z->f.rows, sizeof(double));
-        z->base = calloc((size_t)z->f.rows, sizeof(double));
-        z->d = calloc((size_t)z->f.rows, sizeof(double));
-        z->other = calloc((size_t)z->f.rows, sizeof(double));
-        z->rest = calloc((size_t)z->f.rows, sizeof(double));
-        status = z->c.X && z->base && z->d && z->other && z->rest ? 0 : -1;
-    }
-    status = status == 0 ? shoot_all(&z->f, p, z->base) : status;
-    status = status == 0 ? common_columns(&z->f, p, z->base, &z->c) : status;
-    for (int i = 0; status == 0 && i < z->f.records; i++) {
-        status = record_columns(&z->f, p, i, z->base, &z->c);
-    }
-    if (status != 0 || factorise(&z->c, NULL) != 0) {
-        size_drop(z);
-        return NULL;
-    }
-    return z;
 }
 
 /* y(p, b) - y(0, 0) into d. @return |d|^2 + |b|^2, INFINITY: it cannot be simulated */
@@ -313,6 +288,10 @@ static double refitted(sizer *z, const mech *m, const double *p, const double *b
                 double *x = of->what == 'q' ? own.q : of->what == 'v' ? own.qd : own.joint_scatter;
                 x[of->body] += b[i] * of->sd;
             }
+        }
+        for (int i = 0; i < f.m->ninput && z->draw > 0; i++) {
+            own.drive[i].noise = f.d->input[i].sd;
+            own.drive[i].draw = (z->draw << 40) + ((unsigned long long)(r * INPUTS + i) << 24);
         }
         if (shoot(&f, q, r, &own, d) != 0) {
             return INFINITY;
@@ -355,11 +334,54 @@ double size_of(sizer *z, const mech *m, const double *p)
     return isfinite(now) ? sqrt(sum / c->rows) : (double)NAN;
 }
 
+static void note_input_noise(sizer *z)
+{
+    enum { DRAWS = 3 };
+    double sum = 1.0;
+    for (int i = 0; i < z->f.m->ninput && sum == 1.0; i++) {
+        for (int k = 1; k <= DRAWS && z->f.m->input[i].kind != INPUT_MOTION; k++) {
+            z->draw = (unsigned long long)k;
+            double rms = size_of(z, z->f.m, z->p);
+            sum += isfinite(rms) ? rms * rms / DRAWS : 0.0;
+        }
+    }
+    z->draw = 0;
+    z->noise = sqrt(sum);
+}
+
+sizer *size_begin(const mech *m, const double *p, const design *d)
+{
+    sizer *z = calloc(1, sizeof *z);
+    int status = z != NULL ? 0 : -1;
+    if (status == 0) {
+        z->f = of_design(m, d);
+        z->p = p;
+        z->c.rows = z->f.rows;
+        z->c.X = calloc((size_t)MOST_COLUMNS * (size_t)z->f.rows, sizeof(double));
+        z->base = calloc((size_t)z->f.rows, sizeof(double));
+        z->d = calloc((size_t)z->f.rows, sizeof(double));
+        z->other = calloc((size_t)z->f.rows, sizeof(double));
+        z->rest = calloc((size_t)z->f.rows, sizeof(double));
+        status = z->c.X && z->base && z->d && z->other && z->rest ? 0 : -1;
+    }
+    status = status == 0 ? shoot_all(&z->f, p, z->base) : status;
+    status = status == 0 ? common_columns(&z->f, p, z->base, &z->c) : status;
+    for (int i = 0; status == 0 && i < z->f.records; i++) {
+        status = record_columns(&z->f, p, i, z->base, &z->c);
+    }
+    if (status != 0 || factorise(&z->c, NULL) != 0) {
+        size_drop(z);
+        return NULL;
+    }
+    note_input_noise(z);
+    return z;
+}
+
 static double with_effect(sizer *z, const effect *e, double size)
 {
     static mech room;
     double q[NUMBERS];
-    return size_of(z, structure_with(&room, z->f.m, e, size, z->p, q), q);
+    return size_of(z, structure_with(&room, z->f.m, e, size, z->p, q), q) / z->noise;
 }
 
 /* numbers that the effect changes cannot take it up as errors of the file */

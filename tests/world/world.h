@@ -135,6 +135,8 @@ typedef struct signal {
     double from, to, push; /* a raised cosine between two times [s], its height */
     int grid;              /* 1: straight lines between samples `interval` apart */
     double interval;
+    double noise; /* of the samples of a grid, a draw of seed `draw` */
+    unsigned long long draw;
 } signal;
 enum { INPUT_TORQUE, INPUT_MOTION, INPUT_FORCE };
 typedef struct input {
