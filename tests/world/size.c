@@ -20,7 +20,8 @@ enum { MOST_RECORDS = 4, FEW_RECORDS = 2, MOST_ROWS = 300, MOST_COLUMNS = 160, T
 static const double tolerance = 1e-9;
 /* of what differs from record to record; a state that is not told may be any [rad, rad/s] */
 static const double told_sd = 0.005, position_sd = 0.5, speed_sd = 3.0, friction_sd = 0.03;
-static const double sliding = 0.1;                          /* [m] for a [rad] */
+static const double unknown_law = 0.3; /* of its value, where no tolerance is stated */
+static const double sliding = 0.1;     /* [m] for a [rad] */
 static const double small_angle = 2e-5, small_speed = 2e-4; /* by which it is changed */
 
 static int is_driven(const mech *m)
@@ -98,19 +99,32 @@ static double *fresh(columns *c, source of)
     return c->X + (size_t)c->n++ * (size_t)c->rows;
 }
 
+/* How well a number is known. Without stated tolerances nobody knows what a stiffness or a friction
+ * is, only what can be weighed or measured with a ruler. */
+static double sd_of(const design *d, const number *N, double value)
+{
+    static const char *const measured[] = {"kg", "m", "kg m^2"};
+    int simple = 0;
+    for (size_t i = 0; i < sizeof measured / sizeof *measured; i++) {
+        simple |= strcmp(N->unit, measured[i]) == 0;
+    }
+    return simple || d->tolerances ? N->sd : fmax(N->sd, unknown_law * fabs(value));
+}
+
 static int common_columns(const films *f, const double *p, const double *base, columns *c)
 {
     double q[NUMBERS];
     for (int i = 0; i < f->m->nnumber; i++) {
         const number *N = &f->m->number[i];
+        double sd = sd_of(f->d, N, p[i]);
         double *x = N->stated && N->sd > 0.0
-                        ? fresh(c, (source){.number = i, .record = -1, .sd = N->sd})
+                        ? fresh(c, (source){.number = i, .record = -1, .sd = sd})
                         : NULL;
         if (x == NULL) {
             continue;
         }
         memcpy(q, p, sizeof q);
-        q[i] += 0.05 * N->sd;
+        q[i] += 0.05 * sd;
         if (shoot_all(f, q, x) != 0) {
             return -1;
         }
