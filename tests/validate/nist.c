@@ -355,8 +355,33 @@ static void search(int start, double error[2])
 /** Searches of one level of difficulty. */
 typedef struct tally {
     int all, found;
-    double worst, worst_sd; /* of those that were found */
+    double worst, worst_sd;                     /* of those that were found */
+    double error[2 * SETS], error_sd[2 * SETS]; /* of each search */
 } tally;
+
+/* the picture of the next row: errors, and the bar */
+static void draw_errors(const double *error, int n)
+{
+    for (int i = 0; i < n; i++) {
+        validate_point(VALIDATE_DOTS, i + 1, log10(fmax(error[i], 1e-16)));
+        validate_point(VALIDATE_SECOND, i + 1, log10(bar));
+    }
+    validate_axes("search", "log10 of the error; bar");
+}
+
+/* observations of the set at hand, and what fits them */
+static void draw_set(const double *certified)
+{
+    number b[MOST_B];
+    for (int k = 0; k < set.np; k++) {
+        b[k] = certified[k];
+    }
+    for (int i = 0; i < set.n; i++) {
+        validate_point(VALIDATE_DOTS, (double)set.x[i][0], (double)set.y[i]);
+        validate_point(VALIDATE_LINE, (double)set.x[i][0], (double)creall(set.model(b, set.x[i])));
+    }
+    validate_axes(set.name, "y");
+}
 
 /* The bars are those of the whole: every minimum from both starts, 6 digits, deviations too. */
 static void tell(const tally *t, const char *level)
@@ -366,41 +391,56 @@ static void tell(const tally *t, const char *level)
     snprintf(ours, sizeof ours, "%d of %d found", t->found, t->all);
     validate_row(problem, "NIST StRD, both starts", "certified values", ours, t->all - t->found,
                  0.0);
+    draw_errors(t->error, t->all);
     snprintf(ours, sizeof ours, "off by %.1e", t->worst);
     validate_row("parameters, relative, of the minima found", "NIST StRD", "certified values", ours,
                  t->worst, bar);
+    draw_errors(t->error_sd, t->all);
     snprintf(ours, sizeof ours, "off by %.1e", t->worst_sd);
     validate_row("standard deviations, relative, of the minima found", "NIST StRD",
                  "certified values", ours, t->worst_sd, bar);
 }
 
+/* both starts of the set at hand */
+static void run_set(tally *t, int tells)
+{
+    for (int start = 0; start < 2; start++) {
+        double error[2];
+        search(start, error);
+        t->error[t->all] = error[0];
+        t->error_sd[t->all++] = error[1];
+        if (error[0] <= bar) {
+            t->found++;
+            t->worst = fmax(t->worst, error[0]);
+            t->worst_sd = fmax(t->worst_sd, error[1]);
+        }
+        if (tells) {
+            fprintf(stderr, "%-10s start %d: parameters %.1e, standard deviations %.1e\n", set.name,
+                    start + 1, error[0], error[1]);
+        }
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const char *const level[] = {"lower", "average", "higher"};
-    tally tallies[3] = {{0}};
+    static const char *const shown[] = {"Gauss1", "ENSO", "Thurber"};
     int tells = argc > 1 && strcmp(argv[1], "-v") == 0;
     (void)gsl_set_error_handler_off();
-    for (int i = 0; i < SETS; i++) {
-        set = (dataset){.name = sets[i].name, .model = sets[i].model};
-        read_set(&set);
-        for (int start = 0; start < 2; start++) {
-            tally *t = &tallies[set.level];
-            double error[2];
-            search(start, error);
-            t->all++;
-            if (error[0] <= bar) {
-                t->found++;
-                t->worst = fmax(t->worst, error[0]);
-                t->worst_sd = fmax(t->worst_sd, error[1]);
+    for (int k = 0; k < 3; k++) {
+        tally t = {0};
+        for (int i = 0; i < SETS; i++) {
+            set = (dataset){.name = sets[i].name, .model = sets[i].model};
+            read_set(&set);
+            if (set.level != k) {
+                continue;
             }
-            if (tells) {
-                fprintf(stderr, "%-10s start %d: parameters %.1e, standard deviations %.1e\n",
-                        set.name, start + 1, error[0], error[1]);
+            run_set(&t, tells);
+            if (strcmp(set.name, shown[k]) == 0) {
+                draw_set(set.value);
             }
         }
-    }
-    for (int k = 0; k < 3; k++) {
-        tell(&tallies[k], level[k]);
+        tell(&t, level[k]);
     }
     return validate_failed() > 0 ? EXIT_FAILURE : EXIT_SUCCESS;
 }
