@@ -53,7 +53,7 @@ TOOLS_PYTHON  := python3-config pytest-3 mypy
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
-DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
+DEBIAN_MORE := libsimbody-dev clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
                gcc-riscv64-linux-gnu gcc-i686-linux-gnu gcc-mingw-w64-x86-64 wine64
 ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
@@ -95,7 +95,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity validate golden install clean mutate \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity validate second golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage mcdc
 .SUFFIXES:
 .DELETE_ON_ERROR:

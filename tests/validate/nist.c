@@ -231,7 +231,7 @@ stein_status fit__sensitivities(const fit__problem *p, const double *x, const do
     (void)r, (void)err;
     for (int k = 0; k < p->np; k++) {
         values(p, x, b);
-        b[k] += CMPLXL(0.0L, h);
+        b[k] += h * I;
         for (int i = 0; i < set.n; i++) {
             J[k * set.n + i] =
                 -(double)(cimagl(set.model(b, set.x[i])) / h) * p->unknown[k].sd / set.noise;
