@@ -74,7 +74,9 @@ MODEL_SRC := $(wildcard src/model/*.c)
 GEN_SRC   := $(filter-out gen/main.c,$(wildcard gen/*.c))
 LAB_SRC   := $(wildcard $(LAB:%=%/*.c))
 CLI_SRC   := $(wildcard src/cli/*.c)
-TEST_SRC  := $(wildcard tests/*.c)
+# suites are in folders that mirror the source, what they share is in tests/ and tests/gen/
+TESTED    := tests tests/core tests/gen tests/model $(LAB:src/%=tests/%)
+TEST_SRC  := $(wildcard $(TESTED:%=%/*.c))
 MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)
 MODEL_NAMES := $(basename $(notdir $(MODELS)))
 GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
@@ -175,7 +177,7 @@ $(B)/obj/structures.o: $(B)/structures.c
 # Suites are compiled without optimisation, which is quicker: what takes time in them is the
 # library's. Those that compute much themselves are not.
 ifeq ($(VARIANT),release)
-COMPUTING := tests/generator_reference.c tests/test_elementary.c
+COMPUTING := tests/gen/generator_reference.c tests/core/test_elementary.c
 $(call obj,$(filter-out $(COMPUTING),$(TEST_SRC)) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c tests/fmu/*.c)): ALL_CFLAGS += -O0
 endif
 
@@ -188,7 +190,8 @@ $(B)/obj/tests/lanes$(1)/%.o: tests/lanes/%.c | $(B)/.gitignore
 	$$(compile)
 endef
 $(foreach w,$(WIDTHS),$(eval $(call wide_test,$w)))
-$(B)/obj/tests/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS)) -Itests
+$(call obj,$(TEST_SRC)): ALL_CPPFLAGS += -Itests -Itests/gen
+$(B)/obj/tests/core/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
 
 include make/generated.mk
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # quality.mk - format, analysers, coverage.
 
-SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h $(TESTED:%=%/*.[ch]) tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/world/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
             tests/faults/*.[ch] tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c tests/validate/*.[ch] tests/second/*.[ch] \
             tests/second/*.cpp examples/*/*.c bench/*.[ch])
