@@ -53,7 +53,7 @@ TOOLS_PYTHON  := python3-config pytest-3 mypy
 DEBIAN_PAGE := clang lld wasi-libc nodejs chromium
 TOOLS_PAGE  := clang wasm-ld node chromium
 # what the long checks need beside that: other compilers and processors, fuzzing, locales, analysis
-DEBIAN_MORE := clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
+DEBIAN_MORE := libsimbody-dev clang clang-tidy cppcheck gcovr valgrind abigail-tools locales qemu-user gcc-aarch64-linux-gnu \
                gcc-riscv64-linux-gnu gcc-i686-linux-gnu gcc-mingw-w64-x86-64 wine64
 ifeq ($(filter help deps deps-check deps-page deps-more clean format format-check,$(MAKECMDGOALS)),)
 MISSING := $(shell for p in $(PKGS); do pkg-config --exists $$p 2>/dev/null || echo $$p; done)
@@ -74,7 +74,9 @@ MODEL_SRC := $(wildcard src/model/*.c)
 GEN_SRC   := $(filter-out gen/main.c,$(wildcard gen/*.c))
 LAB_SRC   := $(wildcard $(LAB:%=%/*.c))
 CLI_SRC   := $(wildcard src/cli/*.c)
-TEST_SRC  := $(wildcard tests/*.c)
+# suites are in folders that mirror the source, what they share is in tests/ and tests/gen/
+TESTED    := tests tests/core tests/gen tests/model $(LAB:src/%=tests/%)
+TEST_SRC  := $(wildcard $(TESTED:%=%/*.c))
 MODELS    := $(wildcard models/*.yaml models/robotran/*.yaml)
 MODEL_NAMES := $(basename $(notdir $(MODELS)))
 GENERATED := $(MODEL_NAMES:%=$(B)/models/%.c)
@@ -95,7 +97,7 @@ LAB_OBJ   := $(call obj,$(LAB_SRC) $(MODEL_SRC) $(GEN_SRC)) $(B)/obj/model_heade
 HEADERS   := $(wildcard include/stein/*.h)
 
 .DEFAULT_GOAL := all
-.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity validate golden install clean mutate \
+.PHONY: help all lib models cli run tested check bench bench-libm fuzz sanitize soak hidden hidden-readme identity validate second golden install clean mutate \
         deps deps-check deps-page deps-more format format-check tidy analyze coverage mcdc
 .SUFFIXES:
 .DELETE_ON_ERROR:
@@ -175,7 +177,7 @@ $(B)/obj/structures.o: $(B)/structures.c
 # Suites are compiled without optimisation, which is quicker: what takes time in them is the
 # library's. Those that compute much themselves are not.
 ifeq ($(VARIANT),release)
-COMPUTING := tests/generator_reference.c tests/test_elementary.c
+COMPUTING := tests/gen/generator_reference.c tests/core/test_elementary.c
 $(call obj,$(filter-out $(COMPUTING),$(TEST_SRC)) $(wildcard tests/fuzz/*.c tests/faults/*.c tests/locale/*.c tests/fmu/*.c)): ALL_CFLAGS += -O0
 endif
 
@@ -188,7 +190,8 @@ $(B)/obj/tests/lanes$(1)/%.o: tests/lanes/%.c | $(B)/.gitignore
 	$$(compile)
 endef
 $(foreach w,$(WIDTHS),$(eval $(call wide_test,$w)))
-$(B)/obj/tests/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS)) -Itests
+$(call obj,$(TEST_SRC)): ALL_CPPFLAGS += -Itests -Itests/gen
+$(B)/obj/tests/core/test_elementary.o: ALL_CPPFLAGS += -DSTEIN_WIDEST=$(lastword $(WIDTHS))
 
 include make/generated.mk
 

@@ -12,7 +12,7 @@ JOBS ?= $(shell echo $$(($$(nproc) + 1)))
 
 # what the tests run
 tested: all shared manual $(B)/check $(B)/reality $(B)/world $(B)/hidden $(FUZZ:%=$(B)/replay-%) $(B)/faults $(B)/comma \
-  $(B)/importer $(PYTHON_TESTED)
+  $(B)/validate $(B)/validate-nist $(B)/importer $(PYTHON_TESTED)
 
 check: deps-check  ## build and run every test
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) tested

@@ -9,6 +9,12 @@ validate: $(B)/validate $(B)/validate-nist  ## published problems and facts agai
 	  $(B)/validate-nist >>$(B)/validate.rows || code=1; \
 	  sh tests/validate/table.sh $(B)/validate.rows $(B)/validate.html && exit $$code
 
+COUNT ?= 1000
+second:  ## accelerations of random mechanisms here and in Simbody, an independent library: COUNT=1000
+	$(Q)if pkg-config --exists simbody; then $(MAKE) --no-print-directory -j$(JOBS) lib $(B)/second && \
+	  STEIN_BUILD=$(B) sh tests/second.sh $(COUNT) $(JOBS); \
+	else echo "second: skipped, Simbody is not here: apt-get install libsimbody-dev, or make deps-more"; fi
+
 SECONDS ?= 60
 FUZZ_VARIANT := $(if $(MANY),fuzzmany,fuzz)
 fuzz:  ## hostile bytes for every reader, with clang's libFuzzer and sanitizers: SECONDS=60 for each BYTES=longest input, MANY=1: more inputs, chosen less well, RECORD=table

@@ -26,7 +26,7 @@ $(B)/comma: $(call obj,tests/locale/main.c $(filter-out src/cli/main.c,$(CLI_SRC
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # problems with known solutions, for `make validate`
-$(B)/validate: $(call obj,tests/validate/mechanisms.c tests/validate/row.c) $(B)/libsteinlab.a $(B)/libstein.a
+$(B)/validate: $(call obj,$(addprefix tests/validate/,mechanisms.c linkages.c bench.c row.c)) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # the minimiser alone, on problems of others: what it asks for is in nist.c
@@ -34,6 +34,17 @@ $(B)/validate-nist: $(call obj,tests/validate/nist.c tests/validate/row.c src/la
     src/lab/dots.c src/lab/output.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
+# random mechanisms against an independent library (tests/second/second.h), where it is installed
+SECOND := $(call obj,tests/second/main.c tests/second/draw.c) $(B)/obj/tests/second/peer.o
+$(SECOND): | $(B)/include/stein/models.h
+$(B)/obj/tests/second/peer.o: tests/second/peer.cpp | $(B)/.gitignore
+	$(Q)mkdir -p $(@D)
+	@$(if $(filter 1,$(V)),,echo "  CXX   $<")
+	$(Q)$(CXX) -std=c++14 -Wall -Wextra -Werror -O2 $(patsubst -I%,-isystem %,$(filter -I%,$(shell pkg-config --cflags simbody))) \
+	  -MMD -MP -c $< -o $@
+$(B)/second: $(SECOND) $(B)/libsteinlab.a $(B)/libstein.a
+	@echo "  LD    $@"
+	$(Q)$(CXX) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) $(shell pkg-config --libs simbody) -lm -pthread
 # a small importer of FMUs, which are loaded into it: its own functions are seen by none of them
 $(B)/importer: $(call obj,$(wildcard tests/fmu/*.c)) $(B)/libstein.a
 	@echo "  LD    $@"

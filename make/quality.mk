@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # quality.mk - format, analysers, coverage.
 
-SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h tests/*.[ch] tests/fmu/*.[ch] \
+SOURCES = $(wildcard src/*/*.[ch] src/*/*/*.[ch] gen/*.[ch] include/stein/*.h $(TESTED:%=%/*.[ch]) tests/fmu/*.[ch] \
             tests/reality/*.[ch] tests/world/*.[ch] tests/hidden/*.[ch] tests/threads/*.[ch] tests/identity/*.c tests/fuzz/*.[ch] \
-            tests/faults/*.[ch] tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c examples/*/*.c bench/*.[ch])
+            tests/faults/*.[ch] tests/locale/*.c tests/lanes/*.[ch] tests/memory/*.c tests/mutate/*.c tests/validate/*.[ch] tests/second/*.[ch] \
+            tests/second/*.cpp examples/*/*.c bench/*.[ch])
 format:  ## clang-format every source
 	$(Q)clang-format -i $(SOURCES)
 format-check:  ## fail when clang-format would change a source

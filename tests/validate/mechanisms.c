@@ -3,89 +3,27 @@
  * of the action of 1788. Every mechanism is run as its file says, at default settings.
  */
 #include <gsl/gsl_errno.h>
-#include <gsl/gsl_integration.h>
+#include <gsl/gsl_math.h>
 #include <gsl/gsl_sf_ellint.h>
 #include <gsl/gsl_sf_elljac.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "stein/lab.h"
-#include "stein/stein.h"
+#include "bench.h"
 #include "validate.h"
 
 static const double g = 9.81; /* of all files [m/s^2] */
 
-/** A mechanism in its initial state. */
-typedef struct bench {
-    lab_model *model;
-    stein_sim *sim;
-} bench;
-
-static void stop(const stein_err *err)
+/* runs, with a channel over time as the picture of the next row */
+static void run_and_draw(const bench *b, double until, const char *channel)
 {
-    fprintf(stderr, "validate: %s\n", err->msg);
-    exit(EXIT_FAILURE);
-}
-
-static bench start(const char *file)
-{
-    bench b = {NULL, NULL};
-    stein_err err;
-    lab_options options = lab_options_default();
-    if (lab_open(&b.model, file, &options, &err) != STEIN_OK ||
-        lab_sim(b.model, NULL, &b.sim, &err) != STEIN_OK) {
-        stop(&err);
+    for (int i = 0; i <= 500; i++) {
+        double t = until * i / 500.0;
+        bench_run(b, t);
+        validate_point(VALIDATE_LINE, t, bench_read(b, channel));
     }
-    return b;
-}
-
-static void end(bench *b)
-{
-    stein_sim_destroy(b->sim);
-    lab_close(b->model);
-}
-
-static void run(const bench *b, double t)
-{
-    stein_err err;
-    if (stein_run(b->sim, t, &err) != STEIN_OK) {
-        stop(&err);
-    }
-}
-
-static double read(const bench *b, const char *channel)
-{
-    double value = NAN;
-    stein_err err;
-    if (stein_read_name(b->sim, channel, &value, &err) != STEIN_OK) {
-        stop(&err);
-    }
-    return value;
-}
-
-static double energy(const bench *b)
-{
-    double kinetic, potential;
-    stein_energy(b->sim, stein_q(b->sim), stein_qd(b->sim), &kinetic, &potential);
-    return kinetic + potential;
-}
-
-static double integral(double (*f)(double, void *), void *ctx, double from, double to)
-{
-    gsl_integration_workspace *room = gsl_integration_workspace_alloc(2000);
-    gsl_function function = {f, ctx};
-    double value, error;
-    (void)gsl_integration_qags(&function, from, to, 0.0, 1e-12, 2000, room, &value, &error);
-    gsl_integration_workspace_free(room);
-    return value;
-}
-
-/* text of a number in a cell */
-static const char *cell(char *text, const char *format, double value)
-{
-    snprintf(text, 64, format, value);
-    return text;
 }
 
 /* sn, cn, dn of a large argument */
@@ -98,21 +36,24 @@ static void jacobi(double u, double m, double *sn, double *cn, double *dn)
 /* x = sin q, z = -cos q with sin(q/2) = k cd(w t): at rest at 90 deg */
 static void point_pendulum(void)
 {
-    bench b = start("tests/validate/pendulum.yaml");
+    bench b = bench_start("tests/validate/pendulum.yaml");
     double worst = 0.0, m = 0.5, sn, cn, dn;
     for (int i = 1; i <= 4000; i++) {
         double t = 0.5 * i;
-        run(&b, t);
+        bench_run(&b, t);
         jacobi(sqrt(g) * t, m, &sn, &cn, &dn);
         double half = asin(sqrt(m) * cn / dn);
-        worst = fmax(worst, fabs(read(&b, "x") - sin(2.0 * half)));
-        worst = fmax(worst, fabs(read(&b, "z") + cos(2.0 * half)));
+        double off = fmax(fabs(bench_read(&b, "x") - sin(2.0 * half)),
+                          fabs(bench_read(&b, "z") + cos(2.0 * half)));
+        worst = fmax(worst, off);
+        validate_point(VALIDATE_LINE, t, 1e6 * off);
     }
+    validate_axes("t [s]", "off by [um]");
     char ours[64];
     validate_row("simple pendulum from 90 deg, 2000 s: position at 4000 times [m]",
                  "IFToMM benchmark A01", "Jacobi elliptic functions",
-                 cell(ours, "off by %.1e", worst), worst, 1e-3);
-    end(&b);
+                 bench_cell(ours, "off by %.1e", worst), worst, 1e-3);
+    bench_end(&b);
 }
 
 /* Momentum along x is 0, so the cart follows the pole: (1/2) I(q) qd^2 = m g l (cos q - cos q0),
@@ -132,34 +73,39 @@ static double cart_time(double u, void *ctx)
 
 static void light_cart(void)
 {
-    bench b = start("tests/validate/cart.yaml");
+    bench b = bench_start("tests/validate/cart.yaml");
     double at = 0.4, swings = 10.0;
-    double quarter = integral(cart_time, NULL, 0.0, M_PI_2 - 1e-9);
-    double down = quarter - integral(cart_time, NULL, 0.0, asin(at / start_angle));
-    run(&b, swings * 4.0 * quarter + down);
-    double q = read(&b, "q"), x = read(&b, "x");
+    double quarter = bench_integral(cart_time, NULL, 0.0, M_PI_2 - 1e-9);
+    double down = quarter - bench_integral(cart_time, NULL, 0.0, asin(at / start_angle));
+    run_and_draw(&b, swings * 4.0 * quarter + down, "q");
+    validate_axes("t [s]", "angle [rad]");
+    double q = bench_read(&b, "q"), x = bench_read(&b, "x");
     double right = (sin(start_angle) - sin(at)) / (1.0 + cart_mass);
     double error = fmax(fabs(q - at), fabs(x - right));
     char ours[64];
     validate_row("light cart-pole, M = 1e-6 kg, after 10 swings: angle and place [rad, m]",
-                 "quadrature of the energy", "0.4 rad", cell(ours, "%.9f rad", q), error, 1e-5);
-    end(&b);
+                 "quadrature of the energy", "0.4 rad", bench_cell(ours, "%.9f rad", q), error,
+                 1e-5);
+    bench_end(&b);
 }
 
 static void double_pendulum(void)
 {
-    bench b = start("models/double_pendulum.yaml");
-    double e = energy(&b), worst = 0.0, most = 0.0, kinetic, potential;
+    bench b = bench_start("models/double_pendulum.yaml");
+    double e = bench_energy(&b), worst = 0.0, most = 0.0, kinetic, potential;
     for (int i = 1; i <= 1000; i++) {
-        run(&b, 0.1 * i);
+        bench_run(&b, 0.1 * i);
         stein_energy(b.sim, stein_q(b.sim), stein_qd(b.sim), &kinetic, &potential);
         worst = fmax(worst, fabs(kinetic + potential - e));
         most = fmax(most, kinetic);
+        validate_point(VALIDATE_LINE, 0.1 * i, 1e9 * (kinetic + potential - e) / e);
     }
+    validate_axes("t [s]", "energy, 1e-9 of it");
     char ours[64];
     validate_row("double pendulum, 100 s: energy", "conservation", "constant",
-                 cell(ours, "drift %.1e of the kinetic energy", worst / most), worst / most, 1e-9);
-    end(&b);
+                 bench_cell(ours, "drift %.1e of the kinetic energy", worst / most), worst / most,
+                 1e-9);
+    bench_end(&b);
 }
 
 /* ---- contacts ---- */
@@ -184,7 +130,7 @@ static double contact_time(double u, void *ctx)
 
 static void elastic_ball(void)
 {
-    bench b = start("tests/validate/ball.yaml");
+    bench b = bench_start("tests/validate/ball.yaml");
     cubic k = {3e10, 2e7, 4e4, 0.35, sqrt(2.0 * g * 0.42), 0.0};
     double low = 0.0, high = 0.01;
     for (int i = 0; i < 200; i++) {
@@ -193,35 +139,37 @@ static void elastic_ball(void)
     }
     k.deepest = low;
     int bounces = 30;
-    double fall = k.speed / g, contact = 2.0 * integral(contact_time, &k, 0.0, M_PI_2 - 1e-7);
+    double fall = k.speed / g, contact = 2.0 * bench_integral(contact_time, &k, 0.0, M_PI_2 - 1e-7);
     double rise = 0.3 * fall; // in the flight behind the last bounce
-    run(&b, fall + bounces * contact + (bounces - 1) * 2.0 * fall + rise);
-    double right = k.speed * rise - 0.5 * g * rise * rise, z = read(&b, "z");
+    run_and_draw(&b, fall + bounces * contact + (bounces - 1) * 2.0 * fall + rise, "z");
+    validate_axes("t [s]", "height [m]");
+    double right = k.speed * rise - 0.5 * g * rise * rise, z = bench_read(&b, "z");
     char reference[64], ours[64];
     validate_row("elastic ball on a cubic contact, height after 30 bounces [m]",
-                 "quadrature of the contact", cell(reference, "%.9f m", right),
-                 cell(ours, "%.9f m", z), fabs(z - right), 1e-5);
-    end(&b);
+                 "quadrature of the contact", bench_cell(reference, "%.9f m", right),
+                 bench_cell(ours, "%.9f m", z), fabs(z - right), 1e-5);
+    bench_end(&b);
 }
 
 /* Hunt & Crossley 1975, without other forces: v/D - ln(1 + D v)/D^2 is the same before and after,
  * with the sign of v. */
 static void hunt_crossley(void)
 {
-    bench b = start("tests/validate/hunt_crossley.yaml");
+    bench b = bench_start("tests/validate/hunt_crossley.yaml");
     double D = 0.47, in = 1.3, low = 0.0, high = in;
     double same = in / D - log1p(D * in) / (D * D);
     for (int i = 0; i < 200; i++) {
         double out = 0.5 * (low + high), there = -out / D - log1p(-D * out) / (D * D);
         *(there < same ? &low : &high) = out;
     }
-    run(&b, 0.1);
-    double v = read(&b, "v");
+    run_and_draw(&b, 0.1, "v");
+    validate_axes("t [s]", "speed [m/s]");
+    double v = bench_read(&b, "v");
     char reference[64], ours[64];
     validate_row("Hunt-Crossley contact, speed of rebound [m/s]",
-                 "Hunt & Crossley 1975, closed form", cell(reference, "%.12f m/s", low),
-                 cell(ours, "%.12f m/s", v), fabs(v - low), 1e-9);
-    end(&b);
+                 "Hunt & Crossley 1975, closed form", bench_cell(reference, "%.12f m/s", low),
+                 bench_cell(ours, "%.12f m/s", v), fabs(v - low), 1e-9);
+    bench_end(&b);
 }
 
 /* ---- in space ---- */
@@ -229,14 +177,14 @@ static void hunt_crossley(void)
 /* Euler's equations (Landau & Lifshitz, Mechanics, 37): I1 < I2 < I3, L^2 > 2 E I2, w2 = 0 at 0 */
 static void free_body(void)
 {
-    bench b = start("tests/validate/body.yaml");
+    bench b = bench_start("tests/validate/body.yaml");
     const double I1 = 0.010, I2 = 0.020, I3 = 0.025, w1 = 3.0, w3 = 7.0;
     double E2 = I1 * w1 * w1 + I3 * w3 * w3, L2 = I1 * I1 * w1 * w1 + I3 * I3 * w3 * w3;
     double rate = sqrt((I3 - I2) * (L2 - E2 * I1) / (I1 * I2 * I3));
     double m = (I2 - I1) * (E2 * I3 - L2) / ((I3 - I2) * (L2 - E2 * I1)), worst = 0.0;
     for (int i = 1; i <= 400; i++) {
         double t = 0.05 * i, sn, cn, dn;
-        run(&b, t);
+        bench_run(&b, t);
         jacobi(rate * t, m, &sn, &cn, &dn);
         const double *q = stein_q(b.sim), *v = stein_qd(b.sim);
         double cy = cos(q[1]), sy = sin(q[1]), cz = cos(q[2]), sz = sin(q[2]);
@@ -245,48 +193,94 @@ static void free_body(void)
         worst = fmax(worst, fabs(w[0] - right[0]));
         worst = fmax(worst, fabs(w[1] - right[1]));
         worst = fmax(worst, fabs(w[2] - right[2]));
+        for (int k = 0; k < 3; k++) {
+            validate_point(VALIDATE_LINE + k, t, w[k]);
+        }
     }
+    validate_axes("t [s]", "angular velocity [rad/s]");
     char ours[64];
     validate_row("free rigid body, 20 s: angular velocity [rad/s]", "Euler's equations",
-                 "Jacobi elliptic functions", cell(ours, "off by %.1e", worst), worst, 1e-6);
-    end(&b);
+                 "Jacobi elliptic functions", bench_cell(ours, "off by %.1e", worst), worst, 1e-6);
+    bench_end(&b);
 }
 
 /* Steady precession: I cos(nutation) p^2 - I3 w3 p + m g l = 0, I about the fixed point */
 static void heavy_top(void)
 {
-    bench b = start("tests/validate/top.yaml");
+    bench b = bench_start("tests/validate/top.yaml");
     const double m = 0.8, l = 0.06, I3 = 1.9e-3, I = 1.1e-3 + m * l * l, w3 = 160.0, nutation = 0.5;
     double c = cos(nutation), square = I3 * w3 * I3 * w3 - 4.0 * I * c * m * g * l;
     double p = 2.0 * m * g * l / (I3 * w3 + sqrt(square)), t = 20.0;
     const double q[3] = {0.0, nutation, 0.0}, qd[3] = {p, 0.0, w3 - p * c};
     stein_err err;
     if (stein_set_state(b.sim, 0.0, q, qd, &err) != STEIN_OK) {
-        stop(&err);
+        bench_stop(&err);
     }
-    run(&b, t);
+    for (int i = 0; i <= 400; i++) {
+        bench_run(&b, t * i / 400.0);
+        const double *at = stein_q(b.sim);
+        validate_point(VALIDATE_LINE, l * sin(at[0]) * sin(at[1]), -l * cos(at[0]) * sin(at[1]));
+    }
+    validate_axes("x [m]", "y [m] of the centre");
     const double *now = stein_q(b.sim);
     double error = fmax(fabs(now[0] - p * t), fabs(now[1] - nutation));
     char reference[64], ours[64];
     validate_row("heavy top in steady precession, 20 s: angle [rad]", "closed form",
-                 cell(reference, "%.9f rad", p * t), cell(ours, "%.9f rad", now[0]), error, 1e-6);
-    end(&b);
+                 bench_cell(reference, "%.9f rad", p * t), bench_cell(ours, "%.9f rad", now[0]),
+                 error, 1e-6);
+    bench_end(&b);
 }
 
 /* z = -(m/c) ln cosh(t sqrt(g c / m)) */
 static void drag(void)
 {
-    bench b = start("tests/validate/drag.yaml");
+    bench b = bench_start("tests/validate/drag.yaml");
     double m = 0.145, c = 1.7e-3, t = 12.0, right = -m / c * log(cosh(t * sqrt(g * c / m)));
-    run(&b, t);
-    double z = read(&b, "z");
+    run_and_draw(&b, t, "z");
+    validate_axes("t [s]", "height [m]");
+    double z = bench_read(&b, "z");
     char reference[64], ours[64];
     validate_row("fall with quadratic drag, 12 s [m]", "closed form",
-                 cell(reference, "%.9f m", right), cell(ours, "%.9f m", z), fabs(z - right), 1e-9);
-    end(&b);
+                 bench_cell(reference, "%.9f m", right), bench_cell(ours, "%.9f m", z),
+                 fabs(z - right), 1e-9);
+    bench_end(&b);
 }
 
 /* ---- the action ---- */
+
+/* What a fact is a share of: escapement height, times, peak force over dx; -1: of no curve */
+static int picture_of(const char *fact)
+{
+    static const struct {
+        const char *word;
+        int kind;
+    } words[] = {{"escapement height", 0}, {"time", 1}, {"flight", 1},
+                 {"to impact", 1},         {"peak", 2}, {"head speed", 3}};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        if (strstr(fact, words[i].word) != NULL) {
+            return words[i].kind;
+        }
+    }
+    return -1;
+}
+
+static void draw_strokes(const lab_point *point, int n, int kind)
+{
+    static const char *const axis[] = {"escapement height [mm]", "escapement, impact [ms]",
+                                       "peak force [N]", "speed at impact [m/s]"};
+    for (int i = 0; i < n; i++) {
+        const lab_stroke *s = &point[i].stroke;
+        double y[] = {1e3 * s->escape_height, 1e3 * s->escape_time, s->peak_string_force,
+                      s->impact_speed};
+        if (point[i].status == STEIN_OK && (kind == 0 || s->impacts > 0)) {
+            validate_point(VALIDATE_DOTS, 1e3 * point[i].dx, y[kind]);
+        }
+        if (point[i].status == STEIN_OK && kind == 1) {
+            validate_point(VALIDATE_LINE, 1e3 * point[i].dx, 1e3 * s->impact_time);
+        }
+    }
+    validate_axes("dx [mm]", axis[kind]);
+}
 
 static void action(void)
 {
@@ -302,10 +296,14 @@ static void action(void)
     lab_study_grid(point, n);
     if (lab_open(&model, "models/stein1788.yaml", &options, &err) != STEIN_OK ||
         lab_sweep(model, point, n, 2, NULL, NULL, &err) != STEIN_OK) {
-        stop(&err);
+        bench_stop(&err);
     }
-    int facts = lab_facts(fact, point, n);
+    int facts = lab_facts(fact, point, n), drawn = -1;
     for (int i = 0; i < facts; i++) {
+        int kind = picture_of(fact[i].fact);
+        if (kind > drawn) { // facts are in the order of the curves
+            draw_strokes(point, n, drawn = kind);
+        }
         validate_row(fact[i].fact, "paper on the action of 1788", fact[i].paper, fact[i].simulated,
                      !fact[i].ok, NAN);
     }
@@ -324,6 +322,7 @@ int main(void)
     free_body();
     heavy_top();
     drag();
+    validate_linkages();
     action();
     return validate_failed() > 0 ? EXIT_FAILURE : EXIT_SUCCESS;
 }

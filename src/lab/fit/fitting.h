@@ -489,8 +489,9 @@ void fit__normal_free(fit__normal *n);
 /** Fill from J and r, priors included unless prior = 0. */
 void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, const double *r,
                       const double *J, int prior);
-/** Factor with mu diag added. @return 0, or -1 when not positive definite */
-int fit__normal_factor(fit__normal *n, double mu);
+/** Factor with damping. @param scale  D, [nu] squares of what an unknown is measured in; NULL: none
+ *  @return 0, or -1 when not positive definite */
+int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu, const double *scale);
 /** dx [nu] = -(A + mu D)^-1 g. */
 void fit__normal_step(const fit__normal *n, const fit__problem *p, double *dx);
 /** Diagonal element of an unknown; NULL: it stays. */
@@ -498,12 +499,17 @@ double *fit__normal_diagonal(const fit__normal *n, const fit__problem *p, int u)
 /** g at another point with the same derivatives. @param prior  weight of the priors */
 void fit__normal_gradient(fit__normal *n, const fit__problem *p, const double *x, const double *r,
                           const double *J, double prior);
+/** Second derivative of the residuals along dx, by a difference, r there being at x + h dx.
+ *  @param there  in: residuals at x + h dx; out: d2 r(x + t dx) / dt2 */
+void fit__normal_curvature(const fit__normal *n, const fit__problem *p, const double *r,
+                           const double *J, const double *dx, double h, double *there);
 
 /* ---- minimise.c ---- */
 
 /** Exact state of a search, between two iterations. */
 typedef struct fit__state {
     double *x, *step; /* [nu] */
+    double *scale;    /* [nu] of the damping; zeros where a search begins */
     double mu, nu;
     double objective;
     int iteration;

@@ -37,7 +37,8 @@ static int information(fit__normal *n, const fit__problem *p, const double *x, c
                            gsl_matrix_get(n->A, (size_t)i, (size_t)k));
         }
     }
-    if (fit__normal_factor(n, 0.0) != 0) { // S may well be singular, the strokes' blocks are not
+    if (fit__normal_factor(n, p, 0.0, NULL) !=
+        0) { // S may well be singular, the strokes' blocks are not
         for (int s = 0; s < p->nstroke; s++) {
             if (n->B[s] != NULL && !(gsl_matrix_get(n->BL[s], 0, 0) > 0.0)) {
                 return -1;
@@ -230,7 +231,7 @@ static stein_status refill(fit__normal *n, const fit__problem *p, const double *
     }
     fit__normal_fill(n, p, x, scaled, scaled + rows, 1);
     free(scaled);
-    return fit__normal_factor(n, 0.0) == 0
+    return fit__normal_factor(n, p, 0.0, NULL) == 0
                ? STEIN_OK
                : lab__fail(err, STEIN_ENONFINITE, "the information matrix is not positive");
 }

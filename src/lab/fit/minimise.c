@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * minimise.c - Levenberg-Marquardt on normal equations whose nuisances are eliminated.
  *
- * The equations are those of normal.c with mu diag(J'J) for the damping (Marquardt 1963), mu by
- * Nielsen's rule (Madsen, Nielsen & Tingleff 2004, 3.2).
+ * The equations are those of normal.c with mu D for the damping, mu by Nielsen's rule (Madsen,
+ * Nielsen & Tingleff 2004, 3.2). D is diag(J'J) (Marquardt 1963), but falls to no less than a half
+ * from one set of derivatives to the next: an unknown on which residuals hardly depend where a long
+ * step has led would be free to go to infinity (Moré 1978 keeps the largest D of all, and creeps
+ * where an unknown has to change by powers of ten). Steps follow the bend of the residuals
+ * (geodesic acceleration, Transtrum & Sethna 2012, arXiv:1201.5885), and are refused unseen where
+ * it is strong. Without the two, BoxBOD and MGH17 of NIST's nonlinear regressions end at infinity
+ * from their first starts.
  *
  * Why not GSL's multifit_nlinear: its dense J holds a column for every nuisance of every stroke
  * (100 strokes x 4 nuisances x 10^5 rows); a stroke that cannot be simulated has no residual to
@@ -25,20 +31,26 @@ enum { AT_BOUND = 2, MAX_REFUSED = 12, CHORDS = 5, DAMPINGS = 4 };
 static const double far_off = 30.0;          /* objective, from where no chord leads back */
 static const double least_compliance = 3e-4; /* limits */
 static const double valley = 5.0;            /* a decrement against what counts as nothing */
-static const double slight = 1e-4;           /* damping, in diag(J'J): a step is nearly full */
-static const double longest_step = 3.0;      /* of an unknown with a prior, in its sd */
+static const double nearly_full = 0.5;       /* of a decrement that a damped step expects */
+static const double fading = 0.5;            /* of D from one set of derivatives to the next */
+static const double glimpse = 0.1;           /* of a step, where its bend is measured */
+static const double strong = 0.75;      /* length of an acceleration against that of its step */
+static const double straight = 1e-3;    /* a decrement, in objectives: residuals are linear */
+static const double longest_step = 3.0; /* of an unknown with a prior, in its sd */
 
 typedef struct room {
     fit__normal normal;
     double *r, *try_r, *J, *dx, *try_x;
-    double prior; /* weight of the priors in a step of fit__descend */
-    int current;  /* J is that of where the search stands, but for steps that gain nothing */
+    double *bend, *g; /* half the acceleration of a step; the gradient meanwhile */
+    double expected;  /* gain of the last step, by the linear model */
+    double prior;     /* weight of the priors in a step of fit__descend */
+    int current;      /* J is that of where the search stands, but for steps that gain nothing */
 } room;
 
 static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
 {
     size_t rows = fit__offset(p, p->nstroke), nu = (size_t)p->nu;
-    m->r = malloc(sizeof *m->r * (2 * rows + 2 * nu + 1));
+    m->r = malloc(sizeof *m->r * (2 * rows + 4 * nu + 1));
     m->J = malloc(sizeof *m->J * (fit__columns(p) + 1));
     stein_status status = fit__normal_make(&m->normal, p, err);
     if (status == STEIN_OK && (m->r == NULL || m->J == NULL)) {
@@ -47,6 +59,8 @@ static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
     m->try_r = m->r + (m->r != NULL ? rows : 0);
     m->dx = m->try_r + (m->r != NULL ? rows : 0);
     m->try_x = m->dx + (m->r != NULL ? nu : 0);
+    m->bend = m->try_x + (m->r != NULL ? nu : 0);
+    m->g = m->bend + (m->r != NULL ? nu : 0);
     return status;
 }
 
@@ -60,38 +74,85 @@ static void room_free(room *m)
 /* what a full step without damping would gain */
 static double decrement(room *m, const fit__problem *p)
 {
-    if (fit__normal_factor(&m->normal, 0.0) != 0) {
+    if (fit__normal_factor(&m->normal, p, 0.0, NULL) != 0) {
         return INFINITY;
     }
     fit__normal_step(&m->normal, p, m->dx);
     return -lab__dot(m->dx, m->normal.g, (size_t)p->nu);
 }
 
-/* a step that is not absurd, tried. @return 1 when it is better */
-static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
-                    stein_status *status, stein_err *err)
+/* D where derivatives are new */
+static void rescale(const fit__problem *p, fit__state *s, const room *m)
 {
-    double longest = 0.0, scale = 1.0, predicted = 0.0;
-    if (fit__normal_factor(&m->normal, s->mu) != 0) {
+    for (int u = 0; u < p->nu; u++) {
+        const double *d = fit__normal_diagonal(&m->normal, p, u);
+        s->scale[u] = fmax(d != NULL ? *d : 0.0, fading * s->scale[u]);
+    }
+}
+
+/* The step m->dx, which is not absurd, and the gain that is expected of it */
+static int damped(const fit__problem *p, const fit__state *s, room *m)
+{
+    double longest = 0.0, scale = 1.0;
+    if (fit__normal_factor(&m->normal, p, s->mu, s->scale) != 0) {
         return 0;
     }
     fit__normal_step(&m->normal, p, m->dx);
+    m->expected = 0.0;
     for (int u = 0; u < p->nu; u++) {
         longest = p->unknown[u].prior ? fmax(longest, fabs(m->dx[u])) : longest;
+        m->expected += m->dx[u] * (s->mu * s->scale[u] * m->dx[u] - m->normal.g[u]);
     }
     scale = longest > longest_step ? longest_step / longest : 1.0;
     for (int u = 0; u < p->nu; u++) {
-        const double *d = fit__normal_diagonal(&m->normal, p, u);
-        m->try_x[u] = s->x[u] + scale * m->dx[u];
-        predicted += d != NULL ? m->dx[u] * (s->mu * *d * m->dx[u] - m->normal.g[u]) : 0.0;
+        m->dx[u] *= scale;
     }
+    return 1;
+}
+
+/* r(x + v) = r + J v + r'' / 2, so the minimum is not at x + v but at x + v + a / 2 with
+ * (J'J + mu D) a = -J' r''. @return 0 where a is so long that v goes beyond what J tells */
+static int bend(fit__problem *p, const fit__state *s, room *m, stein_status *status, stein_err *err)
+{
+    double step = 0.0, turn = 0.0;
     int failed = 0;
+    for (int u = 0; u < p->nu; u++) {
+        m->try_x[u] = s->x[u] + glimpse * m->dx[u];
+    }
+    *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
+    if (*status != STEIN_OK || failed > 0) {
+        return 0;
+    }
+    fit__normal_curvature(&m->normal, p, m->r, m->J, m->dx, glimpse, m->try_r);
+    memcpy(m->g, m->normal.g, sizeof *m->g * (size_t)p->nu);
+    fit__normal_gradient(&m->normal, p, s->x, m->try_r, m->J, 0.0);
+    fit__normal_step(&m->normal, p, m->bend);
+    memcpy(m->normal.g, m->g, sizeof *m->g * (size_t)p->nu);
+    for (int u = 0; u < p->nu; u++) {
+        step += s->scale[u] * m->dx[u] * m->dx[u];
+        turn += s->scale[u] * m->bend[u] * m->bend[u];
+        m->dx[u] += 0.5 * m->bend[u];
+    }
+    return sqrt(turn) <= strong * sqrt(step);
+}
+
+/* a step tried. @return 1 when it is better */
+static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
+                    stein_status *status, stein_err *err)
+{
+    int failed = 0, linear = s->decrement < straight * s->objective;
+    if (!damped(p, s, m) || (!linear && !bend(p, s, m, status, err))) {
+        return 0;
+    }
+    for (int u = 0; u < p->nu; u++) {
+        m->try_x[u] = s->x[u] + m->dx[u];
+    }
     *status = fit__residuals(p, m->try_x, m->try_r, &failed, err);
     if (*status != STEIN_OK || failed > 0) {
         return 0;
     }
     double there = fit__chi2(p, m->try_r) + fit__priors(p, m->try_x);
-    *gain_ratio = (s->objective - there) / fmax(predicted, 1e-300);
+    *gain_ratio = (s->objective - there) / fmax(m->expected, 1e-300);
     if (!(there < s->objective)) {
         return 0;
     }
@@ -226,7 +287,7 @@ static int solve_damped(const fit__problem *p, const fit__state *s, room *m)
     for (size_t i = 0; i < (size_t)m->normal.n; i++) {
         *gsl_matrix_ptr(m->normal.A, i, i) += s->mu;
     }
-    if (fit__normal_factor(&m->normal, 0.0) != 0) {
+    if (fit__normal_factor(&m->normal, p, 0.0, NULL) != 0) {
         return -1;
     }
     fit__normal_step(&m->normal, p, m->dx);
@@ -352,6 +413,7 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
             break;
         }
         fit__normal_fill(&m.normal, p, s->x, m.r, m.J, 1);
+        rescale(p, s, &m);
         s->decrement = decrement(&m, p);
         if (s->decrement < enough * (1.0 + relative * s->objective)) {
             s->ended = 1;
@@ -367,7 +429,8 @@ stein_status fit__minimise(fit__problem *p, fit__state *s, double enough, double
         // differences - or the damping holds a step along a valley back, and is to fall first
         double nothing = (p->central ? 1.0 : 10.0) * enough * (1.0 + relative * s->objective);
         settled = before - s->objective < (settled ? valley : 1.0) * nothing;
-        s->ended = settled && (s->decrement < valley * nothing || s->mu < slight);
+        s->ended =
+            settled && (s->decrement < valley * nothing || m.expected > nearly_full * s->decrement);
         fit__choose_steps(p, m.J);
         memcpy(s->step, p->step, sizeof *s->step * (size_t)p->nu);
         if (status == STEIN_OK && checkpoint != NULL) {

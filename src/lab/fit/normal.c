@@ -159,29 +159,28 @@ void fit__normal_fill(fit__normal *n, const fit__problem *p, const double *x, co
     }
 }
 
-/* Cholesky factor of (m with mu added to its diagonal) in f; -1 when it is not positive */
-static int factor(gsl_matrix *f, const gsl_matrix *m, double mu)
+/* what is added to the diagonal for an unknown; the 1e-12 is for one that no residual depends on */
+static double damping(double mu, const double *scale, int u)
 {
-    gsl_matrix_memcpy(f, m);
-    for (size_t i = 0; i < m->size1; i++) {
-        double d = gsl_matrix_get(m, i, i);
-        gsl_matrix_set(f, i, i, d + mu * d + 1e-12);
-    }
-    return gsl_linalg_cholesky_decomp1(f) == 0 ? 0 : -1;
+    return (scale != NULL ? mu * scale[u] : 0.0) + 1e-12;
 }
 
-int fit__normal_factor(fit__normal *n, double mu)
+int fit__normal_factor(fit__normal *n, const fit__problem *p, double mu, const double *scale)
 {
     gsl_matrix_memcpy(n->S, n->A);
-    for (size_t i = 0; i < (size_t)n->n; i++) {
-        double *d = gsl_matrix_ptr(n->S, i, i);
-        *d += mu * *d + 1e-12;
+    for (int i = 0; i < n->n; i++) {
+        *gsl_matrix_ptr(n->S, (size_t)i, (size_t)i) += damping(mu, scale, n->moving[i]);
     }
     for (int s = 0; s < n->nstroke; s++) {
         if (n->B[s] == NULL) {
             continue;
         }
-        if (factor(n->BL[s], n->B[s], mu) != 0) {
+        gsl_matrix_memcpy(n->BL[s], n->B[s]);
+        for (int i = 0; i < p->stroke[s].own; i++) {
+            *gsl_matrix_ptr(n->BL[s], (size_t)i, (size_t)i) +=
+                damping(mu, scale, p->stroke[s].first + i);
+        }
+        if (gsl_linalg_cholesky_decomp1(n->BL[s]) != 0) {
             return -1;
         }
         if (n->n == 0) {
@@ -254,5 +253,27 @@ void fit__normal_gradient(fit__normal *n, const fit__problem *p, const double *x
     for (int u = 0; u < p->nu; u++) {
         int moves = u >= p->np || n->row[u] >= 0;
         n->g[u] += moves && p->unknown[u].prior && u != p->flat ? prior * x[u] : 0.0;
+    }
+}
+
+void fit__normal_curvature(const fit__normal *n, const fit__problem *p, const double *r,
+                           const double *J, const double *dx, double h, double *there)
+{
+    for (int s = 0; s < p->nstroke; s++) {
+        const fit__stroke *t = &p->stroke[s];
+        size_t size = (size_t)t->nch * (size_t)t->n, from = fit__offset(p, s);
+        for (size_t i = from; i < from + size; i++) {
+            there[i] = (there[i] - r[i]) / h;
+        }
+        for (int a = 0; a < n->n + t->own; a++) {
+            const double *column = J + fit__column(p, s, column_of(n, a));
+            double along = dx[a < n->n ? n->moving[a] : t->first + a - n->n];
+            for (size_t i = 0; i < size; i++) {
+                there[from + i] -= column[i] * along;
+            }
+        }
+        for (size_t i = from; i < from + size; i++) {
+            there[i] *= 2.0 / h;
+        }
     }
 }

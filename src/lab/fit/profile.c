@@ -28,6 +28,7 @@ typedef struct room {
 /* all others again, from where they are */
 static stein_status refit(fit__problem *p, room *m, stein_err *err)
 {
+    memset(m->s.scale, 0, sizeof *m->s.scale * (size_t)p->nu);
     m->s.mu = 1e-6;
     m->s.nu = 2.0;
     m->s.iteration = 0;
@@ -101,13 +102,14 @@ stein_status fit__profile(fit__problem *p, lab_fit *fit, int k, const double *x,
         fit->value[k].profile_hi = INFINITY;
         return STEIN_OK;
     }
-    double *memory = malloc(sizeof *memory * (3 * nu + 1));
+    double *memory = malloc(sizeof *memory * (4 * nu + 1));
     if (memory == NULL) {
         return lab__no_memory(err);
     }
     m.s.x = memory;
     m.s.step = memory + nu;
     m.best = memory + 2 * nu;
+    m.s.scale = memory + 3 * nu;
     memcpy(m.s.x, x, sizeof *x * nu);
     memcpy(m.s.step, p->step, sizeof *x * nu);
     p->flat = k;

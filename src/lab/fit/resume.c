@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * resume.c - the state of a search on disk, so that kill -9 costs one iteration.
  *
- *      stein fit 3
+ *      stein fit 4
  *      key 3f0c...                 fingerprint of model, data, unknowns, options
  *      stage 4 1                   present stage, finished starts
  *      state 3 0                   iteration, ended; then mu, nu, objective, decrement, x, steps,
- *                                  entry
+ *                                  scale of the damping, entry
  *      start 17 1                  of every finished start; then its objective and x
  *      end 8c1f...                 checksum of all before
  *
@@ -21,7 +21,7 @@
 
 #include "fitting.h"
 
-enum { FORMAT = 3 };
+enum { FORMAT = 4 };
 
 unsigned long long fit__key(const fit__problem *p)
 {
@@ -78,6 +78,7 @@ static void write_search(FILE *f, const fit__search *s, int nu, unsigned long lo
     write_numbers(f, scalars(&s->state, four), 4);
     write_numbers(f, s->state.x, nu);
     write_numbers(f, s->state.step, nu);
+    write_numbers(f, s->state.scale, nu);
     write_numbers(f, s->entry, nu);
     for (int i = 0; i < s->nstart; i++) {
         fprintf(f, "start %d %d\n", s->start[i].iterations, s->start[i].ended);
@@ -131,7 +132,7 @@ static int read_body(fit__search *s, int nu, FILE *f)
                &s->state.ended) != 4 ||
         s->nstart < 0 || s->nstart > LAB_FIT_STARTS || read_numbers(f, four, 4) != 0 ||
         read_numbers(f, s->state.x, nu) != 0 || read_numbers(f, s->state.step, nu) != 0 ||
-        read_numbers(f, s->entry, nu) != 0) {
+        read_numbers(f, s->state.scale, nu) != 0 || read_numbers(f, s->entry, nu) != 0) {
         return -1;
     }
     s->state.mu = four[0];

@@ -52,15 +52,16 @@ stein_status fit__search_make(fit__search *s, const fit__problem *p, stein_err *
 {
     size_t nu = (size_t)p->nu + 1;
     *s = (fit__search){.stage = 0};
-    double *room = calloc(nu * (3 + LAB_FIT_STARTS), sizeof *room);
+    double *room = calloc(nu * (4 + LAB_FIT_STARTS), sizeof *room);
     if (room == NULL) {
         return lab__no_memory(err);
     }
     s->state.x = room;
     s->state.step = room + nu;
-    s->entry = room + 2 * nu;
+    s->state.scale = room + 2 * nu;
+    s->entry = room + 3 * nu;
     for (int i = 0; i < LAB_FIT_STARTS; i++) {
-        s->best[i] = room + (3 + (size_t)i) * nu;
+        s->best[i] = room + (4 + (size_t)i) * nu;
     }
     return STEIN_OK;
 }
@@ -205,6 +206,7 @@ static void reset_state(fit__problem *p, fit__state *s)
     s->nu = 2.0;
     s->iteration = 0;
     s->ended = 0;
+    memset(s->scale, 0, sizeof *s->scale * (size_t)p->nu);
     for (int k = 0; k < p->nu; k++) {
         s->step[k] = s->step[k] > 0.0 ? s->step[k] : 1e-2;
     }

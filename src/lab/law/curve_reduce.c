@@ -39,7 +39,7 @@ stein_status diag__globals_of(fit__normal *n, const fit__problem *p, diag__globa
     if (o->S == NULL || o->g == NULL) {
         return lab__no_memory(err);
     }
-    fit__normal_factor(n, 0.0); // S may be singular; the factors of the strokes are needed
+    fit__normal_factor(n, p, 0.0, NULL); // S may be singular; the factors of the strokes are needed
     gsl_matrix_memcpy(o->S, n->A);
     for (size_t i = 0; i < o->g->size; i++) {
         gsl_vector_set(o->g, i, n->g[n->moving[i]]);

@@ -10,7 +10,8 @@
  * its nuisances, whose variance is their prior, and what real strokes never repeat: frictions, the
  * drive. Those variances D follow by the fixed point D = sum u^2 / sum (1 - W/D) of the restricted
  * likelihood (Harville 1977, MacKay 1992); EM would creep. A test that takes
- * strokes for exact repeats finds an effect in most clean sets: tests/test_mixed.c has both.
+ * strokes for exact repeats finds an effect in most clean sets: tests/lab/search/test_mixed.c has
+ * both.
  *
  * The largest of many correlated scores is judged by draws of N(0, corr) divided by sqrt(chi2/nu):
  * the scatter is known from nu + 1 strokes only. Bonferroni would ignore that most candidates look

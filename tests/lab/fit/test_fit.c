@@ -525,8 +525,8 @@ START_TEST(a_journal_that_is_cut_damaged_or_old_is_refused)
     }
     text[10] = '1';
     put_file(journal, text, size);
-    ck_assert_refused(&f, &def, STEIN_ESTALE, "format 1, this version reads 3");
-    text[10] = '3';
+    ck_assert_refused(&f, &def, STEIN_ESTALE, "format 1, this version reads 4");
+    text[10] = '4';
     put_file(journal, text, size);
     lab_fit_destroy(f.fit);
     ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));

@@ -213,7 +213,7 @@ START_TEST(normal_equations_are_those_of_what_moves)
             *gsl_matrix_ptr(normal.A, (size_t)normal.row[u], (size_t)normal.row[u]) += 1.0;
         }
     }
-    ck_assert_int_eq(fit__normal_factor(&normal, 0.0), 0);
+    ck_assert_int_eq(fit__normal_factor(&normal, p, 0.0, NULL), 0);
     fit__normal_step(&normal, p, dx);
 
     gsl_matrix *H = gsl_matrix_calloc((size_t)n, (size_t)n),
@@ -283,7 +283,7 @@ START_TEST(normal_equations_of_strokes_own_numbers_alone_have_a_solution)
     fit__normal_fill(&normal, p, s->x, s->r, s->J, 1);
     ck_assert_int_eq(normal.n, 0);
     double *dx = malloc(sizeof *dx * (size_t)p->nu), moved = 0.0;
-    ck_assert_int_eq(fit__normal_factor(&normal, 0.0), 0);
+    ck_assert_int_eq(fit__normal_factor(&normal, p, 0.0, NULL), 0);
     fit__normal_step(&normal, p, dx);
     for (int u = 0; u < p->nu; u++) {
         ck_assert(isfinite(dx[u]) && (u >= p->np || dx[u] == 0.0));

@@ -36,8 +36,8 @@ static void fit_model(models *m, int i, const lab_candidate *effect)
     fit__problem_try(p, effect);
     p->tolerance = 1e-9;
     size_t nu = (size_t)p->nu, rows = fit__offset(p, p->nstroke);
-    double *x = m->room[i] = calloc(2 * nu + rows + 1, sizeof *x);
-    fit__state state = {.x = x, .step = x + nu, .mu = 1e-3, .nu = 2.0};
+    double *x = m->room[i] = calloc(3 * nu + rows + 1, sizeof *x);
+    fit__state state = {.x = x, .step = x + nu, .scale = x + 2 * nu, .mu = 1e-3, .nu = 2.0};
     for (size_t k = 0; k < nu; k++) {
         state.step[k] = p->step[k];
     }
@@ -45,9 +45,9 @@ static void fit_model(models *m, int i, const lab_candidate *effect)
         x[p->amount] = 0.1;
     }
     ck_assert_stein(fit__minimise(p, &state, 1e-2, 1e-5, 12, NULL, NULL, err));
-    ck_assert_stein(fit__residuals(p, x, x + 2 * nu, &failed, err));
+    ck_assert_stein(fit__residuals(p, x, x + 3 * nu, &failed, err));
     ck_assert_int_eq(failed, 0);
-    m->side[i] = (diag__side){p, x, x + 2 * nu};
+    m->side[i] = (diag__side){p, x, x + 3 * nu};
 }
 
 /* both models fitted, m->def says how, and the check of them; kind NULL: nothing is added */

@@ -58,8 +58,9 @@ static void show(shown *s, const char *const *truth)
     s->def.drive_scatter = 0.0;
     ck_assert_stein(fit__problem_make(&s->p, s->f.model, s->f.data, &s->def, err));
     size_t nu = (size_t)s->p.nu, frames = diag__frame(&s->p, s->p.nstroke);
-    double *room = calloc(2 * nu, sizeof *room);
-    fit__state state = {.x = room, .step = room + nu, .mu = 1e-3, .nu = 2.0};
+    double *room = calloc(3 * nu, sizeof *room);
+    fit__state state = {
+        .x = room, .step = room + nu, .scale = room + 2 * nu, .mu = 1e-3, .nu = 2.0};
     for (size_t k = 0; k < nu; k++) {
         state.step[k] = s->p.step[k];
     }
