@@ -31,7 +31,7 @@ $(B)/validate: $(call obj,tests/validate/mechanisms.c tests/validate/row.c) $(B)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # the minimiser alone, on problems of others: what it asks for is in nist.c
 $(B)/validate-nist: $(call obj,tests/validate/nist.c tests/validate/row.c src/lab/fit/minimise.c src/lab/fit/normal.c \
-    src/lab/dots.c src/lab/output.c)
+    src/lab/run/dot_product.c src/lab/io/output.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
 # a small importer of FMUs, which are loaded into it: its own functions are seen by none of them

@@ -11,7 +11,8 @@
 #ifndef CLI_H
 #define CLI_H
 
-#include "inner.h"
+#include "plot.h"
+#include "sweep.h"
 #include "stein/diagnose.h"
 
 enum { CLI_OK, CLI_FAILED, CLI_USAGE, CLI_NUMERICAL }; /* exit codes */

@@ -6,7 +6,7 @@
 #define CLI_ERRORS_H
 
 #include "cli.h"
-#include "trust.h"
+#include "accuracy.h"
 
 /** A run that is over, and what was seen on the way. */
 typedef struct cli_errors {

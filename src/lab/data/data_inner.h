@@ -12,7 +12,7 @@
 
 #include <locale.h>
 
-#include "inner.h"
+#include "open.h"
 #include "stein/data.h"
 
 /* ---- data_lines.c ---- */

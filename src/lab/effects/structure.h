@@ -10,7 +10,7 @@
 #ifndef STRUCTURE_H
 #define STRUCTURE_H
 
-#include "inner.h"
+#include "open.h"
 #include "stein/diagnose.h"
 
 /* ---- surgery.c ---- */

@@ -36,7 +36,7 @@
 
 #include <gsl/gsl_matrix.h>
 
-#include "inner.h"
+#include "run.h"
 #include "stein/diagnose.h"
 
 /* ---- signal.c ---- */

@@ -12,7 +12,8 @@
 #ifndef LAB_FMU_H
 #define LAB_FMU_H
 
-#include "inner.h"
+#include "embedded.h"
+#include "open.h"
 #include "variables.h"
 
 typedef enum { FMU_INDEPENDENT, FMU_OUTPUT, FMU_INPUT, FMU_PARAMETER, FMU_LOCAL } fmu_causality;

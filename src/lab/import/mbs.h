@@ -7,7 +7,7 @@
 #ifndef MBS_H
 #define MBS_H
 
-#include "inner.h"
+#include "open.h"
 #include "stein/import.h"
 #include "xml.h"
 

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "inner.h"
+#include "io.h"
 
 enum { MOST_BYTES = 8 << 20, MOST_LEVELS = 32 };
 

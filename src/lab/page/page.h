@@ -10,7 +10,8 @@
 #ifndef LAB_PAGE_H
 #define LAB_PAGE_H
 
-#include "inner.h"
+#include "embedded.h"
+#include "open.h"
 
 /** The module of a mechanism, from the cache or compiled into it.
  *  @param bytes  out, freed by the caller

@@ -4,7 +4,7 @@
 #ifndef LAB_MIXED_H
 #define LAB_MIXED_H
 
-#include "inner.h"
+#include "run.h"
 
 enum { LAB_SCATTERS = 8 };
 

@@ -17,7 +17,8 @@
 #ifndef STUDY_H
 #define STUDY_H
 
-#include "inner.h"
+#include "plot.h"
+#include "run.h"
 
 /* ---- pool.c ---- */
 
