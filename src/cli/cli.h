@@ -5,7 +5,7 @@
  *   help.c        --help                      names.c     lists of names
  *   manual.c      manual pages                report.c    models, failures, progress, quantities
  *   completion.c  for shells                  results.c   tables of sweep and merge
- *   story.c       diagnosis in a terminal     problems.c  a line and a caret
+ *   summary.c       diagnosis in a terminal     problems.c  a line and a caret
  *   watch.c       again when a file changes
  */
 #ifndef CLI_H
@@ -124,7 +124,7 @@ int cli_completion(const char *shell);
  *  @return the exit code */
 int cli_check_data(const cli_args *args, lab__json *out);
 
-/* ---- story.c ---- */
+/* ---- summary.c ---- */
 
 /** A diagnosis on standard output, in at most 9 lines; all of it is in the report. */
 void cli_story(const char *model, const lab_diagnosis *d);

@@ -272,13 +272,13 @@ void mech__section_tables(mech__reader *rd);
 /** With all numbers at hand: do the points of every table increase? */
 void mech__tables_finish(mech__reader *rd);
 
-/* --- parts.c --- */
+/* --- split_body.c --- */
 
 /** What is left of every whole when its parts are taken out, and the places on parts. All numbers
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
-/* --- fixed.c --- */
+/* --- fixed_bodies.c --- */
 
 enum { MECH__FIXED = 'F' }; /* type of a body that is none of its own */
 /** Fixed bodies become part of what carries them, and are no bodies any more. */
@@ -322,7 +322,7 @@ int mech__violates_triangle(const mech_scalar I[6]);
  */
 void mech__balance(mech__reader *rd);
 
-/* --- doubts.c --- */
+/* --- plausibility.c --- */
 
 /** Of a file without problems: what is possible, but hardly meant, noted as "warning: ...". */
 void mech__doubts(mech__reader *rd);

@@ -12,7 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 /* kinds of problems that are counted; per column: kind + KINDS * column */
 enum { NOTE_BELOW = 2, RAGGED, NO_TIME, TIME_ORDER, BAD_CELL, QUOTES, KINDS };

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 static const double contradicts = 2.0; /* ratio of stated and estimated noise */
 static const double rounding = 1e-15;  /* steps of sums that should be 0 [SI] */

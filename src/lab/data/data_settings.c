@@ -27,8 +27,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
-#include "data_trial.h"
+#include "data_internal.h"
+#include "data_compare.h"
 #include "fitting.h"
 
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */

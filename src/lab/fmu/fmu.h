@@ -2,7 +2,7 @@
  * fmu.h - what the files of this folder share.
  *
  *   fmu.c         the FMU put together
- *   variables.c   its variables, of both versions  words.c      what they are, in words
+ *   variables.c   its variables, of both versions  variable_text.c      what they are, in words
  *   description.c modelDescription.xml             xml.c        escaped texts, units
  *   binary.c      core, equations, FMI -> .so, .dll zip.c        the archive
  *
@@ -52,7 +52,7 @@ int fmu__is_tunable(const mechanism *m, const stein_model *model, int param);
 /** Can an output change at once when an input does? */
 int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input);
 
-/* ---- words.c: new texts; NULL without memory ---- */
+/* ---- variable_text.c: new texts; NULL without memory ---- */
 
 char *fmu__words_channel(const fmu_list *list, int channel);
 char *fmu__words_input(const fmu_list *list, int input, const char *what);

@@ -4,7 +4,7 @@
  *   curve.c          which law, of what, and where explains what is left
  *   curve_site.c     where a law could sit, and the states that the strokes visit there
  *   curve_text.c     a mechanism file with tables in it
- *   curve_stand.c    the fit without a law from which curves begin
+ *   curve_baseline.c    the fit without a law from which curves begin
  *   curve_prior.c    a curve as a Gaussian process: how large, how smooth
  *   curve_fitting.h  a curve and all other unknowns, by penalised least squares
  *   curve_judge.c    is it accepted, and its sentence
@@ -139,7 +139,7 @@ void diag__curve_solve(const diag__reduced *prior, diag__reduced *q);
 /** f'(tau^2 K)^-1 f of values f [n]. */
 double diag__curve_penalty(const diag__reduced *q, const double *f);
 
-/* ---- curve_stand.c ---- */
+/* ---- curve_baseline.c ---- */
 
 /** No table moves, or all do; values at pins never do. */
 void diag__curve_hold(diag__curves *w, int all_move);

@@ -16,7 +16,7 @@
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
  *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
- *              itself (check.c)
+ *              itself (instrument_check.c)
  *
  * and two or three of these at once, as long as that tells more (plan.c).
  *
@@ -28,7 +28,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "planning.h"
 #include "structure.h"
 

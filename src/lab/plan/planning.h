@@ -2,14 +2,14 @@
  * planning.h - what the files of the plan share. Not installed.
  *
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
- *   bench.c        the strokes so far              imitate.c  how near another one comes to that
+ *   reference.c        the strokes so far              refit.c  how near another one comes to that
  *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
- *   check.c        something by itself             show.c     plan.json, files of strokes
- *   read.c         diagnosis.json
+ *   instrument_check.c        something by itself             write_plan.c     plan.json, files of
+ * strokes read_diagnosis.c         diagnosis.json
  *
  * before anything is measured:
- *   before.c       the whole                       before_tell.c    statements of a matrix
- *   before_show.c  plan.json                       before_record.c  records that are meant
+ *   before.c       the whole                       before_power.c    statements of a matrix
+ *   before_json.c  plan.json                       before_record.c  records that are meant
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -54,7 +54,7 @@ typedef struct plan__bench {
     int strokes;               /* simulated */
 } plan__bench;
 
-/* ---- bench.c ---- */
+/* ---- reference.c ---- */
 
 /** Base, eyes and joints of a bench. @return OK, ENOMEM, numerical failures of the base */
 stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
@@ -124,7 +124,7 @@ stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side
                            const lab_experiment *e, int only_y, stein_err *err);
 void plan__view_free(plan__view *v);
 
-/* ---- check.c ---- */
+/* ---- instrument_check.c ---- */
 
 /** Checks of the instruments, lengths, masses and felts that a side moves, each once.
  *  @return how many */
@@ -140,7 +140,7 @@ const char *plan__check_by(const lab_check *c);
 stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_experiment *e,
                               stein_err *err);
 
-/* ---- imitate.c ---- */
+/* ---- refit.c ---- */
 
 /** What a side predicts that is fitted to the prediction of another one.
  *  @param to  [neye*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
@@ -151,7 +151,7 @@ stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_e
 stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
                            const double *P, const double *Z, stein_err *err);
 
-/* ---- show.c ---- */
+/* ---- write_plan.c ---- */
 
 /** One experiment of a diagnosis. */
 void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
@@ -180,7 +180,7 @@ void plan__pair_free(plan__pair *pair);
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
                         int rivals, lab_experiment *e, stein_err *err);
 
-/* ---- before_tell.c ---- */
+/* ---- before_power.c ---- */
 
 /** What columns say about their causes.
  *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in

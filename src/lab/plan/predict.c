@@ -12,7 +12,7 @@
 
 #include <gsl/gsl_linalg.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "functions.h"
 #include "planning.h"
 #include "structure.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnosis_page.c - report.html: one file without network, scripts or fonts of its own.
  *
- * The first screen (diagnosis_story.c) answers the questions; the rest shows why.
+ * The first screen (diagnosis_summary.c) answers the questions; the rest shows why.
  *
  * Each colour has one meaning: rust the model before, blue the model after, grey what was measured,
  * green noise, violet a cause and what cannot be told from it, amber a warning.

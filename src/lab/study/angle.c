@@ -6,7 +6,7 @@
  * to the same escapement height first, else the comparison would be one of regulations. Then:
  *
  *   sharpness    friction work in the notch between first slip in phase iii and escapement, and how
- *                long that slip lasts (shot.c)
+ *                long that slip lasts (stroke_details.c)
  *   precision    1 mm / |d height / d dx| at the regulated point: how exactly the stop must be set
  *   let-off      largest force at the key in a slow, even press (0.6 s) before escapement
  *   forced       largest force of the load on the key between impact and escapement, with the stop

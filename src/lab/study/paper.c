@@ -3,7 +3,7 @@
  *
  * The paper's numbers: dynamic escapement at 2.2 mm, -20 mm per mm, working range -1.25 .. +0.2 mm,
  * 1 N per 0.2 mm; its straight lines are drawn beside what the simulation finds. The static
- * ("geometric") height is followed by still.c at every dx of the grid.
+ * ("geometric") height is followed by static_escapement.c at every dx of the grid.
  */
 #include <gsl/gsl_fit.h>
 #include <math.h>

@@ -3,13 +3,14 @@
  * installed.
  *
  *   study.c  the order of the parts          pool.c   many simulations on threads
- *   shot.c   one stroke, seen closely        still.c  the key pressed infinitely slowly
- *   part.c   tables, sentences, files        chart.c  pictures        page.c  study.html
+ *   stroke_details.c   one stroke, seen closely        static_escapement.c  the key pressed
+ * infinitely slowly part.c   tables, sentences, files        chart.c  pictures        page.c
+ * study.html
  *
  *   paper.c        figures 9, 11, 12, 13     touch.c        loads, key motions, dynamic range
  *   regulation.c   the stop or the spring    repetition.c   how fast again
  *   angle.c        the notch's angle         sensitivity.c  every parameter
- *   level.c        a parameter for a height  tolerance.c    Monte Carlo
+ *   regulate.c        a parameter for a height  tolerance.c    Monte Carlo
  *
  * A part of the study simulates, fills tables (they become CSV files), says in sentences what came
  * out, and lists the pictures of its tables. Everything it says is computed from the run.
@@ -82,7 +83,7 @@ stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
  *  @return OK, EINVAL or ENAME (the model lacks what a study needs), numerical failures */
 stein_status study_begin(study *s, stein_err *err);
 
-/* ---- shot.c ---- */
+/* ---- stroke_details.c ---- */
 
 typedef enum {
     STUDY_LOAD,    /* the file's load falls */
@@ -132,7 +133,7 @@ typedef struct study_key {
     double travel, depth;
 } study_key;
 
-/* ---- still.c ---- */
+/* ---- static_escapement.c ---- */
 
 /** The key pressed infinitely slowly: a chain of static equilibria. */
 typedef struct study_still {
@@ -145,7 +146,7 @@ typedef struct study_still {
 /** Needs the prescribed motion of the key (s->input >= 0). */
 void study_press_slowly(const study *s, stein_sim *sim, study_still *still);
 
-/* ---- level.c ---- */
+/* ---- regulate.c ---- */
 
 /** The value of parameter `name` between lo and hi at which the dynamic escapement height is
  *  `height` [m]: bisection, the simulation is left with that value. @return 1, or 0 when lo and hi

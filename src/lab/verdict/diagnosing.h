@@ -121,7 +121,7 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
                                  lab_departure **list, int *n, lab_latent **latent, int *nlatent,
                                  stein_err *err);
 
-/* ---- diagnosis_seen.c ---- */
+/* ---- diagnosis_detectability.c ---- */
 
 /** Number of candidates with that presence. */
 int diag__count(const lab_diagnosis *d, lab_presence presence);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_wraps.c - angles that a sensor or a tracker keeps within one turn.
+ * data_unwrap.c - angles that a sensor or a tracker keeps within one turn.
  *
  * A coordinate of the model has no end: behind +180 deg comes +181, not -179. So an angle whose
  * values stay within one turn is made continuous where it jumps from one end of it to the other. A
@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 static const double turn = 6.283185307179586476925, jump = 0.75;
 

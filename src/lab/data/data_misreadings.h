@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_doubts.h - other readings of records that were tried, and what becomes of them.
+ * data_misreadings.h - other readings of records that were tried, and what becomes of them.
  */
-#ifndef DATA_DOUBTS_H
-#define DATA_DOUBTS_H
+#ifndef DATA_MISREADINGS_H
+#define DATA_MISREADINGS_H
 
-#include "data_trial.h"
+#include "data_compare.h"
 
 /** Another way to read records: which column, exchanged with which, in which unit or sign. By name,
  *  because the columns of the records may stand in different orders. */
@@ -32,7 +32,7 @@ typedef struct data__suspects {
 /** The reading of a record. @return 0: it has no such columns */
 int data__reading_of(const data__guess *g, const lab_data *d, data__reading *reading);
 
-/* ---- data_doubts.c ---- */
+/* ---- data_misreadings.c ---- */
 
 /** @param or_column  another column that may have the wrong sign instead; NULL: none has
  *  @param alone      1: only this record is off */

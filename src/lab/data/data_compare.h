@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_trial.h - one record simulated with the file's own numbers, as it is or read otherwise.
+ * data_compare.h - one record simulated with the file's own numbers, as it is or read otherwise.
  */
-#ifndef DATA_TRIAL_H
-#define DATA_TRIAL_H
+#ifndef DATA_COMPARE_H
+#define DATA_COMPARE_H
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 /** Another reading of a record. Start from data__as_it_is(). */
 typedef struct data__reading {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_story.c - the first screen of report.html: verdict, what speaks against it, size, error
- * in the channels' units, rivals, what remains, what forces say, what to do next.
+ * diagnosis_summary.c - the first screen of report.html: verdict, what speaks against it, size,
+ * error in the channels' units, rivals, what remains, what forces say, what to do next.
  */
 #include <math.h>
 #include <string.h>

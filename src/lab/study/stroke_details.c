@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * shot.c - one stroke, seen closely: the finger's force, the friction in the notch, the re-arming.
+ * stroke_details.c - one stroke, seen closely: the finger's force, the friction in the notch, the
+ * re-arming.
  *
  * A trace is kept at every step and judged when lab_strike has told the event times.
  *

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * level.c - regulating: the value of one parameter that brings the escapement to a height.
+ * regulate.c - regulating: the value of one parameter that brings the escapement to a height.
  *
  * The height is monotonic in every regulation but has an end on both sides (no escapement, or a
  * missed notch), where it does not exist. Bisection needs no derivative and stays inside.

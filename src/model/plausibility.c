@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * doubts.c - numbers that are possible, but hardly meant: warnings with line and column.
+ * plausibility.c - numbers that are possible, but hardly meant: warnings with line and column.
  *
  * A number without a unit is SI. In a file that otherwise writes g and mm that is where a unit was
  * forgotten, if the number then is far above all of its kind: "mass: 82" among masses of some

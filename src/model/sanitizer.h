@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * written.h - memory that a library wrote which clang's memory sanitizer does not see into. Without
- * that sanitizer these are nothing.
+ * sanitizer.h - memory that a library wrote which clang's memory sanitizer does not see into.
+ * Without that sanitizer these are nothing.
  */
-#ifndef WRITTEN_H
-#define WRITTEN_H
+#ifndef SANITIZER_H
+#define SANITIZER_H
 
 #if defined __has_feature
 #if __has_feature(memory_sanitizer)

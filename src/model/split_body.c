@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * parts.c - a body cut in two: what is left of the whole, and the places on the part.
+ * split_body.c - a body cut in two: what is left of the whole, and the places on the part.
  *
  * A part of a body is described as drawn on the whole: its points, its centre and its joint are in
  * the whole's axes, from the whole's origin; mass, centre and inertia stated for the whole are

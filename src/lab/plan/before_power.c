@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_tell.c - what a matrix of information says about causes, before anything is measured.
+ * before_power.c - what a matrix of information says about causes, before anything is measured.
  *
  * With amounts a [limits] and everything that is refitted projected out (search/linear.c), the
  * records have the information I = G'PG. A cause alone is named from

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_trial.c - does the model move as a record says, with the numbers of both files?
+ * data_compare.c - does the model move as a record says, with the numbers of both files?
  *
  * Only gross errors of reading are looked for, so the comparison has to be quick and must not
  * depend on noise, on offsets or on parameters that are wrong by some per cent:
@@ -7,7 +7,7 @@
  *   - at most ROWS samples up to the third turning point of every channel are compared: beyond it
  *     a small error of the initial state or of a friction may have grown to any size;
  *   - an unknown initial state is that from which the model follows the record (start_follow.c);
- *   - the measure has no scale and no offset (data_trial.h).
+ *   - the measure has no scale and no offset (data_compare.h).
  *
  * A reading that makes no sense (an angle of 20 000 rad/s) may be stiff: it is broken off.
  */
@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_trial.h"
+#include "data_compare.h"
 #include "fitting.h"
 
 enum { ROWS = 300, TURNS = 3, SHIFTS = 25, STEPS = 4, SORTED = 512 };

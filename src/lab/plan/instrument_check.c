@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * check.c - an instrument, or a number of the mechanism, looked at by itself.
+ * instrument_check.c - an instrument, or a number of the mechanism, looked at by itself.
  *
  * Where a tilted camera, a lens that bends and a wrong length are rivals, no stroke tells them
  * apart quickly: each moves the same marker by a fraction of the noise, and trigger, offset and

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * bench.c - what experiments are made around: the strokes so far in the middle of their range, what
- * moves in them and how far, and which channels could be seen.
+ * reference.c - what experiments are made around: the strokes so far in the middle of their range,
+ * what moves in them and how far, and which channels could be seen.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * still.c - the static ("geometric") escapement height: the key pressed infinitely slowly.
+ * static_escapement.c - the static ("geometric") escapement height: the key pressed infinitely
+ * slowly.
  *
  * The key is held at a growing angle; at each the hammer and the pawl find their static equilibrium
  * next to the one before (continuation, stein_settle). In equilibrium nothing slides, so friction

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * inside3.h - between fmi3.c, exchange3.c and none3.c.
+ * fmi3_internal.h - between fmi3.c, exchange3.c and none3.c.
  */
-#ifndef FMI_INSIDE3_H
-#define FMI_INSIDE3_H
+#ifndef FMI3_INTERNAL_H
+#define FMI3_INTERNAL_H
 
 #include "fmi3.h"
 #include "slave.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * imitate.c - how near one side comes to what another one predicts, everything refitted.
+ * refit.c - how near one side comes to what another one predicts, everything refitted.
  *
  * Two models that explain the same strokes have numbers of their own: the stiffness of a spring may
  * differ by four of its standard deviations. So much further along P their predictions curve away

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_same.c - numbers that move a stroke exactly as a curve does.
+ * curve_collinear.c - numbers that move a stroke exactly as a curve does.
  *
  * A joint's spring is a straight line over its position: more stiffness and a curve that subtracts
  * it change nothing, and the data determine their sum only. Numerical differences of the two do not

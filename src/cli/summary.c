@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * story.c - a diagnosis in a terminal: one line a question. The report has the rest.
+ * summary.c - a diagnosis in a terminal: one line a question. The report has the rest.
  */
 #include <math.h>
 #include <string.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_doubts.c - suspicions in words, and as a list.
+ * data_misreadings.c - suspicions in words, and as a list.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_doubts.h"
+#include "data_misreadings.h"
 
 /* ---- words ---- */
 

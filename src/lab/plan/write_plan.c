@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * show.c - plan.json, and the best experiment as a file that can be simulated and diagnosed.
+ * write_plan.c - plan.json, and the best experiment as a file that can be simulated and diagnosed.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_inner.h - what the files that read and audit data share with each other. Not installed.
+ * data_internal.h - what the files that read and audit data share with each other. Not installed.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
- *                                                     data.c, data_wraps.c--> lab_data
+ *                                                     data.c, data_unwrap.c--> lab_data
  *                                                        |
  *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
  *                       +--data_findings.c--> sentences, text
  */
-#ifndef DATA_INNER_H
-#define DATA_INNER_H
+#ifndef DATA_INTERNAL_H
+#define DATA_INTERNAL_H
 
 #include <locale.h>
 
@@ -95,7 +95,7 @@ int data__is_time(const stein_model *m, const char *name);
 /** Unit of the model for a name; NULL: neither the time nor a channel or input. */
 const char *data__wanted_unit(const stein_model *m, const char *name);
 
-/* ---- data_wraps.c ---- */
+/* ---- data_unwrap.c ---- */
 
 /** Make an angle that was kept within one turn continuous. @param value  [n] of the column
  *  @return turns that were taken out */

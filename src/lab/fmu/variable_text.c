@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * words.c - what a variable is, for the people who connect FMUs: the words of the file where it has
- * some, else what its place in the file says.
+ * variable_text.c - what a variable is, for the people who connect FMUs: the words of the file
+ * where it has some, else what its place in the file says.
  */
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * before_show.c - plan.json of records that are not made yet.
+ * before_json.c - plan.json of records that are not made yet.
  */
 #include <math.h>
 

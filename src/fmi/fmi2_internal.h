@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * inside2.h - between fmi2.c and exchange2.c.
+ * fmi2_internal.h - between fmi2.c and exchange2.c.
  */
-#ifndef FMI_INSIDE2_H
-#define FMI_INSIDE2_H
+#ifndef FMI2_INTERNAL_H
+#define FMI2_INTERNAL_H
 
 #include "fmi2.h"
 #include "slave.h"
