@@ -11,7 +11,7 @@
 /** A run that is over, and what was seen on the way. */
 typedef struct cli_errors {
     const stein_model *model;
-    const lab__trust *trust;
+    const lab__accuracy *trust;
     const lab_drive *drive; /* or NULL */
     stein_integrator integrator;
     double dt, tolerance, until;

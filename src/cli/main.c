@@ -34,8 +34,8 @@ static const cli_command *find(const char *name)
         }
     }
     const char *nearest = cli_nearest(name, names, COMMANDS);
-    char text[LAB_SHOWN];
-    fprintf(stderr, "stein: no command \"%s\"", lab__shown(text, name));
+    char text[LAB_PRINTABLE];
+    fprintf(stderr, "stein: no command \"%s\"", lab__printable(text, name));
     if (nearest != NULL) {
         fprintf(stderr, "; did you mean %s?", nearest);
     }

@@ -25,7 +25,7 @@ typedef struct job {
     lab_stroke stroke;
     int is_stroke;
     double tolerance; /* of controlled steps [rad or m] */
-    lab__trust *trust;
+    lab__accuracy *trust;
     cli_errors errors;
     int *begins; /* [ncontact] of contacts */
     cli_progress progress;
@@ -116,9 +116,9 @@ static stein_status on_sample(void *ctx, stein_sim *sim)
         j->errors.stiff_contact = contact;
         j->errors.stiff_time = stein_time(sim);
     }
-    lab__trust_step(j->trust, sim);
+    lab__accuracy_step(j->trust, sim);
     if (stein_time(sim) >= j->def.until) {
-        lab__trust_end(j->trust, sim);
+        lab__accuracy_end(j->trust, sim);
     }
     return status;
 }
@@ -142,11 +142,11 @@ static stein_status prepare_errors(job *j, stein_err *err)
         status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
-        status = lab__trust_create(&j->trust, j->model, &j->sim_def, j->tolerance, j->def.until,
-                                   j->drive, err);
+        status = lab__accuracy_create(&j->trust, j->model, &j->sim_def, j->tolerance, j->def.until,
+                                      j->drive, err);
     }
     if (status == STEIN_OK) {
-        status = lab__trust_begin(j->trust, j->sim, err);
+        status = lab__accuracy_begin(j->trust, j->sim, err);
     }
     j->errors = (cli_errors){.model = j->equations,
                              .trust = j->trust,
@@ -190,7 +190,7 @@ static stein_status simulate(job *j, stein_err *err)
                                        : lab_simulate(j->sim, &j->def, err);
     cli_progress_end(&j->progress);
     if (status == STEIN_ENONFINITE || status == STEIN_ESINGULAR || status == STEIN_ECHATTER) {
-        lab__trust_fail(j->trust, j->sim);
+        lab__accuracy_fail(j->trust, j->sim);
         cli_errors_gimbal(&j->errors);
     }
     if (status == STEIN_OK && j->table != NULL) {
@@ -356,7 +356,7 @@ static void free_job(job *j)
 {
     lab_record_destroy(j->table);
     lab_record_destroy(j->picture);
-    lab__trust_destroy(j->trust);
+    lab__accuracy_destroy(j->trust);
     free(j->begins);
     stein_sim_destroy(j->sim);
     lab_drive_close(j->drive);

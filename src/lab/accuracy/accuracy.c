@@ -21,7 +21,7 @@ typedef struct beside {
     int failed;
 } beside;
 
-struct lab__trust {
+struct lab__accuracy {
     const stein_model *model;
     stein_balance *balance;
     beside whole, part;
@@ -32,7 +32,7 @@ struct lab__trust {
     lab__errors errors;
 };
 
-void lab__trust_destroy(lab__trust *t)
+void lab__accuracy_destroy(lab__accuracy *t)
 {
     if (t != NULL) {
         stein_balance_destroy(t->balance);
@@ -59,10 +59,11 @@ static stein_status make_beside(beside *b, const lab_model *model, const stein_s
     return status;
 }
 
-stein_status lab__trust_create(lab__trust **out, const lab_model *model, const stein_sim_def *def,
-                               double tolerance, double until, lab_drive *drive, stein_err *err)
+stein_status lab__accuracy_create(lab__accuracy **out, const lab_model *model,
+                                  const stein_sim_def *def, double tolerance, double until,
+                                  lab_drive *drive, stein_err *err)
 {
-    lab__trust *t = calloc(1, sizeof *t);
+    lab__accuracy *t = calloc(1, sizeof *t);
     if (t == NULL) {
         return lab__no_memory(err);
     }
@@ -85,7 +86,7 @@ stein_status lab__trust_create(lab__trust **out, const lab_model *model, const s
         status = t->kept != NULL ? STEIN_OK : lab__no_memory(err);
     }
     if (status != STEIN_OK) {
-        lab__trust_destroy(t);
+        lab__accuracy_destroy(t);
         return status;
     }
     int nq = t->model->nq;
@@ -96,13 +97,13 @@ stein_status lab__trust_create(lab__trust **out, const lab_model *model, const s
     return STEIN_OK;
 }
 
-static void put_onto(lab__trust *t, beside *b, stein_sim *sim)
+static void put_onto(lab__accuracy *t, beside *b, stein_sim *sim)
 {
     stein_save(sim, t->kept);
     b->failed = b->failed || stein_restore(b->sim, t->kept, NULL) != STEIN_OK;
 }
 
-stein_status lab__trust_begin(lab__trust *t, stein_sim *sim, stein_err *err)
+stein_status lab__accuracy_begin(lab__accuracy *t, stein_sim *sim, stein_err *err)
 {
     const double *q = stein_q(sim);
     for (int j = 0; j < t->model->nq; j++) {
@@ -120,7 +121,7 @@ stein_status lab__trust_begin(lab__trust *t, stein_sim *sim, stein_err *err)
 
 /* ---- along the run ---- */
 
-static int kind_of(const lab__trust *t, int joint)
+static int kind_of(const lab__accuracy *t, int joint)
 {
     return t->model->bodies[joint].type == 'R' ? LAB_TURNS : LAB_SLIDES;
 }
@@ -133,7 +134,7 @@ static void go_on(beside *b, double t)
 }
 
 /* ratios of errors to the ranges */
-static void compare(lab__trust *t)
+static void compare(lab__accuracy *t)
 {
     lab__errors *e = &t->errors;
     for (int k = 0; k < LAB_KINDS; k++) {
@@ -153,7 +154,7 @@ static void compare(lab__trust *t)
     }
 }
 
-static void look_for_gimbal_lock(lab__trust *t)
+static void look_for_gimbal_lock(lab__accuracy *t)
 {
     lab__errors *e = &t->errors;
     int first, last;
@@ -166,7 +167,7 @@ static void look_for_gimbal_lock(lab__trust *t)
     }
 }
 
-static void check(lab__trust *t, stein_sim *sim)
+static void check(lab__accuracy *t, stein_sim *sim)
 {
     double now = stein_time(sim);
     const double *q = stein_q(sim);
@@ -185,13 +186,13 @@ static void check(lab__trust *t, stein_sim *sim)
     look_for_gimbal_lock(t);
 }
 
-void lab__trust_fail(lab__trust *t, const stein_sim *sim)
+void lab__accuracy_fail(lab__accuracy *t, const stein_sim *sim)
 {
     go_on(&t->whole, stein_time(sim));
     look_for_gimbal_lock(t);
 }
 
-void lab__trust_step(lab__trust *t, stein_sim *sim)
+void lab__accuracy_step(lab__accuracy *t, stein_sim *sim)
 {
     const double *q = stein_q(sim);
     if (t->over) {
@@ -215,7 +216,7 @@ void lab__trust_step(lab__trust *t, stein_sim *sim)
     }
 }
 
-void lab__trust_end(lab__trust *t, stein_sim *sim)
+void lab__accuracy_end(lab__accuracy *t, stein_sim *sim)
 {
     lab__errors *e = &t->errors;
     if (t->over) {
@@ -230,12 +231,12 @@ void lab__trust_end(lab__trust *t, stein_sim *sim)
     t->over = 1;
 }
 
-const lab__errors *lab__trust_errors(const lab__trust *t)
+const lab__errors *lab__accuracy_errors(const lab__accuracy *t)
 {
     return &t->errors;
 }
 
-double lab__trust_work(const lab__trust *t, stein_work_kind kind, int index)
+double lab__accuracy_work(const lab__accuracy *t, stein_work_kind kind, int index)
 {
     return stein_balance_work(t->balance, kind, index);
 }

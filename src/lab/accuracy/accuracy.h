@@ -3,7 +3,7 @@
  * energy.
  *
  * Two simulations go beside the one that is judged, both with steps of controlled error and a
- * tolerance far below it (lab__trust_create):
+ * tolerance far below it (lab__accuracy_create):
  *
  *      whole   from the same initial state, on its own: how far the run is from the solution
  *      part    put onto the run's state at every checkpoint: what the steps between two of them add
@@ -18,7 +18,7 @@
 #include "run.h"
 #include "stein/balance.h"
 
-typedef struct lab__trust lab__trust;
+typedef struct lab__accuracy lab__accuracy;
 
 /** Errors by kind of joint; of a mechanism without such joints 0. */
 enum { LAB_SLIDES, LAB_TURNS, LAB_KINDS }; /* [m], [rad] */
@@ -43,19 +43,20 @@ typedef struct lab__errors {
 
 /** @param def    of the simulation that is judged  @param drive  its signals, or NULL
  *  @param until  [s]  @return OK, ENOMEM, what stein_sim_create returns */
-stein_status lab__trust_create(lab__trust **t, const lab_model *model, const stein_sim_def *def,
-                               double tolerance, double until, lab_drive *drive, stein_err *err);
-void lab__trust_destroy(lab__trust *t);
+stein_status lab__accuracy_create(lab__accuracy **t, const lab_model *model,
+                                  const stein_sim_def *def, double tolerance, double until,
+                                  lab_drive *drive, stein_err *err);
+void lab__accuracy_destroy(lab__accuracy *t);
 /** Begin with the simulation in its initial state. @return OK, ENOMEM */
-stein_status lab__trust_begin(lab__trust *t, stein_sim *sim, stein_err *err);
+stein_status lab__accuracy_begin(lab__accuracy *t, stein_sim *sim, stein_err *err);
 /** The run has failed: only what led to it is asked for. */
-void lab__trust_fail(lab__trust *t, const stein_sim *sim);
+void lab__accuracy_fail(lab__accuracy *t, const stein_sim *sim);
 /** After every step. */
-void lab__trust_step(lab__trust *t, stein_sim *sim);
+void lab__accuracy_step(lab__accuracy *t, stein_sim *sim);
 /** The run is at its end: nothing is counted any more. */
-void lab__trust_end(lab__trust *t, stein_sim *sim);
-const lab__errors *lab__trust_errors(const lab__trust *t);
+void lab__accuracy_end(lab__accuracy *t, stein_sim *sim);
+const lab__errors *lab__accuracy_errors(const lab__accuracy *t);
 /** Work of one law or input, see stein_balance_work [J]. */
-double lab__trust_work(const lab__trust *t, stein_work_kind kind, int index);
+double lab__accuracy_work(const lab__accuracy *t, stein_work_kind kind, int index);
 
 #endif

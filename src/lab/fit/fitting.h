@@ -414,7 +414,7 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
 /** What several fits simulate their strokes in, side by side. */
 typedef struct fit__pool fit__pool;
 /** One of them, on a thread of its own; `pool` is for its problem, of the same model as p and with
- *  no other strokes than p has. @return as work of a lab__crew */
+ *  no other strokes than p has. @return as work of a lab__thread_pool */
 typedef stein_status fit__piece(void *ctx, int i, fit__pool *pool, stein_err *err);
 /** n fits at once on the threads and lanes of p, with the bits of one after the other.
  *  @return OK, ENOMEM, the first failure */

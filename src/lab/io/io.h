@@ -36,9 +36,9 @@ char *lab__text(const char *format, ...);
 char *lab__one_line(char *text);
 /** The same written in full, with a newline; for control characters blanks. */
 void lab__put_line(FILE *f, const char *text);
-enum { LAB_SHOWN = 260 };
-/** The same as a copy, cut where it is longer than a file's name. @param to [LAB_SHOWN] */
-const char *lab__shown(char *to, const char *text);
+enum { LAB_PRINTABLE = 260 };
+/** The same as a copy, cut where it is longer than a file's name. @param to [LAB_PRINTABLE] */
+const char *lab__printable(char *to, const char *text);
 enum { LAB_NUMBER = 32 };
 /** The shortest decimal that reads back as exactly this double; a point whatever the locale.
  *  @param text  [LAB_NUMBER] out, returned */
@@ -58,9 +58,9 @@ FILE *lab__text_open(char **text);
 stein_status lab__text_close(FILE *stream, char **text, stein_err *err);
 
 /** Numbers with a point for this thread, whatever the host's locale. @return what it had, for
- *  lab__as_before; 0: no memory, and nothing has changed */
-locale_t lab__plain(void);
-void lab__as_before(locale_t before);
+ *  lab__locale_restore; 0: no memory, and nothing has changed */
+locale_t lab__locale_c(void);
+void lab__locale_restore(locale_t before);
 
 /** A file that appears whole or not at all: written beside its place, then renamed. Devices, pipes
  *  and "-" (standard output) are written directly. */
@@ -108,20 +108,20 @@ void lab__json_null(lab__json *j, const char *key);
 stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_err *err);
 
 /** Words of a command line, as many as there are; begun with {0}. */
-typedef struct lab__words {
+typedef struct lab__command {
     char **word; /* [n] and NULL behind them, all owned */
     int n, failed;
-} lab__words;
-/** One word more, which is the list's from now on; NULL, or no memory, makes lab__words_run fail.
+} lab__command;
+/** One word more, which is the list's from now on; NULL, or no memory, makes lab__command_run fail.
  */
-void lab__word(lab__words *words, char *word);
+void lab__command_add(lab__command *words, char *word);
 /** All words of a text, between its blanks: a compiler may bring words of its own ("ccache gcc").
  */
-void lab__words_of(lab__words *words, const char *text);
+void lab__command_split(lab__command *words, const char *text);
 /** lab__spawn them and free them, in any case. @return OK, EIO, ENOMEM */
-stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err);
+stein_status lab__command_run(lab__command *words, const char *log, int *code, stein_err *err);
 /** The first line of a compiler's log that tells of an error; "" when there is none. */
-void lab__complaint(const char *log, char *text, int size);
+void lab__first_error(const char *log, char *text, int size);
 
 /* ---- record.c ---- */
 

@@ -35,9 +35,9 @@ void lab__put_line(FILE *f, const char *text)
     putc('\n', f);
 }
 
-const char *lab__shown(char *to, const char *text)
+const char *lab__printable(char *to, const char *text)
 {
-    snprintf(to, LAB_SHOWN, "%s", text);
+    snprintf(to, LAB_PRINTABLE, "%s", text);
     return lab__one_line(to);
 }
 
@@ -160,13 +160,13 @@ char *lab__number(char *text, double value)
     return text;
 }
 
-locale_t lab__plain(void)
+locale_t lab__locale_c(void)
 {
     locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     return c != (locale_t)0 ? uselocale(c) : (locale_t)0;
 }
 
-void lab__as_before(locale_t before)
+void lab__locale_restore(locale_t before)
 {
     if (before != (locale_t)0) {
         freelocale(uselocale(before));
@@ -254,7 +254,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
         free(f.path);
         return cannot_write(err, path, cause);
     }
-    f.before = lab__plain();
+    f.before = lab__locale_c();
     *file = f;
     return STEIN_OK;
 }
@@ -262,7 +262,7 @@ stein_status lab__file_open(lab__file *file, const char *path, stein_err *err)
 stein_status lab__file_close(lab__file *file, int keep, stein_err *err)
 {
     int bad = ferror(file->stream);
-    lab__as_before(file->before);
+    lab__locale_restore(file->before);
     int cause = bad ? EIO : 0;
     if (fclose(file->stream) != 0) {
         cause = errno;

@@ -58,7 +58,7 @@ stein_status lab__spawn(char *const argv[], const char *log, int *code, stein_er
 
 /* ---- command lines ---- */
 
-void lab__word(lab__words *words, char *word)
+void lab__command_add(lab__command *words, char *word)
 {
     size_t size = ((size_t)words->n + 2) * sizeof *words->word;
     char **grown = word != NULL ? realloc(words->word, size) : NULL;
@@ -72,16 +72,16 @@ void lab__word(lab__words *words, char *word)
     words->word[words->n] = NULL;
 }
 
-void lab__words_of(lab__words *words, const char *text)
+void lab__command_split(lab__command *words, const char *text)
 {
     for (text += strspn(text, " "); *text != '\0'; text += strspn(text, " ")) {
         size_t n = strcspn(text, " ");
-        lab__word(words, strndup(text, n));
+        lab__command_add(words, strndup(text, n));
         text += n;
     }
 }
 
-stein_status lab__words_run(lab__words *words, const char *log, int *code, stein_err *err)
+stein_status lab__command_run(lab__command *words, const char *log, int *code, stein_err *err)
 {
     stein_status status = words->failed || words->n == 0 ? lab__no_memory(err)
                                                          : lab__spawn(words->word, log, code, err);
@@ -89,11 +89,11 @@ stein_status lab__words_run(lab__words *words, const char *log, int *code, stein
         free(words->word[i]);
     }
     free(words->word);
-    *words = (lab__words){0};
+    *words = (lab__command){0};
     return status;
 }
 
-void lab__complaint(const char *log, char *text, int size)
+void lab__first_error(const char *log, char *text, int size)
 {
     FILE *f = fopen(log, "r");
     strcpy(text, "");

@@ -99,18 +99,19 @@ static stein_status complain(const job *j, const char *name, const char *cc, int
                          "\"%s\": run apt-get install gcc, or set CC (the C file is %s)",
                          cc, name, j->source);
     }
-    lab__complaint(j->log, line, (int)sizeof line);
+    lab__first_error(j->log, line, (int)sizeof line);
     return lab__fail(err, STEIN_ECOMPILE, "%s failed on the equations of \"%s\" (exit code %d): %s",
                      cc, name, code, line);
 }
 
 /* What both compilations begin with. Equations are straight lines of arithmetic: -O1 is enough. */
-static void begin_command(lab__words *words, const job *j, const char *cc)
+static void begin_command(lab__command *words, const job *j, const char *cc)
 {
-    lab__words_of(words, cc);
-    lab__words_of(words, "-std=c11 -O1 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno "
-                         "-fPIC");
-    lab__word(words, lab__text("-I%s", j->folder));
+    lab__command_split(words, cc);
+    lab__command_split(words,
+                       "-std=c11 -O1 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno "
+                       "-fPIC");
+    lab__command_add(words, lab__text("-I%s", j->folder));
 }
 
 /* lanes.o, for the processor that this runs on. @return how many lanes there are in it; 0: none,
@@ -124,31 +125,31 @@ static int compile_lanes(const job *j, const char *cc)
         int has = stein_batch_width(stein_models[i]);
         lanes = has > lanes ? has : lanes;
     }
-    lab__words words = {0};
+    lab__command words = {0};
     begin_command(&words, j, cc);
-    lab__words_of(&words, instructions[lanes]);
-    lab__word(&words, lab__text("-DSTEIN_LANES=%d", lanes));
-    lab__words_of(&words, "-c -o");
-    lab__word(&words, lab__text("%s", j->lanes));
-    lab__word(&words, lab__text("%s", j->source));
-    return lab__words_run(&words, j->log, &code, NULL) == STEIN_OK && code == 0 ? lanes : 0;
+    lab__command_split(&words, instructions[lanes]);
+    lab__command_add(&words, lab__text("-DSTEIN_LANES=%d", lanes));
+    lab__command_split(&words, "-c -o");
+    lab__command_add(&words, lab__text("%s", j->lanes));
+    lab__command_add(&words, lab__text("%s", j->source));
+    return lab__command_run(&words, j->log, &code, NULL) == STEIN_OK && code == 0 ? lanes : 0;
 }
 
 /* the object into its place */
 static stein_status make_object(const job *j, const char *name, const char *cc, stein_err *err)
 {
     int code = 0, lanes = compile_lanes(j, cc);
-    lab__words words = {0};
+    lab__command words = {0};
     begin_command(&words, j, cc);
-    lab__words_of(&words, "-shared -o");
-    lab__word(&words, lab__text("%s", j->fresh));
-    lab__word(&words, lab__text("%s", j->source));
+    lab__command_split(&words, "-shared -o");
+    lab__command_add(&words, lab__text("%s", j->fresh));
+    lab__command_add(&words, lab__text("%s", j->source));
     if (lanes > 0) {
-        lab__word(&words, lab__text("-DSTEIN_ONLY=%d", lanes));
-        lab__word(&words, lab__text("%s", j->lanes));
+        lab__command_add(&words, lab__text("-DSTEIN_ONLY=%d", lanes));
+        lab__command_add(&words, lab__text("%s", j->lanes));
     }
-    lab__words_of(&words, "-lm");
-    stein_status status = lab__words_run(&words, j->log, &code, err);
+    lab__command_split(&words, "-lm");
+    stein_status status = lab__command_run(&words, j->log, &code, err);
     if (status == STEIN_OK && code != 0) {
         status = complain(j, name, cc, code, err);
     }

@@ -90,36 +90,38 @@ static void add_number(lab_check *c, const lab_model *model, const char *stem, c
     }
 }
 
-static double noise_of_scale(const plan__bench *b, const plan__eye *eye)
+static double noise_of_scale(const plan__reference *b, const plan__output *output)
 {
-    const char *unit = b->m->channels[stein_find_channel(b->m, eye->name)].unit;
+    const char *unit = b->m->channels[stein_find_channel(b->m, output->name)].unit;
     double scale = strcmp(unit, "m") == 0     ? gauge
                    : strcmp(unit, "rad") == 0 ? gauge / gauge_arm
-                                              : weights * eye->reach;
-    return hypot(scale, eye->noise * sqrt(fmin(1.0, b->d->conditions.interval / looked_at)));
+                                              : weights * output->reach;
+    return hypot(scale, output->noise * sqrt(fmin(1.0, b->d->conditions.interval / looked_at)));
 }
 
 /* an instrument held against something. @return 0: there is no such check */
-static int check_of(lab_check *c, const plan__bench *b, const lab_model *model, const char *param)
+static int check_of(lab_check *c, const plan__reference *b, const lab_model *model,
+                    const char *param)
 {
     int found = -1;
     *c = (lab_check){.n = 0};
     for (int k = 0; found < 0 && k < NUMBERS; k++) {
         found = ends(param, numbers[k].tail, c->of) ? k : -1;
     }
-    const plan__eye *eye = NULL;
-    for (int i = 0; found >= 0 && i < b->neye; i++) {
-        eye = b->eye[i].measured && strcmp(b->eye[i].name, c->of) == 0 ? &b->eye[i] : eye;
+    const plan__output *output = NULL;
+    for (int i = 0; found >= 0 && i < b->noutput; i++) {
+        output =
+            b->output[i].measured && strcmp(b->output[i].name, c->of) == 0 ? &b->output[i] : output;
     }
-    if (found < 0 || (eye == NULL && numbers[found].by != LAB_CHECK_CLOCK)) {
+    if (found < 0 || (output == NULL && numbers[found].by != LAB_CHECK_CLOCK)) {
         return 0;
     }
     c->by = numbers[found].by;
-    c->reach = c->by == LAB_CHECK_SCALE ? eye->reach : 0.0;
+    c->reach = c->by == LAB_CHECK_SCALE ? output->reach : 0.0;
     c->noise = c->by == LAB_CHECK_LEVEL   ? plumb
                : c->by == LAB_CHECK_LIGHT ? b->d->conditions.interval / sqrt(12.0 * flashes)
                : c->by == LAB_CHECK_CLOCK ? quartz
-                                          : noise_of_scale(b, eye);
+                                          : noise_of_scale(b, output);
     for (int k = 0; k < NUMBERS; k++) {
         if (numbers[k].by == c->by) {
             add_number(c, model, c->of, numbers[k].tail);
@@ -130,7 +132,7 @@ static int check_of(lab_check *c, const plan__bench *b, const lab_model *model, 
 
 /* A length or a mass that is said to be another one than the file's. What the strokes set is set by
  * hand, and was looked at then. @return as above */
-static int measure_of(lab_check *c, const plan__bench *b, const lab_model *model,
+static int measure_of(lab_check *c, const plan__reference *b, const lab_model *model,
                       const stein_param *param)
 {
     const lab_conditions *set = &b->d->conditions;
@@ -163,7 +165,8 @@ static double force_at(const lab_check *c, const stein_model *m, const double *p
 }
 
 /* A felt that is pressed slowly. @return as above */
-static int press_of(lab_check *c, const plan__bench *b, const lab_model *model, const char *param)
+static int press_of(lab_check *c, const plan__reference *b, const lab_model *model,
+                    const char *param)
 {
     int found = 0;
     *c = (lab_check){.n = 0};
@@ -191,8 +194,8 @@ static int same(const lab_check *a, const lab_check *b)
     return a->by == b->by && strcmp(a->of, b->of) == 0;
 }
 
-int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const plan__side *side,
-                 int nside)
+int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__reference *b,
+                 const plan__model *side, int nside)
 {
     int n = 0;
     for (int s = 0; s < nside; s++) {
@@ -253,7 +256,7 @@ static double value_at(const lab_check *c, int i)
 }
 
 /* sd of a reading of a press, by the felt of the file */
-static double error_at(const lab_check *c, const plan__side *side, double x)
+static double error_at(const lab_check *c, const plan__model *side, double x)
 {
     const stein_model *m = lab_equations(side->model);
     const double *file = lab_parameters(side->model);
@@ -273,7 +276,7 @@ static double shows(const char *name, double x)
 }
 
 /* the i-th reading with parameters p, in its noise */
-static double reading(const lab_check *c, const plan__side *side, const double *p, int i)
+static double reading(const lab_check *c, const plan__model *side, const double *p, int i)
 {
     const stein_model *m = lab_equations(side->model);
     double x = value_at(c, i), sum = 0.0;
@@ -289,7 +292,7 @@ static double reading(const lab_check *c, const plan__side *side, const double *
 }
 
 /* a number of the posterior, `by` standard deviations off; `value` when it has none */
-static double known(const plan__side *side, const char *name, double value, double by)
+static double known(const plan__model *side, const char *name, double value, double by)
 {
     const lab_posterior *q = &side->s->posterior;
     for (int i = 0; i < q->n; i++) {
@@ -305,7 +308,7 @@ enum { AMOUNT, FILES, COLUMNS = FILES + LAB_CHECK_NUMBERS }; /* of P */
 
 /* The i-th reading of a side whose uncertain thing k is `by` standard deviations off: its amount,
  * or a number of the file that the fits move anyhow. @param p  [np] room */
-static double seen(const lab_check *c, const plan__side *side, int i, int k, double by, double *p)
+static double seen(const lab_check *c, const plan__model *side, int i, int k, double by, double *p)
 {
     const stein_model *m = lab_equations(side->model);
     memcpy(p, lab_parameters(side->model), sizeof *p * (size_t)m->np);
@@ -319,7 +322,7 @@ static double seen(const lab_check *c, const plan__side *side, int i, int k, dou
     return reading(c, side, p, i);
 }
 
-static void fill(plan__view *v, const plan__side *side, const lab_experiment *e, double *p)
+static void fill(plan__prediction *v, const plan__model *side, const lab_experiment *e, double *p)
 {
     int row = 0;
     for (int n = 0; n < e->ncheck; n++) {
@@ -344,10 +347,10 @@ static void fill(plan__view *v, const plan__side *side, const lab_experiment *e,
     }
 }
 
-stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_experiment *e,
-                              stein_err *err)
+stein_status plan__check_prediction(plan__prediction *v, const plan__model *side,
+                                    const lab_experiment *e, stein_err *err)
 {
-    *v = (plan__view){.neye = 1, .np = COLUMNS, .nz = e->ncheck};
+    *v = (plan__prediction){.noutput = 1, .np = COLUMNS, .nz = e->ncheck};
     for (int k = 0; k < e->ncheck; k++) {
         v->rows += readings(&e->check[k]);
     }

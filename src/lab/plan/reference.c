@@ -65,7 +65,7 @@ int plan__set(lab_experiment *e, const char *name, const char *unit, double valu
 }
 
 /* the strokes so far, in the middle of what they set and drive */
-static void middle(plan__bench *b)
+static void middle(plan__reference *b)
 {
     const lab_conditions *c = &b->d->conditions;
     lab_experiment *e = &b->base;
@@ -103,7 +103,7 @@ void plan__signal(void *ctx, double t, double u[3])
 }
 
 /* the cause's parameters, in the model it is simulated in */
-static void parameters(const plan__side *side, const lab_experiment *e, int with_effect, double *p)
+static void parameters(const plan__model *side, const lab_experiment *e, int with_effect, double *p)
 {
     const stein_model *m = lab_equations(side->model);
     const lab_posterior *q = &side->s->posterior;
@@ -128,7 +128,7 @@ static void parameters(const plan__side *side, const lab_experiment *e, int with
 }
 
 typedef struct look {
-    plan__bench *b;
+    plan__reference *b;
     const stein_model *m; /* simulated */
     int *joint;           /* [nq of the file] in it, -1: none */
     double *range;        /* [nchannel of the file] largest reading */
@@ -138,7 +138,7 @@ typedef struct look {
 
 static void take(look *l, stein_sim *sim, int first)
 {
-    plan__bench *b = l->b;
+    plan__reference *b = l->b;
     for (int j = 0; j < b->m->nq; j++) {
         double q = l->joint[j] >= 0 ? stein_q(sim)[l->joint[j]] : 0.0;
         b->rest[j] = first ? q : b->rest[j];
@@ -161,7 +161,7 @@ static void take(look *l, stein_sim *sim, int first)
 }
 
 /* farthest way from rest, with its sign */
-double plan__travel(const plan__bench *b, int j)
+double plan__travel(const plan__reference *b, int j)
 {
     double up = b->high[j] - b->rest[j], down = b->low[j] - b->rest[j];
     return up >= -down ? up : down;
@@ -170,7 +170,7 @@ double plan__travel(const plan__bench *b, int j)
 /* simulate the base once (twice: what it reaches, then when) */
 static stein_status run_base(look *l, stein_sim *sim, const double *p, stein_err *err)
 {
-    plan__bench *b = l->b;
+    plan__reference *b = l->b;
     double until = b->d->conditions.until;
     stein_status status = STEIN_OK;
     for (int pass = 0; status == STEIN_OK && pass < 2; pass++) {
@@ -218,7 +218,7 @@ static int could_see(const stein_model *m, const stein_channel *c)
 }
 
 /* channels that are or could be measured */
-static void eyes(plan__bench *b, const double *range)
+static void outputs(plan__reference *b, const double *range)
 {
     const lab_conditions *c = &b->d->conditions;
     double length = INFINITY; // noise of a place
@@ -229,7 +229,7 @@ static void eyes(plan__bench *b, const double *range)
         length = fmin(length, c->channel[i].noise * by);
     }
     for (int measured = 1; measured >= 0; measured--) {
-        for (int k = 0; k < b->m->nchannel && b->neye < PLAN_EYES; k++) {
+        for (int k = 0; k < b->m->nchannel && b->noutput < PLAN_OUTPUTS; k++) {
             const stein_channel *channel = &b->m->channels[k];
             const lab_used *u = plan__used(c->channel, c->nchannel, channel->name);
             int angle = strcmp(channel->unit, "rad") == 0, kind = could_see(b->m, channel);
@@ -238,22 +238,23 @@ static void eyes(plan__bench *b, const double *range)
                            : kind == 2 ? force_error * range[k]
                                        : (double)NAN;
             if ((u != NULL) == measured && isfinite(noise) && noise > 0.0) {
-                plan__eye *eye = &b->eye[b->neye++];
-                snprintf(eye->name, sizeof eye->name, "%s", channel->name);
-                eye->noise = noise;
-                eye->reach = range[k];
-                eye->measured = measured;
+                plan__output *output = &b->output[b->noutput++];
+                snprintf(output->name, sizeof output->name, "%s", channel->name);
+                output->noise = noise;
+                output->reach = range[k];
+                output->measured = measured;
             }
         }
     }
 }
 
-stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
-                              const stein_model *m, const lab_plan_def *def, stein_err *err)
+stein_status plan__reference_make(plan__reference *b, const plan__model *cause,
+                                  const lab_diagnosis *d, const stein_model *m,
+                                  const lab_plan_def *def, stein_err *err)
 {
     const stein_model *own = lab_equations(cause->model);
     size_t nq = (size_t)m->nq, nc = (size_t)m->nchannel, nk = (size_t)m->ncontact;
-    *b = (plan__bench){.d = d, .m = m, .def = def};
+    *b = (plan__reference){.d = d, .m = m, .def = def};
     b->p = calloc((size_t)m->np + 1, sizeof *b->p);
     b->low = calloc(5 * nq + nk + 1, sizeof *b->low);
     look l = {.b = b,
@@ -293,7 +294,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
                      ? stein_drive(sim, b->base.input, plan__signal, &b->base, err)
                      : STEIN_OK;
         status = status == STEIN_OK ? run_base(&l, sim, p, err) : status;
-        eyes(b, l.range);
+        outputs(b, l.range);
     }
     stein_sim_destroy(sim);
     free(l.joint);
@@ -304,7 +305,7 @@ stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab
     return status;
 }
 
-void plan__bench_free(plan__bench *b)
+void plan__reference_free(plan__reference *b)
 {
     free(b->p);
     free(b->low);

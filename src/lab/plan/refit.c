@@ -21,12 +21,12 @@
 static const double enough = 0.1; /* of what is left: to gain less is not worth a stroke more */
 
 typedef struct imitation {
-    plan__view *v;
-    const plan__view *of;
-    const plan__bench *b;
+    plan__prediction *v;
+    const plan__prediction *of;
+    const plan__reference *b;
     int n, until;
-    const double *P;  /* [np][neye*rows] its own beside those of `of` */
-    const double *Z;  /* [nz][neye*rows] of both, the mean */
+    const double *P;  /* [np][noutput*rows] its own beside those of `of` */
+    const double *Z;  /* [nz][noutput*rows] of both, the mean */
     double *t, *step; /* [n] w and u; where to go from there */
     double *x, *r;    /* [nu], residuals */
     gsl_matrix *A;    /* factor of 1 + [P Z]'[P Z] */
@@ -35,7 +35,7 @@ typedef struct imitation {
 
 static const double *column_of(const imitation *m, int k)
 {
-    size_t n = (size_t)m->v->neye * (size_t)m->v->rows;
+    size_t n = (size_t)m->v->noutput * (size_t)m->v->rows;
     return k < m->v->np ? m->P + (size_t)k * n : m->Z + (size_t)(k - m->v->np) * n;
 }
 
@@ -43,9 +43,9 @@ static const double *column_of(const imitation *m, int k)
 static double product(const imitation *m, const double *a, const double *b)
 {
     double sum = 0.0;
-    for (int c = 0; c < m->v->neye; c++) {
+    for (int c = 0; c < m->v->noutput; c++) {
         size_t at = (size_t)c * (size_t)m->v->rows;
-        for (int i = 0; m->b->eye[c].measured && i < m->until; i++) {
+        for (int i = 0; m->b->output[c].measured && i < m->until; i++) {
             sum += a[at + (size_t)i] * b[at + (size_t)i];
         }
     }
@@ -62,10 +62,10 @@ static void imitation_free(imitation *m)
 }
 
 /* @return 1; 0: no columns that make sense; -1: out of memory */
-static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, const plan__view *of,
-                          const double *P, const double *Z)
+static int imitation_make(imitation *m, plan__prediction *v, const plan__reference *b,
+                          const plan__prediction *of, const double *P, const double *Z)
 {
-    size_t rows = (size_t)v->neye * (size_t)v->rows;
+    size_t rows = (size_t)v->noutput * (size_t)v->rows;
     *m = (imitation){.v = v, .of = of, .b = b, .n = v->np + v->nz, .P = P, .Z = Z};
     m->until = v->until < of->until ? v->until : of->until;
     m->t = calloc(2 * (size_t)m->n + 1, sizeof *m->t);
@@ -88,9 +88,9 @@ static int imitation_make(imitation *m, plan__view *v, const plan__bench *b, con
 }
 
 /* goes the step, r = y_of - y there. @return the objective, INFINITY: it cannot be simulated */
-static double attempt(imitation *m, plan__bench *b, stein_status *status, stein_err *err)
+static double attempt(imitation *m, plan__reference *b, stein_status *status, stein_err *err)
 {
-    plan__view *v = m->v;
+    plan__prediction *v = m->v;
     plan__stage *s = v->stage;
     int failed = 0;
     double sum = 0.0;
@@ -110,7 +110,7 @@ static double attempt(imitation *m, plan__bench *b, stein_status *status, stein_
     if (*status != STEIN_OK || failed > 0) {
         return INFINITY;
     }
-    for (int i = 0; i < v->rows * v->neye; i++) {
+    for (int i = 0; i < v->rows * v->noutput; i++) {
         m->r[i] += m->of->y[i]; // the residual of nothing is -y
     }
     return sum + product(m, m->r, m->r);
@@ -129,11 +129,12 @@ static void aim(imitation *m)
     }
 }
 
-stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           const double *P, const double *Z, stein_err *err)
+stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
+                         const plan__prediction *of, const double *P, const double *Z,
+                         stein_err *err)
 {
     enum { STEPS = 6 };
-    size_t n = (size_t)v->neye * (size_t)v->rows;
+    size_t n = (size_t)v->noutput * (size_t)v->rows;
     imitation m;
     stein_status status = STEIN_OK;
     memcpy(to, v->y, sizeof *to * n);

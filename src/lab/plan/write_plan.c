@@ -9,17 +9,18 @@
 
 /* ---- strokes ---- */
 
-static void write_head(FILE *f, const lab_experiment *e, const plan__bench *b,
-                       const plan__side *side)
+static void write_head(FILE *f, const lab_experiment *e, const plan__reference *b,
+                       const plan__model *side)
 {
     char number[LAB_NUMBER];
     for (int i = 0; i < e->nset; i++) {
         fprintf(f, "# set %s: %s %s\n", e->set[i].name, lab__number(number, e->set[i].value),
                 e->set[i].unit);
     }
-    for (int c = 0; c < b->neye; c++) {
-        if (b->eye[c].measured || strcmp(b->eye[c].name, e->channel) == 0) {
-            fprintf(f, "# noise %s: %s\n", b->eye[c].name, lab__number(number, b->eye[c].noise));
+    for (int c = 0; c < b->noutput; c++) {
+        if (b->output[c].measured || strcmp(b->output[c].name, e->channel) == 0) {
+            fprintf(f, "# noise %s: %s\n", b->output[c].name,
+                    lab__number(number, b->output[c].noise));
         }
     }
     fprintf(f, "# prediction: %s at %s, without noise\n# experiment: %s\n",
@@ -29,16 +30,17 @@ static void write_head(FILE *f, const lab_experiment *e, const plan__bench *b,
     if (input >= 0) {
         fprintf(f, ",%s [%s]", e->input, b->m->inputs[input].unit);
     }
-    for (int c = 0; c < b->neye; c++) {
-        if (b->eye[c].measured || strcmp(b->eye[c].name, e->channel) == 0) {
-            const char *unit = b->m->channels[stein_find_channel(b->m, b->eye[c].name)].unit;
-            fprintf(f, ",%s [%s]", b->eye[c].name, unit);
+    for (int c = 0; c < b->noutput; c++) {
+        if (b->output[c].measured || strcmp(b->output[c].name, e->channel) == 0) {
+            const char *unit = b->m->channels[stein_find_channel(b->m, b->output[c].name)].unit;
+            fprintf(f, ",%s [%s]", b->output[c].name, unit);
         }
     }
     fprintf(f, "\n");
 }
 
-static void write_rows(FILE *f, const lab_experiment *e, const plan__bench *b, const plan__view *v)
+static void write_rows(FILE *f, const lab_experiment *e, const plan__reference *b,
+                       const plan__prediction *v)
 {
     char number[LAB_NUMBER];
     for (int i = 0; i < v->rows; i++) {
@@ -47,9 +49,9 @@ static void write_rows(FILE *f, const lab_experiment *e, const plan__bench *b, c
             double u = e->zero + e->size * lab_shape_at(e->shape, e->time, v->time[i]);
             fprintf(f, ",%s", lab__number(number, u));
         }
-        for (int c = 0; c < b->neye; c++) {
-            if (b->eye[c].measured || strcmp(b->eye[c].name, e->channel) == 0) {
-                fprintf(f, ",%.9g", v->y[c * v->rows + i] * b->eye[c].noise);
+        for (int c = 0; c < b->noutput; c++) {
+            if (b->output[c].measured || strcmp(b->output[c].name, e->channel) == 0) {
+                fprintf(f, ",%.9g", v->y[c * v->rows + i] * b->output[c].noise);
             }
         }
         fprintf(f, "\n");
@@ -61,9 +63,9 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
                              const lab_plan_def *def, stein_err *err)
 {
     const lab_plan_def plain = lab_plan_def_default(), *used = def != NULL ? def : &plain;
-    plan__side side[2] = {{.s = NULL}, {.s = NULL}}; // the cause, for the bench; the suspect
-    plan__bench b = {.def = NULL};
-    plan__view v = {.y = NULL};
+    plan__model side[2] = {{.s = NULL}, {.s = NULL}}; // the cause, for the reference; the suspect
+    plan__reference b = {.def = NULL};
+    plan__prediction v = {.y = NULL};
     lab__file out;
     if (e->ncheck > 0) {
         return lab__fail(err, STEIN_EINVAL, "\"%s\" is no stroke", e->name);
@@ -72,12 +74,12 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
         return lab__fail(err, STEIN_EINVAL, "no suspect %d in the diagnosis", suspect);
     }
     stein_status status =
-        plan__side_open(&side[0], &d->suspect[0], file, model, used->options, err);
+        plan__model_open(&side[0], &d->suspect[0], file, model, used->options, err);
     if (status == STEIN_OK) {
-        status = plan__side_open(&side[1], &d->suspect[suspect], file, model, used->options, err);
+        status = plan__model_open(&side[1], &d->suspect[suspect], file, model, used->options, err);
     }
     if (status == STEIN_OK) {
-        status = plan__bench_make(&b, &side[0], d, lab_equations(model), used, err);
+        status = plan__reference_make(&b, &side[0], d, lab_equations(model), used, err);
     }
     status = status == STEIN_OK ? plan__predict(&v, &b, &side[1], e, 1, err) : status;
     status = status == STEIN_OK ? lab__file_open(&out, path, err) : status;
@@ -86,10 +88,10 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
         write_rows(out.stream, e, &b, &v);
         status = lab__file_close(&out, 1, err);
     }
-    plan__view_free(&v);
-    plan__bench_free(&b);
-    plan__side_close(&side[0]);
-    plan__side_close(&side[1]);
+    plan__prediction_free(&v);
+    plan__reference_free(&b);
+    plan__model_close(&side[0]);
+    plan__model_close(&side[1]);
     return status;
 }
 

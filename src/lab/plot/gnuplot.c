@@ -110,7 +110,7 @@ static stein_status write_script(const job *j, const char *script, const char *p
                                  stein_err *err)
 {
     FILE *f = fopen(script, "w");
-    locale_t before = lab__plain();
+    locale_t before = lab__locale_c();
     if (f != NULL) {
         write_terminal(f, j);
         fprintf(f, "set output ");
@@ -119,7 +119,7 @@ static stein_status write_script(const job *j, const char *script, const char *p
         j->write(f, j->ctx);
         fprintf(f, "set output\n");
     }
-    lab__as_before(before);
+    lab__locale_restore(before);
     int bad = f == NULL || ferror(f);
     if ((f != NULL && fclose(f) != 0) || bad) {
         return lab__fail(err, STEIN_EIO, "%s cannot be written: %s", script, strerror(errno));

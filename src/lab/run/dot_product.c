@@ -15,7 +15,7 @@ double lab__dot(const double *a, const double *b, size_t n)
     return sum;
 }
 
-void lab__dots(const double *a, const double *b, size_t n, int rows, double *sum)
+void lab__dot_rows(const double *a, const double *b, size_t n, int rows, double *sum)
 {
     int r = 0;
     for (; r + 4 <= rows; r += 4, b += 4 * n) {

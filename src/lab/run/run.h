@@ -33,30 +33,30 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
 /* ---- strike.c ---- */
 
 /** A run that says step by step what its simulation is to do. */
-typedef struct lab__play lab__play;
-/** What the next call of lab__play_next needs of a simulation that may be in a lane: what is always
- *  up to date, its state to look at, or the whole of it to be changed. */
+typedef struct lab__runner lab__runner;
+/** What the next call of lab__runner_next needs of a simulation that may be in a lane: what is
+ * always up to date, its state to look at, or the whole of it to be changed. */
 typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
 /** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion that nobody
  *  judges.
  *  @param steps  of controlled error, without samples (def->sample); NULL: fixed ones
  *  @return OK, EINVAL, ENOMEM */
-stein_status lab__play_new(lab__play **play, stein_sim *sim, const lab_stroke_def *def,
-                           const lab__steps *steps, int as_stroke, stein_err *err);
-void lab__play_drop(lab__play *play);
-lab__need lab__play_needs(const lab__play *play);
-/** Steps that may be taken in one go before lab__play_next is called, as long as there is no event
- *  on the way; 1 at least. */
-long lab__play_steps(const lab__play *play);
+stein_status lab__runner_new(lab__runner **play, stein_sim *sim, const lab_stroke_def *def,
+                             const lab__steps *steps, int as_stroke, stein_err *err);
+void lab__runner_drop(lab__runner *play);
+lab__need lab__runner_needs(const lab__runner *play);
+/** Steps that may be taken in one go before lab__runner_next is called, as long as there is no
+ * event on the way; 1 at least. */
+long lab__runner_steps(const lab__runner *play);
 /** The pace of its runs, where their error is controlled. */
-stein_pace *lab__play_pace(lab__play *play);
+stein_pace *lab__runner_pace(lab__runner *play);
 /** Between steps. @param status  of what was done last, OK at the beginning
  *  @param stop  out: INFINITY: one step is next; a time: a run to it; NAN: it is over. Where the
  *               error is controlled always a run
  *  @return OK, or why it is over */
-stein_status lab__play_next(lab__play *play, stein_status status, double *stop, stein_err *err);
+stein_status lab__runner_next(lab__runner *play, stein_status status, double *stop, stein_err *err);
 /** What a stroke that is over was. */
-void lab__play_stroke(lab__play *play, lab_stroke *stroke);
+void lab__runner_stroke(lab__runner *play, lab_stroke *stroke);
 /** Output channel that reads `read` of thing `index`, counted absolutely; -1 when there is none. */
 int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 
@@ -78,29 +78,29 @@ stein_status lab__stop_end(stein_status status, const lab__stop *stop, stein_err
 /* ---- thread_pool.c ---- */
 
 /** Work that several threads share. */
-typedef struct lab__crew {
+typedef struct lab__thread_pool {
     int n, threads;
     const unsigned char *skip; /* [n] 1: leave out this piece; may be NULL */
     /** What a thread needs of its own; may be NULL. A failure ends the work. */
-    stein_status (*begin)(void *ctx, void **bench, stein_err *err);
+    stein_status (*begin)(void *ctx, void **worker, stein_err *err);
     /** One piece, in any order, from any thread. Anything but OK ends the work. */
-    stein_status (*work)(void *ctx, void *bench, int i, stein_err *err);
+    stein_status (*work)(void *ctx, void *worker, int i, stein_err *err);
     /** What a thread has begun and not ended when there is no piece left; may be NULL. As work. */
-    stein_status (*rest)(void *ctx, void *bench, stein_err *err);
-    void (*end)(void *bench);  /* also after a failed begin; may be NULL */
+    stein_status (*rest)(void *ctx, void *worker, stein_err *err);
+    void (*end)(void *worker); /* also after a failed begin; may be NULL */
     lab__stop stop;            /* asked before every piece */
     lab_progress_fn *progress; /* may be NULL; counts what is not skipped */
     void *progress_ctx, *ctx;
-} lab__crew;
+} lab__thread_pool;
 /** @return OK, ENOMEM, or the first failure */
-stein_status lab__crew_run(const lab__crew *crew, stein_err *err);
+stein_status lab__thread_pool_run(const lab__thread_pool *pool, stein_err *err);
 
 /* ---- dot_product.c ---- */
 
 /** Sum of a[i] b[i] over n samples, in their order. */
 double lab__dot(const double *a, const double *b, size_t n);
 /** The same with each row of b [rows*n], to the last bit; sum [rows] out. */
-void lab__dots(const double *a, const double *b, size_t n, int rows, double *sum);
+void lab__dot_rows(const double *a, const double *b, size_t n, int rows, double *sum);
 
 /* ---- batch.c ---- */
 

@@ -4,7 +4,7 @@
  *   lab_vary, lab_fit_run, lab_diagnose:  ENOMEM and asked?  ->  ESTOPPED
  *        ^
  *        | ENOMEM, through every layer
- *   crew: asked before each piece of work
+ *   thread pool: asked before each piece of work
  *
  * A search forgives a hypothesis that cannot be simulated, but never a lack of memory. That way up
  * exists for every call and is tested by refusing each allocation (tests/faults), so a stop takes

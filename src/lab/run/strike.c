@@ -12,8 +12,8 @@
  * gap's rate would have to exist in every mechanism file. The peak force is the vertex of the
  * parabola through the highest step and its neighbours.
  *
- * A run never steps by itself: it says what the simulation is to do next (lab__play_next), so that
- * many of them can go side by side in lanes (batch.c).
+ * A run never steps by itself: it says what the simulation is to do next (lab__runner_next), so
+ * that many of them can go side by side in lanes (batch.c).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -35,7 +35,7 @@ typedef struct sample3 {
     double t, f;
 } sample3;
 
-typedef struct lab__play {
+typedef struct lab__runner {
     stein_sim *sim;
     const lab_stroke_def *def;
     lab_stroke stroke;
@@ -416,8 +416,8 @@ static stein_status end_motion(run *r, stein_status status, stein_err *err)
     return status;
 }
 
-stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def *def,
-                           const lab__steps *steps, int as_stroke, stein_err *err)
+stein_status lab__runner_new(lab__runner **out, stein_sim *sim, const lab_stroke_def *def,
+                             const lab__steps *steps, int as_stroke, stein_err *err)
 {
     run *r = malloc(sizeof *r);
     if (r == NULL) {
@@ -438,14 +438,14 @@ stein_status lab__play_new(lab__play **out, stein_sim *sim, const lab_stroke_def
         stein_on_event(sim, def->event != NULL ? on_event : NULL, r);
     }
     if (status != STEIN_OK) {
-        lab__play_drop(r);
+        lab__runner_drop(r);
         return status;
     }
     *out = r;
     return STEIN_OK;
 }
 
-void lab__play_drop(lab__play *r)
+void lab__runner_drop(lab__runner *r)
 {
     if (r != NULL) {
         free(r->hit);
@@ -455,23 +455,23 @@ void lab__play_drop(lab__play *r)
 }
 
 /* the next time at which something is asked [s] */
-static double next_look(const lab__play *r)
+static double next_look(const lab__runner *r)
 {
     return r->phase == REARMING ? fmin(r->look, r->rearmed) : stop_of(r);
 }
 
-long lab__play_steps(const lab__play *r)
+long lab__runner_steps(const lab__runner *r)
 {
     double n = (next_look(r) - stein_time(r->sim)) / r->dt - 1.0; // rounding may hide the last one
-    return lab__play_needs(r) == LAB_NOTHING ? (long)fmin(fmax(n, 1.0), 1e6) : 1;
+    return lab__runner_needs(r) == LAB_NOTHING ? (long)fmin(fmax(n, 1.0), 1e6) : 1;
 }
 
-static int whole_step_left(const lab__play *r)
+static int whole_step_left(const lab__runner *r)
 {
     return stop_of(r) - stein_time(r->sim) > r->dt * (1.0 + 1e-6);
 }
 
-lab__need lab__play_needs(const lab__play *r)
+lab__need lab__runner_needs(const lab__runner *r)
 {
     if (!whole_step_left(r) || r->def->sample != NULL) {
         return LAB_TO_CHANGE;
@@ -484,7 +484,7 @@ lab__need lab__play_needs(const lab__play *r)
     return r->as_stroke && stein_touches(r->sim, r->string) ? LAB_TO_LOOK : LAB_NOTHING;
 }
 
-stein_status lab__play_next(lab__play *r, stein_status status, double *stop, stein_err *err)
+stein_status lab__runner_next(lab__runner *r, stein_status status, double *stop, stein_err *err)
 {
     int last = 0;
     if (r->phase == PLAYING && status == STEIN_OK) {
@@ -506,12 +506,12 @@ stein_status lab__play_next(lab__play *r, stein_status status, double *stop, ste
     return status;
 }
 
-stein_pace *lab__play_pace(lab__play *r)
+stein_pace *lab__runner_pace(lab__runner *r)
 {
     return &r->pace;
 }
 
-void lab__play_stroke(lab__play *r, lab_stroke *stroke)
+void lab__runner_stroke(lab__runner *r, lab_stroke *stroke)
 {
     if (r->stroke.escaped && r->stroke.impacts > 0 && !r->stroke.forced_escapement) {
         r->stroke.free_flight = r->stroke.impact_time - r->stroke.escape_time;
@@ -526,19 +526,19 @@ static stein_status play(stein_sim *sim, const lab_stroke_def *def, lab_stroke *
 {
     run *r = NULL;
     double stop = INFINITY;
-    stein_status status = lab__play_new(&r, sim, def, NULL, stroke != NULL, err);
+    stein_status status = lab__runner_new(&r, sim, def, NULL, stroke != NULL, err);
     if (status != STEIN_OK) {
         return status;
     }
-    status = lab__play_next(r, status, &stop, err);
+    status = lab__runner_next(r, status, &stop, err);
     while (!isnan(stop)) {
         status = isinf(stop) ? stein_step(sim, err) : stein_run(sim, stop, err);
-        status = lab__play_next(r, status, &stop, err);
+        status = lab__runner_next(r, status, &stop, err);
     }
     if (status == STEIN_OK && stroke != NULL) {
-        lab__play_stroke(r, stroke);
+        lab__runner_stroke(r, stroke);
     }
-    lab__play_drop(r);
+    lab__runner_drop(r);
     return status;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * thread_pool.c - n pieces of work on several threads.
  *
- * Each thread has a bench of its own (a simulation, buffers) and takes the next piece that nobody
+ * Each thread has a worker of its own (a simulation, buffers) and takes the next piece that nobody
  * has. A piece writes only into what belongs to it, so the result depends neither on the number of
  * threads nor on which of them did what. Everything in the lab that runs on several threads does so
  * here.
@@ -12,17 +12,17 @@
 
 enum { MAX_THREADS = 64 };
 
-typedef struct shift {
-    const lab__crew *crew;
+typedef struct queue {
+    const lab__thread_pool *pool;
     int next, done, total;
     stein_status status; /* why the work ends early */
     stein_err err;
     pthread_mutex_t lock;
-} shift;
+} queue;
 
-static void finish(shift *s, int counts, stein_status status, const stein_err *err)
+static void finish(queue *s, int counts, stein_status status, const stein_err *err)
 {
-    const lab__crew *c = s->crew;
+    const lab__thread_pool *c = s->pool;
     pthread_mutex_lock(&s->lock);
     s->done += counts;
     if (status != STEIN_OK && s->status == STEIN_OK) {
@@ -36,9 +36,9 @@ static void finish(shift *s, int counts, stein_status status, const stein_err *e
 }
 
 /* the next piece, -1 when there is none */
-static int take(shift *s)
+static int take(queue *s)
 {
-    const lab__crew *c = s->crew;
+    const lab__thread_pool *c = s->pool;
     stein_err err;
     if (lab__stop_asked(&c->stop)) {
         finish(s, 0, lab__stop_work(&err), &err);
@@ -54,39 +54,39 @@ static int take(shift *s)
 
 static void *thread_main(void *ctx)
 {
-    shift *s = ctx;
-    const lab__crew *c = s->crew;
-    void *bench = NULL;
+    queue *s = ctx;
+    const lab__thread_pool *c = s->pool;
+    void *worker = NULL;
     stein_err err = {STEIN_OK, ""};
-    stein_status status = c->begin != NULL ? c->begin(c->ctx, &bench, &err) : STEIN_OK;
+    stein_status status = c->begin != NULL ? c->begin(c->ctx, &worker, &err) : STEIN_OK;
     if (status != STEIN_OK) {
         finish(s, 0, status, &err);
     }
     for (int i = take(s); i >= 0; i = take(s)) {
-        status = c->work(c->ctx, bench, i, &err);
+        status = c->work(c->ctx, worker, i, &err);
         finish(s, 1, status, &err);
     }
     if (c->rest != NULL && status == STEIN_OK) {
-        status = c->rest(c->ctx, bench, &err);
+        status = c->rest(c->ctx, worker, &err);
         finish(s, 0, status, &err);
     }
     if (c->end != NULL) {
-        c->end(bench);
+        c->end(worker);
     }
     return NULL;
 }
 
-stein_status lab__crew_run(const lab__crew *crew, stein_err *err)
+stein_status lab__thread_pool_run(const lab__thread_pool *pool, stein_err *err)
 {
-    shift s = {.crew = crew};
-    for (int i = 0; i < crew->n; i++) {
-        s.total += crew->skip == NULL || !crew->skip[i];
+    queue s = {.pool = pool};
+    for (int i = 0; i < pool->n; i++) {
+        s.total += pool->skip == NULL || !pool->skip[i];
     }
     if (pthread_mutex_init(&s.lock, NULL) != 0) {
         return lab__fail(err, STEIN_ENOMEM, "out of memory for threads");
     }
     pthread_t thread[MAX_THREADS];
-    int started = 0, threads = crew->threads < s.total ? crew->threads : s.total;
+    int started = 0, threads = pool->threads < s.total ? pool->threads : s.total;
     threads = threads > MAX_THREADS ? MAX_THREADS : threads;
     while (started < threads - 1 && pthread_create(&thread[started], NULL, thread_main, &s) == 0) {
         started++;

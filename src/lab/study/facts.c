@@ -238,12 +238,12 @@ static void facts_of_stroke(table *t)
 int lab_facts(lab_fact *fact, const lab_point *point, int n)
 {
     table t = {.point = point, .n = n, .fact = fact};
-    locale_t before = lab__plain();
+    locale_t before = lab__locale_c();
     facts_of_height(&t);
     facts_of_range(&t);
     facts_of_time(&t);
     facts_of_force(&t);
     facts_of_stroke(&t);
-    lab__as_before(before);
+    lab__locale_restore(before);
     return t.nfact;
 }

@@ -34,7 +34,7 @@ double study_height(const study *s, stein_sim *sim)
     catch c = {.notch = m->stroke.notch, .height = NAN};
     c.gap = lab__channel_of(m, STEIN_READ_GAP, m->stroke.string);
     c.sign = m->channels[c.gap].sign;
-    double until = study_play_default().until;
+    double until = study_drive_default().until;
     stein_status status = stein_reset(sim, NULL);
     stein_on_event(sim, on_event, &c);
     while (status == STEIN_OK && isnan(c.height) && stein_time(sim) < until) {

@@ -36,19 +36,19 @@ static int is_engaged(stein_sim *sim, int notch)
     return stein_settle(sim, NULL) == STEIN_OK && stein_notch_armed(sim, notch);
 }
 
-static void note(const study *s, stein_sim *sim, const reading *r, study_still *still)
+static void note(const study *s, stein_sim *sim, const reading *r, study_static *statics)
 {
     const stein_model *m = lab_equations(s->model);
-    still->height = fmax(0.0, m->channels[r->gap].sign * stein_read(sim, r->gap));
-    still->dip = stein_read(sim, r->dip);
+    statics->height = fmax(0.0, m->channels[r->gap].sign * stein_read(sim, r->gap));
+    statics->dip = stein_read(sim, r->dip);
     if (r->force >= 0) {
-        still->force =
-            fmax(still->force, m->channels[r->force].sign * stein_read(sim, r->force) / s->arm);
+        statics->force =
+            fmax(statics->force, m->channels[r->force].sign * stein_read(sim, r->force) / s->arm);
     }
 }
 
 static void follow(const study *s, stein_sim *sim, double *angle, const reading *r, void *kept,
-                   study_still *still)
+                   study_static *statics)
 {
     int notch = lab_equations(s->model)->stroke.notch, touched = 0;
     double way = s->key_down - s->key_rest, step = way / STEPS, good = s->key_rest;
@@ -58,7 +58,7 @@ static void follow(const study *s, stein_sim *sim, double *angle, const reading 
         if (is_engaged(sim, notch)) {
             good = *angle;
             touched |= stein_notch_phase(sim, notch) > 0;
-            note(s, sim, r, still);
+            note(s, sim, r, statics);
             stein_save(sim, kept);
         } else {
             step *= 0.5;
@@ -71,34 +71,34 @@ static void follow(const study *s, stein_sim *sim, double *angle, const reading 
     *angle = good;
     stein_settle(sim, NULL);
     double s_end = lab_equations(s->model)->channels[r->overlap].sign * stein_read(sim, r->overlap);
-    still->escaped = touched && fabs(step) < 1e-6 * fabs(way) && s_end < at_the_corner;
+    statics->escaped = touched && fabs(step) < 1e-6 * fabs(way) && s_end < at_the_corner;
 }
 
-void study_press_slowly(const study *s, stein_sim *sim, study_still *still)
+void study_press_slowly(const study *s, stein_sim *sim, study_static *statics)
 {
     const stein_model *m = lab_equations(s->model);
-    *still = (study_still){.status = STEIN_OK, .height = NAN, .dip = NAN, .force = 0.0};
+    *statics = (study_static){.status = STEIN_OK, .height = NAN, .dip = NAN, .force = 0.0};
     const reading r = {lab__channel_of(m, STEIN_READ_GAP, m->stroke.string),
                        lab__channel_of(m, STEIN_READ_NOTCH_OVERLAP, m->stroke.notch),
                        stein_find_channel(m, "key_dip"),
                        lab__channel_of(m, STEIN_READ_INPUT_FORCE, s->input)};
     if (s->input < 0 || r.gap < 0 || r.overlap < 0 || r.dip < 0) {
-        still->status = STEIN_ENAME;
+        statics->status = STEIN_ENAME;
         return;
     }
     double angle = s->key_rest;
     void *kept = malloc(stein_state_size(sim));
-    still->status = kept == NULL ? STEIN_ENOMEM : stein_reset(sim, NULL);
-    if (still->status == STEIN_OK) {
+    statics->status = kept == NULL ? STEIN_ENOMEM : stein_reset(sim, NULL);
+    if (statics->status == STEIN_OK) {
         stein_load_lift(sim);
-        still->status = stein_drive(sim, m->inputs[s->input].name, hold, &angle, NULL);
+        statics->status = stein_drive(sim, m->inputs[s->input].name, hold, &angle, NULL);
     }
-    if (still->status == STEIN_OK) {
-        follow(s, sim, &angle, &r, kept, still);
+    if (statics->status == STEIN_OK) {
+        follow(s, sim, &angle, &r, kept, statics);
         stein_drive(sim, m->inputs[s->input].name, NULL, NULL, NULL);
     }
-    if (!still->escaped) {
-        still->height = NAN;
+    if (!statics->escaped) {
+        statics->height = NAN;
     }
     free(kept);
 }

@@ -45,7 +45,7 @@ stein_status lab_sweep(const lab_model *model, lab_point *point, int n, int thre
         return lab__fail(err, STEIN_EINVAL, "\"%s\" names no stroke, which the study needs",
                          equations->name);
     }
-    stein_status status = lab__try(model, equations->until, NAN, err);
+    stein_status status = lab__check_points(model, equations->until, NAN, err);
     if (status != STEIN_OK) {
         return status;
     }

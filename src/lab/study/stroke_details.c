@@ -40,9 +40,9 @@ typedef struct trace {
     const study_watch *watch;
 } trace;
 
-study_play study_play_default(void)
+study_drive study_drive_default(void)
 {
-    return (study_play){STUDY_LOAD, 0.05, 1.0, 0.13, NAN};
+    return (study_drive){STUDY_LOAD, 0.05, 1.0, 0.13, NAN};
 }
 
 /* ---- the key's prescribed motion ---- */
@@ -188,20 +188,20 @@ static double largest_finger(const trace *r, double from, double to)
     return most;
 }
 
-static void judge_escapement(const trace *r, study_shot *shot)
+static void judge_escapement(const trace *r, study_details *details)
 {
     const stein_model *m = r->m;
-    double escape = shot->stroke.escaped ? shot->stroke.escape_time : INFINITY,
+    double escape = details->stroke.escaped ? details->stroke.escape_time : INFINITY,
            threshold = INFINITY;
     int friction = m->notches[m->stroke.notch].friction, first = -1, last = -1;
     if (friction >= 0) {
         threshold = r->d[friction + STEIN_FRICTION_VT];
     }
-    if (shot->stroke.escaped) {
-        shot->key_force = largest_finger(r, 0.5 * escape, escape);
+    if (details->stroke.escaped) {
+        details->key_force = largest_finger(r, 0.5 * escape, escape);
     }
-    if (shot->stroke.forced_escapement) {
-        shot->forced_force = largest_finger(r, shot->stroke.impact_time, escape);
+    if (details->stroke.forced_escapement) {
+        details->forced_force = largest_finger(r, details->stroke.impact_time, escape);
     }
     for (int i = 0; i < r->n && r->at[i].t <= escape; i++) {
         if (first < 0 && r->at[i].phase == 3 && fabs(r->at[i].speed) > threshold) {
@@ -209,46 +209,46 @@ static void judge_escapement(const trace *r, study_shot *shot)
         }
         last = i;
     }
-    if (first < 0 || !shot->stroke.escaped) {
+    if (first < 0 || !details->stroke.escaped) {
         return;
     }
     double work = r->at[last].power * (escape - r->at[last].t);
     for (int i = first; i < last; i++) {
         work += 0.5 * (r->at[i].power + r->at[i + 1].power) * (r->at[i + 1].t - r->at[i].t);
     }
-    shot->slip_start = r->at[first].t;
-    shot->slip_time = escape - r->at[first].t;
-    shot->slip_work = work;
+    details->slip_start = r->at[first].t;
+    details->slip_time = escape - r->at[first].t;
+    details->slip_work = work;
 }
 
-static void judge_rearming(const trace *r, double release, study_shot *shot)
+static void judge_rearming(const trace *r, double release, study_details *details)
 {
     int i = r->n - 1;
     while (i >= 0 && r->at[i].armed && r->at[i].t >= release) {
         i--;
     }
-    if (i < r->n - 1 && shot->stroke.rearmed) {
-        shot->rearm_time = r->at[i + 1].t - release;
-        shot->rearm_margin = r->at[r->n - 1].overlap;
+    if (i < r->n - 1 && details->stroke.rearmed) {
+        details->rearm_time = r->at[i + 1].t - release;
+        details->rearm_margin = r->at[r->n - 1].overlap;
     }
 }
 
-void study_shoot(const study *s, stein_sim *sim, const study_play *play, const study_watch *watch,
-                 study_shot *shot)
+void study_strike(const study *s, stein_sim *sim, const study_drive *drive,
+                  const study_watch *watch, study_details *details)
 {
     trace r = {0};
-    study_key key = {s, play->touch, play->travel, play->depth};
+    study_key key = {s, drive->touch, drive->travel, drive->depth};
     const char *input = s->input >= 0 ? lab_equations(s->model)->inputs[s->input].name : NULL;
-    int driven = play->touch != STUDY_LOAD;
-    *shot = (study_shot){.key_force = NAN,
-                         .forced_force = NAN,
-                         .slip_start = NAN,
-                         .slip_time = NAN,
-                         .slip_work = NAN,
-                         .rearm_time = NAN,
-                         .rearm_margin = NAN};
-    shot->status = driven && input == NULL ? STEIN_ENAME : begin(&r, s, sim, play->touch);
-    if (shot->status != STEIN_OK) {
+    int driven = drive->touch != STUDY_LOAD;
+    *details = (study_details){.key_force = NAN,
+                               .forced_force = NAN,
+                               .slip_start = NAN,
+                               .slip_time = NAN,
+                               .slip_work = NAN,
+                               .rearm_time = NAN,
+                               .rearm_margin = NAN};
+    details->status = driven && input == NULL ? STEIN_ENAME : begin(&r, s, sim, drive->touch);
+    if (details->status != STEIN_OK) {
         end(&r);
         return;
     }
@@ -256,24 +256,24 @@ void study_shoot(const study *s, stein_sim *sim, const study_play *play, const s
     if (driven) {
         stein_drive(sim, input, key_signal, &key, NULL);
     }
-    shot->status = stein_reset(sim, NULL);
+    details->status = stein_reset(sim, NULL);
     if (driven) {
         stein_load_lift(sim);
     }
     // a release at the very end costs nothing and spares the look ahead at re-arming
     lab_stroke_def def = {
-        .until = play->until, .release = driven ? NAN : play->until, .sample = take, .ctx = &r};
-    def.release = !driven && isfinite(play->release) ? play->release : def.release;
-    if (shot->status == STEIN_OK) {
-        shot->status = lab_strike(sim, &def, &shot->stroke, NULL);
+        .until = drive->until, .release = driven ? NAN : drive->until, .sample = take, .ctx = &r};
+    def.release = !driven && isfinite(drive->release) ? drive->release : def.release;
+    if (details->status == STEIN_OK) {
+        details->status = lab_strike(sim, &def, &details->stroke, NULL);
     }
     if (driven) {
         stein_drive(sim, input, NULL, NULL, NULL);
     }
-    if (shot->status == STEIN_OK) {
-        judge_escapement(&r, shot);
-        if (isfinite(play->release)) {
-            judge_rearming(&r, play->release, shot);
+    if (details->status == STEIN_OK) {
+        judge_escapement(&r, details);
+        if (isfinite(drive->release)) {
+            judge_rearming(&r, drive->release, details);
         }
     }
     end(&r);

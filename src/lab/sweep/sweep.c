@@ -224,7 +224,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
     return status;
 }
 
-stein_status lab__try(const lab_model *model, double until, double release, stein_err *err)
+stein_status lab__check_points(const lab_model *model, double until, double release, stein_err *err)
 {
     const stein_model *m = lab_equations(model);
     stein_sim *sim = NULL;
@@ -310,7 +310,7 @@ stein_status lab_vary(lab_table **table, const lab_model *model, const lab_grid 
     }
     stein_status status = find_params(&s, err);
     if (status == STEIN_OK) {
-        status = lab__try(model, def->until, def->release, err);
+        status = lab__check_points(model, def->until, def->release, err);
     }
     if (status == STEIN_OK) {
         status = lab__steps_of(&s.steps, model, def->tolerance, def->fixed, err);
