@@ -83,6 +83,22 @@ grep -lE '#include "(verdict|motion|diagnosis_page)[.]h"' src/lab/search/*.[ch] 
 test ! -s "$dir/both"
 ok "src/lab/search knows nothing of how a verdict is found or shown ($(tr '\n' ' ' <"$dir/both"))" $?
 
+# a header names the folders that include it: "Included by: this folder, src/lab, src/cli."
+headers=$(find src gen -name '*.h')
+for header in $headers; do
+    allowed=$(sed -n 's/^ \* Included by: \(.*\)\.$/\1/p;/\*\//q' "$header")
+    grep -rl "#include \"${header##*/}\"" src gen --include='*.[ch]' | while read -r user; do
+        case "$user" in "${header%/*}"/*) continue ;; esac
+        for folder in $(echo "$allowed" | tr -d ','); do
+            case "$user" in "$folder"/*) continue 2 ;; esac
+        done
+        echo "$header: $user"
+    done
+    [ -n "$allowed" ] || echo "$header: says nothing"
+done >"$dir/both"
+test "$(echo "$headers" | wc -l)" -gt 50 && test ! -s "$dir/both"
+ok "headers are included where they say ($(tr '\n' ' ' <"$dir/both"))" $?
+
 # the core neither prints nor reads files, and has no number of its own that a run could change
 needed src/core >"$dir/wanted"
 grep -xE 'printf|fprintf|fopen|fread|fwrite|fputs|puts|stdout|stderr|getenv|setlocale|exit|abort' "$dir/wanted" >"$dir/both"

@@ -7,6 +7,7 @@
  *   completion.c  for shells                  results.c   tables of sweep and merge
  *   summary.c       diagnosis in a terminal     problems.c  a line and a caret
  *   watch.c       again when a file changes
+ * Included by: this folder.
  */
 #ifndef CLI_H
 #define CLI_H

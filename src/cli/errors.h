@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * errors.h - what a run says about its own errors: a line, fields of the JSON object, warnings and
  * the exit code.
+ * Included by: this folder.
  */
 #ifndef CLI_ERRORS_H
 #define CLI_ERRORS_H

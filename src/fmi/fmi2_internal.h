@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * fmi2_internal.h - between fmi2.c and exchange2.c.
+ * Included by: this folder.
  */
 #ifndef FMI2_INTERNAL_H
 #define FMI2_INTERNAL_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * fmi3_internal.h - between fmi3.c, exchange3.c and none3.c.
+ * Included by: this folder.
  */
 #ifndef FMI3_INTERNAL_H
 #define FMI3_INTERNAL_H

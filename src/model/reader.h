@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * reader.h - what the files of the mechanism reader share; nothing outside src/model includes it.
+ * reader.h - what the files of the mechanism reader share.
  *
  *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c-->
  * values
@@ -9,6 +9,7 @@
  * a formula may refer to a number that stands below it, and an override may set one that is absent.
  * Temporary memory lives in one arena; after an allocation failure `nomem` is set, every later
  * allocation fails too, and the reader unwinds without special cases.
+ * Included by: this folder, src/lab/data, src/lab/sweep.
  */
 #ifndef READER_H
 #define READER_H

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * sanitizer.h - memory that a library wrote which clang's memory sanitizer does not see into.
  * Without that sanitizer these are nothing.
+ * Included by: this folder.
  */
 #ifndef SANITIZER_H
 #define SANITIZER_H

@@ -11,6 +11,7 @@
  * The errors that the steps make, summed over the run, judge the method. Where the deviation is
  * much larger than that sum, the motion amplifies small differences (impacts, chaos): no method
  * then finds positions, while energies and averages may well be right.
+ * Included by: this folder, src/cli.
  */
 #ifndef LAB_TRUST_H
 #define LAB_TRUST_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * data_compare.h - one record simulated with the file's own numbers, as it is or read otherwise.
+ * Included by: this folder.
  */
 #ifndef DATA_COMPARE_H
 #define DATA_COMPARE_H

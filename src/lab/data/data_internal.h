@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data_internal.h - what the files that read and audit data share with each other. Not installed.
+ * data_internal.h - what the files that read and audit data share with each other.
  *
  *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
  *                                                     data.c, data_unwrap.c--> lab_data
  *                                                        |
  *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
  *                       +--data_findings.c--> sentences, text
+ * Included by: this folder, src/lab/plan.
  */
 #ifndef DATA_INTERNAL_H
 #define DATA_INTERNAL_H

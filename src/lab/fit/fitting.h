@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fitting.h - what the files of the fit share. Not installed.
+ * fitting.h - what the files of the fit share.
  *
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
@@ -30,6 +30,7 @@
  *
  * Unknowns are counted in prior standard deviations from their start: x = (z - z0)/sd with z the
  * value or its logarithm. Globals come first, then each stroke's own in the order of the strokes.
+ * Included by: this folder, src/lab.
  */
 #ifndef FITTING_H
 #define FITTING_H

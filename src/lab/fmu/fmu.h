@@ -8,6 +8,7 @@
  *
  * The sources of the FMI side are in src/fmi; make puts them, and those of the core, into the
  * program as text.
+ * Included by: this folder.
  */
 #ifndef LAB_FMU_H
 #define LAB_FMU_H

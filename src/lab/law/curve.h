@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.h - what the files of the search for an unknown law share. Not installed.
+ * curve.h - what the files of the search for an unknown law share.
  *
  *   curve.c          which law, of what, and where explains what is left
  *   curve_site.c     where a law could sit, and the states that the strokes visit there
@@ -9,6 +9,7 @@
  *   curve_fitting.h  a curve and all other unknowns, by penalised least squares
  *   curve_judge.c    is it accepted, and its sentence
  *   curve_show.c     the law in diagnosis.json and report.html
+ * Included by: this folder, src/lab/diagnosis, src/lab/effects, src/lab/report.
  */
 #ifndef CURVE_H
 #define CURVE_H

@@ -6,6 +6,7 @@
  *
  * The page's own files are in src/page; make puts them, and the sources of the core, into the
  * program as text.
+ * Included by: this folder.
  */
 #ifndef LAB_PAGE_H
 #define LAB_PAGE_H

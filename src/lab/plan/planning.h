@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * planning.h - what the files of the plan share. Not installed.
+ * planning.h - what the files of the plan share.
  *
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
  *   reference.c        the strokes so far              refit.c  how near another one comes to that
@@ -10,6 +10,7 @@
  * before anything is measured:
  *   before.c       the whole                       before_power.c    statements of a matrix
  *   before_json.c  plan.json                       before_record.c  records that are meant
+ * Included by: this folder, src/lab/report.
  */
 #ifndef PLANNING_H
 #define PLANNING_H

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.h - what the files of report.html share. Not installed.
+ * diagnosis_page.h - what the files of report.html share.
  *
  *   diagnosis_page.c   the page, its style              diagnosis_chart.c  axes and curves
  *   diagnosis_summary.c  the first screen
  *   diagnosis_plots.c  strokes over time, forces          diagnosis_text.c   texts and numbers
  *   diagnosis_lists.c  maps, bars and tables             diagnosis_detectability.c   every
  * candidate
+ * Included by: this folder, src/cli, src/lab/law, src/lab/verdict.
  */
 #ifndef DIAGNOSIS_PAGE_H
 #define DIAGNOSIS_PAGE_H

@@ -14,6 +14,7 @@
  *
  * A part of the study simulates, fills tables (they become CSV files), says in sentences what came
  * out, and lists the pictures of its tables. Everything it says is computed from the run.
+ * Included by: this folder, src/cli.
  */
 #ifndef STUDY_H
 #define STUDY_H
