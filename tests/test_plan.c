@@ -507,7 +507,7 @@ START_TEST(a_check_of_the_instrument_settles_it)
     rotor_free(&r);
 
     r = rotor_stated(_i == 0 ? other + 1 : other, start, 1, found[_i]);
-    ck_assert_str_eq(rotor_suspect(&r, "sensor_gain")->why, "every stroke states it");
+    ck_assert_str_eq(rotor_suspect(&r, "sensor_gain")->why, "every record states it");
     if (_i == 0) {
         ck_assert_int_eq(r.d->verdict, LAB_VERDICT_EXPLAINED);
     } else {
@@ -591,7 +591,7 @@ START_TEST(what_comes_off_is_taken_off)
     rotor_free(&r);
 
     r = lever_diagnosed(there[_i], ROTOR_STROKES);
-    ck_assert_str_eq(rotor_suspect(&r, "wire")->why, "every stroke was played without it");
+    ck_assert_str_eq(rotor_suspect(&r, "wire")->why, "every record was made without it");
     rotor_free(&r);
 }
 END_TEST

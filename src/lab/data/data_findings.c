@@ -86,7 +86,7 @@ static void judge_trigger(lab_audit *a, int *nomem)
                           data__quantity(t, start, "s"), said);
         } else if (!a->starts_at_rest && start > late) {
             data__finding(a, nomem,
-                          "the record begins at %s, in motion: the start of the stroke is "
+                          "the record begins at %s, in motion: the start of the motion is "
                           "missing",
                           data__quantity(t, start, "s"));
         }

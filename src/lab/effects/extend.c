@@ -279,7 +279,7 @@ static void write_cause(FILE *f, const lab_suspect *s)
 static void write_data(FILE *f, const lab_diagnosis *d)
 {
     char text[3][SHOWN];
-    fprintf(f, "# From %d strokes, and %d held out", d->nfit, d->nheld);
+    fprintf(f, "# From %d records, and %d held out", d->nfit, d->nheld);
     if (isfinite(d->gain.ratio)) {
         fprintf(f, ", on which the error is %s of what it was, 95 %%: %s .. %s",
                 shown(text[0], d->gain.ratio, NULL), shown(text[1], d->gain.lo, NULL),

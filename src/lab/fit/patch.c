@@ -313,7 +313,7 @@ static void write_head(FILE *f, const lab_fit *fit, const char *file, const mech
     }
     rounded(text, fit->chi2, 6);
     rounded(sd, fit->chi2_dof, 4);
-    fprintf(f, "# %d samples of %d strokes, chi2 %s, chi2/dof %s\n", fit->samples, fit->nstroke,
+    fprintf(f, "# %d samples of %d records, chi2 %s, chi2/dof %s\n", fit->samples, fit->nstroke,
             text, sd);
     for (int s = 0; s < fit->nstroke; s++) {
         const char *base = strrchr(fit->stroke[s].file, '/');

@@ -479,7 +479,7 @@ static void instruments(list *l)
 /* n checks, made together */
 static void add_checks(list *l, const lab_check *check, int n)
 {
-    lab_experiment *e = add(l, "no stroke; what it shows is stated in every file", "%s", "");
+    lab_experiment *e = add(l, "no record; what it shows is stated in every file", "%s", "");
     for (int i = 0; e != NULL && i < n; i++) {
         char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
         plan__check_says(&check[i], name, why);

@@ -92,7 +92,7 @@ stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan_
     if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
         free(room);
-        return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
+        return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the records have other unknowns")
                               : lab__no_memory(err);
     }
     for (size_t i = 0; i < nz * all; i++) {

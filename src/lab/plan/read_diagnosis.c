@@ -200,7 +200,7 @@ static void take_conditions(reader *r, yaml_node_t *root, lab_conditions *c)
         bad(r, at, "\"until\": expected more than \"from\" and 0");
     }
     if (r->status == STEIN_OK && !(c->interval > 0.0 && c->interval < c->until - c->from)) {
-        bad(r, at, "\"interval\": expected more than 0, less than the stroke");
+        bad(r, at, "\"interval\": expected more than 0, less than the record");
     }
     take_used(r, at, "channels", CHANNEL, &c->channel, &c->nchannel);
     take_used(r, at, "inputs", INPUT, &c->input, &c->ninput);

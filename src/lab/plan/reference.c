@@ -70,7 +70,7 @@ static void middle(plan__reference *b)
     const lab_conditions *c = &b->d->conditions;
     lab_experiment *e = &b->base;
     *e = (lab_experiment){.faster = 1, .feasible = 1, .name = "the same again"};
-    snprintf(e->why, sizeof e->why, "a stroke like those so far, to compare with");
+    snprintf(e->why, sizeof e->why, "a record like those so far, to compare with");
     for (int i = 0; i < c->nsetting; i++) {
         double value = c->setting[i].lo < c->setting[i].hi
                            ? plan__rounded(0.5 * (c->setting[i].lo + c->setting[i].hi))

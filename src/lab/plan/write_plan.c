@@ -68,7 +68,8 @@ stein_status lab_plan_stroke(const char *path, const lab_experiment *e, int susp
     plan__prediction v = {.y = NULL};
     lab__file out;
     if (e->ncheck > 0) {
-        return lab__fail(err, STEIN_EINVAL, "\"%s\" is no stroke", e->name);
+        return lab__fail(err, STEIN_EINVAL, "\"%s\" is a check of an instrument: it has no record",
+                         e->name);
     }
     if (suspect < 0 || suspect >= d->nsuspect || d->ncause < 1) {
         return lab__fail(err, STEIN_EINVAL, "no suspect %d in the diagnosis", suspect);
