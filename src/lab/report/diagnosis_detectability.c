@@ -8,12 +8,12 @@
 static const struct {
     lab_presence presence;
     const char *title, *what;
-} groups[] = {
-    {LAB_PRESENT, "present", "named by the verdict"},
-    {LAB_WEAK, "plausible but weak", "something points to it, or a plausible amount may hide"},
-    {LAB_ABSENT, "absent", "its plausible limit would have been named with 95&nbsp;%"},
-    {LAB_NOT_TESTABLE, "not testable with these data",
-     "nothing of it, or nothing of its own, shows"}};
+} groups[] = {{LAB_PRESENT, "present", "named by the verdict"},
+              {LAB_WEAK, "plausible but weak",
+               "some evidence for it, or a plausible amount is within the uncertainty"},
+              {LAB_ABSENT, "absent", "its plausible limit would have been named with 95&nbsp;%"},
+              {LAB_NOT_TESTABLE, "not testable with these data",
+               "no effect above the noise that other unknowns do not have as well"}};
 enum { GROUPS = sizeof groups / sizeof *groups };
 
 int diag__count(const lab_diagnosis *d, lab_presence presence)
@@ -87,7 +87,7 @@ void page__seen(FILE *f, const lab_diagnosis *d)
     if (d->nsuspect == diag__count(d, LAB_NOT_JUDGED)) {
         return;
     }
-    fputs("<section id=\"seen\"><h2>Could it have been seen?</h2>\n<p>What these records say about "
+    fputs("<section id=\"seen\"><h2>Detectability</h2>\n<p>What these records say about "
           "every candidate beside what was found, all else refitted. An amount in the third column "
           "would have been named with 95&nbsp;% probability.</p>\n",
           f);

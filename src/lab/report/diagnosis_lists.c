@@ -195,7 +195,7 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
     }
     fputs("<section id=\"suspects\"><h2>Candidates</h2>\n<p>How much the misfit (\xe2\x88\x92"
           "2 log likelihood) falls when the effect is added and everything else is refitted, "
-          "records free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
+          "with variation from record to record. Pale bars are predictions, not refits.</p>\n"
           "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
           "suspects\">\n<tr><th></th><th></th><th>fall"
           "</th><th>amount</th><th></th></tr>\n",
@@ -312,7 +312,7 @@ void page__audit(FILE *f, const lab_diagnosis *d)
 {
     fputs("<section id=\"audit\"><h2>The data</h2>\n", f);
     if (d->nfinding == 0) {
-        fputs("<p>The audit of the files found nothing that would limit the fit.</p>\n", f);
+        fputs("<p>The audit found nothing in the files that limits the fit.</p>\n", f);
     } else {
         fputs("<ul>\n", f);
         for (int i = 0; i < d->nfinding && i < AUDIT; i++) {

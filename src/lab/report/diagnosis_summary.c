@@ -29,14 +29,15 @@ static void causes(FILE *f, const lab_diagnosis *d)
 
 static void headline(FILE *f, const lab_diagnosis *d)
 {
-    static const char *const begin[] = {"The model explains these records",
-                                        "A number of the file is wrong",
-                                        "An instrument does not show what is there",
-                                        "The input is not what the record says",
-                                        "The model lacks something",
-                                        "Something is missing, and no known effect explains it",
-                                        "No fit to trust, so no verdict",
-                                        "The model is far from these records"};
+    static const char *const begin[] = {
+        "The model explains these records",
+        "A number of the file is wrong",
+        "An instrument has an error",
+        "The input differs from what the records state",
+        "The model lacks an effect",
+        "Records and model differ, and no effect of the table explains it",
+        "No fit converged: no verdict",
+        "The model is far from these records with every candidate"};
     fputs(begin[d->verdict], f);
     if (has_cause(d)) {
         fputs(": ", f);
@@ -78,7 +79,7 @@ static void law_of(FILE *f, const lab_diagnosis *d, const lab_effect *e)
 static void chance(FILE *f, double p)
 {
     if (isfinite(p)) {
-        fputs("<p class=\"quiet\">chance of a score like this where nothing is: ", f);
+        fputs("<p class=\"quiet\">chance of such a score without the effect: ", f);
         page__number(f, p, 2);
         fputs("</p>\n", f);
     }
@@ -112,7 +113,7 @@ static void rivals_card(FILE *f, const lab_diagnosis *d)
 {
     card(f, "What else it could be");
     if (d->nrival == 0) {
-        fputs("<p>Nothing in the table of effects: every other one leaves more unexplained.</p>"
+        fputs("<p>No other effect of the table explains the records as well.</p>"
               "</div>\n",
               f);
         return;
@@ -208,33 +209,34 @@ static const char *advice(const lab_diagnosis *d)
 {
     switch (d->verdict) {
     case LAB_VERDICT_EXPLAINED:
-        return "Use the model as it is. Effects smaller than the noise and the scatter of these "
-               "records could still hide.";
+        return "Use the model as it is. Effects smaller than the noise and scatter of these "
+               "records may still be missing.";
     case LAB_VERDICT_NOT_CONVERGED:
-        return "Look at the data and the starting numbers below first; nothing about physics can "
-               "be said before the fit holds.";
+        return "Check the data and the starting numbers below first. No statement about physics "
+               "is possible before a fit converges.";
     case LAB_VERDICT_UNKNOWN_EFFECT:
         if (has_law(d)) {
-            return "Go on with extended.yaml: it has the law below as a table. Its shape is what a "
-                   "physical explanation has to have.";
+            return "Use extended.yaml: it has the law below as a table. A physical explanation "
+                   "must "
+                   "have this shape.";
         }
-        return "Look where the map below is darkest, and at the force that is missing there: its "
-               "course over time is what a new effect has to explain.";
+        return "Look where the map below is darkest, and at the missing force there. A new effect "
+               "must explain its course over time.";
     case LAB_VERDICT_UNUSABLE_MODEL:
         return "Compare signs, units, planes, the start and the clock of the first record with the "
-               "mechanism file; nothing about physics can be said before they agree.";
+               "mechanism file. No statement about physics is possible before they agree.";
     default: break;
     }
     if (d->nrival > 0) {
-        return "Go on with extended.yaml for predictions like these records. Before you change the "
-               "instrument for it, make a record in which the candidates would differ.";
+        return "Use extended.yaml for predictions like these records. Before you change the "
+               "instrument, make a record in which the candidates differ.";
     }
     return d->verdict == LAB_VERDICT_SENSOR
                ? "Check the instrument; extended.yaml corrects for it until then."
            : d->verdict == LAB_VERDICT_INPUT
                ? "Check how the input was recorded; extended.yaml corrects for it until then."
-               : "Go on with extended.yaml: it has the cause and the refitted numbers, and runs "
-                 "everywhere the old file does.";
+               : "Use extended.yaml: it has the cause and the refitted numbers, and replaces "
+                 "the old file.";
 }
 
 static void next_card(FILE *f, const lab_diagnosis *d)
@@ -254,7 +256,7 @@ static void next_card(FILE *f, const lab_diagnosis *d)
             fprintf(f, "; %d record%s will do.", d->next->repeats,
                     d->next->repeats == 1 ? "" : "s");
         } else {
-            fputs("; even that takes very many records.", f);
+            fputs("; it takes very many records.", f);
         }
         fputs(" <code>stein plan</code> has the list and writes the record.</p>", f);
     }
