@@ -513,7 +513,7 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         {LAB_VERDICT_SENSOR, 1, 0, "Check the instrument;"},
         {LAB_VERDICT_INPUT, 1, 0, "Check how the input was recorded;"},
         {LAB_VERDICT_MISSING_EFFECT, 1, 0, "it has the cause and the refitted numbers"},
-        {LAB_VERDICT_SENSOR, 1, 1, "make a record in which the candidates would differ"},
+        {LAB_VERDICT_SENSOR, 1, 1, "make a record in which the candidates differ"},
     };
     for (size_t i = 0; i < sizeof next / sizeof *next; i++) {
         lab_diagnosis *d = made_up();
