@@ -69,10 +69,10 @@ static void group(FILE *f, const lab_diagnosis *d, int k)
     fprintf(f,
             "<details><summary>%d %s: %s</summary>\n<div class=\"scroll\" tabindex=\"0\"><table "
             "class=\"fold "
-            "seen\">\n<tr><th></th>",
+            "seen\">\n<tr><td></td>",
             n, groups[k].title, groups[k].what);
     fputs("<th>estimate, 95&nbsp;%</th><th>would be named from</th><th>95&nbsp;% upper limit</th>"
-          "<th>of the plausible limit</th><th></th></tr>\n",
+          "<th>of the plausible limit</th><td></td></tr>\n",
           f);
     for (int i = 0; i < d->nsuspect; i++) {
         if (d->suspect[i].power.presence == groups[k].presence) {
