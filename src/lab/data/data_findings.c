@@ -239,9 +239,9 @@ static void put(out *o, char *text)
 static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch)
 {
     static const char *const from[] = {"at rest", "in motion", "from the step", "unknown"};
-    char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[32] = "";
+    char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[48] = "";
     if (!isnan(ch->correlation[0])) {
-        snprintf(lag, sizeof lag, ", lag 1 %.2f", ch->correlation[0]);
+        snprintf(lag, sizeof lag, ", correlation of neighbours %.2f", ch->correlation[0]);
     }
     put(o, lab__text("  %s: %d samples, %s .. %s, noise %s (%s%s), step %s", c->name, ch->samples,
                      data__quantity(low, ch->low, c->unit), data__quantity(high, ch->high, c->unit),
