@@ -32,7 +32,7 @@ typedef struct cli_option {
     {"set", 0, "NAME=VALUE[unit]",                                                               \
      "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"  \
      "without unit is SI. A structural zero that is set changes the equations: they are then\n"  \
-     "generated and compiled anew."},                                                            \
+     "generated and compiled again."},                                                           \
         {"inertia", 0, "accept|balance|refuse",                                                  \
          "What becomes of an inertia that no body can have: taken with a warning, replaced by\n" \
          "three equal moments, or refused (the default), for all bodies at once."},              \

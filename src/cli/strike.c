@@ -458,10 +458,10 @@ static const cli_option options[] = {
     "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"     \
     "height is the distance of head and string then. The impact's speed is their closing\n"       \
     "speed at first contact. The action is re-armed when, the load lifted, the beak is back\n"    \
-    "under the roof and the hammer at rest at the end. Without --release this is found out on\n"  \
-    "the side: the load is lifted at the end and the motion followed for another 0.5 s.\n"        \
+    "under the roof and the hammer at rest at the end. Without --release it is decided in\n"      \
+    "0.5 s of simulation after the end, in which the load is lifted.\n"                           \
     "\n"                                                                                          \
-    "Any other mechanism is simply simulated. `stein strike` and `stein simulate` are the same\n" \
+    "Any other mechanism is simulated. `stein strike` and `stein simulate` are the same\n"        \
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
     "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data.c - measured data from CSV files: a stroke, a set of strokes.
+ * data.c - measured data from CSV files: a record, a set of records.
  *
  * One pass over the file. A problem does not end the reading, so that one run names all of them;
- * from the first problem on rows are checked but no longer kept, and the file gives no data: nobody
- * shall fit the half that could be read. Repeated problems of one kind (a thousand empty cells of
+ * from the first problem on rows are checked but no longer kept, and the file gives no data: half a
+ * record is not to be fitted. Repeated problems of one kind (a thousand empty cells of
  * the time) are one message with a count.
  */
 #include <errno.h>

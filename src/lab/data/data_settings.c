@@ -245,7 +245,7 @@ static int is_moved_by_tolerance(check *c, int stroke)
 }
 
 /* Then it stands at an edge: it just escapes, or bounces once more, and with the file's numbers it
- * just does not, which is nobody's fault. */
+ * just does not: no error. */
 static int stands_at_edge(check *c, int stroke)
 {
     return is_moved_by_scatter(c, stroke) || is_moved_by_tolerance(c, stroke);
@@ -351,7 +351,7 @@ static stein_status judge_all(check *c, stein_err *err)
                : status;
 }
 
-/* a parameter that no stroke sets: the fit wants one that is free */
+/* a parameter that no record sets: the fit needs one that is free */
 static int find_free(const lab_dataset *data)
 {
     const stein_model *m = data->stroke[0]->model;

@@ -442,7 +442,7 @@ stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version
     }
     if (status == STEIN_OK) {
         status = link_all(&j, sources, err);
-        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once anew
+        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once more
             status = compile_core(&j, sources, err);
             status = status == STEIN_OK ? link_all(&j, sources, err) : status;
         }

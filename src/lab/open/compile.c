@@ -5,8 +5,8 @@
  *   CACHE/VERSION-abiN/NAME-HASH.c, .so         one mechanism structure each
  *
  * The name holds everything the object depends on, so an entry never has to be updated; what is
- * found under it is nevertheless checked (layout and hash) and made anew when it does not fit. Each
- * file is written under a name of its own and renamed, so two processes that need the same
+ * found under it is nevertheless checked (layout and hash) and made again when it does not fit.
+ * Each file is written under a name of its own and renamed, so two processes that need the same
  * equations at the same time at worst both do the work.
  *
  * The text is compiled twice: once for as many lanes as this processor has (lanes.o) and once as it

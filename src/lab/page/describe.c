@@ -16,7 +16,7 @@
 
 #include "page.h"
 
-enum { FEW = 3, MOST = 10 }; /* sliders that nobody asked for */
+enum { FEW = 3, MOST = 10 }; /* sliders without a section regulation */
 
 typedef struct writer {
     lab__json j;

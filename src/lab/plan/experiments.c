@@ -12,7 +12,7 @@
  *   forces     every input that is a force: to the largest force so far, or the load's weight
  *   removed    the string of the stroke; what somebody supposes to hang on a body
  *   mass       half as much again on a body that moves, or more than twice, weighed together
- *   channel    an output that nobody measured and that there is an instrument for: a place as
+ *   channel    an output that was not measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
  *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
@@ -158,7 +158,7 @@ static void corners(list *l)
     }
 }
 
-/* the load, when nobody set it so far */
+/* the load, when no record sets it */
 static void vary_load(list *l)
 {
     const plan__reference *b = l->b;
@@ -413,7 +413,7 @@ static int moves(const plan__model *side, int nside, const char *name)
     return 0;
 }
 
-/* who weighs a body that is suspected to be heavier has no use for a stroke */
+/* a body that may be heavier is weighed; no record is needed */
 static void masses(list *l, const plan__model *side, int nside)
 {
     const plan__reference *b = l->b;

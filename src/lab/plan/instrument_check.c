@@ -18,9 +18,9 @@
  *                twice as deep as the strokes go, at 11 places of the largest one; the felt begins
  *                                                              somewhere within 10 um
  *
- * A side predicts the readings from the amount it was fitted with and its uncertainty; who says
- * nothing of that number predicts that it is right, within what the fits know of it. They are
- * readings like those of a stroke, so odds.c says what they tell.
+ * A side predicts the readings from the amount it was fitted with and its uncertainty; a side
+ * without that number predicts the file's value, within the uncertainty of its fit. Readings count
+ * as those of a record do (odds.c).
  */
 #include <math.h>
 #include <stdlib.h>

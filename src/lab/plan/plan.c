@@ -221,8 +221,8 @@ static int one_tells(const lab_experiment *e)
 }
 
 /* The best ones with each of the next best things done as well, and the best of those once more:
- * what one change brings into reach another one may make large. Where one stroke tells, nobody
- * needs that. */
+ * a second change may enlarge what the first one brings into reach. Where one record separates,
+ * no combination is needed. */
 static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
 {
     stein_status status = STEIN_OK;

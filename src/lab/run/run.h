@@ -19,15 +19,15 @@
 
 /** How runs are stepped: with controlled error, or (tolerance 0) with the file's fixed steps. */
 typedef struct lab__steps {
-    int channel;      /* of which an error is told, -1: of none */
-    double told;      /* [its unit] */
+    int channel;      /* whose error is stated, -1: none */
+    double stated;    /* [its unit] */
     double tolerance; /* of a step [rad or m] */
     double longest;   /* step [s] */
 } lab__steps;
-/** @param told   "CHANNEL=VALUE[unit]"; NULL: what the file tells, fixed steps where it tells none
- *  @param fixed  1: the file's fixed steps, whatever it tells
+/** @param stated  "CHANNEL=VALUE[unit]"; NULL: what the file states, else fixed steps
+ *  @param fixed   1: the file's fixed steps, whatever it states
  *  @return OK, ENAME (no such channel), EINVAL, or what making a simulation returns */
-stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char *told, int fixed,
+stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char *stated, int fixed,
                            stein_err *err);
 
 /* ---- strike.c ---- */
@@ -37,8 +37,8 @@ typedef struct lab__runner lab__runner;
 /** What the next call of lab__runner_next needs of a simulation that may be in a lane: what is
  * always up to date, its state to look at, or the whole of it to be changed. */
 typedef enum { LAB_NOTHING, LAB_TO_LOOK, LAB_TO_CHANGE } lab__need;
-/** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion that nobody
- *  judges.
+/** Begin a run of a simulation, which stays its owner's, as a stroke or as a motion
+ *  without a verdict.
  *  @param steps  of controlled error, without samples (def->sample); NULL: fixed ones
  *  @return OK, EINVAL, ENOMEM */
 stein_status lab__runner_new(lab__runner **play, stein_sim *sim, const lab_stroke_def *def,
@@ -62,14 +62,14 @@ int lab__channel_of(const stein_model *model, stein_read_kind read, int index);
 
 /* ---- stop.c ---- */
 
-/** Who may stop long work. Zeros: nobody. */
+/** Function that stops long work. Zeros: none. */
 typedef struct lab__stop {
     lab_stop_fn *fn;
     void *ctx;
 } lab__stop;
 int lab__stop_asked(const lab__stop *stop);
 /** The failure with which work that shall stop goes up: that of memory, which every caller passes
- * on and nobody takes for a property of the model. @return ENOMEM */
+ * on and none takes for a property of the model. @return ENOMEM */
 stein_status lab__stop_work(stein_err *err);
 /** At the public call that was given the question. @return ESTOPPED in place of ENOMEM, if that is
  *  why; else status */

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * step_tolerance.c - how many runs are stepped, and the tolerance of their steps.
  *
- * A tolerance is told of an output channel that shows a place, in its unit: an error that a reader
- * of results understands. Steps are controlled by their errors in the coordinates [rad or m]. With
+ * A tolerance is stated for an output channel that shows a place, in its unit: an error that a
+ * reader of results understands. Steps are controlled by their errors in the coordinates [rad or
+ * m]. With
  *
  *      slope = max over j of |dh/dq_j|      of the channel h, in the initial state
  *
@@ -10,7 +11,7 @@
  * 1788 action the channel is off by 3 to 1900 times that (dx = -1.2 .. 0.25 mm, steps of 1e-11 to
  * 1e-9): the errors of a thousand steps add up, and impacts enlarge them. So
  *
- *      tolerance of a step = told / (3000 slope)
+ *      tolerance of a step = stated / (3000 slope)
  */
 #include <math.h>
 #include <stdlib.h>
@@ -29,8 +30,8 @@ static int shows_place(const stein_channel *c)
 }
 
 /* "CHANNEL=VALUE[unit]" */
-static stein_status read_told(lab__steps *steps, const stein_model *m, const char *text,
-                              stein_err *err)
+static stein_status read_stated(lab__steps *steps, const stein_model *m, const char *text,
+                                stein_err *err)
 {
     const char *value = strchr(text, '=');
     char name[MECH_NAME];
@@ -47,7 +48,8 @@ static stein_status read_told(lab__steps *steps, const stein_model *m, const cha
                          name);
     }
     stein_err why;
-    if (lab_quantity(&steps->told, value + 1, m->channels[steps->channel].unit, &why) != STEIN_OK) {
+    if (lab_quantity(&steps->stated, value + 1, m->channels[steps->channel].unit, &why) !=
+        STEIN_OK) {
         return lab__fail(err, STEIN_EINVAL, "tolerance %s: %s", text, why.msg);
     }
     return STEIN_OK;
@@ -92,7 +94,7 @@ static stein_status find_slope(double *slope, const lab_model *model, int channe
     return status;
 }
 
-stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char *told, int fixed,
+stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char *stated, int fixed,
                            stein_err *err)
 {
     const stein_model *m = lab_equations(model);
@@ -101,26 +103,26 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
     *steps = (lab__steps){.channel = -1, .longest = longest * m->dt};
     stein_status status = STEIN_OK;
     if (fixed) {
-        return told == NULL
+        return stated == NULL
                    ? STEIN_OK
-                   : lab__fail(err, STEIN_EINVAL, "tolerance %s: fixed steps have none", told);
+                   : lab__fail(err, STEIN_EINVAL, "tolerance %s: fixed steps have none", stated);
     }
-    if (told != NULL) {
-        status = read_told(steps, m, told, err);
+    if (stated != NULL) {
+        status = read_stated(steps, m, stated, err);
     } else if (mech->tolerance > 0.0) {
         steps->channel = stein_find_channel(m, mech->channels[mech->tolerated].name);
-        steps->told = mech->tolerance;
+        steps->stated = mech->tolerance;
     }
     if (status != STEIN_OK || steps->channel < 0) {
         return status;
     }
     const stein_channel *c = &m->channels[steps->channel];
-    if (!shows_place(c) || !(steps->told > 0.0) || !isfinite(steps->told)) {
+    if (!shows_place(c) || !(steps->stated > 0.0) || !isfinite(steps->stated)) {
         return lab__fail(
             err, STEIN_EINVAL,
             "a tolerance of %g %s in \"%s\": expected a positive one in an output that "
             "reads a position, x, y, z or gap",
-            steps->told, c->unit, c->name);
+            steps->stated, c->unit, c->name);
     }
     status = find_slope(&slope, model, steps->channel, err);
     if (status == STEIN_OK && !(slope > 0.0)) {
@@ -128,6 +130,6 @@ stein_status lab__steps_of(lab__steps *steps, const lab_model *model, const char
                          "a tolerance in \"%s\": no coordinate moves it in the initial state",
                          c->name);
     }
-    steps->tolerance = steps->told / (lasting * slope);
+    steps->tolerance = steps->stated / (lasting * slope);
     return status;
 }

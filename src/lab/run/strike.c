@@ -39,7 +39,7 @@ typedef struct lab__runner {
     stein_sim *sim;
     const lab_stroke_def *def;
     lab_stroke stroke;
-    int as_stroke; /* 0: a motion that nobody judges */
+    int as_stroke; /* 0: a motion without a verdict */
     int lifted;    /* the load is gone, or will not be lifted */
     enum { PLAYING, REARMING, OVER } phase;
     double rearmed;    /* end of the motion on the side [s] */
@@ -177,7 +177,7 @@ static void note_force(run *r)
     sample3 now = {stein_time(r->sim), read_plain(r->sim, r->force)};
     r->stroke.peak_string_force = fmax(r->stroke.peak_string_force, now.f);
     if (r->nlast > 0 && r->last[r->nlast - 1].f == 0.0) {
-        r->last[r->nlast - 1].t = now.t - r->dt; // nobody looks at every step without a force
+        r->last[r->nlast - 1].t = now.t - r->dt; // without a force not every step is looked at
     }
     if (r->nlast == 3) {
         memmove(r->last, r->last + 1, 2 * sizeof *r->last);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * thread_pool.c - n pieces of work on several threads.
  *
- * Each thread has a worker of its own (a simulation, buffers) and takes the next piece that nobody
- * has. A piece writes only into what belongs to it, so the result depends neither on the number of
- * threads nor on which of them did what. Everything in the lab that runs on several threads does so
- * here.
+ * Each thread has data of its own, the worker (a simulation, buffers), and takes the next piece
+ * that no thread has taken. A piece writes only into what belongs to it, so the result depends
+ * neither on the number of threads nor on which of them did what. Everything in the lab that runs
+ * on several threads does so here.
  */
 #include <pthread.h>
 

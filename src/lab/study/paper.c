@@ -128,7 +128,7 @@ static void working_range(const study_table *t, double *left, double *right)
             *left = isnan(*left) ? row[DX] : *left;
             *right = row[DX];
         } else if (row[DX] <= 0.0) {
-            *left = *right = NAN; // a hole: the range begins anew
+            *left = *right = NAN; // a hole: another range begins
         } else {
             break;
         }

@@ -97,7 +97,7 @@ static void write_steps(FILE *f, const sweep *s)
         return;
     }
     fprintf(f, "# integrator: dp5, steps of controlled error\n# tolerance %s: %s %s\n",
-            m->channels[steps->channel].name, lab__number(number, steps->told),
+            m->channels[steps->channel].name, lab__number(number, steps->stated),
             m->channels[steps->channel].unit);
     fprintf(f, "# tolerance of a step: %s\n", lab__number(number, steps->tolerance));
     fprintf(f, "# longest step: %s s\n", lab__number(number, steps->longest));
@@ -217,7 +217,7 @@ static stein_status keep_point(void *ctx, int point, stein_sim *sim, const lab_s
     if (status == STEIN_OK && s->has_journal) {
         status = lab__journal_add(&s->journal, row, err);
     }
-    if (status == STEIN_OK) { // this point's slot is nobody else's
+    if (status == STEIN_OK) { // no other point writes here
         status = lab__table_take(s->table, row, strlen(row), err);
     }
     free(row);
