@@ -128,7 +128,7 @@ int cli_check_data(const cli_args *args, lab__json *out);
 /* ---- summary.c ---- */
 
 /** A diagnosis on standard output, in at most 9 lines; all of it is in the report. */
-void cli_story(const char *model, const lab_diagnosis *d);
+void cli_summary(const char *model, const lab_diagnosis *d);
 
 /* ---- watch.c ---- */
 

@@ -349,7 +349,7 @@ static int compute(job *j)
 static int show(const job *j)
 {
     if (cli_value(j->args, "json") == NULL) {
-        cli_story(lab_equations(j->model)->name, j->diagnosis);
+        cli_summary(lab_equations(j->model)->name, j->diagnosis);
     }
     int code = write_results(j);
     int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;

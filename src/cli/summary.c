@@ -103,7 +103,7 @@ static void put_error(const lab_diagnosis *d)
     printf(" noise (noise alone leaves %.3g)\n", d->noise_floor);
 }
 
-void cli_story(const char *model, const lab_diagnosis *d)
+void cli_summary(const char *model, const lab_diagnosis *d)
 {
     int has_law = d->nlaw > 0 && d->law->pays;
     printf("%s: %s (%d records fitted, %d held out, %d samples, %.3g s)\n", model,
