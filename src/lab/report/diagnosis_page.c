@@ -123,7 +123,7 @@ static void write_page(FILE *f, const lab_diagnosis *d)
         fputs(style[i], f);
     }
     fputs("</style>\n</head>\n<body>\n<main>\n", f);
-    page__story(f, d);
+    page__summary(f, d);
     page__law(f, d);
     page__strokes(f, d);
     page__map(f, d);

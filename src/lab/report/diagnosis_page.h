@@ -76,7 +76,7 @@ void page__range(double *lo, double *hi, double margin);
 
 /* ---- diagnosis_summary.c ---- */
 
-void page__story(FILE *f, const lab_diagnosis *d);
+void page__summary(FILE *f, const lab_diagnosis *d);
 
 /* ---- diagnosis_plots.c ---- */
 

@@ -404,7 +404,7 @@ static void against(FILE *f, const lab_diagnosis *d)
 
 /* ---- all of it ---- */
 
-void page__story(FILE *f, const lab_diagnosis *d)
+void page__summary(FILE *f, const lab_diagnosis *d)
 {
     int explained = d->verdict == LAB_VERDICT_EXPLAINED;
     fprintf(
