@@ -9,7 +9,7 @@
  * a formula may refer to a number that stands below it, and an override may set one that is absent.
  * Temporary memory lives in one arena; after an allocation failure `nomem` is set, every later
  * allocation fails too, and the reader unwinds without special cases.
- * Included by: this folder, src/lab/data, src/lab/sweep.
+ * Included by: this folder, src/lab/data, src/lab/search, src/lab/sweep.
  */
 #ifndef READER_H
 #define READER_H
