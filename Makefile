@@ -32,9 +32,8 @@ OPT  := $(OPT_$(VARIANT))
 # -fno-math-errno: a square root is an instruction, and nothing is said in errno
 EXACT := -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno
 ALL_CFLAGS   := -std=c11 $(WARN) $(OPT) $(EXACT) -fPIC -ffile-prefix-map=$(CURDIR)=. $(CFLAGS)
-LAB := src/lab src/lab/data src/lab/fit src/lab/effects src/lab/search src/lab/law src/lab/verdict \
-       src/lab/diagnosis src/lab/report src/lab/plan src/lab/study src/lab/import src/lab/page \
-       src/lab/fmu src/lab/draw
+LAB := $(addprefix src/lab/,io open run data accuracy sweep plot fit effects search law verdict diagnosis report plan \
+         study identity import page fmu draw)
 ALL_CPPFLAGS := -D_POSIX_C_SOURCE=200809L -DSTEIN_RELEASED='"$(RELEASED)"' -Iinclude -I$(B)/include \
                 -Isrc/core -Isrc/model -Isrc/fmi -Igen $(LAB:%=-I%) -Isrc/cli $(CPPFLAGS)
 

@@ -12,7 +12,8 @@
 #include <string.h>
 
 #include "bench.h"
-#include "inner.h"
+#include "plot.h"
+#include "run.h"
 #include "peers.h"
 
 enum { SEEN = 12, REPEATS = 9, MAX_SETTINGS = 160, MOST_LANES = 8 };

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * gen.h - the generator as a library: a mechanism in, flat C and operation counts out.
+ * Included by: this folder, src/lab/open.
  */
 #ifndef GEN_H
 #define GEN_H

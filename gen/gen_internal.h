@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * gen_internal.h - what the generator's back end shares: functions, the layout of d, text output.
+ * Included by: this folder.
  */
 #ifndef GEN_INTERNAL_H
 #define GEN_INTERNAL_H

@@ -3,6 +3,7 @@
  *
  * libsteinlab.a contains the generator, so that its functions would otherwise occupy short names
  * like vec_add in every program that links it. As zlib's Z_PREFIX.
+ * Included by: this folder.
  */
 #ifndef GEN_NAMES_H
 #define GEN_NAMES_H

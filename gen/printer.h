@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * printer.h - what the files that print functions share: emit.c, function.c.
+ * Included by: this folder.
  */
 #ifndef PRINTER_H
 #define PRINTER_H

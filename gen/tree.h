@@ -4,6 +4,7 @@
  *
  * Body -1 is the fixed frame. Bodies are 0-based here and in all arrays; symbols in the emitted
  * text count from 1, as ROBOTRAN's do.
+ * Included by: this folder.
  */
 #ifndef GEN_TREE_H
 #define GEN_TREE_H

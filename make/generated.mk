@@ -28,8 +28,8 @@ $(B)/models/builtin.c: $(B)/include/stein/models.h
 	  for m in $(sort $(MODEL_NAMES)); do echo "    &stein_model_$$m,"; done; echo '    NULL};'; } > $@
 
 # the equations that are built in, by the structure that the head of their text tells
-$(B)/structures.c: $(GENERATED)
-	$(Q){ echo '#include "inner.h"'; echo '#include "stein/models.h"'; \
+$(B)/structures.c: $(GENERATED) make/generated.mk
+	$(Q){ echo '#include "open.h"'; echo '#include "stein/models.h"'; \
 	  echo 'const lab__structure lab__structures[] = {'; \
 	  for m in $(sort $(MODEL_NAMES)); do \
 	    sed -n "/^ \* structure  /{s/.* //;s/.*/    {\"&\", \&stein_model_$$m},/;p;q;}" $(B)/models/$$m.c; \
@@ -64,7 +64,7 @@ embed = n=0; for f in $(2); do n=$$((n + 1)); echo "static const char *const $(1
 	  echo "const lab__source lab__$(1)[] = {"; \
 	  n=0; for f in $(2); do n=$$((n + 1)); echo "    {\"$$f\", $(1)_$$n},"; done; echo '    {0, 0}};'
 $(B)/embedded.c: $(PAGE_FILES) $(PAGE_CORE) $(FMU_FILES) $(STARTER) make/generated.mk | $(B)/.gitignore
-	$(Q){ echo '#include "inner.h"'; $(call embed,page_files,$(PAGE_FILES)); \
+	$(Q){ echo '#include "embedded.h"'; $(call embed,page_files,$(PAGE_FILES)); \
 	  $(call embed,core_files,$(PAGE_CORE)); $(call embed,fmu_files,$(FMU_FILES)); \
 	  $(call embed,starter_files,$(STARTER)); } > $@
 $(B)/obj/embedded.o: $(B)/embedded.c

@@ -31,7 +31,7 @@ $(B)/validate: $(call obj,$(addprefix tests/validate/,mechanisms.c linkages.c be
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -rdynamic -o $@ $^ $(LAB_LIBS) -lm -pthread
 # the minimiser alone, on problems of others: what it asks for is in nist.c
 $(B)/validate-nist: $(call obj,tests/validate/nist.c tests/validate/row.c src/lab/fit/minimise.c src/lab/fit/normal.c \
-    src/lab/dots.c src/lab/output.c)
+    src/lab/run/dot_product.c src/lab/io/output.c)
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(GSL_LIBS) -lm
 # random mechanisms against an independent library (tests/second/second.h), where it is installed

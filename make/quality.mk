@@ -38,7 +38,7 @@ analyze: models  ## cppcheck and gcc's analyser on core, generator and reader
 # comparison whose value is kept, and a case of a switch, count as what they are. real.h, operators of
 # one number and of several, is left out: gcovr knows a function by its name, and these are there twice.
 READERS := src/core/step.c src/core/adapt.c src/core/batch_run.c src/core/state.c src/model/ src/lab/data/ \
-           src/lab/journal.c
+           src/lab/sweep/journal.c
 coverage: deps  ## lines and branches that the tests reach, conditions of readers and steps: COVER=suites
 	$(Q)$(MAKE) --no-print-directory -j$(JOBS) VARIANT=coverage tested
 	-$(Q)$(MAKE) --no-print-directory -k -j$(JOBS) --output-sync=target VARIANT=coverage $(COVER)

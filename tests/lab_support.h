@@ -10,7 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "inner.h"
+#include "plot.h"
+#include "sweep.h"
 #include "stein/diagnose.h"
 #include "support.h"
 

@@ -7,7 +7,7 @@
 #             the lab (GSL, expat) and the compiler behind the tests of generated texts are not seen
 #             into, so suites that need those are not run (contact and parts, too: what comes back from
 #             there counts as unwritten), nor what is compiled in a test (CK_EXCLUDE_TAGS); what
-#             libyaml writes is told (written.h).
+#             libyaml writes is told (sanitizer.h).
 #   thread    the suites in which threads meet; two threads at a hand-over are in test_realtime.sh. Not
 #             realtime: the sanitizer's own thread outlives the one that the sandbox kills, so nobody
 #             would ever see that process end.

@@ -15,7 +15,7 @@ claim 2 "and data" "$stein" diagnose $model -o "$dir/o"
 claim 2 "threads are a number" "$stein" diagnose $model models/strokes/stroke_01.csv -o "$dir/o" -j 0
 claim 2 "something has to be left to fit to" "$stein" diagnose $model models/strokes/stroke_01.csv \
     --held-out models/strokes/stroke_01.csv -o "$dir/o"
-says "and it is told" 'all strokes are held out'
+says "and it is told" 'all records are held out'
 claim 2 "files held out have names" "$stein" diagnose $model models/strokes/stroke_01.csv \
     --held-out a.csv,,b.csv -o "$dir/o"
 claim 2 "what is to be hidden has to be in the table" "$stein" diagnose $model models/strokes/stroke_01.csv \

@@ -20,6 +20,8 @@ never() {
     ok "$from uses nothing of $* ($(tr '\n' ' ' <"$dir/both"))" $?
     for other in "$@"; do
         for header in "$other"/*.h; do
+            # types of the whole diagnosis: the root of search.h, above the judge that it is kept with
+            [ "${header##*/}" = diagnosing.h ] && continue
             [ -e "$header" ] && grep -ln "#include \"${header##*/}\"" "$from"/*.[ch]
         done
     done >"$dir/both"
@@ -27,9 +29,11 @@ never() {
     ok "$from includes nothing of $* ($(tr '\n' ' ' <"$dir/both"))" $?
 }
 
-lab=$(find src/lab -type d | sort)
+lab=$(find src/lab -mindepth 1 -type d | sort)
 test "$(echo "$lab" | wc -l)" -gt 5
 ok "the folders of the lab are found" $?
+test -z "$(find src/lab -maxdepth 1 -type f)"
+ok "every file of the lab is in a folder" $?
 needed src/cli >"$dir/wanted"
 # shellcheck disable=SC2086
 defined $lab | comm -12 - "$dir/wanted" >"$dir/both"
@@ -46,21 +50,54 @@ done
 never src/core src/load src/model gen
 never src/load gen
 never src/model gen src/load
-for folder in $lab; do never "$folder" src/cli; done
+# only FOLDER FOLDER...: of the lab the first one uses nothing but the others
+only() {
+    from=$1
+    there=
+    for folder in $lab src/cli; do
+        case " $* " in *" $folder "*) ;; *) there="$there $folder" ;; esac
+    done
+    # shellcheck disable=SC2086
+    never $from $there
+}
+io=src/lab/io open=src/lab/open run=src/lab/run data=src/lab/data fit=src/lab/fit sweep=src/lab/sweep
+only $io
+only $open $io
+only $run $io $open
+only src/lab/accuracy $io $open $run $data
+only $sweep $io $open $run
+only src/lab/plot $io $open $run $sweep
+only src/lab/study $io $open $run $sweep src/lab/plot
+only src/lab/identity $io $open $run $sweep $data $fit
+for folder in src/lab/page src/lab/fmu src/lab/draw src/lab/import; do only $folder $io $open; done
 # the order of a diagnosis: records, fits, effects, search, verdict; what is later is not asked before
-# shellcheck disable=SC2086
-for folder in src/lab src/lab/data src/lab/fit; do
-    never $folder src/lab/search src/lab/verdict src/lab/diagnosis src/lab/report src/lab/plan
-done
-never src/lab/effects src/lab/search src/lab/diagnosis src/lab/plan
-never src/lab/search src/lab/diagnosis src/lab/plan src/lab/law
-never src/lab/law src/lab/diagnosis src/lab/plan
-for folder in src/lab/study src/lab/page src/lab/fmu src/lab/draw src/lab/import; do
-    never $folder src/lab/search src/lab/verdict src/lab/diagnosis src/lab/plan src/lab/report src/lab/effects src/lab/law
-done
+only $data $io $open $run src/lab/effects $fit
+only $fit $io $open $run src/lab/effects $data
+only src/lab/effects $io $open $run $data $fit src/lab/law src/lab/report
+only src/lab/search $io $open $run src/lab/effects $data $fit
+only src/lab/law $io $open $run src/lab/effects $data $fit src/lab/search src/lab/verdict src/lab/report
+only src/lab/verdict $io $open $run src/lab/effects $data $fit src/lab/search src/lab/report src/lab/plan
+only src/lab/report $io $open $run src/lab/effects $data $fit src/lab/search src/lab/law src/lab/verdict src/lab/plan
+for folder in $lab; do never "$folder" src/cli; done
 grep -lE '#include "(verdict|motion|diagnosis_page)[.]h"' src/lab/search/*.[ch] >"$dir/both"
 test ! -s "$dir/both"
 ok "src/lab/search knows nothing of how a verdict is found or shown ($(tr '\n' ' ' <"$dir/both"))" $?
+
+# a header names the folders that include it: "Included by: this folder, src/lab, src/cli."
+headers=$(find src gen -name '*.h')
+for header in $headers; do
+    allowed=$(sed -n 's/^ \* Included by: \(.*\)\.$/\1/p;/\*\//q' "$header")
+    grep -rl "#include \"${header##*/}\"" src gen --include='*.[ch]' | while read -r user; do
+        case "$user" in "${header%/*}"/*) continue ;; esac
+        for folder in $(echo "$allowed" | tr -d ','); do
+            case "$user" in "$folder"/*) continue 2 ;; esac
+        done
+        echo "$header: $user"
+    done
+    [ -n "$allowed" ] || echo "$header: says nothing"
+done >"$dir/both"
+test "$(echo "$headers" | wc -l)" -gt 50 && test ! -s "$dir/both"
+ok "headers are included where they say ($(tr '\n' ' ' <"$dir/both"))" $?
 
 # the core neither prints nor reads files, and has no number of its own that a run could change
 needed src/core >"$dir/wanted"

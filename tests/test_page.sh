@@ -85,6 +85,41 @@ case $B in
         node tests/page/controls_test.js "$(command -v chromium)" "$dir/stein1788.html" models/strokes/stroke_01.csv \
             "$dir/pendulum.html" >"$dir/log" 2>&1
         counted "$dir/log"
+        cat >"$dir/rods.yaml" <<'YAML'
+mechanism: rods
+bodies:
+  left:
+    joint: R -y
+    mass: 1 kg
+    centre: [0, 0, -50 mm]
+    inertia: {yy: 500 kg mm^2}
+    points: {end: [0, 0, -100 mm]}
+  right:
+    joint: R -y
+    at: [120 mm, 0, 0]
+    mass: 1 kg
+    centre: [0, 0, -50 mm]
+    inertia: {yy: 500 kg mm^2}
+    points: {end: [0, 0, -100 mm], middle: [0, 0, -60 mm]}
+  block:
+    joint: T x
+    at: [0, 0, -60 mm]
+    mass: 0.1 kg
+    initial: {position: 120 mm}
+    points: {pin: [0, 0, 0]}
+loops:
+  bar: {between: [left.end, right.end], rod: 120 mm}
+  groove: {between: [right.middle, block.pin], slot: z}
+outputs:
+  angle: {joint: left, read: position}
+simulation: {dt: 1 ms, until: 1 s}
+YAML
+        for model in bench/rx90.yaml models/slider_crank.yaml "$dir/rods.yaml"; do
+            "$stein" page "$model" -o "$dir/$(basename "$model" .yaml).html" >/dev/null 2>&1
+        done
+        node tests/page/views_test.js "$(command -v chromium)" "$dir/stein1788.html" "$dir/rx90.html" \
+            "$dir/slider_crank.html" "$dir/rods.html" "$dir/piston.html" >"$dir/log" 2>&1
+        counted "$dir/log"
     fi
     ;;
 esac

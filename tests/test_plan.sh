@@ -47,7 +47,7 @@ for k in 1 2 3 4 5 6; do
     { echo '# known wheel.inertia.yy: 2.1e-3 kg m^2'; cat "$dir/s$k.csv"; } >"$dir/k$k.csv"
 done
 claim 0 "strokes that state a number" "$stein" diagnose "$model" "$dir"/k?.csv -o "$dir/k"
-if tr -d '\n' <"$dir/k/diagnosis.json" | grep -q '"kind": "inertia",[^}]*"place": "wheel".*"every stroke states it"'; then pass; else fail "is not under suspicion"; fi
+if tr -d '\n' <"$dir/k/diagnosis.json" | grep -q '"kind": "inertia",[^}]*"place": "wheel".*"every record states it"'; then pass; else fail "is not under suspicion"; fi
 
 # ---- the plan
 claim 0 "a plan" "$stein" plan "$model" "$diagnosis" -o "$dir/p"

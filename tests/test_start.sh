@@ -102,12 +102,11 @@ claim 1 "a file that is not there cannot be watched" "$stein" check "$dir/absent
 # ---- docs/first-diagnosis.md: its commands one after the other, and what it says that they print
 tutorial=docs/first-diagnosis.md work=$dir/first
 : >"$dir/printed"
-sed -n 's/^    build\/stein //p' $tutorial >"$dir/commands"
+sed -n 's/^    \(build\/stein\|mkdir\) /\1 /p' $tutorial >"$dir/commands"
 if [ "$(wc -l <"$dir/commands")" -ge 7 ]; then pass; else fail "$tutorial: its commands are found"; fi
-mkdir "$work"
 while read -r command; do
-    command=$(echo "$command" | sed "s#build/first#$work#g")
-    claim 0 "$tutorial: stein $command" sh -c "$stein $command"
+    command=$(echo "$command" | sed "s#build/first#$work#g;s#^build/stein#$stein#")
+    claim 0 "$tutorial: $command" sh -c "$command"
     sed "s#$work#build/first#g" "$dir/out" >>"$dir/printed"
 done <"$dir/commands"
 # numbers may differ in later versions, words may not: every number is a # on both sides

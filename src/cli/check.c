@@ -521,10 +521,11 @@ const cli_command cli_check = {
     .options = options,
     .description =
         "Reads the mechanism file MODEL and derives its equations. All problems of the file are\n"
-        "told in one run, each as file:line:column: what is wrong, what was expected, what was\n"
-        "perhaps meant; the line follows with a caret below the place. Without DATA nothing is\n"
-        "compiled or simulated, but loops and couplings: whether they can be closed, and how many\n"
-        "degrees of freedom they leave.\n"
+        "reported in one run, each as file:line:column: what is wrong, what was expected, which\n"
+        "known name is nearest; the line follows with a caret below the place. Without DATA "
+        "nothing\n"
+        "is compiled or simulated. For loops and couplings the command tells whether they can be\n"
+        "closed, and how many degrees of freedom they leave.\n"
         "\n"
         "DATA are measured records, CSV files. They are read and audited: sampling, noise, gaps,\n"
         "rests, wrapped angles. Then every record is simulated once with the numbers of the files\n"

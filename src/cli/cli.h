@@ -5,13 +5,15 @@
  *   help.c        --help                      names.c     lists of names
  *   manual.c      manual pages                report.c    models, failures, progress, quantities
  *   completion.c  for shells                  results.c   tables of sweep and merge
- *   story.c       diagnosis in a terminal     problems.c  a line and a caret
+ *   summary.c       diagnosis in a terminal     problems.c  a line and a caret
  *   watch.c       again when a file changes
+ * Included by: this folder.
  */
 #ifndef CLI_H
 #define CLI_H
 
-#include "inner.h"
+#include "plot.h"
+#include "sweep.h"
 #include "stein/diagnose.h"
 
 enum { CLI_OK, CLI_FAILED, CLI_USAGE, CLI_NUMERICAL }; /* exit codes */
@@ -30,7 +32,7 @@ typedef struct cli_option {
     {"set", 0, "NAME=VALUE[unit]",                                                               \
      "Override a number of the file, e.g. --set pawl.stop_shift=-0.3mm. Repeatable. A number\n"  \
      "without unit is SI. A structural zero that is set changes the equations: they are then\n"  \
-     "generated and compiled anew."},                                                            \
+     "generated and compiled again."},                                                           \
         {"inertia", 0, "accept|balance|refuse",                                                  \
          "What becomes of an inertia that no body can have: taken with a warning, replaced by\n" \
          "three equal moments, or refused (the default), for all bodies at once."},              \
@@ -123,10 +125,10 @@ int cli_completion(const char *shell);
  *  @return the exit code */
 int cli_check_data(const cli_args *args, lab__json *out);
 
-/* ---- story.c ---- */
+/* ---- summary.c ---- */
 
 /** A diagnosis on standard output, in at most 9 lines; all of it is in the report. */
-void cli_story(const char *model, const lab_diagnosis *d);
+void cli_summary(const char *model, const lab_diagnosis *d);
 
 /* ---- watch.c ---- */
 

@@ -95,7 +95,7 @@ static int read_files(job *j)
         fitted += !j->held_out[i];
     }
     if (code == CLI_OK && fitted == 0) {
-        code = cli_misuse(j->args->command, "all strokes are held out, none is left to fit to");
+        code = cli_misuse(j->args->command, "all records are held out, none is left to fit to");
     }
     return code;
 }
@@ -153,7 +153,7 @@ static int read_budget(job *j)
     double n = strtod(budget, &end);
     if (end == budget || !(n >= 1.0) || !(n < 1e12) || (*end != '\0' && strcmp(end, "s") != 0)) {
         return cli_misuse(j->args->command,
-                          "--budget %s: expected a number of strokes, 20000, or seconds, 30s",
+                          "--budget %s: expected a number of simulations, 20000, or seconds, 30s",
                           budget);
     }
     if (*end == 's') {
@@ -349,7 +349,7 @@ static int compute(job *j)
 static int show(const job *j)
 {
     if (cli_value(j->args, "json") == NULL) {
-        cli_story(lab_equations(j->model)->name, j->diagnosis);
+        cli_summary(lab_equations(j->model)->name, j->diagnosis);
     }
     int code = write_results(j);
     int distrusted = j->diagnosis->verified.done && !j->diagnosis->verified.same;
@@ -408,8 +408,8 @@ static int run(const cli_args *args)
 static const cli_option options[] = {
     {"output", 'o', "DIR", "The folder of the results; it is made when it is missing."},
     {"held-out", 0, "FILE,...",
-     "Strokes to judge by: nothing is fitted to them. Repeatable. Without it some of the\n"
-     "strokes (or blocks of one long record) are set aside."},
+     "Records to judge by: nothing is fitted to them. Repeatable. Without it some of the\n"
+     "records (or blocks of one long record) are set aside."},
     {"holdout", 0, "DATA...", "The same; all words up to the next option are files."},
     {"free", 0, "NAME,...",
      "Numbers of the file to refit besides those whose tolerance it states."},
@@ -421,59 +421,59 @@ static const cli_option options[] = {
      "Measured motions are taken as motion up to this frequency, of which half is kept, e.g.\n"
      "12Hz. Without it: as far as the noise of the motion allows, or, where the force that it\n"
      "needed was measured, too, as far as that shows it."},
-    {"budget", 0, "N|Ss", "The search ends after N simulated strokes, or S seconds."},
+    {"budget", 0, "N|Ss", "The search ends after N simulations of records, or S seconds."},
     {"trace", 0, "FILE",
      "Every fit of the search, one JSON object a line: hypothesis, evidence, cost."},
     {"explain", 0, "KIND@PLACE", "Why this candidate is not the verdict, with its numbers."},
     {"trust-settings", 0, NULL,
-     "Go on with strokes that move far from what their own \"# set\" lines say."},
+     "Go on with records that move far from what their own \"# set\" lines say."},
     {"jobs", 'j', "N", "Threads; default: one a processor. Results do not depend on it."},
     CLI_COMMON};
 
 const cli_command cli_diagnose = {
     .name = "diagnose",
-    .summary = "what the simulation gets wrong: the cause, from measured strokes",
+    .summary = "what the simulation gets wrong: the cause, from measured records",
     .operands = "MODEL DATA...",
     .noperands = 2,
     .more = 1,
     .options = options,
     .description =
-        "Where and when does the model depart from the measurement, which physical effect "
-        "explains\n"
-        "it, what else could, and how much better does the extended model predict strokes that it\n"
-        "has not seen? Candidates are the kinds of `stein effects MODEL` at every place of the\n"
-        "mechanism. Each is tested with everything else refitted and with strokes that differ by\n"
-        "themselves; the best are fitted in full and the evidence of the fitted strokes decides.\n"
-        "The strokes held out are read last and only tell the gain.\n"
+        "Compares a model with measured records and reports: where and when they differ, which\n"
+        "physical effect explains the difference, which others would explain it as well, and how\n"
+        "much better the extended model predicts records that it was not fitted to.\n"
+        "\n"
+        "Candidates are the effects of `stein effects MODEL` at every place of the mechanism. "
+        "Each\n"
+        "is tested with all other unknowns refitted, and with friction and drive that vary from\n"
+        "record to record. The best hypotheses are fitted in full; the evidence of the fitted\n"
+        "records decides. Records held out are read last and only measure the gain.\n"
         "\n"
         "Agreement in position proves little about forces. Where a channel shows how the driven\n"
-        "joint moved and an input can prescribe that motion, the verdict is asked once more: the\n"
-        "joint moves as measured, and the force that this needs is compared with the one that was\n"
-        "there, before and after. It supports the verdict, contradicts it or cannot tell; the\n"
-        "verdict stays.\n"
+        "joint moved and an input can prescribe that motion, a second check is made: the joint\n"
+        "moves as measured, and the force that this needs is compared with the force that acted,\n"
+        "with and without the causes. The check supports the verdict, contradicts it or cannot\n"
+        "tell; it does not change the verdict.\n"
         "\n"
-        "The data are audited first: a file that is not in order is named with its line, and then\n"
-        "there is no verdict. The verdict is one of\n"
-        "  explained        nothing to find: noise, and strokes that differ by themselves\n"
-        "  wrong_parameter  a number of the file is another one, or one that a record states\n"
+        "The data are audited first: an error in a file is reported with its line, and no verdict\n"
+        "is given. The verdict is one of\n"
+        "  explained        noise and variation from record to record are enough\n"
+        "  wrong_parameter  a number of the file, or one that a record states, is wrong\n"
         "  sensor           an instrument errs\n"
-        "  input            what drives the mechanism is not what the record says\n"
+        "  input            the drive of the mechanism differs from what the record states\n"
         "  missing_effect   physics that the file lacks\n"
-        "  unknown_effect   there is something, and no candidate explains it\n"
-        "  not_converged    no fit to trust, so nothing is said about physics (exit status 3)\n"
-        "  unusable_model   whatever is added, the model is far from the records (exit status 1)",
+        "  unknown_effect   records and model differ, and no candidate explains it\n"
+        "  not_converged    no fit converged: no statement about physics (exit status 3)\n"
+        "  unusable_model   far from the records with every candidate (exit status 1)",
     .output =
-        "At most 12 lines: verdict, reason, causes with their size, what the data cannot tell "
-        "from\n"
-        "them, what is left, the error on strokes held out, the check by forces, and the files.\n"
+        "At most 12 lines: verdict, reason, causes with their size, their rivals, the error on\n"
+        "records held out, the check by forces, and the files.\n"
         "In DIR: diagnosis.json {\"verdict\", \"causes\": [{\"kind\", \"place\",\n"
         "\"phase\", \"parameters\", \"evidence\"}], \"indistinguishable\", \"next_experiment\",\n"
         "\"law\": {\"place\", \"of\", \"at\", \"value\", \"lo\", \"hi\"} of an unknown effect,\n"
         "\"gain\": {\"rmse_before\", \"rmse_after\", \"ratio\", \"lo\", \"hi\", \"held_out\"},\n"
         "\"motion_check\": {\"says\": supports, contradicts, cannot_tell or not_done, \"why\",\n"
         "\"of_force\", \"of_channels\", \"all\", \"errors\": [...], \"stroke\"},\n"
-        "\"changed_after\": stroke behind which the records change, \"wrong_setting\" of one "
-        "stroke,\n"
+        "\"changed_after\": the last record before a change, \"wrong_setting\" of one record,\n"
         "\"settings_off\", \"verified\": extended.yaml, read again, leaves what its fit left,\n"
         "\"noise_floor\", \"audit\", \"suspects\": [{\"kind\", \"place\", \"presence\",\n"
         "\"detectable\", \"upper_limit\"}]}, presence one of present, absent, weak, not_testable;\n"

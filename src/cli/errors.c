@@ -24,7 +24,7 @@ static int is_jumping(const cli_errors *c)
 /* A large deviation is the motion's own where the steps make no errors that count. */
 static int is_wrong(const cli_errors *c)
 {
-    const lab__errors *e = lab__trust_errors(c->trust);
+    const lab__errors *e = lab__accuracy_errors(c->trust);
     return is_jumping(c) || !e->known || !(e->made_share <= LAB_WRONG) ||
            !(e->energy_share <= LAB_WRONG) || (is_doubtful(e) && e->deviation_share > LAB_WRONG);
 }
@@ -37,7 +37,7 @@ static int has_kind(const lab__errors *e, int kind)
 
 void cli_errors_line(FILE *f, const cli_errors *c)
 {
-    const lab__errors *e = lab__trust_errors(c->trust);
+    const lab__errors *e = lab__accuracy_errors(c->trust);
     const char *before = "  error of positions ";
     for (int k = 0; e->known && k < LAB_KINDS; k++) {
         if (has_kind(e, k)) {
@@ -68,7 +68,7 @@ static void put_kinds(lab__json *out, const char *name, const double *value)
 static void put_work(lab__json *out, const cli_errors *c, stein_work_kind kind, const char *what,
                      int index, const char *name)
 {
-    double work = lab__trust_work(c->trust, kind, index);
+    double work = lab__accuracy_work(c->trust, kind, index);
     if (work != 0.0) {
         char *key = lab__text("%s %s", name, what);
         if (key != NULL) {
@@ -99,7 +99,7 @@ static void put_works(lab__json *out, const cli_errors *c)
 
 void cli_errors_json(lab__json *out, const cli_errors *c)
 {
-    const lab__errors *e = lab__trust_errors(c->trust);
+    const lab__errors *e = lab__accuracy_errors(c->trust);
     const stein_energy_total *s = &e->energy;
     lab__json_open(out, "errors", '{');
     put_kinds(out, "deviation", e->deviation);
@@ -144,7 +144,7 @@ static int is_stiff(const cli_errors *c)
 
 void cli_errors_gimbal(const cli_errors *c)
 {
-    const lab__errors *e = lab__trust_errors(c->trust);
+    const lab__errors *e = lab__accuracy_errors(c->trust);
     if (e->gimbal < 1.0) {
         fprintf(
             stderr,
@@ -203,7 +203,7 @@ static void warn_of_chatter(const cli_errors *c)
 
 int cli_errors_warn(const cli_errors *c)
 {
-    const lab__errors *e = lab__trust_errors(c->trust);
+    const lab__errors *e = lab__accuracy_errors(c->trust);
     if (is_jumping(c)) {
         fprintf(stderr, "stein: do not trust the result: %s\n", lab_drive_doubt(c->drive));
     } else if (is_wrong(c) || is_doubtful(e)) {

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * errors.h - what a run says about its own errors: a line, fields of the JSON object, warnings and
  * the exit code.
+ * Included by: this folder.
  */
 #ifndef CLI_ERRORS_H
 #define CLI_ERRORS_H
 
 #include "cli.h"
-#include "trust.h"
+#include "accuracy.h"
 
 /** A run that is over, and what was seen on the way. */
 typedef struct cli_errors {
     const stein_model *model;
-    const lab__trust *trust;
+    const lab__accuracy *trust;
     const lab_drive *drive; /* or NULL */
     stein_integrator integrator;
     double dt, tolerance, until;

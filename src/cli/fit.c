@@ -160,7 +160,7 @@ static void print_text(const job *j)
     for (int k = 0; k < fit->nvalue; k++) {
         print_parameter(&fit->value[k], width);
     }
-    printf("%d samples of %d strokes, chi2/dof %.4g (band %.3g .. %.3g)%s\n", fit->samples,
+    printf("%d samples of %d records, chi2/dof %.4g (band %.3g .. %.3g)%s\n", fit->samples,
            fit->nstroke, fit->chi2_dof, fit->band_lo, fit->band_hi,
            fit->noise_given ? "" : ", noise estimated");
     for (int i = 0; i < fit->npair; i++) {
@@ -285,37 +285,39 @@ static const cli_option options[] = {
      "Prior sd of the offset of every marker, default 0.2mm (an angle: over 100 mm); 0: none."},
     {"trigger", 0, "T", "Prior sd of an unsynchronised trigger, default 2ms; 0: trust it."},
     {"scatter", 0, "HOW",
-     "Do strokes differ by themselves - joint friction by 5 %, contact friction by 8 %, drive by\n"
-     "0.3 %? yes, no or auto (default): when there are four or more."},
+     "Variation from record to record: joint friction 5 %, contact friction 8 %, drive 0.3 %.\n"
+     "yes, no or auto (default): yes with four records or more."},
     {"initial", 0, "HOW",
-     "Initial state of every stroke: free, fixed as the file says, or auto (default): free\n"
-     "where the mechanism does not settle and the stroke does not set it."},
+     "Initial state of every record: free, fixed as the file says, or auto (default): free\n"
+     "where the mechanism does not settle and the record does not set it."},
     CLI_COMMON};
 
 const cli_command cli_fit = {
     .name = "fit",
-    .summary = "parameters from measured strokes",
+    .summary = "parameters from measured records",
     .operands = "MODEL DATA...",
     .noperands = 2,
     .more = 1,
     .options = options,
     .description =
-        "Weighted nonlinear least squares over all samples of all strokes at once. The model runs\n"
-        "through each stroke with the stroke's `# set` values and its measured inputs and is\n"
-        "compared at the data's own times; the weights are `# noise`, or the audit's estimate.\n"
-        "Fitted along, for every stroke: the time of an unsynchronised trigger, an offset of "
-        "every\n"
-        "marker, factors on its friction and drive, and the initial state, from the first samples\n"
-        "of the record, unless the stroke states it.\n"
+        "Weighted nonlinear least squares over all samples of all records. Each record is "
+        "simulated\n"
+        "with its `# set` values and its measured inputs and compared at its own times. The "
+        "weights\n"
+        "are `# noise`, or the noise that the audit estimates. Each record has unknowns of its "
+        "own\n"
+        "that are fitted too: the time of an unsynchronised trigger, an offset of every marker,\n"
+        "factors on its friction and drive, and the initial state, from the first samples, unless\n"
+        "the record states it.\n"
         "\n"
-        "False minima look like missing physics, so the fit is searched for from several places:\n"
-        "from the file and from points spread over the priors; unless these searches agree, also\n"
-        "with the model held near the data at first (innovation ladder). The status is\n"
-        "`converged` when they agree\n"
-        "and the residual is noise, `misfit` when they agree and it is more, `not_converged`\n"
-        "otherwise (exit status 3).",
+        "A false minimum looks like missing physics. So the fit starts from several points: the\n"
+        "file's numbers and points spread over the priors; unless these agree, also with an\n"
+        "observer that holds the model near the data at first. The status is `converged` when the\n"
+        "starts agree and the residual is noise, `misfit` when they agree and the residual is\n"
+        "larger, `not_converged` otherwise (exit status 3).",
     .output =
-        "A table of values with 95 % intervals, what the data cannot tell, residuals.\n"
+        "A table of values with 95 % intervals, parameters that the data do not separate, "
+        "residuals.\n"
         "With --json: {\"model\", \"status\", \"reason\", \"parameters\": [{\"name\", \"value\",\n"
         "\"unit\", \"sd\", \"lo\", \"hi\", \"start\", \"prior_sd\", \"data_sd\", \"unseen\",\n"
         "\"logarithmic\", \"profile\"}], \"chi2\", \"prior\", \"samples\", \"dof\", \"chi2_dof\",\n"

@@ -94,14 +94,15 @@ const cli_command cli_import = {
         "of the project, coordinate by coordinate, with the joints in the order of the file,\n"
         "parents first.\n"
         "\n"
-        "What a mechanism file cannot carry is told on standard error and listed at the head of\n"
+        "What a mechanism file cannot carry is reported on standard error and listed at the head "
+        "of\n"
         "the file: cuts, so that loops stay open and dependent joints are free; links, external\n"
         "forces and user models, whose laws are C code of the project; sensors; names that had\n"
         "to be changed. Drawings are passed over. What is added to the file afterwards - springs,\n"
         "contacts, friction - is described in docs/mechanism-files.md.\n"
         "\n"
         "Projects may hold numbers that no body has, such as a moment of inertia above the sum of\n"
-        "the other two. The file is then written and its line told, with exit status 1.",
+        "the other two. The file is then written, the line is reported, and the exit status is 1.",
     .output = "The mechanism file. A line with the number of bodies, joints and points, or with\n"
               "--json: {\"model\", \"file\", \"bodies\", \"joints\", \"points\", \"left_out\": "
               "[...]}.",

@@ -34,8 +34,8 @@ static const cli_command *find(const char *name)
         }
     }
     const char *nearest = cli_nearest(name, names, COMMANDS);
-    char text[LAB_SHOWN];
-    fprintf(stderr, "stein: no command \"%s\"", lab__shown(text, name));
+    char text[LAB_PRINTABLE];
+    fprintf(stderr, "stein: no command \"%s\"", lab__printable(text, name));
     if (nearest != NULL) {
         fprintf(stderr, "; did you mean %s?", nearest);
     }
@@ -104,7 +104,7 @@ static int run(int argc, char **argv)
 int main(int argc, char **argv)
 {
     signal(SIGPIPE,
-           SIG_IGN); // who cannot be written to is told about, and nothing is left half done
+           SIG_IGN); // a write that fails is reported, and nothing is left half done
     signal(SIGXFSZ, SIG_IGN);
     gsl_set_error_handler_off(); // a library must not abort the program; results are checked
     return cli_finish(run(argc - 1, argv + 1));

@@ -137,7 +137,7 @@ void cli_manual_overview(void)
            ".SH SYNOPSIS\n\\fBstein\\fR \\fICOMMAND MODEL\\fR [\\fIoptions\\fR]\n");
     section("DESCRIPTION",
             "Writes the equations of motion of a mechanism from a description file, simulates it\n"
-            "with contacts, fits it to measured strokes, and says what the simulation gets wrong.\n"
+            "with contacts, fits it to measured records, and says what the simulation gets wrong.\n"
             "MODEL is a mechanism file in YAML: bodies, joints, contacts, inputs, outputs. Its\n"
             "first mechanism is the piano action that Johann Andreas Stein built in 1788.\n"
             "\n"

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "embedded.h"
 
 static const char placeholder[] = "NAME", ending[] = ".yaml";
 

@@ -71,9 +71,8 @@ const cli_command cli_page = {
         "parameters\n"
         "and, if these are few, others. A slider moves its number little by little, so that\n"
         "nothing jumps in a contact that is closed.\n\n"
-        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It is\n"
-        "asked once for a mechanism, the module goes into the cache; numbers need no compiler. "
-        "The\n"
+        "Needs a compiler for WebAssembly: apt-get install clang lld wasi-libc. It runs\n"
+        "once for a mechanism, the module goes into the cache; numbers need no compiler. The\n"
         "variable WASM_CC names another clang, WASI_SYSROOT another place of wasi-libc than /usr.",
     .output = "FILE.html, written whole or not at all. Its path is printed; with --json:\n"
               "{\"model\", \"file\", \"bytes\", \"module_bytes\", \"hash\"}. hash is of the state "

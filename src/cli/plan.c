@@ -96,19 +96,20 @@ static void print_plan(const job *j)
     }
     printf("\n");
     print_name("experiment");
-    printf("%10s %10s %8s  %s\n", "2 ln odds", "worst 10 %", "strokes", "");
+    printf("%10s %10s %8s  %s\n", "2 ln odds", "worst 10 %", "repeats", "");
     for (int i = 0; i < shown; i++) {
         print_experiment(&p->experiment[i], p);
     }
     if (p->n > shown) {
-        printf("%d more tell less\n", p->n - shown);
+        printf("%d more separate less\n", p->n - shown);
     }
     printf(
-        "\n2 ln odds: expected of one stroke or check, whoever is right; 9 of 10 exceed the worst "
-        "10 %%.\nstrokes, or times of a check: so many give odds of %.4g to 1, 9 times of 10; no "
-        "stroke is made only once.\n",
+        "\n2 ln odds: expected of one record or check, whichever is true; 9 of 10 exceed the worst "
+        "10 %%.\nrepeats: records, or checks, that give odds of %.4g to 1 in 9 of 10 cases; at "
+        "least "
+        "two records.\n",
         p->wanted);
-    printf("%d strokes simulated, %.3g s\n", p->strokes, p->seconds);
+    printf("%d records simulated, %.3g s\n", p->strokes, p->seconds);
 }
 
 static int show(job *j)
@@ -184,7 +185,7 @@ static int run(const cli_args *args)
 }
 
 static const cli_option options[] = {
-    {"output", 'o', "DIR", "Write plan.json and the best experiment's strokes into this folder."},
+    {"output", 'o', "DIR", "Write plan.json and the best experiment's records into this folder."},
     {"instruments", 0, "NAMES",
      "Channels that can be measured, too, separated by commas, or none; default: every place, "
      "angle and force on the ground."},
@@ -208,36 +209,35 @@ const cli_command cli_plan = {
     .more = 1,
     .options = options,
     .description =
-        "A diagnosis may end with a cause and rivals that the strokes cannot tell from it\n"
-        "(\"indistinguishable\" of its diagnosis.json). Which stroke would? Experiments that\n"
-        "the mechanism has room for are simulated with the cause and with every rival, each\n"
-        "with the numbers it was fitted with: other settings of what the strokes set, another\n"
-        "load, another start, a prescribed motion, half a stroke, a force, the string\n"
-        "removed, a mass added, another channel, a faster camera, a supposed wire or damper\n"
-        "taken off (# set key_wire.k: 0; is there none, the stroke is the same again); where\n"
-        "one stroke does not tell, up to three of these at once. What a refit of uncertain\n"
-        "numbers, of the trigger, of offsets and of the strokes' own scatter could imitate\n"
-        "counts for nothing. Without a stroke something may be looked at by itself: an\n"
-        "instrument under suspicion beside a plumb line, a scale, a light or a clock, a\n"
-        "length with calipers, a body on a balance or a knife edge, a felt in a press. What\n"
-        "that shows is stated in the files of all strokes (# known NAME: VALUE) and is known\n"
-        "then: no effect acts on it. The best experiment needs few strokes against the rival\n"
-        "that is hardest to tell, goes little beyond the strokes so far (\"beyond\": 1 not at\n"
-        "all, 2 twice the force), where the model may be wrong in other ways, and tells the\n"
-        "rivals from each other, too (\"all_pairs\").\n"
+        "A diagnosis may end with a cause and rivals that the records cannot tell from it\n"
+        "(\"indistinguishable\" of its diagnosis.json). This command looks for an experiment that\n"
+        "separates them. Every possible experiment is simulated with the cause and with each\n"
+        "rival, with their fitted numbers: other settings, load or start, a prescribed motion\n"
+        "(also half of it and back), a force, the string removed, a mass added, another channel,\n"
+        "a faster camera, a supposed wire or damper taken off (# set key_wire.k: 0); where one\n"
+        "change is not enough, up to three at once. Differences that uncertain numbers, trigger,\n"
+        "offsets or scatter of the records can explain do not count. Checks without a record are\n"
+        "listed as well: an instrument beside a plumb line, a scale, a light or a clock, a length\n"
+        "with calipers, a body on a balance or a knife edge, a felt in a press. Their result is\n"
+        "stated in the files of all records (# known NAME: VALUE) and is known from then on.\n"
+        "\n"
+        "The best experiment needs few records against the rival that is hardest to separate,\n"
+        "stays near the records so far (\"beyond\": 1 within them, 2 twice the force), where the\n"
+        "model has been compared, and separates the rivals from each other (\"all_pairs\").\n"
         "\n"
         "MODEL is the mechanism file that was diagnosed, with the same --set.\n"
         "\n"
-        "stein plan --before MODEL --channels NAMES --records TEXT needs no diagnosis. Records\n"
-        "like those that are meant are simulated with the numbers of the file, and the effects\n"
-        "of the table at their places are compared as a diagnosis does: beside everything that\n"
-        "is refitted, from which size on would each be named with 95 %, and which others would\n"
-        "explain the records as well then, and up to which size? Then the same with\n"
-        "each channel, setting, start, load and motion that could be added, at what cost: a\n"
-        "record more counts 1, to set up something else 4.",
+        "stein plan --before MODEL --channels NAMES --records TEXT needs no diagnosis. The "
+        "records\n"
+        "that are planned are simulated with the numbers of the file. For each effect and place\n"
+        "the table lists the size from which on it would be named with 95 %, and which other\n"
+        "effects would explain the records as well, up to which size. The same follows with each\n"
+        "channel, setting, start, load and motion that could be added, and its cost: a record\n"
+        "more counts 1, another set-up 4.",
     .output =
-        "A table: the experiment, 2 ln of the odds that one stroke is expected to give, what 9 of\n"
-        "10 strokes exceed, how many strokes give the odds wanted, and what has to be done. In\n"
+        "A table: the experiment, 2 ln of the odds expected from one record, the value that 9 of "
+        "10\n"
+        "records exceed, the number of records for the odds wanted, and what to do. In\n"
         "DIR: plan.json {\"cause\", \"rivals\", \"odds_wanted\", \"experiments\": "
         "[{\"experiment\",\n"
         "\"why\", \"feasible\", \"odds\", \"odds_worst\", \"repeats\", \"all_pairs\", "
@@ -246,7 +246,7 @@ const cli_command cli_plan = {
         "\"reach\"}], \"set\",\n"
         "\"drive\", \"channel\", \"frames_for_one\", \"beyond\"}], \"stroke\", "
         "\"stroke_of_rival\"};\n"
-        "next_stroke.csv, the best stroke as the cause predicts it, and next_rival.csv, as the\n"
+        "next_stroke.csv, the best record as the cause predicts it, and next_rival.csv, as the\n"
         "rival does: data files with the settings (# set) and the driven input, for\n"
         "`stein simulate --drive` and for the diagnosis. With --json plan.json is printed.\n"
         "With --before plan.json is {\"records\", \"causes\": [{\"kind\", \"place\", \"unit\", "

@@ -107,7 +107,7 @@ void cli_progress_show(cli_progress *p, double fraction)
     fprintf(stderr, "] %3.0f %%  %.0f s left ", 100.0 * fraction, left(spent, fraction));
 }
 
-/* a line now and then for who is not at a terminal */
+/* a line now and then where the output is no terminal */
 static void progress_line(cli_progress *p, double fraction)
 {
     enum { SECONDS_A_LINE = 5 };

@@ -25,7 +25,7 @@ typedef struct job {
     lab_stroke stroke;
     int is_stroke;
     double tolerance; /* of controlled steps [rad or m] */
-    lab__trust *trust;
+    lab__accuracy *trust;
     cli_errors errors;
     int *begins; /* [ncontact] of contacts */
     cli_progress progress;
@@ -116,9 +116,9 @@ static stein_status on_sample(void *ctx, stein_sim *sim)
         j->errors.stiff_contact = contact;
         j->errors.stiff_time = stein_time(sim);
     }
-    lab__trust_step(j->trust, sim);
+    lab__accuracy_step(j->trust, sim);
     if (stein_time(sim) >= j->def.until) {
-        lab__trust_end(j->trust, sim);
+        lab__accuracy_end(j->trust, sim);
     }
     return status;
 }
@@ -142,11 +142,11 @@ static stein_status prepare_errors(job *j, stein_err *err)
         status = lab__no_memory(err);
     }
     if (status == STEIN_OK) {
-        status = lab__trust_create(&j->trust, j->model, &j->sim_def, j->tolerance, j->def.until,
-                                   j->drive, err);
+        status = lab__accuracy_create(&j->trust, j->model, &j->sim_def, j->tolerance, j->def.until,
+                                      j->drive, err);
     }
     if (status == STEIN_OK) {
-        status = lab__trust_begin(j->trust, j->sim, err);
+        status = lab__accuracy_begin(j->trust, j->sim, err);
     }
     j->errors = (cli_errors){.model = j->equations,
                              .trust = j->trust,
@@ -190,7 +190,7 @@ static stein_status simulate(job *j, stein_err *err)
                                        : lab_simulate(j->sim, &j->def, err);
     cli_progress_end(&j->progress);
     if (status == STEIN_ENONFINITE || status == STEIN_ESINGULAR || status == STEIN_ECHATTER) {
-        lab__trust_fail(j->trust, j->sim);
+        lab__accuracy_fail(j->trust, j->sim);
         cli_errors_gimbal(&j->errors);
     }
     if (status == STEIN_OK && j->table != NULL) {
@@ -356,7 +356,7 @@ static void free_job(job *j)
 {
     lab_record_destroy(j->table);
     lab_record_destroy(j->picture);
-    lab__trust_destroy(j->trust);
+    lab__accuracy_destroy(j->trust);
     free(j->begins);
     stein_sim_destroy(j->sim);
     lab_drive_close(j->drive);
@@ -458,10 +458,10 @@ static const cli_option options[] = {
     "Escapement is the instant at which the beak's end passes the corner of the notch; its\n"     \
     "height is the distance of head and string then. The impact's speed is their closing\n"       \
     "speed at first contact. The action is re-armed when, the load lifted, the beak is back\n"    \
-    "under the roof and the hammer at rest at the end. Without --release this is found out on\n"  \
-    "the side: the load is lifted at the end and the motion followed for another 0.5 s.\n"        \
+    "under the roof and the hammer at rest at the end. Without --release it is decided in\n"      \
+    "0.5 s of simulation after the end, in which the load is lifted.\n"                           \
     "\n"                                                                                          \
-    "Any other mechanism is simply simulated. `stein strike` and `stein simulate` are the same\n" \
+    "Any other mechanism is simulated. `stein strike` and `stein simulate` are the same\n"        \
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
     "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."

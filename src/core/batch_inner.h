@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * batch_inner.h - a batch, as its two files see it. Not installed.
+ * batch_inner.h - a batch, as its two files see it.
+ * Included by: this folder.
  */
 #ifndef STEIN_BATCH_INNER_H
 #define STEIN_BATCH_INNER_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * core.h - what the files of the core share. Not installed.
+ * core.h - what the files of the core share.
  *
  *   of a simulation alone
  *      sim.c       create, parameters                  settle.c    static equilibrium, reset
@@ -29,6 +29,7 @@
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
  * that ends on the other side is cut at the root of g and the mode flips there. Guards are stored
  * spots first, then four a notch (tip, corner, face, region).
+ * Included by: this folder, src/fmi, src/load, src/page.
  */
 #ifndef STEIN_CORE_H
 #define STEIN_CORE_H

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * direction.h - the door between a simulation and the derivatives of its forces: plain numbers
  * only, so that files whose reals are numbers with a derivative (tangent.h) can meet the others
- * here. Not installed.
+ * here.
+ * Included by: this folder.
  */
 #ifndef STEIN_DIRECTION_H
 #define STEIN_DIRECTION_H

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * functions.h - the elementary functions one by one, for who is in no hurry: the generator, the
  * reader of mechanism files, the laboratory. The same bits with any libm; errors below 1 ulp.
+ * Included by: this folder, gen, src/model, src/lab.
  */
 #ifndef STEIN_FUNCTIONS_H
 #define STEIN_FUNCTIONS_H

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * lane.h - the door between a simulation and the lane it rides in: plain numbers only, so that
- * files compiled for any number of lanes can meet here. Not installed.
+ * files compiled for any number of lanes can meet here.
+ * Included by: this folder.
  */
 #ifndef STEIN_LANE_H
 #define STEIN_LANE_H

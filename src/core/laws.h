@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * laws.h - the laws of law.h where every evaluation needs them: inline, for any number of lanes.
  * What a law leaves at its neutral value is not worked out: its parts say what there is.
+ * Included by: this folder.
  */
 #ifndef STEIN_LAWS_H
 #define STEIN_LAWS_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * loops.h - what loops.c, partition.c and assemble.c share.
+ * Included by: this folder.
  */
 #ifndef STEIN_LOOPS_H
 #define STEIN_LOOPS_H

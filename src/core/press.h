@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * press.h - a place where a pair presses, for spots and notches. Not installed.
+ * press.h - a place where a pair presses, for spots and notches.
+ * Included by: this folder.
  */
 #ifndef STEIN_PRESS_H
 #define STEIN_PRESS_H

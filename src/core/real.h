@@ -16,6 +16,7 @@
  *
  * With STEIN_LANES 0 a real is a number with its derivative, and conditions ask about the number
  * (tangent.h).
+ * Included by: this folder.
  */
 #ifndef STEIN_REAL_H
 #define STEIN_REAL_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * slopes.h - what the files that derive qdd share. Not installed.
+ * slopes.h - what the files that derive qdd share.
+ * Included by: this folder.
  */
 #ifndef STEIN_SLOPES_H
 #define STEIN_SLOPES_H

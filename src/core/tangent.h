@@ -9,6 +9,7 @@
  * Conditions ask about the number, as the side on which a motion is does not depend on a
  * derivative. Only "differs from its neutral value" is also true of a law that is just being
  * switched on.
+ * Included by: this folder.
  */
 #ifndef STEIN_TANGENT_H
 #define STEIN_TANGENT_H

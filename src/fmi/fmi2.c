@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "inside2.h"
+#include "fmi2_internal.h"
 
 enum { LONGEST_NAME = 128 };
 

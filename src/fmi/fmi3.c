@@ -12,7 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "inside3.h"
+#include "fmi3_internal.h"
 
 /* where the messages of an instance go */
 typedef struct instance {

@@ -7,6 +7,7 @@
  *
  * Names have no prefix, so that a shared object is what every importer's compiler makes of them.
  * Who links several FMUs statically compiles each with -DFMI3_FUNCTION_PREFIX=NAME_.
+ * Included by: this folder.
  */
 #ifndef FMI_FMI3_H
 #define FMI_FMI3_H

@@ -14,6 +14,7 @@
  * So a step allocates nothing, and any number of instances may run on as many threads.
  *
  * Times of the importer are counted from its start time; the mechanism's own time starts at 0.
+ * Included by: this folder.
  */
 #ifndef FMI_SLAVE_H
 #define FMI_SLAVE_H

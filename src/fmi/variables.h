@@ -12,6 +12,7 @@
  *      step of the integrator                    [1]
  *      q, qd, qdd of joint 0, 1, ...             [3*nq]
  *      guard of spot 0, 1, ..., of notches       [nspot + 4*nnotch]
+ * Included by: this folder, src/lab/fmu.
  */
 #ifndef FMI_VARIABLES_H
 #define FMI_VARIABLES_H

@@ -3,7 +3,8 @@
  *
  * One table a law, in the order of the blocks of stein/model.h. Every entry becomes a parameter;
  * one that the file leaves out gets its neutral value, with which it does nothing. So a physical
- * effect is one line here and one term in src/core/law.c, and trying it needs no new equations.
+ * effect is one line here, its key among those of a section (section_*.c) and one term in
+ * src/core/laws.h; trying it needs no new equations.
  */
 #include <string.h>
 

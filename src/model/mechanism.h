@@ -5,6 +5,7 @@
  * path, "hammer.mass"), or a formula over parameters ("string.height + 2 mm"). Values are SI. All
  * references by name are resolved to indices; bodies are sorted so that a parent comes first.
  * The free load and contacts of two lines are already written out as ordinary bodies and spots.
+ * Included by: this folder, gen, src/lab/open.
  */
 #ifndef MECHANISM_H
 #define MECHANISM_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * reader.h - what the files of the mechanism reader share; nothing outside src/model includes it.
+ * reader.h - what the files of the mechanism reader share.
  *
  *   bytes --source.c--> tree of nodes --section_*.c--> mechanism + list of slots --slots.c-->
  * values
@@ -9,6 +9,7 @@
  * a formula may refer to a number that stands below it, and an override may set one that is absent.
  * Temporary memory lives in one arena; after an allocation failure `nomem` is set, every later
  * allocation fails too, and the reader unwinds without special cases.
+ * Included by: this folder, src/lab/data, src/lab/search, src/lab/sweep.
  */
 #ifndef READER_H
 #define READER_H
@@ -272,13 +273,13 @@ void mech__section_tables(mech__reader *rd);
 /** With all numbers at hand: do the points of every table increase? */
 void mech__tables_finish(mech__reader *rd);
 
-/* --- parts.c --- */
+/* --- split_body.c --- */
 
 /** What is left of every whole when its parts are taken out, and the places on parts. All numbers
  *  are known, copies are made before and again after. */
 void mech__parts(mech__reader *rd);
 
-/* --- fixed.c --- */
+/* --- fixed_bodies.c --- */
 
 enum { MECH__FIXED = 'F' }; /* type of a body that is none of its own */
 /** Fixed bodies become part of what carries them, and are no bodies any more. */
@@ -322,7 +323,7 @@ int mech__violates_triangle(const mech_scalar I[6]);
  */
 void mech__balance(mech__reader *rd);
 
-/* --- doubts.c --- */
+/* --- plausibility.c --- */
 
 /** Of a file without problems: what is possible, but hardly meant, noted as "warning: ...". */
 void mech__doubts(mech__reader *rd);

@@ -14,7 +14,7 @@
 #include <yaml.h>
 
 #include "reader.h"
-#include "written.h"
+#include "sanitizer.h"
 
 typedef struct block {
     struct block *next;

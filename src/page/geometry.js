@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * geometry.js - where everything is: the mechanism's own numbers at the parameters of the moment,
- * turned along its tree. Three-dimensional; what is drawn is one plane of it. */
+ * turned along its tree. Three-dimensional; what is drawn is its projection. */
 "use strict";
 
 const Geometry = (() => {
@@ -36,17 +36,20 @@ const Geometry = (() => {
     return R;
   }
 
-  /* the plane that most of the mechanism moves in: [right, up] */
-  function planeOf(model) {
-    if (model.contacts.length > 0) return [0, 2];
-    const about = (axis) => model.bodies.some((b) => b.type === "R" && b.axis === axis);
-    if (about("y")) return [0, 2];
-    if (about("x")) return [1, 2];
-    return about("z") ? [0, 1] : [0, 2];
-  }
+  /* Directions to look from: what is right and up in the drawing. Contacts and notches lie in the
+   * plane x-z, so a mechanism that has any is seen from the front only. */
+  const c = Math.cos(Math.PI / 6), s = Math.sin(Math.PI / 6), k = Math.sin(Math.PI / 9);
+  const views = {
+    front: { right: [1, 0, 0], up: [0, 0, 1] },
+    side: { right: [0, 1, 0], up: [0, 0, 1] },
+    top: { right: [1, 0, 0], up: [0, 1, 0] },
+    oblique: { right: [c, s, 0], up: [-s * k, c * k, Math.cos(Math.PI / 9)] },
+  };
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
   function create(model) {
-    const plane = planeOf(model), [U, V] = plane;
+    const flatOnly = model.contacts.length + model.notches.length > 0;
+    let view = views.front;
     const params = Float64Array.from(model.values);
     const fixed = { R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], o: [0, 0, 0] };
     const frames = model.bodies.map(() => fixed);
@@ -65,24 +68,26 @@ const Geometry = (() => {
       });
     }
 
-    /* a place given in a body's axes, in the plane */
-    function at(body, v) {
+    const project = (w) => [dot(w, view.right), dot(w, view.up)];
+    /* a place given in a body's axes: in the fixed ones, and in the drawing */
+    function world(body, v) {
       const f = frame(body), w = times(f.R, v);
-      return [f.o[U] + w[U], f.o[V] + w[V]];
+      return [f.o[0] + w[0], f.o[1] + w[1], f.o[2] + w[2]];
     }
-    /* the same of a place given in the plane */
-    function local(body, u, v) {
-      const p = [0, 0, 0];
-      p[U] = u;
-      p[V] = v;
-      return at(body, p);
-    }
-    function direction(body, angle) {
-      const f = frame(body), v = [0, 0, 0];
-      v[U] = Math.cos(angle);
-      v[V] = Math.sin(angle);
-      const w = times(f.R, v);
-      return [w[U], w[V]];
+    const at = (body, v) => project(world(body, v));
+    const local = (body, x, z) => at(body, [x, 0, z]);
+    const direction = (body, angle) =>
+      project(times(frame(body).R, [Math.cos(angle), 0, Math.sin(angle)]));
+
+    /* every place that is known of bodies, joints and points, in the fixed axes */
+    function places() {
+      const list = [];
+      model.bodies.forEach((b, i) => {
+        if (!b.load) list.push(world(i, [0, 0, 0]), world(i, vec(b.centre)));
+      });
+      model.points.forEach((p) => list.push(world(p.body, vec(p.at))));
+      model.notches.forEach((k) => list.push(world(k.catcher, vec(k.corner))));
+      return list;
     }
 
     /* one side of a contact now: at, and radius or normal n and extent along the tangent */
@@ -115,8 +120,11 @@ const Geometry = (() => {
                beak: direction(k.beak, tilt) };
     }
 
-    return { model, params, plane, num, vec, place, at, local, shape, spot, notch,
-             flat: (v) => { const w = vec(v); return [w[U], w[V]]; } };
+    return { model, params, num, vec, place, places, world, at, project, local, shape, spot, notch,
+             views: flatOnly ? ["front"] : Object.keys(views), look(name) { view = views[name]; },
+             flat: (v) => { const w = vec(v); return [w[0], w[2]]; },
+             /* an axis of a body's joint, as it is now, in the drawing */
+             along: (body, axis) => project(frame(body).R.map((row) => row[axis])) };
   }
 
   return { create };

@@ -18,6 +18,7 @@ const Page = (() => {
   let speed = 1, carry = 0, last = 0, quiet = 0, asleep = false, failed = false, seenMove = false;
   const held = model.inputs.map(() => false); // pressed inputs
   let touch = 1;                              // [N or N m] of a press
+  let soundChosen = true; // on or off by hand; else the first press turns it on, where that is allowed
 
   /* as it lies there before it is played: the load beside it */
   function startState() {
@@ -127,7 +128,7 @@ const Page = (() => {
     scene.draw({ q: s.q, forces: s.forces, loadPresent: s.load, phase: s.phase,
                  ghosts: replay.ghosts(s.t - replay.opened()),
                  pushes: model.inputs.map((k, i) => (held[i] && !seen ? touch : 0)),
-                 atRest: asleep || !seenMove });
+                 named: asleep || !seenMove || paused });
     traces.draw(engine.trace(), model.until, s.values,
                 { frozen: replay.frozen, measured, opened: replay.opened(), at: seen ? seen.t : null });
     strokes.draw();
@@ -240,6 +241,7 @@ const Page = (() => {
 
   function press(i, on, force = touch) {
     if (held[i] === on && !on) return;
+    if (on && !soundChosen) sound(true);
     if (on && !held[i]) {
       if (!strokes.isOpen() || engine.armed()) {
         strokes.begin();
@@ -256,6 +258,7 @@ const Page = (() => {
 
   function dropLoad() {
     const on = !engine.loadPresent();
+    if (on && !soundChosen) sound(true);
     if (on) strokes.begin();
     engine.load(on);
     if (on) record();
@@ -451,14 +454,35 @@ const Page = (() => {
     turn();
   }
 
+  /* the direction to look from, of a mechanism that has a depth */
+  function buildView({ view, spatial }) {
+    const s = $("view"), wish = Address.get("view");
+    $("view-choice").hidden = !spatial;
+    if (!spatial) return;
+    const take = (name) => { scene.look(name); s.value = name; };
+    for (const name of geometry.views) s.append(new Option(Words.t(name), name));
+    take(geometry.views.includes(wish) ? wish : view);
+    s.addEventListener("change", () => {
+      take(s.value);
+      Address.put("view", s.value === view ? null : s.value);
+      fit();
+    });
+  }
+
+  function sound(on) {
+    soundChosen = true;
+    Sound.turn(on).then(() => {
+      $("sound").setAttribute("aria-pressed", on);
+      $("sound").textContent = Words.t(on ? "soundOn" : "soundOff");
+    });
+  }
   function buildSound() {
-    const b = $("sound");
-    b.hidden = model.string < 0;
-    b.addEventListener("click", () => {
-      const on = b.getAttribute("aria-pressed") !== "true";
-      Sound.turn(on);
-      b.setAttribute("aria-pressed", on);
-      b.textContent = Words.t(on ? "soundOn" : "soundOff");
+    $("sound").hidden = model.string < 0;
+    soundChosen = model.string < 0 || Address.get("sound") === "off";
+    $("sound").addEventListener("click", () => {
+      const on = $("sound").getAttribute("aria-pressed") !== "true";
+      sound(on);
+      Address.put("sound", on ? null : "off");
     });
   }
 
@@ -566,7 +590,7 @@ const Page = (() => {
                                dial: dx ? dx.param : null, say: (t) => { $("announce").textContent = t; } });
     if (model.string < 0) strokes.begin = strokes.follow = strokes.forget = () => {};
     takeAddress();
-    Preview.run({ model, engine, geometry, scene, traces });
+    const seenFrom = Preview.run({ model, engine, geometry, scene, traces });
     startState();
     titles();
     buildActions();
@@ -574,6 +598,7 @@ const Page = (() => {
     buildKeys();
     buildDials();
     buildSpeed();
+    buildView(seenFrom);
     buildReplay();
     buildMeasured();
     buildTour(dx);

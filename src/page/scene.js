@@ -39,9 +39,11 @@ const Scene = (() => {
 
   function create(canvas, geometry) {
     const ctx = canvas.getContext("2d"), g = geometry, model = g.model;
-    const action = findAction(model);
-    let box = [-0.1, -0.1, 0.1, 0.1], size = 0.2, travel = [], guides = [];
-    let view = null, lens = null, width = 0, height = 0, colour = {}, alpha = 1;
+    const action = findAction(model), shaped = action ? [action.key, action.hammer, action.pawl] : [];
+    const others = model.bodies.map((_, i) => i).filter((i) => !model.bodies[i].load && !shaped.includes(i));
+    const margin = action ? 0.05 : 0.08; // around the box, of its size
+    let boxes = {}, box = [-0.1, -0.1, 0.1, 0.1], roams = false, size = 0.2, travel = [], guides = [];
+    let view = null, lens = null, width = 0, height = 0, extra = 0, colour = {}, alpha = 1;
 
     /* ---- paths ---- */
 
@@ -121,8 +123,8 @@ const Scene = (() => {
 
     /* what is known of a body's outline, in its own axes */
     function marks(body) {
-      const p = [[0, 0]], round = [];
-      const add = (v) => p.push(g.flat(v));
+      const p = [[0, 0, 0]], round = [];
+      const add = (v) => p.push(g.vec(v));
       model.points.forEach((k) => { if (k.body === body) add(k.at); });
       model.bodies.forEach((b) => { if (b.parent === body && !b.load) add(b.at); });
       model.notches.forEach((k) => {
@@ -132,10 +134,11 @@ const Scene = (() => {
       model.contacts.forEach((c) => c.spots.forEach((pair) => pair.forEach((s) => {
         if (s.body !== body || c.load) return;
         if (s.facing === undefined && g.num(s.radius) > 0)
-          round.push([g.flat(s.at), g.num(s.radius)]);
+          round.push([g.vec(s.at), g.num(s.radius)]);
         else if (s.extent) {
-          const f = g.num(s.facing), t = [Math.sin(f), -Math.cos(f)], at = g.flat(s.at);
-          for (const e of s.extent) p.push([at[0] + g.num(e) * t[0], at[1] + g.num(e) * t[1]]);
+          const f = g.num(s.facing), at = g.vec(s.at);
+          for (const e of s.extent)
+            p.push([at[0] + g.num(e) * Math.sin(f), at[1], at[2] - g.num(e) * Math.cos(f)]);
         } else add(s.at);
       })));
       // a body of which only the joint and the mass are known
@@ -143,20 +146,81 @@ const Scene = (() => {
       return { points: p, round };
     }
 
+    /* a body of which one place is known: a block that slides, a wheel that turns */
+    function blockOrWheel(body, v, tone) {
+      const b = model.bodies[body], at = g.local(body, 0, 0), r = 0.035 * size;
+      const axis = { x: 0, y: 1, z: 2 }[b.axis];
+      if (b.type === "R") {
+        disc(at, r, v, tone, colour.edge);
+        const spoke = g.along(body, (axis + 1) % 3);
+        path([at, [at[0] + r * spoke[0], at[1] + r * spoke[1]]], v, false);
+        paint(null, colour.edge, 1.5);
+        return;
+      }
+      const d = g.along(body, axis), long = Math.hypot(...d);
+      const [u, w] = long > 0.1 ? [d[0] / long, d[1] / long] : [1, 0];
+      const corner = (a, c) => [at[0] + r * (a * u - c * w), at[1] + r * (a * w + c * u)];
+      path([corner(1, 0.7), corner(1, -0.7), corner(-1, -0.7), corner(-1, 0.7)], v);
+      paint(tone, colour.edge);
+    }
+
     function anyBody(body, v) {
-      const b = model.bodies[body], { points, round } = marks(body);
-      const r = 0.013 * size, tone = [colour.wood, colour.wood2, colour.wood3][body % 3];
-      const seen = points.map((p) => g.local(body, p[0], p[1]));
-      const hull = convexHull(seen);
-      const wide = Math.max(...hull.map((p) => Math.hypot(p[0] - hull[0][0], p[1] - hull[0][1])));
-      if (wide > 0.5 * r || round.length === 0) {
+      const { points, round } = marks(body), r = 0.013 * size;
+      const tone = [colour.wood, colour.wood2, colour.wood3][body % 3];
+      if (points.some((p) => Math.hypot(...p) > 0.5 * r)) {
+        const hull = convexHull(points.map((p) => g.at(body, p)));
         ctx.lineJoin = ctx.lineCap = "round";
-        path(hull.length > 1 ? hull : [hull[0], hull[0]], v);
+        path(hull.length > 1 ? hull : [hull[0], [hull[0][0] + 0.01 * r, hull[0][1]]], v);
         paint(null, colour.edge, 2 * r * v.s + 2);
         paint(tone, tone, 2 * r * v.s);
+      } else if (round.length === 0) blockOrWheel(body, v, tone);
+      for (const [c, radius] of round) disc(g.at(body, c), radius, v, tone, colour.edge);
+    }
+
+    /* how much of the drawing a body covers [m^2] */
+    function area(body) {
+      const h = convexHull(marks(body).points.map((p) => g.at(body, p)));
+      return Math.abs(h.reduce((sum, p, i) => {
+        const q = h[(i + 1) % h.length];
+        return sum + p[0] * q[1] - q[0] * p[1];
+      }, 0));
+    }
+
+    /* bodies that have no shape of their own: large ones behind small ones, pins in front of all */
+    function anyBodies(list, v) {
+      const sorted = list.map((i) => [i, area(i)]).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
+      for (const [i] of sorted) anyBody(i, v);
+      for (const i of list) if (model.bodies[i].type === "R") pin(g.local(i, 0, 0), v);
+    }
+
+    /* ---- loops ---- */
+
+    const place = (point) => {
+      const p = model.points[point];
+      return g.at(p.body, g.vec(p.at));
+    };
+
+    /* rods and slots, behind the bodies that they close a loop with */
+    function loops(v) {
+      ctx.lineCap = "round";
+      for (const l of model.loops) {
+        const [a, b] = [place(l.from), place(l.to)];
+        if (l.kind === "rod") {
+          path([a, b], v, false);
+          paint(null, colour.edge, 0.02 * size * v.s + 2);
+          paint(null, colour.frame, 0.02 * size * v.s);
+        } else if (l.kind === "slot") {
+          const d = g.along(model.points[l.from].body, l.axis), far = 0.12 * size;
+          path([-1, 1].map((k) => [a[0] + k * far * d[0], a[1] + k * far * d[1]]), v, false);
+          paint(null, colour.frame, 0.03 * size * v.s);
+        }
       }
-      for (const [c, radius] of round) disc(g.local(body, c[0], c[1]), radius, v, tone, colour.edge);
-      if (b.type === "R") pin(g.local(body, 0, 0), v);
+    }
+    function loopPins(v) {
+      for (const l of model.loops) {
+        if (l.kind !== "slot") pin(place(l.from), v);
+        pin(place(l.to), v);
+      }
     }
 
     /* ---- key, hammer, pawl ---- */
@@ -310,7 +374,7 @@ const Scene = (() => {
       model.inputs.forEach((input, i) => {
         if (input.kind !== "point" || !(Math.abs(pushes[i]) > 1e-3)) return;
         const p = model.points[input.index], at = g.at(p.body, g.vec(p.at));
-        const d = g.flat(input.direction), n = Math.hypot(...d) || 1;
+        const d = g.project(g.vec(input.direction)), n = Math.hypot(...d) || 1;
         const long = (18 + 16 * Math.sqrt(Math.abs(pushes[i]))) / v.s;
         arrow([at[0] - long * d[0] / n, at[1] - long * d[1] / n], at, v, colour.finger, 5);
       });
@@ -333,13 +397,44 @@ const Scene = (() => {
       ctx.lineTo(x + dx, y + dy + (dy < 0 ? 4 : -11));
       paint(null, colour.muted, 0.7);
       ctx.globalAlpha = 1;
+      ctx.font = `12.5px ${colour.font}`; // paper around the letters, whatever is under them
+      ctx.textAlign = align;
+      ctx.lineJoin = "round";
+      ctx.strokeStyle = colour.paper;
+      ctx.lineWidth = 4;
+      ctx.strokeText(words, x + dx, y + dy);
       text(words, x + dx, y + dy, align, colour.muted, 12.5);
     }
 
+    /* names of bodies beside the middle of their outlines, where there are not too many of them */
+    function bodyNames() {
+      if (others.length > 8) return;
+      const taken = [];
+      for (const i of others) {
+        const marked = marks(i).points.concat(marks(i).round.map(([c]) => c)).map((p) => g.at(i, p));
+        const [u, w] = [0, 1].map((k) => marked.reduce((sum, p) => sum + p[k], 0) / marked.length);
+        const words = Words.of(model.bodies[i].name.replace(/_/g, " "));
+        const [x, y] = view.to([u, w]), half = 3.6 * words.length;
+        const free = [-26, 34, -46, 54].find((dy) => y + dy > 14 && y + dy < height - 4 &&
+          !taken.some((q) => Math.abs(q[0] - x) < half + q[2] && Math.abs(q[1] - y - dy) < 16)) ?? -26;
+        taken.push([x, y + free, half]);
+        label(words, [u, w], Math.min(Math.max(x, half + 2), width - half - 2) - x, free);
+      }
+    }
+
     function labels() {
-      if (!action || width < 640) return;
+      if (!action) {
+        bodyNames();
+        return;
+      }
       const local = (b, p) => g.local(b, p[0], p[1]);
       const k = g.notch(action.notch);
+      if (width < 640) { // a telephone has room for three
+        label(Words.t("hammer"), local(action.hammer, [0.05, 0.001]), -6, -30);
+        label(Words.t("pawl"), k.corner, -12, -27);
+        label(Words.t("key"), local(action.key, [0.06, 0.004]), 0, 34);
+        return;
+      }
       const point = (name) => {
         const p = model.points.find((q) => q.name === name);
         return p ? g.at(p.body, g.vec(p.at)) : null;
@@ -370,11 +465,9 @@ const Scene = (() => {
         load(v, present);
         pawl(v);
         hammer(v);
-        model.bodies.forEach((b, i) => {
-          if (!b.load && ![action.key, action.hammer, action.pawl].includes(i)) anyBody(i, v);
-        });
+        anyBodies(others, v);
       } else {
-        model.bodies.forEach((b, i) => { if (!b.load) anyBody(i, v); });
+        anyBodies(others, v);
         load(v, present);
       }
     }
@@ -382,8 +475,8 @@ const Scene = (() => {
     function drawGuides(v) {
       ctx.save();
       ctx.setLineDash([2, 5]);
-      for (const [from, to] of guides) {
-        path([from, to], v, false);
+      for (const line of guides) {
+        path(line.map(g.project), v, false);
         paint(null, colour.muted, 1);
       }
       ctx.restore();
@@ -391,7 +484,7 @@ const Scene = (() => {
 
     function links(v) {
       for (const k of model.links) {
-        const ends = [k.from, k.to].map((i) => g.at(model.points[i].body, g.vec(model.points[i].at)));
+        const ends = [place(k.from), place(k.to)];
         const n = 12, [a, b] = ends, d = [b[0] - a[0], b[1] - a[1]];
         const side = 0.012 * size / (Math.hypot(...d) || 1), zigzag = [];
         for (let i = 0; i <= n; i++) {
@@ -419,7 +512,9 @@ const Scene = (() => {
       drawGuides(v);
       pads(v, true);
       links(v);
+      loops(v);
       bodies(v, now.loadPresent);
+      loopPins(v);
       pads(v, false);
       forces(v, now);
     }
@@ -473,11 +568,12 @@ const Scene = (() => {
       const ratio = canvas.width / width;
       ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
       ctx.clearRect(0, 0, width, height);
+      if (roams) follow();
       for (const ghost of now.ghosts) drawGhost(ghost, now.q);
       everything(view, now);
       fingers(view, now.pushes);
       scaleBar();
-      if (now.atRest) labels();
+      if (now.named) labels();
       drawLens(now);
     }
 
@@ -495,15 +591,13 @@ const Scene = (() => {
 
     /* room on the page, and what has to be seen: box [left, bottom, right, top] in metres */
     function fit(cssWidth, most, ratio) {
-      const w = box[2] - box[0], h = box[3] - box[1], pad = action ? 0.05 : 0.08;
+      const w = box[2] - box[0], h = box[3] - box[1];
       width = cssWidth;
       const roomy = width >= 540, small = Math.min(0.18 * width, 72);
-      const extra = action && !roomy ? 2.35 * small : 0; // the lens above the string
-      height = Math.round(Math.min(most, Math.max(0.3 * width, width * (h / w) * (1 + pad) + 40)
+      extra = action && !roomy ? 2.35 * small : 0; // the lens above the string
+      height = Math.round(Math.min(most, Math.max(0.3 * width, width * (h / w) * (1 + margin) + 40)
                                    + extra));
-      const s = Math.min(width / (w * (1 + 2 * pad)), (height - extra) / (h * (1 + 2 * pad)));
-      view = makeView(s, width / 2, extra + (height - extra) / 2, (box[0] + box[2]) / 2,
-                      (box[1] + box[3]) / 2);
+      frame();
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
       canvas.style.height = height + "px";
@@ -516,15 +610,38 @@ const Scene = (() => {
       if (model.string >= 0) travel[model.string] = travel[model.string].map(
         () => [-4 * w, 4 * w]);
     }
+    function frame() {
+      const w = box[2] - box[0], h = box[3] - box[1];
+      const s = Math.min(width / (w * (1 + 2 * margin)), (height - extra) / (h * (1 + 2 * margin)));
+      view = makeView(s, width / 2, extra + (height - extra) / 2, (box[0] + box[2]) / 2,
+                      (box[1] + box[3]) / 2);
+    }
+    /* a mechanism that leaves its place: the box grows with it at once and shrinks slowly */
+    function follow() {
+      const now = Preview.emptyBox();
+      for (const p of g.places()) Preview.include(now, g.project(p));
+      Preview.widen(now);
+      box = box.map((b, i) => (i < 2 ? Math.min(now[i], b + 0.03 * (now[i] - b))
+                                     : Math.max(now[i], b + 0.03 * (now[i] - b))));
+      frame();
+    }
 
     return {
       draw, fit, action,
       /* what a run of the mechanism has shown */
       learn(seen) {
-        [box, travel, guides] = [seen.box, seen.travel, seen.guides];
+        [boxes, roams, travel, guides] = [seen.boxes, seen.roams, seen.travel, seen.guides];
+        this.look(seen.view);
+      },
+      /* from another direction; fit follows */
+      look(name) {
+        g.look(name);
+        box = [...boxes[name]];
         size = Math.max(box[2] - box[0], box[3] - box[1]);
       },
       theme(tones) { colour = tones; },
+      /* a place of the drawing [m] on the canvas */
+      to: (p) => view.to(p),
       /* middle of the load on the canvas, or of where it waits, half its width and height */
       weightAt(present) {
         const w = weight(present);

@@ -81,10 +81,11 @@ const Sound = (() => {
     next();
   }
 
-  function turn(wanted) {
+  /* resolved when it is so; a browser may not allow sound before the page was touched */
+  async function turn(wanted) {
     on = wanted;
     if (on && !context) context = new (window.AudioContext || window.webkitAudioContext)();
-    if (on) context.resume();
+    if (on) await context.resume();
   }
 
   return { pieces, play, turn };

@@ -15,6 +15,7 @@
  * what the memory belongs to. While something is computed the interpreter's lock is free; a lock of
  * its own keeps each simulation to one thread at a time. A Model never changes, so it needs none.
  * Long work asks twenty times a second whether Control-C was pressed (py__ask).
+ * Included by: this folder.
  */
 #ifndef MODULE_H
 #define MODULE_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * simulation.h - what the files of the type Simulation share.
+ * Included by: this folder.
  */
 #ifndef SIMULATION_H
 #define SIMULATION_H

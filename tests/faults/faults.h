@@ -12,7 +12,8 @@
 
 #include <stdint.h>
 
-#include "inner.h"
+#include "plot.h"
+#include "sweep.h"
 
 /* ---- memory.c ---- */
 

@@ -3,7 +3,8 @@
  * would be looked at; lines that begin with "!" stay as they are.
  */
 #include "fuzz.h"
-#include "inner.h"
+#include "plot.h"
+#include "sweep.h"
 
 enum { LINE = 2000 };
 

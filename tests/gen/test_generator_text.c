@@ -7,7 +7,7 @@
 
 #include "generator_reference.h"
 #include "gen.h"
-#include "inner.h"
+#include "open.h"
 #include "mechanism_cases.h"
 #include "support.h"
 

@@ -99,7 +99,7 @@ START_TEST(a_fit_names_the_field_that_is_out_of_range)
     d.free = free_one;
     d.nfree = 1;
     ck_assert_int_eq(lab_fit_run(&fit, model, &none, &d, &why), STEIN_EINVAL);
-    said(&why, "no strokes to fit to");
+    said(&why, "no records to fit to");
     lab_dataset_close(set);
 }
 END_TEST

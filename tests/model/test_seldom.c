@@ -288,10 +288,10 @@ START_TEST(a_record_that_moves_from_the_beginning_is_told)
     lab_data *d = open_data(film("late.csv", "", c, NULL), &stein_model_stein1788);
     lab_audit *a = audit_of(d);
     said s = {.n = 0};
-    ck_assert_msg(was_found(a, "in motion: the start of the stroke is missing") == 1, "%d findings",
+    ck_assert_msg(was_found(a, "in motion: the start of the motion is missing") == 1, "%d findings",
                   a->nfinding);
     ck_assert_stein(lab_audit_text(a, keep_line, &s, err));
-    ck_assert_int_eq(was_said(&s, "the start of the stroke is missing"), 1);
+    ck_assert_int_eq(was_said(&s, "the start of the motion is missing"), 1);
     lab_audit_destroy(a);
     lab_data_close(d);
 

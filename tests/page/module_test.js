@@ -54,10 +54,9 @@ function theDrawing(engine) {
     for (const c of gaps)
       worst = Math.max(worst, Math.abs(g.spot(model.contacts[c.index].spots[0]).gap - c.sign * now[c.i]));
     for (const c of places) {
-      const p = model.points[c.index], k = g.plane.indexOf("xyz".indexOf(c.read));
-      if (k < 0) continue;
+      const p = model.points[c.index], k = "xyz".indexOf(c.read);
       points++;
-      worst = Math.max(worst, Math.abs(g.at(p.body, g.vec(p.at))[k] - c.sign * now[c.i]));
+      worst = Math.max(worst, Math.abs(g.world(p.body, g.vec(p.at))[k] - c.sign * now[c.i]));
     }
   }
   claim(`${name}: what is drawn is where the equations have it`, worst < 1e-12, worst);

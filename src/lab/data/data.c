@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * data.c - measured data from CSV files: a stroke, a set of strokes.
+ * data.c - measured data from CSV files: a record, a set of records.
  *
  * One pass over the file. A problem does not end the reading, so that one run names all of them;
- * from the first problem on rows are checked but no longer kept, and the file gives no data: nobody
- * shall fit the half that could be read. Repeated problems of one kind (a thousand empty cells of
+ * from the first problem on rows are checked but no longer kept, and the file gives no data: half a
+ * record is not to be fitted. Repeated problems of one kind (a thousand empty cells of
  * the time) are one message with a count.
  */
 #include <errno.h>
@@ -12,7 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 /* kinds of problems that are counted; per column: kind + KINDS * column */
 enum { NOTE_BELOW = 2, RAGGED, NO_TIME, TIME_ORDER, BAD_CELL, QUOTES, KINDS };

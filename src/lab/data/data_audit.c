@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 enum { MOST_RESTS = 1000 };
 static const double of_step = 0.1; /* relative sd of step/sqrt(12) as the noise: it may lock */

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 static const double contradicts = 2.0; /* ratio of stated and estimated noise */
 static const double rounding = 1e-15;  /* steps of sums that should be 0 [SI] */
@@ -86,7 +86,7 @@ static void judge_trigger(lab_audit *a, int *nomem)
                           data__quantity(t, start, "s"), said);
         } else if (!a->starts_at_rest && start > late) {
             data__finding(a, nomem,
-                          "the record begins at %s, in motion: the start of the stroke is "
+                          "the record begins at %s, in motion: the start of the motion is "
                           "missing",
                           data__quantity(t, start, "s"));
         }
@@ -239,9 +239,9 @@ static void put(out *o, char *text)
 static void put_channel(out *o, const lab_column *c, const lab_channel_audit *ch)
 {
     static const char *const from[] = {"at rest", "in motion", "from the step", "unknown"};
-    char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[32] = "";
+    char low[DATA_SHOWN], high[DATA_SHOWN], noise[DATA_SHOWN], step[DATA_SHOWN], lag[48] = "";
     if (!isnan(ch->correlation[0])) {
-        snprintf(lag, sizeof lag, ", lag 1 %.2f", ch->correlation[0]);
+        snprintf(lag, sizeof lag, ", correlation of neighbours %.2f", ch->correlation[0]);
     }
     put(o, lab__text("  %s: %d samples, %s .. %s, noise %s (%s%s), step %s", c->name, ch->samples,
                      data__quantity(low, ch->low, c->unit), data__quantity(high, ch->high, c->unit),

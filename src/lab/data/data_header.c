@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "reader.h"
 #include "structure.h"
 
@@ -177,7 +177,7 @@ static void add_setting(data__reader *r, const char *name, const char *value, in
             char a[LAB_NUMBER], b[LAB_NUMBER];
             data__problem(&r->problems, 0, line, at_name,
                           "%s is set to %s %s here and to %s %s in "
-                          "line %d: one stroke has one value",
+                          "line %d: one record has one value",
                           name, lab__number(a, v), unit, lab__number(b, other->value), unit,
                           other->line);
             return;

@@ -26,7 +26,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 enum {
     WINDOW = 25,

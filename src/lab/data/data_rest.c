@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 
 enum { SEED = 40, START = 20, BLOCK = 8 };
 

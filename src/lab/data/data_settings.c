@@ -27,8 +27,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
-#include "data_trial.h"
+#include "data_internal.h"
+#include "data_compare.h"
 #include "fitting.h"
 
 /* share of the travel that makes a stroke suspect, and that most may be off by; factors */
@@ -245,7 +245,7 @@ static int is_moved_by_tolerance(check *c, int stroke)
 }
 
 /* Then it stands at an edge: it just escapes, or bounces once more, and with the file's numbers it
- * just does not, which is nobody's fault. */
+ * just does not: no error. */
 static int stands_at_edge(check *c, int stroke)
 {
     return is_moved_by_scatter(c, stroke) || is_moved_by_tolerance(c, stroke);
@@ -262,14 +262,14 @@ static void tell(check *c, const lab_data *d, const lab_setting *set, const gues
         snprintf(off, sizeof off, "off by %.2g %% of its travel", 100.0 * own);
     }
     if (c->p->nstroke > 2 && isfinite(c->median)) {
-        snprintf(rest, sizeof rest, ", most strokes %.2g %%", 100.0 * c->median);
+        snprintf(rest, sizeof rest, ", most records %.2g %%", 100.0 * c->median);
     }
     char *text = g != NULL
-                     ? lab__text("%s:%d:%d: the stroke contradicts its own \"# set %s: %s\": %s%s; "
+                     ? lab__text("%s:%d:%d: the record contradicts its own \"# set %s: %s\": %s%s; "
                                  "with %s it is off by %.2g %%",
                                  d->file, set->line, set->column, set->name, said, off, rest,
                                  data__quantity(fits, g->value, q->unit), 100.0 * g->misfit)
-                     : lab__text("%s:%d:%d: the stroke contradicts its own settings: %s%s", d->file,
+                     : lab__text("%s:%d:%d: the record contradicts its own settings: %s%s", d->file,
                                  set->line, set->column, off, rest);
     if (text != NULL && c->report != NULL) {
         c->report(c->ctx, text);
@@ -346,12 +346,12 @@ static stein_status judge_all(check *c, stein_err *err)
         return lab__no_memory(err);
     }
     return status == STEIN_OK && c->told > 0
-               ? lab__fail(err, STEIN_EPARSE, "%d stroke%s its own settings", c->told,
+               ? lab__fail(err, STEIN_EPARSE, "%d record%s its own settings", c->told,
                            c->told == 1 ? " contradicts" : "s contradict")
                : status;
 }
 
-/* a parameter that no stroke sets: the fit wants one that is free */
+/* a parameter that no record sets: the fit needs one that is free */
 static int find_free(const lab_dataset *data)
 {
     const stein_model *m = data->stroke[0]->model;

@@ -2,7 +2,7 @@
  * data_suspicions.c - columns in the wrong unit, with the wrong sign, exchanged; a wrong clock; a
  * record of another mechanism: told before anything is fitted.
  *
- * Every record is compared with the model as it is (data_trial.c). Where that fits, nothing is
+ * Every record is compared with the model as it is (data_compare.c). Where that fits, nothing is
  * asked. Where it does not, the readings that slips lead to are tried: factors of 1000 and 100, the
  * factor between degrees and radians, the opposite sign, two columns exchanged, milliseconds for
  * seconds. A reading is suspected when what was far off fits with it:
@@ -30,7 +30,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_doubts.h"
+#include "data_misreadings.h"
 
 /* Misfits. Two unrelated motions have 0.7; a right reading of the records named above has at most
  * 0.08, and a model may lack more than theirs. */

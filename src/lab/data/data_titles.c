@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "reader.h"
 
 /* what others write for a unit of ours */

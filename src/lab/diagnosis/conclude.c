@@ -296,7 +296,7 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
     }
     o->remainder = sqrt(o->chi2_dof_after);
     o->share = d->j.share;
-    diag__progress(d, 0.85, "strokes that were held out");
+    diag__progress(d, 0.85, "records that were held out");
     status = diag__predict(d, err);
     for (int k = 0; k < DIAG_CAUSES && status == STEIN_OK && diag__drop_unshown(d); k++) {
         status = shorten(d, err);
@@ -318,7 +318,8 @@ stein_status diag__conclude(diagnosis *d, stein_err *err)
         if (diag__is_spent(&d->q)) {
             size_t n = strlen(o->reason);
             snprintf(o->reason + n, sizeof o->reason - n,
-                     " The search ended with its budget: %ld simulated strokes.", d->q.strokes);
+                     " The search ended with its budget: %ld simulations of records.",
+                     d->q.strokes);
         }
         diag__progress(d, 0.88, "the law of what is in no table");
         status = status == STEIN_OK ? laws(d, err) : status;

@@ -44,7 +44,7 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
     d->out->nheld = report->n;
     return fit->n > 0 ? STEIN_OK
                       : lab__fail(err, STEIN_EINVAL,
-                                  "%d strokes are held out and none is to fit to", report->n);
+                                  "%d records are held out and none is to fit to", report->n);
 }
 
 /* a line for the findings, which takes it over */

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis.h - one diagnosis on its way, from records to a verdict. Not installed.
+ * diagnosis.h - one diagnosis on its way, from records to a verdict.
  *
  *   diagnose.c   records, audit, slips, split, search
  *   conclude.c   the closed table -> finding, causes, law, what is written
  *   held_out.c   records that report, predicted with and without the causes
  *   shown.c      where the model departs, the force it lacks, the motion check
+ * Included by: this folder, src/lab/plan.
  */
 #ifndef DIAG_DIAGNOSIS_H
 #define DIAG_DIAGNOSIS_H

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * draw.h - a mechanism as a drawing with names: SVG. Used by the commands; uses the loose files of
- * src/lab alone.
+ * draw.h - a mechanism as a drawing with names: SVG.
+ * Included by: src/cli.
  *
  *   place.c  where bodies, points and shapes are, in the plane of the drawing
  *   label.c  names that do not cover each other
@@ -9,7 +9,7 @@
 #ifndef LAB_DRAW_H
 #define LAB_DRAW_H
 
-#include "inner.h"
+#include "open.h"
 
 /** Draw the mechanism in the state of its file.
  *  @param path  of the SVG; "-" is standard output

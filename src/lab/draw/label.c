@@ -3,6 +3,7 @@
  * joint is.
  */
 #include <math.h>
+#include <string.h>
 
 #include "draw.h"
 

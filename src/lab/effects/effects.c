@@ -14,7 +14,7 @@
  */
 #include <string.h>
 
-#include "inner.h"
+#include "open.h"
 #include "stein/diagnose.h"
 
 #define MISSING "missing_effect"

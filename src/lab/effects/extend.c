@@ -279,7 +279,7 @@ static void write_cause(FILE *f, const lab_suspect *s)
 static void write_data(FILE *f, const lab_diagnosis *d)
 {
     char text[3][SHOWN];
-    fprintf(f, "# From %d strokes, and %d held out", d->nfit, d->nheld);
+    fprintf(f, "# From %d records, and %d held out", d->nfit, d->nheld);
     if (isfinite(d->gain.ratio)) {
         fprintf(f, ", on which the error is %s of what it was, 95 %%: %s .. %s",
                 shown(text[0], d->gain.ratio, NULL), shown(text[1], d->gain.lo, NULL),
@@ -288,14 +288,14 @@ static void write_data(FILE *f, const lab_diagnosis *d)
     fputc('\n', f);
     for (int i = 0; i < d->ntrace; i++) {
         int known = 0;
-        char plain[LAB_SHOWN];
+        char plain[LAB_PRINTABLE];
         for (int k = 0; k < i; k++) {
             known |= strcmp(d->trace[k].file, d->trace[i].file) == 0;
         }
         const char *base = strrchr(d->trace[i].file, '/');
         if (!known) {
             fprintf(f, "#   data %s%s\n",
-                    lab__shown(plain, base != NULL ? base + 1 : d->trace[i].file),
+                    lab__printable(plain, base != NULL ? base + 1 : d->trace[i].file),
                     d->trace[i].held_out ? " (held out)" : "");
         }
     }
@@ -309,9 +309,9 @@ static void write_head(FILE *f, const extension *x)
 {
     const lab_diagnosis *d = x->d;
     const char *name = strrchr(x->file, '/');
-    char plain[LAB_SHOWN];
+    char plain[LAB_PRINTABLE];
     fprintf(f, "# Extended by stein diagnose (%s), from %s (fnv1a64 %s).\n",
-            lab_verdict_text(d->verdict), lab__shown(plain, name != NULL ? name + 1 : x->file),
+            lab_verdict_text(d->verdict), lab__printable(plain, name != NULL ? name + 1 : x->file),
             x->hash);
     if (d->reason[0] != '\0') {
         fputs("# ", f);
@@ -362,9 +362,9 @@ static stein_status write_all(const extension *x, char **out, stein_err *err)
     }
     if (status == STEIN_OK) {
         size_t mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-        locale_t before = lab__plain();
+        locale_t before = lab__locale_c();
         write_head(f, x);
-        lab__as_before(before);
+        lab__locale_restore(before);
         fwrite(text + mark, 1, size - mark, f);
         status = lab__text_close(f, out, err);
     }

@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * structure.h - parts and degrees of freedom that a mechanism file may get. Not installed.
+ * structure.h - parts and degrees of freedom that a mechanism file may get.
  *
  *   surgery.c     changes in the text of a mechanism file    candidates.c  effects at places
  *   sites.c       where a part can sit                       alias.c       what says the same
  *   structure.c   the parts                                  extend.c      the extended file
  *   bind.c        a candidate in a model                     touching.c    how bodies stand where
  * they touch
+ * Included by: this folder, src/lab.
  */
 #ifndef STRUCTURE_H
 #define STRUCTURE_H
 
-#include "inner.h"
+#include "open.h"
 #include "stein/diagnose.h"
 
 /* ---- surgery.c ---- */

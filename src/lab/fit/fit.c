@@ -215,7 +215,7 @@ static void judge(const fit__problem *p, lab_fit *fit, int polished)
         fit->status = LAB_FIT_MISFIT;
         snprintf(fit->reason, sizeof fit->reason,
                  "chi2/dof is %.3g, more than the noise explains (up to %.3g): the model lacks "
-                 "something, or the strokes scatter",
+                 "something, or the records scatter",
                  fit->chi2_dof, fit->band_hi);
     } else if (fit->noise_given && fit->chi2_dof < fit->band_lo) {
         snprintf(fit->reason, sizeof fit->reason,
@@ -258,7 +258,7 @@ static stein_status conclude(fit__problem *p, lab_fit *fit, const fit__search *s
     memcpy(p->step, s->state.step, sizeof *p->step * (size_t)p->nu);
     status = status == STEIN_OK ? fit__residuals(p, x, r, &failed, err) : status;
     if (status == STEIN_OK && failed > 0) {
-        status = lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+        status = lab__fail(err, STEIN_ENONFINITE, "%d records cannot be simulated", failed);
     }
     status = status == STEIN_OK ? fit__describe(p, fit, x, r, err) : status;
     if (status == STEIN_OK) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * fitting.h - what the files of the fit share. Not installed.
+ * fitting.h - what the files of the fit share.
  *
  *   problem.c      strokes and unknowns from model and data
  *   signal.c       measured inputs as smooth signals
@@ -30,13 +30,14 @@
  *
  * Unknowns are counted in prior standard deviations from their start: x = (z - z0)/sd with z the
  * value or its logarithm. Globals come first, then each stroke's own in the order of the strokes.
+ * Included by: this folder, src/lab.
  */
 #ifndef FITTING_H
 #define FITTING_H
 
 #include <gsl/gsl_matrix.h>
 
-#include "inner.h"
+#include "run.h"
 #include "stein/diagnose.h"
 
 /* ---- signal.c ---- */
@@ -414,7 +415,7 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
 /** What several fits simulate their strokes in, side by side. */
 typedef struct fit__pool fit__pool;
 /** One of them, on a thread of its own; `pool` is for its problem, of the same model as p and with
- *  no other strokes than p has. @return as work of a lab__crew */
+ *  no other strokes than p has. @return as work of a lab__thread_pool */
 typedef stein_status fit__piece(void *ctx, int i, fit__pool *pool, stein_err *err);
 /** n fits at once on the threads and lanes of p, with the bits of one after the other.
  *  @return OK, ENOMEM, the first failure */

@@ -247,7 +247,7 @@ stein_status fit__intervals(fit__problem *p, lab_fit *fit, const double *x, cons
         status = lab__no_memory(err);
     }
     if (status == STEIN_OK && information(&n, p, x, r, J, m) != 0) {
-        status = lab__fail(err, STEIN_ENONFINITE, "a stroke's own unknowns cannot be told apart");
+        status = lab__fail(err, STEIN_ENONFINITE, "a record's own unknowns cannot be told apart");
     }
     if (status == STEIN_OK) {
         note_unseen(p, fit, x, m, v);

@@ -45,14 +45,14 @@ stein_status fit__parallel(const fit__problem *p, int jobs, fit__work *one, void
                            stein_err *err)
 {
     gang g = {p, one, ctx};
-    lab__crew crew = {.n = jobs,
-                      .threads = p->threads,
-                      .begin = begin,
-                      .work = work,
-                      .end = end,
-                      .stop = p->stop,
-                      .ctx = &g};
-    return lab__crew_run(&crew, err);
+    lab__thread_pool pool = {.n = jobs,
+                             .threads = p->threads,
+                             .begin = begin,
+                             .work = work,
+                             .end = end,
+                             .stop = p->stop,
+                             .ctx = &g};
+    return lab__thread_pool_run(&pool, err);
 }
 
 /* ---- side by side on each thread ---- */
@@ -111,13 +111,13 @@ stein_status fit__many(const fit__problem *p, int jobs, fit__ask *ask, fit__take
         return lab__stop_asked(&p->stop) ? lab__stop_work(err)
                                          : fit__pool_run(p->pool, &all.jobs, jobs, err);
     }
-    lab__crew crew = {.n = jobs,
-                      .threads = p->threads,
-                      .begin = make_row,
-                      .work = next_job,
-                      .rest = last_jobs,
-                      .end = free_row,
-                      .stop = p->stop,
-                      .ctx = &all};
-    return lab__crew_run(&crew, err);
+    lab__thread_pool pool = {.n = jobs,
+                             .threads = p->threads,
+                             .begin = make_row,
+                             .work = next_job,
+                             .rest = last_jobs,
+                             .end = free_row,
+                             .stop = p->stop,
+                             .ctx = &all};
+    return lab__thread_pool_run(&pool, err);
 }

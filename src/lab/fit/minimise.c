@@ -189,7 +189,7 @@ static stein_status begin(const fit__problem *p, fit__state *s, room *m, stein_e
     int failed = 0;
     stein_status status = fit__residuals(p, s->x, m->r, &failed, err);
     if (status == STEIN_OK && failed > 0) {
-        return lab__fail(err, STEIN_ENONFINITE, "%d of %d strokes cannot be simulated", failed,
+        return lab__fail(err, STEIN_ENONFINITE, "%d of %d records cannot be simulated", failed,
                          p->nstroke);
     }
     s->objective = fit__chi2(p, m->r) + fit__priors(p, s->x);

@@ -125,7 +125,8 @@ static void fill_stroke(fit__normal *n, const fit__problem *p, int s, const doub
             while (b + run <= a && column_of(n, b + run) == column_of(n, b) + run) {
                 run++;
             }
-            lab__dots(column, first + size * (size_t)column_of(n, b), size, run, n->product + b);
+            lab__dot_rows(column, first + size * (size_t)column_of(n, b), size, run,
+                          n->product + b);
         }
         fill_row(n, s, a, n->product);
     }

@@ -303,22 +303,22 @@ static int by_place(const void *a, const void *b)
 
 static void write_head(FILE *f, const lab_fit *fit, const char *file, const mechanism *m)
 {
-    char text[LAB_NUMBER], sd[LAB_NUMBER], plain[LAB_SHOWN];
+    char text[LAB_NUMBER], sd[LAB_NUMBER], plain[LAB_PRINTABLE];
     const char *name = strrchr(file, '/');
     fprintf(f, "# Fitted by stein fit (%s), from %s (fnv1a64 %s).\n",
-            lab_fit_status_text(fit->status), lab__shown(plain, name != NULL ? name + 1 : file),
+            lab_fit_status_text(fit->status), lab__printable(plain, name != NULL ? name + 1 : file),
             m->input_hash);
     if (fit->reason[0] != '\0') {
         fprintf(f, "# %s\n", fit->reason);
     }
     rounded(text, fit->chi2, 6);
     rounded(sd, fit->chi2_dof, 4);
-    fprintf(f, "# %d samples of %d strokes, chi2 %s, chi2/dof %s\n", fit->samples, fit->nstroke,
+    fprintf(f, "# %d samples of %d records, chi2 %s, chi2/dof %s\n", fit->samples, fit->nstroke,
             text, sd);
     for (int s = 0; s < fit->nstroke; s++) {
         const char *base = strrchr(fit->stroke[s].file, '/');
         fprintf(f, "#   data %s (fnv1a64 %016llx)\n",
-                lab__shown(plain, base != NULL ? base + 1 : fit->stroke[s].file),
+                lab__printable(plain, base != NULL ? base + 1 : fit->stroke[s].file),
                 fit->stroke[s].hash);
     }
     for (int k = 0; k < fit->nvalue; k++) {

@@ -164,13 +164,13 @@ static stein_status one_fit(void *ctx, void *bench, int i, stein_err *err)
 
 static stein_status run_fits(fit__pool *pool, int n, stein_err *err)
 {
-    lab__crew crew = {.n = n,
-                      .threads = pool->nrow * pool->row[0].row.n,
-                      .begin = join,
-                      .work = one_fit,
-                      .end = leave,
-                      .ctx = pool};
-    return lab__crew_run(&crew, err);
+    lab__thread_pool threads = {.n = n,
+                                .threads = pool->nrow * pool->row[0].row.n,
+                                .begin = join,
+                                .work = one_fit,
+                                .end = leave,
+                                .ctx = pool};
+    return lab__thread_pool_run(&threads, err);
 }
 
 stein_status fit__together(const fit__problem *p, int n, fit__piece *piece, void *ctx,

@@ -136,7 +136,7 @@ static stein_status take_free(fit__problem *p, stein_err *err)
         }
         if (fit__always_set(p->data, index)) {
             return lab__fail(err, STEIN_EINVAL,
-                             "\"%s\" cannot be fitted: every stroke sets it (# set %s)",
+                             "\"%s\" cannot be fitted: every record sets it (# set %s)",
                              p->def->free[i], p->def->free[i]);
         }
         p->unknown[p->np++] =
@@ -577,7 +577,7 @@ static stein_status check_def(const lab_fit_def *d, const stein_model *m, int ns
     if (bad != NULL) {
         return lab__fail(err, STEIN_EINVAL, "lab_fit_def.%s is out of range", bad);
     }
-    return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no strokes to fit to") : STEIN_OK;
+    return nstroke < 1 ? lab__fail(err, STEIN_EINVAL, "no records to fit to") : STEIN_OK;
 }
 
 /* @param accepted  [n] effects that act; n < 0: no room for effects at all */
@@ -646,7 +646,7 @@ stein_status fit__check_samples(const fit__problem *p, stein_err *err)
                ? STEIN_OK
                : lab__fail(err, STEIN_EINVAL,
                            "%d samples cannot determine %d unknowns (%d free parameters, %d of the "
-                           "strokes' own)",
+                           "records' own)",
                            p->samples, p->nu, p->np, p->nu - p->np);
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * row.h - seats in which strokes are simulated side by side, for many.c and pool.c. Not installed.
+ * row.h - seats in which strokes are simulated side by side, for many.c and pool.c.
+ * Included by: this folder.
  */
 #ifndef FIT_ROW_H
 #define FIT_ROW_H

@@ -369,9 +369,9 @@ static void bound_trials(const fit__bench *b)
 {
     fit__reader *r = b->reader;
     if (r->status == STEIN_OK && stein_trials(b->sim) > r->most) {
-        r->status =
-            lab__fail(r->err, STEIN_ECHATTER, "the stroke is too stiff: steps of %g s at t = %g s",
-                      r->pace.h, stein_time(b->sim));
+        r->status = lab__fail(r->err, STEIN_ECHATTER,
+                              "the simulation is too stiff: steps of %g s at t = %g s", r->pace.h,
+                              stein_time(b->sim));
     }
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * start_state.h - what initial.c needs of one stroke's beginning. Not installed.
+ * start_state.h - what initial.c needs of one stroke's beginning.
+ * Included by: this folder.
  */
 #ifndef FIT_START_STATE_H
 #define FIT_START_STATE_H

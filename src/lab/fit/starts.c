@@ -226,7 +226,7 @@ static stein_status plain_residuals(fit__problem *p, const double *x, double **r
     }
     stein_status status = fit__residuals(p, x, *r, &failed, err);
     return status == STEIN_OK && failed > 0
-               ? lab__fail(err, STEIN_ENONFINITE, "a stroke cannot be simulated any more")
+               ? lab__fail(err, STEIN_ENONFINITE, "a record cannot be simulated any more")
                : status;
 }
 
@@ -371,5 +371,5 @@ stein_status fit__search_run(fit__problem *p, fit__search *s, unsigned long long
     return status == STEIN_OK || why.code == STEIN_OK
                ? status
                : lab__fail(err, status, "%s",
-                           why.msg[0] != '\0' ? why.msg : "no stroke can be simulated");
+                           why.msg[0] != '\0' ? why.msg : "no record can be simulated");
 }

@@ -243,22 +243,22 @@ static stein_status complain(const job *j, int code, stein_err *err)
                          "gcc, or set CC",
                          j->cc);
     }
-    lab__complaint(j->log, line, (int)sizeof line);
+    lab__first_error(j->log, line, (int)sizeof line);
     return lab__fail(err, STEIN_ECOMPILE, "%s failed to compile the FMU (exit code %d): %s", j->cc,
                      code, line);
 }
 
 /* the compiler, which may bring words of its own, and those of its first task */
-static void begin(lab__words *w, const job *j, const char *fixed)
+static void begin(lab__command *w, const job *j, const char *fixed)
 {
-    lab__words_of(w, j->cc);
-    lab__words_of(w, fixed);
+    lab__command_split(w, j->cc);
+    lab__command_split(w, fixed);
 }
 
-static stein_status run(const job *j, lab__words *w, stein_err *err)
+static stein_status run(const job *j, lab__command *w, stein_err *err)
 {
     int code = 0;
-    stein_status status = lab__words_run(w, j->log, &code, err);
+    stein_status status = lab__command_run(w, j->log, &code, err);
     return status == STEIN_OK && code != 0 ? complain(j, code, err) : status;
 }
 
@@ -292,27 +292,28 @@ static const char link_linux[] = "-shared -s -Wl,-z,defs -Wl,--build-id=none",
                                    "-Wl,--disable-auto-image-base";
 
 /* files of the shared or of the own kind, as words of the command line */
-static void add_files(lab__words *w, const job *j, const fmu_sources *sources, int own)
+static void add_files(lab__command *w, const job *j, const fmu_sources *sources, int own)
 {
     for (int i = 0; sources->compiled[i] != NULL; i++) {
         if (is_own(sources->compiled[i]) == own) {
-            lab__word(w, lab__text("%s/%s", own ? j->work : j->folder, sources->compiled[i]));
+            lab__command_add(w,
+                             lab__text("%s/%s", own ? j->work : j->folder, sources->compiled[i]));
         }
     }
 }
 
-static void add_options(lab__words *w, const job *j)
+static void add_options(lab__command *w, const job *j)
 {
-    lab__words_of(w, fmu__compiler_options);
-    lab__words_of(w, j->windows ? always_windows : always);
-    lab__word(w, lab__text("-I%s", j->folder));
-    lab__words_of(w, "-o");
-    lab__word(w, lab__text("%s", j->fresh));
+    lab__command_split(w, fmu__compiler_options);
+    lab__command_split(w, j->windows ? always_windows : always);
+    lab__command_add(w, lab__text("-I%s", j->folder));
+    lab__command_split(w, "-o");
+    lab__command_add(w, lab__text("%s", j->fresh));
 }
 
 static stein_status compile_core(const job *j, const fmu_sources *sources, stein_err *err)
 {
-    lab__words w = {0};
+    lab__command w = {0};
     stein_status status = write_shared(j, sources, err);
     if (status != STEIN_OK) {
         return status;
@@ -329,12 +330,12 @@ static stein_status compile_core(const job *j, const fmu_sources *sources, stein
 
 static stein_status link_all(const job *j, const fmu_sources *sources, stein_err *err)
 {
-    lab__words w = {0};
+    lab__command w = {0};
     begin(&w, j, j->windows ? link_windows : link_linux);
     add_options(&w, j);
     add_files(&w, j, sources, 1);
-    lab__word(&w, lab__text("%s", j->core));
-    lab__words_of(&w, "-lm");
+    lab__command_add(&w, lab__text("%s", j->core));
+    lab__command_split(&w, "-lm");
     return run(j, &w, err);
 }
 
@@ -355,7 +356,7 @@ static int name_platform(char *platform, const char *machine, int windows, int v
 
 static stein_status find_platform(char *platform, job *j, int version, stein_err *err)
 {
-    lab__words w = {0};
+    lab__command w = {0};
     char *text = NULL;
     size_t size = 0;
     begin(&w, j, "-dumpmachine");
@@ -441,7 +442,7 @@ stein_status fmu__binary(fmu_binary *to, const fmu_sources *sources, int version
     }
     if (status == STEIN_OK) {
         status = link_all(&j, sources, err);
-        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once anew
+        if (status == STEIN_ECOMPILE && cached) { // what is in the cache may be damaged: once more
             status = compile_core(&j, sources, err);
             status = status == STEIN_OK ? link_all(&j, sources, err) : status;
         }

@@ -186,10 +186,10 @@ stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
         return lab__fail(err, STEIN_EINVAL, "an FMU for %d machines: expected 1 to %d", ncc,
                          (int)FMU_BINARIES);
     }
-    locale_t before = lab__plain();
+    locale_t before = lab__locale_c();
     stein_status status =
         make(path, &p, model, version, cc, ncc, options != NULL ? options : &defaults, &bytes, err);
-    lab__as_before(before);
+    lab__locale_restore(before);
     if (status == STEIN_OK && facts != NULL) {
         tell(facts, &p, bytes);
     }

@@ -2,17 +2,19 @@
  * fmu.h - what the files of this folder share.
  *
  *   fmu.c         the FMU put together
- *   variables.c   its variables, of both versions  words.c      what they are, in words
+ *   variables.c   its variables, of both versions  variable_text.c      what they are, in words
  *   description.c modelDescription.xml             xml.c        escaped texts, units
  *   binary.c      core, equations, FMI -> .so, .dll zip.c        the archive
  *
  * The sources of the FMI side are in src/fmi; make puts them, and those of the core, into the
  * program as text.
+ * Included by: this folder.
  */
 #ifndef LAB_FMU_H
 #define LAB_FMU_H
 
-#include "inner.h"
+#include "embedded.h"
+#include "open.h"
 #include "variables.h"
 
 typedef enum { FMU_INDEPENDENT, FMU_OUTPUT, FMU_INPUT, FMU_PARAMETER, FMU_LOCAL } fmu_causality;
@@ -51,7 +53,7 @@ int fmu__is_tunable(const mechanism *m, const stein_model *model, int param);
 /** Can an output change at once when an input does? */
 int fmu__depends(const stein_model *model, const fmu_variable *output, const fmu_variable *input);
 
-/* ---- words.c: new texts; NULL without memory ---- */
+/* ---- variable_text.c: new texts; NULL without memory ---- */
 
 char *fmu__words_channel(const fmu_list *list, int channel);
 char *fmu__words_input(const fmu_list *list, int input, const char *what);

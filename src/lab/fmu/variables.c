@@ -89,7 +89,7 @@ static const char *kind_of(fmu_causality causality)
 static int is_taken(const fmu_list *list, const char *name)
 {
     for (int i = 0; i < list->n; i++) {
-        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): who is listed has a name
+        // NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): what is listed has a name
         if (strcmp(list->v[i].name, name) == 0) {
             return 1;
         }

@@ -193,7 +193,7 @@ static stein_status place(mbs_project *p, const xml_node *node, double x[3])
     return status;
 }
 
-/* elements that nobody here knows are told, except drawings */
+/* unknown elements are reported, except drawings */
 static void note_others(mbs_project *p, const xml_node *node, const char *known, const char *where)
 {
     for (const xml_node *n = node != NULL ? node->first : NULL; n != NULL; n = n->next) {

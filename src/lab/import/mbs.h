@@ -3,11 +3,12 @@
  *
  *   xml.c        the file as a tree of elements     mbs.c        elements -> this
  *   mbs_write.c  this -> a mechanism file           import.c     lab_import_mbs
+ * Included by: this folder.
  */
 #ifndef MBS_H
 #define MBS_H
 
-#include "inner.h"
+#include "open.h"
 #include "stein/import.h"
 #include "xml.h"
 

@@ -105,9 +105,9 @@ static void write_body(FILE *f, const mbs_project *p, int body)
 static void write_head(FILE *f, const mbs_project *p)
 {
     const char *name = strrchr(p->file, '/') != NULL ? strrchr(p->file, '/') + 1 : p->file;
-    char shown[LAB_SHOWN];
+    char shown[LAB_PRINTABLE];
     fprintf(f, "# Imported from ROBOTRAN's project %s by `stein import`. All numbers are SI.\n",
-            lab__shown(shown, name));
+            lab__printable(shown, name));
     if (p->nnote > 0) {
         fprintf(f, "#\n# Left out or changed:\n");
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * xml.c - an XML file as a tree of elements.
  *
- * Expat does the reading. A document type is refused: nobody needs one here, and entities are how
+ * Expat does the reading. A document type is refused: none is needed here, and entities are how
  * a small file becomes a large one.
  */
 #include "xml.h"
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "inner.h"
+#include "io.h"
 
 enum { MOST_BYTES = 8 << 20, MOST_LEVELS = 32 };
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * xml.h - an XML file as a tree of elements, read with expat.
+ * Included by: this folder.
  */
 #ifndef XML_H
 #define XML_H

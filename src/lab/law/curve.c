@@ -5,10 +5,10 @@
  *          where the records go (curve_site.c)
  * model    the mechanism with a table of zeros at each of them: one more compilation, none a site
  * scores   marginal likelihood of every curve to first order where an observer holds the model
- *          without a law near the records (curve_stand.c): there the residual is linear in what is
- *          missing even where that is gross
- * fits     the best ones in full, everything else refitted, held first, then free (curve_fit.c)
- * judge    by marginal likelihood and by the residual (curve_judge.c)
+ *          without a law near the records (curve_baseline.c): there the residual is linear in what
+ * is missing even where that is gross fits     the best ones in full, everything else refitted,
+ * held first, then free (curve_fit.c) judge    by marginal likelihood and by the residual
+ * (curve_judge.c)
  */
 #include <math.h>
 #include <stdlib.h>

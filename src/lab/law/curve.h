@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.h - what the files of the search for an unknown law share. Not installed.
+ * curve.h - what the files of the search for an unknown law share.
  *
  *   curve.c          which law, of what, and where explains what is left
  *   curve_site.c     where a law could sit, and the states that the strokes visit there
  *   curve_text.c     a mechanism file with tables in it
- *   curve_stand.c    the fit without a law from which curves begin
+ *   curve_baseline.c    the fit without a law from which curves begin
  *   curve_prior.c    a curve as a Gaussian process: how large, how smooth
  *   curve_fitting.h  a curve and all other unknowns, by penalised least squares
  *   curve_judge.c    is it accepted, and its sentence
  *   curve_show.c     the law in diagnosis.json and report.html
+ * Included by: this folder, src/lab/diagnosis, src/lab/effects, src/lab/report.
  */
 #ifndef CURVE_H
 #define CURVE_H
@@ -139,7 +140,7 @@ void diag__curve_solve(const diag__reduced *prior, diag__reduced *q);
 /** f'(tau^2 K)^-1 f of values f [n]. */
 double diag__curve_penalty(const diag__reduced *q, const double *f);
 
-/* ---- curve_stand.c ---- */
+/* ---- curve_baseline.c ---- */
 
 /** No table moves, or all do; values at pins never do. */
 void diag__curve_hold(diag__curves *w, int all_move);

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve_fitting.h - what the fits of a curve share. Not installed.
+ * curve_fitting.h - what the fits of a curve share.
  *
  *   curve_reduce.c  a curve with all other unknowns eliminated
- *   curve_same.c    numbers that move a stroke exactly as a curve does
+ *   curve_collinear.c    numbers that move a stroke exactly as a curve does
  *   curve_rounds.c  damped steps, and the derivatives they need
  *   curve_fit.c     from where the null fit stands; the end of a fit
+ * Included by: this folder.
  */
 #ifndef CURVE_FITTING_H
 #define CURVE_FITTING_H
@@ -44,7 +45,7 @@ double diag__curve_choose_noise(const diag__curves *w, const diag__site *s, cons
                                 const double *r, diag__reduced *q);
 void diag__temper(diag__reduced *q, double excess);
 
-/* ---- curve_same.c ---- */
+/* ---- curve_collinear.c ---- */
 
 /** Derivatives J at x where a parameter does what the curve of a joint does: those of the curve.
  *  @return OK, ENOMEM */

@@ -261,7 +261,7 @@ static void say_twin(const diag__laws *l, lab_diagnosis *o)
     size_t n = strlen(o->reason);
     if (twin != NULL) {
         snprintf(o->reason + n, sizeof o->reason - n,
-                 " A curve over its %s fits as well: these strokes do not tell the two apart.",
+                 " A curve over its %s fits as well: these records do not tell the two apart.",
                  twin->of);
     }
 }
@@ -287,7 +287,7 @@ static void say(const diag__laws *laws, lab_diagnosis *o, double before, int all
                  l->of);
         n = strlen(o->reason);
         if (isfinite(l->held_out) && isfinite(before)) {
-            snprintf(o->reason + n, sizeof o->reason - n, ": held-out strokes %.3g -> %.3g noise.",
+            snprintf(o->reason + n, sizeof o->reason - n, ": held-out records %.3g -> %.3g noise.",
                      before, l->held_out);
         } else {
             snprintf(o->reason + n, sizeof o->reason - n, ".");

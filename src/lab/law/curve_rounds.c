@@ -361,7 +361,7 @@ stein_status diag__rounds(diag__fitting *t, double gain_of_observer, int rounds,
         status = fit__residuals(p, t->c->x, t->c->r, &failed, err);
     }
     if (status == STEIN_OK && failed > 0) {
-        status = lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+        status = lab__fail(err, STEIN_ENONFINITE, "%d records cannot be simulated", failed);
     }
     for (int k = 0; status == STEIN_OK && k < rounds; k++) {
         int first = known && k == 0;

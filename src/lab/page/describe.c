@@ -16,7 +16,7 @@
 
 #include "page.h"
 
-enum { FEW = 3, MOST = 10 }; /* sliders that nobody asked for */
+enum { FEW = 3, MOST = 10 }; /* sliders without a section regulation */
 
 typedef struct writer {
     lab__json j;
@@ -119,6 +119,27 @@ static void put_points(writer *w)
         lab__json_open(j, NULL, '{');
         lab__json_int(j, "from", w->m->links[i].point[0]);
         lab__json_int(j, "to", w->m->links[i].point[1]);
+        lab__json_close(j);
+    }
+    lab__json_close(j);
+}
+
+/* pairs of points that a loop holds together; joints that follow another one are none */
+static void put_loops(writer *w)
+{
+    static const char *const kind[] = {"meet", "rod", "slot", "weld"};
+    lab__json *j = &w->j;
+    lab__json_open(j, "loops", '[');
+    for (int i = 0; i < w->m->nloop; i++) {
+        const mech_loop *l = &w->m->loops[i];
+        if (l->kind == MECH_COUPLING) {
+            continue;
+        }
+        lab__json_open(j, NULL, '{');
+        lab__json_text(j, "kind", kind[l->kind]);
+        lab__json_int(j, "from", l->index[0]);
+        lab__json_int(j, "to", l->index[1]);
+        lab__json_int(j, "axis", l->axis);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -325,6 +346,7 @@ void page__describe(FILE *stream, const lab_model *model, const char *hash)
     put_dials(&w);
     put_bodies(&w);
     put_points(&w);
+    put_loops(&w);
     put_contacts(&w);
     put_notches(&w);
     put_inputs(&w);

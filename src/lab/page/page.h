@@ -6,11 +6,13 @@
  *
  * The page's own files are in src/page; make puts them, and the sources of the core, into the
  * program as text.
+ * Included by: this folder.
  */
 #ifndef LAB_PAGE_H
 #define LAB_PAGE_H
 
-#include "inner.h"
+#include "embedded.h"
+#include "open.h"
 
 /** The module of a mechanism, from the cache or compiled into it.
  *  @param bytes  out, freed by the caller

@@ -113,7 +113,7 @@ static int is_in_path(const char *program)
 static stein_status complain(const job *j, int code, stein_err *err)
 {
     char line[160];
-    lab__complaint(j->log, line, (int)sizeof line);
+    lab__first_error(j->log, line, (int)sizeof line);
     char *header = lab__text("%s/include/wasm32-wasi/stdlib.h", j->sysroot);
     int no_libc = header == NULL || access(header, R_OK) != 0;
     int no_linker = !is_in_path("wasm-ld") || // or the one of clang's own version
@@ -135,21 +135,22 @@ static stein_status complain(const job *j, int code, stein_err *err)
 /* ---- compiling ---- */
 
 /* clang, what it compiles into and where it finds what is included */
-static void begin_command(lab__words *words, const job *j)
+static void begin_command(lab__command *words, const job *j)
 {
-    lab__words_of(words, compiler());
-    lab__words_of(words, "--target=wasm32-wasi -std=c11 -O2 -DSTEIN_PLAIN -flto -mbulk-memory "
-                         "-ffp-contract=off");
-    lab__word(words, lab__text("--sysroot=%s", j->sysroot));
-    lab__word(words, lab__text("-I%s/include", j->folder));
-    lab__word(words, lab__text("-I%s/src/core", j->folder));
+    lab__command_split(words, compiler());
+    lab__command_split(words, "--target=wasm32-wasi -std=c11 -O2 -DSTEIN_PLAIN -flto -mbulk-memory "
+                              "-ffp-contract=off");
+    lab__command_add(words, lab__text("--sysroot=%s", j->sysroot));
+    lab__command_add(words, lab__text("-I%s/include", j->folder));
+    lab__command_add(words, lab__text("-I%s/src/core", j->folder));
 }
 
 /* run it: what it makes in j->fresh goes to its place */
-static stein_status end_command(const job *j, lab__words *words, const char *place, stein_err *err)
+static stein_status end_command(const job *j, lab__command *words, const char *place,
+                                stein_err *err)
 {
     int code = 0;
-    stein_status status = lab__words_run(words, j->log, &code, err);
+    stein_status status = lab__command_run(words, j->log, &code, err);
     if (status == STEIN_OK && code != 0) {
         status = complain(j, code, err);
     }
@@ -181,11 +182,11 @@ static stein_status compile_core(const job *j, int *kept, stein_err *err)
         if (object != NULL && access(object, R_OK) == 0) {
             ++*kept;
         } else if (object != NULL) {
-            lab__words words = {0};
+            lab__command words = {0};
             begin_command(&words, j);
-            lab__words_of(&words, "-c -o");
-            lab__word(&words, lab__text("%s", j->fresh));
-            lab__word(&words, lab__text("%s/%s", j->folder, f->name));
+            lab__command_split(&words, "-c -o");
+            lab__command_add(&words, lab__text("%s", j->fresh));
+            lab__command_add(&words, lab__text("%s/%s", j->folder, f->name));
             status = end_command(j, &words, object, err);
         }
         free(object);
@@ -207,21 +208,21 @@ static void forget_core(const job *j)
 
 static stein_status link_module(const job *j, stein_err *err)
 {
-    lab__words words = {0};
+    lab__command words = {0};
     begin_command(&words, j);
-    lab__words_of(&words, "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
-    lab__word(&words, lab__text("-DPAGE_MODEL=%s", j->model));
-    lab__words_of(&words, "-o");
-    lab__word(&words, lab__text("%s", j->fresh));
+    lab__command_split(&words, "-nostartfiles -nodefaultlibs -Wl,--no-entry -Wl,--strip-all");
+    lab__command_add(&words, lab__text("-DPAGE_MODEL=%s", j->model));
+    lab__command_split(&words, "-o");
+    lab__command_add(&words, lab__text("%s", j->fresh));
     for (const lab__source *f = lab__core_files; f->name != NULL; f++) {
         if (is_of_core(f->name)) {
-            lab__word(&words, object_of(j, f->name));
+            lab__command_add(&words, object_of(j, f->name));
         } else if (lab__is_c(f->name)) {
-            lab__word(&words, lab__text("%s/%s", j->folder, f->name));
+            lab__command_add(&words, lab__text("%s/%s", j->folder, f->name));
         }
     }
-    lab__word(&words, lab__text("%s", j->equations));
-    lab__words_of(&words, "-lc");
+    lab__command_add(&words, lab__text("%s", j->equations));
+    lab__command_split(&words, "-lc");
     return end_command(j, &words, j->module, err);
 }
 

@@ -4,7 +4,7 @@
  *      records that are meant -> files, simulated with the file's numbers and noise
  *                             -> a diagnosis problem and its row without a cause (search/)
  *                             -> linear model of the row: information of every candidate
- *                             -> statements (before_tell.c)
+ *                             -> statements (before_power.c)
  *
  * A cause may be imitated by what differs from record to record, a friction for one. So variances
  * of scatter are as large as a fit allows, and settings are off by what their digits allow: a fit
@@ -462,16 +462,16 @@ static stein_status help(before *b, lab_before *o, stein_err *err)
     const stein_model *m = lab_equations(b->model);
     lab_diagnosis d = {.conditions = b->base.conditions};
     const lab_suspect none = {.amount = 0.0};
-    const plan__side file = {.s = &none, .model = b->model};
+    const plan__model file = {.s = &none, .model = b->model};
     const lab_plan_def def = lab_plan_def_default();
-    plan__bench bench = {.d = NULL};
+    plan__reference reference = {.d = NULL};
     lab_experiment *e = NULL;
     int n = 0;
-    stein_status status = plan__bench_make(&bench, &file, &d, m, &def, err);
-    status = status == STEIN_OK ? plan__experiments(&bench, NULL, 0, &e, &n, err) : status;
+    stein_status status = plan__reference_make(&reference, &file, &d, m, &def, err);
+    status = status == STEIN_OK ? plan__experiments(&reference, NULL, 0, &e, &n, err) : status;
     status = status == STEIN_OK ? try_all(b, o, e, n, err) : status;
     free(e);
-    plan__bench_free(&bench);
+    plan__reference_free(&reference);
     return status;
 }
 

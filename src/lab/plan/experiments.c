@@ -12,11 +12,11 @@
  *   forces     every input that is a force: to the largest force so far, or the load's weight
  *   removed    the string of the stroke; what somebody supposes to hang on a body
  *   mass       half as much again on a body that moves, or more than twice, weighed together
- *   channel    an output that nobody measured and that there is an instrument for: a place as
+ *   channel    an output that was not measured and that there is an instrument for: a place as
  *              exactly as the others, a force on the ground to 1 %
  *   camera     ten frames for one
  *   checks     no strokes: an instrument, a length, a felt that is under suspicion is looked at by
- *              itself (check.c)
+ *              itself (instrument_check.c)
  *
  * and two or three of these at once, as long as that tells more (plan.c).
  *
@@ -28,7 +28,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "planning.h"
 #include "structure.h"
 
@@ -45,7 +45,7 @@ static const double least_load = 0.1;  /* that is heavy when it is so much more 
 /* ---- the list ---- */
 
 typedef struct list {
-    const plan__bench *b;
+    const plan__reference *b;
     lab_experiment *e;
     int n, room, nomem;
 } list;
@@ -158,10 +158,10 @@ static void corners(list *l)
     }
 }
 
-/* the load, when nobody set it so far */
+/* the load, when no record sets it */
 static void vary_load(list *l)
 {
-    const plan__bench *b = l->b;
+    const plan__reference *b = l->b;
     const lab_conditions *c = &b->d->conditions;
     char name[LAB_PLACE] = "";
     if (b->m->load.body >= 0) {
@@ -182,7 +182,7 @@ static void vary_load(list *l)
 /* where and how a joint is let go, of mechanisms that do not settle */
 static void vary_start(list *l, int joint)
 {
-    const plan__bench *b = l->b;
+    const plan__reference *b = l->b;
     const stein_model *m = b->m;
     const lab_conditions *c = &b->d->conditions;
     char name[LAB_PLACE];
@@ -247,7 +247,7 @@ static void drive(list *l, const stein_input *input, const char *what, lab_shape
 
 static void motions(list *l)
 {
-    const plan__bench *b = l->b;
+    const plan__reference *b = l->b;
     const lab_conditions *c = &b->d->conditions;
     for (int i = 0; i < b->m->ninput; i++) {
         const stein_input *input = &b->m->inputs[i];
@@ -278,7 +278,7 @@ static void motions(list *l)
 
 static void forces(list *l)
 {
-    const plan__bench *b = l->b;
+    const plan__reference *b = l->b;
     const stein_model *m = b->m;
     const lab_conditions *c = &b->d->conditions;
     for (int i = 0; i < m->ninput; i++) {
@@ -313,7 +313,7 @@ static void forces(list *l)
 }
 
 /* is an effect on trial part of that thing? */
-static int concerns(const plan__side *side, int nside, const char *thing)
+static int concerns(const plan__model *side, int nside, const char *thing)
 {
     size_t n = strlen(thing);
     for (int i = 0; i < nside; i++) {
@@ -326,7 +326,7 @@ static int concerns(const plan__side *side, int nside, const char *thing)
 }
 
 /* the amount of a part that comes off, 0 then; NULL: the side supposes none */
-static const char *comes_off(const plan__side *side, const char **unit)
+static const char *comes_off(const plan__model *side, const char **unit)
 {
     const lab_candidate *c = &side->candidate;
     const stein_model *m = lab_equations(side->model);
@@ -337,7 +337,7 @@ static const char *comes_off(const plan__side *side, const char **unit)
 
 /* What some sides suppose to hang on a body comes off, or is found not to be there: the stroke is
  * then the same again. */
-static void take_off(list *l, const plan__side *side, const int *which, int n)
+static void take_off(list *l, const plan__model *side, const int *which, int n)
 {
     lab_experiment *e =
         add(l, "nothing of that kind may touch it; what is there is taken off", "%s", "");
@@ -356,7 +356,7 @@ static void take_off(list *l, const plan__side *side, const int *which, int n)
 
 /* every one that somebody supposes, and all of them: where a spring in the joint, a wire and a
  * damper are rivals, what is left without both is the spring */
-static void without_part(list *l, const plan__side *side, int nside)
+static void without_part(list *l, const plan__model *side, int nside)
 {
     int which[1 + LAB_PLAN_RIVALS], n = 0;
     for (int i = 0; i < nside; i++) {
@@ -372,7 +372,7 @@ static void without_part(list *l, const plan__side *side, int nside)
 }
 
 /* no force from the string, whatever the depth */
-static void without_string(list *l, const plan__side *side, int nside)
+static void without_string(list *l, const plan__model *side, int nside)
 {
     static const char *const stiffness[] = {"a", "b", "c"};
     const stein_model *m = l->b->m;
@@ -399,7 +399,7 @@ static void without_string(list *l, const plan__side *side, int nside)
 }
 
 /* does an effect on trial move that parameter? */
-static int moves(const plan__side *side, int nside, const char *name)
+static int moves(const plan__model *side, int nside, const char *name)
 {
     for (int i = 0; i < nside; i++) {
         const lab_candidate *c = &side[i].candidate;
@@ -413,10 +413,10 @@ static int moves(const plan__side *side, int nside, const char *name)
     return 0;
 }
 
-/* who weighs a body that is suspected to be heavier has no use for a stroke */
-static void masses(list *l, const plan__side *side, int nside)
+/* a body that may be heavier is weighed; no record is needed */
+static void masses(list *l, const plan__model *side, int nside)
 {
-    const plan__bench *b = l->b;
+    const plan__reference *b = l->b;
     const stein_model *m = b->m;
     for (int j = 0; j < m->nq; j++) {
         char name[LAB_PLACE], text[2][DATA_SHOWN];
@@ -454,20 +454,20 @@ static int is_there(const lab_plan_def *def, const char *channel)
 
 static void instruments(list *l)
 {
-    const plan__bench *b = l->b;
-    for (int i = 0; i < b->neye; i++) {
-        const plan__eye *eye = &b->eye[i];
+    const plan__reference *b = l->b;
+    for (int i = 0; i < b->noutput; i++) {
+        const plan__output *output = &b->output[i];
         char text[DATA_SHOWN], why[LAB_PLAN_TEXT];
-        if (eye->measured || !is_there(b->def, eye->name)) {
+        if (output->measured || !is_there(b->def, output->name)) {
             continue;
         }
-        const char *unit = b->m->channels[stein_find_channel(b->m, eye->name)].unit;
+        const char *unit = b->m->channels[stein_find_channel(b->m, output->name)].unit;
         snprintf(why, sizeof why, "one channel more; its noise is taken to be %s",
-                 data__quantity(text, eye->noise, unit));
-        lab_experiment *e = add(l, why, "%s measured, too", eye->name);
+                 data__quantity(text, output->noise, unit));
+        lab_experiment *e = add(l, why, "%s measured, too", output->name);
         if (e != NULL) {
-            snprintf(e->channel, sizeof e->channel, "%s", eye->name);
-            e->noise = eye->noise;
+            snprintf(e->channel, sizeof e->channel, "%s", output->name);
+            e->noise = output->noise;
         }
     }
     lab_experiment *e = add(l, "with the same noise in every frame", "%s", fast_camera);
@@ -479,7 +479,7 @@ static void instruments(list *l)
 /* n checks, made together */
 static void add_checks(list *l, const lab_check *check, int n)
 {
-    lab_experiment *e = add(l, "no stroke; what it shows is stated in every file", "%s", "");
+    lab_experiment *e = add(l, "no record; what it shows is stated in every file", "%s", "");
     for (int i = 0; e != NULL && i < n; i++) {
         char name[LAB_PLAN_TEXT], why[LAB_PLAN_TEXT];
         plan__check_says(&check[i], name, why);
@@ -490,7 +490,7 @@ static void add_checks(list *l, const lab_check *check, int n)
 }
 
 /* every one that a side asks for, and all of them */
-static void checks(list *l, const plan__side *side, int nside)
+static void checks(list *l, const plan__model *side, int nside)
 {
     lab_check check[LAB_PLAN_CHECKS];
     int n = plan__checks(check, l->b, side, nside);
@@ -554,7 +554,7 @@ int plan__together(lab_experiment *to, const lab_experiment *a, const lab_experi
            !(a->channel[0] != '\0' && b->channel[0] != '\0') && !(a->faster > 1 && b->faster > 1);
 }
 
-stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,
+stein_status plan__experiments(const plan__reference *b, const plan__model *side, int nside,
                                lab_experiment **out, int *n, stein_err *err)
 {
     const lab_conditions *c = &b->d->conditions;

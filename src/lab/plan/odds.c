@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * odds.c - what a stroke is expected to say about who is right.
+ * odds.c - the evidence that a record is expected to give for one model over another.
  *
  * Near its fit each of two models M predicts the channels of a stroke, in units of noise, as
  *
@@ -48,7 +48,7 @@ static const double jitter = 1e-10;
 /* ---- Gram matrices ---- */
 
 /* the one of b that is number k of a; -1: a number of the effect, or b has no such */
-static int same_number(const plan__view *a, int k, const plan__view *b)
+static int same_number(const plan__prediction *a, int k, const plan__prediction *b)
 {
     for (int i = 0; fit__find_number(a->name[k]) < 0 && i < b->np; i++) {
         if (strcmp(a->name[k], b->name[i]) == 0) {
@@ -58,9 +58,9 @@ static int same_number(const plan__view *a, int k, const plan__view *b)
     return -1;
 }
 
-void plan__spread(double *to, const plan__view *a, const plan__view *b)
+void plan__spread(double *to, const plan__prediction *a, const plan__prediction *b)
 {
-    size_t n = (size_t)a->rows * (size_t)a->neye, np = (size_t)a->np;
+    size_t n = (size_t)a->rows * (size_t)a->noutput, np = (size_t)a->np;
     if (a->D == NULL || b->D == NULL) {
         memcpy(to, a->P, sizeof *to * n * np);
         return;
@@ -77,14 +77,14 @@ void plan__spread(double *to, const plan__view *a, const plan__view *b)
     }
 }
 
-stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
-                             stein_err *err)
+stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan__prediction *a,
+                             plan__prediction *b, stein_err *err)
 {
     int n = DIFFERENCES + a->np + a->nz + b->np + b->nz;
-    size_t rows = (size_t)a->rows, all = rows * (size_t)a->neye, size = (size_t)n * (size_t)n;
+    size_t rows = (size_t)a->rows, all = rows * (size_t)a->noutput, size = (size_t)n * (size_t)n;
     size_t until = (size_t)(a->until < b->until ? a->until : b->until);
-    *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .neye = a->neye};
-    pair->K = calloc(size * (size_t)a->neye + 1, sizeof *pair->K);
+    *pair = (plan__pair){.np = {a->np, b->np}, .nz = {a->nz, b->nz}, .n = n, .noutput = a->noutput};
+    pair->K = calloc(size * (size_t)a->noutput + 1, sizeof *pair->K);
     double *X = calloc((size_t)n * rows + 1, sizeof *X); // what cannot be predicted stays 0
     size_t nz = (size_t)a->nz, np_a = (size_t)a->np, np_b = (size_t)b->np;
     double *room = calloc((2 + nz + np_a + np_b) * all + 1, sizeof *room), *Z = room + 2 * all;
@@ -92,7 +92,7 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     if (pair->K == NULL || X == NULL || room == NULL || a->nz != b->nz) {
         free(X);
         free(room);
-        return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the strokes have other unknowns")
+        return a->nz != b->nz ? lab__fail(err, STEIN_EINVAL, "the records have other unknowns")
                               : lab__no_memory(err);
     }
     for (size_t i = 0; i < nz * all; i++) {
@@ -101,9 +101,9 @@ stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a
     plan__spread(P[0], a, b);
     plan__spread(P[1], b, a);
     double *of_b = room, *of_a = room + all; // y_B|A and y_A|B
-    stein_status status = plan__imitate(of_b, b, bench, a, P[1], Z, err);
-    status = status == STEIN_OK ? plan__imitate(of_a, a, bench, b, P[0], Z, err) : status;
-    for (int c = 0; status == STEIN_OK && c < a->neye; c++) {
+    stein_status status = plan__refit(of_b, b, reference, a, P[1], Z, err);
+    status = status == STEIN_OK ? plan__refit(of_a, a, reference, b, P[0], Z, err) : status;
+    for (int c = 0; status == STEIN_OK && c < a->noutput; c++) {
         size_t at = rows * (size_t)c, k = DIFFERENCES;
         for (size_t i = 0; i < until; i++) {
             X[i] = a->y[at + i] - of_b[at + i];
@@ -375,7 +375,7 @@ stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double
     d.other = d.g + n;
     d.xi = d.other + n;
     d.w = d.xi + n;
-    for (int c = 0; c < pair->neye; c++) {
+    for (int c = 0; c < pair->noutput; c++) {
         for (size_t i = 0; use[c] && i < n * n; i++) {
             K[i] += pair->K[(size_t)c * n * n + i];
         }

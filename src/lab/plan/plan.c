@@ -41,10 +41,10 @@ lab_plan_def lab_plan_def_default(void)
 typedef struct planner {
     const lab_diagnosis *d;
     const lab_plan_def *def;
-    plan__side side[SIDES];
+    plan__model side[SIDES];
     int suspect[SIDES]; /* of the diagnosis */
     int nside;
-    plan__bench bench;
+    plan__reference reference;
     plan__pair pair[PAIRS]; /* of the present motion: cause and rivals, then rivals */
     int known;              /* pairs of the present motion are there */
     stein_err why;          /* why not */
@@ -74,24 +74,24 @@ static void forget(planner *p)
  * one of them cannot be simulated. @return OK, ENOMEM */
 static stein_status predict(planner *p, const lab_experiment *e, stein_err *err)
 {
-    plan__view view[SIDES];
+    plan__prediction view[SIDES];
     memset(view, 0, sizeof view);
     forget(p);
     p->why = (stein_err){STEIN_OK, ""};
     stein_status status = STEIN_OK;
     for (int k = 0; status == STEIN_OK && k < p->nside; k++) {
-        status = e->ncheck > 0 ? plan__check_view(&view[k], &p->side[k], e, &p->why)
-                               : plan__predict(&view[k], &p->bench, &p->side[k], e, 0, &p->why);
+        status = e->ncheck > 0 ? plan__check_prediction(&view[k], &p->side[k], e, &p->why)
+                               : plan__predict(&view[k], &p->reference, &p->side[k], e, 0, &p->why);
     }
     int n = 0;
     for (int i = 0; i < p->nside; i++) {
         for (int k = i + 1; status == STEIN_OK && k < p->nside; k++) {
-            status = plan__pair_make(&p->pair[n++], &p->bench, &view[i], &view[k], &p->why);
+            status = plan__pair_make(&p->pair[n++], &p->reference, &view[i], &view[k], &p->why);
         }
     }
     p->known = status == STEIN_OK;
     for (int k = 0; k < p->nside; k++) {
-        plan__view_free(&view[k]);
+        plan__prediction_free(&view[k]);
     }
     return fit__forgive(status, err);
 }
@@ -112,7 +112,7 @@ static stein_status odds(planner *p, int pair, const unsigned char *use, int mos
 
 static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
 {
-    unsigned char use[PLAN_EYES] = {0};
+    unsigned char use[PLAN_OUTPUTS] = {0};
     stein_status status = STEIN_OK;
     lab_experiment worst = *e;
     if (!p->known) {
@@ -121,10 +121,10 @@ static stein_status judge(planner *p, lab_experiment *e, stein_err *err)
         snprintf(e->why, sizeof e->why, "%.*s", LAB_PLAN_TEXT - 1, p->why.msg);
         return STEIN_OK;
     }
-    for (int c = 0; c < p->bench.neye; c++) {
-        use[c] = e->ncheck > 0
-                     ? c == 0 // readings are one channel
-                     : p->bench.eye[c].measured || strcmp(p->bench.eye[c].name, e->channel) == 0;
+    for (int c = 0; c < p->reference.noutput; c++) {
+        use[c] = e->ncheck > 0 ? c == 0 // readings are one channel
+                               : p->reference.output[c].measured ||
+                                     strcmp(p->reference.output[c].name, e->channel) == 0;
     }
     for (int k = 0; status == STEIN_OK && k < p->nside - 1; k++) {
         lab_experiment one = *e;
@@ -207,7 +207,7 @@ static void add_to(planner *p, lab_plan *plan, const lab_experiment *base,
 {
     for (int i = 0; i < n && most > 0; i++) {
         lab_experiment *e = &plan->experiment[plan->n];
-        if (one[i].feasible && plan__together(e, base, &one[i], &p->bench.base) &&
+        if (one[i].feasible && plan__together(e, base, &one[i], &p->reference.base) &&
             !is_planned(plan, e)) {
             plan->n++;
             most--;
@@ -221,8 +221,8 @@ static int one_tells(const lab_experiment *e)
 }
 
 /* The best ones with each of the next best things done as well, and the best of those once more:
- * what one change brings into reach another one may make large. Where one stroke tells, nobody
- * needs that. */
+ * a second change may enlarge what the first one brings into reach. Where one record separates,
+ * no combination is needed. */
 static stein_status combine(planner *p, lab_plan *plan, stein_err *err)
 {
     stein_status status = STEIN_OK;
@@ -292,7 +292,7 @@ static stein_status open_sides(planner *p, lab_plan *plan, const char *file, con
             continue;
         }
         status =
-            plan__side_open(&p->side[p->nside], &d->suspect[i], file, model, p->def->options, err);
+            plan__model_open(&p->side[p->nside], &d->suspect[i], file, model, p->def->options, err);
         p->suspect[p->nside++] = i;
     }
     plan->nrival = p->nside - 1;
@@ -331,18 +331,19 @@ stein_status lab_plan_make(lab_plan **out, const char *file, const lab_model *mo
     stein_status status = check(p.def, lab_equations(model), err);
     status = status == STEIN_OK ? open_sides(&p, plan, file, model, err) : status;
     if (status == STEIN_OK) {
-        status = plan__bench_make(&p.bench, &p.side[0], d, lab_equations(model), p.def, err);
+        status =
+            plan__reference_make(&p.reference, &p.side[0], d, lab_equations(model), p.def, err);
     }
     if (status == STEIN_OK) {
-        status = plan__experiments(&p.bench, p.side, p.nside, &plan->experiment, &plan->n, err);
+        status = plan__experiments(&p.reference, p.side, p.nside, &plan->experiment, &plan->n, err);
     }
     status = status == STEIN_OK ? judge_from(&p, plan, 0, err) : status;
     status = status == STEIN_OK ? combine(&p, plan, err) : status;
     make_twice(plan);
-    plan->strokes = p.bench.strokes;
-    plan__bench_free(&p.bench);
+    plan->strokes = p.reference.strokes;
+    plan__reference_free(&p.reference);
     for (int k = 0; k < p.nside; k++) {
-        plan__side_close(&p.side[k]);
+        plan__model_close(&p.side[k]);
     }
     clock_gettime(CLOCK_MONOTONIC, &end);
     plan->seconds =

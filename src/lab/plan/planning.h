@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * planning.h - what the files of the plan share. Not installed.
+ * planning.h - what the files of the plan share.
  *
  *   plan.c         the whole                       predict.c  what a suspect predicts of it
- *   bench.c        the strokes so far              imitate.c  how near another one comes to that
+ *   reference.c        the strokes so far              refit.c  how near another one comes to that
  *   experiments.c  what could be done next         odds.c     what a stroke is expected to say
- *   check.c        something by itself             show.c     plan.json, files of strokes
- *   read.c         diagnosis.json
+ *   instrument_check.c        something by itself             write_plan.c     plan.json, files of
+ * strokes read_diagnosis.c         diagnosis.json
  *
  * before anything is measured:
- *   before.c       the whole                       before_tell.c    statements of a matrix
- *   before_show.c  plan.json                       before_record.c  records that are meant
+ *   before.c       the whole                       before_power.c    statements of a matrix
+ *   before_json.c  plan.json                       before_record.c  records that are meant
+ * Included by: this folder, src/lab/report.
  */
 #ifndef PLANNING_H
 #define PLANNING_H
@@ -18,50 +19,51 @@
 #include "stein/plan.h"
 
 /** The cause or a rival, ready to be simulated. */
-typedef struct plan__side {
+typedef struct plan__model {
     const lab_suspect *s;
     lab_candidate candidate; /* bound to the model, its second number as fitted */
     const lab_model *model;
     lab_model *own; /* mechanism with its part; NULL: the file's */
-} plan__side;
-stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char *file,
-                             const lab_model *model, const lab_options *options, stein_err *err);
-void plan__side_close(plan__side *side);
+} plan__model;
+stein_status plan__model_open(plan__model *side, const lab_suspect *s, const char *file,
+                              const lab_model *model, const lab_options *options, stein_err *err);
+void plan__model_close(plan__model *side);
 
 /** A channel that could be measured. */
-typedef struct plan__eye {
+typedef struct plan__output {
     char name[LAB_PLACE];
     double noise;
     double reach; /* largest reading in the base */
     int measured; /* 1: it was */
-} plan__eye;
+} plan__output;
 
-enum { PLAN_EYES = 32 };
+enum { PLAN_OUTPUTS = 32 };
 
 /** What the experiments are made around. */
-typedef struct plan__bench {
+typedef struct plan__reference {
     const lab_diagnosis *d;
     const stein_model *m; /* of the file */
     const lab_plan_def *def;
     double *p;           /* [np] the file's numbers as the cause has them */
     lab_experiment base; /* the strokes so far, in the middle of their range */
-    int neye;
-    plan__eye eye[PLAN_EYES];
+    int noutput;
+    plan__output output[PLAN_OUTPUTS];
     double *deep;              /* [ncontact] largest depth in the base [m] */
     double *low, *high, *rest; /* [nq] of every joint in the base [rad or m] */
     double *fast;              /* [nq] largest speed [rad/s or m/s] */
     double *when;              /* [nq] time of nearly all of its travel [s] */
     int strokes;               /* simulated */
-} plan__bench;
+} plan__reference;
 
-/* ---- bench.c ---- */
+/* ---- reference.c ---- */
 
-/** Base, eyes and joints of a bench. @return OK, ENOMEM, numerical failures of the base */
-stein_status plan__bench_make(plan__bench *b, const plan__side *cause, const lab_diagnosis *d,
-                              const stein_model *m, const lab_plan_def *def, stein_err *err);
-void plan__bench_free(plan__bench *b);
+/** Base, outputs and joints of a reference. @return OK, ENOMEM, numerical failures of the base */
+stein_status plan__reference_make(plan__reference *b, const plan__model *cause,
+                                  const lab_diagnosis *d, const stein_model *m,
+                                  const lab_plan_def *def, stein_err *err);
+void plan__reference_free(plan__reference *b);
 /** Farthest way of a joint from rest in the base, with its sign [rad or m]. */
-double plan__travel(const plan__bench *b, int joint);
+double plan__travel(const plan__reference *b, int joint);
 /** Entry by name, NULL: there is none. */
 const lab_used *plan__used(const lab_used *list, int n, const char *name);
 /** What an experiment sets a number to, NULL: it leaves it. */
@@ -76,7 +78,7 @@ double plan__rounded(double value);
 /* ---- experiments.c ---- */
 
 /** All experiments that the mechanism has room for, the base first. @return OK, ENOMEM */
-stein_status plan__experiments(const plan__bench *b, const plan__side *side, int nside,
+stein_status plan__experiments(const plan__reference *b, const plan__model *side, int nside,
                                lab_experiment **list, int *n, stein_err *err);
 
 /** What two experiments change, changed at once. @return 0: both change the same thing, or b none
@@ -105,53 +107,55 @@ typedef struct plan__stage {
 } plan__stage;
 /** What a side predicts of an experiment, in units of noise: y, and what its uncertain numbers (P)
  *  and a stroke's own ones (Z) do, each column by one standard deviation. */
-typedef struct plan__view {
-    int rows, neye; /* rows of one channel; channels */
-    int until;      /* rows that can be predicted */
+typedef struct plan__prediction {
+    int rows, noutput; /* rows of one channel; channels */
+    int until;         /* rows that can be predicted */
     int np, nz;
-    double *y;          /* [neye*rows] */
-    double *P;          /* [np][neye*rows] */
+    double *y;          /* [noutput*rows] */
+    double *P;          /* [np][noutput*rows] */
     const char **name;  /* [np] uncertain numbers */
-    double *D, *L;      /* [np][neye*rows] what each does; [np][np]: P_b = sum over k L_bk D_k;
+    double *D, *L;      /* [np][noutput*rows] what each does; [np][np]: P_b = sum over k L_bk D_k;
                            NULL: P is all that is known */
-    double *Z;          /* [nz][neye*rows] */
+    double *Z;          /* [nz][noutput*rows] */
     double *time;       /* [rows] */
     plan__stage *stage; /* to simulate it with other numbers; NULL: it is straight */
-} plan__view;
+} plan__prediction;
 /** @param only_y  1: P and Z are left out
- *  @return OK, ENOMEM, numerical failures; plan__view_free in any case */
-stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
+ *  @return OK, ENOMEM, numerical failures; plan__prediction_free in any case */
+stein_status plan__predict(plan__prediction *v, plan__reference *b, const plan__model *side,
                            const lab_experiment *e, int only_y, stein_err *err);
-void plan__view_free(plan__view *v);
+void plan__prediction_free(plan__prediction *v);
 
-/* ---- check.c ---- */
+/* ---- instrument_check.c ---- */
 
 /** Checks of the instruments, lengths, masses and felts that a side moves, each once.
  *  @return how many */
-int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__bench *b, const plan__side *side,
-                 int nside);
+int plan__checks(lab_check check[LAB_PLAN_CHECKS], const plan__reference *b,
+                 const plan__model *side, int nside);
 /** What is done, and what is stated then, in words. */
 void plan__check_says(const lab_check *c, char name[LAB_PLAN_TEXT], char why[LAB_PLAN_TEXT]);
 /** What it is made with, in words. */
 const char *plan__check_by(const lab_check *c);
 /** What a side predicts of the readings of an experiment's checks: a view of one channel that is
- *  straight, with an unknown zero of every scale. @return OK, ENOMEM; plan__view_free in any case
+ *  straight, with an unknown zero of every scale. @return OK, ENOMEM; plan__prediction_free in any
+ * case
  */
-stein_status plan__check_view(plan__view *v, const plan__side *side, const lab_experiment *e,
-                              stein_err *err);
+stein_status plan__check_prediction(plan__prediction *v, const plan__model *side,
+                                    const lab_experiment *e, stein_err *err);
 
-/* ---- imitate.c ---- */
+/* ---- refit.c ---- */
 
 /** What a side predicts that is fitted to the prediction of another one.
- *  @param to  [neye*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
+ *  @param to  [noutput*rows] y - P w - Z u with y simulated at the w, u that come nearest: the
  *             prediction at w = u = 0 as seen from there
- *  @param P   [np][neye*rows] of v as it counts beside that of `of` (odds.c)
- *  @param Z   [nz][neye*rows] that both have
+ *  @param P   [np][noutput*rows] of v as it counts beside that of `of` (odds.c)
+ *  @param Z   [nz][noutput*rows] that both have
  *  @return OK, ENOMEM */
-stein_status plan__imitate(double *to, plan__view *v, plan__bench *b, const plan__view *of,
-                           const double *P, const double *Z, stein_err *err);
+stein_status plan__refit(double *to, plan__prediction *v, plan__reference *b,
+                         const plan__prediction *of, const double *P, const double *Z,
+                         stein_err *err);
 
-/* ---- show.c ---- */
+/* ---- write_plan.c ---- */
 
 /** One experiment of a diagnosis. */
 void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *e,
@@ -162,17 +166,17 @@ void plan__experiment_json(lab__json *j, const char *key, const lab_experiment *
 /** Gram matrices of X = [y_A - y_B|A, y_A|B - y_B, P_A, Z, P_B, Z], one a channel; y_B|A: B fitted
  *  to the prediction of A. */
 typedef struct plan__pair {
-    int np[2], nz[2], n, neye;
-    double *K; /* [neye][n*n] */
+    int np[2], nz[2], n, noutput;
+    double *K; /* [noutput][n*n] */
 } plan__pair;
 /** P of a as it counts beside b: what a number of the file does is the mean of both.
- *  @param to  [np][neye*rows] of a, 0; beside itself it is a->P */
-void plan__spread(double *to, const plan__view *a, const plan__view *b);
-stein_status plan__pair_make(plan__pair *pair, plan__bench *bench, plan__view *a, plan__view *b,
-                             stein_err *err);
+ *  @param to  [np][noutput*rows] of a, 0; beside itself it is a->P */
+void plan__spread(double *to, const plan__prediction *a, const plan__prediction *b);
+stein_status plan__pair_make(plan__pair *pair, plan__reference *reference, plan__prediction *a,
+                             plan__prediction *b, stein_err *err);
 void plan__pair_free(plan__pair *pair);
 /** Odds of an experiment that sees some channels.
- *  @param use     [neye]
+ *  @param use     [noutput]
  *  @param wanted  2 ln of the odds wanted
  *  @param most    repeats at most
  *  @param rivals  there are so many, 1..LAB_PLAN_RIVALS, of which none may be left
@@ -180,7 +184,7 @@ void plan__pair_free(plan__pair *pair);
 stein_status plan__odds(const plan__pair *pair, const unsigned char *use, double wanted, int most,
                         int rivals, lab_experiment *e, stein_err *err);
 
-/* ---- before_tell.c ---- */
+/* ---- before_power.c ---- */
 
 /** What columns say about their causes.
  *  @param I      [n*n] information (inverse variance) with all that is refitted projected out, in

@@ -12,7 +12,7 @@
 
 #include <gsl/gsl_linalg.h>
 
-#include "data_inner.h"
+#include "data_internal.h"
 #include "functions.h"
 #include "planning.h"
 #include "structure.h"
@@ -40,10 +40,10 @@ double lab_shape_at(lab_shape shape, double time, double t)
 
 /* ---- the sides ---- */
 
-stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char *file,
-                             const lab_model *model, const lab_options *options, stein_err *err)
+stein_status plan__model_open(plan__model *side, const lab_suspect *s, const char *file,
+                              const lab_model *model, const lab_options *options, stein_err *err)
 {
-    *side = (plan__side){.s = s, .candidate = s->candidate, .model = model};
+    *side = (plan__model){.s = s, .candidate = s->candidate, .model = model};
     stein_status status = STEIN_OK;
     if (s->candidate.effect->needs != NULL) {
         status = lab_candidate_open(&side->candidate, &side->own, file, options, err);
@@ -60,7 +60,7 @@ stein_status plan__side_open(plan__side *side, const lab_suspect *s, const char 
     return status;
 }
 
-void plan__side_close(plan__side *side)
+void plan__model_close(plan__model *side)
 {
     lab_close(side->own);
     side->own = NULL;
@@ -76,13 +76,13 @@ static void blank_free(plan__blank *b)
     free(b->present);
 }
 
-static stein_status blank_make(plan__blank *b, const plan__bench *bench, const stein_model *m,
-                               const lab_experiment *e, stein_err *err)
+static stein_status blank_make(plan__blank *b, const plan__reference *reference,
+                               const stein_model *m, const lab_experiment *e, stein_err *err)
 {
-    const lab_conditions *c = &bench->d->conditions;
+    const lab_conditions *c = &reference->d->conditions;
     double interval = c->interval / e->faster;
     int rows = (int)fmin(MOST_ROWS * e->faster, floor((c->until - c->from) / interval + 1.5));
-    size_t n = (size_t)rows, ncolumn = (size_t)bench->neye + 1;
+    size_t n = (size_t)rows, ncolumn = (size_t)reference->noutput + 1;
     b->column = calloc(ncolumn, sizeof *b->column);
     b->setting = calloc((size_t)e->nset + 1, sizeof *b->setting);
     b->time = calloc(3 * n, sizeof *b->time);
@@ -135,10 +135,10 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
                                                     0,
                                                     0};
     }
-    for (int i = 0; i < bench->neye; i++) {
-        int k = stein_find_channel(m, bench->eye[i].name);
+    for (int i = 0; i < reference->noutput; i++) {
+        int k = stein_find_channel(m, reference->output[i].name);
         if (k < 0) {
-            return lab__fail(err, STEIN_ENAME, "no output \"%s\"", bench->eye[i].name);
+            return lab__fail(err, STEIN_ENAME, "no output \"%s\"", reference->output[i].name);
         }
         b->column[b->data.ncolumn++] = (lab_column){m->channels[k].name,
                                                     m->channels[k].unit,
@@ -147,7 +147,7 @@ static stein_status blank_make(plan__blank *b, const plan__bench *bench, const s
                                                     b->zero,
                                                     b->present,
                                                     rows,
-                                                    bench->eye[i].noise,
+                                                    reference->output[i].noise,
                                                     1,
                                                     1,
                                                     0,
@@ -195,10 +195,10 @@ static void place(fit__problem *p, const lab_posterior *q, const int *of, double
 
 /* D: columns of J; L: the Cholesky factor of the posterior's covariance; P of both; way
  * [np][p->np]: what each column of P moves */
-static stein_status spread(plan__view *v, const fit__problem *p, const lab_posterior *q,
+static stein_status spread(plan__prediction *v, const fit__problem *p, const lab_posterior *q,
                            const int *of, const double *J, double *way, stein_err *err)
 {
-    size_t n = (size_t)v->neye * (size_t)v->rows, np = (size_t)v->np;
+    size_t n = (size_t)v->noutput * (size_t)v->rows, np = (size_t)v->np;
     int *at = calloc((size_t)p->np + 1, sizeof *at), k = 0;
     gsl_matrix *C = gsl_matrix_alloc(np + 1, np + 1);
     if (at == NULL || C == NULL) {
@@ -240,10 +240,10 @@ static stein_status spread(plan__view *v, const fit__problem *p, const lab_poste
 }
 
 /* Z: the stroke's own */
-static void own_columns(plan__view *v, const fit__problem *p, const double *scatter,
+static void own_columns(plan__prediction *v, const fit__problem *p, const double *scatter,
                         const double *J, double *own)
 {
-    size_t n = (size_t)v->neye * (size_t)v->rows;
+    size_t n = (size_t)v->noutput * (size_t)v->rows;
     for (int k = 0; k < v->nz; k++) {
         const fit__unknown *u = &p->unknown[p->stroke[0].first + k];
         double by = u->kind == FIT__SCATTER ? scatter[fit__class(u->index) - FIT__JOINTS] / u->sd
@@ -270,15 +270,15 @@ static double sign_of(int way, int column)
 }
 
 /* the first row by which r has left y and P, a small way along all columns, for good */
-static int leaves(const plan__view *v, const plan__bench *b, int way, const double *r)
+static int leaves(const plan__prediction *v, const plan__reference *b, int way, const double *r)
 {
-    size_t n = (size_t)v->neye * (size_t)v->rows;
+    size_t n = (size_t)v->noutput * (size_t)v->rows;
     double sum = 0.0;
     for (int i = 0; i < v->rows; i++) {
-        for (int c = 0; c < v->neye; c++) {
+        for (int c = 0; c < v->noutput; c++) {
             size_t at = (size_t)c * (size_t)v->rows + (size_t)i;
-            double e = b->eye[c].measured ? r[at] - v->y[at] : 0.0;
-            for (int k = 0; b->eye[c].measured && k < v->np; k++) {
+            double e = b->output[c].measured ? r[at] - v->y[at] : 0.0;
+            for (int k = 0; b->output[c].measured && k < v->np; k++) {
                 e += small * sign_of(way, k) * v->P[(size_t)k * n + at];
             }
             sum += e * e;
@@ -294,10 +294,10 @@ static int leaves(const plan__view *v, const plan__bench *b, int way, const doub
  * answers to its numbers more finely than anybody knows them, and what a model says of it tells
  * nothing about the model: it ends where a small part of what is uncertain makes it go another way
  * than its derivatives say. The numbers have been found from strokes that end so (settle.c). */
-static stein_status foresee(plan__view *v, plan__bench *b, const fit__problem *p, const double *x,
-                            const double *way, stein_err *err)
+static stein_status foresee(plan__prediction *v, plan__reference *b, const fit__problem *p,
+                            const double *x, const double *way, stein_err *err)
 {
-    size_t n = (size_t)v->rows * (size_t)v->neye;
+    size_t n = (size_t)v->rows * (size_t)v->noutput;
     double *to = malloc(sizeof *to * ((size_t)p->nu + 1)), *r = malloc(sizeof *r * (n + 1));
     stein_status status = to != NULL && r != NULL ? STEIN_OK : lab__no_memory(err);
     for (int w = 0; status == STEIN_OK && w < WAYS; w++) {
@@ -332,15 +332,15 @@ static void stage_free(plan__stage *s)
     }
 }
 
-static stein_status view_make(plan__view *v, const plan__bench *b, const fit__problem *p, int np,
-                              stein_err *err)
+static stein_status view_make(plan__prediction *v, const plan__reference *b, const fit__problem *p,
+                              int np, stein_err *err)
 {
     const fit__stroke *t = &p->stroke[0];
     v->rows = v->until = t->n;
-    v->neye = b->neye;
+    v->noutput = b->noutput;
     v->np = np;
     v->nz = t->own;
-    size_t n = (size_t)v->rows * (size_t)v->neye;
+    size_t n = (size_t)v->rows * (size_t)v->noutput;
     v->y = calloc(n + 1, sizeof *v->y);
     v->P = calloc(n * (size_t)np + 1, sizeof *v->P);
     v->D = calloc(n * (size_t)np + 1, sizeof *v->D);
@@ -355,7 +355,7 @@ static stein_status view_make(plan__view *v, const plan__bench *b, const fit__pr
     return STEIN_OK;
 }
 
-void plan__view_free(plan__view *v)
+void plan__prediction_free(plan__prediction *v)
 {
     free(v->y);
     free(v->P);
@@ -365,11 +365,11 @@ void plan__view_free(plan__view *v)
     free(v->Z);
     free(v->time);
     stage_free(v->stage);
-    *v = (plan__view){.y = NULL};
+    *v = (plan__prediction){.y = NULL};
 }
 
-static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, int only_y,
-                        stein_err *err)
+static stein_status run(plan__prediction *v, plan__reference *b, const plan__model *side,
+                        int only_y, stein_err *err)
 {
     const lab_posterior *q = &side->s->posterior;
     plan__stage *s = v->stage;
@@ -408,7 +408,7 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, i
         own_columns(v, p, b->d->scatter, J, s->own);
         status = status == STEIN_OK ? foresee(v, b, p, s->x, s->way, err) : status;
     }
-    for (int i = 0; status == STEIN_OK && i < v->rows * v->neye; i++) {
+    for (int i = 0; status == STEIN_OK && i < v->rows * v->noutput; i++) {
         v->y[i] = -v->y[i]; // the residual of nothing
     }
     free(of);
@@ -416,13 +416,13 @@ static stein_status run(plan__view *v, plan__bench *b, const plan__side *side, i
     return status;
 }
 
-stein_status plan__predict(plan__view *v, plan__bench *b, const plan__side *side,
+stein_status plan__predict(plan__prediction *v, plan__reference *b, const plan__model *side,
                            const lab_experiment *e, int only_y, stein_err *err)
 {
     const stein_model *m = lab_equations(side->model);
     const lab_posterior *q = &side->s->posterior;
     const char **name = malloc(sizeof *name * ((size_t)q->n + 1));
-    *v = (plan__view){.stage = calloc(1, sizeof *v->stage)};
+    *v = (plan__prediction){.stage = calloc(1, sizeof *v->stage)};
     stein_status status = name != NULL && v->stage != NULL
                               ? blank_make(&v->stage->stroke, b, m, e, err)
                               : lab__no_memory(err);

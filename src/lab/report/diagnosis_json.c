@@ -6,6 +6,7 @@
  * units of the noise of one sample, everything else is SI.
  */
 #include <math.h>
+#include <string.h>
 
 #include "curve.h"
 #include "motion.h"

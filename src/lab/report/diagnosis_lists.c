@@ -110,7 +110,7 @@ void page__map(FILE *f, const lab_diagnosis *d)
         "stronger the colour, the less it can be noise or chance from record to record; z is that "
         "significance as a normal deviate.</p>\n<div class=\"scroll\" tabindex=\"0\"><table "
         "class=\"map\">\n<tr>"
-        "<th></th>",
+        "<td></td>",
         f);
     for (int k = 0; k < DIAG_PHASES; k++) {
         if (phase_used(d, k)) {
@@ -195,10 +195,10 @@ void page__suspects(FILE *f, const lab_diagnosis *d)
     }
     fputs("<section id=\"suspects\"><h2>Candidates</h2>\n<p>How much the misfit (\xe2\x88\x92"
           "2 log likelihood) falls when the effect is added and everything else is refitted, "
-          "records free to differ by themselves. Pale bars are predictions, not refits.</p>\n"
+          "with variation from record to record. Pale bars are predictions, not refits.</p>\n"
           "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
-          "suspects\">\n<tr><th></th><th></th><th>fall"
-          "</th><th>amount</th><th></th></tr>\n",
+          "suspects\">\n<tr><td></td><td></td><th>fall"
+          "</th><th>amount</th><td></td></tr>\n",
           f);
     for (int i = 0; i < d->nsuspect; i++) {
         int must = i < d->ncause + d->nrival;
@@ -282,8 +282,8 @@ static int has_phases(const lab_diagnosis *d)
 }
 
 static const char gain_head[] = "<div class=\"scroll\" tabindex=\"0\"><table class=\"fold "
-                                "gains\">\n<tr><th></th><th>before</th><th>after</th>"
-                                "<th>noise</th><th>after / before</th><th></th></tr>\n";
+                                "gains\">\n<tr><td></td><th>before</th><th>after</th>"
+                                "<th>noise</th><th>after / before</th><td></td></tr>\n";
 
 void page__gains(FILE *f, const lab_diagnosis *d)
 {
@@ -312,7 +312,7 @@ void page__audit(FILE *f, const lab_diagnosis *d)
 {
     fputs("<section id=\"audit\"><h2>The data</h2>\n", f);
     if (d->nfinding == 0) {
-        fputs("<p>The audit of the files found nothing that would limit the fit.</p>\n", f);
+        fputs("<p>The audit found nothing in the files that limits the fit.</p>\n", f);
     } else {
         fputs("<ul>\n", f);
         for (int i = 0; i < d->nfinding && i < AUDIT; i++) {
@@ -354,7 +354,7 @@ void page__parameters(FILE *f, const lab_diagnosis *d)
         fputs("<section id=\"parameters\"><h2>Refitted numbers</h2>\n<div class=\"scroll\" "
               "tabindex=\"0\"><table "
               "class=\"fold numbers\">"
-              "\n<tr><th></th><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
+              "\n<tr><td></td><th>file</th><th>fitted, 95&nbsp;%</th><th>moved</th></tr>\n",
               f);
         for (int i = 0; i < d->nvalue; i++) {
             parameter_row(f, &d->value[i]);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * diagnosis_page.c - report.html: one file without network, scripts or fonts of its own.
  *
- * The first screen (diagnosis_story.c) answers the questions; the rest shows why.
+ * The first screen (diagnosis_summary.c) answers the questions; the rest shows why.
  *
  * Each colour has one meaning: rust the model before, blue the model after, grey what was measured,
  * green noise, violet a cause and what cannot be told from it, amber a warning.
@@ -123,7 +123,7 @@ static void write_page(FILE *f, const lab_diagnosis *d)
         fputs(style[i], f);
     }
     fputs("</style>\n</head>\n<body>\n<main>\n", f);
-    page__story(f, d);
+    page__summary(f, d);
     page__law(f, d);
     page__strokes(f, d);
     page__map(f, d);

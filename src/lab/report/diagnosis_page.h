@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_page.h - what the files of report.html share. Not installed.
+ * diagnosis_page.h - what the files of report.html share.
  *
  *   diagnosis_page.c   the page, its style              diagnosis_chart.c  axes and curves
- *   diagnosis_story.c  the first screen
+ *   diagnosis_summary.c  the first screen
  *   diagnosis_plots.c  strokes over time, forces          diagnosis_text.c   texts and numbers
- *   diagnosis_lists.c  maps, bars and tables             diagnosis_seen.c   every candidate
+ *   diagnosis_lists.c  maps, bars and tables             diagnosis_detectability.c   every
+ * candidate
+ * Included by: this folder, src/cli, src/lab/law, src/lab/verdict.
  */
 #ifndef DIAGNOSIS_PAGE_H
 #define DIAGNOSIS_PAGE_H
@@ -72,16 +74,16 @@ void page__phases(const page__plot *p, const double *t, const char *const *phase
 /** Limits that hold [lo, hi] with a margin; a nonempty range. */
 void page__range(double *lo, double *hi, double margin);
 
-/* ---- diagnosis_story.c ---- */
+/* ---- diagnosis_summary.c ---- */
 
-void page__story(FILE *f, const lab_diagnosis *d);
+void page__summary(FILE *f, const lab_diagnosis *d);
 
 /* ---- diagnosis_plots.c ---- */
 
 void page__strokes(FILE *f, const lab_diagnosis *d);
 void page__forces(FILE *f, const lab_diagnosis *d);
 
-/* ---- diagnosis_seen.c ---- */
+/* ---- diagnosis_detectability.c ---- */
 
 void page__seen(FILE *f, const lab_diagnosis *d);
 

@@ -312,9 +312,10 @@ static void one_channel(FILE *f, const lab_diagnosis *d, const char *channel, in
         page__svg_open(f, WIDTH, 308, "autocorrelation of the residual");
         draw_correlation(f, d, channel, changed);
         page__svg_close(f);
-        fputs("<figcaption>noise alone is not alike from sample to sample</figcaption></figure>"
-              "</div></details>\n",
-              f);
+        fputs(
+            "<figcaption>noise alone has no correlation from sample to sample</figcaption></figure>"
+            "</div></details>\n",
+            f);
     }
 }
 

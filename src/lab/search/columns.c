@@ -22,7 +22,7 @@ static const double of_number = 0.2, of_part = 1.0, of_reading = 0.01; /* RMS ch
 static const double visible = 0.01;  /* less than that at the limit shows in no record [noise] */
 static const double smallest = 1e-6; /* amount [limits] */
 static const double smaller = 0.2;   /* second column of a part, in the amount of the first */
-static const char unseen[] = "it would not show in these strokes";
+static const char unseen[] = "it would not show in these records";
 
 /* ---- simulating with a candidate ---- */
 
@@ -181,7 +181,7 @@ static stein_status simulate(diag__work *w, const fit__problem *p, const double 
     status = status == STEIN_OK ? run_trial(&t, left, change, err) : status;
     for (int i = 0; status == STEIN_OK && i < left; i++) {
         if (!isfinite(change[i])) {
-            list[i]->why = "not all strokes can be simulated with it";
+            list[i]->why = "not all records can be simulated with it";
         }
     }
     free(change);
@@ -317,7 +317,7 @@ static stein_status part(diag__work *w, diag__secant *c, stein_err *err)
                    .nrecord = p.nstroke};
         if (status == STEIN_OK && c[1].why == NULL) {
             status = run_trial(&t, 1, &change, &why);
-            c[1].why = isfinite(change) ? NULL : "not all strokes can be simulated with it";
+            c[1].why = isfinite(change) ? NULL : "not all records can be simulated with it";
         }
     }
     free(x);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * columns.h - columns of a linear model on their way. Not installed.
+ * columns.h - columns of a linear model on their way.
+ * Included by: this folder.
  */
 #ifndef DIAG_COLUMNS_H
 #define DIAG_COLUMNS_H

@@ -374,10 +374,10 @@ static const char *untestable(const diag__problem *q, const lab_candidate *c)
         return "the input was not used";
     }
     if (is_known(q, c)) {
-        return "every stroke states it";
+        return "every record states it";
     }
     if (was_off(q, c)) {
-        return "every stroke was played without it";
+        return "every record was made without it";
     }
     if (strcmp(c->effect->kind, "sensor_offset") == 0) {
         return "the offset of the marker, fitted anyhow, says the same";

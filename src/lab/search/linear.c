@@ -118,7 +118,7 @@ static stein_status stand(diag__work *w, double gain, int most, stein_err *err)
         status = fit__residuals(&w->p, w->x, w->r, &failed, err);
     }
     if (status == STEIN_OK && failed > 0) {
-        return lab__fail(err, STEIN_ENONFINITE, "%d strokes cannot be simulated", failed);
+        return lab__fail(err, STEIN_ENONFINITE, "%d records cannot be simulated", failed);
     }
     if (status == STEIN_OK && gain <= 0.0 && w->row->J != NULL) {
         copy_derivatives(w);

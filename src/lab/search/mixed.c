@@ -97,14 +97,14 @@ void lab__mixed_stroke(lab__mixed *m, int stroke, int samples, const double *C)
     const double *Z = C + nc * n;
     double *Q = m->Q + s * nc * nc, *QZ = m->QZ + s * nz * nc, *ZZ = m->ZZ + s * nz * nz;
     for (size_t i = 0; i < nc; i++) {
-        lab__dots(C + i * n, C, n, (int)i + 1, Q + i * nc);
+        lab__dot_rows(C + i * n, C, n, (int)i + 1, Q + i * nc);
         for (size_t k = 0; k < i; k++) {
             Q[k * nc + i] = Q[i * nc + k];
         }
     }
     for (size_t i = 0; i < nz; i++) {
-        lab__dots(Z + i * n, C, n, m->ncol, QZ + i * nc);
-        lab__dots(Z + i * n, Z, n, m->nz, ZZ + i * nz);
+        lab__dot_rows(Z + i * n, C, n, m->ncol, QZ + i * nc);
+        lab__dot_rows(Z + i * n, Z, n, m->nz, ZZ + i * nz);
     }
 }
 

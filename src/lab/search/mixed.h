@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mixed.h - the mixed model of strokes that scatter by themselves. Not installed.
+ * mixed.h - the mixed model of strokes that scatter by themselves.
+ * Included by: this folder, src/lab/verdict.
  */
 #ifndef LAB_MIXED_H
 #define LAB_MIXED_H
 
-#include "inner.h"
+#include "run.h"
 
 enum { LAB_SCATTERS = 8 };
 

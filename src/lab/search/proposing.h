@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * proposing.h - what the proposers share. Not installed.
+ * proposing.h - what the proposers share.
+ * Included by: this folder.
  */
 #ifndef DIAG_PROPOSING_H
 #define DIAG_PROPOSING_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * scope_columns.h - which causes of a part of the records are worth a column. Not installed.
+ * scope_columns.h - which causes of a part of the records are worth a column.
+ * Included by: this folder.
  */
 #ifndef DIAG_SCOPE_COLUMNS_H
 #define DIAG_SCOPE_COLUMNS_H

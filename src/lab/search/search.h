@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * search.h - the search for causes: a table of hypotheses, one way into it. Not installed.
+ * search.h - the search for causes: a table of hypotheses, one way into it.
  *
  *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
  *   scope.c        causes that act in one record, or from one on
@@ -24,6 +24,7 @@
  * simulation near the records (fit/observer.c): what the observer has to correct is the residual,
  * events stay those of the records, and the correction is linear in what is missing even where that
  * is gross. The observer's gain is then reduced to 0.
+ * Included by: this folder, src/lab/verdict.
  */
 #ifndef DIAG_SEARCH_H
 #define DIAG_SEARCH_H

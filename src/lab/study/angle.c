@@ -6,7 +6,7 @@
  * to the same escapement height first, else the comparison would be one of regulations. Then:
  *
  *   sharpness    friction work in the notch between first slip in phase iii and escapement, and how
- *                long that slip lasts (shot.c)
+ *                long that slip lasts (stroke_details.c)
  *   precision    1 mm / |d height / d dx| at the regulated point: how exactly the stop must be set
  *   let-off      largest force at the key in a slow, even press (0.6 s) before escapement
  *   forced       largest force of the load on the key between impact and escapement, with the stop
@@ -58,34 +58,34 @@ static stein_status look(void *ctx, stein_sim *sim, int i)
     row[DX] = dx;
     stein_set(sim, "pawl.stop_shift", dx, NULL);
     row[PRECISION] = 1e-3 / fabs(study_height_slope(w->s, sim, "pawl.stop_shift", 0.02e-3));
-    study_play play = study_play_default();
-    study_shot shot;
-    play.until = 0.5;
-    play.release = 0.2;
-    study_shoot(w->s, sim, &play, NULL, &shot);
-    if (shot.status == STEIN_ENOMEM) {
-        return shot.status;
+    study_drive drive = study_drive_default();
+    study_details details;
+    drive.until = 0.5;
+    drive.release = 0.2;
+    study_strike(w->s, sim, &drive, NULL, &details);
+    if (details.status == STEIN_ENOMEM) {
+        return details.status;
     }
-    row[HEIGHT] = shot.stroke.escape_height;
-    row[WORK] = shot.slip_work;
-    row[SLIP] = shot.slip_time;
-    row[REARM] = shot.rearm_time;
-    row[MARGIN] = shot.rearm_margin;
-    row[FORCE] = shot.stroke.peak_string_force;
-    row[SPEED] = shot.stroke.impact_speed;
-    play = (study_play){STUDY_STEADY, slow, 1.0, slow, NAN};
-    study_shoot(w->s, sim, &play, NULL, &shot);
-    if (shot.status == STEIN_ENOMEM) {
-        return shot.status;
+    row[HEIGHT] = details.stroke.escape_height;
+    row[WORK] = details.slip_work;
+    row[SLIP] = details.slip_time;
+    row[REARM] = details.rearm_time;
+    row[MARGIN] = details.rearm_margin;
+    row[FORCE] = details.stroke.peak_string_force;
+    row[SPEED] = details.stroke.impact_speed;
+    drive = (study_drive){STUDY_STEADY, slow, 1.0, slow, NAN};
+    study_strike(w->s, sim, &drive, NULL, &details);
+    if (details.status == STEIN_ENOMEM) {
+        return details.status;
     }
-    row[LETOFF] = shot.status == STEIN_OK ? shot.key_force : NAN;
+    row[LETOFF] = details.status == STEIN_OK ? details.key_force : NAN;
 
     // forced: the stop too far right, the hammer is on the string before it escapes
     stein_set(sim, "pawl.stop_shift", dx + too_far, NULL);
-    play = study_play_default();
-    study_shoot(w->s, sim, &play, NULL, &shot);
-    row[FORCED] = shot.status == STEIN_OK ? shot.forced_force : NAN;
-    return shot.status;
+    drive = study_drive_default();
+    study_strike(w->s, sim, &drive, NULL, &details);
+    row[FORCED] = details.status == STEIN_OK ? details.forced_force : NAN;
+    return details.status;
 }
 
 static void draw(study_part *part, const study_table *t)

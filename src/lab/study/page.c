@@ -9,24 +9,34 @@
 
 #include "study.h"
 
+/* pictures are gnuplot's, dark on white: in the dark their light is turned over and their hues stay
+ */
 static const char style[] =
-    "body{margin:0;background:#fbfaf7;color:#222;font:16px/1.55 Georgia,'Times New Roman',serif}\n"
+    ":root{color-scheme:light dark;--paper:#fbfaf7;--card:#fff;--ink:#222;--quiet:#666;"
+    "--line:#e4e0d5;--strong:#8a8678;--link:#1f4e79;--ok:#4d6b29;--off:#a5361d}\n"
+    "@media(prefers-color-scheme:dark){:root{--paper:#16181b;--card:#1d2024;--ink:#e8e6e0;"
+    "--quiet:#a5a49c;--line:#33373c;--strong:#7d7b72;--link:#8fbbe6;--ok:#a5c97a;--off:#f08a70}"
+    "figure svg{filter:invert(.89) hue-rotate(180deg)}}\n"
+    "body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.55 Georgia,'Times New "
+    "Roman',serif}\n"
     "main{max-width:1100px;margin:0 auto;padding:2.5rem 1.5rem 4rem}\n"
     "h1{font-size:1.9rem;font-weight:normal;margin:0 0 .3rem}\n"
-    "h2{font-size:1.35rem;font-weight:normal;border-top:1px solid #d8d4c8;padding-top:1.4rem;"
+    "h2{font-size:1.35rem;font-weight:normal;border-top:1px solid var(--line);padding-top:1.4rem;"
     "margin:2.6rem 0 .6rem}\n"
     "p{max-width:52rem;margin:.5rem 0 1rem}\n"
     "nav{margin:1rem 0 0;font-size:.95rem}nav a{margin-right:1.1rem;white-space:nowrap}\n"
-    "a{color:#1f4e79;text-decoration:none}a:hover{text-decoration:underline}\n"
+    "a{color:var(--link);text-decoration:none}a:hover{text-decoration:underline}\n"
     "table{border-collapse:collapse;font:14px/1.4 Helvetica,Arial,sans-serif;margin:1rem 0}\n"
-    "th,td{text-align:left;padding:.32rem 1.4rem .32rem 0;border-bottom:1px solid #e4e0d5}\n"
-    "th{font-weight:600;border-bottom:1px solid #8a8678}\n"
-    "td.ok{color:#4d6b29}td.off{color:#a5361d;font-weight:600}\n"
-    "figure{margin:1rem 0 1.4rem;padding:.6rem;background:#fff;border:1px solid #e4e0d5;"
+    "th,td{text-align:left;padding:.32rem 1.4rem .32rem 0;border-bottom:1px solid var(--line)}\n"
+    "th{font-weight:600;border-bottom:1px solid var(--strong)}\n"
+    "td.ok{color:var(--ok)}td.off{color:var(--off);font-weight:600}\n"
+    "figure{margin:1rem 0 1.4rem;padding:.6rem;background:var(--card);border:1px solid var(--line);"
     "display:inline-block;max-width:100%;box-sizing:border-box}\n"
     "figure svg{display:block;max-width:100%;height:auto}\n"
-    "figcaption{font:13px/1.4 Helvetica,Arial,sans-serif;color:#666;padding:.2rem .4rem}\n"
-    "@media print{body{background:#fff}figure,table{break-inside:avoid}}\n";
+    "figcaption{font:13px/1.4 Helvetica,Arial,sans-serif;color:var(--quiet);padding:.2rem .4rem}\n"
+    "@media(max-width:600px){main{padding:1.2rem .8rem 3rem}h1{font-size:1.5rem}"
+    "th,td{padding-right:.7rem}figure{overflow-x:auto}figure svg{min-width:40rem;max-width:none}}\n"
+    "@media print{:root{color-scheme:light}figure,table{break-inside:avoid}}\n";
 
 static void escaped(FILE *f, const char *text)
 {
@@ -89,7 +99,7 @@ static stein_status write_charts(FILE *f, const study_part *part, const char *fo
         if (status != STEIN_OK) {
             return status;
         }
-        fprintf(f, "<figure id=\"%s\">\n", part->chart[i].name);
+        fprintf(f, "<figure id=\"%s\" tabindex=\"0\">\n", part->chart[i].name);
         inline_svg(f, text, ++*number);
         fprintf(f, "\n<figcaption>%s.svg</figcaption>\n</figure>\n", part->chart[i].name);
         if (part->chart[i].text != NULL) {

@@ -3,7 +3,7 @@
  *
  * The paper's numbers: dynamic escapement at 2.2 mm, -20 mm per mm, working range -1.25 .. +0.2 mm,
  * 1 N per 0.2 mm; its straight lines are drawn beside what the simulation finds. The static
- * ("geometric") height is followed by still.c at every dx of the grid.
+ * ("geometric") height is followed by static_escapement.c at every dx of the grid.
  */
 #include <gsl/gsl_fit.h>
 #include <math.h>
@@ -29,22 +29,22 @@ enum {
     COLUMNS
 };
 
-typedef struct stills {
+typedef struct statics_all {
     const study *s;
-    study_still *still;
-} stills;
+    study_static *statics;
+} statics_all;
 
 static stein_status press(void *ctx, stein_sim *sim, int i)
 {
-    stills *w = ctx;
-    w->still[i] = (study_still){.status = STEIN_EINVAL, .height = NAN};
+    statics_all *w = ctx;
+    w->statics[i] = (study_static){.status = STEIN_EINVAL, .height = NAN};
     if (stein_set(sim, "pawl.stop_shift", w->s->point[i].dx, NULL) == STEIN_OK) {
-        study_press_slowly(w->s, sim, &w->still[i]);
+        study_press_slowly(w->s, sim, &w->statics[i]);
     }
-    return w->still[i].status;
+    return w->statics[i].status;
 }
 
-static stein_status fill(const study *s, study_part *part, study_still *still, stein_err *err)
+static stein_status fill(const study *s, study_part *part, study_static *statics, stein_err *err)
 {
     static const char *const head[] = {"pawl.stop_shift [m]",
                                        "dynamic_height [m]",
@@ -65,10 +65,10 @@ static stein_status fill(const study *s, study_part *part, study_still *still, s
         double *row = study_row(t, i);
         const lab_stroke *k = &s->point[i].stroke;
         row[DX] = s->point[i].dx;
-        if (still[i].status == STEIN_OK && still[i].escaped) {
-            row[STATIC] = still[i].height;
-            row[STATIC_DIP] = still[i].dip;
-            row[STATIC_FORCE] = still[i].force;
+        if (statics[i].status == STEIN_OK && statics[i].escaped) {
+            row[STATIC] = statics[i].height;
+            row[STATIC_DIP] = statics[i].dip;
+            row[STATIC_FORCE] = statics[i].force;
         }
         if (s->point[i].status != STEIN_OK || k->outcome != LAB_STRUCK) {
             continue;
@@ -128,7 +128,7 @@ static void working_range(const study_table *t, double *left, double *right)
             *left = isnan(*left) ? row[DX] : *left;
             *right = row[DX];
         } else if (row[DX] <= 0.0) {
-            *left = *right = NAN; // a hole: the range begins anew
+            *left = *right = NAN; // a hole: another range begins
         } else {
             break;
         }
@@ -156,7 +156,7 @@ static void say_heights(study_part *part, const study_table *t, double left, dou
     double h0, slope, f0, fslope;
     fit(t, DYNAMIC, left, 0.0, &h0, &slope);
     fit(t, STATIC, left, 0.0, &f0, &fslope);
-    double dynamic = 1e3 * at_dx(t, 0.0, DYNAMIC), still = 1e3 * at_dx(t, 0.0, STATIC);
+    double dynamic = 1e3 * at_dx(t, 0.0, DYNAMIC), statics = 1e3 * at_dx(t, 0.0, STATIC);
     study_say(part,
               "<b>Figure 11.</b> At the reference the hammer escapes %.2f mm below the string "
               "(paper: 2.2 mm); a straight line over the working range left of it falls by "
@@ -164,12 +164,12 @@ static void say_heights(study_part *part, const study_table *t, double left, dou
               "that stays within %.3f mm (paper: 0.05 mm). The action works from %+.2f to "
               "%+.2f mm (shaded; paper: −1.25 to +0.2 mm).",
               dynamic, -slope, 1.0 / fabs(slope), 1e3 * left, 1e3 * right);
-    if (isfinite(still)) {
+    if (isfinite(statics)) {
         study_say(part,
                   "Pressed infinitely slowly the same action lets off at %.2f mm, %.2f mm %s "
                   "than under the falling load, with a slope of %.1f mm per mm.",
-                  still, fabs(still - dynamic),
-                  still > dynamic ? "further from the string" : "nearer to the string", fslope);
+                  statics, fabs(statics - dynamic),
+                  statics > dynamic ? "further from the string" : "nearer to the string", fslope);
     }
 }
 
@@ -301,18 +301,18 @@ stein_status study_paper(const study *s, study_part *part, stein_err *err)
 {
     part->id = "paper";
     part->title = "The paper's figures";
-    stills w = {s, NULL};
+    statics_all w = {s, NULL};
     stein_status status = record_reference(s, part, err);
     if (status != STEIN_OK) {
         return status;
     }
-    w.still = calloc((size_t)s->npoint + 1, sizeof *w.still);
-    status = w.still == NULL ? lab__no_memory(err)
-                             : study_each(s, "static heights", s->npoint, press, &w, err);
+    w.statics = calloc((size_t)s->npoint + 1, sizeof *w.statics);
+    status = w.statics == NULL ? lab__no_memory(err)
+                               : study_each(s, "static heights", s->npoint, press, &w, err);
     if (status == STEIN_OK) {
-        status = fill(s, part, w.still, err);
+        status = fill(s, part, w.statics, err);
     }
-    free(w.still);
+    free(w.statics);
     if (status == STEIN_OK) {
         const study_table *t = &part->table[1]; // after figure 9's
         double left, right;

@@ -10,13 +10,13 @@
 
 #include "study.h"
 
-typedef struct crew {
+typedef struct pool_job {
     const study *s;
     const char *what;
     stein_sim_def def;
     study_job_fn *job;
     void *ctx;
-} crew;
+} pool_job;
 
 stein_sim_def study_def(const study *s)
 {
@@ -41,7 +41,7 @@ stein_status study_sim(const study *s, stein_sim **sim, stein_err *err)
 
 static stein_status make_sim(void *ctx, void **sim, stein_err *err)
 {
-    const crew *c = ctx;
+    const pool_job *c = ctx;
     stein_sim *made = NULL;
     stein_status status = lab_sim(c->s->model, &c->def, &made, err);
     *sim = made;
@@ -50,7 +50,7 @@ static stein_status make_sim(void *ctx, void **sim, stein_err *err)
 
 static stein_status work(void *ctx, void *sim, int i, stein_err *err)
 {
-    const crew *c = ctx;
+    const pool_job *c = ctx;
     stein_set_all(sim, lab_parameters(c->s->model), NULL); // finite: the reader saw to it
     return c->job(c->ctx, sim, i) == STEIN_ENOMEM ? lab__no_memory(err) : STEIN_OK;
 }
@@ -62,7 +62,7 @@ static void drop_sim(void *sim)
 
 static void tell(void *ctx, int done, int total)
 {
-    const crew *c = ctx;
+    const pool_job *c = ctx;
     if (c->s->progress != NULL) {
         c->s->progress(c->s->ctx, c->what, done, total);
     }
@@ -71,16 +71,16 @@ static void tell(void *ctx, int done, int total)
 stein_status study_each_by(const study *s, const stein_sim_def *def, const char *what, int n,
                            study_job_fn *job, void *ctx, stein_err *err)
 {
-    crew c = {.s = s, .what = what, .def = *def, .job = job, .ctx = ctx};
-    const lab__crew on_threads = {.n = n,
-                                  .threads = s->threads,
-                                  .begin = make_sim,
-                                  .work = work,
-                                  .end = drop_sim,
-                                  .progress = tell,
-                                  .progress_ctx = &c,
-                                  .ctx = &c};
-    return lab__crew_run(&on_threads, err);
+    pool_job c = {.s = s, .what = what, .def = *def, .job = job, .ctx = ctx};
+    const lab__thread_pool on_threads = {.n = n,
+                                         .threads = s->threads,
+                                         .begin = make_sim,
+                                         .work = work,
+                                         .end = drop_sim,
+                                         .progress = tell,
+                                         .progress_ctx = &c,
+                                         .ctx = &c};
+    return lab__thread_pool_run(&on_threads, err);
 }
 
 stein_status study_each(const study *s, const char *what, int n, study_job_fn *job, void *ctx,
@@ -140,13 +140,13 @@ stein_status study_begin(study *s, stein_err *err)
     if (status != STEIN_OK) {
         return status;
     }
-    study_play play = study_play_default();
-    study_shot shot;
-    study_shoot(s, sim, &play, NULL, &shot);
-    s->reference = shot.stroke;
-    if (shot.status != STEIN_OK) {
-        status = lab__fail(err, shot.status, "the reference stroke of \"%s\" failed: %s", m->name,
-                           stein_status_text(shot.status));
+    study_drive drive = study_drive_default();
+    study_details details;
+    study_strike(s, sim, &drive, NULL, &details);
+    s->reference = details.stroke;
+    if (details.status != STEIN_OK) {
+        status = lab__fail(err, details.status, "the reference stroke of \"%s\" failed: %s",
+                           m->name, stein_status_text(details.status));
     }
     if (status == STEIN_OK && s->input >= 0) {
         status = find_key(s, sim, err);

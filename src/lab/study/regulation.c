@@ -74,10 +74,10 @@ static stein_status measure(void *ctx, stein_sim *sim, int i)
     int way = i / POINTS, k = i % POINTS;
     double *row = study_row(w->table[way], k);
     double a = w->end[way][0], b = w->end[way][1];
-    study_play play = study_play_default();
-    study_shot shot;
-    play.until = judged;
-    play.release = release;
+    study_drive drive = study_drive_default();
+    study_details details;
+    drive.until = judged;
+    drive.release = release;
     double wanted = lowest + (highest - lowest) * k / (POINTS - 1);
     row[VALUE] = k == 0 ? a : b; // found as such
     if (k > 0 && k < POINTS - 1 && !study_level(w->s, sim, name[way], a, b, wanted, &row[VALUE])) {
@@ -86,17 +86,17 @@ static stein_status measure(void *ctx, stein_sim *sim, int i)
     if (!isfinite(row[VALUE]) || stein_set(sim, name[way], row[VALUE], NULL) != STEIN_OK) {
         return STEIN_OK;
     }
-    study_shoot(w->s, sim, &play, NULL, &shot);
-    if (shot.status != STEIN_OK || shot.stroke.outcome != LAB_STRUCK) {
-        return shot.status;
+    study_strike(w->s, sim, &drive, NULL, &details);
+    if (details.status != STEIN_OK || details.stroke.outcome != LAB_STRUCK) {
+        return details.status;
     }
-    row[HEIGHT] = shot.stroke.escape_height;
-    row[FORCE] = shot.stroke.peak_string_force;
-    row[SPEED] = shot.stroke.impact_speed;
-    row[IMPACT] = shot.stroke.impact_time;
-    row[FINGER] = shot.key_force;
-    row[REARM] = shot.rearm_time;
-    row[MARGIN] = shot.rearm_margin;
+    row[HEIGHT] = details.stroke.escape_height;
+    row[FORCE] = details.stroke.peak_string_force;
+    row[SPEED] = details.stroke.impact_speed;
+    row[IMPACT] = details.stroke.impact_time;
+    row[FINGER] = details.key_force;
+    row[REARM] = details.rearm_time;
+    row[MARGIN] = details.rearm_margin;
     return STEIN_OK;
 }
 

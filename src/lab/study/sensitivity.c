@@ -58,7 +58,7 @@ static stein_status keep(void *ctx, int i, stein_sim *sim, const lab_stroke *str
 stein_status study_bends(const study *s, study_bend *bend, int n, stein_err *err)
 {
     bends w = {s, bend};
-    double enough = s->reference.impact_time + after, whole = study_play_default().until;
+    double enough = s->reference.impact_time + after, whole = study_drive_default().until;
     double until = enough < whole ? enough : whole; // false without an impact
     const stein_sim_def sim = study_def(s);
     // a release at the very end costs nothing and spares the look ahead at re-arming

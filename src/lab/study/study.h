@@ -3,21 +3,24 @@
  * installed.
  *
  *   study.c  the order of the parts          pool.c   many simulations on threads
- *   shot.c   one stroke, seen closely        still.c  the key pressed infinitely slowly
- *   part.c   tables, sentences, files        chart.c  pictures        page.c  study.html
+ *   stroke_details.c   one stroke, seen closely        static_escapement.c  the key pressed
+ * infinitely slowly part.c   tables, sentences, files        chart.c  pictures        page.c
+ * study.html
  *
  *   paper.c        figures 9, 11, 12, 13     touch.c        loads, key motions, dynamic range
  *   regulation.c   the stop or the spring    repetition.c   how fast again
  *   angle.c        the notch's angle         sensitivity.c  every parameter
- *   level.c        a parameter for a height  tolerance.c    Monte Carlo
+ *   regulate.c        a parameter for a height  tolerance.c    Monte Carlo
  *
  * A part of the study simulates, fills tables (they become CSV files), says in sentences what came
  * out, and lists the pictures of its tables. Everything it says is computed from the run.
+ * Included by: this folder, src/cli.
  */
 #ifndef STUDY_H
 #define STUDY_H
 
-#include "inner.h"
+#include "plot.h"
+#include "run.h"
 
 /* ---- pool.c ---- */
 
@@ -81,7 +84,7 @@ stein_status study_sim(const study *s, stein_sim **sim, stein_err *err);
  *  @return OK, EINVAL or ENAME (the model lacks what a study needs), numerical failures */
 stein_status study_begin(study *s, stein_err *err);
 
-/* ---- shot.c ---- */
+/* ---- stroke_details.c ---- */
 
 typedef enum {
     STUDY_LOAD,    /* the file's load falls */
@@ -90,18 +93,18 @@ typedef enum {
     STUDY_STEADY   /* the key moves evenly after a soft start */
 } study_touch;
 
-/** How a stroke is played. Start from study_play_default(). */
-typedef struct study_play {
+/** How a stroke is driven. Start from study_drive_default(). */
+typedef struct study_drive {
     study_touch touch;
     double travel;  /* duration of the key's way down, of a prescribed motion [s] */
     double depth;   /* how far down: 1 as far as the load leaves the key */
     double until;   /* [s] */
     double release; /* the load is lifted [s]; NAN: never */
-} study_play;
-study_play study_play_default(void);
+} study_drive;
+study_drive study_drive_default(void);
 
-/** A stroke and what lab_stroke does not tell. NAN where there was no such thing. */
-typedef struct study_shot {
+/** A stroke with what lab_stroke does not hold. NAN where there was no such thing. */
+typedef struct study_details {
     stein_status status;
     lab_stroke stroke;
     double key_force;    /* largest force at the load's place shortly before escapement [N] */
@@ -111,17 +114,17 @@ typedef struct study_shot {
     double slip_work;    /* friction in the notch meanwhile [J] >= 0 */
     double rearm_time;   /* from the release until the beak is under the roof for good [s] */
     double rearm_margin; /* overlap s of beak and roof when the next stroke could begin [m] */
-} study_shot;
+} study_details;
 
-/** Called after each step, beside the shot's own readings. */
+/** Called after each step, beside the readings of the details. */
 typedef struct study_watch {
     lab_sample_fn *sample;
     void *ctx;
 } study_watch;
 
-/** Reset `sim` (parameters as they are) and play. Failures are in shot->status. */
-void study_shoot(const study *s, stein_sim *sim, const study_play *play, const study_watch *watch,
-                 study_shot *shot);
+/** Reset `sim` (parameters as they are) and run the stroke. Failures are in details->status. */
+void study_strike(const study *s, stein_sim *sim, const study_drive *drive,
+                  const study_watch *watch, study_details *details);
 /** The key's motion of a touch: share of the way [0, 1] and its derivatives by t/travel. */
 void study_motion(study_touch touch, double u, double s[3]);
 /** Motion of the key by a prescribed signal from a way and its derivatives by time. */
@@ -131,20 +134,20 @@ typedef struct study_key {
     double travel, depth;
 } study_key;
 
-/* ---- still.c ---- */
+/* ---- static_escapement.c ---- */
 
 /** The key pressed infinitely slowly: a chain of static equilibria. */
-typedef struct study_still {
+typedef struct study_static {
     stein_status status;
     int escaped;
     double height; /* head to string at the last equilibrium with the beak under the roof [m] */
     double dip;    /* of the key there [m] */
     double force;  /* largest force at the load's place on the way [N] */
-} study_still;
+} study_static;
 /** Needs the prescribed motion of the key (s->input >= 0). */
-void study_press_slowly(const study *s, stein_sim *sim, study_still *still);
+void study_press_slowly(const study *s, stein_sim *sim, study_static *statics);
 
-/* ---- level.c ---- */
+/* ---- regulate.c ---- */
 
 /** The value of parameter `name` between lo and hi at which the dynamic escapement height is
  *  `height` [m]: bisection, the simulation is left with that value. @return 1, or 0 when lo and hi

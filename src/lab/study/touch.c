@@ -34,9 +34,9 @@ typedef struct touches {
 
 static const double answers = 3.0; /* largest exponent that a player can handle */
 
-static int reaches(const study_shot *shot)
+static int reaches(const study_details *details)
 {
-    return shot->status == STEIN_OK && shot->stroke.outcome == LAB_STRUCK;
+    return details->status == STEIN_OK && details->stroke.outcome == LAB_STRUCK;
 }
 
 /* strikes once and answers to the player; rows go from slow to fast */
@@ -68,17 +68,17 @@ static double way(const study *s)
     return fabs(s->arm * (s->key_down - s->key_rest));
 }
 
-static void note(double *row, const study_shot *shot)
+static void note(double *row, const study_details *details)
 {
-    if (shot->status != STEIN_OK) {
+    if (details->status != STEIN_OK) {
         return;
     }
-    row[IMPACTS] = shot->stroke.impacts;
-    row[CAUGHT] = shot->stroke.forced_escapement;
-    row[HEIGHT] = shot->stroke.escape_height; // also of strokes that do not reach the string
-    if (shot->stroke.outcome == LAB_STRUCK) {
-        row[SPEED] = shot->stroke.impact_speed;
-        row[FORCE] = shot->stroke.peak_string_force;
+    row[IMPACTS] = details->stroke.impacts;
+    row[CAUGHT] = details->stroke.forced_escapement;
+    row[HEIGHT] = details->stroke.escape_height; // also of strokes that do not reach the string
+    if (details->stroke.outcome == LAB_STRUCK) {
+        row[SPEED] = details->stroke.impact_speed;
+        row[FORCE] = details->stroke.peak_string_force;
     }
 }
 
@@ -86,22 +86,22 @@ static stein_status fall(void *ctx, stein_sim *sim, int i)
 {
     touches *w = ctx;
     double *row = study_row(w->t[0], i);
-    study_play play = study_play_default();
-    study_shot shot;
+    study_drive drive = study_drive_default();
+    study_details details;
     row[INPUT] = lightest * stein__power(heaviest / lightest, (double)i / (LOADS - 1));
     stein_set(sim, "load.mass", row[INPUT], NULL);
-    play.until = 0.25;
-    study_shoot(w->s, sim, &play, NULL, &shot);
-    note(row, &shot);
-    row[KEY_SPEED] = w->s->input >= 0 ? way(w->s) / shot.stroke.impact_time : NAN;
-    return shot.status;
+    drive.until = 0.25;
+    study_strike(w->s, sim, &drive, NULL, &details);
+    note(row, &details);
+    row[KEY_SPEED] = w->s->input >= 0 ? way(w->s) / details.stroke.impact_time : NAN;
+    return details.status;
 }
 
 static void play_key(const touches *w, stein_sim *sim, study_touch touch, double travel,
-                     study_shot *shot)
+                     study_details *details)
 {
-    study_play play = {touch, travel, 1.0, travel + 0.12, NAN};
-    study_shoot(w->s, sim, &play, NULL, shot);
+    study_drive drive = {touch, travel, 1.0, travel + 0.12, NAN};
+    study_strike(w->s, sim, &drive, NULL, details);
 }
 
 static stein_status press(void *ctx, stein_sim *sim, int i)
@@ -109,12 +109,12 @@ static stein_status press(void *ctx, stein_sim *sim, int i)
     touches *w = ctx;
     int kind = i / SPEEDS, k = i % SPEEDS;
     double *row = study_row(w->t[1 + kind], k);
-    study_shot shot;
+    study_details details;
     row[INPUT] = slowest * stein__power(quickest / slowest, (double)k / (SPEEDS - 1));
     row[KEY_SPEED] = way(w->s) / row[INPUT];
-    play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, row[INPUT], &shot);
-    note(row, &shot);
-    return shot.status;
+    play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, row[INPUT], &details);
+    note(row, &details);
+    return details.status;
 }
 
 /* the softest stroke that still reaches the string */
@@ -122,7 +122,7 @@ static stein_status soften(void *ctx, stein_sim *sim, int kind)
 {
     touches *w = ctx;
     const study_table *t = w->t[1 + kind];
-    study_shot shot;
+    study_details details;
     int first = 0;
     while (first < SPEEDS && isnan(study_row(t, first)[SPEED])) {
         first++;
@@ -135,11 +135,11 @@ static stein_status soften(void *ctx, stein_sim *sim, int kind)
            bad = first > 0 ? study_row(t, first - 1)[INPUT] : NAN;
     for (int n = 0; n < HALVINGS && isfinite(bad); n++) {
         double middle = 0.5 * (good + bad);
-        play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, middle, &shot);
-        if (shot.status == STEIN_ENOMEM) {
-            return shot.status;
+        play_key(w, sim, kind == 0 ? STUDY_PRESSED : STUDY_STRUCK, middle, &details);
+        if (details.status == STEIN_ENOMEM) {
+            return details.status;
         }
-        if (reaches(&shot)) {
+        if (reaches(&details)) {
             good = middle;
         } else {
             bad = middle;

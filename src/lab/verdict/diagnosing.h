@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosing.h - what the files of the diagnosis share. Not installed.
+ * diagnosing.h - what the files of the diagnosis share.
  *
  *   phase.c         the phase of the stroke at every frame  diagnosis.c       words, release
  *   departure.c     where the residual is more than noise   diagnosis_json.c  diagnosis.json
@@ -10,6 +10,7 @@
  *
  * Phases lie behind each other, stroke by stroke, one name a frame: sample i of stroke s at
  * phase[diag__frame(p, s) + i]. Names are constants, equal names are equal pointers.
+ * Included by: this folder, src/lab/report, src/lab/search.
  */
 #ifndef DIAGNOSING_H
 #define DIAGNOSING_H
@@ -121,7 +122,7 @@ stein_status diag__missing_force(const fit__problem *p, const double *x, const d
                                  lab_departure **list, int *n, lab_latent **latent, int *nlatent,
                                  stein_err *err);
 
-/* ---- diagnosis_seen.c ---- */
+/* ---- diagnosis_detectability.c ---- */
 
 /** Number of candidates with that presence. */
 int diag__count(const lab_diagnosis *d, lab_presence presence);

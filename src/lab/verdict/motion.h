@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * motion.h - what the files of the motion-driven check share. Not installed.
+ * motion.h - what the files of the motion-driven check share.
  *
  *   motion_check.c   is it possible, the runs, their result
  *   motion_run.c     a stroke under its measured motion
  *   motion_judge.c   errors in blocks, in units of their uncertainty
  *   motion_show.c    diagnosis.json, report.html
+ * Included by: this folder, src/lab/diagnosis, src/lab/report.
  */
 #ifndef MOTION_H
 #define MOTION_H

@@ -340,7 +340,7 @@ static void conclude(const check *c, lab_verdict verdict, lab_motion *out)
     const char *why = NULL;
     if (out->strokes < 1 || !isfinite(f->before)) {
         out->says = LAB_MOTION_NOT_DONE;
-        why = "under the measured motion no stroke can be simulated to its end";
+        why = "under the measured motion no record can be simulated to its end";
     } else if (c->nside == 2) {
         why = conclude_extended(out);
     } else if (verdict == LAB_VERDICT_EXPLAINED) {

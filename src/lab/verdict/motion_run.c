@@ -120,7 +120,7 @@ static int recorded_way(const fit__problem *p, diag__way *way, char *why, size_t
         if (!found) {
             snprintf(
                 why, size,
-                "the strokes prescribe the motion of %s, and no channel of theirs is the force "
+                "the records prescribe the motion of %s, and no channel of theirs is the force "
                 "that it needed",
                 m->bodies[way->joint].name);
         }
@@ -165,7 +165,7 @@ int diag__motion_way(const diag__side *side, diag__way *way, char *why, size_t s
     int measured = found && way->channel >= 0 ? way->channel : found ? way->force : -1;
     for (int s = 0; found && s < p->nstroke; s++) {
         if (slot_of(p, s, measured) != way->slot) {
-            snprintf(why, size, "the strokes do not all have the channel %s in the same place",
+            snprintf(why, size, "the records do not all have the channel %s in the same place",
                      lab_equations(p->model)->channels[measured].name);
             found = 0;
         }

@@ -82,9 +82,9 @@ lab_power diag__power(const diag__problem *q, const diag__linear *l, int k)
                            NAN,
                            NAN,
                            sure / sqrt(raw) < 1.0
-                               ? "what it changes, other numbers, the causes or the strokes' own "
+                               ? "what it changes, other numbers, the causes or the records' own "
                                  "change too"
-                               : "too little of it shows in these strokes"};
+                               : "too little of it shows in these records"};
     }
     double detectable = diag__detectable(info), a = score / info,
            toward = lab_candidate_is_signed(c) ? fabs(a) : a;

@@ -101,14 +101,15 @@ static void list_causes(lab_diagnosis *o, int (*is)(const lab_suspect *s), int a
     }
 }
 
-/* "Stroke 5's load.mass does not fit its record: 105 g in the file, 100.1 +- 0.2 g would fit." */
+/* "Record 5: its load.mass does not fit its samples (f6_05.csv): 105 g in the file, 100.1 +- 0.2 g
+ * would fit." */
 void diag__say_setting(lab_diagnosis *o, const lab_suspect *s)
 {
     char text[3 * LAB_PLACE], in_file[60], fits[60];
     const char *base = s->file != NULL ? strrchr(s->file, '/') : NULL;
     snprintf(
         text, sizeof text,
-        "Stroke %d's %s does not fit its record (%.80s): %s in the file, %s would fit.",
+        "Record %d: its %s does not fit its samples (%.80s): %s in the file, %s would fit.",
         s->candidate.from, s->candidate.place,
         base != NULL      ? base + 1
         : s->file != NULL ? s->file
@@ -118,7 +119,7 @@ void diag__say_setting(lab_diagnosis *o, const lab_suspect *s)
     append(o, text);
 }
 
-/* "The records change after stroke 6: mass at hammer +100 +- 3 mg from stroke 7 on." */
+/* "The records change after record 6: mass at hammer +100 +- 3 mg from record 7 on." */
 static void say_change(lab_diagnosis *o)
 {
     char text[80];
@@ -130,14 +131,14 @@ static void say_change(lab_diagnosis *o)
         return;
     }
     if (first->after < first->after_most) {
-        snprintf(text, sizeof text, "The records change between strokes %d and %d: ", first->after,
+        snprintf(text, sizeof text, "The records change between records %d and %d: ", first->after,
                  first->after_most + 1);
     } else {
-        snprintf(text, sizeof text, "The records change after stroke %d: ", first->after_most);
+        snprintf(text, sizeof text, "The records change after record %d: ", first->after_most);
     }
     append(o, text);
     list_causes(o, is_change, 1);
-    snprintf(text, sizeof text, " from stroke %d on.", first->candidate.from);
+    snprintf(text, sizeof text, " from record %d on.", first->candidate.from);
     append(o, text);
 }
 
@@ -172,8 +173,8 @@ static void say_gain(lab_diagnosis *o)
         return; // one record's own says nothing of others
     }
     snprintf(text, sizeof text,
-             g->hi < 1.0 ? " Held-out strokes are predicted better: %.3g -> %.3g noise."
-                         : " Held-out strokes do not show it: %.3g -> %.3g noise.",
+             g->hi < 1.0 ? " Held-out records are predicted better: %.3g -> %.3g noise."
+                         : " Held-out records do not show it: %.3g -> %.3g noise.",
              g->rmse_before, g->rmse_after);
     append(o, text);
 }
@@ -274,11 +275,11 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     case DIAG_EXPLAINED:
         o->verdict = LAB_VERDICT_EXPLAINED;
         append(o, s->assumed > 0
-                      ? "The model explains the strokes: noise, scatter from stroke to stroke and "
+                      ? "The model explains the records: noise, scatter from record to record and "
                         "what a ruler and a scale leave open (the file states no tolerances) are "
                         "enough."
-                      : "The model explains the strokes: noise, tolerances of the file and scatter "
-                        "from stroke to stroke are enough.");
+                      : "The model explains the records: noise, tolerances of the file and scatter "
+                        "from record to record are enough.");
         say_settings(o);
         say_input_noise(o, s);
         break;
@@ -297,7 +298,7 @@ void diag__say(lab_diagnosis *o, const diag__judgement *j, const diag__setting *
     case DIAG_NOT_SHOWN:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;
         append(o, "The residual is more than noise. What explains it best where it was fitted does "
-                  "not show in the strokes that were held out, and is no cause.");
+                  "not show in the records that were held out, and is no cause.");
         break;
     case DIAG_MOST_LEFT:
         o->verdict = LAB_VERDICT_UNKNOWN_EFFECT;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * verdict.h - from a closed table of hypotheses to a diagnosis. Not installed.
+ * verdict.h - from a closed table of hypotheses to a diagnosis.
  *
  *   judge.c        the rules: a pure function of numbers
  *   sentence.c     the reason in words, from the same numbers
@@ -13,6 +13,7 @@
  *   results.c      numbers of causes, rivals and the file
  *   posterior.c    what is known of causes and rivals, for the next experiment
  *   motion.h       the verdict once more, from a prescribed motion and its force
+ * Included by: this folder, src/lab.
  */
 #ifndef DIAG_VERDICT_H
 #define DIAG_VERDICT_H

@@ -377,7 +377,7 @@ START_TEST(a_trigger_that_does_not_fit_is_told)
     c.from = 0.021;
     a = audit_film("", c, NULL, &d);
     ck_assert(!a->trigger_fits);
-    ck_assert_int_eq(was_found(a, "the start of the stroke is missing"), 1);
+    ck_assert_int_eq(was_found(a, "the start of the motion is missing"), 1);
     close_both(a, d);
 }
 END_TEST

@@ -61,7 +61,7 @@ END_TEST
 START_TEST(a_load_of_another_stroke_is_noticed)
 {
     *setting(1, "load.mass") = 0.19; // it was 100 g
-    refused("stroke_02.csv:2:7: the stroke contradicts its own \"# set load.mass: 0.19 kg\"");
+    refused("stroke_02.csv:2:7: the record contradicts its own \"# set load.mass: 0.19 kg\"");
 }
 END_TEST
 

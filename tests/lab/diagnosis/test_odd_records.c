@@ -87,7 +87,7 @@ START_TEST(one_record_with_a_wrong_setting_is_named_with_what_would_fit)
         ck_assert_double_eq_tol(s->stated + s->amount, truth, 4.0 * s->number[0].sd);
         ck_assert_double_lt(s->number[0].sd, 1e-3);
         ck_assert_double_lt(d->chi2_dof_after, 1.1);
-        snprintf(text, sizeof text, "Stroke %d's rod.initial.position", odd + 1);
+        snprintf(text, sizeof text, "Record %d: its rod.initial.position", odd + 1);
         ck_assert_ptr_nonnull(strstr(d->reason, text));
         snprintf(text, sizeof text, "%d deg in the file", 15 + 6 * odd);
         ck_assert_ptr_nonnull(strstr(d->reason, text));
@@ -128,7 +128,7 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
         ck_assert_double_eq_tol(s->amount, 2e-3, 4.0 * s->number[0].sd);
         ck_assert_double_lt(d->chi2_dof_after, 1.1);
         char said[60];
-        snprintf(said, sizeof said, "The records change after stroke %d:", last);
+        snprintf(said, sizeof said, "The records change after record %d:", last);
         ck_assert_ptr_nonnull(strstr(d->reason, said));
         snprintf(said, sizeof said, "\"changed_after\": %d", last);
         ck_assert(json_says(d, said));

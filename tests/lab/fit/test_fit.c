@@ -548,7 +548,7 @@ START_TEST(what_cannot_be_fitted_is_refused_in_words)
     lab_fit_def def = free_these(none);
     ck_assert_refused(&f, &def, STEIN_ENAME, "rod.mas");
     def = free_these(told);
-    ck_assert_refused(&f, &def, STEIN_EINVAL, "every stroke sets it");
+    ck_assert_refused(&f, &def, STEIN_EINVAL, "every record sets it");
     def = free_these(twice);
     ck_assert_refused(&f, &def, STEIN_EINVAL, "twice");
     def = free_these(swings_free);

@@ -270,7 +270,7 @@ START_TEST(a_stroke_of_many_stiff_runs_cannot_be_simulated)
     const fit__unknown *u = &p.unknown[0];
     x[0] = ((u->log ? log(5e3) : 5e3) - u->start) / u->sd; // N m s/rad
     ck_assert_int_eq(fit__simulate(&p, &b, 0, x, b.y, &why), STEIN_ECHATTER);
-    ck_assert_msg(strstr(why.msg, "the stroke is too stiff: steps of ") != NULL, "%s", why.msg);
+    ck_assert_msg(strstr(why.msg, "the simulation is too stiff: steps of ") != NULL, "%s", why.msg);
     ck_assert(stein_time(b.sim) > 0.05); // no single run was too much
     ck_assert_int_gt(stein_trials(b.sim), 20 * usual);
     x[0] = 0.0;

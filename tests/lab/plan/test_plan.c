@@ -17,7 +17,7 @@ enum { ROWS = 40, NP = 3, NZ = 2 };
 
 /* two models of one channel whose columns partly agree */
 static void make_views(double Y[2][ROWS], double P[2][NP * ROWS], double Z[2][NZ * ROWS],
-                       plan__view *v)
+                       plan__prediction *v)
 {
     for (int m = 0; m < 2; m++) {
         for (int i = 0; i < ROWS; i++) {
@@ -29,14 +29,14 @@ static void make_views(double Y[2][ROWS], double P[2][NP * ROWS], double Z[2][NZ
             Z[m][i] = 30.0;
             Z[m][ROWS + i] = 0.8 * exp(-2.0 * t);
         }
-        v[m] = (plan__view){.rows = ROWS,
-                            .until = ROWS,
-                            .neye = 1,
-                            .np = NP,
-                            .nz = NZ,
-                            .y = Y[m],
-                            .P = P[m],
-                            .Z = Z[m]};
+        v[m] = (plan__prediction){.rows = ROWS,
+                                  .until = ROWS,
+                                  .noutput = 1,
+                                  .np = NP,
+                                  .nz = NZ,
+                                  .y = Y[m],
+                                  .P = P[m],
+                                  .Z = Z[m]};
     }
 }
 
@@ -69,7 +69,7 @@ static gsl_matrix *variance(const double *P, const double *Z, gsl_matrix *invers
 START_TEST(odds_of_draws_are_those_of_dense_algebra)
 {
     static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
-    plan__view v[2];
+    plan__prediction v[2];
     plan__pair pair;
     lab_experiment e = {.faster = 1};
     const unsigned char use[] = {1};
@@ -115,7 +115,7 @@ END_TEST
 START_TEST(what_cannot_be_predicted_tells_nothing)
 {
     static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
-    plan__view v[2];
+    plan__prediction v[2];
     plan__pair pair;
     const unsigned char use[] = {1};
     lab_experiment e[3];
@@ -139,7 +139,7 @@ END_TEST
 START_TEST(models_that_predict_the_same_are_never_told_apart)
 {
     static double Y[2][ROWS], P[2][NP * ROWS], Z[2][NZ * ROWS];
-    plan__view v[2];
+    plan__prediction v[2];
     plan__pair pair;
     lab_experiment e = {.faster = 1};
     const unsigned char use[] = {1};
@@ -169,21 +169,21 @@ START_TEST(what_a_number_of_the_file_does_is_the_same_in_both)
         D[1][i] = D[0][i] + 3.0 * cos(0.1 * i);
     }
     for (int k = 0; k < 2; k++) {
-        plan__view v[2];
+        plan__prediction v[2];
         plan__pair pair;
         lab_experiment e = {.faster = 1};
         for (int m = 0; m < 2; m++) {
-            v[m] = (plan__view){.rows = ROWS,
-                                .until = ROWS,
-                                .neye = 1,
-                                .np = 1,
-                                .nz = 1,
-                                .y = Y,
-                                .P = D[m],
-                                .Z = Z,
-                                .name = name[k],
-                                .D = D[m],
-                                .L = one};
+            v[m] = (plan__prediction){.rows = ROWS,
+                                      .until = ROWS,
+                                      .noutput = 1,
+                                      .np = 1,
+                                      .nz = 1,
+                                      .y = Y,
+                                      .P = D[m],
+                                      .Z = Z,
+                                      .name = name[k],
+                                      .D = D[m],
+                                      .L = one};
         }
         ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
         ck_assert_stein(plan__odds(&pair, use, 2.0 * log(100.0), 64, 1, &e, err));
@@ -272,16 +272,16 @@ END_TEST
 
 /* 2 ln odds between a suspect and itself with all numbers `far` standard deviations away along what
  * its first one is correlated with; straight 1: seen along derivatives only */
-static double odds_of_itself(const rotor *r, plan__bench *b, const lab_experiment *e, double far,
-                             int straight)
+static double odds_of_itself(const rotor *r, plan__reference *b, const lab_experiment *e,
+                             double far, int straight)
 {
     lab_suspect there = r->d->suspect[0];
     lab_posterior q = there.posterior;
-    plan__side side[2];
-    plan__view v[2];
+    plan__model side[2];
+    plan__prediction v[2];
     plan__pair pair;
     lab_experiment x = *e;
-    unsigned char use[PLAN_EYES] = {1};
+    unsigned char use[PLAN_OUTPUTS] = {1};
     q.number = malloc(sizeof *q.number * (size_t)q.n);
     ck_assert_ptr_nonnull(q.number);
     for (int i = 0; i < q.n; i++) {
@@ -292,8 +292,8 @@ static double odds_of_itself(const rotor *r, plan__bench *b, const lab_experimen
     }
     there.posterior = q;
     for (int k = 0; k < 2; k++) {
-        ck_assert_stein(plan__side_open(&side[k], k == 0 ? &r->d->suspect[0] : &there,
-                                        in_folder("rotor.yaml"), r->model, NULL, err));
+        ck_assert_stein(plan__model_open(&side[k], k == 0 ? &r->d->suspect[0] : &there,
+                                         in_folder("rotor.yaml"), r->model, NULL, err));
         ck_assert_stein(plan__predict(&v[k], b, &side[k], e, 0, err));
     }
     plan__stage *stage[] = {v[0].stage, v[1].stage};
@@ -305,8 +305,8 @@ static double odds_of_itself(const rotor *r, plan__bench *b, const lab_experimen
     plan__pair_free(&pair);
     for (int k = 0; k < 2; k++) {
         v[k].stage = stage[k];
-        plan__view_free(&v[k]);
-        plan__side_close(&side[k]);
+        plan__prediction_free(&v[k]);
+        plan__model_close(&side[k]);
     }
     free(q.number);
     return x.odds;
@@ -315,14 +315,14 @@ static double odds_of_itself(const rotor *r, plan__bench *b, const lab_experimen
 START_TEST(what_curves_on_the_way_to_other_numbers_is_no_evidence)
 {
     rotor r = rotor_diagnosed(truth[0], start, 1);
-    plan__side cause;
-    plan__bench b;
+    plan__model cause;
+    plan__reference b;
     lab_plan_def def = lab_plan_def_default();
     lab_experiment *list = NULL;
     int n = 0;
     ck_assert_stein(
-        plan__side_open(&cause, &r.d->suspect[0], in_folder("rotor.yaml"), r.model, NULL, err));
-    ck_assert_stein(plan__bench_make(&b, &cause, r.d, lab_equations(r.model), &def, err));
+        plan__model_open(&cause, &r.d->suspect[0], in_folder("rotor.yaml"), r.model, NULL, err));
+    ck_assert_stein(plan__reference_make(&b, &cause, r.d, lab_equations(r.model), &def, err));
     ck_assert_stein(plan__experiments(&b, &cause, 1, &list, &n, err));
     const lab_experiment *high = list;
     while (high < list + n && strstr(high->name, "400 mrad") == NULL) {
@@ -337,8 +337,8 @@ START_TEST(what_curves_on_the_way_to_other_numbers_is_no_evidence)
     ck_assert_double_lt(refitted, 0.95 * straight);
     ck_assert_double_gt(refitted, 0.0);
     free(list);
-    plan__bench_free(&b);
-    plan__side_close(&cause);
+    plan__reference_free(&b);
+    plan__model_close(&cause);
     rotor_free(&r);
 }
 END_TEST
@@ -373,8 +373,8 @@ START_TEST(readings_of_a_check_tell_what_a_scale_tells)
     rotor r = rotor_with(gain, start, 1);
     const lab_suspect *with = rotor_suspect(&r, "sensor_gain");
     const lab_posterior *q = &with->posterior;
-    plan__side side[2];
-    plan__view v[2];
+    plan__model side[2];
+    plan__prediction v[2];
     plan__pair pair;
     unsigned char use[] = {1};
     lab_experiment e = {.faster = 1, .ncheck = 1};
@@ -386,9 +386,9 @@ START_TEST(readings_of_a_check_tell_what_a_scale_tells)
                              .reach = 2.0};
     ck_assert_ptr_eq(with, &r.d->suspect[0]);
     for (int k = 0; k < 2; k++) {
-        ck_assert_stein(plan__side_open(&side[k], &r.d->suspect[k], in_folder("rotor.yaml"),
-                                        r.model, NULL, err));
-        ck_assert_stein(plan__check_view(&v[k], &side[k], &e, err));
+        ck_assert_stein(plan__model_open(&side[k], &r.d->suspect[k], in_folder("rotor.yaml"),
+                                         r.model, NULL, err));
+        ck_assert_stein(plan__check_prediction(&v[k], &side[k], &e, err));
     }
     ck_assert_str_eq(r.d->suspect[1].candidate.effect->kind, "preload");
     ck_assert_stein(plan__pair_make(&pair, NULL, &v[0], &v[1], err));
@@ -408,8 +408,8 @@ START_TEST(readings_of_a_check_tell_what_a_scale_tells)
     ck_assert_close(e.odds, expected, 0.1, 0.1);
     plan__pair_free(&pair);
     for (int k = 0; k < 2; k++) {
-        plan__view_free(&v[k]);
-        plan__side_close(&side[k]);
+        plan__prediction_free(&v[k]);
+        plan__model_close(&side[k]);
     }
     rotor_free(&r);
 }
@@ -456,10 +456,10 @@ START_TEST(readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more)
                      strcmp(list[i].place, what[k].place) == 0;
             s.candidate = it ? list[i] : s.candidate;
         }
-        plan__side side;
-        plan__view v;
-        ck_assert_stein(plan__side_open(&side, &s, "models/stein1788.yaml", model, NULL, err));
-        ck_assert_stein(plan__check_view(&v, &side, &e, err));
+        plan__model side;
+        plan__prediction v;
+        ck_assert_stein(plan__model_open(&side, &s, "models/stein1788.yaml", model, NULL, err));
+        ck_assert_stein(plan__check_prediction(&v, &side, &e, err));
         ck_assert_int_eq(v.rows, 12);
         double most = (b * reach + c) * reach;
         for (int i = 0; i < 11; i++) {
@@ -472,8 +472,8 @@ START_TEST(readings_of_a_felt_and_of_a_length_are_those_of_the_file_and_more)
         ck_assert_close(v.y[11], k == 1 ? 20.0 : 0.0, 1e-6, 1e-6);
         ck_assert_close(v.P[11], k == 1 ? 4.0 : 0.0, 1e-6, 1e-6);
         ck_assert(v.Z[11] == 0.0 && v.Z[12 + 11] == 0.0);
-        plan__view_free(&v);
-        plan__side_close(&side);
+        plan__prediction_free(&v);
+        plan__model_close(&side);
     }
     free(list);
     lab_close(model);
@@ -507,7 +507,7 @@ START_TEST(a_check_of_the_instrument_settles_it)
     rotor_free(&r);
 
     r = rotor_stated(_i == 0 ? other + 1 : other, start, 1, found[_i]);
-    ck_assert_str_eq(rotor_suspect(&r, "sensor_gain")->why, "every stroke states it");
+    ck_assert_str_eq(rotor_suspect(&r, "sensor_gain")->why, "every record states it");
     if (_i == 0) {
         ck_assert_int_eq(r.d->verdict, LAB_VERDICT_EXPLAINED);
     } else {
@@ -591,7 +591,7 @@ START_TEST(what_comes_off_is_taken_off)
     rotor_free(&r);
 
     r = lever_diagnosed(there[_i], ROTOR_STROKES);
-    ck_assert_str_eq(rotor_suspect(&r, "wire")->why, "every stroke was played without it");
+    ck_assert_str_eq(rotor_suspect(&r, "wire")->why, "every record was made without it");
     rotor_free(&r);
 }
 END_TEST
@@ -723,7 +723,7 @@ START_TEST(an_instrument_that_is_no_output_is_refused)
 END_TEST
 
 /* a kind at a place of the piano action, open as a side */
-static void side_of(plan__side *side, const lab_suspect *none, const char *effect,
+static void side_of(plan__model *side, const lab_suspect *none, const char *effect,
                     const char *place, const lab_model *model)
 {
     lab_candidate *candidate = NULL;
@@ -739,7 +739,7 @@ static void side_of(plan__side *side, const lab_suspect *none, const char *effec
     free(candidate);
     ck_assert_int_eq(found, 1);
     lab_options options = cache_here(NULL);
-    ck_assert_stein(plan__side_open(side, &s, "models/stein1788.yaml", model, &options, err));
+    ck_assert_stein(plan__model_open(side, &s, "models/stein1788.yaml", model, &options, err));
     side->s = none;
 }
 
@@ -748,27 +748,27 @@ static lab_experiment *experiments_for(const char *const (*who)[2], int nside,
                                        const lab_model *model, double lo, double hi,
                                        const lab_plan_def *def, int *n)
 {
-    lab_used eye = {.name = "string_distance", .unit = "m", .hi = 0.04, .noise = 1e-5};
+    lab_used output = {.name = "string_distance", .unit = "m", .hi = 0.04, .noise = 1e-5};
     lab_used finger = {.name = "finger", .unit = "N", .lo = lo, .hi = hi};
     lab_diagnosis d = {.conditions = {.from = 0.0,
                                       .until = 0.12,
                                       .interval = 2.5e-4,
                                       .nchannel = 1,
-                                      .channel = &eye,
+                                      .channel = &output,
                                       .ninput = 1,
                                       .input = &finger}};
     lab_suspect s = {.gain = NAN};
-    plan__bench b;
-    plan__side side[4];
+    plan__reference b;
+    plan__model side[4];
     lab_experiment *list = NULL;
     for (int k = 0; k < nside; k++) {
         side_of(&side[k], &s, who[k][0], who[k][1], model);
     }
-    ck_assert_stein(plan__bench_make(&b, &side[0], &d, lab_equations(model), def, err));
+    ck_assert_stein(plan__reference_make(&b, &side[0], &d, lab_equations(model), def, err));
     ck_assert_stein(plan__experiments(&b, side, nside, &list, n, err));
-    plan__bench_free(&b);
+    plan__reference_free(&b);
     for (int k = 0; k < nside; k++) {
-        plan__side_close(&side[k]);
+        plan__model_close(&side[k]);
     }
     return list;
 }

@@ -301,7 +301,7 @@ START_TEST(the_page_stands_alone_and_takes_no_text_for_markup)
     static const char *const never[] = {"http",  "src=", "<script", "<effect", "<tags", "<shows>",
                                         "<why>", "<b>",  "url(",    "@import", "nan",   "inf\""};
     static const char *const present[] = {
-        "The model lacks something: odd &lt;effect&gt; of the place0",
+        "The model lacks an effect: odd &lt;effect&gt; of the place0",
         "A &quot;reason&quot; with &lt;tags&gt; &amp; signs",
         "place1",
         "The force that the measured motion needs",
@@ -508,12 +508,12 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         const char *says;
     } next[] = {
         {LAB_VERDICT_EXPLAINED, 0, 0, "Use the model as it is."},
-        {LAB_VERDICT_NOT_CONVERGED, 0, 0, "Look at the data and the starting numbers below first"},
+        {LAB_VERDICT_NOT_CONVERGED, 0, 0, "Check the data and the starting numbers below first"},
         {LAB_VERDICT_UNKNOWN_EFFECT, 0, 0, "Look where the map below is darkest"},
         {LAB_VERDICT_SENSOR, 1, 0, "Check the instrument;"},
         {LAB_VERDICT_INPUT, 1, 0, "Check how the input was recorded;"},
         {LAB_VERDICT_MISSING_EFFECT, 1, 0, "it has the cause and the refitted numbers"},
-        {LAB_VERDICT_SENSOR, 1, 1, "make a record in which the candidates would differ"},
+        {LAB_VERDICT_SENSOR, 1, 1, "make a record in which the candidates differ"},
     };
     for (size_t i = 0; i < sizeof next / sizeof *next; i++) {
         lab_diagnosis *d = made_up();
@@ -524,7 +524,7 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         page_has(d, has, "Best of the experiments tried");
         lab_diagnosis_destroy(d);
     }
-    static const char *const strokes[] = {"; even that takes very many records.",
+    static const char *const strokes[] = {"; it takes very many records.",
                                           "; 1 record will do.", "; 2 records will do.",
                                           "; no stroke."};
     for (int i = 0; i < 4; i++) {
@@ -589,7 +589,7 @@ START_TEST(counts_beyond_the_list_are_not_followed)
     ck_assert_ptr_null(strstr(text, "place1"));
     free(text);
     d->nsuspect = 0;
-    static const char *const none[] = {"<h1>The model lacks something</h1>", NULL};
+    static const char *const none[] = {"<h1>The model lacks an effect</h1>", NULL};
     page_has(d, none, "place0");
     lab_diagnosis_destroy(d);
 }
@@ -734,7 +734,7 @@ START_TEST(a_law_that_pays_is_drawn_and_one_that_does_not_is_listed)
     static const char *const pays[] = {
         "acts at the contact soft &lt;stop&gt; as a function of its depth.",
         "<code>soft_stop_depth</code> in extended.yaml",
-        "Its shape is what a physical explanation has to have.",
+        "A physical explanation must have this shape.",
         ">factor</text>",
         ">depth of soft_&lt;stop&gt; [\xc2\xb5m]</text>",
         "<h2>Error on records held out, before and after</h2>",

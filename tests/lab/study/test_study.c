@@ -80,7 +80,7 @@ END_TEST
 
 START_TEST(the_static_escapement_is_higher_than_the_dynamic_one_and_knows_no_friction)
 {
-    study_still still, smooth;
+    study_static still, smooth;
     study_press_slowly(&s, sim, &still);
     ck_assert_int_eq(still.status, STEIN_OK);
     ck_assert(still.escaped && still.force > 0.05 && still.force < 1.0);
@@ -100,13 +100,13 @@ START_TEST(the_static_height_falls_as_the_stop_moves_right)
 {
     double last = INFINITY;
     for (int k = -6; k <= 1; k++) {
-        study_still still;
+        study_static still;
         set("pawl.stop_shift", 0.13e-3 * k);
         study_press_slowly(&s, sim, &still);
         ck_assert(still.escaped && still.height < last - 1e-3);
         last = still.height;
     }
-    study_still forced; // the hammer is on the string before the beak gets out, if ever
+    study_static forced; // the hammer is on the string before the beak gets out, if ever
     set("pawl.stop_shift", 1e-3);
     study_press_slowly(&s, sim, &forced);
     ck_assert(forced.escaped ? forced.height == 0.0 : isnan(forced.height));
@@ -141,11 +141,11 @@ END_TEST
 
 START_TEST(friction_in_the_notch_takes_energy_and_only_friction_does)
 {
-    study_play play = study_play_default();
-    study_shot shot;
+    study_drive play = study_drive_default();
+    study_details shot;
     for (int k = -8; k <= 2; k += 2) {
         set("pawl.stop_shift", 0.1e-3 * k);
-        study_shoot(&s, sim, &play, NULL, &shot);
+        study_strike(&s, sim, &play, NULL, &shot);
         ck_assert_int_eq(shot.status, STEIN_OK);
         ck_assert_msg(shot.slip_work > 0.0 && shot.slip_work < 5e-3, "%g J", shot.slip_work);
         ck_assert(shot.slip_time > 0.0 && shot.slip_start > 0.0);
@@ -153,25 +153,25 @@ START_TEST(friction_in_the_notch_takes_energy_and_only_friction_does)
     }
     set("pawl.stop_shift", 0.0);
     set("notch.friction.A", 0.0);
-    study_shoot(&s, sim, &play, NULL, &shot);
+    study_strike(&s, sim, &play, NULL, &shot);
     ck_assert(shot.slip_work == 0.0);
 }
 END_TEST
 
 START_TEST(a_released_key_re_arms_with_the_overlap_of_rest)
 {
-    study_play play = study_play_default();
-    study_shot shot;
+    study_drive play = study_drive_default();
+    study_details shot;
     double rest = 0.0;
     play.until = 0.6;
     play.release = 0.2;
     ck_assert_stein(stein_reset(sim, err));
     ck_assert_stein(stein_read_name(sim, "notch_overlap", &rest, err));
-    study_shoot(&s, sim, &play, NULL, &shot);
+    study_strike(&s, sim, &play, NULL, &shot);
     ck_assert(shot.stroke.rearmed && shot.rearm_time > 0.0 && shot.rearm_time < 0.2);
     ck_assert_close(shot.rearm_margin, rest, 0.0, 0.02e-3);
     play.until = 0.201; // not back yet
-    study_shoot(&s, sim, &play, NULL, &shot);
+    study_strike(&s, sim, &play, NULL, &shot);
     ck_assert(isnan(shot.rearm_time) && isnan(shot.rearm_margin));
 }
 END_TEST
@@ -198,9 +198,9 @@ START_TEST(a_key_pressed_faster_throws_the_hammer_faster)
 {
     double last = 0.0;
     for (int k = 0; k < 5; k++) {
-        study_play play = {STUDY_PRESSED, 0.08 / (1 << k) + 1e-3, 1.0, 0.2, NAN};
-        study_shot shot;
-        study_shoot(&s, sim, &play, NULL, &shot);
+        study_drive play = {STUDY_PRESSED, 0.08 / (1 << k) + 1e-3, 1.0, 0.2, NAN};
+        study_details shot;
+        study_strike(&s, sim, &play, NULL, &shot);
         ck_assert_int_eq(shot.stroke.outcome, LAB_STRUCK);
         ck_assert(shot.stroke.impact_speed > last);
         last = shot.stroke.impact_speed;

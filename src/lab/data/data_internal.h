@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * data_internal.h - what the files that read and audit data share with each other.
+ *
+ *   bytes --data_lines.c--> lines, cells, numbers --data_titles.c, data_header.c,
+ *                                                     data.c, data_unwrap.c--> lab_data
+ *                                                        |
+ *                   lab_audit <--data_audit.c, data_noise.c, data_rest.c--+
+ *                       +--data_findings.c--> sentences, text
+ * Included by: this folder, src/lab/plan.
+ */
+#ifndef DATA_INTERNAL_H
+#define DATA_INTERNAL_H
+
+#include <locale.h>
+
+#include "open.h"
+#include "stein/data.h"
+
+/* ---- data_lines.c ---- */
+
+enum {
+    DATA_ROWS = 20000000,
+    DATA_LINES = 100000000,
+    DATA_LINE = 1 << 16, /* bytes */
+    DATA_COLUMNS = 256,
+    DATA_PROBLEMS = 20,
+    DATA_NOTES = 10000,
+    DATA_CELL = 200 /* bytes of a number */
+};
+
+/** Problems of one file. Those of one kind (not 0) are told once and counted. */
+typedef struct data__problems {
+    const char *file;
+    struct data__problem {
+        char *text;
+        int line, column, kind, again;
+    } list[DATA_PROBLEMS];
+    int n, more, nomem;
+} data__problems;
+void data__problem(data__problems *p, int kind, int line, int column, const char *format, ...);
+/** Hand all over in the order of the file and free them. @return OK when there are none, EPARSE,
+ *  ENOMEM */
+stein_status data__problems_flush(data__problems *p, lab_report_fn *report, void *ctx,
+                                  stein_err *err);
+/** Text of a file made printable and short. @param to [DATA_SHOWN], returned */
+enum { DATA_SHOWN = 64 };
+char *data__shown(char *to, const char *text, size_t n);
+
+/** Lines of a file, without their ends. */
+typedef struct data__lines {
+    FILE *stream;
+    char *buffer;
+    size_t at, have;
+    int line; /* number of the present one */
+    int ended;
+    unsigned long long hash; /* of all bytes so far, FNV-1a */
+    double bytes, total;     /* read, of this file and those before; of all files; 0: not known */
+    lab_read_progress_fn *progress;
+    void *ctx;
+} data__lines;
+stein_status data__lines_open(data__lines *l, const char *file, const char *text, stein_err *err);
+void data__lines_close(data__lines *l);
+/** @return 1; 0 at the end or after a problem that leaves no lines to read */
+int data__next_line(data__lines *l, data__problems *p, const char **text, size_t *size);
+
+/** Part of a line, without blanks and quotes around it. */
+typedef struct data__cell {
+    const char *s;
+    size_t n;
+    int at; /* byte in the line */
+} data__cell;
+/** What separates the titles of a header: a comma where there is one, else a semicolon, a tab. */
+char data__separator(const char *text, size_t size);
+/** Cut a line at its separators. @return cells (DATA_COLUMNS + 1: more than that), or -1 - the byte
+ *  where quotes do not close */
+int data__cells(const char *text, size_t size, char separator, data__cell cell[DATA_COLUMNS + 1]);
+/** Column of a byte of a line, in characters from 1. */
+int data__column(const char *text, int at);
+
+/** Decimal number times 10^exp10, correctly rounded. `c` is the "C" locale.
+ *  @param point  in, out: decimal sign of the file, 0 until a number has shown it
+ *  @return NULL, or what is wrong: "expected a number" ... (static text) */
+const char *data__number(data__cell cell, int exp10, locale_t c, char *point, double *value);
+
+/* ---- data_titles.c ---- */
+
+/** A unit against the one of the model: the number in the file times 10^exp10 * factor is SI.
+ *  @return 0; 1 another quantity, 2 no unit at all */
+int data__unit(const char *unit, const char *wanted, int *exp10, double *factor);
+/** A title cut in two: "name [unit]", "name (unit)", or "name_unit" where only the name without the
+ *  suffix is `time`, a channel or an input of the model.
+ *  @return 1 with a unit, 0 without, -1 the bracket does not close */
+int data__cut_title(const stein_model *m, data__cell cell, char name[], char unit[]);
+/** Is it the title of the time: "time" in any case, or "t"? */
+int data__is_time(const stein_model *m, const char *name);
+/** Unit of the model for a name; NULL: neither the time nor a channel or input. */
+const char *data__wanted_unit(const stein_model *m, const char *name);
+
+/* ---- data_unwrap.c ---- */
+
+/** Make an angle that was kept within one turn continuous. @param value  [n] of the column
+ *  @return turns that were taken out */
+int data__unwrap(const stein_model *m, lab_column *c, double *value, int n);
+
+/* ---- data_header.c ---- */
+
+/** Has a stroke that sets it the last word about a number: of a channel's sensor, of the clock, the
+ *  amount of a part that comes off? */
+int data__has_last_word(const stein_model *m, const char *param);
+
+/** The public structs grown while reading; `data` comes first and is what users hold. */
+typedef struct data__file {
+    lab_data data;
+    char *file, *text; /* text NULL: it was read from the file */
+    double *time;
+    lab_column *column; /* [DATA_COLUMNS]; without the time */
+    lab_setting *set;
+    lab_note *note;
+} data__file;
+
+/** A `# noise` until the header is known. */
+typedef struct data__noise {
+    char *name, *value;
+    int line, name_column, value_column;
+} data__noise;
+
+/** What is known of a column of the file. */
+typedef struct data__title {
+    char name[DATA_SHOWN], unit[DATA_SHOWN];
+    int has_unit; /* of data__cut_title */
+    int known;    /* 1: a channel or an input, with a place in the data */
+    int to;       /* which */
+    int at;       /* character column of the title */
+    int exp10;    /* see data__unit */
+    double factor;
+    double *value; /* being filled */
+    unsigned char *present;
+    int samples, varies, refused;
+    double first; /* value, to know a constant channel by */
+} data__title;
+
+typedef struct data__reader {
+    const lab_data_options *options;
+    const stein_model *model;
+    data__file *out;
+    data__problems problems;
+    data__lines lines;
+    double before, total; /* bytes of the files before this one, of all */
+    data__title *title;   /* [ntitle] */
+    int ntitle, header_line;
+    char separator, point; /* of cells; of decimals, 0: not seen yet */
+    int time_at;           /* column of the time: 0, or 1 behind an index without a name */
+    int trigger_line, notes;
+    data__noise *noise;
+    int nnoise;
+    int room, rows; /* of the columns; rows with problems are counted, not kept */
+    int refused;    /* rows without a good time, or ragged */
+    double last;    /* time of the row before */
+    locale_t c;
+    int stop; /* reading on makes no sense */
+} data__reader;
+
+/** A "#" line before the header. */
+void data__note_line(data__reader *r, const char *text, size_t size);
+/** @param line  of the file */
+void data__header_line(data__reader *r, int line, const char *text, size_t size);
+/** Give every `# noise` to its column. */
+void data__settle_noise(data__reader *r);
+
+/* ---- audit: data_findings.c, data_noise.c, data_rest.c ---- */
+
+/** A finding: a sentence that the audit keeps. */
+void data__finding(lab_audit *a, int *nomem, const char *format, ...);
+/** Everything that can be said against the record once the numbers are there. */
+void data__findings(lab_audit *a, int *nomem);
+/** "20.3 um": four digits, a prefix that suits. @param text [DATA_SHOWN], returned */
+char *data__quantity(char *text, double value, const char *unit);
+
+/** The samples of one channel that are present. */
+typedef struct data__series {
+    double *t, *v;
+    int n;
+    double range, sigma; /* max - min; working sd of one sample: never 0 */
+    int window, degree;  /* of the polynomials that the noise in motion comes from; 0: none */
+    double *scratch, *residual; /* [n] */
+    double *difference;         /* [DATA_DIFFERENCES] */
+} data__series;
+enum { DATA_DIFFERENCES = 20000 };
+
+double data__median(double *v, int n); /* reorders v; NAN for n = 0 */
+/** Quantisation step; 0 when there is none. */
+double data__step(const data__series *s);
+/** Noise of a channel: standard deviation about polynomials fitted in windows. Their length and
+ *  degree follow the motion and are left in s.
+ *  @param error  out: relative sd of the result  @return [unit]; NAN: too few samples */
+double data__noise_in_windows(data__series *s, int *samples, double *error);
+/** Rest phases as index ranges [first, last]. @return their number, at most `max` */
+int data__rests(const data__series *s, int (*rest)[2], int max);
+/** Noise and its correlation from rests. @return samples used; 0: too few, nothing is written */
+int data__noise_at_rest(const data__series *s, int (*rest)[2], int n, double *noise, double *error,
+                        double correlation[LAB_LAGS]);
+/** Correlation from windows. */
+void data__correlation_in_windows(const data__series *s, double correlation[LAB_LAGS]);
+/** Residual of a polynomial of `degree` <= 11 by least squares; r [n] out. @return sum of squares
+ */
+double data__residual(const double *t, const double *v, int n, int degree, double *r);
+void data__spikes(const data__series *s, lab_channel_audit *a);
+void data__saturation(const data__series *s, lab_channel_audit *a);
+void data__first_motion(const data__series *s, const int rest[2], lab_channel_audit *a);
+
+#endif

@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: MIT
+ * plausibility.c - numbers that are possible, but hardly meant: warnings with line and column.
+ *
+ * A number without a unit is SI. In a file that otherwise writes g and mm that is where a unit was
+ * forgotten, if the number then is far above all of its kind: "mass: 82" among masses of some
+ * grams. And a body of a mass and a size has an inertia of at most about m L^2.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "reader.h"
+#include "stein/model.h"
+
+static const double far_above = 100.0; /* against the largest of its kind that has a unit */
+/* kg in a cube of the largest length [kg/m^3]; osmium: 2.3e4 */
+static const double most_dense = 3e4;
+static const double most_inertia = 1000.0; /* in m L^2 */
+
+/** How a number is written. */
+typedef struct written {
+    double value; /* [SI] */
+    int has_unit;
+    int scaled; /* in a unit that is not SI: mm, g */
+    const char *unit;
+} written;
+
+/* @return 0: absent, a formula, or replaced from outside */
+static int read_written(const mech__slot *slot, written *w)
+{
+    const char *text = slot->text, *bad;
+    char why[MECH__WHY];
+    mech__quantity q;
+
+    if (!text || slot->set || slot->label || slot->state != MECH__DONE) {
+        return 0;
+    }
+    while (*text == ' ' || *text == '-' || *text == '+') {
+        text++;
+    }
+    int n = mech__quantity_at(text, &q, why, &bad);
+
+    if (n < 0 || q.percent || (text[n] != '\0' && strstr(text + n, "+-") == NULL)) {
+        return 0;
+    }
+    char *unit;
+    double number = strtod(text, &unit);
+
+    while (*unit == ' ') {
+        unit++;
+    }
+    *w = (written){q.value, q.has_unit, q.has_unit && fabs(q.value - number) > 1e-9 * fabs(number),
+                   unit};
+    return 1;
+}
+
+/* masses and lengths: stiffnesses and inertias of one mechanism differ by any factor */
+static const mech_dim kilogram = {1, 0, 0, 0}, metre = {0, 1, 0, 0};
+
+/** What a file writes with units. */
+typedef struct habits {
+    int scaled;    /* any number in a unit that is not SI */
+    double length; /* largest of all [m] */
+} habits;
+
+static habits find_habits(const mech__reader *rd)
+{
+    habits h = {0, 0.0};
+    written w;
+
+    for (const mech__slot *s = rd->slots; s; s = s->next) {
+        if (read_written(s, &w) && s->unit) {
+            h.scaled |= w.scaled;
+            if (mech__dim_same(s->dim, metre) && w.has_unit) {
+                h.length = fmax(h.length, w.value);
+            }
+        }
+    }
+    return h;
+}
+
+/* the largest number with a unit of the same kind; its unit as written, [MECH_UNIT] */
+static double largest_like(const mech__reader *rd, const mech__slot *slot, char *unit)
+{
+    double largest = 0.0;
+    written w;
+
+    for (const mech__slot *s = rd->slots; s; s = s->next) {
+        if (s->unit && mech__dim_same(s->dim, slot->dim) && read_written(s, &w) && w.has_unit &&
+            w.value > largest) {
+            size_t n = strcspn(w.unit, "+ ");
+
+            largest = w.value;
+            n = n < MECH_UNIT ? n : MECH_UNIT - 1;
+            memcpy(unit, w.unit, n);
+            unit[n] = '\0';
+        }
+    }
+    return largest;
+}
+
+static void doubt_unit(mech__reader *rd, const mech__slot *slot, const habits *h)
+{
+    int is_mass = mech__dim_same(slot->dim, kilogram);
+    char unit[MECH_UNIT] = "";
+    written w;
+
+    if (!slot->unit || (!is_mass && !mech__dim_same(slot->dim, metre)) || !read_written(slot, &w) ||
+        w.has_unit) {
+        return;
+    }
+    double like = largest_like(rd, slot, unit);
+    double room = h->length * h->length * h->length;
+
+    if (like > 0.0 && w.value > far_above * like) {
+        mech__problem_at(rd, slot->node,
+                         "warning: %s = \"%s\" has no unit, so it is in %s: %.3g times the largest "
+                         "number of its kind in the file; is it in %s?",
+                         slot->path, mech__shown(rd, slot->text), slot->unit, w.value / like, unit);
+    } else if (like == 0.0 && is_mass && room > 0.0 && w.value > most_dense * room) {
+        mech__problem_at(
+            rd, slot->node,
+            "warning: %s = \"%s\" has no unit, so it is in kg, while the largest length "
+            "of the file is %.3g m; is it in g?",
+            slot->path, mech__shown(rd, slot->text), h->length);
+    }
+}
+
+static double reach(double size, const mech_scalar at[3])
+{
+    return fmax(size, sqrt(at[0].value * at[0].value + at[1].value * at[1].value +
+                           at[2].value * at[2].value));
+}
+
+/* the largest distance of anything of a body from its joint [m] */
+static double size_of(const mechanism *m, int body)
+{
+    double size = reach(0.0, m->bodies[body].centre);
+
+    for (int i = 0; i < m->nbody; i++) {
+        size = m->bodies[i].parent == body ? reach(size, m->bodies[i].at) : size;
+    }
+    for (int i = 0; i < m->npoint; i++) {
+        size = m->points[i].body == body ? reach(size, m->points[i].at) : size;
+    }
+    for (int i = 0; i < 4 * m->ncontact; i++) {
+        const mech_contact *c = &m->contacts[i / 4];
+        const mech_shape *s = &c->spot[i / 2 % 2].side[i % 2];
+
+        if (i / 2 % 2 < c->nspot && s->body == body) {
+            size = fmax(reach(size, s->at), s->radius.value);
+            size = s->has_extent ? fmax(size, fmax(fabs(s->extent[0].value), s->extent[1].value))
+                                 : size;
+        }
+    }
+    return size;
+}
+
+static void doubt_inertia(mech__reader *rd, int body)
+{
+    const mech_body *b = &rd->m->bodies[body];
+    const mech__node *node = mech__get(rd->body_node[body], "inertia");
+    double size = size_of(rd->m, body), most = 0.0;
+
+    for (int i = 0; i < 3; i++) {
+        most = fmax(most, b->inertia[i].value);
+    }
+    double expected = b->mass.value * size * size;
+
+    if (node && expected > 0.0 && most > most_inertia * expected) {
+        mech__problem_at(
+            rd, node,
+            "warning: the inertia of %s, %.3g kg m^2, is %.2g times what %.3g kg within "
+            "%.3g m can have; is it in g mm^2 or kg mm^2?",
+            b->name, most, most / expected, b->mass.value, size);
+    }
+}
+
+void mech__doubts(mech__reader *rd)
+{
+    habits h = find_habits(rd);
+
+    for (const mech__slot *s = rd->slots; h.scaled && s; s = s->next) {
+        doubt_unit(rd, s, &h);
+    }
+    for (int i = 0; i < rd->m->nbody; i++) {
+        doubt_inertia(rd, i);
+    }
+}
