@@ -94,6 +94,7 @@ typedef struct mech_body {
     mech_scalar q0, qd0;                 /* initial state */
     int limited;                         /* it has stops */
     mech_scalar limit[STEIN_LIMIT_SIZE];
+    int sticks; /* its friction does */
     int line, column;
 } mech_body;
 
@@ -125,6 +126,7 @@ typedef struct mech_contact {
     int nspot;
     mech_normal normal;
     mech_friction friction;
+    int sticks; /* its friction does */
 } mech_contact;
 
 typedef struct mech_notch {

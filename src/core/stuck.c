@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT
+ * stuck.c - when friction that sticks lets go, reverses, and sticks again (stick.c says what it
+ * holds).
+ *
+ *                 |f| > limit: against f
+ *        STUCK ----------------------------> FORWARDS, BACKWARDS
+ *              <----------------------------  speed 0, if |f| <= limit; else against f again
+ *
+ * Both are located like touch-down. A spot that begins to touch slips as it moves, or sticks if it
+ * does not move along the surface. After every change the forces are worked out anew, and the place
+ * that is farthest above its limit lets go, until none is.
+ *
+ * Places with the same row of G (stick.c), as both corners of a box have, move alike: they let go
+ * together and stick together, whatever little is left of a speed.
+ */
+#include <math.h>
+
+#include "core.h"
+
+static const double still = 1e-12; /* [m/s or rad/s] is at rest */
+static const double above = 1e-12; /* of a limit: by rounding */
+/* [m/s or rad/s] that places of one row may move against their new direction, as their rows are the
+ * same to 1e-3 only */
+static const double together = 1e-9;
+
+enum { KEEP, LET_GO }; /* what has been done with a place */
+
+/* What is left of a speed against the new direction, by rounding or beside a place that sticks, is
+ * no reversal; nor is `more`. */
+static void let_one_go(stein_sim *sim, int k, double more)
+{
+    int back = sim->hold.force[k] > 0.0;
+    sim->stick[k] = back ? BACKWARDS : FORWARDS;
+    sim->anchor[k] = more + fmax(back ? sim->hold.speed[k] : -sim->hold.speed[k], 0.0);
+    sim->hold.done[k] = LET_GO;
+}
+
+/* the row of a place that sticks, -1: it has none */
+static int row_of(const stein__sticks *s, int place)
+{
+    for (int r = 0; r < s->nrow; r++) {
+        if (s->row[r] == place) {
+            return r;
+        }
+    }
+    return -1;
+}
+
+/* does a place that sticks hold the same as another one that does? */
+static int holds_the_same(const stein__sticks *s, int place)
+{
+    int row = row_of(s, place), found = 0;
+    for (int r = 0; row >= 0 && r < s->nrow; r++) {
+        found |= r != row && stein__stick_alike(s, r, row) != 0;
+    }
+    return found;
+}
+
+/* a place that sticks, and those that hold the same */
+static void let_go(stein_sim *sim, int place)
+{
+    const stein__sticks *s = &sim->hold;
+    int row = row_of(s, place);
+    let_one_go(sim, place, holds_the_same(s, place) ? together : 0.0);
+    for (int r = 0; row >= 0 && r < s->nrow; r++) {
+        if (r != row && stein__stick_alike(s, r, row) != 0) {
+            let_one_go(sim, s->row[r], together);
+        }
+    }
+}
+
+static void as_it_moves(stein_sim *sim, int k)
+{
+    double v = sim->hold.speed[k];
+    sim->stick[k] = fabs(v) <= still ? STUCK : v > 0.0 ? FORWARDS : BACKWARDS;
+    sim->anchor[k] = 0.0;
+}
+
+/* places that slip beside one that sticks and holds the same */
+static void join(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    for (int k = 0; k < sim->model->nstick; k++) {
+        unsigned char slips = sim->stick[k];
+        if (slips == STUCK || s->touch[k] < 0 || s->done[k] == LET_GO) {
+            continue;
+        }
+        sim->stick[k] = STUCK;
+        if (stein__stick_look(sim) != STEIN_OK || !holds_the_same(s, k)) {
+            sim->stick[k] = slips;
+        }
+    }
+}
+
+/* the place that is farthest above its limit, -1: none is */
+static int farthest(const stein_sim *sim)
+{
+    const stein__sticks *s = &sim->hold;
+    double most = 1.0 + above;
+    int worst = -1;
+    for (int r = 0; r < s->nrow; r++) {
+        int k = s->row[r];
+        double f = fabs(s->force[k]), share = f > 0.0 ? f / s->limit[k] : 0.0;
+        if (share > most) {
+            most = share;
+            worst = k;
+        }
+    }
+    return worst;
+}
+
+static void tell(stein_sim *sim)
+{
+    for (int k = 0; sim->on_event != NULL && k < sim->model->nstick; k++) {
+        int now = sim->stick[k], touches = sim->hold.touch[k] >= 0;
+        if (touches && now != sim->hold.was[k]) {
+            stein_event event = {now == STUCK ? STEIN_EVENT_STICK : STEIN_EVENT_SLIP, k,
+                                 now == STUCK      ? 0
+                                 : now == FORWARDS ? 1
+                                                   : -1,
+                                 sim->head->t};
+            sim->on_event(sim->event_ctx, sim, &event);
+        }
+    }
+}
+
+/* until no force is above its limit */
+static void come_to_terms(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    int n = sim->model->nstick, worst = 0, new = 0;
+    join(sim);
+    for (int i = 0; i <= n && worst >= 0; i++) {
+        worst = stein__stick_look(sim) == STEIN_OK ? farthest(sim) : -1;
+        if (worst >= 0) {
+            let_go(sim, worst);
+        }
+    }
+    for (int r = 0; r < s->nrow; r++) {
+        int k = s->row[r];
+        if (s->was[k] != STUCK) {
+            sim->anchor[k] = stein__stick_slid(sim, k);
+            new = 1;
+        }
+    }
+    if (new) {
+        stein__stick_stop(sim, sim->qd);
+    }
+    sim->fresh = STALE;
+}
+
+void stein__stick_begin(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    int n = sim->model->nstick;
+    for (int k = 0; k < n; k++) {
+        sim->stick[k] = s->was[k] = FORWARDS;
+        s->done[k] = KEEP;
+    }
+    if (n == 0 || stein__stick_look(sim) != STEIN_OK) {
+        return;
+    }
+    for (int k = 0; k < n; k++) {
+        if (s->touch[k] >= 0) {
+            as_it_moves(sim, k);
+        }
+    }
+    come_to_terms(sim);
+}
+
+/* a spot that has begun to touch: where it stuck before is over */
+static int has_begun(const stein_sim *sim, int k)
+{
+    const stein_stick *stick = &sim->model->sticks[k];
+    return stick->kind == STEIN_STICK_SPOT && sim->crossed[stick->index] && sim->mode[stick->index];
+}
+
+void stein__stick_switch(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    int n = sim->model->nstick;
+    for (int k = 0; k < n; k++) {
+        sim->stick[k] = has_begun(sim, k) ? FORWARDS : sim->stick[k];
+        s->was[k] = sim->stick[k];
+        s->done[k] = KEEP;
+    }
+    if (stein__stick_look(sim) != STEIN_OK) {
+        return;
+    }
+    for (int k = 0; k < n; k++) {
+        if (s->touch[k] < 0) {
+            continue;
+        }
+        if (has_begun(sim, k)) {
+            as_it_moves(sim, k);
+        } else if (sim->crossed[sim->nguard + k]) {
+            if (sim->stick[k] == STUCK) {
+                let_go(sim, k);
+            } else if (s->done[k] != LET_GO) {
+                sim->stick[k] = STUCK;
+            }
+        }
+    }
+    come_to_terms(sim);
+    tell(sim);
+}
