@@ -192,6 +192,9 @@ typedef struct stein_event {
     double time; /* located [s] */
 } stein_event;
 
+/** Name of the contact, notch or joint at which an event is. */
+const char *stein_event_at(const stein_model *model, const stein_event *event);
+
 /** Called at every located event, with the simulation in the state of that instant: it may be read
  *  and saved, not changed. */
 typedef void stein_event_fn(void *ctx, stein_sim *sim, const stein_event *event);
@@ -209,8 +212,8 @@ int stein_notch_armed(stein_sim *sim, int notch);
 
 /** A place of friction that sticks. */
 typedef struct stein_held {
-    int touches;  /* 1; 0: a spot that is apart, and all else is 0 */
-    int slips;    /* 0: it sticks; 1, -1: it slips along the coordinate or the tangent, or against */
+    int touches; /* 1; 0: a spot that is apart, and all else is 0 */
+    int slips;   /* 0: it sticks; 1, -1: it slips along the coordinate or the tangent, or against */
     double speed; /* of sliding [m/s or rad/s] */
     double force; /* that holds, along the coordinate or, on the first side, the tangent [N or N m];
                    * 0 while it slips */

@@ -167,7 +167,8 @@ static vec2 origin_bias(const stein_sim *sim, int frame)
 static vec2 material_bias(const stein_sim *sim, int frame, vec2 moves)
 {
     const stein_pose *p = &sim->pose[frame];
-    vec2 a = origin_bias(sim, frame), turning = cross(p->w, (vec2){moves.x - p->vx, moves.z - p->vz});
+    vec2 a = origin_bias(sim, frame),
+         turning = cross(p->w, (vec2){moves.x - p->vx, moves.z - p->vz});
     return (vec2){a.x + turning.x, a.z + turning.z};
 }
 

@@ -154,7 +154,7 @@ typedef struct stein__sticks {
     int *row, *order;      /* [nstick] place of a row; independent rows */
     int nrow, rank;
     unsigned char *was, *done; /* [nstick] before a change; in it */
-    int off;                    /* 1: nothing sticks or rubs where it could stick (settle.c) */
+    int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
 } stein__sticks;
 
 struct stein_sim {
@@ -281,9 +281,8 @@ static inline double stein__joint_mu(const stein_sim *sim, int k)
 {
     int j = sim->acting[k], at = sim->ntouch + k, place = sim->hold.joint[j];
     const double *law = sim->d + sim->model->bodies[j].joint + STEIN_JOINT_FRICTION;
-    return place >= 0
-               ? stein__slips(sim, place) * law[STEIN_FRICTION_A]
-               : stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
+    return place >= 0 ? stein__slips(sim, place) * law[STEIN_FRICTION_A]
+                      : stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
 }
 #endif
 
@@ -542,6 +541,8 @@ stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err
 stein_status stein__try(stein_sim *sim, double h, stein_err *err);
 /* is a guard, as evaluated last, on the other side of its mode? */
 int stein__any_crossed(const stein_sim *sim);
+/* those into crossed[] */
+void stein__mark_crossed(stein_sim *sim);
 /* all guards at theta of the trial step */
 void stein__guards_inside(stein_sim *sim, double h, double theta);
 /* theta of the first root in begin..end of those that are at `end`, where they were evaluated;

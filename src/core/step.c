@@ -150,13 +150,20 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
     }
 }
 
+void stein__mark_crossed(stein_sim *sim)
+{
+    for (int i = 0; i < sim->nswitch; i++) {
+        sim->crossed[i] = (unsigned char)is_crossed(sim, i);
+    }
+}
+
 double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
     int n = sim->nswitch;
     double *theta = sim->root;
     double first = 2.0;
+    stein__mark_crossed(sim);
     for (int i = 0; i < n; i++) {
-        sim->crossed[i] = (unsigned char)is_crossed(sim, i);
         theta[i] = sim->guard[i]; // its value at the end, until the root is known
     }
     for (int i = 0; i < n; i++) {

@@ -17,8 +17,9 @@
  * Both corners of a box slide alike: their rows of G are the same up to the small angle by which it
  * dips into the floor, and would hold that angle, too, with huge forces. So S is factored with
  * pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself. Rows that
- * are not independent share the force in the ratio of what each can hold: f = D C (C^T D C)^-1 mu,
- * the rows being C times the independent ones, mu their forces, D the limits.
+ * are not independent share the force by what each can hold: f = D C (C^T D C)^-1 mu, the rows
+ * being C times the independent ones, mu their forces, D the limits over the largest of |C| in the
+ * row.
  *
  * Guards, all >= 0 until a place changes: limit - |f| while it sticks, the speed in its direction
  * while it slips.
@@ -33,10 +34,12 @@
 #include "core.h"
 
 static const double same_size = 2e-3; /* of the diagonals of S of rows that hold the same */
-static const double locked = 1e-12;     /* a diagonal of S, in units of what the masses would give */
-static const double moved = 1e-9;       /* [m/s^2 or rad/s^2] acceleration that nothing can hold */
-static const double unheld = 1e30;      /* [N or N m] the force that it would take */
-static const double astray = 1e-13;     /* [m] off the anchor that is corrected */
+static const double locked = 1e-12;   /* a diagonal of S, in units of what the masses would give */
+static const double moved = 1e-9;     /* [m/s^2 or rad/s^2] acceleration that nothing can hold */
+static const double unheld = 1e30;    /* [N or N m] the force that it would take */
+/* in shares of all limits: what a place without one counts, and a force that is 0 */
+static const double no_limit = 1e-20, no_force = 1e-14;
+static const double astray = 1e-13; /* [m] off the anchor that is corrected */
 
 /* ---- places ---- */
 
@@ -152,8 +155,7 @@ static void factor(stein_sim *sim)
         s->order[c] = best;
         double root = sqrt(s->pivot[best]);
         for (int i = 0; i < n; i++) {
-            double left =
-                s->S[i * n + best] - product(s->L + i * n, s->L + best * n, c);
+            double left = s->S[i * n + best] - product(s->L + i * n, s->L + best * n, c);
             if (s->pivot[i] > 0.0) {
                 double l = i == best ? root : left / root;
                 s->L[i * n + c] = l;
@@ -279,6 +281,17 @@ static void find_shares(stein__sticks *s)
     }
 }
 
+/* D of a row: rows that hold the same are all at their limit at once, whatever their units */
+static double weight(const stein__sticks *s, int i, double total)
+{
+    double most = 0.0;
+    for (int c = 0; c < s->rank; c++) {
+        most = fmax(most, fabs(s->share[i * s->nrow + c]));
+    }
+    double can = s->limit[s->row[i]] + no_limit * total;
+    return most > 0.0 ? can / most : can;
+}
+
 /* what each row holds of mu, by its limit */
 static void share_out(stein__sticks *s)
 {
@@ -291,15 +304,15 @@ static void share_out(stein__sticks *s)
     memset(s->H, 0, sizeof *s->H * (size_t)(m * m));
     memcpy(s->y, s->mu, sizeof *s->y * (size_t)m);
     for (int i = 0; i < n; i++) {
-        double can = s->limit[s->row[i]] + 1e-15 * total;
+        double can = weight(s, i, total);
         for (int k = 0; k < m * m; k++) {
             s->H[k] += can * s->share[i * n + k / m] * s->share[i * n + k % m];
         }
     }
     (void)stein__solve_general(m, s->H, s->y);
     for (int i = 0; i < n; i++) {
-        double can = s->limit[s->row[i]] + 1e-15 * total;
-        s->force[s->row[i]] = can * product(s->share + i * n, s->y, m);
+        double f = weight(s, i, total) * product(s->share + i * n, s->y, m);
+        s->force[s->row[i]] = fabs(f) > no_force * total ? f : 0.0;
     }
 }
 

@@ -103,14 +103,6 @@ slave_status slave_complete(slave *s, int *event)
     return status;
 }
 
-static void switch_crossed(stein_sim *sim)
-{
-    for (int i = 0; i < sim->nguard; i++) {
-        sim->crossed[i] = (unsigned char)((sim->guard[i] > 0.0) != sim->mode[i]);
-    }
-    stein__flip_crossed(sim);
-}
-
 slave_status slave_update(slave *s, int *moved)
 {
     slave_status status = evaluate(s);
@@ -122,7 +114,9 @@ slave_status slave_update(slave *s, int *moved)
                                                "more than %d switches of contacts at t = %g s",
                                                (int)MOST_SWITCHES, s->start + s->sim->head->t));
         }
-        switch_crossed(s->sim);
+        stein__mark_crossed(s->sim);
+        stein__flip_crossed(s->sim);
+        s->jumped |= s->model.nstick > 0; // what sticks now is at rest
         status = evaluate(s);
     }
     *moved = s->jumped;

@@ -41,8 +41,8 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_A] = {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
-    [STEIN_JOINT_FRICTION +
-        STEIN_FRICTION_VT] = {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, SLIDING},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_VT] =
+        {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, SLIDING},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
     [STEIN_JOINT_FRICTION +
