@@ -150,7 +150,8 @@ typedef struct stein__sticks {
     double *H;             /* [nstick*nstick] */
     double *rhs, *mu, *y;  /* [nstick] */
     double *pivot;         /* [nstick] what is left of the diagonal of S */
-    double *qdd;           /* [nq] that nobody asks for */
+    double *qdd;           /* [nq] of stein__stick_look */
+    double *one;           /* [nq] a row */
     int *row, *order;      /* [nstick] place of a row; independent rows */
     int nrow, rank;
     unsigned char *was, *done; /* [nstick] before a change; in it */
@@ -470,6 +471,8 @@ void stein__stick_stop(stein_sim *sim, double *qd);
 double stein__stick_slid(const stein_sim *sim, int place);
 /* evaluation at the state of the simulation for what it says of places */
 stein_status stein__stick_look(stein_sim *sim);
+/* acceleration of sliding of a place that touches, there */
+double stein__stick_rate(stein_sim *sim, int place);
 /* do two rows hold the same? 1, -1: against each other; 0: no */
 int stein__stick_alike(const stein__sticks *s, int a, int b);
 /* stuck.c: what every place does at the present speeds and forces */

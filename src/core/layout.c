@@ -107,6 +107,7 @@ static void carve_sticks(stein__sticks *s, arena *a, const stein_model *m)
     s->G = doubles(a, n * m->nq);
     s->X = doubles(a, n * m->nq);
     s->qdd = doubles(a, m->nq);
+    s->one = doubles(a, m->nq);
     s->touch = carve(a, sizeof *s->touch * (size_t)n);
     s->row = carve(a, sizeof *s->row * (size_t)n);
     s->order = carve(a, sizeof *s->order * (size_t)n);

@@ -350,15 +350,28 @@ static void write_guards(stein_sim *sim)
     }
 }
 
+/* rate of the speed of a place with qdd = 0 */
+static double bias_of(const stein_sim *sim, int place)
+{
+    const stein_stick *stick = &sim->model->sticks[place];
+    return stick->kind == STEIN_STICK_JOINT
+               ? 0.0
+               : stein__spot_bias(sim, stick->index, &sim->touch[sim->hold.touch[place]]);
+}
+
+double stein__stick_rate(stein_sim *sim, int place)
+{
+    write_row(sim, place, sim->hold.one);
+    return bias_of(sim, place) + product(sim->hold.one, sim->hold.qdd, sim->model->nq);
+}
+
 static void hold(stein_sim *sim, double *qdd)
 {
     const stein_model *model = sim->model;
     stein__sticks *s = &sim->hold;
     for (int r = 0; r < s->nrow; r++) {
-        int k = s->row[r], i = model->sticks[k].index;
-        int is_joint = model->sticks[k].kind == STEIN_STICK_JOINT;
-        double bias = is_joint ? 0.0 : stein__spot_bias(sim, i, &sim->touch[s->touch[k]]);
-        s->rhs[r] = -bias - product(s->G + r * model->nq, qdd, model->nq);
+        s->rhs[r] =
+            -bias_of(sim, s->row[r]) - product(s->G + r * model->nq, qdd, model->nq);
     }
     solve(s);
     add_held(sim, qdd);

@@ -21,9 +21,10 @@ static const double still = 1e-12; /* [m/s or rad/s] is at rest */
 static const double above = 1e-12; /* of a limit: by rounding */
 /* [m/s or rad/s] that places of one row may move against their new direction, as their rows are the
  * same to 1e-3 only */
+static const double little = 1e-6; /* [m/s^2 or rad/s^2] likewise */
 static const double together = 1e-9;
 
-enum { KEEP, LET_GO }; /* what has been done with a place */
+enum { KEEP, LET_GO, TOGETHER, HELD_AGAIN }; /* what has been done with a place */
 
 /* What is left of a speed against the new direction, by rounding or beside a place that sticks, is
  * no reversal; nor is `more`. */
@@ -32,7 +33,8 @@ static void let_one_go(stein_sim *sim, int k, double more)
     int back = sim->hold.force[k] > 0.0;
     sim->stick[k] = back ? BACKWARDS : FORWARDS;
     sim->anchor[k] = more + fmax(back ? sim->hold.speed[k] : -sim->hold.speed[k], 0.0);
-    sim->hold.done[k] = LET_GO;
+    int again = sim->hold.done[k] == HELD_AGAIN;
+    sim->hold.done[k] = again ? HELD_AGAIN : more > 0.0 ? TOGETHER : LET_GO;
 }
 
 /* the row of a place that sticks, -1: it has none */
@@ -82,7 +84,7 @@ static void join(stein_sim *sim)
     stein__sticks *s = &sim->hold;
     for (int k = 0; k < sim->model->nstick; k++) {
         unsigned char slips = sim->stick[k];
-        if (slips == STUCK || s->touch[k] < 0 || s->done[k] == LET_GO) {
+        if (slips == STUCK || s->touch[k] < 0 || s->done[k] != KEEP) {
             continue;
         }
         sim->stick[k] = STUCK;
@@ -109,6 +111,45 @@ static int farthest(const stein_sim *sim)
     return worst;
 }
 
+/* the place that has let go and moves the other way most, -1: none does; at most once each */
+static int backing(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    double most = 0.0;
+    int worst = -1;
+    for (int k = 0; k < sim->model->nstick; k++) {
+        if (s->done[k] == LET_GO && sim->stick[k] != STUCK) {
+            double rate = stein__stick_rate(sim, k);
+            double back = sim->stick[k] == FORWARDS ? -rate : rate;
+            if (back > most) {
+                most = back;
+                worst = k;
+            }
+        }
+    }
+    return most > little ? worst : -1;
+}
+
+/* One change towards forces within their limits and directions that are those of the motion.
+ * @return 0: there is none to make */
+static int improve(stein_sim *sim)
+{
+    if (stein__stick_look(sim) != STEIN_OK) {
+        return 0;
+    }
+    int above_limit = farthest(sim);
+    if (above_limit >= 0) {
+        let_go(sim, above_limit);
+        return 1;
+    }
+    int back = backing(sim);
+    if (back >= 0) {
+        sim->stick[back] = STUCK;
+        sim->hold.done[back] = HELD_AGAIN;
+    }
+    return back >= 0;
+}
+
 static void tell(stein_sim *sim)
 {
     for (int k = 0; sim->on_event != NULL && k < sim->model->nstick; k++) {
@@ -128,13 +169,10 @@ static void tell(stein_sim *sim)
 static void come_to_terms(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
-    int n = sim->model->nstick, worst = 0, new = 0;
+    int most = 3 * sim->model->nstick + 1, new = 0;
     join(sim);
-    for (int i = 0; i <= n && worst >= 0; i++) {
-        worst = stein__stick_look(sim) == STEIN_OK ? farthest(sim) : -1;
-        if (worst >= 0) {
-            let_go(sim, worst);
-        }
+    while (most > 0 && improve(sim)) {
+        most--;
     }
     for (int r = 0; r < s->nrow; r++) {
         int k = s->row[r];
@@ -196,7 +234,7 @@ void stein__stick_switch(stein_sim *sim)
         } else if (sim->crossed[sim->nguard + k]) {
             if (sim->stick[k] == STUCK) {
                 let_go(sim, k);
-            } else if (s->done[k] != LET_GO) {
+            } else if (s->done[k] == KEEP) {
                 sim->stick[k] = STUCK;
             }
         }
