@@ -135,8 +135,15 @@ typedef struct stein__loops {
     int rank; /* of J where the loops are closed, -1: not known yet */
 } stein__loops;
 
+#define STEIN__PARTED 4.0 /* times that: they no longer do */
 #define STEIN__ALIKE 1e-6 /* sin^2 of the angle between rows that hold the same, metric of M^-1 */
-enum { STUCK, FORWARDS, BACKWARDS }; /* what a place that can stick does */
+/* what a place that can stick does; SHARES: it sticks and holds nothing by itself */
+enum { STUCK, FORWARDS, BACKWARDS, SHARES };
+
+static inline int is_at_rest(int place_does)
+{
+    return place_does == STUCK || place_does == SHARES;
+}
 
 /** Work of stick.c, stuck.c; rows are those of the places that stick now. */
 typedef struct stein__sticks {
@@ -155,7 +162,8 @@ typedef struct stein__sticks {
     int *row, *order;      /* [nstick] place of a row; independent rows */
     int nrow, rank;
     unsigned char *was, *done; /* [nstick] before a change; in it */
-    int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
+    int deciding; /* 1: rows of all that stick may be independent (stuck.c) */
+    int off; /* 1: nothing sticks or rubs where it could stick (settle.c) */
 } stein__sticks;
 
 struct stein_sim {
@@ -172,7 +180,7 @@ struct stein_sim {
     unsigned char *phase;   /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
     flag *held;             /* [nq] joint locked where it is (the lifted load) */
-    unsigned char *stick;   /* [nstick] STUCK, FORWARDS, BACKWARDS */
+    unsigned char *stick;   /* [nstick] STUCK, FORWARDS, BACKWARDS, SHARES */
     double *anchor;         /* [nstick] STUCK: where, see stein__spot_slid [rad or m]; else the
                              * speed against its direction that is no reversal [rad/s or m/s] */
     int nguard, nswitch;    /* nswitch: with those of places that can stick */
@@ -267,7 +275,7 @@ struct stein_sim {
 static inline double stein__slips(const stein_sim *sim, int place)
 {
     int is = sim->hold.off ? STUCK : sim->stick[place];
-    return is == STUCK ? 0.0 : is == FORWARDS ? 1.0 : -1.0;
+    return is_at_rest(is) ? 0.0 : is == FORWARDS ? 1.0 : -1.0;
 }
 
 /* mu of a touch; friction of the k-th acting joint [N m or N] */

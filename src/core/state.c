@@ -92,7 +92,7 @@ static int is_state(const stein_sim *sim, const void *block)
            none_above(within(sim, block, sim->phase), model->nnotch, 4) &&
            none_above(within(sim, block, sim->engaged), model->nnotch, 1) &&
            none_above(within(sim, block, sim->held), model->nq, 1) &&
-           none_above(within(sim, block, sim->stick), model->nstick, BACKWARDS) &&
+           none_above(within(sim, block, sim->stick), model->nstick, SHARES) &&
            all_finite(within(sim, block, sim->anchor), model->nstick);
 }
 

@@ -16,8 +16,8 @@
  *
  * Both corners of a box slide alike: their rows of G are the same up to the small angle by which it
  * dips into the floor, and would hold that angle, too, with huge forces. So S is factored with
- * pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself. Rows that
- * are not independent share the force by what each can hold: f = D C (C^T D C)^-1 mu, the rows
+ * pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself, from one
+ * change of a place to the next. Such rows share the force by what each can hold: f = D C (C^T D C)^-1 mu, the rows
  * being C times the independent ones, mu their forces, D the limits over the largest of |C| in the
  * row.
  *
@@ -33,6 +33,7 @@
 
 #include "core.h"
 
+static const double none_left = 1e-12; /* of a diagonal of S: the row is not independent */
 static const double same_size = 2e-3; /* of the diagonals of S of rows that hold the same */
 static const double locked = 1e-12;   /* a diagonal of S, in units of what the masses would give */
 static const double moved = 1e-9;     /* [m/s^2 or rad/s^2] acceleration that nothing can hold */
@@ -137,14 +138,18 @@ static void factor(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     int n = s->nrow;
+    double least = s->deciding ? STEIN__ALIKE : none_left;
     memset(s->L, 0, sizeof *s->L * (size_t)(n * n));
     for (int i = 0; i < n; i++) {
         s->pivot[i] = is_locked(sim, i) ? -1.0 : s->S[i * n + i];
     }
     for (s->rank = 0; s->rank < n; s->rank++) {
         int best = -1, c = s->rank;
-        double most = STEIN__ALIKE;
+        double most = least;
         for (int i = 0; i < n; i++) {
+            if (!s->deciding && sim->stick[s->row[i]] == SHARES) {
+                continue;
+            }
             double share = s->pivot[i] > 0.0 ? s->pivot[i] / s->S[i * n + i] : 0.0;
             best = share > most ? i : best;
             most = share > most ? share : most;
@@ -171,7 +176,7 @@ void stein__stick_rows(stein_sim *sim)
     int nq = sim->model->nq;
     s->nrow = 0;
     for (int k = 0; k < sim->model->nstick; k++) {
-        if (sim->stick[k] == STUCK && s->touch[k] >= 0) {
+        if (is_at_rest(sim->stick[k]) && s->touch[k] >= 0) {
             s->row[s->nrow++] = k;
         }
     }
@@ -219,7 +224,9 @@ static void add_rows(const stein_sim *sim, const double *R, double *to)
 static int joint_held(const stein_sim *sim, int r)
 {
     const stein_stick *stick = &sim->model->sticks[sim->hold.row[r]];
-    return stick->kind == STEIN_STICK_JOINT && sim->hold.pivot[r] >= 0.0 ? stick->index : -1;
+    const stein__sticks *s = &sim->hold;
+    int is_held = s->pivot[r] >= 0.0 && s->pivot[r] <= none_left * s->S[r * s->nrow + r];
+    return stick->kind == STEIN_STICK_JOINT && is_held ? stick->index : -1;
 }
 
 /* v += M^-1 G^T mu, and exactly 0 where a joint sticks */
@@ -342,10 +349,23 @@ static void write_guards(stein_sim *sim)
         double *guard = &sim->guard[sim->nguard + k];
         if (s->off || s->touch[k] < 0) {
             *guard = 1.0;
-        } else if (sim->stick[k] == STUCK) {
+        } else if (is_at_rest(sim->stick[k])) {
             *guard = s->limit[k] - fabs(s->force[k]);
         } else {
             *guard = sim->anchor[k] + (sim->stick[k] == FORWARDS ? s->speed[k] : -s->speed[k]);
+        }
+    }
+}
+
+/* the rows of places that share have to stay nearly dependent */
+static void guard_shares(stein_sim *sim)
+{
+    const stein__sticks *s = &sim->hold;
+    for (int r = 0; r < s->nrow; r++) {
+        if (sim->stick[s->row[r]] == SHARES && s->pivot[r] >= 0.0) {
+            double *guard = &sim->guard[sim->nguard + s->row[r]];
+            double own = s->pivot[r] / (STEIN__ALIKE * s->S[r * s->nrow + r]);
+            *guard = fmin(*guard, STEIN__PARTED - own);
         }
     }
 }
@@ -388,6 +408,7 @@ static void hold(stein_sim *sim, double *qdd)
 void stein__stick_hold(stein_sim *sim, double *qdd)
 {
     note_places(sim);
+    sim->hold.nrow = 0;
     if (!sim->hold.off) {
         stein__stick_rows(sim);
         if (sim->hold.nrow > 0) {
@@ -396,6 +417,7 @@ void stein__stick_hold(stein_sim *sim, double *qdd)
     }
     if (!sim->inside) {
         write_guards(sim);
+        guard_shares(sim);
     }
 }
 

@@ -84,7 +84,7 @@ static void join(stein_sim *sim)
     stein__sticks *s = &sim->hold;
     for (int k = 0; k < sim->model->nstick; k++) {
         unsigned char slips = sim->stick[k];
-        if (slips == STUCK || s->touch[k] < 0 || s->done[k] != KEEP) {
+        if (is_at_rest(slips) || s->touch[k] < 0 || s->done[k] != KEEP) {
             continue;
         }
         sim->stick[k] = STUCK;
@@ -118,7 +118,7 @@ static int backing(stein_sim *sim)
     double most = 0.0;
     int worst = -1;
     for (int k = 0; k < sim->model->nstick; k++) {
-        if (s->done[k] == LET_GO && sim->stick[k] != STUCK) {
+        if (s->done[k] == LET_GO && !is_at_rest(sim->stick[k])) {
             double rate = stein__stick_rate(sim, k);
             double back = sim->stick[k] == FORWARDS ? -rate : rate;
             if (back > most) {
@@ -153,37 +153,49 @@ static int improve(stein_sim *sim)
 static void tell(stein_sim *sim)
 {
     for (int k = 0; sim->on_event != NULL && k < sim->model->nstick; k++) {
-        int now = sim->stick[k], touches = sim->hold.touch[k] >= 0;
-        if (touches && now != sim->hold.was[k]) {
-            stein_event event = {now == STUCK ? STEIN_EVENT_STICK : STEIN_EVENT_SLIP, k,
-                                 now == STUCK      ? 0
-                                 : now == FORWARDS ? 1
-                                                   : -1,
-                                 sim->head->t};
+        int now = sim->stick[k], rests = is_at_rest(now), rested = is_at_rest(sim->hold.was[k]);
+        if (sim->hold.touch[k] >= 0 && now != sim->hold.was[k] && !(rests && rested)) {
+            stein_event event = {rests ? STEIN_EVENT_STICK : STEIN_EVENT_SLIP, k,
+                                 (int)stein__slips(sim, k), sim->head->t};
             sim->on_event(sim->event_ctx, sim, &event);
         }
     }
+}
+
+/* Rows that are independent hold, the others share, until the next change. @return has one begun to
+ * hold? */
+static int share_out(stein_sim *sim)
+{
+    stein__sticks *s = &sim->hold;
+    int begun = 0;
+    for (int r = 0; r < s->nrow; r++) {
+        int k = s->row[r], is_independent = s->pivot[r] < 0.0;
+        for (int a = 0; a < s->rank; a++) {
+            is_independent |= s->order[a] == r;
+        }
+        sim->stick[k] = is_independent ? STUCK : SHARES;
+        if (s->was[k] != sim->stick[k]) {
+            sim->anchor[k] = stein__stick_slid(sim, k);
+            begun |= is_independent;
+        }
+    }
+    return begun;
 }
 
 /* until no force is above its limit */
 static void come_to_terms(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
-    int most = 3 * sim->model->nstick + 1, new = 0;
+    int most = 3 * sim->model->nstick + 1;
+    s->deciding = 1;
     join(sim);
     while (most > 0 && improve(sim)) {
         most--;
     }
-    for (int r = 0; r < s->nrow; r++) {
-        int k = s->row[r];
-        if (s->was[k] != STUCK) {
-            sim->anchor[k] = stein__stick_slid(sim, k);
-            new = 1;
-        }
-    }
-    if (new) {
+    if (share_out(sim)) {
         stein__stick_stop(sim, sim->qd);
     }
+    s->deciding = 0;
     sim->fresh = STALE;
 }
 
@@ -213,6 +225,15 @@ static int has_begun(const stein_sim *sim, int k)
     return stick->kind == STEIN_STICK_SPOT && sim->crossed[stick->index] && sim->mode[stick->index];
 }
 
+/* a place that shares no longer holds what others do */
+static int has_parted(const stein_sim *sim, int k)
+{
+    const stein__sticks *s = &sim->hold;
+    int row = sim->stick[k] == SHARES ? row_of(s, k) : -1;
+    return row >= 0 &&
+           s->pivot[row] > 0.99 * STEIN__PARTED * STEIN__ALIKE * s->S[row * s->nrow + row];
+}
+
 void stein__stick_switch(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
@@ -232,7 +253,9 @@ void stein__stick_switch(stein_sim *sim)
         if (has_begun(sim, k)) {
             as_it_moves(sim, k);
         } else if (sim->crossed[sim->nguard + k]) {
-            if (sim->stick[k] == STUCK) {
+            if (has_parted(sim, k)) {
+                as_it_moves(sim, k);
+            } else if (is_at_rest(sim->stick[k])) {
                 let_go(sim, k);
             } else if (s->done[k] == KEEP) {
                 sim->stick[k] = STUCK;
