@@ -135,8 +135,8 @@ typedef struct stein__loops {
     int rank; /* of J where the loops are closed, -1: not known yet */
 } stein__loops;
 
-#define STEIN__PARTED 4.0 /* times that: they no longer do */
-#define STEIN__ALIKE 1e-6 /* sin^2 of the angle between rows that hold the same, metric of M^-1 */
+#define STEIN__PARTED 4.0  /* times that: they no longer do */
+#define STEIN__ALIKE  1e-6 /* sin^2 of the angle between rows that hold the same, metric of M^-1 */
 /* what a place that can stick does; SHARES: it sticks and holds nothing by itself */
 enum { STUCK, FORWARDS, BACKWARDS, SHARES };
 
@@ -162,8 +162,8 @@ typedef struct stein__sticks {
     int *row, *order;      /* [nstick] place of a row; independent rows */
     int nrow, rank;
     unsigned char *was, *done; /* [nstick] before a change; in it */
-    int deciding; /* 1: rows of all that stick may be independent (stuck.c) */
-    int off; /* 1: nothing sticks or rubs where it could stick (settle.c) */
+    int deciding;              /* 1: rows of all that stick may be independent (stuck.c) */
+    int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
 } stein__sticks;
 
 struct stein_sim {

@@ -17,9 +17,9 @@
  * Both corners of a box slide alike: their rows of G are the same up to the small angle by which it
  * dips into the floor, and would hold that angle, too, with huge forces. So S is factored with
  * pivots, and a row of which less than 1e-3 is new (STEIN__ALIKE) is not held by itself, from one
- * change of a place to the next. Such rows share the force by what each can hold: f = D C (C^T D C)^-1 mu, the rows
- * being C times the independent ones, mu their forces, D the limits over the largest of |C| in the
- * row.
+ * change of a place to the next. Such rows share the force by what each can hold: f = D C (C^T D
+ * C)^-1 mu, the rows being C times the independent ones, mu their forces, D the limits over the
+ * largest of |C| in the row.
  *
  * Guards, all >= 0 until a place changes: limit - |f| while it sticks, the speed in its direction
  * while it slips.
@@ -34,10 +34,10 @@
 #include "core.h"
 
 static const double none_left = 1e-12; /* of a diagonal of S: the row is not independent */
-static const double same_size = 2e-3; /* of the diagonals of S of rows that hold the same */
-static const double locked = 1e-12;   /* a diagonal of S, in units of what the masses would give */
-static const double moved = 1e-9;     /* [m/s^2 or rad/s^2] acceleration that nothing can hold */
-static const double unheld = 1e30;    /* [N or N m] the force that it would take */
+static const double same_size = 2e-3;  /* of the diagonals of S of rows that hold the same */
+static const double locked = 1e-12;    /* a diagonal of S, in units of what the masses would give */
+static const double moved = 1e-9;      /* [m/s^2 or rad/s^2] acceleration that nothing can hold */
+static const double unheld = 1e30;     /* [N or N m] the force that it would take */
 /* in shares of all limits: what a place without one counts, and a force that is 0 */
 static const double no_limit = 1e-20, no_force = 1e-14;
 static const double astray = 1e-13; /* [m] off the anchor that is corrected */
@@ -390,8 +390,7 @@ static void hold(stein_sim *sim, double *qdd)
     const stein_model *model = sim->model;
     stein__sticks *s = &sim->hold;
     for (int r = 0; r < s->nrow; r++) {
-        s->rhs[r] =
-            -bias_of(sim, s->row[r]) - product(s->G + r * model->nq, qdd, model->nq);
+        s->rhs[r] = -bias_of(sim, s->row[r]) - product(s->G + r * model->nq, qdd, model->nq);
     }
     solve(s);
     add_held(sim, qdd);
