@@ -456,7 +456,11 @@ static void return_to_anchors(stein_sim *sim)
 
 stein_status stein__stick_project(stein_sim *sim, double t, stein_err *err)
 {
-    if (memchr(sim->stick, STUCK, (size_t)sim->model->nstick) == NULL) {
+    int any = 0;
+    for (int k = 0; k < sim->model->nstick; k++) {
+        any |= is_at_rest(sim->stick[k]);
+    }
+    if (!any) {
         return STEIN_OK;
     }
     sim->inside = 1;
