@@ -5,6 +5,7 @@
  * importer locates that instant; in Event Mode it finds the guards on the other side, and they
  * switch.
  */
+#include <float.h>
 #include <math.h>
 
 #include "slave.h"
@@ -91,7 +92,8 @@ slave_status slave_get_indicators(slave *s, double *z)
 {
     slave_status status = evaluate(s);
     for (int i = 0; status == SLAVE_OK && i < slave_indicators(s); i++) {
-        z[i] = s->sim->guard[i];
+        double guard = s->sim->guard[i]; // a place that begins to slip has the guard 0
+        z[i] = i >= s->sim->nguard && guard >= 0.0 ? fmax(guard, DBL_MIN) : guard;
     }
     return status;
 }
