@@ -133,26 +133,36 @@ static int is_locked(const stein_sim *sim, int r)
     return !(sim->hold.S[r * sim->hold.nrow + r] > locked * usual);
 }
 
+/* How much of a row is new, in shares of its size; 0: nothing, or it is not to be independent. Who
+ * has held goes before others, who has shared goes on until it has parted. */
+static double is_new(const stein_sim *sim, int r)
+{
+    const stein__sticks *s = &sim->hold;
+    int k = s->row[r];
+    double share = s->pivot[r] > 0.0 ? s->pivot[r] / s->S[r * s->nrow + r] : 0.0;
+    if (!s->deciding) {
+        return sim->stick[k] == STUCK && share > none_left ? share : 0.0;
+    }
+    double least = s->was[k] == SHARES ? STEIN__PARTED * STEIN__ALIKE : STEIN__ALIKE;
+    return share > least ? (s->was[k] == STUCK ? 2.0 : 1.0) * share : 0.0;
+}
+
 /* S = L L^T over independent rows, in `order`; what is left of the others in `pivot`, -1: locked */
 static void factor(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     int n = s->nrow;
-    double least = s->deciding ? STEIN__ALIKE : none_left;
     memset(s->L, 0, sizeof *s->L * (size_t)(n * n));
     for (int i = 0; i < n; i++) {
         s->pivot[i] = is_locked(sim, i) ? -1.0 : s->S[i * n + i];
     }
     for (s->rank = 0; s->rank < n; s->rank++) {
         int best = -1, c = s->rank;
-        double most = least;
+        double most = 0.0;
         for (int i = 0; i < n; i++) {
-            if (!s->deciding && sim->stick[s->row[i]] == SHARES) {
-                continue;
-            }
-            double share = s->pivot[i] > 0.0 ? s->pivot[i] / s->S[i * n + i] : 0.0;
-            best = share > most ? i : best;
-            most = share > most ? share : most;
+            double new = is_new(sim, i);
+            best = new > most ? i : best;
+            most = new > most ? new : most;
         }
         if (best < 0) {
             return;

@@ -19,9 +19,9 @@
 
 static const double still = 1e-12; /* [m/s or rad/s] is at rest */
 static const double above = 1e-12; /* of a limit: by rounding */
+static const double little = 1e-6; /* [m/s^2 or rad/s^2] against a direction: by rounding */
 /* [m/s or rad/s] that places of one row may move against their new direction, as their rows are the
  * same to 1e-3 only */
-static const double little = 1e-6; /* [m/s^2 or rad/s^2] likewise */
 static const double together = 1e-9;
 
 enum { KEEP, LET_GO, TOGETHER, HELD_AGAIN }; /* what has been done with a place */
