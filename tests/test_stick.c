@@ -16,7 +16,7 @@ static lab_model *model;
 
 /* ---- a run and its events at places ---- */
 
-enum { MOST = 400 };
+enum { MOST = 1000 };
 static stein_event seen[MOST];
 static double seen_q[MOST];
 static int nseen;
@@ -337,6 +337,28 @@ START_TEST(two_corners_of_a_box_hold_the_same_and_share_it_by_their_loads)
 }
 END_TEST
 
+/* it drops on a corner, hops and rocks until it lies */
+START_TEST(a_box_that_tumbles_loses_energy_by_friction_and_damping_alone)
+{
+    stein_sim *sim =
+        start_box("0.1 m/s", "0", "0.02 rad", "90 deg", _i ? STEIN_CONTROLLED : STEIN_RK4);
+    stein_balance *balance = NULL;
+    stein_energy_total total;
+    ck_assert_stein(stein_balance_create(&balance, lab_equations(model), NULL, err));
+    ck_assert_stein(stein_balance_attach(balance, sim, err));
+    for (int i = 1; i <= 20; i++) {
+        ck_assert_stein(stein_run(sim, 0.2 * i, err));
+        stein_balance_total(balance, &total);
+        ck_assert_close(total.unexplained, 0.0, 0.0, (_i ? 1e-7 : 2e-3) * total.scale);
+        ck_assert_double_lt(total.now + total.dissipated, total.begin + 2.0);
+    }
+    ck_assert_int_gt(nseen, 20);
+    ck_assert(held(sim, 0).slips == 0 && held(sim, 1).slips == 0);
+    stein_balance_destroy(balance);
+    finish(sim);
+}
+END_TEST
+
 /* v^2 = 2 mu g s */
 START_TEST(a_box_slides_flat_and_stops_with_both_corners)
 {
@@ -568,6 +590,7 @@ Suite *stick_suite(void)
     tcase_add_loop_test(tc, a_pendulum_comes_to_rest_tilted_where_friction_holds_it, 0, 2);
     tcase_add_test(tc, a_block_below_the_friction_angle_does_not_move_for_an_hour);
     tcase_add_loop_test(tc, two_corners_of_a_box_hold_the_same_and_share_it_by_their_loads, 0, 2);
+    tcase_add_loop_test(tc, a_box_that_tumbles_loses_energy_by_friction_and_damping_alone, 0, 2);
     tcase_add_test(tc, a_box_slides_flat_and_stops_with_both_corners);
     tcase_add_test(tc, a_steeper_slope_than_the_friction_angle_lets_it_slide);
     tcase_add_loop_test(tc, a_wheel_rolls_down_without_sliding, 0, 2);

@@ -149,6 +149,7 @@ static inline int is_at_rest(int place_does)
 typedef struct stein__sticks {
     int *joint;            /* [nq] place of the friction in a joint, -1: it does not stick */
     int *touch;            /* [nstick] where it touches, -1: nowhere; joints: always 0 */
+    double *slack;         /* [nstick] anchor of what slips, while places change */
     double *speed;         /* [nstick] of sliding [m/s or rad/s] */
     double *force, *limit; /* [nstick] what holds, and how much can [N or N m] */
     double *G, *X;         /* [nstick*nq] dv/dqd of each row, M^-1 of that */

@@ -96,7 +96,8 @@ static void carve_sticks(stein__sticks *s, arena *a, const stein_model *m)
     if (n == 0) {
         return;
     }
-    double **const each[] = {&s->speed, &s->force, &s->limit, &s->rhs, &s->mu, &s->y, &s->pivot};
+    double **const each[] = {&s->slack, &s->speed, &s->force, &s->limit,
+                             &s->rhs,   &s->mu,    &s->y,     &s->pivot};
     double **const square[] = {&s->S, &s->L, &s->share, &s->H};
     for (size_t i = 0; i < sizeof each / sizeof *each; i++) {
         *each[i] = doubles(a, n);

@@ -32,7 +32,7 @@ static void let_one_go(stein_sim *sim, int k, double more)
 {
     int back = sim->hold.force[k] > 0.0;
     sim->stick[k] = back ? BACKWARDS : FORWARDS;
-    sim->anchor[k] = more + fmax(back ? sim->hold.speed[k] : -sim->hold.speed[k], 0.0);
+    sim->hold.slack[k] = more + fmax(back ? sim->hold.speed[k] : -sim->hold.speed[k], 0.0);
     int again = sim->hold.done[k] == HELD_AGAIN;
     sim->hold.done[k] = again ? HELD_AGAIN : more > 0.0 ? TOGETHER : LET_GO;
 }
@@ -75,7 +75,7 @@ static void as_it_moves(stein_sim *sim, int k)
 {
     double v = sim->hold.speed[k];
     sim->stick[k] = fabs(v) <= still ? STUCK : v > 0.0 ? FORWARDS : BACKWARDS;
-    sim->anchor[k] = 0.0;
+    sim->hold.slack[k] = 0.0;
 }
 
 /* places that slip beside one that sticks and holds the same */
@@ -162,12 +162,17 @@ static void tell(stein_sim *sim)
     }
 }
 
-/* Rows that are independent hold, the others share, until the next change. @return has one begun to
- * hold? */
+/* Rows that are independent hold, the others share, until the next change, where they are now or,
+ * those that have done so before, where they were. @return has one begun to hold? */
 static int share_out(stein_sim *sim)
 {
     stein__sticks *s = &sim->hold;
     int begun = 0;
+    for (int k = 0; k < sim->model->nstick; k++) {
+        if (!is_at_rest(sim->stick[k])) {
+            sim->anchor[k] = s->slack[k];
+        }
+    }
     for (int r = 0; r < s->nrow; r++) {
         int k = s->row[r], is_independent = s->pivot[r] < 0.0;
         for (int a = 0; a < s->rank; a++) {
@@ -206,6 +211,7 @@ void stein__stick_begin(stein_sim *sim)
     for (int k = 0; k < n; k++) {
         sim->stick[k] = s->was[k] = FORWARDS;
         s->done[k] = KEEP;
+        s->slack[k] = 0.0;
     }
     if (n == 0 || stein__stick_look(sim) != STEIN_OK) {
         return;
@@ -242,6 +248,7 @@ void stein__stick_switch(stein_sim *sim)
         sim->stick[k] = has_begun(sim, k) ? FORWARDS : sim->stick[k];
         s->was[k] = sim->stick[k];
         s->done[k] = KEEP;
+        s->slack[k] = sim->anchor[k];
     }
     if (stein__stick_look(sim) != STEIN_OK) {
         return;
