@@ -30,9 +30,10 @@ enum { KEEP, LET_GO, TOGETHER, HELD_AGAIN }; /* what has been done with a place 
  * no reversal; nor is `more`. */
 static void let_one_go(stein_sim *sim, int k, double more)
 {
-    int back = sim->hold.force[k] > 0.0;
+    double f = sim->hold.force[k], v = sim->hold.speed[k];
+    int back = f != 0.0 ? f > 0.0 : v < 0.0;
     sim->stick[k] = back ? BACKWARDS : FORWARDS;
-    sim->hold.slack[k] = more + fmax(back ? sim->hold.speed[k] : -sim->hold.speed[k], 0.0);
+    sim->hold.slack[k] = more + fmax(back ? v : -v, 0.0);
     int again = sim->hold.done[k] == HELD_AGAIN;
     sim->hold.done[k] = again ? HELD_AGAIN : more > 0.0 ? TOGETHER : LET_GO;
 }
