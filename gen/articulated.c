@@ -169,10 +169,13 @@ int dyn_articulates(const tree *t)
 {
     int can = t->m->load_body < 0 && t->nrow == 0;
     for (int i = 0; i < t->n; i++) {
-        can &= t->body[i].turns;
+        can &= t->body[i].turns && !t->m->bodies[i].sticks; // what sticks is solved for with M
     }
     for (int i = 0; i < t->m->ninput; i++) {
         can &= t->m->inputs[i].kind != STEIN_INPUT_MOTION;
+    }
+    for (int i = 0; i < t->m->ncontact; i++) {
+        can &= !t->m->contacts[i].sticks;
     }
     return can;
 }

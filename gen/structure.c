@@ -155,13 +155,24 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits and loops has the hash it had */
+/* none leave no trace: what there was before there were limits, sticking and loops has the hash it
+ * had */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {
         if (m->bodies[i].limited) {
             number(h, i);
             scalars(h, m->bodies[i].limit, STEIN_LIMIT_SIZE);
+        }
+        if (m->bodies[i].sticks) {
+            words(h, "stick");
+            number(h, i);
+        }
+    }
+    for (int i = 0; i < m->ncontact; i++) {
+        if (m->contacts[i].sticks) {
+            words(h, "stick");
+            number(h, m->nbody + i);
         }
     }
     for (int i = 0; i < m->nloop; i++) {

@@ -296,6 +296,40 @@ static int limits_of(const mechanism *m)
     return n;
 }
 
+/* joints and spots whose friction sticks, as a table where there is one. @return how many */
+static int add_sticks(text *x, const mechanism *m)
+{
+    int n = 0, spot = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        if (m->bodies[i].sticks) {
+            n++;
+            if (x) {
+                text_add(x, "    {STEIN_STICK_JOINT, %d},\n", i);
+            }
+        }
+    }
+    for (int i = 0; i < m->ncontact; i++) {
+        for (int k = 0; k < m->contacts[i].nspot; k++, spot++) {
+            if (m->contacts[i].sticks) {
+                n++;
+                if (x) {
+                    text_add(x, "    {STEIN_STICK_SPOT, %d},\n", spot);
+                }
+            }
+        }
+    }
+    return n;
+}
+
+static void table_sticks(text *x, const mechanism *m)
+{
+    if (add_sticks(NULL, m)) {
+        open_table(x, "stick", "sticks");
+        (void)add_sticks(x, m);
+        close_table(x);
+    }
+}
+
 static void table_loops(text *x, const tree *t, const layout *l)
 {
     if (limits_of(t->m)) {
@@ -388,6 +422,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_notches(x, t, l);
     table_curves(x, t, l);
     table_loops(x, t, l);
+    table_sticks(x, t->m);
     table_signals(x, t, l);
 }
 
@@ -475,6 +510,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "along", &f->along.ops);
     if (limits_of(m)) {
         text_add(x, "    .nlimit = %d, .limits = limits,\n", limits_of(m));
+    }
+    if (add_sticks(NULL, m)) {
+        text_add(x, "    .nstick = %d, .sticks = sticks,\n", add_sticks(NULL, m));
     }
     if (m->nloop) {
         text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);

@@ -73,6 +73,7 @@
     X(loops)         \
     X(linkages)      \
     X(limits)        \
+    X(stick)         \
     X(seldom)        \
     X(edges)         \
     X(edges_lab)

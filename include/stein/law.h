@@ -33,6 +33,16 @@ double stein_normal_force(const double *law, double x, double xdot);
  *  @return mu with the sign of v; the force is -mu f_n */
 double stein_friction(const double law[4], double v);
 
+/** Friction that sticks (`stick: yes`) has no tanh: it slips with mu = A against the sliding, at
+ * any speed, and holds what is at rest up to
+ *
+ *      mu_s = A [ 1 + 3/4 B1 (3 B2)^(-1/4) ],
+ *
+ *  which is where the smooth law above has its peak. vt is not used; without B2 there is no
+ * surplus.
+ *  @param law  as of stein_friction  @return mu_s, in units of A */
+double stein_stick_limit(const double law[4]);
+
 /** Force or torque in a joint at q, qd, all that acts there by itself:
  *
  *      - k (q - q0) - k3 (q - q0)^3                  spring, hardening

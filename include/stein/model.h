@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 9
+#define STEIN_MODEL_ABI 10
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -282,6 +282,14 @@ typedef struct stein_loop {
     int lengths, angles; /* how many of its rows are [m], how many [rad] or a share of 1 */
 } stein_loop;
 
+/** Dry friction that sticks: in a joint, or at one spot of a contact. Its law is then that of
+ *  stein_stick_limit in law.h. */
+typedef enum { STEIN_STICK_JOINT, STEIN_STICK_SPOT } stein_stick_kind;
+typedef struct stein_stick {
+    stein_stick_kind kind;
+    int index; /* JOINT: coordinate; SPOT: index into spots */
+} stein_stick;
+
 /** The free load: joint coordinate of its body and the contact it rests on. */
 typedef struct stein_load {
     int body; /* -1 when the mechanism has no load */
@@ -510,6 +518,9 @@ typedef struct stein_model {
 
     int nlimit;
     const stein_limit *limits; /* [nlimit] */
+
+    int nstick;
+    const stein_stick *sticks; /* [nstick] places of friction that sticks: joints, then spots */
 } stein_model;
 
 #ifdef __cplusplus

@@ -180,15 +180,20 @@ typedef enum {
     STEIN_EVENT_IMPACT,     /* index: contact; the stroke's string is touched (follows its begin) */
     STEIN_EVENT_ESCAPEMENT, /* index: notch; the beak's end passes the corner after contact */
     STEIN_EVENT_CAUGHT,     /* index: notch; the beak's end is back below the roof */
-    STEIN_EVENT_PHASE       /* index: notch; `phase` is the new one */
+    STEIN_EVENT_PHASE,      /* index: notch; `phase` is the new one */
+    STEIN_EVENT_STICK,      /* index: place of friction that sticks, in stein_model.sticks */
+    STEIN_EVENT_SLIP        /* index: such a place; `phase`: direction, 1 or -1 */
 } stein_event_kind;
 
 typedef struct stein_event {
     stein_event_kind kind;
     int index;
-    int phase;   /* PHASE: 0 none, 1..4 as in the paper's fig. 7 */
+    int phase;   /* PHASE: 0 none, 1..4 as in the paper's fig. 7; SLIP: 1 forwards, -1 backwards */
     double time; /* located [s] */
 } stein_event;
+
+/** Name of the contact, notch or joint at which an event is. */
+const char *stein_event_at(const stein_model *model, const stein_event *event);
 
 /** Called at every located event, with the simulation in the state of that instant: it may be read
  *  and saved, not changed. */
@@ -202,6 +207,22 @@ int stein_touches(const stein_sim *sim, int contact);
 int stein_notch_phase(const stein_sim *sim, int notch);
 /** 1 when the beak's end is below the roof and overlaps it (ready to strike), else 0. */
 int stein_notch_armed(stein_sim *sim, int notch);
+
+/* ---- friction that sticks ---- */
+
+/** A place of friction that sticks. */
+typedef struct stein_held {
+    int touches; /* 1; 0: a spot that is apart, and all else is 0 */
+    int slips;   /* 0: it sticks; 1, -1: it slips along the coordinate or the tangent, or against */
+    double speed; /* of sliding [m/s or rad/s] */
+    double force; /* that holds, along the coordinate or, on the first side, the tangent [N or N m];
+                   * 0 while it slips */
+    double limit; /* up to which it would hold [N or N m] */
+    int shared;   /* 1: it holds nothing that others do not hold, and shares their force */
+} stein_held;
+/** The place [0, nstick) of the model in the current state. @return OK; EINVAL (no such place);
+ *  ESINGULAR */
+stein_status stein_stick_read(stein_sim *sim, int place, stein_held *held, stein_err *err);
 
 /* ---- inputs and forces of one's own ---- */
 

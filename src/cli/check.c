@@ -103,6 +103,11 @@ static int acts(const mech_scalar *law, int entry)
     return law[entry].kind == MECH_FORMULA || law[entry].value != 0.0;
 }
 
+static const char *friction_text(const mech_scalar *law, int level, int sticks)
+{
+    return !acts(law, level) ? "" : sticks ? ", friction that sticks" : ", friction";
+}
+
 /* ---- for people ---- */
 
 static void print_bodies(const mechanism *m)
@@ -115,7 +120,7 @@ static void print_bodies(const mechanism *m)
                body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
                acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
-               acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "",
+               friction_text(b->joint, STEIN_JOINT_FRICTION, b->sticks),
                b->limited ? ", limits" : "");
     }
 }
@@ -179,7 +184,7 @@ static void print_contacts(const mechanism *m)
         printf("  %-16s %s of %s on %s of %s%s%s%s\n", c->name, shape_text(a),
                body_name(m, a->body), shape_text(b), body_name(m, b->body),
                c->nspot == 2 ? ", two spots" : "",
-               acts(c->friction.v, STEIN_FRICTION_A) ? ", friction" : "",
+               friction_text(c->friction.v, STEIN_FRICTION_A, c->sticks),
                i == m->load_contact ? ", carries the free load" : "");
     }
     if (m->nnotch > 0) {
@@ -284,6 +289,7 @@ static void json_bodies(lab__json *j, const mechanism *m)
         lab__json_bool(j, "spring", acts(b->joint, STEIN_JOINT_K));
         lab__json_bool(j, "damping", acts(b->joint, STEIN_JOINT_B));
         lab__json_bool(j, "friction", acts(b->joint, STEIN_JOINT_FRICTION));
+        lab__json_bool(j, "sticks", b->sticks);
         lab__json_close(j);
     }
     lab__json_close(j);
@@ -348,6 +354,7 @@ static void json_contacts(lab__json *j, const mechanism *m)
         lab__json_close(j);
         lab__json_int(j, "spots", c->nspot);
         lab__json_bool(j, "friction", acts(c->friction.v, STEIN_FRICTION_A));
+        lab__json_bool(j, "sticks", c->sticks);
         lab__json_close(j);
     }
     lab__json_close(j);

@@ -59,8 +59,7 @@ static void finish(stein_sim *sim, double t1, stein_pace *pace)
 static int is_crossed_at(stein_sim *sim, double h, double theta)
 {
     sim->fresh = STALE;
-    stein__interpolate(sim, h, theta, sim->xq, NULL);
-    stein__guards(sim, sim->xq, sim->guard);
+    stein__guards_inside(sim, h, theta);
     return stein__any_crossed(sim);
 }
 

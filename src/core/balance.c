@@ -100,8 +100,8 @@ static double power_of_touches(stein_balance *b, const stein_sim *sim)
         elastic -= still * t->rate;
         normal[p->index] -= (t->normal - still) * t->rate;
         if (p->inverse_vt > 0.0 && t->normal > 0.0) {
-            double mu = stein__mu(p->friction, p->parts, sim->slip[i], sim->grip[i]);
-            friction[p->index] -= t->normal * mu * sim->slip[i] / p->inverse_vt;
+            friction[p->index] -=
+                t->normal * stein__touch_mu(sim, i) * sim->slip[i] / p->inverse_vt;
         }
     }
     return elastic;
@@ -111,9 +111,9 @@ static double power_of_joints(stein_balance *b, const stein_sim *sim)
 {
     double *lost = b->power + first_of(b->model, STEIN_WORK_JOINT), elastic = 0.0;
     for (int k = 0; k < sim->nacting; k++) {
-        int j = sim->acting[k], at = sim->ntouch + k, parts = sim->joint_parts[j];
+        int j = sim->acting[k], parts = sim->joint_parts[j];
         const double *law = sim->d + b->model->bodies[j].joint;
-        double mu = stein__mu(law + STEIN_JOINT_FRICTION, parts, sim->slip[at], sim->grip[at]);
+        double mu = stein__joint_mu(sim, k);
         double still = stein__joint(law, parts, sim->xq[j], 0.0, 0.0);
         double whole = stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
         elastic += still * sim->xqd[j];

@@ -16,7 +16,7 @@
 static const stein__width *width_of(const stein_model *model, int most)
 {
     int has = stein__processor_lanes(), lanes = has < most ? has : most;
-    if (model->solve == NULL || lanes < 2) {
+    if (model->solve == NULL || model->nstick > 0 || lanes < 2) {
         return NULL;
     }
 #if STEIN_WIDEST == 8

@@ -57,7 +57,7 @@ static double rate_of(stein_sim *sim, const touch *t)
     double slope = (stein__mu(friction, parts, u + du, stein__tanh(u + du)) -
                     stein__mu(friction, parts, u - du, stein__tanh(u - du))) /
                    (2.0 * du);
-    double rub = fabs(t->normal * slope * t->pair->inverse_vt);
+    double rub = t->pair->stick >= 0 ? 0.0 : fabs(t->normal * slope * t->pair->inverse_vt);
     return fmax(sqrt(fmax(k * along, 0.0)), fmax(fabs(b) * along, rub * across / 5.0));
 }
 

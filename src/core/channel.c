@@ -168,6 +168,18 @@ stein_status stein_read_name(stein_sim *sim, const char *name, double *value, st
     return STEIN_OK;
 }
 
+const char *stein_event_at(const stein_model *model, const stein_event *event)
+{
+    int i = event->index;
+    if (event->kind >= STEIN_EVENT_STICK) {
+        const stein_stick *stick = &model->sticks[i];
+        return stick->kind == STEIN_STICK_JOINT
+                   ? model->bodies[stick->index].name
+                   : model->contacts[model->spots[stick->index].contact].name;
+    }
+    return event->kind >= STEIN_EVENT_ESCAPEMENT ? model->notches[i].name : model->contacts[i].name;
+}
+
 int stein_touches(const stein_sim *sim, int contact)
 {
     const stein_model *model = sim->model;

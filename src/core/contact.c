@@ -120,6 +120,81 @@ double stein__spot_gap(const stein_sim *sim, int i)
     return -meet(sim, &sim->site[i]).depth;
 }
 
+/* plane angle through which a frame has turned */
+static double angle_of(const stein_sim *sim, int frame)
+{
+    double angle = 0.0;
+    for (; frame >= 0; frame = sim->limb[frame].parent) {
+        const limb *l = &sim->limb[frame];
+        angle -= l->kind == LIMB_TURNS ? l->sign * sim->xq[l->joint] : 0.0;
+    }
+    return angle;
+}
+
+/* On a line the place of side 0 along it, and what a radius rolls. */
+double stein__spot_slid(const stein_sim *sim, int i)
+{
+    const site *s = &sim->site[i];
+    if (!s->line) {
+        return 0.0;
+    }
+    meeting m = meet(sim, s);
+    double turned = angle_of(sim, s->pair.frame[0]) - angle_of(sim, s->pair.frame[1]);
+    return m.r.x * m.n.z - m.r.z * m.n.x + s->a[STEIN_SHAPE_R] * turned;
+}
+
+static vec2 cross(double w, vec2 r)
+{
+    return (vec2){-w * r.z, w * r.x};
+}
+
+/* Acceleration of a frame's origin with qdd = 0: no frame then has an angular acceleration, and its
+ * joint moves in its parent with the velocity that is not that of the parent's material there. */
+static vec2 origin_bias(const stein_sim *sim, int frame)
+{
+    vec2 a = {0.0, 0.0};
+    for (; frame >= 0; frame = sim->limb[frame].parent) {
+        const stein_pose *p = &sim->pose[frame], *up = &sim->pose[sim->limb[frame].parent];
+        vec2 r = {p->x - up->x, p->z - up->z}, carried = velocity(up, (vec2){p->x, p->z});
+        vec2 twice = cross(2.0 * up->w, (vec2){p->vx - carried.x, p->vz - carried.z});
+        a.x += twice.x - up->w * up->w * r.x;
+        a.z += twice.z - up->w * up->w * r.z;
+    }
+    return a;
+}
+
+/* of the material of a frame at a place that moves with the velocity `moves` */
+static vec2 material_bias(const stein_sim *sim, int frame, vec2 moves)
+{
+    const stein_pose *p = &sim->pose[frame];
+    vec2 a = origin_bias(sim, frame),
+         turning = cross(p->w, (vec2){moves.x - p->vx, moves.z - p->vz});
+    return (vec2){a.x + turning.x, a.z + turning.z};
+}
+
+double stein__spot_bias(const stein_sim *sim, int i, const touch *t)
+{
+    const site *s = &sim->site[i];
+    const stein_pose *a = &sim->pose[s->pair.frame[0]], *b = &sim->pose[s->pair.frame[1]];
+    meeting m = meet(sim, s);
+    vec2 n = m.n, centre = velocity(a, m.centre), turns; // turns: rate of n
+    if (s->line) {
+        turns = cross(b->w, n);
+    } else {
+        vec2 other = velocity(b, (vec2){m.centre.x - m.r.x, m.centre.z - m.r.z});
+        vec2 rate = {centre.x - other.x, centre.z - other.z};
+        double along = rate.x * n.x + rate.z * n.z, distance = m.r.x * n.x + m.r.z * n.z;
+        turns = (vec2){(rate.x - along * n.x) / distance, (rate.z - along * n.z) / distance};
+    }
+    double radius = s->a[STEIN_SHAPE_R];
+    vec2 moves = {centre.x - radius * turns.x, centre.z - radius * turns.z};
+    vec2 va = velocity(a, t->at), vb = velocity(b, t->at);
+    vec2 aa = material_bias(sim, s->pair.frame[0], moves);
+    vec2 ab = material_bias(sim, s->pair.frame[1], moves);
+    return (aa.x - ab.x) * n.z - (aa.z - ab.z) * n.x + (va.x - vb.x) * turns.z -
+           (va.z - vb.z) * turns.x;
+}
+
 int stein_deformation(const stein_sim *sim, int index, double *x, double *xdot)
 {
     const stein_model *model = sim->model;

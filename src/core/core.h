@@ -10,6 +10,7 @@
  *      law.c       the laws for others                 elementary.c  far and rare functions
  *      loops.c     closed loops and couplings          partition.c   their linear system
  *      assemble.c  start positions that close them
+ *      stick.c     friction that sticks: what holds    stuck.c     when it begins and ends
  *      status.c    errors                              identity.c  one hash of all that computes
  *
  *   in the words of real.h, once more for each number of lanes
@@ -28,7 +29,8 @@
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
  * that ends on the other side is cut at the root of g and the mode flips there. Guards are stored
- * spots first, then four a notch (tip, corner, face, region).
+ * spots first, then four a notch (tip, corner, face, region). Behind them are the guards of places
+ * that can stick, which depend on speeds and forces and stay >= 0 (stick.c).
  * Included by: this folder, src/fmi, src/load, src/page.
  */
 #ifndef STEIN_CORE_H
@@ -75,6 +77,7 @@ typedef struct pair {
     int frame[2]; /* the second one may be fixed, -1 */
     const real *normal, *friction;
     int parts;       /* of both laws */
+    int stick;       /* place where its friction sticks, -1: it does not */
     real inverse_vt; /* of its friction [s/m] */
 } pair;
 
@@ -84,6 +87,7 @@ typedef struct touch {
     vec2 at, n; /* n: unit normal on the first body */
     real normal;
     real depth, rate;
+    real speed;      /* of sliding [m/s], as depth and rate of a simulation alone */
     spot_force *sum; /* where its forces are added */
 } touch;
 
@@ -105,7 +109,7 @@ typedef struct site {
     real reach;        /* where the deformation begins: both radii less the gap [m] */
 } site;
 
-/** Fixed part of the state block; q, qd, rest, mode, phase, engaged and held follow. */
+/** Fixed part of the state block; q, qd, rest, mode, phase, engaged, held, stick, anchor follow. */
 typedef struct state_head {
     char format[8];
     char equations[16]; /* whose state it is */
@@ -132,6 +136,38 @@ typedef struct stein__loops {
     int rank; /* of J where the loops are closed, -1: not known yet */
 } stein__loops;
 
+#define STEIN__PARTED 4.0  /* times that: they no longer do */
+#define STEIN__ALIKE  1e-6 /* sin^2 of the angle between rows that hold the same, metric of M^-1 */
+/* what a place that can stick does; SHARES: it sticks and holds nothing by itself */
+enum { STUCK, FORWARDS, BACKWARDS, SHARES };
+
+static inline int is_at_rest(int place_does)
+{
+    return place_does == STUCK || place_does == SHARES;
+}
+
+/** Work of stick.c, stuck.c; rows are those of the places that stick now. */
+typedef struct stein__sticks {
+    int *joint;            /* [nq] place of the friction in a joint, -1: it does not stick */
+    int *touch;            /* [nstick] where it touches, -1: nowhere; joints: always 0 */
+    double *slack;         /* [nstick] anchor of what slips, while places change */
+    double *speed;         /* [nstick] of sliding [m/s or rad/s] */
+    double *force, *limit; /* [nstick] what holds, and how much can [N or N m] */
+    double *G, *X;         /* [nstick*nq] dv/dqd of each row, M^-1 of that */
+    double *S, *L;         /* [nstick*nstick] G M^-1 G^T; factors */
+    double *share;         /* [nstick*nstick] of the independent rows in each row */
+    double *H;             /* [nstick*nstick] */
+    double *rhs, *mu, *y;  /* [nstick] */
+    double *pivot;         /* [nstick] what is left of the diagonal of S */
+    double *qdd;           /* [nq] of stein__stick_look */
+    double *one;           /* [nq] a row */
+    int *row, *order;      /* [nstick] place of a row; independent rows */
+    int nrow, rank;
+    unsigned char *was, *done; /* [nstick] before a change; in it */
+    int deciding;              /* 1: rows of all that stick may be independent (stuck.c) */
+    int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
+} stein__sticks;
+
 struct stein_sim {
     const stein_model *model;
     stein_sim_def def;
@@ -146,7 +182,10 @@ struct stein_sim {
     unsigned char *phase;   /* [nnotch] configuration of each notch, 0..4 */
     unsigned char *engaged; /* [nnotch] beak has touched under the roof since it was last caught */
     flag *held;             /* [nq] joint locked where it is (the lifted load) */
-    int nguard;
+    unsigned char *stick;   /* [nstick] STUCK, FORWARDS, BACKWARDS, SHARES */
+    double *anchor;         /* [nstick] STUCK: where, see stein__spot_slid [rad or m]; else the
+                             * speed against its direction that is no reversal [rad/s or m/s] */
+    int nguard, nswitch;    /* nswitch: with those of places that can stick */
 
     double *p;      /* [np] */
     real *d;        /* [nd] */
@@ -164,7 +203,7 @@ struct stein_sim {
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
-    real *guard;      /* [nguard] */
+    real *guard;      /* [nswitch] */
     spot_force *spot; /* [nspot] */
     spot_force *beak; /* [nnotch] resultant; gap holds the overlap s [m] */
     real *Q;          /* [nq] */
@@ -192,9 +231,10 @@ struct stein_sim {
     real *e;                      /* [width] its error */
     real *zero;                   /* [3*nq+4] */
     double *work;                 /* [nq*nq + 2*nq] */
-    double *root;                 /* [nguard] */
-    unsigned char *crossed;       /* [nguard] guards that switch at the located root */
+    double *root;                 /* [nswitch] */
+    unsigned char *crossed;       /* [nswitch] guards that switch at the located root */
     stein__loops loop;
+    stein__sticks hold;
 
     int jacobians; /* 1: a force acts at a point of a body without a pose */
     int signals;   /* 1: an input has a signal */
@@ -230,6 +270,31 @@ struct stein_sim {
 #define EQUATIONS(sim) ((sim)->lanes)
 #else
 #define EQUATIONS(sim) ((sim)->model)
+#endif
+
+#if STEIN_LANES == 1
+/* dry friction of a place that can stick, in units of its level, against the sliding */
+static inline double stein__slips(const stein_sim *sim, int place)
+{
+    int is = sim->hold.off ? STUCK : sim->stick[place];
+    return is_at_rest(is) ? 0.0 : is == FORWARDS ? 1.0 : -1.0;
+}
+
+/* mu of a touch; friction of the k-th acting joint [N m or N] */
+static inline double stein__touch_mu(const stein_sim *sim, int i)
+{
+    const pair *p = sim->touch[i].pair;
+    return p->stick >= 0 ? stein__slips(sim, p->stick) * p->friction[STEIN_FRICTION_A]
+                         : stein__mu(p->friction, p->parts, sim->slip[i], sim->grip[i]);
+}
+
+static inline double stein__joint_mu(const stein_sim *sim, int k)
+{
+    int j = sim->acting[k], at = sim->ntouch + k, place = sim->hold.joint[j];
+    const double *law = sim->d + sim->model->bodies[j].joint + STEIN_JOINT_FRICTION;
+    return place >= 0 ? stein__slips(sim, place) * law[STEIN_FRICTION_A]
+                      : stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
+}
 #endif
 
 /* layout.c: the size of a simulation's block and, where there is one already, its parts */
@@ -274,6 +339,13 @@ INNER void stein__rub(stein_sim *sim);
 /* contact.c; the guard of a contact that is gone with the load is -1 */
 INNER real stein__spot_guard(const stein_sim *sim, int spot);
 real stein__spot_gap(const stein_sim *sim, int spot);
+#if STEIN_LANES == 1
+/* how far a spot has slid, at the last poses [m]: its rate is the speed of sliding. 0 for two
+ * circles, of which that is no function of q */
+double stein__spot_slid(const stein_sim *sim, int spot);
+/* rate of the speed of sliding of a touch of that spot with qdd = 0 [m/s^2] */
+double stein__spot_bias(const stein_sim *sim, int spot, const touch *t);
+#endif
 INNER void stein__spot_forces(stein_sim *sim);
 
 /* a direction of a body, and a point of it, in the fixed frame */
@@ -396,6 +468,29 @@ stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
 stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err);
 #endif
 
+#if STEIN_LANES == 1
+/* stick.c: qdd of what is free, with Q, becomes that with what sticks; guards of all places */
+void stein__stick_hold(stein_sim *sim, double *qdd);
+/* xq, xqd at t to where everything that sticks is, at rest. @return OK, ESINGULAR */
+stein_status stein__stick_project(stein_sim *sim, double t, stein_err *err);
+/* rows of what sticks and their system, at the last evaluation with M */
+void stein__stick_rows(stein_sim *sim);
+/* qd onto 0 in those rows */
+void stein__stick_stop(stein_sim *sim, double *qd);
+/* where a place has slid to, at the last poses */
+double stein__stick_slid(const stein_sim *sim, int place);
+/* evaluation at the state of the simulation for what it says of places */
+stein_status stein__stick_look(stein_sim *sim);
+/* acceleration of sliding of a place that touches, there */
+double stein__stick_rate(stein_sim *sim, int place);
+/* do two rows hold the same? 1, -1: against each other; 0: no */
+int stein__stick_alike(const stein__sticks *s, int a, int b);
+/* stuck.c: what every place does at the present speeds and forces */
+void stein__stick_begin(stein_sim *sim);
+/* after switches of other guards, in crossed[], and of its own */
+void stein__stick_switch(stein_sim *sim);
+#endif
+
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and
  * the guards there; where it began stays in q0, qd0, qdd0 */
 #if STEIN_LANES > 0
@@ -459,6 +554,10 @@ stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err
 stein_status stein__try(stein_sim *sim, double h, stein_err *err);
 /* is a guard, as evaluated last, on the other side of its mode? */
 int stein__any_crossed(const stein_sim *sim);
+/* those into crossed[] */
+void stein__mark_crossed(stein_sim *sim);
+/* all guards at theta of the trial step */
+void stein__guards_inside(stein_sim *sim, double h, double theta);
 /* theta of the first root in begin..end of those that are at `end`, where they were evaluated;
  * crossed[] marks what switches there */
 double stein__first_root(stein_sim *sim, double h, double begin, double end);

@@ -35,6 +35,9 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
                            "needs a mass or an inertia > 0",
                            model->bodies[bad].name, t);
     }
+    if (model->nstick > 0 && bad < 0) {
+        stein__stick_hold(sim, qdd);
+    }
     return STEIN_OK;
 }
 

@@ -109,15 +109,25 @@ INNER void stein__joints_prepare(stein_sim *sim)
     }
 }
 
+/* of the k-th acting joint */
+static real joint_friction(const stein_sim *sim, int k)
+{
+#if STEIN_LANES == 1
+    return stein__joint_mu(sim, k);
+#else
+    int j = sim->acting[k], at = sim->ntouch + k;
+    const real *law = sim->d + sim->model->bodies[j].joint + STEIN_JOINT_FRICTION;
+    return stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
+#endif
+}
+
 static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    const real *slip = sim->slip + sim->ntouch, *grip = sim->grip + sim->ntouch;
     for (int k = 0; k < sim->nacting; k++) {
         int j = sim->acting[k], parts = sim->joint_parts[j];
         const real *law = sim->d + model->bodies[j].joint;
-        real mu = stein__mu(law + STEIN_JOINT_FRICTION, parts, slip[k], grip[k]);
-        sim->Q[j] += stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
+        sim->Q[j] += stein__joint(law, parts, sim->xq[j], sim->xqd[j], joint_friction(sim, k));
     }
     for (int i = 0; i < model->nlimit; i++) {
         int j = model->limits[i].joint;

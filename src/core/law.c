@@ -17,6 +17,11 @@ double stein_friction(const double law[4], double v)
     return stein__mu(law, stein__friction_parts(law), u, stein__tanh(u));
 }
 
+double stein_stick_limit(const double law[4])
+{
+    return stein__stick_limit(law);
+}
+
 double stein_joint_force(const double *law, double q, double qd)
 {
     double friction = stein_friction(law + STEIN_JOINT_FRICTION, qd);

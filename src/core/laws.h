@@ -139,6 +139,16 @@ static inline real stein__mu(const real *law, int parts, real u, real tanh_u)
     return law[STEIN_FRICTION_A] * mu;
 }
 
+#if STEIN_LANES == 1
+/* the largest mu with which friction that sticks holds */
+static inline double stein__stick_limit(const double *law)
+{
+    double b1 = law[STEIN_FRICTION_B1], b2 = law[STEIN_FRICTION_B2];
+    double surplus = b1 > 0.0 && b2 > 0.0 ? 0.75 * b1 / sqrt(sqrt(3.0 * b2)) : 0.0;
+    return law[STEIN_FRICTION_A] * (1.0 + surplus);
+}
+#endif
+
 /* friction: mu(qd) of the friction in the joint */
 static inline real stein__joint(const real *law, int parts, real q, real qd, real friction)
 {

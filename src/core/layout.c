@@ -55,6 +55,8 @@ static void carve_state(stein_sim *s, arena *a, const stein_model *m)
     s->phase = carve(a, (size_t)m->nnotch);
     s->engaged = carve(a, (size_t)m->nnotch);
     s->held = carve(a, sizeof *s->held * (size_t)m->nq);
+    s->stick = carve(a, (size_t)m->nstick);
+    s->anchor = doubles(a, m->nstick);
     s->state_size = a->used - start;
 }
 
@@ -87,6 +89,33 @@ static void carve_loops(stein__loops *l, arena *a, const stein_model *m)
     l->kept = carve(a, (size_t)n);
 }
 
+static void carve_sticks(stein__sticks *s, arena *a, const stein_model *m)
+{
+    int n = m->nstick;
+    s->joint = carve(a, sizeof *s->joint * (size_t)m->nq);
+    if (n == 0) {
+        return;
+    }
+    double **const each[] = {&s->slack, &s->speed, &s->force, &s->limit,
+                             &s->rhs,   &s->mu,    &s->y,     &s->pivot};
+    double **const square[] = {&s->S, &s->L, &s->share, &s->H};
+    for (size_t i = 0; i < sizeof each / sizeof *each; i++) {
+        *each[i] = doubles(a, n);
+    }
+    for (size_t i = 0; i < sizeof square / sizeof *square; i++) {
+        *square[i] = doubles(a, n * n);
+    }
+    s->G = doubles(a, n * m->nq);
+    s->X = doubles(a, n * m->nq);
+    s->qdd = doubles(a, m->nq);
+    s->one = doubles(a, m->nq);
+    s->touch = carve(a, sizeof *s->touch * (size_t)n);
+    s->row = carve(a, sizeof *s->row * (size_t)n);
+    s->order = carve(a, sizeof *s->order * (size_t)n);
+    s->was = carve(a, (size_t)n);
+    s->done = carve(a, (size_t)n);
+}
+
 static void carve_all(stein_sim *s, arena *a, const stein_model *m)
 {
     int nq = m->nq;
@@ -103,7 +132,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
     s->qdd = reals(a, nq);
-    s->guard = reals(a, s->nguard);
+    s->guard = reals(a, s->nswitch);
     s->spot = carve(a, sizeof *s->spot * (size_t)m->nspot);
     s->beak = carve(a, sizeof *s->beak * (size_t)m->nnotch);
     s->Q = reals(a, nq);
@@ -139,9 +168,10 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->qdd1 = part(a, s->k, 6 * s->width + nq);
     s->zero = reals(a, 3 * nq + 4);
     s->work = doubles(a, nq * nq + 2 * nq);
-    s->root = doubles(a, s->nguard);
-    s->crossed = carve(a, (size_t)s->nguard);
+    s->root = doubles(a, s->nswitch);
+    s->crossed = carve(a, (size_t)s->nswitch);
     carve_loops(&s->loop, a, m);
+    carve_sticks(&s->hold, a, m);
     size_t signals = (size_t)m->ninput * (sizeof(real) / sizeof(double));
     s->signal = carve(a, sizeof *s->signal * signals);
     s->signal_ctx = carve(a, sizeof *s->signal_ctx * signals);
@@ -156,6 +186,7 @@ INNER size_t stein__layout(stein_sim *sim, const stein_model *model)
     stein_sim *s = sim != NULL ? sim : &measured;
     arena a = {(unsigned char *)sim, 0};
     s->nguard = model->nspot + NOTCH_GUARDS * model->nnotch;
+    s->nswitch = s->nguard + model->nstick;
     carve(&a, sizeof *s);
     carve_all(s, &a, model);
     return a.used;

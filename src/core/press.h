@@ -43,7 +43,11 @@ ALWAYS void stein__press(stein_sim *sim, const pair *p, mask on, vec2 at, vec2 n
         t->rate = rate;
         t->sum = f;
     }
-    sim->slip[sim->ntouch++] = (v.x * n.z - v.z * n.x) * p->inverse_vt;
+    real speed = v.x * n.z - v.z * n.x;
+    if (TELLS_FORCES) {
+        t->speed = speed;
+    }
+    sim->slip[sim->ntouch++] = speed * p->inverse_vt;
 }
 
 #endif

@@ -189,6 +189,7 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
     int load = model->load.body;
     remember_regions(sim, 0);
     if (model->settle) {
+        sim->hold.off = 1; // friction vanishes at rest
         sim->head->load_present = load < 0;
         if (load >= 0) {
             sim->held[load] = 1;
@@ -198,6 +199,7 @@ stein_status stein__settle(stein_sim *sim, stein_err *err)
             sim->held[load] = 0;
         }
         sim->head->load_present = 1;
+        sim->hold.off = 0;
         if (status != STEIN_OK) {
             return status;
         }
@@ -234,8 +236,11 @@ stein_status stein_settle(stein_sim *sim, stein_err *err)
     stein__place_driven(sim);
     memset(sim->qd, 0, sizeof *sim->qd * (size_t)sim->model->nq);
     sim->fresh = STALE;
+    sim->hold.off = 1;
     stein_status status = find_equilibrium(sim, err);
+    sim->hold.off = 0;
     modes_from_geometry(sim);
+    stein__stick_begin(sim);
     return status == STEIN_OK ? stein__refresh(sim, err) : status;
 }
 
@@ -262,5 +267,6 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
     }
     remember_regions(sim, 0);
     modes_from_geometry(sim);
+    stein__stick_begin(sim);
     return stein__refresh(sim, err);
 }

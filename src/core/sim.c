@@ -254,6 +254,7 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
         status = stein__settle(sim, err);
     }
     if (status == STEIN_OK) {
+        stein__stick_begin(sim);
         status = stein__refresh(sim, err);
     }
     for (int j = 0; status == STEIN_OK && j < model->nq; j++) {

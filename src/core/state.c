@@ -91,7 +91,9 @@ static int is_state(const stein_sim *sim, const void *block)
            none_above(within(sim, block, sim->mode), sim->nguard, 1) &&
            none_above(within(sim, block, sim->phase), model->nnotch, 4) &&
            none_above(within(sim, block, sim->engaged), model->nnotch, 1) &&
-           none_above(within(sim, block, sim->held), model->nq, 1);
+           none_above(within(sim, block, sim->held), model->nq, 1) &&
+           none_above(within(sim, block, sim->stick), model->nstick, SHARES) &&
+           all_finite(within(sim, block, sim->anchor), model->nstick);
 }
 
 /* the head, of which `size` bytes are there */

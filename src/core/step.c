@@ -16,17 +16,34 @@
 
 #include "core.h"
 
+static const double just_behind = 1e-3; /* the begin of a step, in steps */
 enum { MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
+
+void stein__guards_inside(stein_sim *sim, double h, double theta)
+{
+    if (sim->model->nstick == 0) {
+        stein__interpolate(sim, h, theta, sim->xq, NULL);
+        stein__guards(sim, sim->xq, sim->guard);
+        return;
+    }
+    double t = sim->head->t + theta * h;
+    stein__interpolate(sim, h, theta, sim->xq, sim->xqd);
+    (void)stein__evaluate(sim, t, sim->xq, sim->xqd, sim->hold.qdd, NULL);
+}
 
 static double guard_at(stein_sim *sim, double h, double theta, int i)
 {
+    if (i >= sim->nguard) {
+        stein__guards_inside(sim, h, theta);
+        return sim->guard[i];
+    }
     stein__interpolate(sim, h, theta, sim->xq, NULL);
     return stein__guard(sim, sim->xq, i);
 }
 
 static int is_crossed(const stein_sim *sim, int i)
 {
-    return (sim->guard[i] > 0.0) != sim->mode[i];
+    return i < sim->nguard ? (sim->guard[i] > 0.0) != sim->mode[i] : sim->guard[i] < 0.0;
 }
 
 /* root of guard i in begin..end of the trial step: regula falsi with the Illinois change, kept in
@@ -34,6 +51,10 @@ static int is_crossed(const stein_sim *sim, int i)
 static double root(stein_sim *sim, double h, double begin, double end, int i, double g1)
 {
     double lo = begin, hi = end, glo = guard_at(sim, h, begin, i), ghi = g1;
+    if (i >= sim->nguard && !(glo > 0.0)) { // a place that has just let go is at rest
+        lo = begin + just_behind * (end - begin);
+        glo = guard_at(sim, h, lo, i);
+    }
     if ((glo > 0.0) == (ghi > 0.0)) {
         return begin; // on the wrong side from the start, by rounding: switch at once
     }
@@ -129,13 +150,20 @@ static void flip_notch(stein_sim *sim, int notch, const unsigned char *crossed)
     }
 }
 
+void stein__mark_crossed(stein_sim *sim)
+{
+    for (int i = 0; i < sim->nswitch; i++) {
+        sim->crossed[i] = (unsigned char)is_crossed(sim, i);
+    }
+}
+
 double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
-    int n = sim->nguard;
+    int n = sim->nswitch;
     double *theta = sim->root;
     double first = 2.0;
+    stein__mark_crossed(sim);
     for (int i = 0; i < n; i++) {
-        sim->crossed[i] = (unsigned char)is_crossed(sim, i);
         theta[i] = sim->guard[i]; // its value at the end, until the root is known
     }
     for (int i = 0; i < n; i++) {
@@ -152,7 +180,7 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
 
 int stein__any_crossed(const stein_sim *sim)
 {
-    for (int i = 0; i < sim->nguard; i++) {
+    for (int i = 0; i < sim->nswitch; i++) {
         if (is_crossed(sim, i)) {
             return 1;
         }
@@ -210,6 +238,9 @@ void stein__flip_crossed(stein_sim *sim)
         if (crossed[0] || crossed[1] || crossed[2] || crossed[3]) {
             flip_notch(sim, i, crossed);
         }
+    }
+    if (model->nstick > 0) {
+        stein__stick_switch(sim);
     }
     if (sim->rider != NULL) {
         sim->on_switch(sim->rider, sim, 1);

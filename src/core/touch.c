@@ -32,7 +32,8 @@ INNER void stein__gather(stein_sim *sim)
         sim->site[i] = (site){.pair = {.index = spot->contact,
                                        .frame = {side[0].frame, side[1].frame},
                                        .normal = d + contact->normal,
-                                       .friction = d + contact->friction},
+                                       .friction = d + contact->friction,
+                                       .stick = -1},
                               .line = side[1].kind == STEIN_LINE,
                               .a = d + side[0].d,
                               .b = d + side[1].d};
@@ -42,7 +43,19 @@ INNER void stein__gather(stein_sim *sim)
         sim->catch[i] = (pair){.index = model->ncontact + i,
                                .frame = {notch->beak, notch->catcher},
                                .normal = d + notch->normal,
-                               .friction = d + notch->friction};
+                               .friction = d + notch->friction,
+                               .stick = -1};
+    }
+    for (int j = 0; j < model->nq; j++) {
+        sim->hold.joint[j] = -1;
+    }
+    for (int k = 0; k < model->nstick; k++) {
+        const stein_stick *stick = &model->sticks[k];
+        if (stick->kind == STEIN_STICK_SPOT) {
+            sim->site[stick->index].pair.stick = k;
+        } else {
+            sim->hold.joint[stick->index] = k;
+        }
     }
 }
 
@@ -93,6 +106,10 @@ INNER void stein__rub(stein_sim *sim)
     }
     for (int i = 0; i < n; i++) {
         const touch *p = &sim->touch[i];
+#if STEIN_LANES == 1
+        push(sim, p, stein__touch_mu(sim, i));
+#else
         push(sim, p, stein__mu(p->pair->friction, p->pair->parts, slip[i], grip[i]));
+#endif
     }
 }

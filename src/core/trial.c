@@ -147,9 +147,12 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
 #if STEIN_LANES == 1
     if (sim->model->nrow > 0) {
         status = stein__loops_project(sim, t + h, err);
-        if (status != STEIN_OK) {
-            return status;
-        }
+    }
+    if (status == STEIN_OK && sim->model->nstick > 0) {
+        status = stein__stick_project(sim, t + h, err);
+    }
+    if (status != STEIN_OK) {
+        return status;
     }
 #endif
     status = derive(sim, MAX_STAGES, t + h, err);

@@ -5,6 +5,7 @@
  * importer locates that instant; in Event Mode it finds the guards on the other side, and they
  * switch.
  */
+#include <float.h>
 #include <math.h>
 
 #include "slave.h"
@@ -91,7 +92,8 @@ slave_status slave_get_indicators(slave *s, double *z)
 {
     slave_status status = evaluate(s);
     for (int i = 0; status == SLAVE_OK && i < slave_indicators(s); i++) {
-        z[i] = s->sim->guard[i];
+        double guard = s->sim->guard[i]; // a place that begins to slip has the guard 0
+        z[i] = i >= s->sim->nguard && guard >= 0.0 ? fmax(guard, DBL_MIN) : guard;
     }
     return status;
 }
@@ -101,14 +103,6 @@ slave_status slave_complete(slave *s, int *event)
     slave_status status = evaluate(s);
     *event = status == SLAVE_OK && stein__any_crossed(s->sim);
     return status;
-}
-
-static void switch_crossed(stein_sim *sim)
-{
-    for (int i = 0; i < sim->nguard; i++) {
-        sim->crossed[i] = (unsigned char)((sim->guard[i] > 0.0) != sim->mode[i]);
-    }
-    stein__flip_crossed(sim);
 }
 
 slave_status slave_update(slave *s, int *moved)
@@ -122,7 +116,9 @@ slave_status slave_update(slave *s, int *moved)
                                                "more than %d switches of contacts at t = %g s",
                                                (int)MOST_SWITCHES, s->start + s->sim->head->t));
         }
-        switch_crossed(s->sim);
+        stein__mark_crossed(s->sim);
+        stein__flip_crossed(s->sim);
+        s->jumped |= s->model.nstick > 0; // what sticks now is at rest
         status = evaluate(s);
     }
     *moved = s->jumped;

@@ -77,18 +77,16 @@ static void on_event(void *ctx, stein_sim *sim, const stein_event *event)
     static const char *const text[] = {
         "contact %s begins at t = %g s",   "contact %s ends at t = %g s",
         "string %s is struck at t = %g s", "notch %s lets go at t = %g s",
-        "notch %s has caught at t = %g s", "notch %s is in phase %d from t = %g s"};
+        "notch %s has caught at t = %g s", "notch %s is in phase %d from t = %g s",
+        "%s sticks from t = %g s",         "%s slips (%d) from t = %g s"};
     slave *s = ctx;
     stein_err line;
     double t = s->start + event->time;
-    const stein_model *m = stein_sim_model(sim);
-    if (event->kind == STEIN_EVENT_PHASE) {
-        stein__fail(&line, STEIN_OK, text[event->kind], m->notches[event->index].name, event->phase,
-                    t);
+    const char *at = stein_event_at(stein_sim_model(sim), event);
+    if (event->kind == STEIN_EVENT_PHASE || event->kind == STEIN_EVENT_SLIP) {
+        stein__fail(&line, STEIN_OK, text[event->kind], at, event->phase, t);
     } else {
-        int is_notch = event->kind == STEIN_EVENT_ESCAPEMENT || event->kind == STEIN_EVENT_CAUGHT;
-        stein__fail(&line, STEIN_OK, text[event->kind],
-                    is_notch ? m->notches[event->index].name : m->contacts[event->index].name, t);
+        stein__fail(&line, STEIN_OK, text[event->kind], at, t);
     }
     tell(s, SLAVE_OK, 0, line.msg);
 }

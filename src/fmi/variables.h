@@ -55,7 +55,7 @@ static inline unsigned fmi_first(const stein_model *m, fmi_kind kind)
 /** Of all contacts and notches; one changes its sign where a law switches. */
 static inline int fmi_guards(const stein_model *m)
 {
-    return m->nspot + FMI_NOTCH_GUARDS * m->nnotch;
+    return m->nspot + FMI_NOTCH_GUARDS * m->nnotch + m->nstick;
 }
 
 static inline unsigned fmi_reference(const stein_model *m, fmi_variable v)

@@ -16,8 +16,10 @@ typedef struct law_entry {
     const char *section, *key[2], *unit[2];
     unsigned flags;
     double neutral;
-    int needed; /* once its section is there */
+    int needed; /* once its section is there; SLIDING: unless its friction sticks */
 } law_entry;
+
+enum { SLIDING = 2 };
 
 #define SAME(text) \
     {              \
@@ -40,8 +42,8 @@ static const law_entry joint_law[STEIN_JOINT_SIZE] = {
     [STEIN_JOINT_STOP_GAP] = {"backlash", SAME("gap"), {"rad", "m"}, MECH__NOT_NEGATIVE, 0.0, 1},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_A] = {"friction", SAME("A"), {"N m", "N"}, MECH__NOT_NEGATIVE, 0.0, 1},
-    [STEIN_JOINT_FRICTION +
-        STEIN_FRICTION_VT] = {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, 1},
+    [STEIN_JOINT_FRICTION + STEIN_FRICTION_VT] =
+        {"friction", SAME("vt"), {"rad/s", "m/s"}, MECH__POSITIVE, 0.05, SLIDING},
     [STEIN_JOINT_FRICTION +
         STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
     [STEIN_JOINT_FRICTION +
@@ -73,7 +75,7 @@ static const law_entry normal_law[STEIN_NORMAL_SIZE] = {
 
 static const law_entry friction_law[STEIN_FRICTION_SIZE] = {
     [STEIN_FRICTION_A] = {"friction", SAME("A"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 1},
-    [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE, 0.01, 1},
+    [STEIN_FRICTION_VT] = {"friction", SAME("vt"), SAME("m/s"), MECH__POSITIVE, 0.01, SLIDING},
     [STEIN_FRICTION_B1] = {"friction", SAME("B1"), SAME("1"), MECH__NOT_NEGATIVE, 0.0, 0},
     [STEIN_FRICTION_B2] = {"friction", SAME("B2"), SAME("1"), MECH__NOT_NEGATIVE, 1.0, 0},
 };
@@ -100,6 +102,28 @@ static const char *title(mech__reader *rd, const char *section, const char *of)
     return words ? words : section;
 }
 
+static const mech__node *stick_of(const mech__node *owner)
+{
+    return mech__get(mech__get(owner, "friction"), "stick");
+}
+
+static int is_yes(const mech__node *node)
+{
+    return node && node->kind == MECH__SCALAR &&
+           (strcmp(node->text, "yes") == 0 || strcmp(node->text, "true") == 0);
+}
+
+/** @return does the friction of a joint or a contact stick? */
+static int read_stick(mech__reader *rd, const mech__node *owner)
+{
+    const mech__node *stick = stick_of(owner);
+
+    if (stick) {
+        mech__choice(rd, stick, "answer", "no yes false true");
+    }
+    return is_yes(stick);
+}
+
 /** Check the keys of the sections of a law, each once: "spring" may hold k theta0 k3. */
 static void check_sections(mech__reader *rd, const law_entry *law, int n, int slides,
                            const mech__node *owner, const char *of)
@@ -114,6 +138,9 @@ static void check_sections(mech__reader *rd, const law_entry *law, int n, int sl
                 first = first && k >= i;
                 strcat(strcat(words, *words ? " " : ""), law[k].key[slides]);
             }
+        }
+        if (section && strcmp(section, "friction") == 0) {
+            strcat(words, " stick");
         }
         if (section && first && mech__get(owner, section)) {
             const char *kept = mech__print(rd, "%s", words);
@@ -132,7 +159,8 @@ static void read_law(mech__reader *rd, mech_scalar *to, const law_entry *law, in
         const law_entry *e = &law[i];
         const char *key = e->key[slides], *unit = e->unit[slides];
         const mech__node *map = e->section ? mech__get(owner, e->section) : owner;
-        const mech__node *node = map && e->section && e->needed && map->kind == MECH__MAP
+        int needed = e->needed == SLIDING ? !is_yes(stick_of(owner)) : e->needed;
+        const mech__node *node = map && e->section && needed && map->kind == MECH__MAP
                                      ? mech__need(rd, map, key, title(rd, e->section, of))
                                      : mech__get(map, key);
         if (e->section) {
@@ -150,6 +178,7 @@ void mech__joint_law(mech__reader *rd, mech_body *b, const mech__node *entry)
 
     read_law(rd, b->joint, joint_law, STEIN_JOINT_SIZE, slides,
              slides ? "a sliding joint" : "a turning joint", entry, b->name);
+    b->sticks = read_stick(rd, entry);
 }
 
 /** A stop for whose stiffness the file has no number: the body alone swings on it with 100 Hz. */
@@ -216,6 +245,18 @@ void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *fri
     }
     read_law(rd, normal->v, normal_law, STEIN_NORMAL_SIZE, 0, NULL, entry, name);
     read_law(rd, friction->v, friction_law, STEIN_FRICTION_SIZE, 0, NULL, entry, name);
+}
+
+int mech__contact_sticks(mech__reader *rd, const mech__node *entry, const char *what)
+{
+    if (what && stick_of(entry)) {
+        mech__problem_at(rd, stick_of(entry),
+                         "the friction of %s does not stick, expected that of a joint or of a "
+                         "contact in contacts",
+                         what);
+        return 0;
+    }
+    return read_stick(rd, entry);
 }
 
 void mech__input_law(mech__reader *rd, mech_input *in, const mech__node *entry)

@@ -95,6 +95,7 @@ typedef struct mech_body {
     mech_scalar q0, qd0;                 /* initial state */
     int limited;                         /* it has stops */
     mech_scalar limit[STEIN_LIMIT_SIZE];
+    int sticks; /* its friction does */
     int line, column;
 } mech_body;
 
@@ -126,6 +127,7 @@ typedef struct mech_contact {
     int nspot;
     mech_normal normal;
     mech_friction friction;
+    int sticks; /* its friction does */
 } mech_contact;
 
 typedef struct mech_notch {

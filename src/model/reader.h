@@ -301,6 +301,9 @@ void mech__link_law(mech__reader *rd, mech_link *l, const mech__node *entry);
 /** `normal`, `friction`, `adhesion` and `gap` of a contact, a load or a notch. */
 void mech__contact_law(mech__reader *rd, mech_normal *normal, mech_friction *friction,
                        const mech__node *entry, const char *what, const char *name);
+/** `stick` of its friction. @param what  whose friction cannot ("a notch"), NULL: it can
+ *  @return does it stick? */
+int mech__contact_sticks(mech__reader *rd, const mech__node *entry, const char *what);
 void mech__input_law(mech__reader *rd, mech_input *in, const mech__node *entry);
 void mech__sensor_law(mech__reader *rd, mech_channel *c, const mech__node *entry);
 

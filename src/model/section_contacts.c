@@ -184,6 +184,7 @@ static void read_contact(mech__reader *rd, mech_contact *c, const mech__node *en
         read_sides(rd, c, between);
     }
     mech__contact_law(rd, &c->normal, &c->friction, entry, "a contact", c->name);
+    c->sticks = mech__contact_sticks(rd, entry, NULL);
 }
 
 /** The underside of the load, a line without ends that faces down, on a point. */
@@ -208,6 +209,7 @@ static void load_contact(mech__reader *rd, const mech__node *load)
         }
     }
     mech__contact_law(rd, &c->normal, &c->friction, load, "the load", "load");
+    mech__contact_sticks(rd, load, "the load");
 }
 
 /** A catcher's notched corner and the beak of another body. */
@@ -234,6 +236,7 @@ static void read_notch(mech__reader *rd, mech_notch *n, const mech__node *entry)
     mech__number(rd, &n->lean, "rad", 0, mech__get(corner, "lean"), 0.0, "%s.lean", base[0]);
     mech__number(rd, &n->tilt, "rad", 0, mech__get(beak, "tilt"), 0.0, "%s.tilt", base[1]);
     mech__contact_law(rd, &n->normal, &n->friction, entry, "a notch", n->name);
+    mech__contact_sticks(rd, entry, "a notch");
 }
 
 void mech__section_contacts(mech__reader *rd)

@@ -79,13 +79,12 @@ void py__forget_events(py__simulation *s)
 
 static PyObject *event_of(const py__simulation *s, const stein_event *e)
 {
-    static const char *const kind[] = {"contact_begin", "contact_end", "impact",
-                                       "escapement",    "caught",      "phase"};
-    const stein_model *m = py__equations(s->model);
-    int notch = e->kind >= STEIN_EVENT_ESCAPEMENT;
-    const char *name = notch ? m->notches[e->index].name : m->contacts[e->index].name;
-    return PyObject_CallFunction(s->model->st->event, "dssi", e->time, kind[e->kind], name,
-                                 e->kind == STEIN_EVENT_PHASE ? e->phase : 0);
+    static const char *const kind[] = {"contact_begin", "contact_end", "impact", "escapement",
+                                       "caught",        "phase",       "stick",  "slip"};
+    int has_phase = e->kind == STEIN_EVENT_PHASE || e->kind == STEIN_EVENT_SLIP;
+    return PyObject_CallFunction(s->model->st->event, "dssi", e->time, kind[e->kind],
+                                 stein_event_at(py__equations(s->model), e),
+                                 has_phase ? e->phase : 0);
 }
 
 PyObject *py__events(const py__simulation *s)

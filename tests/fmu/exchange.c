@@ -129,6 +129,7 @@ typedef struct motion {
     size_t nx, nz;
     double t, h, x[MOST], z[MOST];
     int switches;
+    int sticks; /* then states may jump to rest at an event */
 } motion;
 
 static void rates_at(const motion *m, double t, const double *x, double *rate)
@@ -179,8 +180,10 @@ static int differs(const motion *m, double h, const double *x)
 static void switch_now(motion *m)
 {
     int moved = 1;
-    claim(enter_events(m->u) == OK && update(m->u, &moved) == OK && !moved && go_on(m->u) == OK,
+    claim(enter_events(m->u) == OK && update(m->u, &moved) == OK && moved == m->sticks &&
+              go_on(m->u) == OK,
           "an event at t = %g s: %s", m->t, m->u->said);
+    claim(get_states(m->u, m->x, m->nx) == OK, "states after it");
     claim(get_indicators(m->u, m->z, m->nz) == OK, "indicators after it");
     m->switches++;
 }
@@ -223,7 +226,8 @@ static void start(motion *m, unit *u, const fmu *f)
                   F3(GetNumberOfEventIndicators)(u->c, &nz) == fmi3OK,
               "numbers of states and indicators");
     }
-    m->nz = (size_t)f->model->nspot + 4 * (size_t)f->model->nnotch;
+    m->nz = (size_t)f->model->nspot + 4 * (size_t)f->model->nnotch + (size_t)f->model->nstick;
+    m->sticks = f->model->nstick > 0;
     claim(!IS3 || nz == m->nz, "%d indicators", (int)nz);
     claim(unit_enter(u, 0.0, -1.0) == OK && unit_exit(u) == OK && update(u, &moved) == OK &&
               !moved && go_on(u) == OK,

@@ -172,6 +172,52 @@ static void hunt_crossley(void)
     bench_end(&b);
 }
 
+static void constant_speed(void *ctx, double t, double u[3])
+{
+    u[0] = *(double *)ctx * t;
+    u[1] = *(double *)ctx;
+    u[2] = 0.0;
+}
+
+typedef struct slips {
+    int n;
+    double first, last; /* begins after the one at the start [s] */
+} slips;
+
+static void count_slips(void *ctx, stein_sim *sim, const stein_event *event)
+{
+    slips *s = ctx;
+    (void)sim;
+    if (event->kind == STEIN_EVENT_SLIP) {
+        s->first = s->n == 1 ? event->time : s->first;
+        s->last = event->time;
+        s->n++;
+    }
+}
+
+/* Slip from a = (mu_s - mu) m g / k beyond the force of slip to -a, with the speed of the belt at
+ * both ends; then it sticks until the spring is as long as before. */
+static void stick_slip(void)
+{
+    bench b = start("models/stick_slip.yaml");
+    stein_err err;
+    slips s = {0, 0.0, 0.0};
+    double m = 0.8, k = 120.0, V = 0.05, w = sqrt(k / m), a = 0.75 * 0.5 * 0.14 * m * g / k;
+    double right = 2.0 * (M_PI - atan(a * w / V)) / w + 2.0 * a / V;
+    if (stein_drive(b.sim, "drive", constant_speed, &V, &err) != STEIN_OK ||
+        stein_reset(b.sim, &err) != STEIN_OK) {
+        stop(&err);
+    }
+    stein_on_event(b.sim, count_slips, &s);
+    run(&b, 20.0);
+    double period = s.n > 2 ? (s.last - s.first) / (s.n - 2) : NAN;
+    char reference[64], ours[64];
+    validate_row("stick-slip of a block on a belt, period [s]", "closed form",
+                 cell(reference, "%.9f s", right), cell(ours, "%.9f s", period),
+                 s.n > 20 ? fabs(period - right) : INFINITY, 1e-9);
+    end(&b);
+}
+
 /* ---- in space ---- */
 
 /* Euler's equations (Landau & Lifshitz, Mechanics, 37): I1 < I2 < I3, L^2 > 2 E I2, w2 = 0 at 0 */
@@ -319,6 +365,7 @@ int main(void)
     double_pendulum();
     elastic_ball();
     hunt_crossley();
+    stick_slip();
     free_body();
     heavy_top();
     drag();

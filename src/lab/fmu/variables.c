@@ -10,6 +10,7 @@
  *      simulation.dt             fixed            step of the integrator
  *      BODY.q, .qd, .qdd         local            coordinate, speed, acceleration of each joint
  *      NAME.guard1, ...          local            > 0 where a contact or notch touches
+ *      NAME.stick1, ...          local            >= 0 until friction that sticks changes
  *
  * A name that is taken already gets the kind of the variable in front ("input.finger").
  */
@@ -296,6 +297,29 @@ static stein_status add_guard(fmu_list *list, int i, stein_err *err)
         err);
 }
 
+/* of a place of friction that sticks: in newtons, or in metres a second while it slips */
+static stein_status add_stick(fmu_list *list, int i, stein_err *err)
+{
+    const stein_model *m = list->model;
+    int place = i - (fmi_guards(m) - m->nstick), is_joint, number = 1;
+    const stein_stick *stick = &m->sticks[place];
+    is_joint = stick->kind == STEIN_STICK_JOINT;
+    const stein_contact *c = is_joint ? NULL : &m->contacts[m->spots[stick->index].contact];
+    number += is_joint ? 0 : stick->index - c->first_spot;
+    const char *name = is_joint ? m->bodies[stick->index].name : c->name;
+    return add(list,
+               (fmu_variable){.is = {FMI_GUARD, i, 0},
+                              .name = lab__text("%s.stick%d", name, number),
+                              .text = lab__text("not negative while the friction of %s sticks, or "
+                                                "slips in its direction",
+                                                name),
+                              .unit = "1",
+                              .causality = FMU_LOCAL,
+                              .variability = FMU_CONTINUOUS,
+                              .derivative_of = -1},
+               err);
+}
+
 stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err *err)
 {
     const stein_model *m = lab_equations(model);
@@ -327,7 +351,8 @@ stein_status fmu__list_create(fmu_list *list, const lab_model *model, stein_err 
         status = add_coordinate(list, i / 3, i % 3, err);
     }
     for (int i = 0; status == STEIN_OK && i < fmi_guards(m); i++) {
-        status = add_guard(list, i, err);
+        int places = i >= fmi_guards(m) - m->nstick;
+        status = places ? add_stick(list, i, err) : add_guard(list, i, err);
     }
     free(d);
     if (status != STEIN_OK) {

@@ -79,7 +79,8 @@ def unknown(what, name, known):
 
 class Event(NamedTuple):
     """What happened at an instant that was located [s]: contact_begin, contact_end, impact,
-    escapement, caught, phase (of a notch, 0 to 4); at which contact or notch."""
+    escapement, caught, phase (of a notch, 0 to 4), stick, slip (1, -1: its direction); at which
+    contact, notch or joint."""
 
     time: float
     kind: str
