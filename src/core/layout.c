@@ -140,6 +140,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->zero = reals(a, 3 * nq + 4);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nguard);
+    s->pivot = carve(a, sizeof *s->pivot * (size_t)nq);
     s->crossed = carve(a, (size_t)s->nguard);
     carve_loops(&s->loop, a, m);
     size_t signals = (size_t)m->ninput * (sizeof(real) / sizeof(double));

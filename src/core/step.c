@@ -187,9 +187,10 @@ void stein__accept(stein_sim *sim, double t1)
     }
 }
 
-stein_status stein__try(stein_sim *sim, double h, stein_err *err)
+stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
-    stein_status status = stein__trial(sim, sim->head->t, h, err);
+    stein_status status =
+        implicit ? stein__implicit_trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
     sim->span = h;
     return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
@@ -224,7 +225,7 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
         return status;
     }
     double h = target - sim->head->t;
-    status = stein__try(sim, h, err);
+    status = stein__try(sim, h, 0, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -234,7 +235,7 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     }
     double t1 = sim->head->t + stein__first_root(sim, h, 0.0, 1.0) * h;
     if (t1 > sim->head->t) {
-        status = stein__try(sim, t1 - sim->head->t, err);
+        status = stein__try(sim, t1 - sim->head->t, 0, err);
         if (status != STEIN_OK) {
             return status;
         }
@@ -253,7 +254,7 @@ static stein_status advance_controlled(stein_sim *sim, double target, stein_err 
 
 stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 {
-    if (sim->def.integrator == STEIN_CONTROLLED) {
+    if (stein__is_controlled(sim->def.integrator)) {
         return advance_controlled(sim, target, err);
     }
     for (int n = 0; sim->head->t < target; n++) {

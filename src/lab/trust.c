@@ -69,7 +69,7 @@ stein_status lab__trust_create(lab__trust **out, const lab_model *model, const s
     t->model = lab_equations(model);
     t->dt = def->dt;
     t->every = fmax(until / checkpoints, def->dt);
-    double own = def->integrator == STEIN_CONTROLLED ? fmax(finer * tolerance, finest) : fine;
+    double own = lab__is_controlled(def->integrator) ? fmax(finer * tolerance, finest) : fine;
     double longest = fmin(t->every, longest_steps * def->dt);
     t->made = calloc(4 * (size_t)t->model->nq, sizeof *t->made);
     stein_status status = t->made != NULL ? STEIN_OK : lab__no_memory(err);
