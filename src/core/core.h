@@ -9,7 +9,7 @@
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions
  *      loops.c     closed loops and couplings          partition.c   their linear system
- *      assemble.c  start positions that close them     implicit.c  steps of stiff motions
+ *      assemble.c  start positions that close them     implicit.c, stiff.c  stiff motions
  *      status.c    errors                              identity.c  one hash of all that computes
  *
  *   in the words of real.h, once more for each number of lanes
@@ -115,8 +115,7 @@ typedef struct state_head {
     double t0;          /* origin of the step grid: step k ends at t0 + k dt */
     long long step;     /* steps since t0 */
     mask load_present;
-    unsigned char
-        implicit; /* 1: steps are implicit (implicit.c), because explicit ones were stiff */
+    unsigned char implicit; /* 1: steps are implicit (stiff.c), because explicit ones were stiff */
     unsigned char stiff,
         calm; /* how often the last ones were at the border of that, and were not */
     unsigned char reserved;
@@ -136,7 +135,12 @@ typedef struct stein__loops {
     int rank; /* of J where the loops are closed, -1: not known yet */
 } stein__loops;
 
-typedef struct stein__implicit stein__implicit;
+/** How implicit steps are made (implicit.c). */
+typedef struct stein__implicit {
+    stein_status (*trial)(stein_sim *sim, double h, stein_err *err); /* as stein__trial */
+    double (*h_rho)(const stein_sim *sim, double h); /* of the last trial, see stiff.c */
+    int placed; /* 1: the derivatives of where the step begins are there */
+} stein__implicit;
 
 struct stein_sim {
     const stein_model *model;
@@ -418,7 +422,7 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 typedef struct stein__grade {
     real e, log_e; /* its error in tolerances, INFINITY where that is no number; the logarithm */
     real factor;   /* the next step in lengths of this one */
-    real h_rho;    /* how near it was to the border of stability (implicit.c), 0: not asked */
+    real h_rho;    /* how near it was to the border of stability (stiff.c), 0: not asked */
 } stein__grade;
 #define STEIN__SHORTEST     1e-12 /* a step that is no longer is taken, whatever its error [s] */
 #define STEIN__MOST_GROWTH  4.0   /* from one step to the next */
@@ -429,7 +433,7 @@ typedef struct stein__grade {
 INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, real log_last);
 #endif
 #if STEIN_LANES == 1
-/* h rho of an explicit trial step of Dormand & Prince (implicit.c) */
+/* h rho of an explicit trial step of Dormand & Prince (stiff.c) */
 double stein__explicit_stiffness(const stein_sim *sim, double h);
 #endif
 /* are steps of dt divided as their error asks? */
@@ -493,15 +497,14 @@ void stein__accept(stein_sim *sim, double t1);
 void stein__flip_crossed(stein_sim *sim);
 
 #if STEIN_LANES == 1
-/* implicit.c: room for implicit steps behind a simulation; 0: there are none */
+/* implicit.c: room for implicit steps behind a simulation, 0: there are none; in it, sim->implicit.
+ * (Pages and FMUs have none: src/page/explicit.c.) */
 size_t stein__implicit_size(const stein_model *model, stein_integrator integrator);
 void stein__implicit_make(stein_sim *sim, void *block);
-/* the next step begins elsewhere than the last trial */
+/* stiff.c: the next step begins elsewhere than the last trial */
 void stein__implicit_leave(stein_sim *sim);
 /* is the next step an implicit one? */
 int stein__is_implicit(stein_sim *sim);
-/* as stein__trial */
-stein_status stein__implicit_trial(stein_sim *sim, double h, stein_err *err);
 /* a step of h of either kind was taken, which the error control has limited: which kind is next */
 void stein__note_explicit(stein_sim *sim, double h, double stiffness);
 void stein__note_implicit(stein_sim *sim, double h);

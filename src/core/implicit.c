@@ -19,22 +19,13 @@
  * steps are four times as long at 8 stages against 6, and errors control the next step by the same
  * exponents as those of Dormand & Prince. Rejected: BDF, which begins again with order 1 at every
  * contact; implicit Runge-Kutta, whose Newton iterations cost more here than exact derivatives.
- *
- * When. Explicit steps are limited by stability where h rho is at the border of the stability
- * region, rho being the rate of the fastest decay. Of the stages at the end of a step, y7 and g6 at
- * the same time, rho = |f(y7) - f(g6)| / |y7 - g6| (Hairer, Norsett & Wanner 1993, IV.2: 3.25 for
- * Dormand & Prince, 15 times without 6 in between that are not). In implicit steps, rho is what a
- * power iteration finds of f_y; where explicit steps of the same length would be stable for 10
- * steps, they come back. This memory is part of the state.
  */
 #include <math.h>
 #include <string.h>
 
 #include "slopes.h"
 
-enum { STAGES = 8, TIMES_STIFF = 15, TIMES_BETWEEN = 6, TIMES_CALM = 10 };
-static const double border = 3.25;   /* of h rho for explicit steps */
-static const double well_inside = 2; /* of it */
+enum { STAGES = 8 };
 
 static const double gamma_ = 0.21193756319429014;
 static const double when[STAGES] = {
@@ -65,18 +56,22 @@ static const double c[STAGES][STAGES - 1] = {
     {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047,
      -40.06618937091002, -54.66780262877968, -9.48861652309627}};
 
-/** Work of implicit steps. */
-struct stein__implicit {
+typedef struct work {
+    stein__implicit door; /* comes first */
     stein_derivative *slopes;
-    int placed;        /* 1: A and B are of where the step begins */
     double *A, *B, *W; /* [nq*nq] */
     double *u;         /* [STAGES][2*nq] */
     double *z;         /* [2*nq] */
-};
+} work;
 
-static size_t layout(stein__implicit *s, const stein_model *m)
+static work *work_of(const stein_sim *sim)
 {
-    stein__implicit measured = {.slopes = NULL};
+    return (work *)(void *)sim->implicit;
+}
+
+static size_t layout(work *s, const stein_model *m)
+{
+    work measured = {.slopes = NULL};
     stein__arena arena = {(unsigned char *)s, 0};
     int n = m->nq;
     s = s != NULL ? s : &measured;
@@ -90,68 +85,26 @@ static size_t layout(stein__implicit *s, const stein_model *m)
     return arena.used;
 }
 
-size_t stein__implicit_size(const stein_model *model, stein_integrator integrator)
-{
-    int wanted = stein__is_controlled(integrator) && stein__derivative_size(model) > 0;
-    return wanted ? layout(NULL, model) : 0;
-}
-
-void stein__implicit_make(stein_sim *sim, void *block)
-{
-    stein__implicit *s = block;
-    (void)layout(s, sim->model);
-    s->slopes = stein__derivative_make(s->slopes, sim->model);
-    sim->implicit = s;
-}
-
-/* why the motion has no implicit steps as it is now, NULL: it has */
-static const char *refusal(const stein_sim *sim)
-{
-    return sim->model->nrow > 0       ? "loops and couplings have no derivatives"
-           : sim->implicit == NULL    ? "the equations came without derivatives"
-           : sim->on_force != NULL    ? "a force hook has no derivative"
-           : sim->signals             ? "a signal has no derivative by time"
-           : sim->rides_with_explicit ? "sensitivities go with explicit steps"
-                                      : NULL;
-}
-
-int stein__is_implicit(stein_sim *sim)
-{
-    int always = sim->def.integrator == STEIN_IMPLICIT;
-    const char *why = always || sim->head->implicit ? refusal(sim) : "";
-    if (always) {
-        sim->counts.refused = why;
-    }
-    return why == NULL;
-}
-
 /* ---- a step ---- */
-
-void stein__implicit_leave(stein_sim *sim)
-{
-    if (sim->implicit != NULL) {
-        sim->implicit->placed = 0;
-    }
-}
 
 /* A and B where the step begins; one that is tried again finds them there */
 static stein_status derive(stein_sim *sim, stein_err *err)
 {
-    stein__implicit *s = sim->implicit;
+    work *s = work_of(sim);
     stein_status status = STEIN_OK;
-    if (!s->placed) {
+    if (!s->door.placed) {
         status = stein__derivative_at(s->slopes, sim, sim->head->t, sim->q, sim->qd, NULL, err);
     }
-    if (status == STEIN_OK && !s->placed) {
+    if (status == STEIN_OK && !s->door.placed) {
         stein_derivative_by_state(s->slopes, s->A, s->B);
-        s->placed = 1;
+        s->door.placed = 1;
     }
     return status;
 }
 
 static int factor(stein_sim *sim, double g)
 {
-    const stein__implicit *s = sim->implicit;
+    const work *s = work_of(sim);
     int n = sim->model->nq;
     for (int i = 0; i < n * n; i++) {
         s->W[i] = (i % (n + 1) == 0 ? g : 0.0) - s->B[i] - s->A[i] / g;
@@ -160,7 +113,7 @@ static int factor(stein_sim *sim, double g)
 }
 
 /* x += sum of w_j u_j over the first m stages */
-static void add_stages(const stein__implicit *s, int size, const double *w, int m, double *x)
+static void add_stages(const work *s, int size, const double *w, int m, double *x)
 {
     for (int j = 0; j < m; j++) {
         const double *u = s->u + j * size;
@@ -173,7 +126,7 @@ static void add_stages(const stein__implicit *s, int size, const double *w, int 
 /* u_i from f = {xqd, qdd} of its stage, qdd being in the second half of u_i */
 static void solve_stage(stein_sim *sim, int i, double h, double g)
 {
-    const stein__implicit *s = sim->implicit;
+    const work *s = work_of(sim);
     int n = sim->model->nq;
     double *u = s->u + i * 2 * n, *uq = u, *uqd = u + n, over_h[STAGES - 1];
     copy(uq, sim->xqd, n);
@@ -196,7 +149,7 @@ static void solve_stage(stein_sim *sim, int i, double h, double g)
 
 static stein_status make_stages(stein_sim *sim, double t, double h, double g, stein_err *err)
 {
-    const stein__implicit *s = sim->implicit;
+    const work *s = work_of(sim);
     int n = sim->model->nq;
     stein_status status = STEIN_OK;
     for (int i = 0; status == STEIN_OK && i < STAGES; i++) {
@@ -216,9 +169,9 @@ static stein_status make_stages(stein_sim *sim, double t, double h, double g, st
     return status;
 }
 
-stein_status stein__implicit_trial(stein_sim *sim, double h, stein_err *err)
+static stein_status trial(stein_sim *sim, double h, stein_err *err)
 {
-    const stein__implicit *s = sim->implicit;
+    const work *s = work_of(sim);
     int n = sim->model->nq;
     double t = sim->head->t, g = 1.0 / (h * gamma_);
     const double *last = s->u + (STAGES - 1) * 2 * n;
@@ -248,13 +201,11 @@ stein_status stein__implicit_trial(stein_sim *sim, double h, stein_err *err)
     return status;
 }
 
-/* ---- which kind of step ---- */
-
 /* h rho of the last step's f_y, by a power iteration in {q, h qd} */
 static double h_rho(const stein_sim *sim, double h)
 {
     enum { ALL = 12, COUNTED = 6 };
-    const stein__implicit *s = sim->implicit;
+    const work *s = work_of(sim);
     int n = sim->model->nq;
     double *x = s->z, *w = s->z + n, growth = 0.0;
     for (int i = 0; i < n; i++) {
@@ -286,59 +237,17 @@ static double h_rho(const stein_sim *sim, double h)
     return stein__exp(growth / COUNTED);
 }
 
-/* a kind of step begins */
-static void change(stein_sim *sim, int implicit)
+size_t stein__implicit_size(const stein_model *model, stein_integrator integrator)
 {
-    sim->head->implicit = (unsigned char)implicit;
-    sim->head->stiff = sim->head->calm = 0;
+    int wanted = stein__is_controlled(integrator) && stein__derivative_size(model) > 0;
+    return wanted ? layout(NULL, model) : 0;
 }
 
-/* explicit steps of h, with that h rho, are stiff. @return do implicit ones follow? */
-static int begin_implicit(stein_sim *sim, double h, double stiffness)
+void stein__implicit_make(stein_sim *sim, void *block)
 {
-    sim->counts.refused = refusal(sim);
-    if (!(sim->counts.rate > 0.0)) {
-        sim->counts.rate = stiffness / h;
-        sim->counts.first = sim->head->t;
-    }
-    change(sim, sim->counts.refused == NULL);
-    sim->counts.changes += sim->head->implicit;
-    return sim->head->implicit;
-}
-
-int stein__begin_implicit(stein_sim *sim, double h)
-{
-    return sim->def.integrator == STEIN_CONTROLLED && !sim->head->implicit &&
-           begin_implicit(sim, h, border);
-}
-
-void stein__note_explicit(stein_sim *sim, double h, double stiffness)
-{
-    state_head *head = sim->head;
-    if (stiffness > border) {
-        head->calm = 0;
-        head->stiff++;
-    } else if (head->stiff > 0 && ++head->calm >= TIMES_BETWEEN) {
-        change(sim, 0);
-    }
-    if (head->stiff >= TIMES_STIFF) {
-        (void)begin_implicit(sim, h, stiffness);
-    }
-}
-
-void stein__note_implicit(stein_sim *sim, double h)
-{
-    state_head *head = sim->head;
-    if (sim->def.integrator == STEIN_IMPLICIT) {
-        return;
-    }
-    head->calm = h_rho(sim, h) < well_inside ? (unsigned char)(head->calm + 1) : 0;
-    if (head->calm >= TIMES_CALM) {
-        change(sim, 0);
-    }
-}
-
-void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts)
-{
-    *counts = sim->counts;
+    work *s = block;
+    (void)layout(s, sim->model);
+    s->door = (stein__implicit){.trial = trial, .h_rho = h_rho};
+    s->slopes = stein__derivative_make(s->slopes, sim->model);
+    sim->implicit = &s->door;
 }

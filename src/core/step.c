@@ -190,7 +190,7 @@ void stein__accept(stein_sim *sim, double t1)
 stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
     stein_status status =
-        implicit ? stein__implicit_trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
+        implicit ? sim->implicit->trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
     sim->span = h;
     return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
