@@ -56,6 +56,57 @@ START_TEST(implicit_steps_have_order_five)
 }
 END_TEST
 
+/** What is seen inside of a step, the first time and against that. */
+typedef struct eye {
+    double (*seen)[4], dt, off;
+    int i, first;
+} eye;
+
+enum { LOOKS = 7 };
+
+static double look_inside(void *ctx, stein_sim *sim)
+{
+    eye *e = ctx;
+    double *seen = e->seen[e->i++];
+    for (int j = 0; j < 4; j++) {
+        double now = j < 2 ? stein_q(sim)[j] : stein_qd(sim)[j - 2];
+        e->off = fmax(e->off, e->first ? 0.0 : fabs(now - seen[j]));
+        seen[j] = e->first ? now : seen[j];
+    }
+    return e->i < LOOKS ? e->dt * (e->i + 1) / (LOOKS + 1) : INFINITY;
+}
+
+/* largest error inside of one step of dt, against many */
+static double inside_of(double dt)
+{
+    double seen[LOOKS][4], most = 0.0;
+    for (int k = 0; k < 2; k++) {
+        stein_sim *sim = make_sim(&stein_model_double_pendulum, STEIN_IMPLICIT, dt);
+        ck_assert_stein(
+            stein_set_state(sim, 0.0, (double[2]){0.731, -0.412}, (double[2]){1.27, -0.93}, err));
+        eye at = {seen, dt, 0.0, 0, k == 0};
+        stein_pace pace = {.tolerance = k == 0 ? 1e9 : 1e-13,
+                           .longest = dt,
+                           .h = k == 0 ? dt : dt / 64.0,
+                           .next = dt / (LOOKS + 1),
+                           .look = look_inside,
+                           .ctx = &at};
+        ck_assert_stein(stein_run_adaptive(sim, dt, &pace, err));
+        ck_assert_int_eq(at.i, LOOKS);
+        most = at.off;
+        stein_sim_destroy(sim);
+    }
+    return most;
+}
+
+START_TEST(inside_of_implicit_steps_the_order_is_four)
+{
+    double order = log2(inside_of(0.02) / inside_of(0.01)); // of one step
+    printf("observed order inside of a step of Rodas5P: %.3f\n", order - 1.0);
+    ck_assert(order > 4.6 && order < 5.6);
+}
+END_TEST
+
 /* ---- a joint in thick oil ---- */
 
 static const char oil[] =
@@ -388,6 +439,7 @@ Suite *stiff_suite(void)
     TCase *core = tcase_create("core");
     tcase_add_checked_fixture(core, make_folder, remove_folder);
     tcase_add_test(core, implicit_steps_have_order_five);
+    tcase_add_test(core, inside_of_implicit_steps_the_order_is_four);
     tcase_add_test(core, an_overdamped_joint_costs_hundreds_of_steps_instead_of_millions);
     tcase_add_test(core, steps_are_explicit_again_where_nothing_is_stiff);
     tcase_add_test(core, a_saved_state_continues_with_the_same_kind_of_steps_and_the_same_bits);

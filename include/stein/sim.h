@@ -101,10 +101,10 @@ typedef struct stein_pace {
     stein_look_fn *look; /* NULL: nobody looks */
     void *ctx;
 } stein_pace;
-/** Run to exactly t_end [s] with steps of controlled error (Dormand-Prince 5(4)) that end at events
- *  and at t_end. The times that are looked at do not shorten them: states inside of a step come
- * from its dense output, to order 6 in q and 5 in qd. So what is seen depends smoothly on when one
- * looks.
+/** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end, of
+ *  Dormand-Prince 5(4), or of Rodas5P where stein_steps_taken tells so. The times that are looked
+ *  at do not shorten them: states inside of a step come from its dense output, to order 6 in q and
+ *  5 in qd, 4 in implicit steps. So what is seen depends smoothly on when one looks.
  *  @return OK; EINVAL (the integrator is RK4, a number of pace out of range, t_end before the
  * current time or not finite); ENONFINITE, ESINGULAR, ECHATTER: as stein_step, when no step is
  * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest

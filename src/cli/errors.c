@@ -222,7 +222,9 @@ static void warn_of_steps(const cli_errors *c, const lab__errors *e)
             "unexplained; ",
             100.0 * e->made_share, 100.0 * e->energy_share);
     if (lab__is_controlled(c->integrator)) {
-        fprintf(stderr, "use --tolerance %.0e\n", 0.01 * c->tolerance);
+        int other = c->integrator == STEIN_CONTROLLED && c->model->nrow == 0;
+        fprintf(stderr, "use --tolerance %.0e%s\n", 0.01 * c->tolerance,
+                other ? " or --integrator implicit" : "");
     } else {
         double half = 0.5 * c->dt, needed = is_stiff(c) ? 0.5 / c->stiffest : half;
         fprintf(stderr, "use --integrator controlled, or --dt %.1g\n", fmin(half, needed));

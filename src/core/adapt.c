@@ -9,8 +9,8 @@
  *
  * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
  * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first
- * root, which its dense output gives to order 6, and the next step begins behind the switch. A
- * trial step that does not pass is not asked for its events.
+ * root, which its dense output gives to order 6 (4 in implicit steps), and the next step begins
+ * behind the switch. A trial step that does not pass is not asked for its events.
  *
  *      next --> trial of h --> judge --> too coarse: a shorter one
  *                  ^             |-----> no event: taken
@@ -155,8 +155,10 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     if (!(sim->head->t < p->t_end)) {
         return STEIN_OK;
     }
-    if (--p->left_over < 0.0 && !p->explicit_only && stein__begin_implicit(sim, pace->h)) {
+    if (--p->left_over < 0.0 && !p->explicit_only && !p->prolonged &&
+        stein__begin_implicit(sim, pace->h)) {
         p->left_over = fewest_trials; // what has no end with explicit steps may have one so
+        p->prolonged = 1;
     }
     if (p->left_over < 0.0) {
         stein_err why;

@@ -139,7 +139,9 @@ typedef struct stein__loops {
 typedef struct stein__implicit {
     stein_status (*trial)(stein_sim *sim, double h, stein_err *err); /* as stein__trial */
     double (*h_rho)(const stein_sim *sim, double h); /* of the last trial, see stiff.c */
-    int placed; /* 1: the derivatives of where the step begins are there */
+    int placed;    /* 1: the derivatives of where the step begins are there */
+    double *dense; /* [3][2*nq] dense output of the last trial beside its ends */
+    int inside;    /* 1: that was the last trial, 0: an explicit one */
 } stein__implicit;
 
 struct stein_sim {
@@ -472,7 +474,8 @@ static inline void stein__end_run(stein_sim *sim, double t_end)
 #endif
 
 #if STEIN_LANES > 0
-/* inside.c: dense output of the trial step, a quintic Hermite at theta in 0..1 of h; qd may be
+/* inside.c: dense output of the trial step at theta in 0..1 of h, a quintic Hermite if it was
+ * explicit; qd may be
  * NULL */
 INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd);
 /* all guards at q; the poses are those of q, at rest, then */
@@ -524,6 +527,7 @@ typedef struct stein__pacer {
     stein__grade grade;                 /* of the trial */
     int middle;                         /* an event may hide in its middle */
     int explicit_only, implicit;        /* of all trials; this one */
+    int prolonged;                      /* more trials were granted, to implicit steps */
 } stein__pacer;
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err);

@@ -56,6 +56,15 @@ static const double c[STAGES][STAGES - 1] = {
     {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047,
      -40.06618937091002, -54.66780262877968, -9.48861652309627}};
 
+/* dense output: see inside.c */
+static const double dense[3][STAGES] = {
+    {25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204,
+     0.524948541321073, 1.1241088310450404, 0.4272876194431874, -0.17202221070155493},
+    {-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796,
+     20.176138334709044, 15.98066361424651, -6.789040303419874, -6.710236069923372},
+    {11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643,
+     -52.072871366152654, -59.78993625266729, -0.15582684282751913, 4.883087185713722}};
+
 typedef struct work {
     stein__implicit door; /* comes first */
     stein_derivative *slopes;
@@ -80,6 +89,7 @@ static size_t layout(work *s, const stein_model *m)
     s->B = stein__carve_doubles(&arena, n * n);
     s->W = stein__carve_doubles(&arena, n * n);
     s->u = stein__carve_doubles(&arena, STAGES * 2 * n);
+    s->door.dense = stein__carve_doubles(&arena, 3 * 2 * n);
     s->z = stein__carve_doubles(&arena, 2 * n);
     s->slopes = stein__carve(&arena, stein__derivative_size(m));
     return arena.used;
@@ -187,6 +197,10 @@ static stein_status trial(stein_sim *sim, double h, stein_err *err)
     if (status != STEIN_OK) {
         return status;
     }
+    memset(s->door.dense, 0, sizeof *s->door.dense * (size_t)(3 * 2 * n));
+    for (int i = 0; i < 3; i++) {
+        add_stages(s, 2 * n, dense[i], STAGES, s->door.dense + i * 2 * n);
+    }
     for (int i = 0; i < n; i++) { // the last stage is still in x
         sim->q1[i] = sim->xq[i] + last[i];
         sim->qd1[i] = sim->xqd[i] + last[n + i];
@@ -247,7 +261,8 @@ void stein__implicit_make(stein_sim *sim, void *block)
 {
     work *s = block;
     (void)layout(s, sim->model);
-    s->door = (stein__implicit){.trial = trial, .h_rho = h_rho};
+    s->door.trial = trial;
+    s->door.h_rho = h_rho;
     s->slopes = stein__derivative_make(s->slopes, sim->model);
     sim->implicit = &s->door;
 }

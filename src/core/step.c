@@ -3,7 +3,8 @@
  *
  * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
  * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
- * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods.
+ * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
+ * (implicit.c has its own).
  *
  * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
  * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
@@ -192,6 +193,9 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     stein_status status =
         implicit ? sim->implicit->trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
     sim->span = h;
+    if (sim->implicit != NULL) {
+        sim->implicit->inside = implicit;
+    }
     return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
 

@@ -40,7 +40,7 @@ int stein__is_implicit(stein_sim *sim)
 void stein__implicit_leave(stein_sim *sim)
 {
     if (sim->implicit != NULL) {
-        sim->implicit->placed = 0;
+        sim->implicit->placed = sim->implicit->inside = 0;
     }
 }
 

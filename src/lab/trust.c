@@ -48,7 +48,7 @@ static stein_status make_beside(beside *b, const lab_model *model, const stein_s
                                 double tolerance, double longest, lab_drive *drive, stein_err *err)
 {
     stein_sim_def own = *def;
-    own.integrator = STEIN_CONTROLLED;
+    own.integrator = def->integrator == STEIN_IMPLICIT ? STEIN_IMPLICIT : STEIN_CONTROLLED;
     stein_status status = lab_sim(model, &own, &b->sim, err);
     if (status == STEIN_OK && drive != NULL) {
         status = lab_drive_bind(drive, b->sim, err);
