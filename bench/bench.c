@@ -3,10 +3,10 @@
  *
  *     build/bench [FILTER] [--csv FILE] [--plot FILE.svg]
  *
- * FILTER keeps the cases whose model or name holds it; the words `instrument` and `precision` stand
- * for those two parts. Run from the root of the sources (it opens models/stein1788.yaml). Compare
- * ratios within one run, not nanoseconds between two. Ends with 1 when anything that was timed is
- * not right.
+ * FILTER keeps the cases whose model or name holds it; the words `instrument`, `stiff` and
+ * `precision` stand for those parts. Run from the root of the sources (it opens
+ * models/stein1788.yaml). Compare ratios within one run, not nanoseconds between two. Ends with 1
+ * when anything that was timed is not right.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -78,6 +78,9 @@ int main(int argc, char **argv)
     derivative_rows();
     if (has_part(&o, "instrument")) {
         instrument_rows();
+    }
+    if (has_part(&o, "stiff")) {
+        stiff_rows();
     }
     if (has_part(&o, "precision")) {
         precision_rows(o.plot, csv);

@@ -11,6 +11,7 @@
  *   derivative.c  qdd by q, qd and parameters
  *   instrument.c  61 actions at audio rate
  *   precision.c   error of a stroke against time
+ *   stiff.c       the stiff governor against CVODE
  *   peers.c       the steppers of others (GSL, CVODE)
  *
  * Cases are timed in turn within each round, so a machine that changes its speed changes all of
@@ -88,6 +89,7 @@ void runtime_rows(void);
 void derivative_add(void);
 void derivative_rows(void);
 void instrument_rows(void);
+void stiff_rows(void);
 /** @param picture  where the work-precision plot goes, CSV beside it; NULL: none */
 void precision_rows(const char *picture, FILE *csv);
 

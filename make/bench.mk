@@ -9,7 +9,8 @@ ifneq ($(filter $(B)/bench bench $(B)/bench-libm bench-libm,$(MAKECMDGOALS)),)
 HAS_CVODE := $(shell $(CC) -E -include cvode/cvode.h -x c /dev/null >/dev/null 2>&1 && echo 1)
 HAS_MUJOCO := $(shell $(CC) -E -include mujoco/mujoco.h -x c /dev/null >/dev/null 2>&1 && echo 1)
 endif
-PEER_LIBS := $(if $(HAS_MUJOCO),-lmujoco) $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint)
+PEER_LIBS := $(if $(HAS_MUJOCO),-lmujoco) $(if $(HAS_CVODE),-lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint \
+             -lsundials_sunlinsoldense -lsundials_sunmatrixdense)
 $(B)/bench: $(BENCH_OBJ) $(B)/libsteinlab.a $(B)/libstein.a
 	@echo "  LD    $@"
 	$(Q)$(CC) $(OPT) $(LDFLAGS) -o $@ $^ $(LAB_LIBS) $(PEER_LIBS) -lm

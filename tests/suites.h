@@ -18,6 +18,7 @@
     X(sensitivity)   \
     X(integrator)    \
     X(balance)       \
+    X(stiff)         \
     X(batch)         \
     X(driven)        \
     X(contact)       \

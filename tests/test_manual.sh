@@ -102,7 +102,7 @@ else
         cmp -s "$dir/options" "$dir/got"
         ok "all options of $c complete" $?
     done
-    gives "integrators complete" "controlled dp5 rk4" stein strike models/pendulum.yaml --integrator ""
+    gives "integrators complete" "controlled dp5 implicit rk4" stein strike models/pendulum.yaml --integrator ""
     gives "also behind =" "dp5" stein strike models/pendulum.yaml --integrator = d
     gives "parameters complete" "rod.centre.z" "$stein" strike models/pendulum.yaml --set rod.c
     gives "files complete" "models/pendulum.yaml" stein strike models/pend
@@ -120,7 +120,7 @@ if command -v fish >/dev/null 2>&1; then
         test "$got" = "$1${1:+ }"
         ok "fish completes '$2' (completed: $got)" $?
     }
-    fish_gives "controlled dp5 rk4" "stein strike --integrator "
+    fish_gives "controlled dp5 implicit rk4" "stein strike --integrator "
     fish_gives "rod.centre.z" "stein strike models/pendulum.yaml --set rod.c"
     fish_gives "models/robotran/ models/strokes/ models/swing/" "stein study m.yaml -o models/"
     fish_gives "" "stein strike --until "

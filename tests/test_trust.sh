@@ -56,6 +56,34 @@ holds "is used: it errs more" "v['errors']['deviation']['m'] > 1e-6"
 claim 2 "a tolerance of 0" "$stein" simulate "$dir/ball.yaml" --tolerance 0
 says "is none" 'tolerance 0: expected a positive number'
 
+# ---- a motion that is too stiff for explicit steps: how many were implicit, and why
+claim 0 "a joint in thick oil" "$stein" simulate tests/validate/oil.yaml
+shows "its steps become implicit, and why" \
+    '^  [0-9]* of [0-9]* steps implicit: from [0-9.e-]* s on a motion that decays at 1[.]0e+07 1/s limited'
+claim 0 "the same" "$stein" simulate tests/validate/oil.yaml --json
+holds "in the object" "(lambda i: 0 < i['implicit'] < i['steps'] < 200 and i['stiff_from'] < 1e-4 and \
+    abs(i['rate'] / 1e7 - 1) < 0.05 and i['refused'] is None)(v['integration'])"
+claim 0 "implicit steps from the beginning" "$stein" simulate tests/validate/oil.yaml --integrator implicit
+shows "all of them are" '^  \([0-9]*\) of \1 steps implicit$'
+cat >"$dir/sticky.yaml" <<'END'
+mechanism: sticky
+bodies:
+  block: {joint: T x, mass: 0.5 kg, friction: {A: 2 N, vt: 1e-9 m/s}, spring: {k: 100 N/m}, initial: {position: 15 mm}}
+outputs: {x: {joint: block, read: position}}
+simulation: {dt: 1 ms, until: 1 s}
+END
+claim 3 "friction that turns round at 1 nm/s" "$stein" simulate "$dir/sticky.yaml" --until 50ms
+says "is chattered over, which is told with what helps" 'do not trust the result: .* or --integrator implicit$'
+claim 0 "with that" "$stein" simulate "$dir/sticky.yaml" --integrator implicit --json
+holds "it creeps as it should: 2 N tanh(v/vt) = 1.5 N" \
+    "abs(v['final']['x'] - (0.015 - 1e-9 * math.atanh(0.75))) < 1e-12 and v['trusted']"
+claim 0 "a loop" "$stein" simulate models/four_bar.yaml --until 10ms --integrator implicit
+shows "has none, and why" '^  no step implicit: loops and couplings have no derivatives$'
+claim 0 "the sled" "$stein" simulate "$dir/sled.yaml" --json
+holds "is not stiff" "v['integration'] == {'steps': 2000, 'implicit': 0, 'stiff_from': None, 'rate': None, 'refused': None}"
+claim 0 "steps of fixed length" "$stein" simulate "$dir/sled.yaml" --integrator rk4 --json
+holds "have none" "'integration' not in v"
+
 # ---- a ball comes to rest: its bounces pile up, the contact is kept
 claim 0 "a ball that comes to rest" "$stein" simulate "$dir/ball.yaml" --set floor.normal.c=2e4 \
     --set floor.normal.D=0.9 --set ball.initial.position=5mm --until 60s --json

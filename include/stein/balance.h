@@ -4,10 +4,10 @@
  *      E(t) - E(0) = work of inputs + work of laws + what the steps add or take by their errors
  *
  * E is kinetic energy and potential energy of gravity (stein_energy). The power of every force is
- * integrated over each step by Gauss's rule with three nodes on the step's dense output (order 6),
- * with the contacts of the step. A law's force is divided: what it is with all speeds 0 is elastic,
- * its work is stored; the rest is dissipated, and its work negative. What no rule explains is the
- * error of the steps: it is 0 for an exact solution.
+ * integrated over each step by Gauss's rule with three nodes on the step's dense output (order 6, 4
+ * in implicit ones), with the contacts of the step. A law's force is divided: what it is with all
+ * speeds 0 is elastic, its work is stored; the rest is dissipated, and its work negative. What no
+ * rule explains is the error of the steps: it is 0 for an exact solution.
  *
  *      stein_balance_create(&b, model, NULL, &err);
  *      stein_balance_attach(b, sim, &err);

@@ -63,9 +63,9 @@ stein_status stein_batch_steps(stein_batch *batch, long most, long *taken, stein
 stein_status stein_batch_run(stein_batch *batch, const double *t_end, stein_status *status,
                              stein_err *err);
 
-/** Begin a run of place i to t_end with steps of controlled error, as stein_run_adaptive. Until it
- * is over its place is not to be stepped in another way, nor its simulation changed;
- * stein_batch_put gives it up.
+/** Begin a run of place i to t_end with steps of controlled error, as stein_run_adaptive; they are
+ * explicit, however stiff the motion, but with STEIN_IMPLICIT. Until it is over its place is not to
+ * be stepped in another way, nor its simulation changed; stein_batch_put gives it up.
  *  @param pace  must outlive the run
  *  @return OK; EINVAL (no such place, none in it, or as stein_run_adaptive); ESINGULAR */
 stein_status stein_batch_begin(stein_batch *batch, int i, double t_end, stein_pace *pace,

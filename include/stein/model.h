@@ -425,8 +425,10 @@ typedef struct stein_lanes {
 /** RK4, DP5: Runge-Kutta 4 and Dormand-Prince 5(4) with steps of dt, split at events only.
  *  CONTROLLED: Dormand-Prince 5(4); every step of dt is made of as many as keep its error estimate
  *  within the tolerance of stein_set_tolerance. A step depends on the state alone, so that a saved
- *  state continues with the same bits here as well. */
-typedef enum { STEIN_RK4, STEIN_DP5, STEIN_CONTROLLED } stein_integrator;
+ *  state continues with the same bits here as well. Where stability rather than accuracy limits
+ *  these steps they become implicit ones, of Rodas5P, until it does not (stein_steps_taken).
+ *  IMPLICIT: the same with Rodas5P from the beginning. */
+typedef enum { STEIN_RK4, STEIN_DP5, STEIN_CONTROLLED, STEIN_IMPLICIT } stein_integrator;
 
 /** The mechanism. */
 typedef struct stein_model {
@@ -451,7 +453,7 @@ typedef struct stein_model {
     int ntable;
     const stein_table *tables; /* [ntable] */
     int settle;                /* 1 = start from static equilibrium near q0 */
-    int integrator;            /* a stein_integrator: 0 RK4, 1 DP5, 2 CONTROLLED */
+    int integrator;            /* a stein_integrator: 0 RK4, 1 DP5, 2 CONTROLLED, 3 IMPLICIT */
     double dt, until;          /* default step and duration [s] */
     stein_ops ops_setup, ops_mass_bias, ops_unloaded, ops_inverse, ops_pose, ops_point, ops_energy,
         ops_slopes, ops_along;

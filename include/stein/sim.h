@@ -101,10 +101,10 @@ typedef struct stein_pace {
     stein_look_fn *look; /* NULL: nobody looks */
     void *ctx;
 } stein_pace;
-/** Run to exactly t_end [s] with steps of controlled error (Dormand-Prince 5(4)) that end at events
- *  and at t_end. The times that are looked at do not shorten them: states inside of a step come
- * from its dense output, to order 6 in q and 5 in qd. So what is seen depends smoothly on when one
- * looks.
+/** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end, of
+ *  Dormand-Prince 5(4), or of Rodas5P where stein_steps_taken tells so. The times that are looked
+ *  at do not shorten them: states inside of a step come from its dense output, to order 6 in q and
+ *  5 in qd, 4 in implicit steps. So what is seen depends smoothly on when one looks.
  *  @return OK; EINVAL (the integrator is RK4, a number of pace out of range, t_end before the
  * current time or not finite); ENONFINITE, ESINGULAR, ECHATTER: as stein_step, when no step is
  * short enough; ECHATTER too when the motion asks for more than 20000 + 1000 (t_end - t)/longest
@@ -114,9 +114,28 @@ stein_status stein_run_adaptive(stein_sim *sim, double t_end, stein_pace *pace, 
  *  batch: those that passed and those that were too coarse; one repeated up to an event counts
  * once. Who makes one motion of many runs bounds its cost with it. */
 long long stein_trials(const stein_sim *sim);
-/** Tolerance of a step's error estimate with STEIN_CONTROLLED, as in stein_pace [rad or m];
- *  STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact of 1 ms
- * keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
+/** Steps of controlled error that a simulation has taken since it was created, and their kind. */
+typedef struct stein_step_counts {
+    long long taken;     /* all of them */
+    long long implicit;  /* those by Rodas5P */
+    long long changes;   /* how often they became implicit by themselves */
+    double first;        /* when stability limited explicit steps for the first time [s] */
+    double rate;         /* how fast the motion decays that limited them then [1/s]; 0: none did */
+    const char *refused; /* why steps were explicit although stability limited them, or implicit
+                          * ones were asked for; NULL: they were not */
+} stein_step_counts;
+/** A motion is stiff where explicit steps have to be so short for stability, not for accuracy:
+ *  strong damping, stiff springs that have come to rest. Dormand-Prince's last two stages tell how
+ *  near h rho is to the border (Hairer, Norsett & Wanner 1993, IV.2); after 15 steps at the border
+ *  the following ones are implicit, by Rodas5P (Steinebach 2023, BIT 63:27; order 5(4), L-stable)
+ *  on the exact derivatives by state. They are explicit again after 10 steps that explicit ones
+ *  could have made as well. Which they are is part of the state. Events are located as in explicit
+ *  steps. There are no implicit steps in a mechanism with loops or couplings, with a force hook, a
+ *  signal or sensitivities, and none in runs of a batch but with STEIN_IMPLICIT. */
+void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
+/** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
+ * [rad or m]; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact
+ * of 1 ms keeps its energy to 1e-7 with it. @return OK; EINVAL (not > 0 and finite) */
 #define STEIN_TOLERANCE 1e-12
 stein_status stein_set_tolerance(stein_sim *sim, double tolerance, stein_err *err);
 double stein_time(const stein_sim *sim);

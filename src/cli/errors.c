@@ -3,6 +3,7 @@
  */
 #include "errors.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -35,8 +36,29 @@ static int has_kind(const lab__errors *e, int kind)
     return e->range[kind] > 0.0;
 }
 
+/* how many steps were implicit, and why */
+static void stiffness_line(FILE *f, const cli_errors *c)
+{
+    const stein_step_counts *n = &c->steps;
+    int always = c->integrator == STEIN_IMPLICIT;
+    if (n->implicit > 0) {
+        fprintf(f, "  %lld of %lld steps implicit", n->implicit, n->taken);
+    } else if (n->refused != NULL) {
+        fprintf(f, "  no step implicit: %s", n->refused);
+    } else {
+        return;
+    }
+    if (always || !(n->rate > 0.0)) {
+        fprintf(f, "\n");
+    } else {
+        fprintf(f, "%s from %.3g s on a motion that decays at %.1e 1/s limited the explicit ones\n",
+                n->implicit > 0 ? ":" : ",", n->first, n->rate);
+    }
+}
+
 void cli_errors_line(FILE *f, const cli_errors *c)
 {
+    stiffness_line(f, c);
     const lab__errors *e = lab__accuracy_errors(c->trust);
     const char *before = "  error of positions ";
     for (int k = 0; e->known && k < LAB_KINDS; k++) {
@@ -97,10 +119,34 @@ static void put_works(lab__json *out, const cli_errors *c)
     }
 }
 
+static void put_steps(lab__json *out, const cli_errors *c)
+{
+    const stein_step_counts *n = &c->steps;
+    lab__json_open(out, "integration", '{');
+    lab__json_int(out, "steps", (int)fmin((double)n->taken, INT_MAX));
+    lab__json_int(out, "implicit", (int)fmin((double)n->implicit, INT_MAX));
+    if (n->rate > 0.0) {
+        lab__json_real(out, "stiff_from", n->first);
+        lab__json_real(out, "rate", n->rate);
+    } else {
+        lab__json_null(out, "stiff_from");
+        lab__json_null(out, "rate");
+    }
+    if (n->refused != NULL) {
+        lab__json_text(out, "refused", n->refused);
+    } else {
+        lab__json_null(out, "refused");
+    }
+    lab__json_close(out);
+}
+
 void cli_errors_json(lab__json *out, const cli_errors *c)
 {
     const lab__errors *e = lab__accuracy_errors(c->trust);
     const stein_energy_total *s = &e->energy;
+    if (lab__is_controlled(c->integrator)) {
+        put_steps(out, c);
+    }
     lab__json_open(out, "errors", '{');
     put_kinds(out, "deviation", e->deviation);
     put_kinds(out, "steps", e->made);
@@ -139,7 +185,7 @@ static const char *contact_name(const stein_model *m, int k)
 
 static int is_stiff(const cli_errors *c)
 {
-    return c->integrator != STEIN_CONTROLLED && c->stiffest * c->dt > 1.0;
+    return !lab__is_controlled(c->integrator) && c->stiffest * c->dt > 1.0;
 }
 
 void cli_errors_gimbal(const cli_errors *c)
@@ -175,8 +221,10 @@ static void warn_of_steps(const cli_errors *c, const lab__errors *e)
             "errors of the steps add up to %.2g %% of the motion, %.2g %% of the energy is "
             "unexplained; ",
             100.0 * e->made_share, 100.0 * e->energy_share);
-    if (c->integrator == STEIN_CONTROLLED) {
-        fprintf(stderr, "use --tolerance %.0e\n", 0.01 * c->tolerance);
+    if (lab__is_controlled(c->integrator)) {
+        int other = c->integrator == STEIN_CONTROLLED && c->model->nrow == 0;
+        fprintf(stderr, "use --tolerance %.0e%s\n", 0.01 * c->tolerance,
+                other ? " or --integrator implicit" : "");
     } else {
         double half = 0.5 * c->dt, needed = is_stiff(c) ? 0.5 / c->stiffest : half;
         fprintf(stderr, "use --integrator controlled, or --dt %.1g\n", fmin(half, needed));

@@ -18,12 +18,14 @@ typedef struct cli_errors {
     double dt, tolerance, until;
     double stiffest, stiff_time; /* largest rate of a contact [1/s], [s] */
     int stiff_contact;
+    stein_step_counts steps;
     int begins, busiest; /* of the contact that began most often, and which */
 } cli_errors;
 
-/** "  error of positions 2e-8 m, energy unexplained 3e-7 of 1.2 J" */
+/** "  error of positions 2e-8 m, energy unexplained 3e-7 of 1.2 J", behind what was stiff, if
+ * anything was: "  158 of 983 steps implicit: ..." */
 void cli_errors_line(FILE *f, const cli_errors *e);
-/** "errors", "energy" and "trusted" of the object. */
+/** "integration", "errors", "energy" and "trusted" of the object. */
 void cli_errors_json(lab__json *out, const cli_errors *e);
 /** Gimbal lock on the way, if there was one, on standard error. */
 void cli_errors_gimbal(const cli_errors *e);

@@ -47,11 +47,12 @@ static int read_numbers(job *j)
     }
     if (integrator != NULL) {
         int i = STEIN_RK4;
-        while (i <= STEIN_CONTROLLED && strcmp(integrator, mech_integrator(i)) != 0) {
+        while (i <= STEIN_IMPLICIT && strcmp(integrator, mech_integrator(i)) != 0) {
             i++;
         }
-        if (i > STEIN_CONTROLLED) {
-            return cli_misuse(args->command, "--integrator %s: expected rk4, dp5 or controlled",
+        if (i > STEIN_IMPLICIT) {
+            return cli_misuse(args->command,
+                              "--integrator %s: expected rk4, dp5, controlled or implicit",
                               integrator);
         }
         j->sim_def.integrator = (stein_integrator)i;
@@ -193,6 +194,7 @@ static stein_status simulate(job *j, stein_err *err)
         lab__accuracy_fail(j->trust, j->sim);
         cli_errors_gimbal(&j->errors);
     }
+    stein_steps_taken(j->sim, &j->errors.steps);
     if (status == STEIN_OK && j->table != NULL) {
         status = lab_record_finish(j->table, j->sim);
     }
@@ -419,9 +421,10 @@ static const cli_option options[] = {
     {"release", 0, "T",
      "Lift the load at this time. What follows shows the return of the action and decides\n"
      "whether it re-arms; it is no part of the stroke itself."},
-    {"integrator", 0, "rk4|dp5|controlled",
+    {"integrator", 0, "rk4|dp5|controlled|implicit",
      "Runge-Kutta 4 or Dormand-Prince 5 with fixed steps, or Dormand-Prince 5(4) that divides a\n"
-     "step as its error estimate asks; default: the file's, which is controlled without one."},
+     "step as its error estimate asks, and goes over to implicit steps where the motion is too\n"
+     "stiff for them; implicit: those only. Default: the file's, which is controlled without one."},
     {"dt", 0, "S", "Length of a step, e.g. 10us; default: the file's."},
     {"tolerance", 0, "E",
      "Error estimate of a controlled step at most [rad or m]; default: 1e-12."},
@@ -465,29 +468,31 @@ static const cli_option options[] = {
     "command. Equations that are not built in are generated, compiled with the system's cc\n"     \
     "into $XDG_CACHE_HOME/stein (or ~/.cache/stein) and loaded; a changed number never needs\n"   \
     "the compiler, a changed structure does so by itself."
-#define OUTPUT                                                                                   \
-    "A summary in ms, mm, N. With --json, in SI units:\n"                                        \
-    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"     \
-    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"      \
-    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"errors\", \"energy\",\n" \
-    "\"trusted\"}; for a mechanism without a stroke {\"model\", \"final\", \"errors\", "         \
-    "\"energy\",\n"                                                                              \
-    "\"trusted\"}.\n"                                                                            \
-    "\n"                                                                                         \
-    "The last line tells the errors of the run. Two simulations with a small tolerance go "      \
-    "beside\n"                                                                                   \
-    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"   \
-    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"   \
-    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n" \
-    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"    \
-    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "   \
-    "and\n"                                                                                      \
-    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"   \
-    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"  \
-    "because the motion amplifies small differences.\n"                                          \
-    "\n"                                                                                         \
-    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"     \
-    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"    \
+#define OUTPUT                                                                                     \
+    "A summary in ms, mm, N. With --json, in SI units:\n"                                          \
+    "{\"model\", \"outcome\", \"escapement\": {\"time\", \"height\"} or null, \"impact\":\n"       \
+    "{\"time\", \"speed\"} or null, \"impacts\", \"free_flight\", \"forced_escapement\",\n"        \
+    "\"peak_string_force\", \"rearmed\", \"final\": {channel: value}, \"integration\",\n"          \
+    "\"errors\", \"energy\", \"trusted\"}; for a mechanism without a stroke {\"model\",\n"         \
+    "\"final\", \"integration\", \"errors\", \"energy\", \"trusted\"}. `integration` is told of\n" \
+    "controlled steps: how many there were (`steps`), how many were `implicit`, from when on\n"    \
+    "stability limited explicit ones (`stiff_from`, null: never), by a motion that decays at\n"    \
+    "which `rate` [1/s], and why they stayed explicit all the same (`refused`).\n"                 \
+    "\n"                                                                                           \
+    "The last line tells the errors of the run. Two simulations with a small tolerance go "        \
+    "beside\n"                                                                                     \
+    "it: `deviation` is the largest difference to the one that starts where the run starts;\n"     \
+    "`steps` sums what the steps add between two of 1000 checkpoints; `_share` are the same\n"     \
+    "against the range of the motion. `energy` tells what inputs brought, laws dissipated and\n"   \
+    "springs store, each law's work in `work`; `unexplained` is the rest, the error of the\n"      \
+    "steps, `scale` the energy that there was to keep. Above 0.1 % a warning names the cause "     \
+    "and\n"                                                                                        \
+    "what helps; above 3 % the result is not to be trusted: `trusted` is false and the exit\n"     \
+    "code 3 (--allow-error: 0). `lost` is the time after which positions are not determined,\n"    \
+    "because the motion amplifies small differences.\n"                                            \
+    "\n"                                                                                           \
+    "The CSV starts with `# name: value` lines (`# set pawl.stop_shift: -0.3mm` for every\n"       \
+    "override), then a header of `channel [unit]` with `time [s]` first, then the rows, in\n"      \
     "the shortest decimals that read back exactly. It is itself a data file."
 #define EXAMPLES                                                                                   \
     "stein strike models/stein1788.yaml\n"                                                         \

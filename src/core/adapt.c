@@ -9,8 +9,8 @@
  *
  * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
  * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first
- * root, which its dense output gives to order 6, and the next step begins behind the switch. A
- * trial step that does not pass is not asked for its events.
+ * root, which its dense output gives to order 6 (4 in implicit steps), and the next step begins
+ * behind the switch. A trial step that does not pass is not asked for its events.
  *
  *      next --> trial of h --> judge --> too coarse: a shorter one
  *                  ^             |-----> no event: taken
@@ -48,8 +48,10 @@ static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
 
 /* The trial step to t1 becomes the state. Forces and gaps are those of where one looked inside
  * last; they are evaluated anew when somebody asks, while qdd is known. */
-static void finish(stein_sim *sim, double t1, stein_pace *pace)
+static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
 {
+    sim->counts.taken++;
+    sim->counts.implicit += implicit;
     look_inside(sim, t1, pace);
     int fresh = sim->fresh;
     stein__accept(sim, t1);
@@ -137,6 +139,7 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
     if (status == STEIN_OK && sim->fresh == STALE) {
         status = stein__refresh(sim, err);
     }
+    stein__implicit_leave(sim);
     *p = (stein__pacer){.t_end = t_end, .growth = STEIN__MOST_GROWTH};
     if (status == STEIN_OK) {
         p->left_over = fewest_trials + trials_a_longest * (t_end - sim->head->t) / pace->longest;
@@ -151,7 +154,12 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     if (!(sim->head->t < p->t_end)) {
         return STEIN_OK;
     }
-    if (--p->left_over < 0.0) {
+    if (--p->left_over < 0.0 && !p->explicit_only && !p->prolonged &&
+        stein__begin_implicit(sim, pace->h)) {
+        p->left_over = fewest_trials; // what has no end with explicit steps may have one so
+        p->prolonged = 1;
+    }
+    if (p->left_over < 0.0) {
         stein_err why;
         stein__fail(&why, STEIN_ECHATTER,
                     "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
@@ -170,26 +178,44 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
     return STEIN_OK;
 }
 
+/* May the kind of step change behind this one? It says something where the error control alone has
+ * made it so short. */
+static int is_limited(const stein_sim *sim, const stein_pace *pace, const stein__pacer *p)
+{
+    return sim->def.integrator == STEIN_CONTROLLED && !p->explicit_only && p->whole == p->wanted &&
+           p->wanted < pace->longest;
+}
+
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err)
 {
-    static const stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH};
-    stein_status status = stein__try(sim, p->h, err);
+    static const stein__grade failed = {(double)INFINITY, 0.0, STEIN__LEAST_GROWTH, 0.0};
+    p->implicit = !p->explicit_only && stein__is_implicit(sim);
+    stein_status status = stein__try(sim, p->h, p->implicit, err);
     sim->fresh = status == STEIN_OK ? FRESH : STALE; // about the end of the trial step
     if (!p->repeated) {
         p->grade =
             status == STEIN_OK ? stein__graded(sim, p->h, pace->tolerance, p->log_last) : failed;
+        if (is_limited(sim, pace, p) && !p->implicit && !(p->grade.e > 1.0)) {
+            p->grade.h_rho = stein__explicit_stiffness(sim, p->h);
+        }
     }
     return status;
 }
 
 /* the trial step that passed is over: the next one */
-static void plan_next(const stein_sim *sim, stein_pace *pace, stein__pacer *p)
+static void plan_next(stein_sim *sim, stein_pace *pace, stein__pacer *p)
 {
     const stein__grade *g = &p->grade;
+    if (p->implicit && p->whole == p->wanted) {
+        stein__note_implicit(sim, p->whole);
+    } else if (is_limited(sim, pace, p)) {
+        stein__note_explicit(sim, p->whole, g->h_rho);
+    }
     double next = p->whole * fmin(p->growth, g->factor);
     pace->h =
         p->whole < p->wanted && g->e < 0.5 ? fmax(next, pace->h) : next; // a rest tells little
+    stein__implicit_leave(sim);
     p->log_last = g->log_e > log_little ? g->log_e : log_little;
     p->growth = STEIN__MOST_GROWTH;
     p->spot = sim->head->t > p->t ? 0 : p->spot + 1;
@@ -207,7 +233,7 @@ static stein_status take(stein_sim *sim, stein_pace *pace, stein__pacer *p, stei
 {
     double theta = event_of(sim, p->h, p->middle);
     if (theta > 1.0) {
-        finish(sim, p->to, pace);
+        finish(sim, p->to, pace, p->implicit);
         return STEIN_OK;
     }
     p->to = p->t + theta * p->h;
@@ -220,7 +246,7 @@ static stein_status take(stein_sim *sim, stein_pace *pace, stein__pacer *p, stei
 static stein_status arrive(stein_sim *sim, stein_pace *pace, stein__pacer *p, stein_err *err)
 {
     p->repeated = 0;
-    finish(sim, p->to, pace);
+    finish(sim, p->to, pace, p->implicit);
     return switch_over(sim, err);
 }
 

@@ -121,7 +121,8 @@ void stein_batch_destroy(stein_batch *batch)
 static int can_ride(const stein_batch *b, const stein_sim *sim)
 {
     int load = b->model->load.body;
-    return b->width != NULL && sim->on_force == NULL && sim->rider == NULL && !sim->jacobians &&
+    return b->width != NULL && b->def.integrator != STEIN_IMPLICIT && sim->on_force == NULL &&
+           sim->rider == NULL && !sim->jacobians &&
            (load < 0 || sim->held[load] == !sim->head->load_present);
 }
 

@@ -75,7 +75,7 @@ static long step_group(stein_batch *b, int g, const aim *to, unsigned wanted, st
 {
     int first = g * b->lanes;
     long n = 1, most = LONG_MAX;
-    int in_lanes = b->width != NULL && b->def.integrator != STEIN_CONTROLLED;
+    int in_lanes = b->width != NULL && !stein__is_controlled(b->def.integrator);
     unsigned done = 0, riders = in_lanes ? stein__batch_board(b, g) & wanted : 0;
     riders = count(riders) > 1 ? riders : 0;
     if (riders != 0) {
@@ -249,7 +249,7 @@ static unsigned try_riders(stein_batch *b, int g, unsigned riders)
             stein__pacer *p = &b->pacer[first + k];
             take_trial(b, g, k);
             if (!p->repeated) {
-                p->grade = (stein__grade){e[k], log_e[k], factor[k]};
+                p->grade = (stein__grade){e[k], log_e[k], factor[k], 0.0};
                 long_ones |= (unsigned)(p->middle && !(e[k] > 1.0)) << k;
             }
         }
@@ -335,6 +335,7 @@ stein_status stein_batch_begin(stein_batch *b, int i, double t_end, stein_pace *
     }
     stein__batch_fetch(b, i);
     stein_status status = stein__pace_begin(b->place[i].sim, t_end, pace, &b->pacer[i], err);
+    b->pacer[i].explicit_only = b->def.integrator != STEIN_IMPLICIT; // as in lanes
     b->state[i] = status;
     b->pace[i] = status == STEIN_OK ? pace : NULL;
     b->place[i].sim->fresh = status == STEIN_OK ? b->place[i].sim->fresh : STALE;

@@ -236,7 +236,7 @@ stein_status stein__blame(stein_sim *sim, double h, stein_status code, const cha
     }
     int index = -1;
     double rate = stiffest_of_step(sim, h, &index);
-    if (sim->def.integrator == STEIN_CONTROLLED && !(rate * h > 1.0)) {
+    if (stein__is_controlled(sim->def.integrator) && !(rate * h > 1.0)) {
         return stein__fail(err, code, "%s after t = %g s, in a step of %g s", what, t, h);
     }
     if (!(rate * h > 1.0)) {

@@ -34,8 +34,8 @@ static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
     }
     real distance = root_of(r.x * r.x + r.z * r.z);
     mask is_apart = more(distance, 0.0);
-    return (vec2){sel(is_apart, r.x / distance, same(0.0)),
-                  sel(is_apart, r.z / distance, same(1.0))};
+    return (vec2){sel(is_apart, over(r.x, distance), same(0.0)),
+                  sel(is_apart, over(r.z, distance), same(1.0))};
 }
 
 /* how the two sides are to each other; a line has no radius */

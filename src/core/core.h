@@ -9,7 +9,7 @@
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions
  *      loops.c     closed loops and couplings          partition.c   their linear system
- *      assemble.c  start positions that close them
+ *      assemble.c  start positions that close them     implicit.c, stiff.c  stiff motions
  *      stick.c     friction that sticks: what holds    stuck.c     when it begins and ends
  *      status.c    errors                              identity.c  one hash of all that computes
  *
@@ -25,6 +25,7 @@
  *      batch*.c    many simulations in lanes           slopes.c    the same for what touches
  *      processor.c how many lanes there are            derivative.c  derivatives of qdd
  *      balance.c   energies of a motion                sensitivity.c  derivatives of a motion
+ *                                                      points.c    points off the plane along them
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -119,7 +120,10 @@ typedef struct state_head {
     double t0;          /* origin of the step grid: step k ends at t0 + k dt */
     long long step;     /* steps since t0 */
     mask load_present;
-    int reserved;
+    unsigned char implicit; /* 1: steps are implicit (stiff.c), because explicit ones were stiff */
+    unsigned char stiff,
+        calm; /* how often the last ones were at the border of that, and were not */
+    unsigned char reserved;
 } state_head;
 
 /** Work of loops.c, partition.c, assemble.c. */
@@ -168,6 +172,15 @@ typedef struct stein__sticks {
     int off;                   /* 1: nothing sticks or rubs where it could stick (settle.c) */
 } stein__sticks;
 
+/** How implicit steps are made (implicit.c). */
+typedef struct stein__implicit {
+    stein_status (*trial)(stein_sim *sim, double h, stein_err *err); /* as stein__trial */
+    double (*h_rho)(const stein_sim *sim, double h); /* of the last trial, see stiff.c */
+    int placed;    /* 1: the derivatives of where the step begins are there */
+    double *dense; /* [3][2*nq] dense output of the last trial beside its ends */
+    int inside;    /* 1: that was the last trial, 0: an explicit one */
+} stein__implicit;
+
 struct stein_sim {
     const stein_model *model;
     stein_sim_def def;
@@ -209,6 +222,8 @@ struct stein_sim {
     real *Q;          /* [nq] */
     int fresh;        /* what of the above belongs to the current state: STALE, KNOWN, FRESH */
     long long trials; /* of steps of controlled error, since it was created */
+    stein_step_counts counts;  /* those that were taken */
+    stein__implicit *implicit; /* NULL: none */
     int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
 
     /* workspace */
@@ -232,6 +247,7 @@ struct stein_sim {
     real *zero;                   /* [3*nq+4] */
     double *work;                 /* [nq*nq + 2*nq] */
     double *root;                 /* [nswitch] */
+    int *pivot;                   /* [nq] */
     unsigned char *crossed;       /* [nswitch] guards that switch at the located root */
     stein__loops loop;
     stein__sticks hold;
@@ -257,6 +273,7 @@ struct stein_sim {
     void (*on_accept)(void *rider, stein_sim *sim, double h);
     void (*on_switch)(void *rider, stein_sim *sim, int flipped);
     void (*on_end)(void *rider);
+    int rides_with_explicit; /* 1: the rider knows explicit steps only */
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
     mask *bound;              /* [ninput] lanes with a signal there */
@@ -322,9 +339,12 @@ int stein__factor(int n, const int *parent, double *M, double *inverse);
 void stein__substitute(int n, const int *parent, const double *M, const double *inverse, double *B,
                        int m);
 
-/* A x = b by elimination with row pivoting, A [n*n] and b [n] overwritten, b becomes x; -1 when
- * singular */
-int stein__solve_general(int n, double *A, double *b);
+/* A x = b by elimination with row pivoting, A [n*n] and b [n] overwritten, b becomes x, pivot [n]
+ * is workspace; -1 when singular */
+int stein__solve_general(int n, double *A, int *pivot, double *b);
+/* the same in two parts, for several right-hand sides: A and pivot become its factors */
+int stein__factor_general(int n, double *A, int *pivot);
+void stein__substitute_general(int n, const double *A, const int *pivot, double *b);
 
 /* state.c: the block without a state, but as that of this model */
 void stein__state_clear(stein_sim *sim);
@@ -500,6 +520,7 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 typedef struct stein__grade {
     real e, log_e; /* its error in tolerances, INFINITY where that is no number; the logarithm */
     real factor;   /* the next step in lengths of this one */
+    real h_rho;    /* how near it was to the border of stability (stiff.c), 0: not asked */
 } stein__grade;
 #define STEIN__SHORTEST     1e-12 /* a step that is no longer is taken, whatever its error [s] */
 #define STEIN__MOST_GROWTH  4.0   /* from one step to the next */
@@ -509,6 +530,15 @@ typedef struct stein__grade {
  */
 INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, real log_last);
 #endif
+#if STEIN_LANES == 1
+/* h rho of an explicit trial step of Dormand & Prince (stiff.c) */
+double stein__explicit_stiffness(const stein_sim *sim, double h);
+#endif
+/* are steps of dt divided as their error asks? */
+static inline int stein__is_controlled(stein_integrator integrator)
+{
+    return integrator == STEIN_CONTROLLED || integrator == STEIN_IMPLICIT;
+}
 /* how many stages a method has; the weights of the derivatives in its stage i, then in its end */
 int stein__stages(stein_integrator integrator);
 const double *stein__weights(stein_integrator integrator, int i);
@@ -540,7 +570,8 @@ static inline void stein__end_run(stein_sim *sim, double t_end)
 #endif
 
 #if STEIN_LANES > 0
-/* inside.c: dense output of the trial step, a quintic Hermite at theta in 0..1 of h; qd may be
+/* inside.c: dense output of the trial step at theta in 0..1 of h, a quintic Hermite if it was
+ * explicit; qd may be
  * NULL */
 INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd);
 /* all guards at q; the poses are those of q, at rest, then */
@@ -550,8 +581,8 @@ double stein__guard(stein_sim *sim, const double *q, int i); /* one of them */
 
 /* step.c: can a run from where the simulation is end at t_end? @return OK, EINVAL */
 stein_status stein__check_end(const stein_sim *sim, double t_end, stein_err *err);
-/* a trial step from the current state, checked for numbers that are none */
-stein_status stein__try(stein_sim *sim, double h, stein_err *err);
+/* a trial step from the current state, explicit or not, checked for numbers that are none */
+stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err);
 /* is a guard, as evaluated last, on the other side of its mode? */
 int stein__any_crossed(const stein_sim *sim);
 /* those into crossed[] */
@@ -568,6 +599,22 @@ void stein__accept(stein_sim *sim, double t1);
 /* switch what crossed[] marks, and tell */
 void stein__flip_crossed(stein_sim *sim);
 
+#if STEIN_LANES == 1
+/* implicit.c: room for implicit steps behind a simulation, 0: there are none; in it, sim->implicit.
+ * (Pages and FMUs have none: src/page/explicit.c.) */
+size_t stein__implicit_size(const stein_model *model, stein_integrator integrator);
+void stein__implicit_make(stein_sim *sim, void *block);
+/* stiff.c: the next step begins elsewhere than the last trial */
+void stein__implicit_leave(stein_sim *sim);
+/* is the next step an implicit one? */
+int stein__is_implicit(stein_sim *sim);
+/* a step of h of either kind was taken, which the error control has limited: which kind is next */
+void stein__note_explicit(stein_sim *sim, double h, double stiffness);
+void stein__note_implicit(stein_sim *sim, double h);
+/* a run has taken too many explicit steps, now of h. @return are the following ones implicit? */
+int stein__begin_implicit(stein_sim *sim, double h);
+#endif
+
 /* adapt.c: a run with steps of controlled error, trial by trial - begin, then { next where p->h is
  * 0, a trial of p->h, judge } until p->h stays 0, then end */
 typedef struct stein__pacer {
@@ -579,6 +626,8 @@ typedef struct stein__pacer {
     double whole;                       /* its length before */
     stein__grade grade;                 /* of the trial */
     int middle;                         /* an event may hide in its middle */
+    int explicit_only, implicit;        /* of all trials; this one */
+    int prolonged;                      /* more trials were granted, to implicit steps */
 } stein__pacer;
 stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *pace,
                                stein__pacer *p, stein_err *err);

@@ -47,6 +47,7 @@ static size_t layout(stein_derivative *s, const stein_model *m)
     s->own = stein__carve_constants(&a, m);
     s->du = stein__carve_doubles(&a, 3 * m->ninput);
     s->dpose = stein__carve(&a, sizeof *s->dpose * (size_t)m->nframe);
+    stein__points_carve(&s->points, &a, m);
     s->tangent = stein__carve(&a, stein__tangent_size(m));
     return a.used;
 }
@@ -55,6 +56,24 @@ static int has_derivatives(const stein_model *model)
 {
     return model->setup_along != NULL && model->inverse_along != NULL &&
            (model->nframe == 0 || model->pose_along != NULL);
+}
+
+size_t stein__derivative_size(const stein_model *model)
+{
+    return model->nrow == 0 && has_derivatives(model) ? layout(NULL, model) : 0;
+}
+
+stein_derivative *stein__derivative_make(void *block, const stein_model *model)
+{
+    stein_derivative *s = block;
+    memset(s, 0, layout(NULL, model));
+    (void)layout(s, model);
+    s->model = model;
+    s->tangent = stein__tangent_make(s->tangent, model);
+    for (int j = 0; j < model->nq; j++) {
+        s->parent[j] = model->bodies[j].parent;
+    }
+    return s;
 }
 
 stein_status stein_derivative_create(stein_derivative **out, const stein_model *model,
@@ -86,15 +105,8 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
         return stein__fail(err, STEIN_ENOMEM, "out of memory for derivatives of \"%s\"",
                            model->name);
     }
-    memset(s, 0, size);
-    (void)layout(s, model);
-    s->model = model;
-    s->def = own;
-    s->tangent = stein__tangent_make(s->tangent, model);
-    for (int j = 0; j < model->nq; j++) {
-        s->parent[j] = model->bodies[j].parent;
-    }
-    *out = s;
+    *out = stein__derivative_make(s, model);
+    (*out)->def = own;
     return STEIN_OK;
 }
 
@@ -130,15 +142,22 @@ static stein_status check(const stein_derivative *s, const stein_sim *sim, stein
     return STEIN_OK;
 }
 
-/* M of the free joints in its factors, which a large tree's solution left in its place */
+/* M of the free joints in its factors, which a large tree's solution left in its place; articulated
+ * bodies have not made it */
 static void factor(stein_derivative *s)
 {
-    int n = s->model->nq;
-    memcpy(s->factor, s->sim->M, sizeof *s->factor * (size_t)(n * n));
-    if (s->model->solve != NULL) {
+    const stein_model *model = s->model;
+    const stein_sim *sim = s->sim;
+    int n = model->nq;
+    if (model->articulated != NULL) {
+        model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, s->factor, s->c);
+    } else {
+        memcpy(s->factor, sim->M, sizeof *s->factor * (size_t)(n * n));
+    }
+    if (model->articulated != NULL || model->solve != NULL) {
         (void)stein__factor(n, s->parent, s->factor, s->inverse);
     } else {
-        memcpy(s->inverse, s->sim->inverse, sizeof *s->inverse * (size_t)n);
+        memcpy(s->inverse, sim->inverse, sizeof *s->inverse * (size_t)n);
     }
 }
 
@@ -147,9 +166,14 @@ stein_status stein_derivative_at(stein_derivative *s, stein_sim *sim, double t, 
 {
     s->sim = NULL;
     stein_status status = check(s, sim, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
+    return status == STEIN_OK ? stein__derivative_at(s, sim, t, q, qd, qdd, err) : status;
+}
+
+stein_status stein__derivative_at(stein_derivative *s, stein_sim *sim, double t, const double *q,
+                                  const double *qd, double *qdd, stein_err *err)
+{
+    stein_status status;
+    s->sim = NULL;
     sim->fresh = STALE;
     sim->inside = 1; // nobody asks about guards
     status = stein__evaluate(sim, t, q, qd, s->qdd, err);
@@ -185,6 +209,12 @@ static void place_tangent(stein_derivative *s)
                     .mode = sim->mode,
                     .load_present = sim->head->load_present,
                     .signals = sim->signals};
+    if (!s->placed && sim->jacobians) {
+        stein__points_place(s);
+        at.px = s->points.x;
+        at.pv = s->points.v;
+        at.pJ = s->points.J;
+    }
     if (!s->placed) {
         stein__tangent_place(s->tangent, &at, s->known != sim || s->taken != sim->taken);
         s->placed = 1;
@@ -247,8 +277,14 @@ static stein__direction direction_of(stein_derivative *s, const stein__constants
     if (model->nframe > 0) {
         model->pose_along(sim->xq, sim->xqd, sim->sc, sim->d, s->dq, s->dqd, dd->dd, s->dpose);
     }
+    if (sim->jacobians) {
+        stein__points_along(s);
+    }
     return (stein__direction){.dq = s->dq,
                               .dqd = s->dqd,
+                              .dpx = sim->jacobians ? s->points.dx : NULL,
+                              .dpv = s->points.dv,
+                              .dpJ = s->points.dJ,
                               .dpose = (const double *)(const void *)s->dpose,
                               .du = s->du,
                               .dd = dd->dd,

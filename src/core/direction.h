@@ -16,14 +16,16 @@ enum { STEIN__POSE = 7 }; /* numbers of a stein_pose, in its order */
 /** What forces are evaluated at, and their direction; those marked + may be NULL for 0. */
 typedef struct stein__at {
     const double *d, *q, *qd;
-    const double *pose; /* [7*nframe] */
-    const double *u;    /* [3*ninput] signals with their gains */
+    const double *pose;         /* [7*nframe] */
+    const double *u;            /* [3*ninput] signals with their gains */
+    const double *px, *pv, *pJ; /* + [3*npoint], [3*npoint], [3*npoint*nq] points off the plane */
     stein_signal_fn *const *signal;
     const unsigned char *mode;
     int load_present, signals;
 } stein__at;
 typedef struct stein__direction {
     const double *dq, *dqd, *dpose, *du; /* + */
+    const double *dpx, *dpv, *dpJ;       /* as px, pv, pJ; dpx + for all of them */
     const double *dd;
     const int *moved; /* [nmoved] where dd is not 0 */
     int nmoved;

@@ -86,8 +86,8 @@ static void link_forces(stein_sim *sim)
             continue; // no direction, no force
         }
         real rate =
-            ((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2]) / length;
-        real strength = stein__tension(law, length, rate, xa[2]) / length;
+            over((vb[0] - va[0]) * r[0] + (vb[1] - va[1]) * r[1] + (vb[2] - va[2]) * r[2], length);
+        real strength = over(stein__tension(law, length, rate, xa[2]), length);
         strength = only(has_direction, strength);
         real fa[3] = {strength * r[0], strength * r[1], strength * r[2]};
         real fb[3] = {-fa[0], -fa[1], -fa[2]};

@@ -4,8 +4,33 @@
  */
 #include "core.h"
 
+#if STEIN_LANES == 1
+
+/* Of an implicit step, order 4: in a quintic, the derivatives at its ends would bring in motions
+ * that have decayed.
+ *      y = v y0 + u (y1 + v (d1 + u (d2 + u d3))) */
+static void interpolate_implicit(const stein_sim *sim, double u, double *q, double *qd)
+{
+    int n = sim->model->nq;
+    double v = 1.0 - u;
+    for (int j = 0; j < (qd != NULL ? 2 * n : n); j++) {
+        const double *d = sim->implicit->dense + j;
+        double y0 = j < n ? sim->q0[j] : sim->qd0[j - n], y1 = j < n ? sim->q1[j] : sim->qd1[j - n];
+        double y = v * y0 + u * (y1 + v * (d[0] + u * (d[2 * n] + u * d[4 * n])));
+        *(j < n ? &q[j] : &qd[j - n]) = y;
+    }
+}
+
+#endif
+
 INNER void stein__interpolate(const stein_sim *sim, real h, double theta, real *q, real *qd)
 {
+#if STEIN_LANES == 1
+    if (sim->implicit != NULL && sim->implicit->inside) {
+        interpolate_implicit(sim, theta, q, qd);
+        return;
+    }
+#endif
     double u = theta, v = 1.0 - theta;
     double u3 = u * u * u, v3 = v * v * v;
     double p0 = v3 * (1.0 + 3.0 * u + 6.0 * u * u), p1 = u3 * (1.0 + 3.0 * v + 6.0 * v * v);

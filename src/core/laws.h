@@ -93,7 +93,7 @@ static inline int stein__joint_parts(const real *law)
 /* what pulls at a depth x <= 0 */
 static inline real stein__adhesion(const real *law, real x)
 {
-    real u = sel(more(law[STEIN_NORMAL_RANGE], 0.0), -x / law[STEIN_NORMAL_RANGE], same(1.0));
+    real u = sel(more(law[STEIN_NORMAL_RANGE], 0.0), over(-x, law[STEIN_NORMAL_RANGE]), same(1.0));
     return sel(less(u, 1.0), -4.0 * law[STEIN_NORMAL_ADHESION] * u * (1.0 - u), same(0.0));
 }
 
@@ -124,7 +124,8 @@ static inline real stein__normal(const real *law, int parts, real x, real xdot)
 /* 1 / vt, 0 where there is no friction */
 static inline real stein__inverse_vt(const real *law)
 {
-    return sel(differ(law[STEIN_FRICTION_A], 0.0), 1.0 / law[STEIN_FRICTION_VT], same(0.0));
+    return sel(differ(law[STEIN_FRICTION_A], 0.0), over(same(1.0), law[STEIN_FRICTION_VT]),
+               same(0.0));
 }
 
 /* mu at u = v / vt, whose tanh is known */
@@ -133,7 +134,7 @@ static inline real stein__mu(const real *law, int parts, real u, real tanh_u)
     real mu = tanh_u;
     if (parts & STEIN__BUMPED) {
         real u2 = u * u;
-        real bump = law[STEIN_FRICTION_B1] * u / (1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
+        real bump = over(law[STEIN_FRICTION_B1] * u, 1.0 + law[STEIN_FRICTION_B2] * u2 * u2);
         mu = sel(differ(law[STEIN_FRICTION_B1], 0.0), mu + bump, mu);
     }
     return law[STEIN_FRICTION_A] * mu;
@@ -160,14 +161,14 @@ static inline real stein__joint(const real *law, int parts, real q, real qd, rea
     if (parts & STEIN__DAMPED) {
         real b = law[STEIN_JOINT_B];
         if (parts & STEIN__LOPSIDED) {
-            real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+            real grip = stein__tanh(over(qd, law[STEIN_JOINT_DRY_SPEED]));
             mask lopsided = differ(law[STEIN_JOINT_ASYMMETRY], 0.0);
             b = sel(lopsided, b * (1.0 + law[STEIN_JOINT_ASYMMETRY] * grip), b);
         }
         f -= (b + law[STEIN_JOINT_DRAG] * magnitude(qd)) * qd;
     }
     if (parts & STEIN__DRY) {
-        real grip = stein__tanh(qd / law[STEIN_JOINT_DRY_SPEED]);
+        real grip = stein__tanh(over(qd, law[STEIN_JOINT_DRY_SPEED]));
         real level = law[STEIN_JOINT_DRY] * (1.0 + law[STEIN_JOINT_DRY_ASYMMETRY] * grip);
         f = sel(differ(law[STEIN_JOINT_DRY], 0.0), f - level * grip, f);
     }
@@ -202,7 +203,7 @@ static inline real stein__tension(const real *law, real length, real rate, real 
     }
     mask trips = differ(law[STEIN_LINK_OFF], 0.0);
     if (any(trips)) {
-        real past = 1.0 + stein__tanh((z - law[STEIN_LINK_OFF_Z]) / law[STEIN_LINK_OFF_RANGE]);
+        real past = 1.0 + stein__tanh(over(z - law[STEIN_LINK_OFF_Z], law[STEIN_LINK_OFF_RANGE]));
         f = sel(trips, f * (1.0 - 0.5 * law[STEIN_LINK_OFF] * past), f);
     }
     return f;

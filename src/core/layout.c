@@ -169,6 +169,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->zero = reals(a, 3 * nq + 4);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nswitch);
+    s->pivot = carve(a, sizeof *s->pivot * (size_t)nq);
     s->crossed = carve(a, (size_t)s->nswitch);
     carve_loops(&s->loop, a, m);
     carve_sticks(&s->hold, a, m);

@@ -70,30 +70,45 @@ int stein__solve(int n, const int *parent, double *M, double *b, double *inverse
     return bad;
 }
 
-int stein__solve_general(int n, double *A, double *b)
+static void swap(double *a, double *b)
+{
+    double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+int stein__factor_general(int n, double *A, int *pivot)
 {
     for (int k = 0; k < n; k++) {
-        int pivot = k;
+        pivot[k] = k;
         for (int i = k + 1; i < n; i++) {
-            pivot = fabs(A[i * n + k]) > fabs(A[pivot * n + k]) ? i : pivot;
+            pivot[k] = fabs(A[i * n + k]) > fabs(A[pivot[k] * n + k]) ? i : pivot[k];
         }
-        if (!(fabs(A[pivot * n + k]) > 0.0)) {
+        if (!(fabs(A[pivot[k] * n + k]) > 0.0)) {
             return -1;
         }
         for (int j = 0; j < n; j++) {
-            double swap = A[k * n + j];
-            A[k * n + j] = A[pivot * n + j];
-            A[pivot * n + j] = swap;
+            swap(&A[k * n + j], &A[pivot[k] * n + j]);
         }
-        double swap = b[k];
-        b[k] = b[pivot];
-        b[pivot] = swap;
         for (int i = k + 1; i < n; i++) {
             double f = A[i * n + k] / A[k * n + k];
-            for (int j = k; j < n; j++) {
+            A[i * n + k] = f;
+            for (int j = k + 1; j < n; j++) {
                 A[i * n + j] -= f * A[k * n + j];
             }
-            b[i] -= f * b[k];
+        }
+    }
+    return 0;
+}
+
+void stein__substitute_general(int n, const double *A, const int *pivot, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        swap(&b[k], &b[pivot[k]]);
+    }
+    for (int k = 0; k < n; k++) {
+        for (int i = k + 1; i < n; i++) {
+            b[i] -= A[i * n + k] * b[k];
         }
     }
     for (int i = n - 1; i >= 0; i--) {
@@ -102,5 +117,13 @@ int stein__solve_general(int n, double *A, double *b)
         }
         b[i] /= A[i * n + i];
     }
-    return 0;
+}
+
+int stein__solve_general(int n, double *A, int *pivot, double *b)
+{
+    int bad = stein__factor_general(n, A, pivot);
+    if (bad == 0) {
+        stein__substitute_general(n, A, pivot, b);
+    }
+    return bad;
 }

@@ -100,7 +100,7 @@ void stein__loops_take(stein_sim *sim, double *missing)
             l->S[k * r + i] = l->J[l->row[i] * n + l->column[k]];
         }
     }
-    if (stein__solve_general(r, l->S, l->y) != 0) {
+    if (stein__solve_general(r, l->S, sim->pivot, l->y) != 0) {
         return;
     }
     for (int j = 0; j < n; j++) {

@@ -101,6 +101,11 @@ static inline real with_sign_of(real x, real sign)
     return copysign(x, sign);
 }
 
+static inline real over(real a, real b)
+{
+    return a / b;
+}
+
 static inline real root_of(real x)
 {
     return sqrt(x);
@@ -231,6 +236,11 @@ static inline real magnitude(real x)
 static inline real with_sign_of(real x, real sign)
 {
     return (real)(((word)x & 0x7fffffffffffffff) | ((word)sign & 0x8000000000000000));
+}
+
+static inline real over(real a, real b)
+{
+    return a / b;
 }
 
 static inline real root_of(real x)

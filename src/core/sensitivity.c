@@ -273,6 +273,7 @@ static void get_off(void *ctx)
 {
     stein_sensitivity *s = ctx;
     s->sim->rider = NULL;
+    s->sim->rides_with_explicit = 0;
     s->sim = NULL;
     stein__fail(&s->err, STEIN_EINVAL,
                 "\"%s\": no sensitivity beyond where its simulation was destroyed, or given to "
@@ -304,6 +305,7 @@ stein_status stein_sensitivity_attach(stein_sensitivity *s, stein_sim *sim, stei
         sim->on_end(sim->rider);
     }
     sim->rider = s;
+    sim->rides_with_explicit = 1;
     sim->on_accept = carry;
     sim->on_switch = pass;
     sim->on_end = get_off;
@@ -368,7 +370,7 @@ static int move_equilibrium(stein_sensitivity *s, const stein__constants *dd, do
             dq[i] = -s->by_p[i];
         }
     }
-    return stein__solve_general(n, s->by_q, dq);
+    return stein__solve_general(n, s->by_q, s->sim->pivot, dq);
 }
 
 /* dq of the load that stays flush: its depth is 0 */

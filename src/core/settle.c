@@ -112,7 +112,7 @@ static stein_status correction(stein_sim *sim, const double *F, double tau, doub
     for (int i = 0; i < nq; i++) {
         delta[i] = stein__is_driven(sim, i) ? 0.0 : F[i];
     }
-    if (stein__solve_general(nq, A, delta) != 0) {
+    if (stein__solve_general(nq, A, sim->pivot, delta) != 0) {
         memset(delta, 0, sizeof *delta * (size_t)nq);
     }
     return STEIN_OK;

@@ -38,10 +38,10 @@ static stein_status check_def(const stein_model *model, const stein_sim_def *def
                            model->name, model->abi, STEIN_MODEL_ABI);
     }
     if (def->integrator != STEIN_RK4 && def->integrator != STEIN_DP5 &&
-        def->integrator != STEIN_CONTROLLED) {
+        !stein__is_controlled(def->integrator)) {
         return stein__fail(err, STEIN_EINVAL,
-                           "stein_sim_def.integrator is %d: expected STEIN_RK4, STEIN_DP5 or "
-                           "STEIN_CONTROLLED",
+                           "stein_sim_def.integrator is %d: expected STEIN_RK4, STEIN_DP5, "
+                           "STEIN_CONTROLLED or STEIN_IMPLICIT",
                            (int)def->integrator);
     }
     if (!(def->dt > 0.0) || !isfinite(def->dt)) {
@@ -89,7 +89,8 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
             return status;
         }
     }
-    size_t size = stein__layout(NULL, model);
+    size_t alone = stein__layout(NULL, model), more = stein__implicit_size(model, own.integrator);
+    size_t size = alone + more;
     stein_sim *sim = own.alloc(own.ctx, size);
     if (sim == NULL) {
         return stein__fail(err, STEIN_ENOMEM, "out of memory for a simulation of \"%s\"",
@@ -100,6 +101,9 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
     sim->def = own;
     sim->tolerance = STEIN_TOLERANCE;
     (void)stein__layout(sim, model);
+    if (more > 0) {
+        stein__implicit_make(sim, (unsigned char *)sim + alone);
+    }
     for (int i = 0; i < model->np; i++) {
         sim->p[i] = model->params[i].value;
     }

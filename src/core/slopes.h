@@ -59,6 +59,14 @@ typedef struct stein__step {
     stein__local at;
 } stein__step;
 
+/** Points of bodies that leave the plane, where a force acts on one; rows = 3*npoint, else 0. */
+typedef struct stein__points {
+    double *x, *v, *J;        /* [rows], [rows], [rows*nq] at the place */
+    double *H;                /* [nq*nq*rows] d2x by each two coordinates */
+    double *dx, *dv, *dJ;     /* along a direction */
+    double *a, *waste, *unit; /* [rows], [rows*nq], [nq] work */
+} stein__points;
+
 struct stein_derivative {
     const stein_model *model;
     stein_sim_def def;
@@ -80,8 +88,26 @@ struct stein_derivative {
     double *Qq, *Qqd, *Rq, *Rqd;       /* [nq*nq] */
     stein__twist *S, *V;               /* [nq] of the joints, of the bodies */
     stein__step *way;                  /* [nq] */
+    stein__points points;
     void *tangent;
 };
+
+/* derivative.c: bytes of a block for stein__derivative_make(), 0 of a model without derivatives;
+ * such a one lives in a block of somebody else */
+size_t stein__derivative_size(const stein_model *model);
+stein_derivative *stein__derivative_make(void *block, const stein_model *model);
+/* derivative.c: as stein_derivative_at, of a simulation that no hook of forces acts on. Forces at
+ * points off the plane have derivatives by q and qd, none by parameters. */
+stein_status stein__derivative_at(stein_derivative *s, stein_sim *sim, double t, const double *q,
+                                  const double *qd, double *qdd, stein_err *err);
+
+/* points.c: can a force act at a point off the plane? Its H at the place; the points along {dq,
+ * dqd}
+ */
+int stein__points_matter(const stein_model *model);
+void stein__points_carve(stein__points *p, stein__arena *a, const stein_model *m);
+void stein__points_place(stein_derivative *s);
+void stein__points_along(stein_derivative *s);
 
 /* derivative.c: derived constants along dp at the parameters of the place; room for them */
 void stein__constants_along(stein_derivative *s, const double *dp, stein__constants *to);

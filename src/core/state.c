@@ -83,7 +83,7 @@ static int is_state(const stein_sim *sim, const void *block)
     const stein_model *model = sim->model;
     state_head head;
     memcpy(&head, block, sizeof head);
-    return isfinite(head.t) && isfinite(head.t0) && head.step >= 0 &&
+    return isfinite(head.t) && isfinite(head.t0) && head.step >= 0 && head.implicit <= 1 &&
            (head.load_present == 0 || head.load_present == 1) &&
            all_finite(within(sim, block, sim->q), model->nq) &&
            all_finite(within(sim, block, sim->qd), model->nq) &&

@@ -3,7 +3,8 @@
  *
  * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
  * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
- * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods.
+ * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
+ * (implicit.c has its own).
  *
  * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
  * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
@@ -215,10 +216,14 @@ void stein__accept(stein_sim *sim, double t1)
     }
 }
 
-stein_status stein__try(stein_sim *sim, double h, stein_err *err)
+stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 {
-    stein_status status = stein__trial(sim, sim->head->t, h, err);
+    stein_status status =
+        implicit ? sim->implicit->trial(sim, h, err) : stein__trial(sim, sim->head->t, h, err);
     sim->span = h;
+    if (sim->implicit != NULL) {
+        sim->implicit->inside = implicit;
+    }
     return status == STEIN_OK ? check_finite(sim, h, err) : status;
 }
 
@@ -255,7 +260,7 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
         return status;
     }
     double h = target - sim->head->t;
-    status = stein__try(sim, h, err);
+    status = stein__try(sim, h, 0, err);
     if (status != STEIN_OK) {
         return status;
     }
@@ -265,7 +270,7 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     }
     double t1 = sim->head->t + stein__first_root(sim, h, 0.0, 1.0) * h;
     if (t1 > sim->head->t) {
-        status = stein__try(sim, t1 - sim->head->t, err);
+        status = stein__try(sim, t1 - sim->head->t, 0, err);
         if (status != STEIN_OK) {
             return status;
         }
@@ -284,7 +289,7 @@ static stein_status advance_controlled(stein_sim *sim, double target, stein_err 
 
 stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
 {
-    if (sim->def.integrator == STEIN_CONTROLLED) {
+    if (stein__is_controlled(sim->def.integrator)) {
         return advance_controlled(sim, target, err);
     }
     for (int n = 0; sim->head->t < target; n++) {

@@ -309,8 +309,8 @@ static double weight(const stein__sticks *s, int i, double total)
     return most > 0.0 ? can / most : can;
 }
 
-/* what each row holds of mu, by its limit */
-static void share_out(stein__sticks *s)
+/* what each row holds of mu, by its limit; pivot [rank] */
+static void share_out(stein__sticks *s, int *pivot)
 {
     int n = s->nrow, m = s->rank;
     double total = 1e-300;
@@ -326,7 +326,7 @@ static void share_out(stein__sticks *s)
             s->H[k] += can * s->share[i * n + k / m] * s->share[i * n + k % m];
         }
     }
-    (void)stein__solve_general(m, s->H, s->y);
+    (void)stein__solve_general(m, s->H, pivot, s->y);
     for (int i = 0; i < n; i++) {
         double f = weight(s, i, total) * product(s->share + i * n, s->y, m);
         s->force[s->row[i]] = fabs(f) > no_force * total ? f : 0.0;
@@ -334,7 +334,7 @@ static void share_out(stein__sticks *s)
 }
 
 /* the forces of all rows: of the independent ones by themselves, or of all together */
-static void find_forces(stein__sticks *s)
+static void find_forces(stein__sticks *s, int *room)
 {
     if (s->rank == s->nrow) {
         for (int a = 0; a < s->rank; a++) {
@@ -343,7 +343,7 @@ static void find_forces(stein__sticks *s)
         return;
     }
     if (s->rank > 0) {
-        share_out(s);
+        share_out(s, room);
     }
     for (int r = 0; r < s->nrow; r++) {
         if (s->pivot[r] < 0.0) {
@@ -405,7 +405,7 @@ static void hold(stein_sim *sim, double *qdd)
     solve(s);
     add_held(sim, qdd);
     add_rows(sim, s->G, sim->Q);
-    find_forces(s);
+    find_forces(s, sim->pivot);
     for (int r = 0; r < s->nrow; r++) {
         int k = s->row[r];
         if (model->sticks[k].kind == STEIN_STICK_SPOT && s->pivot[r] >= 0.0) {

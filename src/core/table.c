@@ -18,7 +18,7 @@
 static inline real secant(const real *at, const real *value, int i)
 {
     real h = at[i + 1] - at[i];
-    return sel(more(h, 0.0), (value[i + 1] - value[i]) / h, same(0.0));
+    return sel(more(h, 0.0), over(value[i + 1] - value[i], h), same(0.0));
 }
 
 static inline void slopes_of(int n, const real *at, const real *value, real *slope)
@@ -28,7 +28,7 @@ static inline void slopes_of(int n, const real *at, const real *value, real *slo
     for (int i = 1; i < n - 1; i++) {
         real before = at[i] - at[i - 1], after = at[i + 1] - at[i];
         real s =
-            (after * secant(at, value, i - 1) + before * secant(at, value, i)) / (before + after);
+            over(after * secant(at, value, i - 1) + before * secant(at, value, i), before + after);
         slope[i] = sel(both(more(before, 0.0), more(after, 0.0)), s, same(0.0));
     }
 }
@@ -67,7 +67,7 @@ static inline span span_of(int n, const real *at, const real *value, const real 
 static inline real curve_at(int n, const real *at, const real *value, const real *slope, real x)
 {
     span s = span_of(n, at, value, slope, x);
-    real h = s.x1 - s.x0, u = (x - s.x0) / h, v = 1.0 - u;
+    real h = s.x1 - s.x0, u = over(x - s.x0, h), v = 1.0 - u;
     real y = (1.0 + 2.0 * u) * v * v * s.y0 + u * u * (1.0 + 2.0 * v) * s.y1 +
              h * u * v * (v * s.s0 - u * s.s1);
     y = sel(more(h, 0.0), y, s.y0);

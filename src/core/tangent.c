@@ -85,6 +85,11 @@ void stein__tangent_place(void *tangent, const stein__at *at, int with_d)
     for (int i = 0; i < model->nframe; i++) {
         put(numbers_of(&sim->pose[i]), at->pose + STEIN__POSE * i, STEIN__POSE);
     }
+    if (at->px != NULL) {
+        put(sim->px, at->px, 3 * model->npoint);
+        put(sim->pv, at->pv, 3 * model->npoint);
+        put(sim->pJ, at->pJ, 3 * model->npoint * model->nq);
+    }
     for (int i = 0; i < model->ninput; i++) {
         sim->signal[i] = at->signal[i];
     }
@@ -101,6 +106,11 @@ static void turn_to(stein_sim *sim, const stein__direction *way)
     slope(sim->xqd, way->dqd, model->nq);
     slope(sim->ustate, way->du, 3 * model->ninput);
     slope_poses(sim, way->dpose);
+    if (way->dpx != NULL) {
+        slope(sim->px, way->dpx, 3 * model->npoint);
+        slope(sim->pv, way->dpv, 3 * model->npoint);
+        slope(sim->pJ, way->dpJ, 3 * model->npoint * model->nq);
+    }
     for (int i = 0; i < way->nmoved; i++) {
         slope(&sim->d[way->moved[i]], &way->dd[way->moved[i]], 1);
     }

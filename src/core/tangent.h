@@ -48,6 +48,13 @@ static inline real magnitude(real x)
     return __real__ x < 0.0 ? -x : x;
 }
 
+/* a quotient whose bits are those of one of doubles, and the same by every compiler */
+static inline real over(real a, real b)
+{
+    double value = __real__ a / __real__ b;
+    return with_rate(value, (__imag__ a - value * __imag__ b) / __real__ b);
+}
+
 static inline real root_of(real x)
 {
     double root = sqrt(__real__ x);

@@ -7,6 +7,7 @@
  *   DP5   Dormand & Prince 1980, order 5 with embedded order 4, 6 stages
  */
 #include <float.h>
+#include <math.h>
 
 #include "core.h"
 #include "elementary.h"
@@ -44,10 +45,32 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
+/* the larger one; b where a is no number */
+static inline real larger(real a, real b)
+{
+    return sel(more(a, b), a, b);
+}
+
 #if STEIN_LANES == 1
 int stein__stages(stein_integrator integrator)
 {
     return integrator == STEIN_RK4 ? rk4.stages : dp5.stages;
+}
+
+double stein__explicit_stiffness(const stein_sim *sim, double h)
+{
+    int n = sim->model->nq, apart = sim->width, end = dp5.stages;
+    const double *g6 = sim->k + (end - 1) * apart, *y7 = sim->k + end * apart;
+    double by = 0.0, df = 0.0;
+    for (int j = 0; j < 2 * n; j++) {
+        double scale = j < n ? 1.0 : h, dy = dp5.b[end - 1] * g6[j];
+        for (int i = 0; i < end - 1; i++) {
+            dy += (dp5.b[i] - dp5.a[end - 1][i]) * sim->k[i * apart + j];
+        }
+        by = larger(scale * fabs(h * dy), by);
+        df = larger(scale * fabs(h * (y7[j] - g6[j])), df);
+    }
+    return by > 0.0 ? df / by : 0.0;
 }
 
 const double *stein__weights(stein_integrator integrator, int i)
@@ -89,12 +112,6 @@ static stein_status derive(stein_sim *sim, int i, real t, stein_err *err)
     return stein__evaluate(sim, t, sim->xq, sim->xqd, k + sim->model->nq, err);
 }
 
-/* the larger one; b where a is no number */
-static inline real larger(real a, real b)
-{
-    return sel(more(a, b), a, b);
-}
-
 /* the largest |h e_q| and |h e_qd| of the embedded estimate */
 static void estimate(stein_sim *sim, const tableau *rk, real h)
 {
@@ -121,7 +138,7 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
     factor = smaller(factor, same(STEIN__MOST_GROWTH));
     factor = sel(more(factor, least), factor, same(least));
     return (stein__grade){sel(is_number, e, same((double)INFINITY)), log_e,
-                          sel(is_number, factor, same(least))};
+                          sel(is_number, factor, same(least)), same(0.0)};
 }
 
 /* The end derivative is stage 6 of every tableau. */

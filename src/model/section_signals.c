@@ -316,7 +316,7 @@ static void read_tolerance(mech__reader *rd, const mech__node *map)
 
 const char *mech_integrator(int integrator)
 {
-    static const char *const name[] = {"rk4", "dp5", "controlled"};
+    static const char *const name[] = {"rk4", "dp5", "controlled", "implicit"};
     return name[integrator];
 }
 
@@ -334,7 +334,7 @@ static void read_simulation(mech__reader *rd)
     read_time(rd, map, "until", &m->until);
     m->integrator = STEIN_CONTROLLED;
     if (integrator) {
-        m->integrator = mech__choice(rd, integrator, "integrator", "rk4 dp5 controlled");
+        m->integrator = mech__choice(rd, integrator, "integrator", "rk4 dp5 controlled implicit");
     }
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;

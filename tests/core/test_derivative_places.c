@@ -309,6 +309,32 @@ START_TEST(parts_that_no_file_has_together)
 }
 END_TEST
 
+/* ten links in space: qdd by articulated bodies, which leave no M behind */
+START_TEST(chains_without_a_mass_matrix)
+{
+    char text[4096] = "mechanism: chain\nbodies:\n";
+    for (int i = 0; i < 10; i++) {
+        char parent[64] = "";
+        if (i > 0) {
+            snprintf(parent, sizeof parent, "parent: l%d, at: [0, 0, 0.1 m], ", i - 1);
+        }
+        snprintf(
+            text + strlen(text), sizeof text - strlen(text),
+            "  l%d: {%sjoint: R %c, mass: 0.3 kg, centre: [10 mm, 20 mm, 50 mm], inertia: {xx: "
+            "1e-3 kg m^2, yy: 2e-3 kg m^2, zz: 1.5e-3 kg m^2}, initial: {position: 0.%d rad, "
+            "speed: 0.%d rad/s}}\n",
+            i, parent, "zyx"[i % 3], i + 1, 9 - i);
+    }
+    lab_model *model = open_text(text, NULL, 0);
+    stein_sim *sim = NULL;
+    ck_assert_stein(lab_sim(model, NULL, &sim, err));
+    ck_assert(stein_sim_model(sim)->articulated != NULL);
+    check_place(sim, 1e-7);
+    stein_sim_destroy(sim);
+    lab_close(model);
+}
+END_TEST
+
 /* ---- refusals -------------------------------------------------------------------------------- */
 
 static void hook(void *ctx, double t, const double *q, const double *qd, double *Q)
@@ -380,6 +406,7 @@ void derivative_places_cases(Suite *suite)
     tcase_add_test(places, action_with_every_effect_of_every_law);
     tcase_add_test(places, mechanisms_on_their_way);
     tcase_add_loop_test(places, parts_that_no_file_has_together, 0, 2);
+    tcase_add_test(places, chains_without_a_mass_matrix);
     tcase_add_test(places, what_cannot_be_derived_is_refused);
     tcase_set_timeout(places, 60);
     suite_add_tcase(suite, places);

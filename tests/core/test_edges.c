@@ -389,7 +389,8 @@ END_TEST
 START_TEST(a_system_without_a_solution_is_not_divided_by)
 {
     double A[4] = {1.7, 0.3, 3.4, 0.6}, b[2] = {1.0, 2.0};
-    ck_assert_int_eq(stein__solve_general(2, A, b), -1);
+    int pivot[2];
+    ck_assert_int_eq(stein__solve_general(2, A, pivot, b), -1);
     double M[4] = {1.0, 2.0, 2.0, 4.0}, inverse[2];
     const int parent[2] = {-1, 0};
     ck_assert_int_eq(stein__factor(2, parent, M, inverse), 0); // joint 0 keeps no digit

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "bench.h"
+#include "../core/governor.h"
 #include "validate.h"
 
 static const double g = 9.81; /* of all files [m/s^2] */
@@ -292,6 +293,54 @@ static void drag(void)
     bench_end(&b);
 }
 
+/* ---- stiff ---- */
+
+static void stiff_governor(void)
+{
+    bench b = bench_start("tests/validate/governor.yaml");
+    double right[4];
+    if (governor_by_hand(right) != GSL_SUCCESS) {
+        exit(EXIT_FAILURE);
+    }
+    bench_run(&b, 10.0);
+    const double *q = stein_q(b.sim);
+    double error = fmax(fabs(q[1] - right[0]), fabs(q[2] - right[1]));
+    char reference[64], ours[64];
+    validate_row("stiff governor, 10 s: slider and arm [m, rad]",
+                 "IFToMM benchmark A05, equations by hand", bench_cell(reference, "%.12f m", right[0]),
+                 bench_cell(ours, "%.12f m", q[1]), error, 1e-6);
+    bench_end(&b);
+}
+
+/* J q'' + c q' + k q = 0 from rest; explicit steps would be 0.3 us */
+static void overdamped_joint(void)
+{
+    bench b = bench_start("tests/validate/oil.yaml");
+    double J = 5.5e-6, c = 55.0, k = 50.0, t = 1.0;
+    double fast = -0.5 * (c + sqrt(c * c - 4.0 * J * k)) / J, slow = k / J / fast;
+    double right = 0.7 * (fast * exp(slow * t) - slow * exp(fast * t)) / (fast - slow);
+    bench_run(&b, t);
+    double q = bench_read(&b, "q");
+    char reference[64], ours[64];
+    validate_row("joint in thick oil, 1e7 1/s, after 1 s [rad]", "closed form",
+                 bench_cell(reference, "%.12f rad", right), bench_cell(ours, "%.12f rad", q), fabs(q - right),
+                 1e-9);
+    bench_end(&b);
+}
+
+static void hard_floor(void)
+{
+    bench b = bench_start("tests/validate/floor.yaml");
+    double right = 0.1 * g / 1e11;
+    bench_run(&b, 1.0);
+    double depth = -bench_read(&b, "z");
+    char reference[64], ours[64];
+    validate_row("ball at rest on a floor of 1e11 N/m, depth, relative", "statics",
+                 bench_cell(reference, "%.9e m", right), bench_cell(ours, "%.9e m", depth),
+                 fabs(depth / right - 1.0), 1e-6);
+    bench_end(&b);
+}
+
 /* ---- the action ---- */
 
 /* What a fact is a share of: escapement height, times, peak force over dx; -1: of no curve */
@@ -369,6 +418,9 @@ int main(void)
     free_body();
     heavy_top();
     drag();
+    stiff_governor();
+    overdamped_joint();
+    hard_floor();
     validate_linkages();
     action();
     return validate_failed() > 0 ? EXIT_FAILURE : EXIT_SUCCESS;

@@ -48,7 +48,7 @@ static stein_status make_beside(beside *b, const lab_model *model, const stein_s
                                 double tolerance, double longest, lab_drive *drive, stein_err *err)
 {
     stein_sim_def own = *def;
-    own.integrator = STEIN_CONTROLLED;
+    own.integrator = def->integrator == STEIN_IMPLICIT ? STEIN_IMPLICIT : STEIN_CONTROLLED;
     stein_status status = lab_sim(model, &own, &b->sim, err);
     if (status == STEIN_OK && drive != NULL) {
         status = lab_drive_bind(drive, b->sim, err);
@@ -70,7 +70,7 @@ stein_status lab__accuracy_create(lab__accuracy **out, const lab_model *model,
     t->model = lab_equations(model);
     t->dt = def->dt;
     t->every = fmax(until / checkpoints, def->dt);
-    double own = def->integrator == STEIN_CONTROLLED ? fmax(finer * tolerance, finest) : fine;
+    double own = lab__is_controlled(def->integrator) ? fmax(finer * tolerance, finest) : fine;
     double longest = fmin(t->every, longest_steps * def->dt);
     t->made = calloc(4 * (size_t)t->model->nq, sizeof *t->made);
     stein_status status = t->made != NULL ? STEIN_OK : lab__no_memory(err);

@@ -21,6 +21,12 @@
 
 typedef struct lab__accuracy lab__accuracy;
 
+/** Are steps of dt divided as their error asks? */
+static inline int lab__is_controlled(stein_integrator integrator)
+{
+    return integrator == STEIN_CONTROLLED || integrator == STEIN_IMPLICIT;
+}
+
 /** Errors by kind of joint; of a mechanism without such joints 0. */
 enum { LAB_SLIDES, LAB_TURNS, LAB_KINDS }; /* [m], [rad] */
 typedef struct lab__errors {

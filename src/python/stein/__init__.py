@@ -42,8 +42,8 @@ def load(file, set=None, *, dt=None, integrator=None):
     """A simulation of a mechanism file in its initial state.
 
     set: numbers of the file to override, {"pawl.stop_shift": "-0.3 mm"}; a number that is a literal
-    0 in the file comes into the equations by it. dt [s] and integrator, "rk4", "dp5" or "controlled": how it is
-    simulated, if not as the file says.
+    0 in the file comes into the equations by it. dt [s] and integrator, "rk4", "dp5", "controlled" or
+    "implicit": how it is simulated, if not as the file says.
     """
     return Simulation(file, set, dt=dt, integrator=integrator)
 
@@ -79,7 +79,7 @@ class Simulation(_stein.Simulation):
 
     def __new__(cls, file, set=None, *, dt=None, integrator=None):
         sets = {name: _written(value) for name, value in (set or {}).items()}
-        how = _or_nan(dt), _choice("integrator", integrator, {None: -1, "rk4": 0, "dp5": 1, "controlled": 2})
+        how = _or_nan(dt), _choice("integrator", integrator, {None: -1, "rk4": 0, "dp5": 1, "controlled": 2, "implicit": 3})
         model = _stein.open(os.path.abspath(file), [f"{n}={v}" for n, v in sets.items()])
         return cls._begun(model, os.path.abspath(file), sets, how)
 

@@ -119,7 +119,7 @@ class Simulation:
         set: Mapping[str, _Value] | None = ...,
         *,
         dt: float | None = ...,
-        integrator: Literal["rk4", "dp5"] | None = ...,
+        integrator: Literal["rk4", "dp5", "controlled", "implicit"] | None = ...,
     ) -> Simulation: ...
     @property
     def name(self) -> str: ...
@@ -260,7 +260,7 @@ def load(
     set: Mapping[str, _Value] | None = ...,
     *,
     dt: float | None = ...,
-    integrator: Literal["rk4", "dp5"] | None = ...,
+    integrator: Literal["rk4", "dp5", "controlled", "implicit"] | None = ...,
 ) -> Simulation: ...
 def fit(
     model: Simulation,
