@@ -210,7 +210,7 @@ static stein_status check(const mechanism *m, stein_err *err)
  *  the number of joints times the size of the function: a large tree takes the ones along. */
 static int make_slopes(funcs *f, const tree *t)
 {
-    if (t->nrow) { /* what loops add to qdd is not derived yet */
+    if (t->nrow || tree_in_space(t)) { /* what that adds to qdd is not derived yet */
         return 0;
     }
     int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;

@@ -34,7 +34,7 @@ void kin_place(walk *w, placed *all, int i, int top)
     placed *s = &all[i];
     int up = b->parent < 0 ? -1 : w->t->body[b->parent].orient;
     int to = top < 0 ? -1 : w->t->body[top].orient;
-    ex qd = ex_var(g, EX_QD, i);
+    ex qd = tree_rate(w->t, g, EX_QD, i);
     g->pass = PASS_FORWARD;
     g->body = i;
     s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, to);
@@ -130,7 +130,7 @@ static void one_point(walk *w, const placed *all, int k, ex *out)
     for (int j = i; j >= 0; j = t->body[j].parent) {
         vec column = t->body[j].turns ? vec_cross(g, all[j].axis, r) : all[j].axis;
         for (int c = 0; c < 3; c++) {
-            out[6 * np + (3 * k + c) * n + j] = column.x[c];
+            out[6 * np + (3 * k + c) * n + j] = t->body[j].still ? 0 : column.x[c];
         }
         r = vec_add(g, r, all[j].arm);
     }
@@ -160,9 +160,9 @@ static ex kinetic(walk *w)
     g->pass = PASS_OUTPUT;
     g->body = -1;
     for (int i = 0; i < n; i++) {
-        ex qd = ex_var(g, EX_QD, i), coupled = 0;
+        ex qd = tree_rate(w->t, g, EX_QD, i), coupled = 0;
         for (int j = i + 1; j < n; j++) {
-            coupled = ex_add(g, coupled, ex_mul(g, M[i * n + j], ex_var(g, EX_QD, j)));
+            coupled = ex_add(g, coupled, ex_mul(g, M[i * n + j], tree_rate(w->t, g, EX_QD, j)));
         }
         diagonal = ex_add(g, diagonal, ex_mul(g, M[i * n + i], ex_mul(g, qd, qd)));
         rest = ex_add(g, rest, ex_mul(g, qd, coupled));

@@ -51,6 +51,20 @@ ex tree_scalar(const tree *t, mech_scalar s)
     return s.kind == MECH_ZERO ? 0 : s.kind == MECH_PARAM ? t->param[s.index] : t->formula[s.index];
 }
 
+ex tree_rate(const tree *t, ex_graph *g, int kind, int joint)
+{
+    return t->body[joint].still ? 0 : ex_var(g, kind, joint);
+}
+
+int tree_in_space(const tree *t)
+{
+    int any = 0;
+    for (int i = 0; i < t->n; i++) {
+        any |= t->body[i].still;
+    }
+    return any;
+}
+
 vec tree_vector(const tree *t, const mech_scalar s[3])
 {
     return (vec){{tree_scalar(t, s[0]), tree_scalar(t, s[1]), tree_scalar(t, s[2])}};
@@ -66,7 +80,8 @@ static void read_bodies(tree *t)
         *b = (rbody){.parent = src->parent,
                      .turns = src->type == 'R',
                      .axis = src->axis - 'x',
-                     .sign = src->sign};
+                     .sign = src->sign,
+                     .still = src->ball == 1};
         b->orient = b->turns ? i : up;
         b->base = b->turns && up >= 0 && t->body[up].axis == b->axis ? t->body[up].base : up;
         b->at = tree_vector(t, src->at);

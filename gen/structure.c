@@ -155,13 +155,19 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits and loops has the hash it had */
+/* none leave no trace: what there was before there were limits, balls, loops has the hash it had */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {
         if (m->bodies[i].limited) {
             number(h, i);
             scalars(h, m->bodies[i].limit, STEIN_LIMIT_SIZE);
+        }
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        if (m->bodies[i].ball) {
+            const int is[] = {i, m->bodies[i].ball};
+            bytes(h, is, sizeof is);
         }
     }
     for (int i = 0; i < m->nloop; i++) {

@@ -296,6 +296,28 @@ static int limits_of(const mechanism *m)
     return n;
 }
 
+static int balls_of(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += m->bodies[i].ball == 1;
+    }
+    return n;
+}
+
+static void table_balls(text *x, const mechanism *m)
+{
+    if (balls_of(m)) {
+        open_table(x, "ball", "balls");
+        for (int i = 0; i < m->nbody; i++) {
+            if (m->bodies[i].ball == 1) {
+                text_add(x, "    {%d},\n", i);
+            }
+        }
+        close_table(x);
+    }
+}
+
 static void table_loops(text *x, const tree *t, const layout *l)
 {
     if (limits_of(t->m)) {
@@ -388,6 +410,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_notches(x, t, l);
     table_curves(x, t, l);
     table_loops(x, t, l);
+    table_balls(x, t->m);
     table_signals(x, t, l);
 }
 
@@ -475,6 +498,9 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     ops_field(x, "along", &f->along.ops);
     if (limits_of(m)) {
         text_add(x, "    .nlimit = %d, .limits = limits,\n", limits_of(m));
+    }
+    if (balls_of(m)) {
+        text_add(x, "    .nball = %d, .balls = balls,\n", balls_of(m));
     }
     if (m->nloop) {
         text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);

@@ -30,6 +30,7 @@ typedef struct rbody {
     int parent, turns; /* turns: 1 revolute, 0 prismatic */
     int axis;          /* 0 x, 1 y, 2 z */
     int sign;
+    int still;   /* the chart of a ball: a joint that keeps its angle, qd = qdd = 0 */
     int orient;  /* the revolute body that sets its orientation (itself if it turns), -1 frame */
     int base;    /* for a turning body: orientation its group of parallel joints stands on */
     vec at;      /* joint origin from the parent's, as in the file */
@@ -104,6 +105,10 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup);
 void tree_free(tree *t);
 /** Setup node of a number of the file. */
 ex tree_scalar(const tree *t, mech_scalar s);
+/** EX_QD or EX_QDD of a joint, 0 where it keeps its angle. */
+ex tree_rate(const tree *t, ex_graph *g, int kind, int joint);
+/** Is there a ball or anything else that needs poses in space? */
+int tree_in_space(const tree *t);
 vec tree_vector(const tree *t, const mech_scalar s[3]);
 
 /* frames.c */

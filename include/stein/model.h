@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 9
+#define STEIN_MODEL_ABI 10
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
@@ -275,6 +275,14 @@ typedef struct stein_limit {
 /** from, to [rad or m], k [N m/rad or N/m], D [s/rad or s/m] */
 enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
 
+/** A joint that turns in all directions, as four that turn about z, x, y and z. The first one, the
+ *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. Where the
+ *  second of the others comes near 90 deg all four are set anew at the end of a step, at the same
+ *  attitude and turning speed. Its initial speeds are those about the axes x, y, z of the body. */
+typedef struct stein_ball {
+    int joint; /* coordinate of the chart; the other three follow, the last one is at the body */
+} stein_ball;
+
 /** A closed loop, or a joint that follows another one: rows of h(q) = 0, behind those of the loops
  *  before it, lengths first. */
 typedef struct stein_loop {
@@ -460,7 +468,7 @@ typedef struct stein_model {
     void (*unloaded)(const double *q, const double *qd, const double *sc, const double *d,
                      double *M, double *c);
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
-     * joint whose pivot vanishes. NULL for a large tree. */
+     * joint whose pivot vanishes. NULL for a large tree, and where there are no lanes. */
     int (*solve)(const double *M, double *b);
     /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq],
      * one of them not > 0 where M is singular. NULL where M and its solution are less work, as in
@@ -510,6 +518,11 @@ typedef struct stein_model {
 
     int nlimit;
     const stein_limit *limits; /* [nlimit] */
+
+    /* Balls. Then there are no derivatives, no solve and no lanes. */
+
+    int nball;
+    const stein_ball *balls; /* [nball] */
 } stein_model;
 
 #ifdef __cplusplus

@@ -11,6 +11,7 @@
  *      loops.c     closed loops and couplings          partition.c   their linear system
  *      assemble.c  start positions that close them
  *      status.c    errors                              identity.c  one hash of all that computes
+ *      chart.c     joints that turn in all directions
  *
  *   in the words of real.h, once more for each number of lanes
  *      layout.c    memory                              contact.c   spots: where and how deep
@@ -393,6 +394,17 @@ stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
 /* the state onto the loops, from where it is; as_stated: what the file gives stays, if it can.
  * @return OK, ECLOSE */
 stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err);
+#endif
+
+/* chart.c: of a model with balls */
+#if STEIN_LANES == 1
+/* the charts that have to be left, left: the state is the same one in other coordinates.
+ * @return has any been? Then the last evaluation belongs to no state. */
+int stein__rechart(stein_sim *sim);
+/* speeds of the angles where those of a ball are its turning speed about the body's axes */
+void stein__spin_up(stein_sim *sim);
+/* atan2 with the same bits everywhere */
+double stein__angle(double y, double x);
 #endif
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and

@@ -70,6 +70,12 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
                            "\"%s\" has loops or couplings, of which there are no derivatives yet",
                            model->name);
     }
+    if (model->nball > 0) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "\"%s\" has bodies that turn in all directions, of which there are no "
+                           "derivatives yet",
+                           model->name);
+    }
     if (!has_derivatives(model)) {
         return stein__fail(err, STEIN_EINVAL,
                            "the equations of \"%s\" came without derivatives: generate them again",

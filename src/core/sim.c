@@ -248,6 +248,7 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
         sim->q[j] = sim->d[model->initial + 2 * j];
         sim->qd[j] = sim->d[model->initial + 2 * j + 1];
     }
+    stein__spin_up(sim);
     stein__place_driven(sim);
     stein_status status = model->nrow > 0 ? stein__loops_assemble(sim, 1, err) : STEIN_OK;
     if (status == STEIN_OK) {

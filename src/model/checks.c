@@ -215,6 +215,9 @@ static void check_mass_matrix(mech__reader *rd)
             w->held[m->inputs[i].index] = 1;
         }
     }
+    for (int i = 0; i < m->nbody; i++) {
+        w->held[i] |= m->bodies[i].ball == 1;
+    }
     for (int t = 0; t < CONFIGURATIONS; t++) {
         memset(w->M, 0, sizeof w->M);
         memset(w->scale, 0, sizeof w->scale);

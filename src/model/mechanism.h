@@ -85,6 +85,9 @@ typedef struct mech_body {
     char name[MECH_NAME];
     int parent; /* -1 frame */
     int part;   /* 1: a piece of its parent, whose stated mass, centre, inertia include it */
+    int lead;   /* 1: no body of the file, but a joint of the ball or free one behind it (balls.c) */
+    int ball;   /* 1 the chart of a ball, 2 .. 4 its angles, the last one at the body; 0 else */
+    int free;   /* 1: a ball behind three sliding joints */
     char type, axis;
     int sign;
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */

@@ -343,6 +343,14 @@ static void read_simulation(mech__reader *rd)
                              "no equilibrium is looked for in a mechanism with loops or "
                              "couplings, expected settle: no");
         }
+        for (int i = 0; m->settle && i < m->nbody; i++) {
+            if (m->bodies[i].ball == 1) {
+                mech__problem_at(rd, settle,
+                                 "no equilibrium is looked for in a mechanism with a body that "
+                                 "turns in all directions, expected settle: no");
+                break;
+            }
+        }
     }
     read_tolerance(rd, mech__get(map, "tolerance"));
 }

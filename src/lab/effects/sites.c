@@ -241,7 +241,8 @@ int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES])
         if (lab__part_name(kind, place, name) != 0) {
             return 0;
         }
-        int can = contacts                                ? can_give(m, i, here)
+        int can = !contacts && m->bodies[i].ball          ? 0
+                  : contacts                              ? can_give(m, i, here)
                   : strcmp(kind, "elastic_hinge") == 0    ? can_bend(m, i, here)
                   : strcmp(kind, "axis_translation") == 0 ? can_lift(m, i, here)
                                                           : can_hang(m, i, here);
