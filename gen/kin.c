@@ -8,6 +8,7 @@
  *      kinetic energy 1/2 qd' M qd      potential energy -g . (sum of first moments)
  * v is not formed as J qd: the recursion needs one product per arm instead of one per joint.
  */
+#include <stddef.h>
 #include <stdlib.h>
 
 #include "tree.h"
@@ -99,6 +100,28 @@ void kin_pose(walk *w, ex *out)
                             ex_neg(g, all[i].om.x[1])};
         for (int j = 0; j < 7; j++) {
             out[7 * k + j] = pose[j];
+        }
+    }
+    free(all);
+}
+
+void kin_pose3(walk *w, ex *out)
+{
+    ex_graph *g = w->g;
+    placed *all = place_all(w);
+    for (int k = 0; all && k < w->t->nsolid; k++) {
+        int i = w->t->solid[k];
+        ex *pose = out + (ptrdiff_t)POSE3 * k;
+        g->pass = PASS_FORWARD;
+        g->body = i;
+        for (int j = 0; j < 3; j++) {
+            vec column = rotate(w, vec_axis(j, ex_num(g, 1.0)), w->t->body[i].orient, -1);
+            for (int row = 0; row < 3; row++) {
+                pose[3 + 3 * row + j] = column.x[row];
+            }
+            pose[j] = all[i].o.x[j];
+            pose[12 + j] = all[i].v.x[j];
+            pose[15 + j] = all[i].om.x[j];
         }
     }
     free(all);

@@ -100,6 +100,12 @@ static void shape(hash *h, const mech_shape *s)
     scalars(h, &s->radius, 1);
     scalars(h, &s->facing, 1);
     scalars(h, s->extent, 2);
+    if (s->solid != MECH_FLAT) {
+        const int in_space[] = {s->solid, s->corner, s->across};
+        bytes(h, in_space, sizeof in_space);
+        scalars(h, s->normal, 3);
+        scalars(h, s->size, 3);
+    }
 }
 
 static void contacts(hash *h, const mechanism *m)

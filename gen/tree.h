@@ -52,6 +52,7 @@ typedef struct tree {
     vec gravity;            /* setup nodes */
     ex *param, *formula;    /* setup nodes of the parameters and formulas */
     int *carrier, ncarrier; /* bodies that have a frame (model.h), ascending */
+    int *solid, nsolid;     /* the same with a pose in space */
     int *row, nrow;         /* rows of h(q), LOOP_ROWS * loop + row of that loop (loops.c) */
 } tree;
 
@@ -172,6 +173,8 @@ vec kin_bend(ex_graph *g, vec om, vec omp, vec r);
 void kin_place(walk *ps, placed *all, int i, int top);
 /** Outputs in the order of the C arrays: 7 numbers a pose; x, v, J, jdqd; kinetic, potential. */
 void kin_pose(walk *ps, ex *out);
+enum { POSE3 = 18 };
+void kin_pose3(walk *ps, ex *out);
 void kin_point(walk *ps, ex *out);
 void kin_energy(walk *ps, ex *out);
 

@@ -26,6 +26,11 @@ static const char *joint_text(char text[8], const mech_body *b)
 static const char *shape_text(const mech_shape *s)
 {
     int point = s->radius.kind == MECH_ZERO;
+    if (s->solid != MECH_FLAT) {
+        return s->corner ? "corners of box" : s->solid == MECH_PLANE ? "plane"
+               : point   ? "point"
+                         : "sphere";
+    }
     return s->end != 0 ? "end of line" : s->is_line ? "line" : point ? "point" : "circle";
 }
 
@@ -68,7 +73,22 @@ static const char *output_kind(int read)
                                        "value",
                                        "force",
                                        "kinetic energy",
-                                       "potential energy"};
+                                       "potential energy",
+                                       "roll",
+                                       "pitch",
+                                       "yaw",
+                                       "xx",
+                                       "xy",
+                                       "xz",
+                                       "yx",
+                                       "yy",
+                                       "yz",
+                                       "zx",
+                                       "zy",
+                                       "zz",
+                                       "wx",
+                                       "wy",
+                                       "wz"};
     return text[read];
 }
 

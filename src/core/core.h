@@ -11,7 +11,7 @@
  *      loops.c     closed loops and couplings          partition.c   their linear system
  *      assemble.c  start positions that close them
  *      status.c    errors                              identity.c  one hash of all that computes
- *      chart.c     joints that turn in all directions
+ *      chart.c     joints that turn in all directions  space.c     contacts in space
  *
  *   in the words of real.h, once more for each number of lanes
  *      layout.c    memory                              contact.c   spots: where and how deep
@@ -72,6 +72,7 @@ typedef struct wrench {
 /** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
 typedef struct pair {
     int index;    /* of the contact; ncontact + that of the notch */
+    int solid;    /* 1: in space, frames are those of pose3 */
     int frame[2]; /* the second one may be fixed, -1 */
     const real *normal, *friction;
     int parts;       /* of both laws */
@@ -86,6 +87,17 @@ typedef struct touch {
     real depth, rate;
     spot_force *sum; /* where its forces are added */
 } touch;
+
+/** The same in space. */
+typedef struct wrench3 {
+    double f[3], m[3];
+} wrench3;
+
+/** Where a touch is in space: place, unit normal on the first body, direction in which that slides
+ *  on the other one (zero where it does not). */
+typedef struct touch3 {
+    double at[3], n[3], t[3];
+} touch3;
 
 /** How the wrench of a frame acts on its joint, and goes on to the parent's frame (-1: the fixed
  * one).
@@ -178,6 +190,9 @@ struct stein_sim {
     int ntouch;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;               /* [nframe], and at -1 what nobody asks about */
+    stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
+    wrench3 *wrench3;             /* [npose3], likewise */
+    touch3 *touch3;               /* [ntouch], of those in space */
     real *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     real *sc;                     /* [2*nq] sines and cosines of xq */
@@ -394,6 +409,24 @@ stein_status stein__loops_project(stein_sim *sim, double t, stein_err *err);
 /* the state onto the loops, from where it is; as_stated: what the file gives stays, if it can.
  * @return OK, ECLOSE */
 stein_status stein__loops_assemble(stein_sim *sim, int as_stated, stein_err *err);
+#endif
+
+/* space.c: of a model with poses in space */
+#if STEIN_LANES == 1
+/* poses at q, qd, whose sines and cosines are in sc; no wrenches then */
+void stein__place3(stein_sim *sim, const double *q, const double *qd);
+/* as those of contact.c: of a spot that is in space */
+double stein__solid_gap(const stein_sim *sim, int spot);
+double stein__solid_guard(const stein_sim *sim, int spot);
+void stein__solid_forces(stein_sim *sim, int spot);
+/* the force of a touch with this friction, into the wrenches */
+void stein__solid_push(stein_sim *sim, const touch *t, double mu);
+/* a unit force along its normal or across it instead */
+void stein__solid_probe(stein_sim *sim, const touch *t, int across);
+/* the wrenches into Q */
+void stein__solids_to_joints(stein_sim *sim);
+/* a channel of the attitude of a body, index that of its pose */
+double stein__attitude(const stein_sim *sim, stein_read_kind read, int index);
 #endif
 
 /* chart.c: of a model with balls */

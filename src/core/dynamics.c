@@ -48,6 +48,9 @@ void stein__place(stein_sim *sim)
     if (sim->model->nframe > 0) {
         sim->model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
     }
+    if (sim->model->npose3 > 0) {
+        stein__place3(sim, sim->xq, sim->xqd);
+    }
 }
 
 stein_status stein__refresh(stein_sim *sim, stein_err *err)

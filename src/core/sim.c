@@ -104,6 +104,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->p[i] = model->params[i].value;
     }
     sim->pose[-1] = (stein_pose){.c = 1.0};
+    sim->pose3[-1] = (stein_pose3){.R = {[0] = 1.0, [4] = 1.0, [8] = 1.0}};
     for (int j = 0; j < model->nq; j++) {
         sim->parent[j] = model->bodies[j].parent;
     }

@@ -294,7 +294,13 @@ static void check_extents(mech__reader *rd)
 
         for (int k = 0; k < 2; k++) {
             const mech_shape *s = &m->contacts[i].spot[0].side[k];
+            vec n = values(s->normal);
 
+            if (s->solid == MECH_PLANE && !s->is_line && dot(n, n) == 0.0 &&
+                !mech__failed(rd, m->contacts[i].name)) {
+                mech__problem_at(rd, place ? place->key : NULL,
+                                 "the normal of the plane of %s has no length", m->contacts[i].name);
+            }
             if (s->has_extent && !mech__failed(rd, m->contacts[i].name) &&
                 !(s->extent[0].value < s->extent[1].value)) {
                 mech__problem_at(rd, place ? place->key : NULL,
