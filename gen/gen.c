@@ -311,6 +311,7 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .slopes = f->slopes.ops,
                         .along = f->along.ops,
                         .closure = f->closure.ops,
+                        .pose3 = f->pose3.ops,
                         .articulated = f->articulated.ops,
                         .solve = solve_ops(t)};
     memcpy(out->equations, hash, sizeof hash);

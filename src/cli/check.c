@@ -16,9 +16,45 @@ static const char *body_name(const mechanism *m, int body)
     return body < 0 ? "frame" : m->bodies[body].name;
 }
 
-/* "R y", "T -z" */
+/* how many bodies the file has: joints before those of balls are none */
+static int number_of_bodies(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += !m->bodies[i].lead;
+    }
+    return n;
+}
+
+/* degrees of freedom of a tree with balls, whose charts are none; 0 of others */
+static int tree_freedom(const mechanism *m)
+{
+    int n = m->nbody, balls = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        balls += m->bodies[i].ball == 1;
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        n -= m->inputs[i].kind == STEIN_INPUT_MOTION && m->inputs[i].hold;
+    }
+    return balls > 0 && m->nloop == 0 ? n - balls : 0;
+}
+
+/* what a body of the file hangs on */
+static const char *parent_name(const mechanism *m, int body)
+{
+    int up = m->bodies[body].parent;
+    while (up >= 0 && m->bodies[up].lead) {
+        up = m->bodies[up].parent;
+    }
+    return body_name(m, up);
+}
+
+/* "R y", "T -z", "ball", "free" */
 static const char *joint_text(char text[8], const mech_body *b)
 {
+    if (b->ball) {
+        return b->free ? "free" : "ball";
+    }
     snprintf(text, 8, "%c %s%c", b->type, b->sign < 0 ? "-" : "", b->axis);
     return text;
 }
@@ -93,10 +129,11 @@ static const char *output_kind(int read)
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 11, ALWAYS = 4 };
+enum { COUNTED = 12, ALWAYS = 4 };
 static const char *const counted_key[COUNTED] = {
     "M_c",   "M_c_unloaded", "inverse_dynamics", "setup",       "solution", "articulated",
-    "poses", "points",       "energy",           "derivatives", "loops"};
+    "poses", "points",       "energy",           "derivatives", "loops",
+    "poses_in_space"};
 static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
                                                   "likewise with forces and moments",
@@ -107,13 +144,14 @@ static const char *const counted_note[COUNTED] = {"with a force and a moment on 
                                                   "all named points, with Jacobians",
                                                   "kinetic and potential",
                                                   "of M qdd + c by all q and qd",
-                                                  "h, J and Jdot qd of loops and couplings"};
+                                                  "h, J and Jdot qd of loops and couplings",
+                                                  "bodies with contacts in space"};
 
 static stein_ops counted(const gen_result *g, int i)
 {
     const stein_ops ops[COUNTED] = {g->mass_bias, g->unloaded,    g->inverse, g->setup,
                                     g->solve,     g->articulated, g->pose,    g->point,
-                                    g->energy,    g->slopes,      g->closure};
+                                    g->energy,    g->slopes,      g->closure,     g->pose3};
     return ops[i];
 }
 
@@ -127,12 +165,19 @@ static int acts(const mech_scalar *law, int entry)
 
 static void print_bodies(const mechanism *m)
 {
-    printf("\nbodies (%d)\n", m->nbody);
+    printf("\nbodies (%d)", number_of_bodies(m));
+    if (tree_freedom(m) > 0) {
+        printf(", %d degrees of freedom", tree_freedom(m));
+    }
+    putchar('\n');
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8], mass[CLI_TEXT];
+        if (b->lead) {
+            continue;
+        }
         printf("  %-16s %-4s on %-12s %s%s%s%s%s\n", b->name, joint_text(joint, b),
-               body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
+               parent_name(m, i), cli_quantity(mass, b->mass.value, "kg"),
                acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
                acts(b->joint, STEIN_JOINT_FRICTION) ? ", friction" : "",
@@ -296,9 +341,12 @@ static void json_bodies(lab__json *j, const mechanism *m)
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8];
+        if (b->lead) {
+            continue;
+        }
         lab__json_open(j, NULL, '{');
         lab__json_text(j, "name", b->name);
-        lab__json_text(j, "parent", body_name(m, b->parent));
+        lab__json_text(j, "parent", parent_name(m, i));
         lab__json_text(j, "joint", joint_text(joint, b));
         lab__json_real(j, "mass", b->mass.value);
         lab__json_bool(j, "spring", acts(b->joint, STEIN_JOINT_K));
@@ -471,6 +519,9 @@ static int print_json(const checked *c, const cli_args *args)
     lab__json_bool(&j, "settle", m->settle);
     lab__json_close(&j);
     json_operations(&j, c->g);
+    if (tree_freedom(m) > 0) {
+        lab__json_int(&j, "freedom", tree_freedom(m));
+    }
     code = cli_check_loops(args, m, &j);
     if (code == CLI_OK && args->noperand > 1) {
         code = cli_check_data(args, &j);

@@ -57,6 +57,15 @@ static int has_derivatives(const stein_model *model)
            (model->nframe == 0 || model->pose_along != NULL);
 }
 
+static int is_in_space(const stein_model *model)
+{
+    int any = model->nball > 0;
+    for (int i = 0; i < model->nspot; i++) {
+        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
+    }
+    return any;
+}
+
 stein_status stein_derivative_create(stein_derivative **out, const stein_model *model,
                                      const stein_sim_def *def, stein_err *err)
 {
@@ -70,10 +79,10 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
                            "\"%s\" has loops or couplings, of which there are no derivatives yet",
                            model->name);
     }
-    if (model->nball > 0) {
+    if (is_in_space(model)) {
         return stein__fail(err, STEIN_EINVAL,
-                           "\"%s\" has bodies that turn in all directions, of which there are no "
-                           "derivatives yet",
+                           "\"%s\" has bodies that turn in all directions or contacts in space, of "
+                           "which there are no derivatives yet",
                            model->name);
     }
     if (!has_derivatives(model)) {

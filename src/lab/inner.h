@@ -71,6 +71,16 @@ extern const lab__source lab__core_files[], lab__page_files[], lab__fmu_files[],
 /** Fill err (nullable) with a printf-like message and return the code. */
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
 /** ENOMEM, and said so. */
+/** Has it bodies that turn in all directions, or contacts in space? */
+static inline int lab__in_space(const stein_model *model)
+{
+    int any = model->nball > 0;
+    for (int i = 0; i < model->nspot; i++) {
+        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
+    }
+    return any;
+}
+
 static inline stein_status lab__no_memory(stein_err *err)
 {
     lab__fail(err, STEIN_ENOMEM, "out of memory");
