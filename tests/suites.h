@@ -72,6 +72,7 @@
     X(energy)        \
     X(loops)         \
     X(linkages)      \
+    X(space)         \
     X(limits)        \
     X(seldom)        \
     X(edges)         \

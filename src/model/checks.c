@@ -296,7 +296,7 @@ static void check_extents(mech__reader *rd)
             const mech_shape *s = &m->contacts[i].spot[0].side[k];
             vec n = values(s->normal);
 
-            if (s->solid == MECH_PLANE && !s->is_line && dot(n, n) == 0.0 &&
+            if (s->solid == MECH_PLANE && s->normal[0].kind != MECH_ZERO && dot(n, n) == 0.0 &&
                 !mech__failed(rd, m->contacts[i].name)) {
                 mech__problem_at(rd, place ? place->key : NULL,
                                  "the normal of the plane of %s has no length", m->contacts[i].name);
