@@ -257,6 +257,10 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
     }
     memmove(sim->q, q, sizeof *q * (size_t)nq);
     memmove(sim->qd, qd, sizeof *qd * (size_t)nq);
+    for (int i = 0; i < sim->model->nball; i++) {
+        sim->qd[sim->model->balls[i].joint] = 0.0;
+    }
+    (void)stein__rechart(sim);
     sim->head->t = sim->head->t0 = t;
     sim->head->step = 0;
     if (sim->model->nrow > 0) {
