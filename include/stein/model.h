@@ -24,8 +24,8 @@
  *     components in that body's own axes
  *
  * Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
- * against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane (x to
- * the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a joint
+ * against y: its coordinate is counted the other way. Contacts are in the x-z plane (x to the
+ * right, z up), or between spheres and planes in space. Plane angles count from +x towards +z (anticlockwise as drawn), so a joint
  * about +y turns clockwise as drawn.
  *
  * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
