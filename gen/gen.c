@@ -266,8 +266,7 @@ static void make_layout(layout *l, const tree *t, const funcs *f)
     if (f->articulated.nout) {
         layout_add_func(l, t, &f->articulated);
     }
-    const func *only_some[] = {&f->slopes, &f->along, &f->pose_along, &f->pose3,
-                               &f->closure};
+    const func *only_some[] = {&f->slopes, &f->along, &f->pose_along, &f->pose3, &f->closure};
     for (size_t i = 0; i < sizeof only_some / sizeof *only_some; i++) {
         if (only_some[i]->nout) {
             layout_add_func(l, t, only_some[i]);

@@ -395,9 +395,9 @@ enum {
 START_TEST(every_refusal_names_the_cause)
 {
     static const char *const cause[BAD_END] = {
-        "identifier",      "bodies",          "gravity",      "formula",          "parent",
-        "joint is R or T", "joint is R or T", "no parameter", "1 to 8 spots",    "first side",
-        "no body",         "planar",          "no body",      "no body",          "acts on nothing",
+        "identifier",      "bodies",          "gravity",      "formula",      "parent",
+        "joint is R or T", "joint is R or T", "no parameter", "1 to 8 spots", "first side",
+        "no body",         "planar",          "no body",      "no body",      "acts on nothing",
         "unknown reading", "no point"};
     unsigned long long seed = 6;
     mechanism *m = ref_tree("refused", 5, 1, &seed);

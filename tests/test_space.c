@@ -153,8 +153,7 @@ static void euler(double w[3], double R[9], double t)
                 int a = (i + 1) % 3, d = (i + 2) % 3;
                 k[s][i] = (moments[a] - moments[d]) * z[a] * z[d] / moments[i];
                 for (int row = 0; row < 3; row++) {
-                    k[s][3 + 3 * row + i] =
-                        z[3 + 3 * row + a] * z[d] - z[3 + 3 * row + d] * z[a];
+                    k[s][3 + 3 * row + i] = z[3 + 3 * row + a] * z[d] - z[3 + 3 * row + d] * z[a];
                 }
             }
         }
@@ -308,8 +307,9 @@ static const char *const velocity[] = {"vx", "vy", "vz"};
 /* v0 until the friction has made it roll: 5/7 v0 */
 START_TEST(a_sphere_that_slides_rolls_in_the_end)
 {
-    static const char *const set[] = {"s.initial.position.z=0.1 m - 2*9.81/1e6*1 m", "s.initial.velocity.x=2.8",
-                                      "s.initial.velocity.y=-2.1", "s.initial.spin.z=3"};
+    static const char *const set[] = {"s.initial.position.z=0.1 m - 2*9.81/1e6*1 m",
+                                      "s.initial.velocity.x=2.8", "s.initial.velocity.y=-2.1",
+                                      "s.initial.spin.z=3"};
     bench b = start_with(sphere_on_plane, set, 4);
     double v[3], mu = 0.3, until = 2.0 / 7.0 * 3.5 / (mu * 9.81);
     ck_assert_stein(stein_run(b.sim, 0.5 * until, err));
@@ -332,7 +332,9 @@ END_TEST
 /* 5/7 g sin down the slope, whichever way that is */
 START_TEST(a_sphere_rolls_down_an_incline)
 {
-    static const char *const set[] = {"ground.nx=0.24", "ground.ny=-0.32", "ground.nz=1.2",
+    static const char *const set[] = {"ground.nx=0.24",
+                                      "ground.ny=-0.32",
+                                      "ground.nz=1.2",
                                       "s.initial.position.x=0.1 m*0.24/1.265",
                                       "s.initial.position.y=-0.1 m*0.32/1.265",
                                       "s.initial.position.z=0.1 m*1.2/1.265"};
@@ -416,9 +418,11 @@ START_TEST(spheres_that_collide_keep_all_momenta)
         "mechanism: spheres\n"
         "gravity: [0, 0, 0]\n"
         "bodies:\n"
-        "  a: {joint: free, mass: 2 kg, inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {c: [0, 0, "
+        "  a: {joint: free, mass: 2 kg, inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {c: [0, "
+        "0, "
         "0]}, initial: {velocity: [3, 0.2, -0.1], spin: [5, -3, 8]}}\n"
-        "  b: {joint: free, mass: 1 kg, inertia: {xx: 0.004, yy: 0.004, zz: 0.004}, points: {c: [0, "
+        "  b: {joint: free, mass: 1 kg, inertia: {xx: 0.004, yy: 0.004, zz: 0.004}, points: {c: "
+        "[0, "
         "0, 0]}, initial: {position: [0.5, 0.03, 0.05], attitude: [1, 2, 3]}}\n"
         "contacts:\n"
         "  hit: {between: [{sphere: {at: a.c, radius: 0.1}}, {sphere: {at: b.c, radius: 0.08}}], "
@@ -474,12 +478,15 @@ START_TEST(forces_go_down_the_tree)
         "0.5 rad/s}}\n"
         "  arm: {parent: post, joint: R -x, at: [0.1, 0, 0.5], mass: 1 kg, centre: [0, 0.2, 0], "
         "inertia: {xx: 0.02, yy: 0.01, zz: 0.02}, initial: {position: 0.2 rad}}\n"
-        "  sled: {parent: arm, joint: T -y, at: [0, 0.5, 0.05], mass: 0.5 kg, spring: {k: 200 N/m}}\n"
-        "  head: {parent: sled, joint: ball, mass: 0.3 kg, centre: [0.05, 0, 0], inertia: {xx: 1e-3, "
+        "  sled: {parent: arm, joint: T -y, at: [0, 0.5, 0.05], mass: 0.5 kg, spring: {k: 200 "
+        "N/m}}\n"
+        "  head: {parent: sled, joint: ball, mass: 0.3 kg, centre: [0.05, 0, 0], inertia: {xx: "
+        "1e-3, "
         "yy: 2e-3, zz: 2e-3}, points: {p: [0.12, 0.02, 0]}, initial: {spin: [1, 2, 3]}}\n"
         "  table: {joint: R y, mass: 3 kg, inertia: {yy: 0.5}, spring: {k: 50 N m/rad}}\n"
         "contacts:\n"
-        "  hit: {between: [{point: head.p}, {plane: {on: table, at: [0, 0, 0.1], normal: [0.1, 0.2, "
+        "  hit: {between: [{point: head.p}, {plane: {on: table, at: [0, 0, 0.1], normal: [0.1, "
+        "0.2, "
         "1]}}], normal: {c: 2e4 N/m}}\n"
         "outputs:\n"
         "  gap: {contact: hit, read: gap}\n  sled: {joint: sled, read: position}\n"
@@ -512,7 +519,8 @@ START_TEST(planes_and_space_agree)
         "bodies:\n"
         "  x: {joint: T x, initial: {speed: 0.7 m/s}}\n"
         "  z: {parent: x, joint: T %c, initial: {position: 0.3 m}}\n"
-        "  disc: {parent: z, joint: R %s, mass: 1 kg, inertia: {%s: 2e-3}, points: {c: %s}, initial: "
+        "  disc: {parent: z, joint: R %s, mass: 1 kg, inertia: {%s: 2e-3}, points: {c: %s}, "
+        "initial: "
         "{speed: 9 rad/s}}\n"
         "contacts:\n"
         "  floor: {between: [{%s: {at: disc.c, radius: 0.1}}, {%s}], normal: {c: 1e4 N/m, D: 0.5 "
@@ -529,7 +537,10 @@ START_TEST(planes_and_space_agree)
     for (int k = 0; k < 3; k++) {
         int across = k == 2;
         char file[1500];
-        snprintf(file, sizeof file, text, k == 0 ? "flat" : k == 1 ? "solid" : "other",
+        snprintf(file, sizeof file, text,
+                 k == 0   ? "flat"
+                 : k == 1 ? "solid"
+                          : "other",
                  across ? "-9.81, 0" : "0, -9.81", across ? 'y' : 'z', across ? "z" : "-y",
                  across ? "zz" : "yy", across ? "[0.01, 0.02, 0]" : "[0.01, 0, 0.02]",
                  k == 1 ? "sphere" : "circle", k == 1 ? plane : line);

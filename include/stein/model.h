@@ -25,8 +25,8 @@
  *
  * Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
  * against y: its coordinate is counted the other way. Contacts are in the x-z plane (x to the
- * right, z up), or between spheres and planes in space. Plane angles count from +x towards +z (anticlockwise as drawn), so a joint
- * about +y turns clockwise as drawn.
+ * right, z up), or between spheres and planes in space. Plane angles count from +x towards +z
+ * (anticlockwise as drawn), so a joint about +y turns clockwise as drawn.
  *
  * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
  * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
@@ -188,8 +188,8 @@ enum {
     STEIN_SHAPE_SIZE
 };
 
-/** The same in space: position, radius of a sphere, unit normal of a plane towards its free side, in
- *  the carrier's axes. */
+/** The same in space: position, radius of a sphere, unit normal of a plane towards its free side,
+ * in the carrier's axes. */
 enum {
     STEIN_SOLID_X,
     STEIN_SOLID_Y,
@@ -554,8 +554,8 @@ typedef struct stein_model {
 
     int nball, npose3;
     const stein_ball *balls;    /* [nball] */
-    const stein_frame *frames3; /* [npose3] bodies with such a contact or whose attitude is read, and
-                                   those that carry them; ascending */
+    const stein_frame *frames3; /* [npose3] bodies with such a contact or whose attitude is read,
+                                   and those that carry them; ascending */
     /** Their poses. NULL when npose3 = 0. */
     void (*pose3)(const double *q, const double *qd, const double *sc, const double *d,
                   stein_pose3 *pose);

@@ -63,9 +63,10 @@ static const char *shape_text(const mech_shape *s)
 {
     int point = s->radius.kind == MECH_ZERO;
     if (s->solid != MECH_FLAT) {
-        return s->corner ? "corners of box" : s->solid == MECH_PLANE ? "plane"
-               : point   ? "point"
-                         : "sphere";
+        return s->corner                ? "corners of box"
+               : s->solid == MECH_PLANE ? "plane"
+               : point                  ? "point"
+                                        : "sphere";
     }
     return s->end != 0 ? "end of line" : s->is_line ? "line" : point ? "point" : "circle";
 }
@@ -132,8 +133,7 @@ static const char *output_kind(int read)
 enum { COUNTED = 12, ALWAYS = 4 };
 static const char *const counted_key[COUNTED] = {
     "M_c",   "M_c_unloaded", "inverse_dynamics", "setup",       "solution", "articulated",
-    "poses", "points",       "energy",           "derivatives", "loops",
-    "poses_in_space"};
+    "poses", "points",       "energy",           "derivatives", "loops",    "poses_in_space"};
 static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
                                                   "likewise with forces and moments",
@@ -151,7 +151,7 @@ static stein_ops counted(const gen_result *g, int i)
 {
     const stein_ops ops[COUNTED] = {g->mass_bias, g->unloaded,    g->inverse, g->setup,
                                     g->solve,     g->articulated, g->pose,    g->point,
-                                    g->energy,    g->slopes,      g->closure,     g->pose3};
+                                    g->energy,    g->slopes,      g->closure, g->pose3};
     return ops[i];
 }
 

@@ -4,9 +4,9 @@
  *      R = Rz(chart) Rx(a) Ry(b) Rz(c)      from the body's axes to those of its parent
  *
  * For a fixed chart three angles a, b, c are coordinates as any others: the equations, steps and
- * dense output know nothing of balls. Their axes are parallel where |sin b| = 1, that is, where z of
- * the body points along x of the chart. Before, at the end of a step, the chart is turned about z
- * until they are at right angles: b = 0. Attitude and turning speed stay what they are.
+ * dense output know nothing of balls. Their axes are parallel where |sin b| = 1, that is, where z
+ * of the body points along x of the chart. Before, at the end of a step, the chart is turned about
+ * z until they are at right angles: b = 0. Attitude and turning speed stay what they are.
  *
  * Rejected: quaternions. Their speeds are not their derivatives, so that integrators, dense output,
  * derivatives and all that reads q and qd would have to know which coordinates are one, and steps

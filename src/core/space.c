@@ -4,11 +4,13 @@
  *      x = r0 + r1 - (P0 - P1).n      sphere on plane:   n the plane's normal, r1 = 0
  *                                     sphere on sphere:  n from P1 to P0
  *
- * As in the plane (contact.c), less `gap`; the laws are the same. Friction acts against the sliding,
- * which is a vector here: on side 0 f_n n - mu(|v|) f_n v/|v|, v the speed of sliding in the plane of
- * contact; side 1 gets the opposite force at the same place. A box touches with its corners.
+ * As in the plane (contact.c), less `gap`; the laws are the same. Friction acts against the
+ * sliding, which is a vector here: on side 0 f_n n - mu(|v|) f_n v/|v|, v the speed of sliding in
+ * the plane of contact; side 1 gets the opposite force at the same place. A box touches with its
+ * corners.
  *
- * Forces are summed to a wrench a body, in fixed axes, which goes down the tree from joint to joint.
+ * Forces are summed to a wrench a body, in fixed axes, which goes down the tree from joint to
+ * joint.
  */
 #include <math.h>
 #include <string.h>

@@ -26,7 +26,7 @@ static const struct {
     const char *name;
     char type, axis;
     int ball;
-} joints[FREE] = {{".x", 'T', 'x', 0},     {".y", 'T', 'y', 0},    {".z", 'T', 'z', 0},
+} joints[FREE] = {{".x", 'T', 'x', 0},     {".y", 'T', 'y', 0},     {".z", 'T', 'z', 0},
                   {".chart", 'R', 'z', 1}, {".turn1", 'R', 'x', 2}, {".turn2", 'R', 'y', 3},
                   {"", 'R', 'z', 4}};
 
@@ -36,8 +36,10 @@ int mech__lead_joints(mech__reader *rd, const mech__node *entry, int parent, int
     int n = mech__joints_of(entry);
 
     if (n > 1 && strlen(entry->key->text) + SUFFIX >= MECH_NAME) {
-        mech__problem_at(rd, entry->key, "the name of a body that turns in all directions has at "
-                         "most %d signs", MECH_NAME - 1 - SUFFIX);
+        mech__problem_at(rd, entry->key,
+                         "the name of a body that turns in all directions has at "
+                         "most %d signs",
+                         MECH_NAME - 1 - SUFFIX);
     }
     for (int k = FREE - n; n > 1 && k < FREE; k++) {
         mech_body *b = &m->bodies[m->nbody];

@@ -299,7 +299,8 @@ static void check_extents(mech__reader *rd)
             if (s->solid == MECH_PLANE && s->normal[0].kind != MECH_ZERO && dot(n, n) == 0.0 &&
                 !mech__failed(rd, m->contacts[i].name)) {
                 mech__problem_at(rd, place ? place->key : NULL,
-                                 "the normal of the plane of %s has no length", m->contacts[i].name);
+                                 "the normal of the plane of %s has no length",
+                                 m->contacts[i].name);
             }
             if (s->has_extent && !mech__failed(rd, m->contacts[i].name) &&
                 !(s->extent[0].value < s->extent[1].value)) {

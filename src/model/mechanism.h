@@ -85,9 +85,9 @@ typedef struct mech_body {
     char name[MECH_NAME];
     int parent; /* -1 frame */
     int part;   /* 1: a piece of its parent, whose stated mass, centre, inertia include it */
-    int lead;   /* 1: no body of the file, but a joint of the ball or free one behind it (balls.c) */
-    int ball;   /* 1 the chart of a ball, 2 .. 4 its angles, the last one at the body; 0 else */
-    int free;   /* 1: a ball behind three sliding joints */
+    int lead; /* 1: no body of the file, but a joint of the ball or free one behind it (balls.c) */
+    int ball; /* 1 the chart of a ball, 2 .. 4 its angles, the last one at the body; 0 else */
+    int free; /* 1: a ball behind three sliding joints */
     char type, axis;
     int sign;
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */
@@ -109,9 +109,10 @@ typedef struct mech_point {
 typedef enum { MECH_FLAT, MECH_SPHERE, MECH_PLANE } mech_solid;
 enum { MECH_SPOTS = 8 };
 
-/** One side of a spot: circle (radius 0 for a point) or one-sided line; in space sphere or plane. */
+/** One side of a spot: circle (radius 0 for a point) or one-sided line; in space sphere or plane.
+ */
 typedef struct mech_shape {
-    int body; /* -1 frame */
+    int body;              /* -1 frame */
     int solid;             /* mech_solid */
     mech_scalar normal[3]; /* PLANE, where it is no line that stands across its plane */
     int corner;            /* SPHERE: 1 .. 8 corner of a box around `at`, 0 none */

@@ -391,7 +391,7 @@ static void read_body(mech__reader *rd, int index)
         fixed     ? "parent joint at mass centre inertia points"
         : b->ball ? "parent joint at mass centre inertia initial points"
                   : "parent part_of joint at mass centre inertia pendulum spring damping "
-                "friction drag preload coulomb backlash asymmetry initial points mimic limits");
+                    "friction drag preload coulomb backlash asymmetry initial points mimic limits");
     if (!base) {
         return;
     }

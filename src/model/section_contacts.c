@@ -30,10 +30,11 @@ static int check_planar(mech__reader *rd, const mech__node *node, int body)
         const mech_body *b = &rd->m->bodies[i];
 
         if ((b->type == 'R') != (b->axis == 'y')) {
-            mech__problem_at(rd, node,
-                             "notches and loads are planar: the joint %s must turn about y or slide "
-                             "along x or z, found %c %c",
-                             b->name, b->type, b->axis);
+            mech__problem_at(
+                rd, node,
+                "notches and loads are planar: the joint %s must turn about y or slide "
+                "along x or z, found %c %c",
+                b->name, b->type, b->axis);
             return -1;
         }
     }
@@ -90,7 +91,8 @@ static shape_kind find_kind(mech__reader *rd, const mech__node *side)
         }
     }
     if (n != 1) {
-        mech__problem_at(rd, side, "a side of a contact needs exactly one of point, circle, line, sphere, "
+        mech__problem_at(rd, side,
+                         "a side of a contact needs exactly one of point, circle, line, sphere, "
                          "plane, box");
         return NONE;
     }
@@ -219,7 +221,7 @@ static void lift_sides(mech__reader *rd, mech_contact *c, const mech__node *betw
     }
     int across = moves_across(m, a, 'z') && moves_across(m, b, 'z')   ? 2
                  : moves_across(m, a, 'x') && moves_across(m, b, 'x') ? 0
-                                                                       : 1;
+                                                                      : 1;
     if (c->nspot > 1 || side[0].has_extent || side[1].has_extent) {
         mech__problem_at(rd, between,
                          "lines with ends touch in the x-z plane only, where all joints turn about "

@@ -192,8 +192,8 @@ static int can_give(const mechanism *m, int i, lab__site *site)
     lab__vec at = lab__at(point->at);
     site->body = point->body;
     site->reach = sqrt(along(at, at));
-    return c->nspot == 1 && i != m->load_contact && line->is_line && !line->solid && line->body < 0 &&
-           point->body >= 0 && lab__normal_axis(line->facing.value) != ' ';
+    return c->nspot == 1 && i != m->load_contact && line->is_line && !line->solid &&
+           line->body < 0 && point->body >= 0 && lab__normal_axis(line->facing.value) != ' ';
 }
 
 /* the point where the load stands or the first input pushes; -1 */

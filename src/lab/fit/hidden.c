@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * hidden.c - coordinates of bodies that turn in all directions of which a record shows nothing where
- * it begins: the height of a thrown cube tells neither where it is nor how it is turned. They begin
- * as the file or the record says. So does a chart, which is no coordinate of the motion.
+ * hidden.c - coordinates of bodies that turn in all directions of which a record shows nothing
+ * where it begins: the height of a thrown cube tells neither where it is nor how it is turned. They
+ * begin as the file or the record says. So does a chart, which is no coordinate of the motion.
  */
 #include <math.h>
 #include <string.h>
@@ -38,7 +38,8 @@ int fit__is_hidden(const fit__problem *p, const fit__stroke *s, int joint)
         return 0;
     }
     stein_sim *sim = NULL;
-    double *room = calloc(2 * (size_t)lab_equations(p->model)->nq + (size_t)s->nch + 1, sizeof *room);
+    double *room =
+        calloc(2 * (size_t)lab_equations(p->model)->nq + (size_t)s->nch + 1, sizeof *room);
     int hidden = body->ball == 1;
     if (!hidden && room != NULL && lab_sim(p->model, NULL, &sim, NULL) == STEIN_OK) {
         hidden = !shows(s, sim, joint, room);
