@@ -51,7 +51,7 @@ ex tree_scalar(const tree *t, mech_scalar s)
     return s.kind == MECH_ZERO ? 0 : s.kind == MECH_PARAM ? t->param[s.index] : t->formula[s.index];
 }
 
-ex tree_rate(const tree *t, ex_graph *g, int kind, int joint)
+ex tree_rate(const tree *t, ex_graph *g, ex_var_kind kind, int joint)
 {
     return t->body[joint].still ? 0 : ex_var(g, kind, joint);
 }

@@ -107,7 +107,7 @@ void tree_free(tree *t);
 /** Setup node of a number of the file. */
 ex tree_scalar(const tree *t, mech_scalar s);
 /** EX_QD or EX_QDD of a joint, 0 where it keeps its angle. */
-ex tree_rate(const tree *t, ex_graph *g, int kind, int joint);
+ex tree_rate(const tree *t, ex_graph *g, ex_var_kind kind, int joint);
 /** Is there a ball or anything else that needs poses in space? */
 int tree_in_space(const tree *t);
 vec tree_vector(const tree *t, const mech_scalar s[3]);

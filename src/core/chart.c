@@ -47,7 +47,9 @@ double stein__angle(double y, double x)
         return 0.0;
     }
     // within 0.004 rad, then twice the sine of what is missing, each time to its third power
-    double ax = fabs(x), ay = fabs(y), steep = ay > ax, t = steep ? ax / ay : ay / ax;
+    double ax = fabs(x), ay = fabs(y);
+    int steep = ay > ax;
+    double t = steep ? ax / ay : ay / ax;
     double angle = t * (0.78539816 + 0.273 * (1.0 - t));
     angle = steep ? 1.57079633 - angle : angle;
     angle = x < 0.0 ? 3.14159265 - angle : angle;

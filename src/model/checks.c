@@ -216,7 +216,9 @@ static void check_mass_matrix(mech__reader *rd)
         }
     }
     for (int i = 0; i < m->nbody; i++) {
-        w->held[i] |= m->bodies[i].ball == 1;
+        if (m->bodies[i].ball == 1) {
+            w->held[i] = 1;
+        }
     }
     for (int t = 0; t < CONFIGURATIONS; t++) {
         memset(w->M, 0, sizeof w->M);
