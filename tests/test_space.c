@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "draw.h"
-#include "lab_support.h"
+#include "fit_support.h"
 
 Suite *space_suite(void);
 
@@ -554,6 +554,33 @@ START_TEST(planes_and_space_agree)
 }
 END_TEST
 
+/* ---- records ---- */
+
+/* 13 heights of a cube in the air have two unknowns of their own, not fourteen */
+START_TEST(heights_of_a_thrown_cube_tell_gravity)
+{
+    static const char *const truth[] = {"gravity.z=-9.7 m/s^2", "cube.initial.position.z=0.25 m",
+                                        "cube.initial.velocity.z=0.7 m/s", NULL};
+    static const char *const names[] = {"gravity.z", NULL};
+    film m = {.model = "models/cube.yaml",
+              .truth = truth,
+              .channels = "height",
+              .rate = 60.0,
+              .until = 0.2,
+              .noise = 1e-5,
+              .seed = 12};
+    const char *data[] = {take("thrown.csv", &m), NULL};
+    fitted f;
+    open_fit(&f, m.model, NULL, data);
+    lab_fit_def def = free_these(names);
+    ck_assert_stein(lab_fit_run(&f.fit, f.model, f.data, &def, err));
+    ck_assert_status(f.fit, LAB_FIT_CONVERGED);
+    ck_assert_found(f.fit, "gravity.z", -9.7, 3.0);
+    ck_assert(value_of(f.fit, "gravity.z")->sd < 0.02);
+    drop(&f);
+}
+END_TEST
+
 /* ---- what is refused ---- */
 
 START_TEST(what_does_not_know_space_says_so)
@@ -636,6 +663,7 @@ Suite *space_suite(void)
     tcase_add_test(all, spheres_that_collide_keep_all_momenta);
     tcase_add_test(all, forces_go_down_the_tree);
     tcase_add_test(all, planes_and_space_agree);
+    tcase_add_test(all, heights_of_a_thrown_cube_tell_gravity);
     tcase_add_test(all, what_does_not_know_space_says_so);
     tcase_add_test(all, mistakes_are_told);
     suite_add_tcase(suite, all);
