@@ -301,8 +301,9 @@ enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIM
 
 /** A joint that turns in all directions, as four that turn about z, x, y and z. The first one, the
  *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. Where the
- *  second of the others comes near 90 deg all four are set anew at the end of a step, at the same
- *  attitude and turning speed. Its initial speeds are those about the axes x, y, z of the body. */
+ *  second of the others comes near 90 deg all four are set anew at the end of a step, and in
+ *  stein_set_state, at the same attitude and turning speed. Its initial speeds are those about the
+ * axes x, y, z of the body. */
 typedef struct stein_ball {
     int joint; /* coordinate of the chart; the other three follow, the last one is at the body */
 } stein_ball;
