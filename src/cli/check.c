@@ -620,9 +620,8 @@ const cli_command cli_check = {
         "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
         "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": "
         "[{\"name\",\n"
-        "\"kind\", \"from\", \"to\"}], \"freedom\" (also with balls), \"start\": {JOINT: "
-        "position}; with DATA also "
-        "\"data\": [{\"file\",\n"
+        "\"kind\", \"from\", \"to\"}], \"freedom\" (also with balls),\n"
+        "\"start\": {JOINT: position}; with DATA also \"data\": [{\"file\",\n"
         "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
         "\"text\"}],\n"
         "values in SI units.",
