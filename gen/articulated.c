@@ -167,7 +167,7 @@ static void accelerate(walk *ps, int i, part *all, ex *qdd)
 
 int dyn_articulates(const tree *t)
 {
-    int can = t->m->load_body < 0 && t->nrow == 0;
+    int can = t->m->load_body < 0 && t->nrow == 0 && !tree_in_space(t);
     for (int i = 0; i < t->n; i++) {
         can &= t->body[i].turns && !t->m->bodies[i].sticks; // what sticks is solved for with M
     }

@@ -165,7 +165,8 @@ static void forward(dyn *y, int inverse)
     for (int i = 0; i < t->n; i++) {
         const rbody *b = &t->body[i];
         at(y, PASS_FORWARD, i);
-        ex qd = ex_var(y->g, EX_QD, i), qdd = inverse ? ex_var(y->g, EX_QDD, i) : 0;
+        ex qd = tree_rate(t, y->g, EX_QD, i);
+        ex qdd = inverse ? tree_rate(t, y->g, EX_QDD, i) : 0;
         vec unit = vec_axis(b->axis, ex_num(y->g, b->sign));
         y->s[i].axis =
             b->turns ? unit : rotate(y->ps, unit, orient_of(y, b->parent), frame_of(y, i));
@@ -525,10 +526,26 @@ static int dyn_begin(dyn *y, walk *ps)
     return 0;
 }
 
+/** The rows of joints that keep their angle: qdd = 0. */
+static void hold_still(const dyn *y, ex *M, ex *c)
+{
+    int n = y->t->n;
+    for (int i = 0; i < n; i++) {
+        if (y->t->body[i].still) {
+            for (int j = 0; j < n; j++) {
+                M[i * n + j] = M[j * n + i] = 0;
+            }
+            M[i * n + i] = ex_num(y->g, 1.0);
+            c[i] = 0;
+        }
+    }
+}
+
 void dyn_mass_bias(walk *ps, ex *out)
 {
     dyn y;
     int n = ps->t->n;
+    ex *c = out + (size_t)n * (size_t)n;
     if (dyn_begin(&y, ps)) {
         return;
     }
@@ -536,7 +553,8 @@ void dyn_mass_bias(walk *ps, ex *out)
     slid_children(&y);
     composites(&y);
     mass_matrix(&y, out);
-    backward(&y, out + (size_t)n * (size_t)n);
+    backward(&y, c);
+    hold_still(&y, out, c);
     dyn_end(&y);
 }
 
@@ -563,6 +581,11 @@ static void inverse(walk *ps, int moves, ex *out)
     ps->g->failed |= !M;
     free(M);
     backward(&y, out);
+    for (int i = 0; i < n; i++) {
+        if (ps->t->body[i].still) {
+            out[i] = moves ? ex_var(ps->g, EX_QDD, i) : 0;
+        }
+    }
     dyn_end(&y);
 }
 

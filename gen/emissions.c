@@ -82,6 +82,20 @@ static void target_closure(const tree *t, int i, char out[64])
     }
 }
 
+static void target_pose3(const tree *t, int i, char out[64])
+{
+    static const struct {
+        const char *field;
+        int first;
+    } part[] = {{"o", 0}, {"R", 3}, {"v", 12}, {"w", 15}};
+    int k = 3, at = i % POSE3;
+    (void)t;
+    while (at < part[k].first) {
+        k--;
+    }
+    snprintf(out, 64, "pose[%d].%s[%d]", i / POSE3, part[k].field, at - part[k].first);
+}
+
 static void target_energy(const tree *t, int i, char out[64])
 {
     (void)t;
@@ -252,6 +266,14 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .seldom = GEN_HUGE,
         .target = target_energy};
+    static const emission pose3 = {
+        .name = "pose3",
+        .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
+                     "                  stein_pose3 *pose",
+        .note = "poses in space of the bodies that have one",
+        .type = "double",
+        .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
+        .target = target_pose3};
     static const emission closure = {
         .name = "closure",
         .arguments = "const double *q, const double *qd, const double *sc, const double *d,\n"
@@ -267,6 +289,9 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         emit_func(x, t, l, &f->point, &point);
     }
     emit_func(x, t, l, &f->energy, &energy);
+    if (t->nsolid) {
+        emit_func(x, t, l, &f->pose3, &pose3);
+    }
     if (t->nrow) {
         emit_func(x, t, l, &f->closure, &closure);
     }

@@ -108,16 +108,19 @@ static stein_status check_parts(const mechanism *m, stein_err *err)
     stein_status status = STEIN_OK;
     for (int c = 0; c < m->ncontact; c++) {
         const mech_contact *k = &m->contacts[c];
-        if (k->nspot < 1 || k->nspot > 2) {
-            return fail(err, STEIN_EGENERATE, "%s: a contact has one or two spots", k->name);
+        if (k->nspot < 1 || k->nspot > MECH_SPOTS) {
+            return fail(err, STEIN_EGENERATE, "%s: a contact has 1 to %d spots", k->name,
+                        MECH_SPOTS);
         }
         for (int i = 0; i < 2 * k->nspot && !status; i++) {
             const mech_shape *s = &k->spot[i / 2].side[i % 2];
-            if (i % 2 == 0 && s->is_line && !s->end) {
+            if (i % 2 == 0 && (s->solid == MECH_PLANE || (s->is_line && !s->end))) {
                 return fail(err, STEIN_EGENERATE, "%s: the first side of a spot is a line",
                             k->name);
             }
-            status = check_carrier(m, s->body, k->name, err);
+            if (s->body < -1 || s->body >= m->nbody || s->solid == MECH_FLAT) {
+                status = check_carrier(m, s->body, k->name, err);
+            }
         }
     }
     for (int i = 0; i < m->nnotch && !status; i++) {
@@ -145,7 +148,7 @@ static stein_status check_signals(const mechanism *m, stein_err *err)
         }
     }
     for (int i = 0; i < m->nchannel; i++) {
-        if (m->channels[i].read < STEIN_READ_TIME || m->channels[i].read > STEIN_READ_POTENTIAL) {
+        if (m->channels[i].read < STEIN_READ_TIME || m->channels[i].read > STEIN_READ_WZ) {
             return fail(err, STEIN_EGENERATE, "%s: unknown reading", m->channels[i].name);
         }
     }
@@ -210,7 +213,7 @@ static stein_status check(const mechanism *m, stein_err *err)
  *  the number of joints times the size of the function: a large tree takes the ones along. */
 static int make_slopes(funcs *f, const tree *t)
 {
-    if (t->nrow) { /* what loops add to qdd is not derived yet */
+    if (t->nrow || tree_in_space(t)) { /* what that adds to qdd is not derived yet */
         return 0;
     }
     int n = t->n, size = f->inverse.ops.add + f->inverse.ops.mul;
@@ -247,6 +250,7 @@ static int make_functions(funcs *f, const tree *t)
            func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
            func_search(&f->energy, t, kin_energy, 2) ||
+           (t->nsolid && func_search(&f->pose3, t, kin_pose3, POSE3 * t->nsolid)) ||
            (t->nrow && func_search(&f->closure, t, loop_closure, t->nrow * (2 + n))) ||
            make_slopes(f, t) || make_route(f, t);
 }
@@ -262,7 +266,7 @@ static void make_layout(layout *l, const tree *t, const funcs *f)
     if (f->articulated.nout) {
         layout_add_func(l, t, &f->articulated);
     }
-    const func *only_some[] = {&f->slopes, &f->along, &f->pose_along, &f->closure};
+    const func *only_some[] = {&f->slopes, &f->along, &f->pose_along, &f->pose3, &f->closure};
     for (size_t i = 0; i < sizeof only_some / sizeof *only_some; i++) {
         if (only_some[i]->nout) {
             layout_add_func(l, t, only_some[i]);
@@ -306,6 +310,7 @@ static stein_status write_text(gen_result *out, const tree *t, const layout *l, 
                         .slopes = f->slopes.ops,
                         .along = f->along.ops,
                         .closure = f->closure.ops,
+                        .pose3 = f->pose3.ops,
                         .articulated = f->articulated.ops,
                         .solve = solve_ops(t)};
     memcpy(out->equations, hash, sizeof hash);
@@ -340,6 +345,7 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
     func_free(&f.slopes);
     func_free(&f.along);
     func_free(&f.pose_along);
+    func_free(&f.pose3);
     func_free(&f.closure);
     layout_free(&l);
     tree_free(&t);

@@ -17,7 +17,8 @@ typedef struct gen_result {
     char equations[17]; /* hash that identifies the equations: independent of parameter values,
                            tolerances, comments and file name; equal to stein_model.equations */
     stein_ops setup, mass_bias, unloaded, inverse, pose, point, energy, slopes, along,
-        closure;           /* of loops and couplings */
+        closure, /* of loops and couplings */
+        pose3;
     stein_ops solve;       /* of M x = b */
     stein_ops articulated; /* qdd without M, all 0 where M and its solution cost less */
 } gen_result;

@@ -131,6 +131,7 @@ typedef struct funcs {
     func articulated;       /* only where it costs less than M and its solution: nout is 0 else */
     func slopes;            /* of a large tree, or with loops, there is none: nout is 0 */
     func along, pose_along; /* likewise of one with loops */
+    func pose3;             /* nout is 0 where there are none */
     func closure;           /* h, J, jdqd of the loops; nout is 0 where there are none */
     stein_ops setup;
 } funcs;

@@ -8,6 +8,7 @@
  *      kinetic energy 1/2 qd' M qd      potential energy -g . (sum of first moments)
  * v is not formed as J qd: the recursion needs one product per arm instead of one per joint.
  */
+#include <stddef.h>
 #include <stdlib.h>
 
 #include "tree.h"
@@ -34,7 +35,7 @@ void kin_place(walk *w, placed *all, int i, int top)
     placed *s = &all[i];
     int up = b->parent < 0 ? -1 : w->t->body[b->parent].orient;
     int to = top < 0 ? -1 : w->t->body[top].orient;
-    ex qd = ex_var(g, EX_QD, i);
+    ex qd = tree_rate(w->t, g, EX_QD, i);
     g->pass = PASS_FORWARD;
     g->body = i;
     s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, to);
@@ -104,6 +105,28 @@ void kin_pose(walk *w, ex *out)
     free(all);
 }
 
+void kin_pose3(walk *w, ex *out)
+{
+    ex_graph *g = w->g;
+    placed *all = place_all(w);
+    for (int k = 0; all && k < w->t->nsolid; k++) {
+        int i = w->t->solid[k];
+        ex *pose = out + (ptrdiff_t)POSE3 * k;
+        g->pass = PASS_FORWARD;
+        g->body = i;
+        for (int j = 0; j < 3; j++) {
+            vec column = rotate(w, vec_axis(j, ex_num(g, 1.0)), w->t->body[i].orient, -1);
+            for (int row = 0; row < 3; row++) {
+                pose[3 + 3 * row + j] = column.x[row];
+            }
+            pose[j] = all[i].o.x[j];
+            pose[12 + j] = all[i].v.x[j];
+            pose[15 + j] = all[i].om.x[j];
+        }
+    }
+    free(all);
+}
+
 /* ---- points --------------------------------------------------------------------------------- */
 
 static void one_point(walk *w, const placed *all, int k, ex *out)
@@ -130,7 +153,7 @@ static void one_point(walk *w, const placed *all, int k, ex *out)
     for (int j = i; j >= 0; j = t->body[j].parent) {
         vec column = t->body[j].turns ? vec_cross(g, all[j].axis, r) : all[j].axis;
         for (int c = 0; c < 3; c++) {
-            out[6 * np + (3 * k + c) * n + j] = column.x[c];
+            out[6 * np + (3 * k + c) * n + j] = t->body[j].still ? 0 : column.x[c];
         }
         r = vec_add(g, r, all[j].arm);
     }
@@ -160,9 +183,9 @@ static ex kinetic(walk *w)
     g->pass = PASS_OUTPUT;
     g->body = -1;
     for (int i = 0; i < n; i++) {
-        ex qd = ex_var(g, EX_QD, i), coupled = 0;
+        ex qd = tree_rate(w->t, g, EX_QD, i), coupled = 0;
         for (int j = i + 1; j < n; j++) {
-            coupled = ex_add(g, coupled, ex_mul(g, M[i * n + j], ex_var(g, EX_QD, j)));
+            coupled = ex_add(g, coupled, ex_mul(g, M[i * n + j], tree_rate(w->t, g, EX_QD, j)));
         }
         diagonal = ex_add(g, diagonal, ex_mul(g, M[i * n + i], ex_mul(g, qd, qd)));
         rest = ex_add(g, rest, ex_mul(g, qd, coupled));

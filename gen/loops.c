@@ -305,7 +305,7 @@ void loop_closure(walk *w, ex *out)
         out[k] = row[ROW_H];
         out[t->nrow + t->nrow * n + k] = row[ROW_BIAS];
         for (int j = 0; j < n; j++) {
-            out[t->nrow + k * n + j] = row[ROW_J + j];
+            out[t->nrow + k * n + j] = t->body[j].still ? 0 : row[ROW_J + j];
         }
     }
     free(rows);

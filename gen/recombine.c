@@ -51,6 +51,23 @@ ex tree_scalar(const tree *t, mech_scalar s)
     return s.kind == MECH_ZERO ? 0 : s.kind == MECH_PARAM ? t->param[s.index] : t->formula[s.index];
 }
 
+ex tree_rate(const tree *t, ex_graph *g, ex_var_kind kind, int joint)
+{
+    return t->body[joint].still ? 0 : ex_var(g, kind, joint);
+}
+
+int tree_in_space(const tree *t)
+{
+    int any = 0;
+    for (int i = 0; i < t->n; i++) {
+        any |= t->body[i].still;
+    }
+    for (int c = 0; c < t->m->ncontact; c++) {
+        any |= t->m->contacts[c].spot[0].side[0].solid != MECH_FLAT;
+    }
+    return any;
+}
+
 vec tree_vector(const tree *t, const mech_scalar s[3])
 {
     return (vec){{tree_scalar(t, s[0]), tree_scalar(t, s[1]), tree_scalar(t, s[2])}};
@@ -66,7 +83,8 @@ static void read_bodies(tree *t)
         *b = (rbody){.parent = src->parent,
                      .turns = src->type == 'R',
                      .axis = src->axis - 'x',
-                     .sign = src->sign};
+                     .sign = src->sign,
+                     .still = src->ball == 1};
         b->orient = b->turns ? i : up;
         b->base = b->turns && up >= 0 && t->body[up].axis == b->axis ? t->body[up].base : up;
         b->at = tree_vector(t, src->at);
@@ -210,7 +228,8 @@ static void find_carriers(tree *t)
         int used = is_pulled(m, i) && is_planar(m, i);
         for (int c = 0; c < m->ncontact; c++) {
             for (int k = 0; k < 2 * m->contacts[c].nspot; k++) {
-                used |= m->contacts[c].spot[k / 2].side[k % 2].body == i;
+                const mech_shape *s = &m->contacts[c].spot[k / 2].side[k % 2];
+                used |= s->body == i && s->solid == MECH_FLAT;
             }
         }
         for (int c = 0; c < m->nnotch; c++) {
@@ -227,6 +246,32 @@ static void find_carriers(tree *t)
     }
 }
 
+/** Bodies with a contact in space, or whose attitude is read, and all that carry them. */
+static void find_solids(tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->nbody; i++) {
+        int used = 0;
+        for (int c = 0; c < m->ncontact; c++) {
+            for (int k = 0; k < 2; k++) {
+                const mech_shape *s = &m->contacts[c].spot[0].side[k];
+                used |= s->body == i && s->solid != MECH_FLAT;
+            }
+        }
+        for (int c = 0; c < m->nchannel; c++) {
+            used |= m->channels[c].read >= STEIN_READ_ROLL && m->channels[c].index == i;
+        }
+        for (int b = used ? i : -1; b >= 0; b = m->bodies[b].parent) {
+            t->solid[b] = 1;
+        }
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        if (t->solid[i]) {
+            t->solid[t->nsolid++] = i;
+        }
+    }
+}
+
 int tree_build(tree *t, const mechanism *m, ex_graph *setup)
 {
     *t = (tree){.m = m, .setup = setup, .n = m->nbody};
@@ -234,7 +279,8 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup)
     t->param = calloc((size_t)m->nparam + 1, sizeof *t->param);
     t->formula = calloc((size_t)m->nformula + 1, sizeof *t->formula);
     t->carrier = calloc((size_t)m->nbody + 1, sizeof *t->carrier);
-    if (!t->body || !t->param || !t->formula || !t->carrier) {
+    t->solid = calloc((size_t)m->nbody + 1, sizeof *t->solid);
+    if (!t->body || !t->param || !t->formula || !t->carrier || !t->solid) {
         tree_free(t);
         return -1;
     }
@@ -244,6 +290,7 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup)
     name_formulas(t);
     t->gravity = tree_vector(t, m->gravity);
     find_carriers(t);
+    find_solids(t);
     read_bodies(t);
     move_origins(t);
     recombine(t);
@@ -260,6 +307,7 @@ void tree_free(tree *t)
     free(t->param);
     free(t->formula);
     free(t->carrier);
+    free(t->solid);
     free(t->row);
     *t = (tree){0};
 }

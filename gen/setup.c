@@ -145,6 +145,52 @@ static int put_shape(layout *l, const tree *t, const mech_shape *s, const char *
     return base;
 }
 
+/* the normal of a plane: that of a line that stands across its plane, or a vector of any length */
+static void solid_normal(const tree *t, const mech_shape *s, ex n[3])
+{
+    ex_graph *g = t->setup;
+    vec v = tree_vector(t, s->normal);
+    if (s->is_line) {
+        ex facing = tree_scalar(t, s->facing);
+        n[s->across] = 0;
+        n[s->across == 0] = ex_fun(g, EX_COS, facing);
+        n[s->across == 2 ? 1 : 2] = ex_fun(g, EX_SIN, facing);
+        return;
+    }
+    ex length = ex_fun(g, EX_SQRT, vec_dot(g, v, v));
+    for (int k = 0; k < 3; k++) {
+        n[k] = v.x[k] == 0 ? 0 : ex_div(g, v.x[k], length);
+    }
+}
+
+static int put_solid(layout *l, const tree *t, const mech_shape *s, const char *owner)
+{
+    ex_graph *g = t->setup;
+    int plane = s->solid == MECH_PLANE, corner = s->corner - 1;
+    vec at = tree_vector(t, s->at);
+    ex n[3] = {0, 0, 0};
+    if (plane) {
+        solid_normal(t, s, n);
+    }
+    for (int k = 0; corner >= 0 && k < 3; k++) {
+        ex half = ex_mul(g, ex_num(g, corner >> k & 1 ? 0.5 : -0.5), tree_scalar(t, s->size[k]));
+        at.x[k] = ex_add(g, at.x[k], half);
+    }
+    int base = put(l, at.x[0], "%s: %s x, y, z, r, nx, ny, nz", owner, plane ? "plane" : "sphere");
+    put(l, at.x[1], "  y");
+    put(l, at.x[2], "  z");
+    put(l, plane ? 0 : tree_scalar(t, s->radius), "  radius");
+    put(l, n[0], "  normal x");
+    put(l, n[1], "  normal y");
+    put(l, n[2], "  normal z");
+    return base;
+}
+
+static int put_side(layout *l, const tree *t, const mech_shape *s, const char *owner)
+{
+    return s->solid == MECH_FLAT ? put_shape(l, t, s, owner) : put_solid(l, t, s, owner);
+}
+
 static void put_contacts(layout *l, const tree *t)
 {
     const mechanism *m = t->m;
@@ -155,8 +201,8 @@ static void put_contacts(layout *l, const tree *t)
         l->rub[c] = put_friction(l, t, &k->friction, name);
         for (int i = 0; i < k->nspot; i++, spot++) {
             int *shape = l->shape + (ptrdiff_t)spot * 2;
-            shape[0] = put_shape(l, t, &k->spot[i].side[0], name);
-            shape[1] = put_shape(l, t, &k->spot[i].side[1], name);
+            shape[0] = put_side(l, t, &k->spot[i].side[0], name);
+            shape[1] = put_side(l, t, &k->spot[i].side[1], name);
         }
     }
 }

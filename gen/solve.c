@@ -22,7 +22,8 @@ enum { LARGEST = 16, WIDTH = 100, NAME = 32 };
 
 int emit_solves(const tree *t)
 {
-    return t->n <= LARGEST && t->nrow == 0; /* with loops what M has no longer follows the tree */
+    /* with loops what M has no longer follows the tree; and who has no solution has no lanes */
+    return t->n <= LARGEST && t->nrow == 0 && !tree_in_space(t);
 }
 
 static int is_beyond(const tree *t, int k, int i)

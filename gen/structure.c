@@ -100,6 +100,12 @@ static void shape(hash *h, const mech_shape *s)
     scalars(h, &s->radius, 1);
     scalars(h, &s->facing, 1);
     scalars(h, s->extent, 2);
+    if (s->solid != MECH_FLAT) {
+        const int in_space[] = {s->solid, s->corner, s->across};
+        bytes(h, in_space, sizeof in_space);
+        scalars(h, s->normal, 3);
+        scalars(h, s->size, 3);
+    }
 }
 
 static void contacts(hash *h, const mechanism *m)
@@ -155,8 +161,8 @@ static void laws(hash *h, const mechanism *m)
     }
 }
 
-/* none leave no trace: what there was before there were limits, sticking and loops has the hash it
- * had */
+/* none leave no trace: what there was before there were limits, sticking, balls and loops has the
+ * hash it had */
 static void limits_and_loops(hash *h, const mechanism *m)
 {
     for (int i = 0; i < m->nbody; i++) {
@@ -173,6 +179,12 @@ static void limits_and_loops(hash *h, const mechanism *m)
         if (m->contacts[i].sticks) {
             words(h, "stick");
             number(h, m->nbody + i);
+        }
+    }
+    for (int i = 0; i < m->nbody; i++) {
+        if (m->bodies[i].ball) {
+            const int is[] = {i, m->bodies[i].ball};
+            bytes(h, is, sizeof is);
         }
     }
     for (int i = 0; i < m->nloop; i++) {

@@ -101,6 +101,9 @@ void emit_header(text *x, const tree *t, const layout *l, const funcs *f)
     }
     ops_line(x, "inverse", &f->inverse.ops);
     ops_line(x, "pose", &f->pose.ops);
+    if (f->pose3.nout) {
+        ops_line(x, "pose3", &f->pose3.ops);
+    }
     ops_line(x, "point", &f->point.ops);
     ops_line(x, "energy", &f->energy.ops);
     ops_line(x, "slopes", &f->slopes.ops);
@@ -210,8 +213,22 @@ static void table_points(text *x, const tree *t, const layout *l)
     }
 }
 
+static int solid_index(const tree *t, int body)
+{
+    int k = t->nsolid - 1;
+    while (k >= 0 && t->solid[k] != body) {
+        k--;
+    }
+    return k;
+}
+
 static void shape(text *x, const tree *t, const mech_shape *s, int d)
 {
+    if (s->solid != MECH_FLAT) {
+        text_add(x, "{%d, %s, %d}", solid_index(t, s->body),
+                 s->solid == MECH_PLANE ? "STEIN_PLANE" : "STEIN_SPHERE", d);
+        return;
+    }
     text_add(x, "{%d, %s, %d}", frame_index(t, s->body),
              s->is_line && !s->end ? "STEIN_LINE" : "STEIN_CIRCLE", d);
 }
@@ -321,11 +338,42 @@ static int add_sticks(text *x, const mechanism *m)
     return n;
 }
 
+static int balls_of(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += m->bodies[i].ball == 1;
+    }
+    return n;
+}
+
 static void table_sticks(text *x, const mechanism *m)
 {
     if (add_sticks(NULL, m)) {
         open_table(x, "stick", "sticks");
         (void)add_sticks(x, m);
+        close_table(x);
+    }
+}
+
+static void table_balls(text *x, const tree *t)
+{
+    const mechanism *m = t->m;
+    if (balls_of(m)) {
+        open_table(x, "ball", "balls");
+        for (int i = 0; i < m->nbody; i++) {
+            if (m->bodies[i].ball == 1) {
+                text_add(x, "    {%d},\n", i);
+            }
+        }
+        close_table(x);
+    }
+    if (t->nsolid) {
+        open_table(x, "frame", "frames3");
+        for (int k = 0; k < t->nsolid; k++) {
+            text_add(x, "    {%d, %d},\n", t->solid[k],
+                     solid_index(t, m->bodies[t->solid[k]].parent));
+        }
         close_table(x);
     }
 }
@@ -377,6 +425,21 @@ static const char *read_name(int kind)
         [STEIN_READ_INPUT_FORCE] = "STEIN_READ_INPUT_FORCE",
         [STEIN_READ_KINETIC] = "STEIN_READ_KINETIC",
         [STEIN_READ_POTENTIAL] = "STEIN_READ_POTENTIAL",
+        [STEIN_READ_ROLL] = "STEIN_READ_ROLL",
+        [STEIN_READ_PITCH] = "STEIN_READ_PITCH",
+        [STEIN_READ_YAW] = "STEIN_READ_YAW",
+        [STEIN_READ_XX] = "STEIN_READ_XX",
+        [STEIN_READ_XY] = "STEIN_READ_XY",
+        [STEIN_READ_XZ] = "STEIN_READ_XZ",
+        [STEIN_READ_YX] = "STEIN_READ_YX",
+        [STEIN_READ_YY] = "STEIN_READ_YY",
+        [STEIN_READ_YZ] = "STEIN_READ_YZ",
+        [STEIN_READ_ZX] = "STEIN_READ_ZX",
+        [STEIN_READ_ZY] = "STEIN_READ_ZY",
+        [STEIN_READ_ZZ] = "STEIN_READ_ZZ",
+        [STEIN_READ_WX] = "STEIN_READ_WX",
+        [STEIN_READ_WY] = "STEIN_READ_WY",
+        [STEIN_READ_WZ] = "STEIN_READ_WZ",
     };
     return name[kind];
 }
@@ -407,8 +470,9 @@ static void table_signals(text *x, const tree *t, const layout *l)
         text_literal(x, k->name);
         text_add(x, ", ");
         text_literal(x, k->unit);
-        text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read), k->index, k->sign, k->from_rest,
-                 l->sensor[i]);
+        text_add(x, ", %s, %d, %d, %d, %d},\n", read_name(k->read),
+                 k->read >= STEIN_READ_ROLL ? solid_index(t, k->index) : k->index, k->sign,
+                 k->from_rest, l->sensor[i]);
     }
     close_table(x);
 }
@@ -423,6 +487,7 @@ void emit_tables(text *x, const tree *t, const layout *l)
     table_curves(x, t, l);
     table_loops(x, t, l);
     table_sticks(x, t->m);
+    table_balls(x, t);
     table_signals(x, t, l);
 }
 
@@ -513,6 +578,12 @@ void emit_model(text *x, const tree *t, const layout *l, const funcs *f, char ha
     }
     if (add_sticks(NULL, m)) {
         text_add(x, "    .nstick = %d, .sticks = sticks,\n", add_sticks(NULL, m));
+    }
+    if (balls_of(m)) {
+        text_add(x, "    .nball = %d, .balls = balls,\n", balls_of(m));
+    }
+    if (t->nsolid) {
+        text_add(x, "    .npose3 = %d, .frames3 = frames3, .pose3 = pose3,\n", t->nsolid);
     }
     if (m->nloop) {
         text_add(x, "    .nloop = %d, .nrow = %d, .loops = loops,\n", m->nloop, t->nrow);

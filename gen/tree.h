@@ -31,6 +31,7 @@ typedef struct rbody {
     int parent, turns; /* turns: 1 revolute, 0 prismatic */
     int axis;          /* 0 x, 1 y, 2 z */
     int sign;
+    int still;   /* the chart of a ball: a joint that keeps its angle, qd = qdd = 0 */
     int orient;  /* the revolute body that sets its orientation (itself if it turns), -1 frame */
     int base;    /* for a turning body: orientation its group of parallel joints stands on */
     vec at;      /* joint origin from the parent's, as in the file */
@@ -52,6 +53,7 @@ typedef struct tree {
     vec gravity;            /* setup nodes */
     ex *param, *formula;    /* setup nodes of the parameters and formulas */
     int *carrier, ncarrier; /* bodies that have a frame (model.h), ascending */
+    int *solid, nsolid;     /* the same with a pose in space */
     int *row, nrow;         /* rows of h(q), LOOP_ROWS * loop + row of that loop (loops.c) */
 } tree;
 
@@ -105,6 +107,10 @@ int tree_build(tree *t, const mechanism *m, ex_graph *setup);
 void tree_free(tree *t);
 /** Setup node of a number of the file. */
 ex tree_scalar(const tree *t, mech_scalar s);
+/** EX_QD or EX_QDD of a joint, 0 where it keeps its angle. */
+ex tree_rate(const tree *t, ex_graph *g, ex_var_kind kind, int joint);
+/** Is there a ball or anything else that needs poses in space? */
+int tree_in_space(const tree *t);
 vec tree_vector(const tree *t, const mech_scalar s[3]);
 
 /* frames.c */
@@ -168,6 +174,8 @@ vec kin_bend(ex_graph *g, vec om, vec omp, vec r);
 void kin_place(walk *ps, placed *all, int i, int top);
 /** Outputs in the order of the C arrays: 7 numbers a pose; x, v, J, jdqd; kinetic, potential. */
 void kin_pose(walk *ps, ex *out);
+enum { POSE3 = 18 };
+void kin_pose3(walk *ps, ex *out);
 void kin_point(walk *ps, ex *out);
 void kin_energy(walk *ps, ex *out);
 

@@ -73,6 +73,7 @@
     X(energy)        \
     X(loops)         \
     X(linkages)      \
+    X(space)         \
     X(limits)        \
     X(stick)         \
     X(seldom)        \

@@ -39,6 +39,10 @@ shows "the report is named" "^$dir/found/report.html\$"
 
 # ---- stein show: every name of every mechanism, in XML that can be read
 for model in models/*.yaml models/robotran/*.yaml; do
+    case $model in models/cube.yaml | models/gyroscope.yaml)
+        claim 1 "$model moves in space: it is not drawn" "$stein" show "$model" -o "$dir/a.svg"
+        continue ;;
+    esac
     claim 0 "$model is drawn" "$stein" show "$model" -o "$dir/a.svg"
     "$stein" check "$model" >"$dir/listed"
     sed -n '/^bodies/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p; /^contacts/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p

@@ -24,9 +24,9 @@
  *     components in that body's own axes
  *
  * Body axes are parallel to the fixed frame at q = 0. A joint about or along -y turns or slides
- * against y: its coordinate is counted the other way. Contacts are planar, in the x-z plane (x to
- * the right, z up). Plane angles count from +x towards +z (anticlockwise as drawn), so a joint
- * about +y turns clockwise as drawn.
+ * against y: its coordinate is counted the other way. Contacts are in the x-z plane (x to the
+ * right, z up), or between spheres and planes in space. Plane angles count from +x towards +z
+ * (anticlockwise as drawn), so a joint about +y turns clockwise as drawn.
  *
  * Lanes. The functions that a derivative needs are written in stein_real. Compiled as they are,
  * that is a double. Compiled with -DSTEIN_LANES=2, 4 or 8 it is that many doubles side by side, one
@@ -135,6 +135,14 @@ typedef struct stein_pose {
     stein_real w;      /* angular velocity, positive from +x towards +z [rad/s] */
 } stein_pose;
 
+/** One pose in space as pose3() writes it; the array is [npose3] of these. */
+typedef struct stein_pose3 {
+    double o[3]; /* origin of the body (its joint) in the fixed frame [m] */
+    double R[9]; /* row-major: from the body's axes to those of the fixed frame */
+    double v[3]; /* velocity of the origin [m/s] */
+    double w[3]; /* angular velocity, in the fixed frame [rad/s] */
+} stein_pose3;
+
 /** Blocks in d, by offset from their base index. Every block has every entry, at its neutral value
  *  where the file says nothing: a physical effect can be switched on, fitted and tested without new
  *  equations. The laws are in law.h. */
@@ -180,22 +188,38 @@ enum {
     STEIN_SHAPE_SIZE
 };
 
-typedef enum { STEIN_CIRCLE, STEIN_LINE } stein_shape_kind; /* a point is a circle of radius 0 */
+/** The same in space: position, radius of a sphere, unit normal of a plane towards its free side,
+ * in the carrier's axes. */
+enum {
+    STEIN_SOLID_X,
+    STEIN_SOLID_Y,
+    STEIN_SOLID_Z,
+    STEIN_SOLID_R,
+    STEIN_SOLID_NX,
+    STEIN_SOLID_NY,
+    STEIN_SOLID_NZ,
+    STEIN_SOLID_SIZE
+};
+
+/** A point is a circle or a sphere of radius 0. */
+typedef enum { STEIN_CIRCLE, STEIN_LINE, STEIN_SPHERE, STEIN_PLANE } stein_shape_kind;
 
 /** One side of a spot. */
 typedef struct stein_shape {
-    int frame; /* index into frames, -1 = fixed frame */
+    int frame; /* index into frames, of a sphere or plane into frames3; -1 = fixed frame */
     stein_shape_kind kind;
-    int d; /* base of a STEIN_SHAPE block */
+    int d; /* base of a STEIN_SHAPE block, of a sphere or plane of a STEIN_SOLID block */
 } stein_shape;
 
-/** A spot: circle against line or circle against circle. side[0] is always a circle. */
+/** A spot: circle against line or circle against circle, or the same with sphere and plane. side[0]
+ *  is always a circle or a sphere. */
 typedef struct stein_spot {
     int contact; /* owner */
     stein_shape side[2];
 } stein_spot;
 
-/** A named contact: one or two spots (a line against a line touches at its two ends). */
+/** A named contact: one or two spots (a line against a line touches at its two ends), or eight (the
+ *  corners of a box). */
 typedef struct stein_contact {
     const char *name;
     int first_spot, nspot;
@@ -275,6 +299,15 @@ typedef struct stein_limit {
 /** from, to [rad or m], k [N m/rad or N/m], D [s/rad or s/m] */
 enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
 
+/** A joint that turns in all directions, as four that turn about z, x, y and z. The first one, the
+ *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. Where the
+ *  second of the others comes near 90 deg all four are set anew at the end of a step, and in
+ *  stein_set_state, at the same attitude and turning speed. Its initial speeds are those about the
+ * axes x, y, z of the body. */
+typedef struct stein_ball {
+    int joint; /* coordinate of the chart; the other three follow, the last one is at the body */
+} stein_ball;
+
 /** A closed loop, or a joint that follows another one: rows of h(q) = 0, behind those of the loops
  *  before it, lengths first. */
 typedef struct stein_loop {
@@ -318,7 +351,14 @@ typedef enum {
     STEIN_READ_GAP, STEIN_READ_FORCE, STEIN_READ_TANGENT,           /* contact index */
     STEIN_READ_NOTCH_FORCE, STEIN_READ_NOTCH_PHASE, STEIN_READ_NOTCH_OVERLAP, /* notch index */
     STEIN_READ_INPUT, STEIN_READ_INPUT_FORCE,                       /* input index */
-    STEIN_READ_KINETIC, STEIN_READ_POTENTIAL                        /* whole tree [J] */
+    STEIN_READ_KINETIC, STEIN_READ_POTENTIAL,                       /* whole tree [J] */
+    /* index into frames3. R = Rz(yaw) Ry(pitch) Rx(roll), -pi .. pi, pitch -pi/2 .. pi/2 [rad];
+       XY is the component along x of the fixed frame of the body's axis y; angular velocity about the
+       body's axes [rad/s] */
+    STEIN_READ_ROLL, STEIN_READ_PITCH, STEIN_READ_YAW,
+    STEIN_READ_XX, STEIN_READ_XY, STEIN_READ_XZ, STEIN_READ_YX, STEIN_READ_YY, STEIN_READ_YZ,
+    STEIN_READ_ZX, STEIN_READ_ZY, STEIN_READ_ZZ,
+    STEIN_READ_WX, STEIN_READ_WY, STEIN_READ_WZ
 } stein_read_kind;
 /* clang-format on */
 
@@ -470,7 +510,7 @@ typedef struct stein_model {
     void (*unloaded)(const double *q, const double *qd, const double *sc, const double *d,
                      double *M, double *c);
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
-     * joint whose pivot vanishes. NULL for a large tree. */
+     * joint whose pivot vanishes. NULL for a large tree, and where there are no lanes. */
     int (*solve)(const double *M, double *b);
     /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq],
      * one of them not > 0 where M is singular. NULL where M and its solution are less work, as in
@@ -523,6 +563,16 @@ typedef struct stein_model {
 
     int nstick;
     const stein_stick *sticks; /* [nstick] places of friction that sticks: joints, then spots */
+
+    /* Balls, and contacts in space. With either there are no derivatives, no solve and no lanes. */
+
+    int nball, npose3;
+    const stein_ball *balls;    /* [nball] */
+    const stein_frame *frames3; /* [npose3] bodies with such a contact or whose attitude is read,
+                                   and those that carry them; ascending */
+    /** Their poses. NULL when npose3 = 0. */
+    void (*pose3)(const double *q, const double *qd, const double *sc, const double *d,
+                  stein_pose3 *pose);
 } stein_model;
 
 #ifdef __cplusplus

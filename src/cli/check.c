@@ -16,9 +16,45 @@ static const char *body_name(const mechanism *m, int body)
     return body < 0 ? "frame" : m->bodies[body].name;
 }
 
-/* "R y", "T -z" */
+/* how many bodies the file has: joints before those of balls are none */
+static int number_of_bodies(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        n += !m->bodies[i].lead;
+    }
+    return n;
+}
+
+/* degrees of freedom of a tree with balls, whose charts are none; 0 of others */
+static int tree_freedom(const mechanism *m)
+{
+    int n = m->nbody, balls = 0;
+    for (int i = 0; i < m->nbody; i++) {
+        balls += m->bodies[i].ball == 1;
+    }
+    for (int i = 0; i < m->ninput; i++) {
+        n -= m->inputs[i].kind == STEIN_INPUT_MOTION && m->inputs[i].hold;
+    }
+    return balls > 0 && m->nloop == 0 ? n - balls : 0;
+}
+
+/* what a body of the file hangs on */
+static const char *parent_name(const mechanism *m, int body)
+{
+    int up = m->bodies[body].parent;
+    while (up >= 0 && m->bodies[up].lead) {
+        up = m->bodies[up].parent;
+    }
+    return body_name(m, up);
+}
+
+/* "R y", "T -z", "ball", "free" */
 static const char *joint_text(char text[8], const mech_body *b)
 {
+    if (b->ball) {
+        return b->free ? "free" : "ball";
+    }
     snprintf(text, 8, "%c %s%c", b->type, b->sign < 0 ? "-" : "", b->axis);
     return text;
 }
@@ -26,6 +62,12 @@ static const char *joint_text(char text[8], const mech_body *b)
 static const char *shape_text(const mech_shape *s)
 {
     int point = s->radius.kind == MECH_ZERO;
+    if (s->solid != MECH_FLAT) {
+        return s->corner                ? "corners of box"
+               : s->solid == MECH_PLANE ? "plane"
+               : point                  ? "point"
+                                        : "sphere";
+    }
     return s->end != 0 ? "end of line" : s->is_line ? "line" : point ? "point" : "circle";
 }
 
@@ -68,15 +110,30 @@ static const char *output_kind(int read)
                                        "value",
                                        "force",
                                        "kinetic energy",
-                                       "potential energy"};
+                                       "potential energy",
+                                       "roll",
+                                       "pitch",
+                                       "yaw",
+                                       "xx",
+                                       "xy",
+                                       "xz",
+                                       "yx",
+                                       "yy",
+                                       "yz",
+                                       "zx",
+                                       "zy",
+                                       "zz",
+                                       "wx",
+                                       "wy",
+                                       "wz"};
     return text[read];
 }
 
 /* the generated functions in the order they are listed */
-enum { COUNTED = 11, ALWAYS = 4 };
+enum { COUNTED = 12, ALWAYS = 4 };
 static const char *const counted_key[COUNTED] = {
     "M_c",   "M_c_unloaded", "inverse_dynamics", "setup",       "solution", "articulated",
-    "poses", "points",       "energy",           "derivatives", "loops"};
+    "poses", "points",       "energy",           "derivatives", "loops",    "poses_in_space"};
 static const char *const counted_note[COUNTED] = {"with a force and a moment on every body",
                                                   "every evaluation",
                                                   "likewise with forces and moments",
@@ -87,13 +144,14 @@ static const char *const counted_note[COUNTED] = {"with a force and a moment on 
                                                   "all named points, with Jacobians",
                                                   "kinetic and potential",
                                                   "of M qdd + c by all q and qd",
-                                                  "h, J and Jdot qd of loops and couplings"};
+                                                  "h, J and Jdot qd of loops and couplings",
+                                                  "bodies with contacts in space"};
 
 static stein_ops counted(const gen_result *g, int i)
 {
     const stein_ops ops[COUNTED] = {g->mass_bias, g->unloaded,    g->inverse, g->setup,
                                     g->solve,     g->articulated, g->pose,    g->point,
-                                    g->energy,    g->slopes,      g->closure};
+                                    g->energy,    g->slopes,      g->closure, g->pose3};
     return ops[i];
 }
 
@@ -112,12 +170,19 @@ static const char *friction_text(const mech_scalar *law, int level, int sticks)
 
 static void print_bodies(const mechanism *m)
 {
-    printf("\nbodies (%d)\n", m->nbody);
+    printf("\nbodies (%d)", number_of_bodies(m));
+    if (tree_freedom(m) > 0) {
+        printf(", %d degrees of freedom", tree_freedom(m));
+    }
+    putchar('\n');
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8], mass[CLI_TEXT];
+        if (b->lead) {
+            continue;
+        }
         printf("  %-16s %-4s on %-12s %s%s%s%s%s\n", b->name, joint_text(joint, b),
-               body_name(m, b->parent), cli_quantity(mass, b->mass.value, "kg"),
+               parent_name(m, i), cli_quantity(mass, b->mass.value, "kg"),
                acts(b->joint, STEIN_JOINT_K) ? ", spring" : "",
                acts(b->joint, STEIN_JOINT_B) ? ", damping" : "",
                friction_text(b->joint, STEIN_JOINT_FRICTION, b->sticks),
@@ -281,9 +346,12 @@ static void json_bodies(lab__json *j, const mechanism *m)
     for (int i = 0; i < m->nbody; i++) {
         const mech_body *b = &m->bodies[i];
         char joint[8];
+        if (b->lead) {
+            continue;
+        }
         lab__json_open(j, NULL, '{');
         lab__json_text(j, "name", b->name);
-        lab__json_text(j, "parent", body_name(m, b->parent));
+        lab__json_text(j, "parent", parent_name(m, i));
         lab__json_text(j, "joint", joint_text(joint, b));
         lab__json_real(j, "mass", b->mass.value);
         lab__json_bool(j, "spring", acts(b->joint, STEIN_JOINT_K));
@@ -458,6 +526,9 @@ static int print_json(const checked *c, const cli_args *args)
     lab__json_bool(&j, "settle", m->settle);
     lab__json_close(&j);
     json_operations(&j, c->g);
+    if (tree_freedom(m) > 0) {
+        lab__json_int(&j, "freedom", tree_freedom(m));
+    }
     code = cli_check_loops(args, m, &j);
     if (code == CLI_OK && args->noperand > 1) {
         code = cli_check_data(args, &j);
@@ -557,8 +628,8 @@ const cli_command cli_check = {
         "{\"add\", \"mul\", \"neg\", \"div\", \"trig\", \"total\"}, \"inverse_dynamics\",\n"
         "\"setup\", \"poses\", \"points\", \"energy\"}}, with loops or couplings \"loops\": "
         "[{\"name\",\n"
-        "\"kind\", \"from\", \"to\"}], \"freedom\", \"start\": {JOINT: position}; with DATA also "
-        "\"data\": [{\"file\",\n"
+        "\"kind\", \"from\", \"to\"}], \"freedom\" (also with balls),\n"
+        "\"start\": {JOINT: position}; with DATA also \"data\": [{\"file\",\n"
         "\"rows\", \"findings\"}], \"suspicions\": [{\"kind\", \"file\", \"grave\", \"factor\",\n"
         "\"text\"}],\n"
         "values in SI units.",

@@ -49,6 +49,9 @@ static void print_text(const mechanism *m, const stein_sim *sim)
     for (int j = 0; j < m->nbody; j++) {
         char q[CLI_TEXT], given[CLI_TEXT];
         const char *unit = m->bodies[j].type == 'R' ? "rad" : "m";
+        if (m->bodies[j].ball) {
+            continue; // in angles of a chart
+        }
         printf("  %-16s %-28s from %s\n", m->bodies[j].name, cli_quantity(q, stein_q(sim)[j], unit),
                cli_quantity(given, m->bodies[j].q0.value, unit));
     }
@@ -69,6 +72,9 @@ static void print_json(const mechanism *m, const stein_sim *sim, lab__json *out)
     lab__json_int(out, "freedom", stein_freedom(sim));
     lab__json_open(out, "start", '{');
     for (int j = 0; j < m->nbody; j++) {
+        if (m->bodies[j].ball) {
+            continue;
+        }
         lab__json_real(out, m->bodies[j].name, stein_q(sim)[j]);
     }
     lab__json_close(out);

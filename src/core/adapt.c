@@ -267,6 +267,9 @@ stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p
     if (status == STEIN_OK) {
         status = p->repeated ? arrive(sim, pace, p, err) : take(sim, pace, p, err);
     }
+    if (status == STEIN_OK && !p->repeated && stein__rechart(sim)) {
+        status = stein__refresh(sim, err);
+    }
     if (status != STEIN_OK || p->repeated) {
         return status;
     }

@@ -236,5 +236,5 @@ int stein_freedom(const stein_sim *sim)
     for (int j = 0; j < sim->model->nq; j++) {
         n -= stein__is_driven(sim, j);
     }
-    return n;
+    return n - sim->model->nball; // charts stay
 }

@@ -20,17 +20,28 @@
 
 #include "core.h"
 
-/* 1/m of what touches along a direction; the state's poses and touches are there */
-static double mobility(stein_sim *sim, const touch *t, vec2 direction)
+/* a unit force at what touches, along its normal or across it, into Q */
+static void probe(stein_sim *sim, const touch *t, int across)
+{
+    if (t->pair->solid) {
+        stein__solid_probe(sim, t, across);
+        return;
+    }
+    vec2 direction = across ? (vec2){t->n.z, -t->n.x} : t->n;
+    memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)sim->model->nframe);
+    apply(sim, t->pair->frame[0], t->at, direction);
+    apply(sim, t->pair->frame[1], t->at, (vec2){-direction.x, -direction.z});
+    stein__wrenches_to_joints(sim);
+}
+
+/* 1/m of what touches in that direction; the state's poses and touches are there */
+static double mobility(stein_sim *sim, const touch *t, int across)
 {
     const stein_model *model = sim->model;
     size_t nq = (size_t)model->nq;
     double *a = sim->work, sum = 0.0;
     memset(sim->Q, 0, sizeof *sim->Q * nq);
-    memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
-    apply(sim, t->pair->frame[0], t->at, direction);
-    apply(sim, t->pair->frame[1], t->at, (vec2){-direction.x, -direction.z});
-    stein__wrenches_to_joints(sim);
+    probe(sim, t, across);
     model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
     memcpy(a, sim->Q, sizeof *a * nq);
     if (stein__solved(sim, a) >= 0) {
@@ -49,7 +60,7 @@ static double rate_of(stein_sim *sim, const touch *t)
     const double *law = t->pair->normal;
     int parts = t->pair->parts;
     double x = t->sum->depth, xdot = t->sum->rate, f = stein__normal(law, parts, x, xdot);
-    double along = mobility(sim, t, t->n), across = mobility(sim, t, (vec2){t->n.z, -t->n.x});
+    double along = mobility(sim, t, 0), across = mobility(sim, t, 1);
     double k = (stein__normal(law, parts, x + little, xdot) - f) / little;
     double b = (stein__normal(law, parts, x, xdot + slow) - f) / slow;
     const double *friction = t->pair->friction;

@@ -74,8 +74,8 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_POTENTIAL:
         model->energy(sim->xq, sim->xqd, sim->sc, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
+    default: return stein__attitude(sim, channel->read, i);
     }
-    return NAN;
 }
 
 /* horizontal position of what a channel looks at; 0 where there is no such thing */
@@ -88,6 +88,11 @@ static double marker_x(stein_sim *sim, const stein_channel *channel)
     if (channel->read == STEIN_READ_GAP) {
         const stein_shape *side = &model->spots[model->contacts[channel->index].first_spot].side[0];
         const double *shape = sim->d + side->d;
+        if (side->kind == STEIN_SPHERE) {
+            const double *o = sim->pose3[side->frame].o, *R = sim->pose3[side->frame].R;
+            return o[0] + R[0] * shape[STEIN_SOLID_X] + R[1] * shape[STEIN_SOLID_Y] +
+                   R[2] * shape[STEIN_SOLID_Z];
+        }
         return place(&sim->pose[side->frame], shape[STEIN_SHAPE_X], shape[STEIN_SHAPE_Z]).x;
     }
     return 0.0;
@@ -123,7 +128,7 @@ static int shows_place(const stein_channel *channel)
     case STEIN_READ_VY:
     case STEIN_READ_VZ:
     case STEIN_READ_GAP: return 1;
-    default: return 0;
+    default: return channel->read >= STEIN_READ_ROLL;
     }
 }
 

@@ -86,6 +86,12 @@ INNER void stein__spot_forces(stein_sim *sim)
     for (int i = 0; i < n; i++) {
         const site *s = &sim->site[i];
         spot_force *f = &sim->spot[i];
+#if STEIN_LANES == 1
+        if (s->pair.solid) {
+            stein__solid_forces(sim, i);
+            continue;
+        }
+#endif
         mask on = mask_of(sim->mode[i]);
         if (inside && !any(on)) {
             continue; // gap, guard and that there is no force are asked for at the end of the step
@@ -109,6 +115,11 @@ INNER void stein__spot_forces(stein_sim *sim)
 INNER real stein__spot_guard(const stein_sim *sim, int i)
 {
     const site *s = &sim->site[i];
+#if STEIN_LANES == 1
+    if (s->pair.solid) {
+        return stein__solid_guard(sim, i);
+    }
+#endif
     meeting m = meet(sim, s);
     return sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m));
 }
@@ -117,7 +128,7 @@ INNER real stein__spot_guard(const stein_sim *sim, int i)
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {
-    return -meet(sim, &sim->site[i]).depth;
+    return sim->site[i].pair.solid ? stein__solid_gap(sim, i) : -meet(sim, &sim->site[i]).depth;
 }
 
 /* plane angle through which a frame has turned */

@@ -12,6 +12,7 @@
  *      assemble.c  start positions that close them     implicit.c, stiff.c  stiff motions
  *      stick.c     friction that sticks: what holds    stuck.c     when it begins and ends
  *      status.c    errors                              identity.c  one hash of all that computes
+ *      chart.c     joints that turn in all directions  space.c     contacts in space
  *
  *   in the words of real.h, once more for each number of lanes
  *      layout.c    memory                              contact.c   spots: where and how deep
@@ -75,6 +76,7 @@ typedef struct wrench {
 /** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
 typedef struct pair {
     int index;    /* of the contact; ncontact + that of the notch */
+    int solid;    /* 1: in space, frames are those of pose3 */
     int frame[2]; /* the second one may be fixed, -1 */
     const real *normal, *friction;
     int parts;       /* of both laws */
@@ -91,6 +93,17 @@ typedef struct touch {
     real speed;      /* of sliding [m/s], as depth and rate of a simulation alone */
     spot_force *sum; /* where its forces are added */
 } touch;
+
+/** The same in space. */
+typedef struct wrench3 {
+    double f[3], m[3];
+} wrench3;
+
+/** Where a touch is in space: place, unit normal on the first body, direction in which that slides
+ *  on the other one (zero where it does not). */
+typedef struct touch3 {
+    double at[3], n[3], t[3];
+} touch3;
 
 /** How the wrench of a frame acts on its joint, and goes on to the parent's frame (-1: the fixed
  * one).
@@ -232,6 +245,9 @@ struct stein_sim {
     int ntouch;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
     wrench *wrench;               /* [nframe], and at -1 what nobody asks about */
+    stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
+    wrench3 *wrench3;             /* [npose3], likewise */
+    touch3 *touch3;               /* [ntouch], of those in space */
     real *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     real *sc;                     /* [2*nq] sines and cosines of xq */
@@ -509,6 +525,35 @@ int stein__stick_alike(const stein__sticks *s, int a, int b);
 void stein__stick_begin(stein_sim *sim);
 /* after switches of other guards, in crossed[], and of its own */
 void stein__stick_switch(stein_sim *sim);
+#endif
+
+/* space.c: of a model with poses in space */
+#if STEIN_LANES == 1
+/* poses at q, qd, whose sines and cosines are in sc; no wrenches then */
+void stein__place3(stein_sim *sim, const double *q, const double *qd);
+/* as those of contact.c: of a spot that is in space */
+double stein__solid_gap(const stein_sim *sim, int spot);
+double stein__solid_guard(const stein_sim *sim, int spot);
+void stein__solid_forces(stein_sim *sim, int spot);
+/* the force of a touch with this friction, into the wrenches */
+void stein__solid_push(stein_sim *sim, const touch *t, double mu);
+/* a unit force along its normal or across it instead */
+void stein__solid_probe(stein_sim *sim, const touch *t, int across);
+/* the wrenches into Q */
+void stein__solids_to_joints(stein_sim *sim);
+/* a channel of the attitude of a body, index that of its pose */
+double stein__attitude(const stein_sim *sim, stein_read_kind read, int index);
+#endif
+
+/* chart.c: of a model with balls */
+#if STEIN_LANES == 1
+/* the charts that have to be left, left: the state is the same one in other coordinates.
+ * @return has any been? Then the last evaluation belongs to no state. */
+int stein__rechart(stein_sim *sim);
+/* speeds of the angles where those of a ball are its turning speed about the body's axes */
+void stein__spin_up(stein_sim *sim);
+/* atan2 with the same bits everywhere */
+double stein__angle(double y, double x);
 #endif
 
 /* trial.c: a trial step of h from the state {q, qd} at t, whose qdd is known, to q1, qd1, qdd1 and

@@ -58,9 +58,19 @@ static int has_derivatives(const stein_model *model)
            (model->nframe == 0 || model->pose_along != NULL);
 }
 
+static int is_in_space(const stein_model *model)
+{
+    int any = model->nball > 0;
+    for (int i = 0; i < model->nspot; i++) {
+        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
+    }
+    return any;
+}
+
 size_t stein__derivative_size(const stein_model *model)
 {
-    return model->nrow == 0 && has_derivatives(model) ? layout(NULL, model) : 0;
+    int known = model->nrow == 0 && model->nstick == 0 && !is_in_space(model);
+    return known && has_derivatives(model) ? layout(NULL, model) : 0;
 }
 
 stein_derivative *stein__derivative_make(void *block, const stein_model *model)
@@ -92,6 +102,12 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
     if (model->nstick > 0) {
         return stein__fail(err, STEIN_EINVAL,
                            "\"%s\" has friction that sticks, of which there are no derivatives",
+                           model->name);
+    }
+    if (is_in_space(model)) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "\"%s\" has bodies that turn in all directions or contacts in space, of "
+                           "which there are no derivatives yet",
                            model->name);
     }
     if (!has_derivatives(model)) {

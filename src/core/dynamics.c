@@ -28,6 +28,9 @@ stein_status stein__evaluate(stein_sim *sim, double t, const double *q, const do
     if (sim->on_force != NULL) {
         sim->on_force(sim->force_ctx, t, sim->xq, sim->xqd, sim->Q);
     }
+    for (int i = 0; i < model->nball; i++) {
+        sim->Q[model->balls[i].joint] = 0.0;
+    }
     int bad = stein__accelerate(sim, qdd);
     if (bad >= 0 && isfinite(sim->M[bad * nq + bad])) {
         return stein__fail(err, STEIN_ESINGULAR,
@@ -47,6 +50,9 @@ void stein__place(stein_sim *sim)
     stein_turn(sim->model, sim->xq, sim->sc);
     if (sim->model->nframe > 0) {
         sim->model->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
+    }
+    if (sim->model->npose3 > 0) {
+        stein__place3(sim, sim->xq, sim->xqd);
     }
 }
 

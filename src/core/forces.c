@@ -148,6 +148,11 @@ INNER void stein__forces(stein_sim *sim)
         EQUATIONS(sim)->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
 #endif
     }
+#if STEIN_LANES == 1
+    if (model->npose3 > 0) {
+        stein__place3(sim, sim->xq, sim->xqd);
+    }
+#endif
     sim->ntouch = 0;
     stein__spot_forces(sim);
     stein__notch_forces(sim);
@@ -163,6 +168,9 @@ INNER void stein__forces(stein_sim *sim)
     }
     joint_forces(sim);
     stein__wrenches_to_joints(sim);
+#if STEIN_LANES == 1
+    stein__solids_to_joints(sim);
+#endif
 }
 
 #if STEIN_LANES > 0

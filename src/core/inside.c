@@ -60,6 +60,12 @@ static void pose_at(stein_sim *sim, const real *q)
         turn_joints(model, q, sim->sc);
         EQUATIONS(sim)->pose(q, sim->zero, sim->sc, sim->d, sim->pose);
     }
+#if STEIN_LANES == 1
+    if (model->npose3 > 0) {
+        turn_joints(model, q, sim->sc);
+        stein__place3(sim, q, sim->zero);
+    }
+#endif
 }
 
 INNER void stein__guards(stein_sim *sim, const real *q, real *guard)

@@ -142,6 +142,9 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->slip = reals(a, ntouch + nq);
     s->grip = reals(a, ntouch + nq);
     s->wrench = behind_first(a, sizeof *s->wrench, m->nframe);
+    s->pose3 = behind_first(a, sizeof *s->pose3, m->npose3);
+    s->wrench3 = behind_first(a, sizeof *s->wrench3, m->npose3);
+    s->touch3 = carve(a, sizeof *s->touch3 * (size_t)(m->npose3 > 0 ? m->nspot : 0));
     s->M = reals(a, nq * nq);
     s->c = reals(a, nq);
     s->inverse = reals(a, nq);

@@ -135,6 +135,12 @@ static stein_status find_equilibrium(stein_sim *sim, stein_err *err)
                            "no equilibrium is looked for in \"%s\": it has loops or couplings",
                            sim->model->name);
     }
+    if (sim->model->nball > 0) {
+        return stein__fail(err, STEIN_EINVAL,
+                           "no equilibrium is looked for in \"%s\": it has a body that turns in "
+                           "all directions",
+                           sim->model->name);
+    }
     size_t bytes = sizeof *sim->q * (size_t)nq;
     double *F = sim->qdd0, *trial = sim->qdd1, *delta = sim->q1, *start = sim->qd1;
     double tau = 1e-6, norm2, new_norm2;
@@ -256,6 +262,10 @@ stein_status stein_set_state(stein_sim *sim, double t, const double *q, const do
     }
     memmove(sim->q, q, sizeof *q * (size_t)nq);
     memmove(sim->qd, qd, sizeof *qd * (size_t)nq);
+    for (int i = 0; i < sim->model->nball; i++) {
+        sim->qd[sim->model->balls[i].joint] = 0.0;
+    }
+    (void)stein__rechart(sim);
     sim->head->t = sim->head->t0 = t;
     sim->head->step = 0;
     if (sim->model->nrow > 0) {

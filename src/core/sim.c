@@ -108,6 +108,7 @@ stein_status stein_sim_create(stein_sim **out, const stein_model *model, const s
         sim->p[i] = model->params[i].value;
     }
     sim->pose[-1] = (stein_pose){.c = 1.0};
+    sim->pose3[-1] = (stein_pose3){.R = {[0] = 1.0, [4] = 1.0, [8] = 1.0}};
     for (int j = 0; j < model->nq; j++) {
         sim->parent[j] = model->bodies[j].parent;
     }
@@ -252,6 +253,7 @@ stein_status stein_reset(stein_sim *sim, stein_err *err)
         sim->q[j] = sim->d[model->initial + 2 * j];
         sim->qd[j] = sim->d[model->initial + 2 * j + 1];
     }
+    stein__spin_up(sim);
     stein__place_driven(sim);
     stein_status status = model->nrow > 0 ? stein__loops_assemble(sim, 1, err) : STEIN_OK;
     if (status == STEIN_OK) {

@@ -253,7 +253,7 @@ void stein__flip_crossed(stein_sim *sim)
 }
 
 /* one sub-step towards `target`: all the way, or to the first event and its switch */
-static stein_status substep(stein_sim *sim, double target, stein_err *err)
+static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *err)
 {
     stein_status status = sim->fresh == STALE ? stein__refresh(sim, err) : STEIN_OK;
     if (status != STEIN_OK) {
@@ -278,6 +278,15 @@ static stein_status substep(stein_sim *sim, double target, stein_err *err)
     }
     stein__flip_crossed(sim);
     return STEIN_OK;
+}
+
+static stein_status substep(stein_sim *sim, double target, stein_err *err)
+{
+    stein_status status = substep_in_chart(sim, target, err);
+    if (status == STEIN_OK) {
+        (void)stein__rechart(sim);
+    }
+    return status;
 }
 
 static stein_status advance_controlled(stein_sim *sim, double target, stein_err *err)

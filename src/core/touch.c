@@ -30,6 +30,7 @@ INNER void stein__gather(stein_sim *sim)
         const stein_contact *contact = &model->contacts[spot->contact];
         const stein_shape *side = spot->side;
         sim->site[i] = (site){.pair = {.index = spot->contact,
+                                       .solid = side[0].kind == STEIN_SPHERE,
                                        .frame = {side[0].frame, side[1].frame},
                                        .normal = d + contact->normal,
                                        .friction = d + contact->friction,
@@ -70,8 +71,9 @@ INNER void stein__pairs_prepare(stein_sim *sim)
     for (int i = 0; i < sim->model->nspot; i++) {
         site *s = &sim->site[i];
         prepare_pair(&s->pair);
-        s->round = any(differ(s->a[STEIN_SHAPE_R], 0.0));
-        s->reach = s->a[STEIN_SHAPE_R] + s->b[STEIN_SHAPE_R] - s->pair.normal[STEIN_NORMAL_GAP];
+        int r = s->pair.solid ? (int)STEIN_SOLID_R : (int)STEIN_SHAPE_R;
+        s->round = any(differ(s->a[r], 0.0));
+        s->reach = s->a[r] + s->b[r] - s->pair.normal[STEIN_NORMAL_GAP];
     }
     for (int i = 0; i < sim->model->nnotch; i++) {
         prepare_pair(&sim->catch[i]);
@@ -80,6 +82,12 @@ INNER void stein__pairs_prepare(stein_sim *sim)
 
 static void push(stein_sim *sim, const touch *p, real mu)
 {
+#if STEIN_LANES == 1
+    if (p->pair->solid) {
+        stein__solid_push(sim, p, mu);
+        return;
+    }
+#endif
     vec2 n = p->n, t = {n.z, -n.x};
     real normal = p->normal, tangent = sel(more(normal, 0.0), -normal * mu, same(0.0));
     vec2 force = {normal * n.x + tangent * t.x, normal * n.z + tangent * t.z};

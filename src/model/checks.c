@@ -215,6 +215,11 @@ static void check_mass_matrix(mech__reader *rd)
             w->held[m->inputs[i].index] = 1;
         }
     }
+    for (int i = 0; i < m->nbody; i++) {
+        if (m->bodies[i].ball == 1) {
+            w->held[i] = 1;
+        }
+    }
     for (int t = 0; t < CONFIGURATIONS; t++) {
         memset(w->M, 0, sizeof w->M);
         memset(w->scale, 0, sizeof w->scale);
@@ -291,7 +296,14 @@ static void check_extents(mech__reader *rd)
 
         for (int k = 0; k < 2; k++) {
             const mech_shape *s = &m->contacts[i].spot[0].side[k];
+            vec n = values(s->normal);
 
+            if (s->solid == MECH_PLANE && s->normal[0].kind != MECH_ZERO && dot(n, n) == 0.0 &&
+                !mech__failed(rd, m->contacts[i].name)) {
+                mech__problem_at(rd, place ? place->key : NULL,
+                                 "the normal of the plane of %s has no length",
+                                 m->contacts[i].name);
+            }
             if (s->has_extent && !mech__failed(rd, m->contacts[i].name) &&
                 !(s->extent[0].value < s->extent[1].value)) {
                 mech__problem_at(rd, place ? place->key : NULL,

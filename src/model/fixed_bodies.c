@@ -88,7 +88,8 @@ static void move_references(mechanism *m, const moved *w)
     }
     for (int i = 0; i < m->nchannel; i++) {
         int read = m->channels[i].read;
-        if (read >= STEIN_READ_POSITION && read <= STEIN_READ_ACCELERATION) {
+        if ((read >= STEIN_READ_POSITION && read <= STEIN_READ_ACCELERATION) ||
+            read >= STEIN_READ_ROLL) {
             move_body(w, &m->channels[i].index);
         }
     }

@@ -86,6 +86,9 @@ typedef struct mech_body {
     char name[MECH_NAME];
     int parent; /* -1 frame */
     int part;   /* 1: a piece of its parent, whose stated mass, centre, inertia include it */
+    int lead; /* 1: no body of the file, but a joint of the ball or free one behind it (balls.c) */
+    int ball; /* 1 the chart of a ball, 2 .. 4 its angles, the last one at the body; 0 else */
+    int free; /* 1: a ball behind three sliding joints */
     char type, axis;
     int sign;
     mech_scalar at[3]; /* joint origin in the parent's axes, from the parent's origin [m] */
@@ -105,9 +108,18 @@ typedef struct mech_point {
     mech_scalar at[3];
 } mech_point;
 
-/** One side of a spot: circle (radius 0 for a point) or one-sided line. */
+typedef enum { MECH_FLAT, MECH_SPHERE, MECH_PLANE } mech_solid;
+enum { MECH_SPOTS = 8 };
+
+/** One side of a spot: circle (radius 0 for a point) or one-sided line; in space sphere or plane.
+ */
 typedef struct mech_shape {
-    int body; /* -1 frame */
+    int body;              /* -1 frame */
+    int solid;             /* mech_solid */
+    mech_scalar normal[3]; /* PLANE, where it is no line that stands across its plane */
+    int corner;            /* SPHERE: 1 .. 8 corner of a box around `at`, 0 none */
+    mech_scalar size[3];   /* of that box [m] */
+    int across;            /* PLANE from a line: the axis along which it stands, 0 x .. 2 z */
     int is_line;
     mech_scalar at[3], radius;
     mech_scalar facing;    /* line: plane angle of the normal towards the free side [rad] */
@@ -123,7 +135,7 @@ typedef struct mech_spot {
 
 typedef struct mech_contact {
     char name[MECH_NAME];
-    mech_spot spot[2];
+    mech_spot spot[MECH_SPOTS];
     int nspot;
     mech_normal normal;
     mech_friction friction;

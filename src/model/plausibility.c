@@ -148,6 +148,7 @@ static double size_of(const mechanism *m, int body)
         const mech_shape *s = &c->spot[i / 2 % 2].side[i % 2];
 
         if (i / 2 % 2 < c->nspot && s->body == body) {
+            size = s->corner ? reach(size, s->size) : size;
             size = fmax(reach(size, s->at), s->radius.value);
             size = s->has_extent ? fmax(size, fmax(fabs(s->extent[0].value), s->extent[1].value))
                                  : size;

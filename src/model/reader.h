@@ -251,6 +251,19 @@ int mech__joint_ref(mech__reader *rd, const mech__node *node, int *body);
 int mech__has_joint(mech__reader *rd, const mech__node *node, int body);
 int mech__point_ref(mech__reader *rd, const mech__node *node, int *point);
 
+/* --- balls.c --- */
+
+/** How many joints of one axis that of an entry of `bodies` is: a ball is 4, that of a free body 7.
+ */
+int mech__joints_of(const mech__node *entry);
+/** Put all of them but the last one, as bodies without mass, behind the bodies there are.
+ *  @return the parent of the body itself, which comes next and has its joint set */
+int mech__lead_joints(mech__reader *rd, const mech__node *entry, int parent, int orphan);
+/** Where the joint of a body begins: the body itself, of a ball its first joint. */
+mech_body *mech__first_joint(mech_body *b);
+/** `initial` of a body on a ball. */
+void mech__ball_initial(mech__reader *rd, mech_body *b, const mech__node *node);
+
 /* --- section_contacts.c, section_signals.c --- */
 
 void mech__section_links(mech__reader *rd);

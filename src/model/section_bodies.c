@@ -16,7 +16,7 @@ typedef struct family {
     int parent[MECH__MAX_BODIES]; /* -1 frame */
     int place[MECH__MAX_BODIES];  /* in the sorted order, -1 not yet */
     char orphan[MECH__MAX_BODIES], part[MECH__MAX_BODIES];
-    int n;
+    int n, fits; /* fits: there is room for all joints of balls */
 } family;
 
 static int find_entry(const family *f, const char *name)
@@ -93,7 +93,7 @@ static void sort_bodies(mech__reader *rd, family *f)
 {
     mechanism *m = rd->m;
 
-    while (m->nbody < f->n) {
+    for (int sorted = 0; sorted < f->n;) {
         int i = 0;
 
         while (i < f->n &&
@@ -104,10 +104,16 @@ static void sort_bodies(mech__reader *rd, family *f)
             cut_loop(rd, f);
             continue;
         }
+        int parent = f->parent[i] >= 0 ? f->place[f->parent[i]] : -1;
+
+        sorted++;
+        if (f->fits) {
+            parent = mech__lead_joints(rd, f->entry[i], parent, f->orphan[i]);
+        }
         mech_body *b = &m->bodies[m->nbody];
 
         mech__name_copy(b->name, sizeof b->name, f->entry[i]->key->text);
-        b->parent = f->parent[i] >= 0 ? f->place[f->parent[i]] : -1;
+        b->parent = parent;
         b->line = f->entry[i]->key->line;
         b->column = f->entry[i]->key->column;
         rd->body_node[m->nbody] = f->entry[i];
@@ -146,6 +152,9 @@ static int joint_text(const char *s, mech_body *b)
 static void read_joint(mech__reader *rd, int index)
 {
     mech_body *b = &rd->m->bodies[index];
+    if (b->type) {
+        return; // of a ball
+    }
     const mech__node *node = mech__need(rd, rd->body_node[index], "joint", "a body");
     const char *text = node ? mech__text(rd, node, "joint") : NULL;
 
@@ -153,7 +162,7 @@ static void read_joint(mech__reader *rd, int index)
         if (text) {
             mech__problem_at(rd, node,
                              "\"%s\" is no joint, expected R or T, a blank and an axis, "
-                             "as in \"R y\" or \"T -z\", or fixed",
+                             "as in \"R y\" or \"T -z\", or fixed, ball, free",
                              mech__shown(rd, text));
         }
         b->type = 'R';
@@ -249,11 +258,14 @@ int mech__point_ref(mech__reader *rd, const mech__node *node, int *point)
 
 int mech__has_joint(mech__reader *rd, const mech__node *node, int body)
 {
-    if (rd->m->bodies[body].type != MECH__FIXED) {
+    const mech_body *b = &rd->m->bodies[body];
+
+    if (b->type != MECH__FIXED && !b->ball) {
         return 0;
     }
-    mech__problem_at(rd, node, "%s is fixed, expected a body with a joint",
-                     rd->m->bodies[body].name);
+    mech__problem_at(rd, node, "%s %s, expected a body with a joint%s", b->name,
+                     b->ball ? "turns in all directions" : "is fixed",
+                     b->ball ? " about or along one axis" : "");
     return -1;
 }
 
@@ -263,14 +275,14 @@ int mech__joint_ref(mech__reader *rd, const mech__node *node, int *body)
 }
 
 /** Joint origin: three numbers or a point of the parent. */
-static void read_at(mech__reader *rd, mech_body *b, const mech__node *node)
+static void read_at(mech__reader *rd, mech_body *b, const char *name, const mech__node *node)
 {
     int point;
 
     if (!node || node->kind != MECH__SCALAR) {
         char base[MECH_PATH];
 
-        mech__name_copy(base, sizeof base, b->name);
+        mech__name_copy(base, sizeof base, name);
         mech__name_copy(base + strlen(base), sizeof base - strlen(base), ".at");
         mech__place(rd, b->parent, b->at, MECH__VANISHES, node, base);
         return;
@@ -371,10 +383,15 @@ static void read_body(mech__reader *rd, int index)
     char *base = mech__print(rd, "%s.centre", b->name);
 
     mech__keys(
-        rd, entry, fixed ? "a fixed body" : "a body",
-        fixed ? "parent joint at mass centre inertia points"
-              : "parent part_of joint at mass centre inertia pendulum spring damping "
-                "friction drag preload coulomb backlash asymmetry initial points mimic limits");
+        rd, entry,
+        fixed     ? "a fixed body"
+        : b->free ? "a free body"
+        : b->ball ? "a body on a ball"
+                  : "a body",
+        fixed     ? "parent joint at mass centre inertia points"
+        : b->ball ? "parent joint at mass centre inertia initial points"
+                  : "parent part_of joint at mass centre inertia pendulum spring damping "
+                    "friction drag preload coulomb backlash asymmetry initial points mimic limits");
     if (!base) {
         return;
     }
@@ -382,8 +399,10 @@ static void read_body(mech__reader *rd, int index)
                  0.0, "%s.mass", b->name);
     mech__place(rd, index, b->centre, MECH__VANISHES, mech__get(entry, "centre"), base);
     read_inertia(rd, b, entry);
-    read_at(rd, b, mech__get(entry, "at"));
-    if (!fixed) {
+    read_at(rd, mech__first_joint(b), b->name, mech__get(entry, "at"));
+    if (b->ball) {
+        mech__ball_initial(rd, b, mech__get(entry, "initial"));
+    } else if (!fixed) {
         read_joint_numbers(rd, b, entry);
     }
     place_points(rd, mech__get(entry, "points"), index);
@@ -445,6 +464,20 @@ static void list_bodies(mech__reader *rd, family *f, const mech__node *section, 
     }
 }
 
+static int have_room(mech__reader *rd, const family *f, int max)
+{
+    int n = 0;
+
+    for (int i = 0; i < f->n; i++) {
+        n += mech__joints_of(f->entry[i]);
+    }
+    if (n > max) {
+        mech__problem_at(rd, f->entry[0], "more than %d joints of one axis: a free body has 7",
+                         max);
+    }
+    return n <= max;
+}
+
 void mech__section_bodies(mech__reader *rd)
 {
     mechanism *m = rd->m;
@@ -459,6 +492,7 @@ void mech__section_bodies(mech__reader *rd)
         return;
     }
     list_bodies(rd, f, section, load ? MECH__MAX_BODIES - 1 : MECH__MAX_BODIES);
+    f->fits = have_room(rd, f, load ? MECH__MAX_BODIES - 1 : MECH__MAX_BODIES);
     sort_bodies(rd, f);
     for (int i = 0; i < m->nbody; i++) {
         read_joint(rd, i);
@@ -467,12 +501,16 @@ void mech__section_bodies(mech__reader *rd)
                              "%s is fixed, it has no parts", m->bodies[m->bodies[i].parent].name);
             m->bodies[i].part = 0;
         }
-        name_points(rd, mech__get(rd->body_node[i], "points"), i);
+        if (!m->bodies[i].lead) {
+            name_points(rd, mech__get(rd->body_node[i], "points"), i);
+        }
     }
     name_points(rd, frame, -1);
     read_gravity(rd);
-    for (int i = 0; i < f->n && !rd->nomem; i++) {
-        read_body(rd, i);
+    for (int i = 0; i < m->nbody && !rd->nomem; i++) {
+        if (!m->bodies[i].lead) {
+            read_body(rd, i);
+        }
     }
     place_points(rd, frame, -1);
     if (load) {

@@ -9,31 +9,43 @@
 
 #include "reader.h"
 
-typedef enum { POINT, CIRCLE, LINE, NONE } shape_kind;
+typedef enum { POINT, CIRCLE, LINE, SPHERE, PLANE, BOX, NONE } shape_kind;
 
-static const char *const kind_names[] = {"point", "circle", "line"};
+static const char *const kind_names[] = {"point", "circle", "line", "sphere", "plane", "box"};
 
-/** Contacts are planar: every joint on the way to the frame turns about y or slides along x or z.
- */
+/** Does every joint on the way to the frame turn about an axis or slide across it? */
+static int moves_across(const mechanism *m, int body, char axis)
+{
+    while (body >= 0 && (m->bodies[body].type == 'R') == (m->bodies[body].axis == axis)) {
+        body = m->bodies[body].parent;
+    }
+    return body < 0;
+}
+
+/** Notches and loads are planar: every joint on the way to the frame turns about y or slides along
+ *  x or z. */
 static int check_planar(mech__reader *rd, const mech__node *node, int body)
 {
     for (int i = body; i >= 0; i = rd->m->bodies[i].parent) {
         const mech_body *b = &rd->m->bodies[i];
 
         if ((b->type == 'R') != (b->axis == 'y')) {
-            mech__problem_at(rd, node,
-                             "contacts are planar: the joint %s must turn about y or slide "
-                             "along x or z, found %c %c",
-                             b->name, b->type, b->axis);
+            mech__problem_at(
+                rd, node,
+                "notches and loads are planar: the joint %s must turn about y or slide "
+                "along x or z, found %c %c",
+                b->name, b->type, b->axis);
             return -1;
         }
     }
     return 0;
 }
 
-/** Place of a shape: "at: body.point", or "on: body" with three numbers. */
+/** Place of a shape: "at: body.point", or "on: body" with three numbers.
+ *  @param flags  of those: of a planar contact y does nothing, so that a zero there is no parameter
+ */
 static int read_place(mech__reader *rd, const mech__node *map, const char *what, const char *base,
-                      int *body, mech_scalar at[3])
+                      int *body, mech_scalar at[3], unsigned flags)
 {
     const mech__node *node = mech__need(rd, map, "at", what);
     const mech__node *on = mech__get(map, "on");
@@ -46,9 +58,8 @@ static int read_place(mech__reader *rd, const mech__node *map, const char *what,
         if (!mech__need(rd, map, "on", what) || mech__body_ref(rd, on, 1, body) != 0) {
             return -1;
         }
-        /* the y of a planar contact does nothing, so a zero there is no parameter */
-        mech__place(rd, *body, at, MECH__PLANAR, node, base);
-        return check_planar(rd, on, *body);
+        mech__place(rd, *body, at, flags, node, base);
+        return 0;
     }
     if (mech__point_ref(rd, node, &point) != 0) {
         return -1;
@@ -62,7 +73,7 @@ static int read_place(mech__reader *rd, const mech__node *map, const char *what,
     for (int i = 0; i < 3; i++) {
         mech__repeat(rd, &at[i], &rd->m->points[point].at[i]);
     }
-    return check_planar(rd, node, *body);
+    return 0;
 }
 
 static shape_kind find_kind(mech__reader *rd, const mech__node *side)
@@ -70,17 +81,19 @@ static shape_kind find_kind(mech__reader *rd, const mech__node *side)
     shape_kind found = NONE;
     int n = 0;
 
-    if (!mech__keys(rd, side, "a side of a contact", "point circle line")) {
+    if (!mech__keys(rd, side, "a side of a contact", "point circle line sphere plane box")) {
         return NONE;
     }
-    for (int k = POINT; k <= LINE; k++) {
+    for (int k = POINT; k < NONE; k++) {
         if (mech__get(side, kind_names[k])) {
             found = (shape_kind)k;
             n++;
         }
     }
     if (n != 1) {
-        mech__problem_at(rd, side, "a side of a contact needs exactly one of point, circle, line");
+        mech__problem_at(rd, side,
+                         "a side of a contact needs exactly one of point, circle, line, sphere, "
+                         "plane, box");
         return NONE;
     }
     return found;
@@ -106,6 +119,34 @@ static void read_line(mech__reader *rd, mech_shape *s, const mech__node *map, co
     mech__number(rd, &s->extent[1], "m", 0, extent->last, 0.0, "%s.extent.hi", base);
 }
 
+/** A sphere, a plane or a box. */
+static int read_solid(mech__reader *rd, mech_shape *s, const mech__node *map, shape_kind kind,
+                      const char *base)
+{
+    static const char *const what[] = {"a sphere", "a plane", "a box"};
+    static const char *const keys[] = {"on at radius", "on at normal", "on at size"};
+    const char *title = what[kind - SPHERE];
+
+    s->solid = kind == PLANE ? MECH_PLANE : MECH_SPHERE;
+    int placed = read_place(rd, map, title, base, &s->body, s->at, 0);
+
+    mech__keys(rd, map, title, keys[kind - SPHERE]);
+    if (kind == SPHERE) {
+        mech__number(rd, &s->radius, "m", MECH__NOT_NEGATIVE, mech__need(rd, map, "radius", title),
+                     0.0, "%s.radius", base);
+        return placed;
+    }
+    char *path = mech__print(rd, kind == PLANE ? "%s.normal" : "%s.size", base);
+    const mech__node *node = mech__need(rd, map, kind == PLANE ? "normal" : "size", title);
+
+    if (path && node) {
+        mech__vector(rd, kind == PLANE ? s->normal : s->size, kind == PLANE ? "1" : "m", 0, node,
+                     path);
+    }
+    s->corner = kind == BOX;
+    return placed;
+}
+
 /** @return 0 when the body of the shape is known */
 static int read_shape(mech__reader *rd, mech_shape *s, const mech__node *side, shape_kind kind,
                       const char *base)
@@ -113,6 +154,9 @@ static int read_shape(mech__reader *rd, mech_shape *s, const mech__node *side, s
     const mech__node *map = mech__get(side, kind_names[kind]);
     int point, placed;
 
+    if (kind >= SPHERE) {
+        return read_solid(rd, s, map, kind, base);
+    }
     if (kind == POINT) {
         if (mech__point_ref(rd, map, &point) != 0) {
             return -1;
@@ -121,9 +165,10 @@ static int read_shape(mech__reader *rd, mech_shape *s, const mech__node *side, s
         for (int i = 0; i < 3; i++) {
             mech__repeat(rd, &s->at[i], &rd->m->points[point].at[i]);
         }
-        return check_planar(rd, map, s->body);
+        return 0;
     }
-    placed = read_place(rd, map, kind == LINE ? "a line" : "a circle", base, &s->body, s->at);
+    placed = read_place(rd, map, kind == LINE ? "a line" : "a circle", base, &s->body, s->at,
+                        MECH__PLANAR);
     if (kind == LINE) {
         read_line(rd, s, map, base);
     } else {
@@ -134,6 +179,61 @@ static int read_shape(mech__reader *rd, mech_shape *s, const mech__node *side, s
     return placed;
 }
 
+/** Can these two touch? A side of LINE or PLANE stands second. */
+static int can_touch(mech__reader *rd, const mech__node *between, const shape_kind kind[2])
+{
+    int solid = kind[0] >= SPHERE || kind[1] >= SPHERE;
+    int flat = kind[0] == CIRCLE || kind[0] == LINE || kind[1] == CIRCLE || kind[1] == LINE;
+    int box = kind[0] == BOX || kind[1] == BOX, plane = kind[0] == PLANE || kind[1] == PLANE;
+
+    if (kind[0] == POINT && kind[1] == POINT) {
+        mech__problem_at(rd, between,
+                         "a point cannot touch a point, expected a circle, a line or a sphere");
+    } else if (solid && flat) {
+        mech__problem_at(rd, between,
+                         "circles and lines touch in a plane, spheres, planes and boxes in space: "
+                         "expected two sides of one kind");
+    } else if (kind[0] == PLANE && kind[1] == PLANE) {
+        mech__problem_at(rd, between, "a plane cannot touch a plane, expected a sphere or a box");
+    } else if (box && !plane) {
+        mech__problem_at(rd, between, "a box touches a plane only, with its corners");
+    } else {
+        return 1;
+    }
+    return 0;
+}
+
+/** Circles and lines of a mechanism that moves in another plane than x-z, or in space: as spheres
+ *  and planes, of which the ones stand across that plane. */
+static void lift_sides(mech__reader *rd, mech_contact *c, const mech__node *between)
+{
+    const mechanism *m = rd->m;
+    mech_shape *side = c->spot[0].side;
+    int a = side[0].body, b = side[1].body;
+
+    if (side[0].solid || side[1].solid) {
+        side[0].solid = MECH_SPHERE; // or a point
+        side[1].solid = side[1].solid ? side[1].solid : MECH_SPHERE;
+        return;
+    }
+    if (moves_across(m, a, 'y') && moves_across(m, b, 'y')) {
+        return;
+    }
+    int across = moves_across(m, a, 'z') && moves_across(m, b, 'z')   ? 2
+                 : moves_across(m, a, 'x') && moves_across(m, b, 'x') ? 0
+                                                                      : 1;
+    if (c->nspot > 1 || side[0].has_extent || side[1].has_extent) {
+        mech__problem_at(rd, between,
+                         "lines with ends touch in the x-z plane only, where all joints turn about "
+                         "y or slide along x or z: expected a line without extent, or a box and a "
+                         "plane");
+    }
+    for (int k = 0; k < 2; k++) {
+        side[k].solid = side[k].is_line ? MECH_PLANE : MECH_SPHERE;
+        side[k].across = across;
+    }
+}
+
 /** Both sides of a contact, in the order of a spot. */
 static void read_sides(mech__reader *rd, mech_contact *c, const mech__node *between)
 {
@@ -142,16 +242,13 @@ static void read_sides(mech__reader *rd, mech_contact *c, const mech__node *betw
     mech_spot *spot = &c->spot[0];
     int good = 1;
 
-    if (kind[0] == NONE || kind[1] == NONE) {
-        return;
-    }
-    if (kind[0] == POINT && kind[1] == POINT) {
-        mech__problem_at(rd, between, "a point cannot touch a point, expected a circle or a line");
+    if (kind[0] == NONE || kind[1] == NONE || !can_touch(rd, between, kind)) {
         return;
     }
     for (int i = 0; i < 2; i++) {
         int second = i == 1 && kind[0] == kind[1];
-        int place = kind[0] == LINE && kind[1] != LINE ? 1 - i : i;
+        int last = kind[0] == PLANE || (kind[0] == LINE && kind[1] != LINE);
+        int place = last ? 1 - i : i;
         char *base = mech__print(rd, "%s.%s%s", c->name, kind_names[kind[i]], second ? "2" : "");
 
         good = base && read_shape(rd, &spot->side[place], side[i], kind[i], base) == 0 && good;
@@ -161,7 +258,7 @@ static void read_sides(mech__reader *rd, mech_contact *c, const mech__node *betw
                          "both sides are on one body, expected two that can move "
                          "against each other");
     }
-    c->nspot = 1;
+    c->nspot = kind[0] == BOX || kind[1] == BOX ? MECH_SPOTS : 1;
     if (kind[0] == LINE && kind[1] == LINE) {
         c->nspot = 2;
         if (!mech__get(mech__get(side[0], "line"), "extent")) {
@@ -169,6 +266,9 @@ static void read_sides(mech__reader *rd, mech_contact *c, const mech__node *betw
                              "of two lines the first needs an extent: it touches with "
                              "its ends");
         }
+    }
+    if (good) {
+        lift_sides(rd, c, between);
     }
 }
 
@@ -227,8 +327,10 @@ static void read_notch(mech__reader *rd, mech_notch *n, const mech__node *entry)
     if (!base[0] || !base[1]) {
         return;
     }
-    if (read_place(rd, corner, "corner", base[0], &n->catcher, n->corner) == 0 &&
-        read_place(rd, beak, "beak", base[1], &n->beak, n->end) == 0 && n->catcher == n->beak) {
+    if (read_place(rd, corner, "corner", base[0], &n->catcher, n->corner, MECH__PLANAR) == 0 &&
+        check_planar(rd, corner, n->catcher) == 0 &&
+        read_place(rd, beak, "beak", base[1], &n->beak, n->end, MECH__PLANAR) == 0 &&
+        check_planar(rd, beak, n->beak) == 0 && n->catcher == n->beak) {
         mech__problem_at(rd, entry->key, "corner and beak are on one body, expected two bodies");
     }
     mech__number(rd, &n->angle, "rad", MECH__WEDGE, mech__need(rd, corner, "angle", "corner"), 1.0,
@@ -278,6 +380,10 @@ void mech__contacts_finish(mech__reader *rd)
             c->spot[1] = c->spot[0];
             c->spot[0].side[0].end = -1;
             c->spot[1].side[0].end = 1;
+        }
+        for (int k = 1; k < c->nspot && c->nspot == MECH_SPOTS; k++) {
+            c->spot[k] = c->spot[0];
+            c->spot[k].side[0].corner = k + 1;
         }
         if (i == m->load_contact) {
             mech__constant(rd, &c->spot[0].side[1].facing, -1.5707963267948966, "load.line.facing",

@@ -19,14 +19,17 @@ static const readable readables[] = {
     {"contact", "reading of a contact", "gap force friction", STEIN_READ_GAP},
     {"notch", "reading of a notch", "force phase overlap", STEIN_READ_NOTCH_FORCE},
     {"input", "reading of an input", "value force", STEIN_READ_INPUT},
+    {"body", "reading of a body", "roll pitch yaw xx xy xz yx yy yz zx zy zz wx wy wz",
+     STEIN_READ_ROLL},
 };
-enum { JOINT, POINT, CONTACT, NOTCH, INPUT, NREADABLE };
+enum { JOINT, POINT, CONTACT, NOTCH, INPUT, BODY, NREADABLE };
 
 /** Names of all things of one kind, for finding one by name. */
 static const char *name_of(const mechanism *m, int kind, int i)
 {
     switch (kind) {
-    case JOINT: return i < m->nbody ? m->bodies[i].name : NULL;
+    case JOINT:
+    case BODY: return i < m->nbody ? m->bodies[i].name : NULL;
     case POINT: return i < m->npoint ? m->points[i].name : NULL;
     case CONTACT: return i < m->ncontact ? m->contacts[i].name : NULL;
     case NOTCH: return i < m->nnotch ? m->notches[i].name : NULL;
@@ -38,7 +41,7 @@ const char *mech_target(const mechanism *m, const mech_channel *c)
 {
     int kind = NREADABLE - 1;
 
-    if (c->read >= STEIN_READ_KINETIC) {
+    if (c->read == STEIN_READ_KINETIC || c->read == STEIN_READ_POTENTIAL) {
         return "";
     }
     while (c->read < readables[kind].first) {
@@ -176,7 +179,10 @@ static const char *channel_unit(const mechanism *m, const mech_channel *c)
         return m->bodies[m->inputs[c->index].index].type == 'R' ? "N m" : "N";
     case STEIN_READ_KINETIC:
     case STEIN_READ_POTENTIAL: return "J";
-    default: return "m";
+    case STEIN_READ_ROLL:
+    case STEIN_READ_PITCH:
+    case STEIN_READ_YAW: return "rad";
+    default: return c->read >= STEIN_READ_WX ? "rad/s" : c->read >= STEIN_READ_XX ? "1" : "m";
     }
 }
 
@@ -192,16 +198,17 @@ static int read_energy(mech__reader *rd, mech_channel *c, const mech__node *entr
 /** What a channel reads, and of which thing. @return 0 when both are known */
 static int read_source(mech__reader *rd, mech_channel *c, const mech__node *entry)
 {
-    static const char *const keys[] = {"joint", "point", "contact", "notch", "input", "energy"};
+    static const char *const keys[] = {"joint", "point", "contact", "notch",
+                                       "input", "body",  "energy"};
     int kind = only_one(rd, entry, keys, NREADABLE + 1,
                         "an output needs exactly one of joint, "
-                        "point, contact, notch, input, energy");
+                        "point, contact, notch, input, body, energy");
 
     if (kind == NREADABLE) {
         return read_energy(rd, c, entry);
     }
     mech__keys(rd, entry, "an output",
-               "joint point contact notch input energy read sign zero sensor");
+               "joint point contact notch input body energy read sign zero sensor");
     if (kind < 0) {
         return -1;
     }
@@ -342,6 +349,14 @@ static void read_simulation(mech__reader *rd)
             mech__problem_at(rd, settle,
                              "no equilibrium is looked for in a mechanism with loops or "
                              "couplings, expected settle: no");
+        }
+        for (int i = 0; m->settle && i < m->nbody; i++) {
+            if (m->bodies[i].ball == 1) {
+                mech__problem_at(rd, settle,
+                                 "no equilibrium is looked for in a mechanism with a body that "
+                                 "turns in all directions, expected settle: no");
+                break;
+            }
         }
     }
     read_tolerance(rd, mech__get(map, "tolerance"));

@@ -266,13 +266,36 @@ static void poses(const mechanism *m, const frame *f, double *pose)
     }
 }
 
+/** Charts of balls: their row is qdd = 0, and no force acts there. */
+static void hold_charts(const mechanism *m, ref_out *out)
+{
+    int n = m->nbody;
+    for (int i = 0; i < n; i++) {
+        if (m->bodies[i].ball != 1) {
+            continue;
+        }
+        for (int j = 0; j < n; j++) {
+            out->M[i * n + j] = out->M[j * n + i] = 0.0;
+        }
+        out->M[i * n + i] = 1.0;
+        out->c[i] = 0.0;
+        for (int k = 0; k < 3 * m->npoint; k++) {
+            out->J[k * n + i] = 0.0;
+        }
+    }
+}
+
 void ref_evaluate(const mechanism *m, const ref_state *s, ref_out *out)
 {
     frame *f = calloc((size_t)m->nbody, sizeof *f);
+    for (int i = 0; i < m->nbody; i++) {
+        s->qd[i] = m->bodies[i].ball == 1 ? 0.0 : s->qd[i];
+    }
     lagrange(m, s, out);
     transforms(m, s->q, s->qd, f);
     points(m, s, f, out);
     poses(m, f, out->pose);
+    hold_charts(m, out);
     free(f);
 }
 

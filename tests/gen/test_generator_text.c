@@ -395,9 +395,9 @@ enum {
 START_TEST(every_refusal_names_the_cause)
 {
     static const char *const cause[BAD_END] = {
-        "identifier",      "bodies",          "gravity",      "formula",          "parent",
-        "joint is R or T", "joint is R or T", "no parameter", "one or two spots", "first side",
-        "no body",         "planar",          "no body",      "no body",          "acts on nothing",
+        "identifier",      "bodies",          "gravity",      "formula",      "parent",
+        "joint is R or T", "joint is R or T", "no parameter", "1 to 8 spots", "first side",
+        "no body",         "planar",          "no body",      "no body",      "acts on nothing",
         "unknown reading", "no point"};
     unsigned long long seed = 6;
     mechanism *m = ref_tree("refused", 5, 1, &seed);
@@ -419,7 +419,7 @@ START_TEST(every_refusal_names_the_cause)
     case BAD_JOINT: m->bodies[1].type = 'S'; break;
     case BAD_SIGN: m->bodies[1].sign = 0; break;
     case BAD_NUMBER: m->bodies[1].mass = (mech_scalar){MECH_FORMULA, 0, 0.0}; break;
-    case BAD_SPOTS: m->contacts[0].nspot = 3; break;
+    case BAD_SPOTS: m->contacts[0].nspot = 9; break;
     case BAD_SIDE: m->contacts[0].spot[0].side[0].is_line = 1; break;
     case BAD_SHAPE_BODY: m->contacts[0].spot[0].side[0].body = 77; break;
     case BAD_PLANE:

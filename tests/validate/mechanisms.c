@@ -233,9 +233,7 @@ static void free_body(void)
         double t = 0.05 * i, sn, cn, dn;
         bench_run(&b, t);
         jacobi(rate * t, m, &sn, &cn, &dn);
-        const double *q = stein_q(b.sim), *v = stein_qd(b.sim);
-        double cy = cos(q[1]), sy = sin(q[1]), cz = cos(q[2]), sz = sin(q[2]);
-        double w[3] = {cy * cz * v[0] + sz * v[1], -cy * sz * v[0] + cz * v[1], sy * v[0] + v[2]};
+        double w[3] = {read(&b, "wx"), read(&b, "wy"), read(&b, "wz")};
         double right[3] = {w1 * cn, sqrt((E2 * I3 - L2) / (I2 * (I3 - I2))) * sn, w3 * dn};
         worst = fmax(worst, fabs(w[0] - right[0]));
         worst = fmax(worst, fabs(w[1] - right[1]));
@@ -249,6 +247,60 @@ static void free_body(void)
     validate_row("free rigid body, 20 s: angular velocity [rad/s]", "Euler's equations",
                  "Jacobi elliptic functions", bench_cell(ours, "off by %.1e", worst), worst, 1e-6);
     bench_end(&b);
+}
+
+/* of body.yaml, in the fixed frame, from points at its axes */
+static void angular_momentum(const bench *b, double L[3])
+{
+    static const double I[3] = {0.010, 0.020, 0.025};
+    double x[12], w[3] = {read(b, "wx"), read(b, "wy"), read(b, "wz")};
+    stein_points(b->sim, stein_q(b->sim), stein_qd(b->sim), x, NULL, NULL, NULL);
+    for (int i = 0; i < 3; i++) {
+        L[i] = 0.0;
+        for (int axis = 0; axis < 3; axis++) {
+            L[i] += (x[3 + 3 * axis + i] - x[i]) * I[axis] * w[axis];
+        }
+    }
+}
+
+/* at a tenth of the speed: a thousand turns */
+static void free_body_for_long(void)
+{
+    bench b = start("tests/validate/body.yaml");
+    stein_err err;
+    if (stein_set(b.sim, "b.initial.spin.x", 0.3, &err) != STEIN_OK ||
+        stein_set(b.sim, "b.initial.spin.z", 0.7, &err) != STEIN_OK ||
+        stein_reset(b.sim, &err) != STEIN_OK) {
+        stop(&err);
+    }
+    double before[3], L[3], E = energy(&b), worst[2] = {0.0};
+    angular_momentum(&b, before);
+    double size = sqrt(before[0] * before[0] + before[1] * before[1] + before[2] * before[2]);
+    for (int i = 1; i <= 1000; i++) {
+        run(&b, 10.0 * i);
+        angular_momentum(&b, L);
+        double d[3] = {L[0] - before[0], L[1] - before[1], L[2] - before[2]};
+        worst[0] = fmax(worst[0], sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / size);
+        worst[1] = fmax(worst[1], fabs(energy(&b) / E - 1.0));
+    }
+    char ours[64];
+    validate_row("free rigid body, 1e4 s through all attitudes: angular momentum", "conservation",
+                 "constant", cell(ours, "drift %.1e of it", worst[0]), worst[0], 1e-9);
+    validate_row("the same: energy", "conservation", "constant",
+                 cell(ours, "drift %.1e of it", worst[1]), worst[1], 1e-9);
+    end(&b);
+}
+
+/* v0 is 5/7 v0 when it has stopped sliding, in the same direction */
+static void rolling_sphere(void)
+{
+    bench b = start("tests/validate/sphere.yaml");
+    run(&b, 3.0);
+    double vx = read(&b, "vx"), vy = read(&b, "vy"), error = fmax(fabs(vx - 4.0), fabs(vy + 3.0));
+    char ours[64];
+    validate_row("ball that slides, then rolls: its velocity [m/s]", "closed form, 5/7 v0",
+                 "4, -3 m/s", cell(ours, "off by %.1e", error), error, 1e-3);
+    end(&b);
 }
 
 /* Steady precession: I cos(nutation) p^2 - I3 w3 p + m g l = 0, I about the fixed point */
@@ -416,6 +468,8 @@ int main(void)
     hunt_crossley();
     stick_slip();
     free_body();
+    free_body_for_long();
+    rolling_sphere();
     heavy_top();
     drag();
     stiff_governor();

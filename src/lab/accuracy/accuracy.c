@@ -28,7 +28,7 @@ struct lab__accuracy {
     void *kept;                   /* the state of the run at the last checkpoint */
     double every, due, start, dt; /* [s] */
     int load, over;
-    double *made, *deviation, *low, *high; /* [nq] */
+    double *made, *deviation, *low, *high, *off; /* [nq] */
     lab__errors errors;
 };
 
@@ -72,7 +72,7 @@ stein_status lab__accuracy_create(lab__accuracy **out, const lab_model *model,
     t->every = fmax(until / checkpoints, def->dt);
     double own = lab__is_controlled(def->integrator) ? fmax(finer * tolerance, finest) : fine;
     double longest = fmin(t->every, longest_steps * def->dt);
-    t->made = calloc(4 * (size_t)t->model->nq, sizeof *t->made);
+    t->made = calloc(5 * (size_t)t->model->nq, sizeof *t->made);
     stein_status status = t->made != NULL ? STEIN_OK : lab__no_memory(err);
     status = status == STEIN_OK ? stein_balance_create(&t->balance, t->model, def, err) : status;
     if (status == STEIN_OK) {
@@ -93,6 +93,7 @@ stein_status lab__accuracy_create(lab__accuracy **out, const lab_model *model,
     t->deviation = t->made + nq;
     t->low = t->deviation + nq;
     t->high = t->low + nq;
+    t->off = t->high + nq;
     *out = t;
     return STEIN_OK;
 }
@@ -167,16 +168,58 @@ static void look_for_gimbal_lock(lab__accuracy *t)
     }
 }
 
+/* half of the turn of Rz(q0) Rx(q1) Ry(q2) Rz(q3) as a quaternion: scalar, x, y, z */
+static void half_turn(const double *q, double out[4])
+{
+    double s[3], c[3], sum = 0.5 * (q[0] + q[3]), less = 0.5 * (q[0] - q[3]);
+    for (int i = 1; i < 3; i++) {
+        s[i] = sin(0.5 * q[i]);
+        c[i] = cos(0.5 * q[i]);
+    }
+    out[0] = c[1] * c[2] * cos(sum) - s[1] * s[2] * sin(sum);
+    out[1] = s[1] * c[2] * cos(less) - c[1] * s[2] * sin(less);
+    out[2] = c[1] * s[2] * cos(less) + s[1] * c[2] * sin(less);
+    out[3] = c[1] * c[2] * sin(sum) + s[1] * s[2] * cos(sum);
+}
+
+/* the angle between two attitudes of a ball, whose charts may differ [rad] */
+static double angle_between(const double *q, const double *other)
+{
+    double a[4], b[4], x, y, z;
+    half_turn(q, a);
+    half_turn(other, b);
+    x = a[0] * b[1] - a[1] * b[0] + a[3] * b[2] - a[2] * b[3];
+    y = a[0] * b[2] - a[2] * b[0] + a[1] * b[3] - a[3] * b[1];
+    z = a[0] * b[3] - a[3] * b[0] + a[2] * b[1] - a[1] * b[2];
+    return 2.0 * asin(fmin(1.0, sqrt(x * x + y * y + z * z)));
+}
+
+/* |q - other| [nq]; of a ball as one angle, in its first coordinate */
+static void differences(const lab__accuracy *t, const double *q, const double *other, double *out)
+{
+    for (int j = 0; j < t->model->nq; j++) {
+        out[j] = fabs(q[j] - other[j]);
+    }
+    for (int i = 0; i < t->model->nball; i++) {
+        int j = t->model->balls[i].joint;
+        out[j] = angle_between(q + j, other + j);
+        out[j + 1] = out[j + 2] = out[j + 3] = 0.0;
+    }
+}
+
 static void check(lab__accuracy *t, stein_sim *sim)
 {
     double now = stein_time(sim);
     const double *q = stein_q(sim);
     go_on(&t->whole, now);
     go_on(&t->part, now);
-    const double *whole = stein_q(t->whole.sim), *part = stein_q(t->part.sim);
+    differences(t, q, stein_q(t->part.sim), t->off);
     for (int j = 0; j < t->model->nq; j++) {
-        t->made[j] += fabs(q[j] - part[j]);
-        t->deviation[j] = fmax(t->deviation[j], fabs(q[j] - whole[j]));
+        t->made[j] += t->off[j];
+    }
+    differences(t, q, stein_q(t->whole.sim), t->off);
+    for (int j = 0; j < t->model->nq; j++) {
+        t->deviation[j] = fmax(t->deviation[j], t->off[j]);
     }
     compare(t);
     if (isnan(t->errors.lost) && t->errors.deviation_share > LAB_DOUBTFUL) {

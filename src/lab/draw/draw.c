@@ -331,6 +331,12 @@ static stein_status draw_to(drawing *d, const char *path, stein_err *err)
 
 stein_status lab__draw(const char *path, const lab_model *model, stein_err *err)
 {
+    if (lab__in_space(lab_equations(model))) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "no drawing of \"%s\": it moves in space, and a drawing shows the x-z "
+                         "plane",
+                         lab_equations(model)->name);
+    }
     drawing d = {.m = lab__mechanism(model), .labels = calloc(1, sizeof(draw__labels))};
     double *p = calloc((size_t)d.m->nparam + 1, sizeof *p);
     stein_sim *sim = NULL;

@@ -192,8 +192,8 @@ static int can_give(const mechanism *m, int i, lab__site *site)
     lab__vec at = lab__at(point->at);
     site->body = point->body;
     site->reach = sqrt(along(at, at));
-    return c->nspot == 1 && i != m->load_contact && line->is_line && line->body < 0 &&
-           point->body >= 0 && lab__normal_axis(line->facing.value) != ' ';
+    return c->nspot == 1 && i != m->load_contact && line->is_line && !line->solid &&
+           line->body < 0 && point->body >= 0 && lab__normal_axis(line->facing.value) != ' ';
 }
 
 /* the point where the load stands or the first input pushes; -1 */
@@ -241,7 +241,8 @@ int lab__sites(const mechanism *m, const char *kind, lab__site site[LAB_SITES])
         if (lab__part_name(kind, place, name) != 0) {
             return 0;
         }
-        int can = contacts                                ? can_give(m, i, here)
+        int can = !contacts && m->bodies[i].ball          ? 0
+                  : contacts                              ? can_give(m, i, here)
                   : strcmp(kind, "elastic_hinge") == 0    ? can_bend(m, i, here)
                   : strcmp(kind, "axis_translation") == 0 ? can_lift(m, i, here)
                                                           : can_hang(m, i, here);

@@ -32,6 +32,10 @@ static stein_status look(void *ctx, stein_sim *sim)
         if (!stein_deformation(sim, i, &depth, &speed)) {
             continue;
         }
+        if (spot->side[0].kind == STEIN_SPHERE) { // no plane angle: it may have turned anyhow
+            *t = (lab__touching){.touch = 1, .c = 1.0, .turns = 1.0};
+            continue;
+        }
         stein_pose a = pose_of(w, spot->side[0].frame), b = pose_of(w, spot->side[1].frame);
         double c = a.c * b.c + a.s * b.s, s = a.s * b.c - a.c * b.s;
         if (!t->touch) {

@@ -320,6 +320,12 @@ stein_status fit__widen_noise(const fit__problem *p, fit__stroke *s, int k, stei
  * on one side only, count no longer. */
 void fit__mute_ends(const fit__problem *p, fit__stroke *s);
 
+/* ---- hidden.c ---- */
+
+/** Does a coordinate of a body that turns in all directions begin as the file or the stroke says,
+ *  because the stroke shows nothing of it there? */
+int fit__is_hidden(const fit__problem *p, const fit__stroke *s, int joint);
+
 /* ---- initial.c ---- */
 
 /** Estimate the initial state of every stroke from its first samples. start, sd and prior of the

@@ -99,6 +99,11 @@ static int shows_place(const stein_model *m, int channel)
 
 static int is_driven(const stein_model *m, const fit__stroke *s, int joint)
 {
+    for (int i = 0; i < m->nball; i++) {
+        if (m->balls[i].joint == joint) {
+            return 1; // a chart: no force moves it
+        }
+    }
     for (int i = 0; i < m->ninput; i++) {
         int bound = m->inputs[i].hold;
         for (int k = 0; k < s->nsignal; k++) {

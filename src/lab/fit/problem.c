@@ -264,7 +264,7 @@ static int own_initial(fit__problem *p, fit__stroke *s, int stroke)
     int free = p->def->initial == 1 || (p->def->initial < 0 && !m->settle && m->load.body < 0);
     int n = 0, known = 0, position;
     for (int j = 0; free && j < m->nq; j++) {
-        if (is_driven(p, s, j)) {
+        if (is_driven(p, s, j) || fit__is_hidden(p, s, j)) {
             continue;
         }
         if (initial_known(p, s, j, &position)) {

@@ -182,6 +182,12 @@ stein_status lab_fmu_for(const char *path, const lab_model *model, int version,
     if (version != 2 && version != 3) {
         return lab__fail(err, STEIN_EINVAL, "FMI %d: expected 2 or 3", version);
     }
+    if (lab_equations(model)->nball > 0) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "no FMU of \"%s\": it has a body that turns in all directions, whose "
+                         "coordinates are changed on the way; who imports an FMU could not do that",
+                         lab_equations(model)->name);
+    }
     if (ncc < 1 || ncc > FMU_BINARIES) {
         return lab__fail(err, STEIN_EINVAL, "an FMU for %d machines: expected 1 to %d", ncc,
                          (int)FMU_BINARIES);

@@ -147,6 +147,11 @@ stein_status lab_page(const char *path, const lab_model *model, const lab_option
     char *json = NULL, *module = NULL;
     content c = {NULL, NULL, 0};
     lab_page_facts made = {0, 0, ""};
+    if (lab__in_space(lab_equations(model))) {
+        return lab__fail(err, STEIN_EINVAL,
+                         "no page of \"%s\": it moves in space, and a page shows the x-z plane",
+                         lab_equations(model)->name);
+    }
     stein_status status = page__module(&module, &made.module, model, options, err);
     if (status == STEIN_OK) {
         status = hash_run(model, made.hash, err);
