@@ -284,7 +284,8 @@ static void read_contact(mech__reader *rd, mech_contact *c, const mech__node *en
         read_sides(rd, c, between);
     }
     mech__contact_law(rd, &c->normal, &c->friction, entry, "a contact", c->name);
-    c->sticks = mech__contact_sticks(rd, entry, NULL);
+    c->sticks = mech__contact_sticks(
+        rd, entry, c->spot[0].side[0].solid != MECH_FLAT ? "a contact in space" : NULL);
 }
 
 /** The underside of the load, a line without ends that faces down, on a point. */
