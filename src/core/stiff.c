@@ -20,6 +20,8 @@ static const double well_inside = 2; /* of it */
 static const char *refusal(const stein_sim *sim)
 {
     return sim->model->nrow > 0       ? "loops and couplings have no derivatives"
+           : sim->model->nstick > 0   ? "friction that sticks has no derivatives"
+           : sim->model->nball > 0    ? "bodies that turn in all directions have no derivatives"
            : sim->implicit == NULL    ? "the equations came without derivatives"
            : sim->on_force != NULL    ? "a force hook has no derivative"
            : sim->signals             ? "a signal has no derivative by time"

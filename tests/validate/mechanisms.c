@@ -200,23 +200,23 @@ static void count_slips(void *ctx, stein_sim *sim, const stein_event *event)
  * both ends; then it sticks until the spring is as long as before. */
 static void stick_slip(void)
 {
-    bench b = start("models/stick_slip.yaml");
+    bench b = bench_start("models/stick_slip.yaml");
     stein_err err;
     slips s = {0, 0.0, 0.0};
     double m = 0.8, k = 120.0, V = 0.05, w = sqrt(k / m), a = 0.75 * 0.5 * 0.14 * m * g / k;
     double right = 2.0 * (M_PI - atan(a * w / V)) / w + 2.0 * a / V;
     if (stein_drive(b.sim, "drive", constant_speed, &V, &err) != STEIN_OK ||
         stein_reset(b.sim, &err) != STEIN_OK) {
-        stop(&err);
+        bench_stop(&err);
     }
     stein_on_event(b.sim, count_slips, &s);
-    run(&b, 20.0);
+    bench_run(&b, 20.0);
     double period = s.n > 2 ? (s.last - s.first) / (s.n - 2) : NAN;
     char reference[64], ours[64];
     validate_row("stick-slip of a block on a belt, period [s]", "closed form",
-                 cell(reference, "%.9f s", right), cell(ours, "%.9f s", period),
+                 bench_cell(reference, "%.9f s", right), bench_cell(ours, "%.9f s", period),
                  s.n > 20 ? fabs(period - right) : INFINITY, 1e-9);
-    end(&b);
+    bench_end(&b);
 }
 
 /* ---- in space ---- */
@@ -233,7 +233,7 @@ static void free_body(void)
         double t = 0.05 * i, sn, cn, dn;
         bench_run(&b, t);
         jacobi(rate * t, m, &sn, &cn, &dn);
-        double w[3] = {read(&b, "wx"), read(&b, "wy"), read(&b, "wz")};
+        double w[3] = {bench_read(&b, "wx"), bench_read(&b, "wy"), bench_read(&b, "wz")};
         double right[3] = {w1 * cn, sqrt((E2 * I3 - L2) / (I2 * (I3 - I2))) * sn, w3 * dn};
         worst = fmax(worst, fabs(w[0] - right[0]));
         worst = fmax(worst, fabs(w[1] - right[1]));
@@ -253,7 +253,7 @@ static void free_body(void)
 static void angular_momentum(const bench *b, double L[3])
 {
     static const double I[3] = {0.010, 0.020, 0.025};
-    double x[12], w[3] = {read(b, "wx"), read(b, "wy"), read(b, "wz")};
+    double x[12], w[3] = {bench_read(b, "wx"), bench_read(b, "wy"), bench_read(b, "wz")};
     stein_points(b->sim, stein_q(b->sim), stein_qd(b->sim), x, NULL, NULL, NULL);
     for (int i = 0; i < 3; i++) {
         L[i] = 0.0;
@@ -266,41 +266,42 @@ static void angular_momentum(const bench *b, double L[3])
 /* at a tenth of the speed: a thousand turns */
 static void free_body_for_long(void)
 {
-    bench b = start("tests/validate/body.yaml");
+    bench b = bench_start("tests/validate/body.yaml");
     stein_err err;
     if (stein_set(b.sim, "b.initial.spin.x", 0.3, &err) != STEIN_OK ||
         stein_set(b.sim, "b.initial.spin.z", 0.7, &err) != STEIN_OK ||
         stein_reset(b.sim, &err) != STEIN_OK) {
-        stop(&err);
+        bench_stop(&err);
     }
-    double before[3], L[3], E = energy(&b), worst[2] = {0.0};
+    double before[3], L[3], E = bench_energy(&b), worst[2] = {0.0};
     angular_momentum(&b, before);
     double size = sqrt(before[0] * before[0] + before[1] * before[1] + before[2] * before[2]);
     for (int i = 1; i <= 1000; i++) {
-        run(&b, 10.0 * i);
+        bench_run(&b, 10.0 * i);
         angular_momentum(&b, L);
         double d[3] = {L[0] - before[0], L[1] - before[1], L[2] - before[2]};
         worst[0] = fmax(worst[0], sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / size);
-        worst[1] = fmax(worst[1], fabs(energy(&b) / E - 1.0));
+        worst[1] = fmax(worst[1], fabs(bench_energy(&b) / E - 1.0));
     }
     char ours[64];
     validate_row("free rigid body, 1e4 s through all attitudes: angular momentum", "conservation",
-                 "constant", cell(ours, "drift %.1e of it", worst[0]), worst[0], 1e-9);
+                 "constant", bench_cell(ours, "drift %.1e of it", worst[0]), worst[0], 1e-9);
     validate_row("the same: energy", "conservation", "constant",
-                 cell(ours, "drift %.1e of it", worst[1]), worst[1], 1e-9);
-    end(&b);
+                 bench_cell(ours, "drift %.1e of it", worst[1]), worst[1], 1e-9);
+    bench_end(&b);
 }
 
 /* v0 is 5/7 v0 when it has stopped sliding, in the same direction */
 static void rolling_sphere(void)
 {
-    bench b = start("tests/validate/sphere.yaml");
-    run(&b, 3.0);
-    double vx = read(&b, "vx"), vy = read(&b, "vy"), error = fmax(fabs(vx - 4.0), fabs(vy + 3.0));
+    bench b = bench_start("tests/validate/sphere.yaml");
+    bench_run(&b, 3.0);
+    double vx = bench_read(&b, "vx"), vy = bench_read(&b, "vy"),
+           error = fmax(fabs(vx - 4.0), fabs(vy + 3.0));
     char ours[64];
     validate_row("ball that slides, then rolls: its velocity [m/s]", "closed form, 5/7 v0",
-                 "4, -3 m/s", cell(ours, "off by %.1e", error), error, 1e-3);
-    end(&b);
+                 "4, -3 m/s", bench_cell(ours, "off by %.1e", error), error, 1e-3);
+    bench_end(&b);
 }
 
 /* Steady precession: I cos(nutation) p^2 - I3 w3 p + m g l = 0, I about the fixed point */
@@ -358,9 +359,9 @@ static void stiff_governor(void)
     const double *q = stein_q(b.sim);
     double error = fmax(fabs(q[1] - right[0]), fabs(q[2] - right[1]));
     char reference[64], ours[64];
-    validate_row("stiff governor, 10 s: slider and arm [m, rad]",
-                 "IFToMM benchmark A05, equations by hand", bench_cell(reference, "%.12f m", right[0]),
-                 bench_cell(ours, "%.12f m", q[1]), error, 1e-6);
+    validate_row(
+        "stiff governor, 10 s: slider and arm [m, rad]", "IFToMM benchmark A05, equations by hand",
+        bench_cell(reference, "%.12f m", right[0]), bench_cell(ours, "%.12f m", q[1]), error, 1e-6);
     bench_end(&b);
 }
 
@@ -375,8 +376,8 @@ static void overdamped_joint(void)
     double q = bench_read(&b, "q");
     char reference[64], ours[64];
     validate_row("joint in thick oil, 1e7 1/s, after 1 s [rad]", "closed form",
-                 bench_cell(reference, "%.12f rad", right), bench_cell(ours, "%.12f rad", q), fabs(q - right),
-                 1e-9);
+                 bench_cell(reference, "%.12f rad", right), bench_cell(ours, "%.12f rad", q),
+                 fabs(q - right), 1e-9);
     bench_end(&b);
 }
 
