@@ -199,7 +199,7 @@ static const char *spoil(mechanism *m, int what)
     case 25: b->axis = 'z' + 1; return "a joint is R or T with axis x, y or z";
     case 26: b->sign = 2; return "a joint is R or T with axis x, y or z";
     case 27: m->contacts[0].spot[0].side[0].body = -2; return "string: it refers to no body";
-    case 28: m->contacts[0].nspot = 0; return "string: a contact has one or two spots";
+    case 28: m->contacts[0].nspot = 0; return "string: a contact has 1 to 8 spots";
     case 29: m->notches[0].catcher = -2; return "notch: it refers to no body";
     case 30: m->points[0].body = -2; return "it refers to no body";
     case 31: m->inputs[0].index = -1; return "finger: the input acts on nothing";
