@@ -130,8 +130,10 @@ typedef struct stein_step_counts {
  *  the following ones are implicit, by Rodas5P (Steinebach 2023, BIT 63:27; order 5(4), L-stable)
  *  on the exact derivatives by state. They are explicit again after 10 steps that explicit ones
  *  could have made as well. Which they are is part of the state. Events are located as in explicit
- *  steps. There are no implicit steps in a mechanism with loops or couplings, with a force hook, a
- *  signal or sensitivities, and none in runs of a batch but with STEIN_IMPLICIT. */
+ *  steps. There are no implicit steps in a mechanism with loops, couplings or friction that sticks,
+ *  with a force hook, a signal or sensitivities, and none in runs of a batch but with
+ * STEIN_IMPLICIT.
+ */
 void stein_steps_taken(const stein_sim *sim, stein_step_counts *counts);
 /** Tolerance of a step's error estimate with STEIN_CONTROLLED or STEIN_IMPLICIT, as in stein_pace
  * [rad or m]; STEIN_TOLERANCE until it is set: an elastic ball that bounces 66 times on a contact

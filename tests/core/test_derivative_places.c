@@ -198,7 +198,14 @@ START_TEST(mechanisms_on_their_way)
 {
     for (int i = 0; stein_models[i] != NULL; i++) {
         const stein_model *model = stein_models[i];
-        if (model->nrow > 0 || model->nball > 0) { // refused, see test_loops.c, test_space.c
+        if (model->nstick > 0) {
+            stein_derivative *s = NULL;
+            stein_err err = {STEIN_OK, ""};
+            ck_assert_int_eq(stein_derivative_create(&s, model, NULL, &err), STEIN_EINVAL);
+            ck_assert_ptr_nonnull(strstr(err.msg, "friction that sticks"));
+        }
+        // loops and bodies in space are refused, see test_loops.c, test_space.c
+        if (model->nrow > 0 || model->nstick > 0 || model->nball > 0) {
             continue;
         }
         stein_sim *sim = make_sim(model, STEIN_RK4, 0.0);

@@ -368,15 +368,18 @@ START_TEST(what_has_no_implicit_steps_stays_explicit_and_says_why)
         "mechanism: pushed\nbodies: {rod: {joint: R -y, mass: 1 kg, centre: [0, 0, -0.3 m], "
         "damping: 0.1 N m s/rad, initial: {position: 1 rad}}}\ninputs: {push: {torque: rod}}\n"
         "outputs: {q: {joint: rod, read: position}}\nsimulation: {dt: 1 ms}\n";
-    lab_model *rod = open_text(pushed, NULL, 0), *loop = NULL;
+    lab_model *rod = open_text(pushed, NULL, 0), *loop = NULL, *belt = NULL;
     lab_options options = cache_here(NULL);
     ck_assert_stein(lab_open(&loop, "models/four_bar.yaml", &options, err));
+    ck_assert_stein(lab_open(&belt, "models/stick_slip.yaml", &options, err));
     check_refused(loop, 0, "loops");
+    check_refused(belt, 0, "sticks");
     check_refused(rod, 1, "hook");
     check_refused(rod, 2, "signal");
     check_refused(rod, 3, "sensitivities");
     lab_close(rod);
     lab_close(loop);
+    lab_close(belt);
 }
 END_TEST
 
