@@ -45,7 +45,7 @@ extern "C" {
 #endif
 
 /** Layout version of stein_model; equations compiled against another one are refused. */
-#define STEIN_MODEL_ABI 10
+#define STEIN_MODEL_ABI 11
 
 #ifndef STEIN_LANES
 #define STEIN_LANES 1
