@@ -135,8 +135,8 @@ static void press(stein_sim *sim, const site *s, const meeting3 *m, spot_force *
     }
     f->depth = m->depth;
     f->rate = rate;
-    sim->touch[sim->ntouch] =
-        (touch){.pair = p, .normal = normal, .depth = m->depth, .rate = rate, .sum = f};
+    sim->touch[sim->ntouch] = (touch){
+        .pair = p, .normal = normal, .depth = m->depth, .rate = rate, .speed = speed, .sum = f};
     sim->slip[sim->ntouch++] = speed * p->inverse_vt;
 }
 

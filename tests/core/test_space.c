@@ -6,6 +6,7 @@
 
 #include "draw.h"
 #include "fit_support.h"
+#include "stein/balance.h"
 
 Suite *space_suite(void);
 
@@ -312,6 +313,9 @@ START_TEST(a_sphere_that_slides_rolls_in_the_end)
                                       "s.initial.spin.z=3"};
     bench b = start_with(sphere_on_plane, set, 4);
     double v[3], mu = 0.3, until = 2.0 / 7.0 * 3.5 / (mu * 9.81);
+    stein_balance *balance;
+    ck_assert_stein(stein_balance_create(&balance, lab_equations(b.model), NULL, err));
+    ck_assert_stein(stein_balance_attach(balance, b.sim, err));
     ck_assert_stein(stein_run(b.sim, 0.5 * until, err));
     see_all(b.sim, velocity, 3, v);
     ck_assert_close(hypot(v[0], v[1]), 3.5 - mu * 9.81 * 0.5 * until, 2e-4, 0.0);
@@ -325,6 +329,10 @@ START_TEST(a_sphere_that_slides_rolls_in_the_end)
     double w[3];
     see_all(b.sim, spin, 3, w);
     ck_assert_close(length3(w), hypot(25.0, 3.0), 1e-4, 0.0);
+    // friction takes 2/7 of the kinetic energy
+    ck_assert_close(stein_balance_work(balance, STEIN_WORK_FRICTION, 0), -2.0 / 7.0 * 3.5 * 3.5,
+                    1e-4, 0.0);
+    stein_balance_destroy(balance);
     finish(&b);
 }
 END_TEST
