@@ -197,8 +197,7 @@ stein_status diag__evaluate(diag__problem *q, diag__table *t, const diag__propos
     row->h = from->h;
     row->source = from->source;
     row->parent = from->parent;
-    row->rough =
-        !from->strict && (from->rough || (from->parent >= 0 && t->row[from->parent]->rough));
+    row->rough = from->rough || (from->parent >= 0 && t->row[from->parent]->rough);
     row->objective = row->chi2_dof = row->relative = INFINITY;
     row->scale = row->memory = 1.0;
     row->in = diag__mechanism_of(q, &row->h, err);

@@ -97,14 +97,8 @@ static int next_look(const diag__table *t, const diag__row *row)
     return !(seen & first) ? first : more && !(seen & then) ? then : 0;
 }
 
-/* is it the null hypothesis with settings as they are stated, where loose ones explain? */
-static int competes(const diag__row *row, const diag__row *best)
-{
-    return best->rough && best->h.n == 0 && !row->rough && row->h.n == 0;
-}
-
-/* The best row that is to be linearised; where one leaves noise, that one alone, and what competes
- * with loose settings. A row with more causes than the incumbent has gained nothing by them. */
+/* The best row that is to be linearised; where one leaves noise, that one alone. A row with more
+ * causes than the incumbent has gained nothing by them. */
 static diag__row *next_row(const diag__problem *q, const diag__table *t, int *look)
 {
     diag__row *best = diag__incumbent(q, t), *next = NULL;
@@ -112,7 +106,7 @@ static diag__row *next_row(const diag__problem *q, const diag__table *t, int *lo
         diag__row *row = t->row[i];
         int how = diag__is_possible(q, row) ? next_look(t, row) : 0;
         int more = row->h.n > best->h.n && !q->scale_free;
-        if (how == 0 || more || (diag__leaves_noise(best) && row != best && !competes(row, best))) {
+        if (how == 0 || more || (diag__leaves_noise(best) && row != best)) {
             continue;
         }
         if (next == NULL || row->objective < next->objective) {
@@ -330,36 +324,29 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
     return status;
 }
 
-/* A row's hypothesis once more, with settings as they are stated, or off by what their digits allow
- * instead of wrong ones. They are a variance of all records, which costs as much as it explains. */
-static stein_status reset(diag__problem *q, diag__table *t, const diag__row *row, int rough,
-                          stein_err *err)
+/* A row's hypothesis once more, with settings that are off by what their digits allow instead of
+ * wrong ones. They are a variance of all records, which costs as much as it explains. */
+static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     diag__row *one = NULL;
-    diag__proposal to = {.h = row->h,
-                         .parent = diag__index(t, row),
-                         .source = 'S',
-                         .rough = rough,
-                         .strict = !rough};
-    for (int i = row->h.n - 1; i >= 0 && rough; i--) {
+    diag__proposal rough = {.h = row->h, .parent = diag__index(t, row), .source = 'S', .rough = 1};
+    for (int i = row->h.n - 1; i >= 0; i--) {
         if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
-            to.h = diag__without(to.h, row->h.cause[i]);
+            rough.h = diag__without(rough.h, row->h.cause[i]);
         }
     }
     for (int i = 0; i < DIAG_CAUSES; i++) {
-        to.amount[i] = to.side[i] = NAN;
+        rough.amount[i] = rough.side[i] = NAN;
     }
     int had = 0;
     for (int i = 0; i < t->n; i++) {
-        const diag__row *other = t->row[i];
-        had |= other->rough == rough && !other->superseded && diag__equals(&other->h, &to.h);
+        had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
     }
-    return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &to, &one, err);
+    return had || diag__is_spent(q) ? STEIN_OK : diag__try(q, t, &rough, &one, err);
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause, and with those of the best hypothesis; or as they are stated, beside causes that were
- * found with loose ones. */
+ * cause, and with those of the best hypothesis. */
 static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
@@ -367,11 +354,8 @@ static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *e
     if (q->nsetting == 0 || !unsure) {
         return STEIN_OK;
     }
-    if (best->rough) {
-        return best->h.n > 0 ? reset(q, t, best, 0, err) : STEIN_OK;
-    }
-    stein_status status = null != NULL ? reset(q, t, null, 1, err) : STEIN_OK;
-    status = status == STEIN_OK && best->h.n > 0 ? reset(q, t, best, 1, err) : status;
+    stein_status status = null != NULL ? loosen(q, t, null, err) : STEIN_OK;
+    status = status == STEIN_OK && best->h.n > 0 ? loosen(q, t, best, err) : status;
     return status == STEIN_OK && diag__incumbent(q, t)->rough ? expand_all(q, t, err) : status;
 }
 
@@ -436,9 +420,6 @@ stein_status diag__search(diag__problem *q, diag__table *t, stein_err *err)
     }
     if (status == STEIN_OK && q->trace != NULL) {
         diag__trace_row(q->trace, q, t, row);
-    }
-    if (status == STEIN_OK && q->nsetting > 0 && !diag__leaves_noise(row)) {
-        status = reset(q, t, row, 1, err);
     }
     status = status == STEIN_OK ? expand_all(q, t, err) : status;
     status = status == STEIN_OK ? with_settings(q, t, err) : status;

@@ -154,7 +154,6 @@ typedef struct diag__proposal {
     double expected;            /* objective that is expected */
     double value;               /* the same, few causes first: the order of the work */
     int rough;                  /* settings are off; or they are in the parent */
-    int strict;                 /* settings are as stated, whatever they are in the parent */
     int held;                   /* it was proposed where an observer holds: its fit begins there */
     char source;
 } diag__proposal;
