@@ -48,8 +48,8 @@ static void no_memory(reader *r)
     r->status = r->status == STEIN_OK ? lab__no_memory(r->err) : r->status;
 }
 
-/* the value of a key. @return NULL: it is missing, which is a failure */
-static yaml_node_t *field(reader *r, yaml_node_t *of, const char *key)
+/* the value of a key. @return NULL: there is none */
+static yaml_node_t *find(reader *r, yaml_node_t *of, const char *key)
 {
     if (r->status != STEIN_OK) {
         return NULL;
@@ -65,8 +65,17 @@ static yaml_node_t *field(reader *r, yaml_node_t *of, const char *key)
             return yaml_document_get_node(&r->doc, p->value);
         }
     }
-    bad(r, of, "\"%s\" is missing; was this written by stein diagnose, of this version?", key);
     return NULL;
+}
+
+/* the same; NULL is a failure */
+static yaml_node_t *field(reader *r, yaml_node_t *of, const char *key)
+{
+    yaml_node_t *n = find(r, of, key);
+    if (n == NULL && r->status == STEIN_OK) {
+        bad(r, of, "\"%s\" is missing; was this written by stein diagnose, of this version?", key);
+    }
+    return n;
 }
 
 static const char *text_of(reader *r, yaml_node_t *of, const char *key)
@@ -282,6 +291,12 @@ static void take_suspect(reader *r, yaml_node_t *e, lab_suspect *s)
     if (r->status == STEIN_OK && s->candidate.effect == NULL) {
         bad(r, e, "there is no %.40s at \"%.60s\" in \"%s\": a diagnosis of another mechanism?",
             kind, place, r->m->name);
+    }
+    if (find(r, e, "limit") != NULL) { // of the records, which may not move as the file's own run
+        s->candidate.limit = number_of(r, e, "limit");
+        if (r->status == STEIN_OK && !(s->candidate.limit > 0.0)) {
+            bad(r, e, "\"limit\": expected more than 0");
+        }
     }
     take_posterior(r, e, &s->posterior);
     for (int i = 0; i < s->posterior.n; i++) {

@@ -132,6 +132,7 @@ static void write_cause(lab__json *j, const lab_diagnosis *d, const lab_suspect 
     lab__json_real(j, "hi", s->own_hi);
     lab__json_close(j);
     lab__json_close(j);
+    lab__json_real(j, "limit", s->candidate.limit);
     write_posterior(j, &s->posterior);
     lab__json_close(j);
 }

@@ -100,6 +100,7 @@ START_TEST(a_field_that_is_wrong_is_named_with_its_line)
         {"\"place\": \"rod\", \"posterior\": []", "\"place\": \"arm\", \"posterior\": []", 12,
          "there is no viscous_friction at \"arm\" in \"pendulum\""},
         {"\"posterior\": []", "\"posterior\": {}", 12, "\"posterior\": expected a list"},
+        {"\"posterior\": []", "\"limit\": 0, \"posterior\": []", 12, "expected more than 0"},
         {"\"posterior\": []", "\"posterior\": [3]", 12, "expected an object with \"name\""},
         {"\"rod.drag\"", "\"rod.drug\"", 6, "\"rod.drug\" is not a parameter of \"pendulum\""},
         {"\"rod.drag\"",
