@@ -325,7 +325,8 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
 }
 
 /* A row's hypothesis once more, with settings that are off by what their digits allow instead of
- * wrong ones. They are a variance of all records, which costs as much as it explains. */
+ * wrong ones: a variance of all records, which costs as much as it explains. Causes that leave
+ * nearly noise beside settings as they are stated do not need it. */
 static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     diag__row *one = NULL;
@@ -338,7 +339,7 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
     for (int i = 0; i < DIAG_CAUSES; i++) {
         rough.amount[i] = rough.side[i] = NAN;
     }
-    int had = 0;
+    int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < noise_like;
     for (int i = 0; i < t->n; i++) {
         had |= t->row[i]->rough && !t->row[i]->superseded && diag__equals(&t->row[i]->h, &rough.h);
     }
@@ -346,7 +347,7 @@ static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *ro
 }
 
 /* Settings that are off by what their digits allow, where there is something to explain: without a
- * cause, and with those of the best hypothesis. */
+ * cause, and with those of the best hypothesis beside wrong settings. */
 static stein_status with_settings(diag__problem *q, diag__table *t, stein_err *err)
 {
     const diag__row *best = diag__incumbent(q, t), *null = diag__best(q, t, 0);
