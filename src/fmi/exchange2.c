@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * exchange2.c - FMI 2.0, model exchange: as exchange3.c.
  */
-#include "fmi2_internal.h"
+#include "internal2.h"
 
 /* an instance, a phase, as many numbers as there are. @return NULL after a refusal */
 static slave *ready(fmi2Component c, const char *function, unsigned phases, size_t n, int wanted)

@@ -4,7 +4,7 @@
  * Event Mode and Continuous-Time Mode of chapter 3 of the standard. There are no events in time:
  * whatever happens is announced by an indicator.
  */
-#include "fmi3_internal.h"
+#include "internal3.h"
 
 /* an instance, a phase, as many numbers as there are. @return NULL after a refusal */
 static slave *ready(fmi3Instance c, const char *function, unsigned phases, size_t n, int wanted)

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2_internal.h"
+#include "internal2.h"
 
 enum { LONGEST_NAME = 128 };
 

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "fmi3_internal.h"
+#include "internal3.h"
 
 /* where the messages of an instance go */
 typedef struct instance {

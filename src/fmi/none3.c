@@ -4,7 +4,7 @@
  *
  * Each says why and returns an error. To read or write no variables at all is no error.
  */
-#include "fmi3_internal.h"
+#include "internal3.h"
 
 static const char no_events[] = "has no event mode";
 static const char no_clocks[] = "has no clocks";

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * fmi3_internal.h - between fmi3.c, exchange3.c and none3.c.
+ * internal3.h - between fmi3.c, exchange3.c and none3.c.
  * Included by: this folder.
  */
-#ifndef FMI3_INTERNAL_H
-#define FMI3_INTERNAL_H
+#ifndef INTERNAL3_H
+#define INTERNAL3_H
 
 #include "fmi3.h"
 #include "slave.h"

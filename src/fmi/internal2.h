@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * fmi2_internal.h - between fmi2.c and exchange2.c.
+ * internal2.h - between fmi2.c and exchange2.c.
  * Included by: this folder.
  */
-#ifndef FMI2_INTERNAL_H
-#define FMI2_INTERNAL_H
+#ifndef INTERNAL2_H
+#define INTERNAL2_H
 
 #include "fmi2.h"
 #include "slave.h"
