@@ -150,7 +150,7 @@ static double value_of(const diag__problem *q, const diag__linear *l, const diag
     if (l->gain > 0.0 && l->row->scale <= 1.0) {
         each = fmax(worth, of_excess * excess);
     }
-    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > noise_like;
+    int partly = has_scoped(q, &p->h) && l->row->chi2_dof > near;
     return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
 }
 

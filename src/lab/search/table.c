@@ -11,9 +11,8 @@
 #include "search.h"
 
 /* amount that is possible [limits]: what a mechanism lacks; an instrument may be scaled for another
- * purpose and a number mistaken for another one, and the prior counts, too; of a time base gravity
- * and lengths may say so */
-static const double largest = 3.0, of_number = 6.0;
+ * purpose, and the prior counts, too; of a time base gravity and lengths may say so */
+static const double largest = 3.0, of_instrument = 6.0;
 static const double of_clock = 10.0;
 
 /* ---- hypotheses ---- */
@@ -74,8 +73,9 @@ double diag__amount(const diag__row *row, int i, double *sd)
 
 int diag__thinkable(const lab_candidate *c, double amount)
 {
-    int number = c->effect->site == LAB_AT_CHANNEL || c->effect->site == LAB_AT_PARAMETER;
-    double most = c->effect->site == LAB_AT_CLOCK ? of_clock : number ? of_number : largest;
+    double most = c->effect->site == LAB_AT_CLOCK     ? of_clock
+                  : c->effect->site == LAB_AT_CHANNEL ? of_instrument
+                                                      : largest;
     return fabs(amount) <= most && (lab_candidate_is_signed(c) || amount > 0.0);
 }
 

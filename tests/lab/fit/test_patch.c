@@ -224,7 +224,7 @@ START_TEST(a_fitted_file_says_what_was_fitted_and_has_the_overrides)
     static const char *const has[] = {
         "# Fitted by stein fit (not_converged), from arm.yaml (fnv1a64 ",
         "# too few iterations\n",
-        "# 50 samples of 1 strokes, chi2 71.25, chi2/dof 1.5\n",
+        "# 50 samples of 1 records, chi2 71.25, chi2/dof 1.5\n",
         "#   data push.csv (fnv1a64 0000000000000abc)\n",
         "#   rod.mass = 0.31 +- 0.004 kg (was 0.213)\n",
         "#   clock.error = 2e-05 +- 1e-05  (was 0) - no data depend on it\n",
