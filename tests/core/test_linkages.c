@@ -83,8 +83,8 @@ START_TEST(andrews_mechanism_is_where_it_is_published)
 }
 END_TEST
 
-/* N square loops in a row, all bars 1 m and 1 kg, upright at 1 rad/s. Fixed steps: where all bars lie
- * flat, steps of controlled error become so short that round-off chooses how it goes on. */
+/* N square loops in a row, all bars 1 m and 1 kg, upright at 1 rad/s. Fixed steps: where all bars
+ * lie flat, steps of controlled error become so short that round-off chooses how it goes on. */
 static char *bars(int n)
 {
     size_t size = 2000 + 700 * (size_t)n;

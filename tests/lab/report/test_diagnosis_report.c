@@ -524,9 +524,8 @@ START_TEST(what_to_do_next_depends_on_the_verdict)
         page_has(d, has, "Best of the experiments tried");
         lab_diagnosis_destroy(d);
     }
-    static const char *const strokes[] = {"; it takes very many records.",
-                                          "; 1 record will do.", "; 2 records will do.",
-                                          "; no stroke."};
+    static const char *const strokes[] = {"; it takes very many records.", "; 1 record will do.",
+                                          "; 2 records will do.", "; no stroke."};
     for (int i = 0; i < 4; i++) {
         lab_diagnosis *d = made_up();
         const char *has[] = {
