@@ -62,7 +62,7 @@ static void centre_of(const stein_sim *sim, const site *s, int side, double out[
 static meeting3 meet(const stein_sim *sim, int spot)
 {
     const site *s = &sim->site[spot];
-    meeting3 m;
+    meeting3 m = {.depth = 0.0};
     double other[3], r[3];
     centre_of(sim, s, 0, m.centre);
     centre_of(sim, s, 1, other);

@@ -482,7 +482,7 @@ double diag__expected(const diag__linear *l, const int *set, int n, const double
                       double gain)
 {
     int own[DIAG_CAUSES] = {0, 1, 2}, is_held = l->gain > 0.0;
-    double has_amount[SET], has = diag__linear_gain(l, own, l->own, has_amount);
+    double has_amount[SET] = {0.0}, has = diag__linear_gain(l, own, l->own, has_amount);
     const diag__row *row = l->row;
     double samples = row->p.samples;
     if (row->scale > 1.0) {
