@@ -481,12 +481,13 @@ static double explained_by(const diag__linear *l, const int *set, int n, const d
 double diag__expected(const diag__linear *l, const int *set, int n, const double *amount,
                       double gain)
 {
-    int own[DIAG_CAUSES] = {0, 1, 2}, is_held = l->gain > 0.0;
-    double has_amount[SET] = {0.0}, has = diag__linear_gain(l, own, l->own, has_amount);
+    int own[DIAG_CAUSES] = {0, 1, 2}, is_held = l->gain > 0.0,
+        nown = l->own < DIAG_CAUSES ? l->own : DIAG_CAUSES;
+    double has_amount[SET] = {0.0}, has = diag__linear_gain(l, own, nown, has_amount);
     const diag__row *row = l->row;
     double samples = row->p.samples;
     if (row->scale > 1.0) {
-        double of = explained_by(l, set, n, amount), had = explained_by(l, own, l->own, has_amount),
+        double of = explained_by(l, set, n, amount), had = explained_by(l, own, nown, has_amount),
                v = row->chi2_dof, noise = is_held ? l->samples / (row->scale * row->scale) : 0.0,
                left = fmax(l->square - had - noise, 1e-9), share = fmin(1.0, (of - had) / left),
                least = fmin(is_held ? 1.0 : 1e-6, v) / v, cost = (gain - of) - (has - had),
