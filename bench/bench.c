@@ -3,8 +3,8 @@
  *
  *     build/bench [FILTER] [--csv FILE] [--plot FILE.svg]
  *
- * FILTER keeps the cases whose model or name holds it; the words `instrument`, `stiff` and
- * `precision` stand for those parts. Run from the root of the sources (it opens
+ * FILTER: only cases whose model or name contains this text are run; `instrument`, `stiff` and
+ * `precision` select those groups of cases. Run from the root of the sources (it opens
  * models/stein1788.yaml). Compare ratios within one run, not nanoseconds between two. Ends with 1
  * when anything that was timed is not right.
  */

@@ -246,7 +246,8 @@ static void find_carriers(tree *t)
     }
 }
 
-/** Bodies with a contact in space, or whose attitude is read, and all that carry them. */
+/** Bodies that need a pose in space: those with a contact in space, those whose attitude is an
+ *  output, and all their ancestors in the tree. */
 static void find_solids(tree *t)
 {
     const mechanism *m = t->m;

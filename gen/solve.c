@@ -22,7 +22,8 @@ enum { LARGEST = 16, WIDTH = 100, NAME = 32 };
 
 int emit_solves(const tree *t)
 {
-    /* with loops what M has no longer follows the tree; and who has no solution has no lanes */
+    /* Loops fill M beyond the branches of the tree. A mechanism in space has no lanes, which are
+     * what this solution is for. */
     return t->n <= LARGEST && t->nrow == 0 && !tree_in_space(t);
 }
 

@@ -313,7 +313,8 @@ static int limits_of(const mechanism *m)
     return n;
 }
 
-/* joints and spots whose friction sticks, as a table where there is one. @return how many */
+/* The joints and contact spots whose friction sticks, one row each. @param x  NULL: only count
+ * @return how many */
 static int add_sticks(text *x, const mechanism *m)
 {
     int n = 0, spot = 0;

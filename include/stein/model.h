@@ -300,10 +300,10 @@ typedef struct stein_limit {
 enum { STEIN_LIMIT_FROM, STEIN_LIMIT_TO, STEIN_LIMIT_K, STEIN_LIMIT_D, STEIN_LIMIT_SIZE };
 
 /** A joint that turns in all directions, as four that turn about z, x, y and z. The first one, the
- *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. Where the
- *  second of the others comes near 90 deg all four are set anew at the end of a step, and in
- *  stein_set_state, at the same attitude and turning speed. Its initial speeds are those about the
- * axes x, y, z of the body. */
+ *  chart, keeps its angle along a motion: its row is qdd = 0, and no force acts there. When the
+ *  angle about y comes near 90 deg, the end of that step (or stein_set_state) gives all four angles
+ *  new values for the same attitude and angular velocity. The initial speeds of a ball are its
+ *  angular velocity about the axes x, y, z of the body. */
 typedef struct stein_ball {
     int joint; /* coordinate of the chart; the other three follow, the last one is at the body */
 } stein_ball;
@@ -510,7 +510,8 @@ typedef struct stein_model {
     void (*unloaded)(const double *q, const double *qd, const double *sc, const double *d,
                      double *M, double *c);
     /** Solution of M x = b along the branches of the tree; b [nq] becomes x. @return -1, or the
-     * joint whose pivot vanishes. NULL for a large tree, and where there are no lanes. */
+     * joint whose pivot vanishes. NULL for a tree of more than 16 joints, and for a mechanism with
+     * loops, balls or contacts in space. */
     int (*solve)(const double *M, double *b);
     /** qdd [nq] of M qdd + c = Q by articulated bodies, without M and external forces; pivot [nq],
      * one of them not > 0 where M is singular. NULL where M and its solution are less work, as in

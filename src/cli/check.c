@@ -26,7 +26,8 @@ static int number_of_bodies(const mechanism *m)
     return n;
 }
 
-/* degrees of freedom of a tree with balls, whose charts are none; 0 of others */
+/* Degrees of freedom of a tree with balls: its coordinates without the charts. @return 0 for a
+ * mechanism without balls, or with loops */
 static int tree_freedom(const mechanism *m)
 {
     int n = m->nbody, balls = 0;

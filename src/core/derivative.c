@@ -58,7 +58,7 @@ static int has_derivatives(const stein_model *model)
            (model->nframe == 0 || model->pose_along != NULL);
 }
 
-static int is_in_space(const stein_model *model)
+int stein__in_space(const stein_model *model)
 {
     int any = model->nball > 0;
     for (int i = 0; i < model->nspot; i++) {
@@ -69,8 +69,7 @@ static int is_in_space(const stein_model *model)
 
 size_t stein__derivative_size(const stein_model *model)
 {
-    int known = model->nrow == 0 && model->nstick == 0 && !is_in_space(model);
-    return known && has_derivatives(model) ? layout(NULL, model) : 0;
+    return model->nstick == 0 && has_derivatives(model) ? layout(NULL, model) : 0;
 }
 
 stein_derivative *stein__derivative_make(void *block, const stein_model *model)
@@ -104,7 +103,7 @@ stein_status stein_derivative_create(stein_derivative **out, const stein_model *
                            "\"%s\" has friction that sticks, of which there are no derivatives",
                            model->name);
     }
-    if (is_in_space(model)) {
+    if (stein__in_space(model)) {
         return stein__fail(err, STEIN_EINVAL,
                            "\"%s\" has bodies that turn in all directions or contacts in space, of "
                            "which there are no derivatives yet",

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * functions.h - the elementary functions one by one, for who is in no hurry: the generator, the
- * reader of mechanism files, the laboratory. The same bits with any libm; errors below 1 ulp.
+ * functions.h - what of the core the generator, the reader of mechanism files and the laboratory
+ * call: the elementary functions one by one, with the same bits whatever libm and errors below
+ * 1 ulp, and what kind of mechanism a model is.
  * Included by: this folder, gen, src/model, src/lab.
  */
 #ifndef STEIN_FUNCTIONS_H
 #define STEIN_FUNCTIONS_H
+
+#include "stein/model.h"
 
 double stein__sin(double x);
 double stein__cos(double x);
@@ -14,5 +17,8 @@ double stein__log_of(double x);
 double stein__tanh_of(double x);
 /** x^y for x > 0. */
 double stein__power(double x, double y);
+
+/** Has it bodies that turn in all directions, or contacts in space? */
+int stein__in_space(const stein_model *model);
 
 #endif

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "functions.h"
 #include "draw.h"
 
 static const double width = 1000.0, margin = 70.0, least = 240.0, most = 900.0; /* [px] */
@@ -331,7 +332,7 @@ static stein_status draw_to(drawing *d, const char *path, stein_err *err)
 
 stein_status lab__draw(const char *path, const lab_model *model, stein_err *err)
 {
-    if (lab__in_space(lab_equations(model))) {
+    if (stein__in_space(lab_equations(model))) {
         return lab__fail(err, STEIN_EINVAL,
                          "no drawing of \"%s\": it moves in space, and a drawing shows the x-z "
                          "plane",

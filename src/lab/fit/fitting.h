@@ -286,6 +286,9 @@ typedef struct fit__bench {
 } fit__bench;
 stein_status fit__bench_make(fit__bench *b, const fit__problem *p, stein_err *err);
 void fit__bench_free(fit__bench *b);
+/** An effect with its unknowns, `amount` and those behind it, in parameters `to`. */
+void fit__apply(const fit__problem *p, const lab_candidate *effect, int amount, const double *x,
+                double *to);
 /** Predicted channels of a stroke at the data's times, offsets included.
  *  @param x  [nu]; y [nch*n] out
  *  @return OK or a numerical failure */

@@ -8,8 +8,8 @@
  * where an unknown has to change by powers of ten). Steps follow the bend of the residuals
  * (geodesic acceleration, Transtrum & Sethna 2012, arXiv:1201.5885), and are refused unseen where
  * it is strong; both where an unknown has no prior to hold it. Friction is not smooth enough for
- * them: three searches of a rotor with a motor ended in three minima. Without the two, BoxBOD and
- * MGH17 of NIST's nonlinear regressions end at infinity from their first starts.
+ * them (an axle of tests/test_trust.sh: two of three searches ended elsewhere). Without the two,
+ * BoxBOD and MGH17 of NIST's nonlinear regressions end at infinity from their first starts.
  *
  * Why not GSL's multifit_nlinear: its dense J holds a column for every nuisance of every stroke
  * (100 strokes x 4 nuisances x 10^5 rows); a stroke that cannot be simulated has no residual to
@@ -46,7 +46,18 @@ typedef struct room {
     double expected;  /* gain of the last step, by the linear model */
     double prior;     /* weight of the priors in a step of fit__descend */
     int current;      /* J is that of where the search stands, but for steps that gain nothing */
+    int unbounded;    /* an unknown has no prior to hold it */
 } room;
+
+/* may an unknown go to infinity, where residuals hardly depend on it? A prior holds it. */
+static int is_unbounded(const fit__problem *p)
+{
+    int any = 0;
+    for (int u = 0; u < p->np; u++) {
+        any |= !p->unknown[u].prior && !p->unknown[u].idle;
+    }
+    return any;
+}
 
 static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
 {
@@ -62,6 +73,7 @@ static stein_status room_make(room *m, const fit__problem *p, stein_err *err)
     m->try_x = m->dx + (m->r != NULL ? nu : 0);
     m->bend = m->try_x + (m->r != NULL ? nu : 0);
     m->g = m->bend + (m->r != NULL ? nu : 0);
+    m->unbounded = is_unbounded(p);
     return status;
 }
 
@@ -82,22 +94,12 @@ static double decrement(room *m, const fit__problem *p)
     return -lab__dot(m->dx, m->normal.g, (size_t)p->nu);
 }
 
-/* may an unknown go to infinity, where residuals hardly depend on it? A prior holds it. */
-static int is_unbounded(const fit__problem *p)
-{
-    int any = 0;
-    for (int u = 0; u < p->np; u++) {
-        any |= !p->unknown[u].prior && !p->unknown[u].idle;
-    }
-    return any;
-}
-
 /* D where derivatives are new */
 static void rescale(const fit__problem *p, fit__state *s, const room *m)
 {
     for (int u = 0; u < p->nu; u++) {
         const double *d = fit__normal_diagonal(&m->normal, p, u);
-        double kept = is_unbounded(p) ? fading * s->scale[u] : 0.0;
+        double kept = m->unbounded ? fading * s->scale[u] : 0.0;
         s->scale[u] = fmax(d != NULL ? *d : 0.0, kept);
     }
 }
@@ -152,7 +154,7 @@ static int bend(fit__problem *p, const fit__state *s, room *m, stein_status *sta
 static int try_step(fit__problem *p, fit__state *s, room *m, double *gain_ratio,
                     stein_status *status, stein_err *err)
 {
-    int failed = 0, linear = s->decrement < straight * s->objective || !is_unbounded(p);
+    int failed = 0, linear = s->decrement < straight * s->objective || !m->unbounded;
     if (!damped(p, s, m) || (!linear && !bend(p, s, m, status, err))) {
         return 0;
     }

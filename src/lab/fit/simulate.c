@@ -200,19 +200,24 @@ static void set_off(const fit__problem *p, fit__bench *b, const fit__stroke *s, 
     }
 }
 
-/* an effect with its unknowns, `amount` and those behind it, in the records where it acts */
-static void apply(const fit__problem *p, const lab_data *data, const lab_candidate *effect,
-                  int amount, const double *x, double *to)
+void fit__apply(const fit__problem *p, const lab_candidate *effect, int amount, const double *x,
+                double *to)
 {
     const fit__unknown *u = &p->unknown[amount];
     lab_candidate c = *effect;
-    if (!lab_candidate_acts(&c, data->number)) {
-        return;
-    }
     for (int k = 0; k < LAB_SIDES; k++) {
         c.side[k].value = c.side[k].param >= 0 ? fit__value(u + 1 + k, x[amount + 1 + k]) : 0.0;
     }
     lab_candidate_apply(&c, fit__value(u, x[amount]), to);
+}
+
+/* the same in the records where it acts */
+static void apply(const fit__problem *p, const lab_data *data, const lab_candidate *effect,
+                  int amount, const double *x, double *to)
+{
+    if (lab_candidate_acts(effect, data->number)) {
+        fit__apply(p, effect, amount, x, to);
+    }
 }
 
 /* An instrument that was put right for a stroke reads right there, a part that was taken off is not

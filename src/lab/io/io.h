@@ -24,16 +24,6 @@
 /** Fill err (nullable) with a printf-like message and return the code. */
 stein_status lab__fail(stein_err *err, stein_status code, const char *format, ...);
 
-/** Has it bodies that turn in all directions, or contacts in space? */
-static inline int lab__in_space(const stein_model *model)
-{
-    int any = model->nball > 0;
-    for (int i = 0; i < model->nspot; i++) {
-        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
-    }
-    return any;
-}
-
 /** ENOMEM, and said so. */
 static inline stein_status lab__no_memory(stein_err *err)
 {

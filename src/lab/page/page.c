@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "page.h"
 
 /* in this order: a later one uses the earlier */
@@ -147,7 +148,7 @@ stein_status lab_page(const char *path, const lab_model *model, const lab_option
     char *json = NULL, *module = NULL;
     content c = {NULL, NULL, 0};
     lab_page_facts made = {0, 0, ""};
-    if (lab__in_space(lab_equations(model))) {
+    if (stein__in_space(lab_equations(model))) {
         return lab__fail(err, STEIN_EINVAL,
                          "no page of \"%s\": it moves in space, and a page shows the x-z plane",
                          lab_equations(model)->name);

@@ -158,12 +158,7 @@ static void parameters_of(const diag__row *row, double *to)
         }
     }
     for (int i = 0; i < row->h.n; i++) {
-        int at = diag__unknown_at(row, i);
-        lab_candidate c = row->cause[i];
-        for (int k = 0; k < LAB_SIDES; k++) {
-            c.side[k].value = fit__value(&p->unknown[at + 1 + k], row->x[at + 1 + k]);
-        }
-        lab_candidate_apply(&c, fit__value(&p->unknown[at], row->x[at]), to);
+        fit__apply(p, &row->cause[i], diag__unknown_at(row, i), row->x, to);
     }
 }
 

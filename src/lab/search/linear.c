@@ -464,6 +464,13 @@ double diag__likeness(const diag__linear *l, int a, int b)
     return size > 0.0 ? fabs(l->I[i * n + k]) / size : 0.0;
 }
 
+double diag__excess(const diag__row *row)
+{
+    double samples = row->p.samples;
+    return row->scale > 1.0 ? samples / row->memory * log(fmax(1.0, row->chi2_dof))
+                            : fmax(0.0, fit__chi2(&row->p, row->r) - samples);
+}
+
 /* what of r'Pr columns explain with these amounts */
 static double explained_by(const diag__linear *l, const int *set, int n, const double *amount)
 {
@@ -498,6 +505,5 @@ double diag__expected(const diag__linear *l, const int *set, int n, const double
         return row->objective - samples / fmax(1.0, l->samples) * (gain - has);
     }
     double left = fmax(l->square - has - l->samples, 1.0);
-    return row->objective -
-           fmax(0.0, fit__chi2(&row->p, row->r) - samples) * fmin(1.0, (gain - has) / left);
+    return row->objective - diag__excess(row) * fmin(1.0, (gain - has) / left);
 }

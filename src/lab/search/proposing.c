@@ -6,6 +6,15 @@
 
 #include "proposing.h"
 
+diag__proposal diag__as_parent(diag__hypothesis h, int parent, char source)
+{
+    diag__proposal p = {.h = h, .parent = parent, .source = source};
+    for (int i = 0; i < DIAG_CAUSES; i++) {
+        p.amount[i] = p.side[i] = NAN;
+    }
+    return p;
+}
+
 int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,
                       diag__proposal *to)
 {
@@ -17,11 +26,10 @@ int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amou
     if (!isfinite(gain) || h.n != n) {
         return 0;
     }
-    *to =
-        (diag__proposal){.h = h, .parent = -1, .expected = diag__expected(l, set, n, amount, gain)};
-    for (int k = 0; k < DIAG_CAUSES; k++) {
-        to->amount[k] = to->side[k] = NAN;
-        for (int i = 0; k < n && i < n; i++) {
+    *to = diag__as_parent(h, -1, 0);
+    to->expected = diag__expected(l, set, n, amount, gain);
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < n; i++) {
             to->amount[k] = l->cause[set[i]] == h.cause[k] ? amount[i] : to->amount[k];
         }
     }

@@ -15,6 +15,8 @@ typedef struct diag__ranked {
     double expected;
 } diag__ranked;
 
+/** A hypothesis whose fit begins where that of its parent row ended. */
+diag__proposal diag__as_parent(diag__hypothesis h, int parent, char source);
 /** The proposal of a set of columns, amounts as the linear model has them.
  *  @param amount  [n] out  @return 0: it has no solution, or names a cause twice */
 int diag__proposal_of(const diag__linear *l, const int *set, int n, double *amount,

@@ -125,14 +125,6 @@ static int by_value(const void *a, const void *b)
     return x->value < y->value ? -1 : x->value > y->value;
 }
 
-/* -2 ln L that a row may fall by, to noise */
-static double excess_of(const diag__row *row)
-{
-    double samples = row->p.samples;
-    return row->scale > 1.0 ? samples / row->memory * log(fmax(1.0, row->chi2_dof))
-                            : fmax(0.0, fit__chi2(&row->p, row->r) - samples);
-}
-
 static int has_scoped(const diag__problem *q, const diag__hypothesis *h)
 {
     int yes = 0;
@@ -144,12 +136,11 @@ static int has_scoped(const diag__problem *q, const diag__hypothesis *h)
 
 /* few causes first: a linear model is never exactly right, and more columns explain more of what
  * it misses; and what acts in all records before what acts in some */
-static double value_of(const diag__problem *q, const diag__linear *l, const diag__proposal *p)
+static double value_of(const diag__problem *q, const diag__linear *l, double excess,
+                       const diag__proposal *p)
 {
-    double excess = excess_of(l->row), each = worth;
-    if (l->gain > 0.0 && l->row->scale <= 1.0) {
-        each = fmax(worth, of_excess * excess);
-    }
+    int stated = l->gain > 0.0 && l->row->scale <= 1.0;
+    double each = stated ? fmax(worth, of_excess * excess) : worth;
     int partly = has_scoped(q, &p->h) && l->row->chi2_dof > near;
     return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
 }
@@ -161,13 +152,14 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
         &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
         &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
+    double excess = diag__excess(l->row);
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         n += all[i]->propose(q, t, l, list + n, PROPOSALS);
     }
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        list[i].value = value_of(q, l, &list[i]);
+        list[i].value = value_of(q, l, excess, &list[i]);
     }
     qsort(list, (size_t)n, sizeof *list, by_value);
     return n;
@@ -310,13 +302,9 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
     for (int k = 0; status == STEIN_OK && k < n; k++) {
         diag__row *one = NULL;
         int anew = source == 'B'; // numbers of the file are free that were none
-        diag__proposal again = {.h = testable(q, t->row[rows[k]]->h),
-                                .parent = anew && k == 0 ? -1 : rows[k],
-                                .held = anew,
-                                .source = source};
-        for (int i = 0; i < DIAG_CAUSES; i++) {
-            again.amount[i] = again.side[i] = NAN;
-        }
+        diag__proposal again =
+            diag__as_parent(testable(q, t->row[rows[k]]->h), anew && k == 0 ? -1 : rows[k], source);
+        again.held = anew;
         if (diag__find(t, &again.h) == NULL) {
             status = diag__try(q, t, &again, &one, err);
         }
@@ -330,14 +318,12 @@ stein_status diag__fit_again(diag__problem *q, diag__table *t, char source, stei
 static stein_status loosen(diag__problem *q, diag__table *t, const diag__row *row, stein_err *err)
 {
     diag__row *one = NULL;
-    diag__proposal rough = {.h = row->h, .parent = diag__index(t, row), .source = 'S', .rough = 1};
+    diag__proposal rough = diag__as_parent(row->h, diag__index(t, row), 'S');
+    rough.rough = 1;
     for (int i = row->h.n - 1; i >= 0; i--) {
         if (diag__base(q, row->h.cause[i])->effect->site == LAB_AT_SETTING) {
             rough.h = diag__without(rough.h, row->h.cause[i]);
         }
-    }
-    for (int i = 0; i < DIAG_CAUSES; i++) {
-        rough.amount[i] = rough.side[i] = NAN;
     }
     int had = rough.h.n == row->h.n && row->h.n > 0 && row->chi2_dof < noise_like;
     for (int i = 0; i < t->n; i++) {

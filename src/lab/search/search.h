@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * search.h - the search for causes: a table of hypotheses, one way into it.
  *
- *   diagnosis_problem.c   records, candidates, mechanisms with parts: fixed while the search runs
+ *   diagnosis_problem.c   records, null hypothesis, mechanisms with parts: the same in all rows
+ *   candidate_list.c      what may explain the records, numbered
  *   scope.c        causes that act in one record, or from one on
  *   row_start.c    where a fit begins
  *   evaluate.c     fits one hypothesis from one start; the only writer of rows
@@ -10,6 +11,7 @@
  *   linear.c       the same, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
+ *   simpler.c, each.c     hypotheses that no proposer makes: without an idle cause, single ones
  *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
  *   trace.c        one JSON line a row
  *   likelihood.c, mixed.c, shares.c   the records as a mixed model
@@ -185,6 +187,13 @@ int diag__is_same(const lab_candidate *a, const lab_candidate *b);
 /** Are they at one element of the mechanism, as "stop" and "stop.normal.c"? */
 int diag__related(const lab_candidate *a, const lab_candidate *b);
 
+/* ---- candidate_list.c ---- */
+
+/** Are words to leave effects out by words of the table? @return OK, ENAME */
+stein_status diag__check_without(const lab_diagnose_def *def, stein_err *err);
+/** Candidates, settings, and why one cannot be told. @return OK, ENOMEM, the failure of a run */
+stein_status diag__list_candidates(diag__problem *q, stein_err *err);
+
 /* ---- scope.c ---- */
 
 /** The candidate behind a cause, in whatever records it acts. */
@@ -316,6 +325,8 @@ stein_status diag__linearise(diag__problem *q, const diag__row *row, double gain
                              diag__linear *l, stein_err *err);
 void diag__linear_free(diag__linear *l);
 void diag__kept_free(struct diag__kept *k);
+/** What -2 ln L of a row may fall by until it leaves noise. */
+double diag__excess(const diag__row *row);
 /** Fall of -2 ln L by columns `set` [n <= DIAG_CAUSES], priors of amounts included.
  *  @param amount  [n] out [limits] */
 double diag__linear_gain(const diag__linear *l, const int *set, int n, double *amount);

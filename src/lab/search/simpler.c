@@ -44,11 +44,7 @@ static diag__proposal simpler(const diag__problem *q, const diag__table *t, cons
                               int i, char source)
 {
     int cause = row->h.cause[i];
-    diag__proposal p = {
-        .h = diag__without(row->h, cause), .parent = diag__index(t, row), .source = source};
-    for (int k = 0; k < DIAG_CAUSES; k++) {
-        p.amount[k] = p.side[k] = NAN;
-    }
+    diag__proposal p = diag__as_parent(diag__without(row->h, cause), diag__index(t, row), source);
     if (source == 'X') {
         p.h = diag__with(p.h, (int)(diag__base(q, cause) - q->candidate));
     }
@@ -126,15 +122,11 @@ stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **agai
 {
     const diag__row *null = diag__best(q, t, 0);
     const diag__row *from = null != NULL ? start_of_null(q, t, null) : NULL;
-    diag__proposal p = {.h = {.n = 0}, .source = 'D'};
     *again = NULL;
     if (from == NULL || diag__is_spent(q)) {
         return STEIN_OK;
     }
-    p.parent = diag__index(t, from);
-    for (int i = 0; i < DIAG_CAUSES; i++) {
-        p.amount[i] = p.side[i] = NAN;
-    }
+    const diag__proposal p = diag__as_parent((diag__hypothesis){.n = 0}, diag__index(t, from), 'D');
     stein_status status = diag__try(q, t, &p, again, err);
     if (*again != diag__best(q, t, 0)) {
         *again = NULL;

@@ -157,43 +157,69 @@ START_TEST(a_change_half_way_is_named_with_the_record_behind_which_it_begins)
 }
 END_TEST
 
-/* 12 deg is between 11.5 and 12.5 */
-START_TEST(settings_that_are_off_within_their_last_digit_are_no_physics)
+/* Swings whose angles are said in whole degrees: 12 deg is between 11.5 and 12.5.
+ * @param more  another number of the true pendulum, NULL: none
+ * @return the RMS of what the fitted ones are off by [rad] */
+static double film_rounded(const char *data[SWINGS + 1], const char *more)
 {
     static const double off[SWINGS] = {0.31, -0.24, 0.4, -0.35, 0.12, -0.3, 0.28, 0.05, -0.41};
-    const char *data[SWINGS + 1] = {NULL};
     static char path[SWINGS][200];
-    char said[60];
     double square = 0.0;
     int fitted_ones = 0;
     for (int i = 0; i < SWINGS; i++) {
-        char begun[60], digits[10];
+        char begun[60], digits[10], name[60];
         snprintf(begun, sizeof begun, "rod.initial.position=%g deg", 12 + 6 * i + off[i]);
         snprintf(digits, sizeof digits, "%d", 12 + 6 * i);
-        const char *const told[] = {begun, NULL};
+        const char *const told[] = {begun, NULL}, *const truth[] = {more, NULL};
         film m = {.model = pendulum,
+                  .truth = truth,
                   .told = told,
                   .channels = "angle",
                   .rate = 100.0,
                   .until = 4.0,
                   .noise = 1e-3,
                   .seed = 2700 + (unsigned long long)i};
-        snprintf(said, sizeof said, "swing%d.csv", i);
-        snprintf(path[i], sizeof path[i], "%s", take(said, &m));
+        snprintf(name, sizeof name, "swing%d.csv", i);
+        snprintf(path[i], sizeof path[i], "%s", take(name, &m));
         data[i] = path[i];
         say(path[i], digits);
         square += i % 3 != 2 ? off[i] * off[i] : 0.0;
         fitted_ones += i % 3 != 2;
     }
+    return sqrt(square / fitted_ones) * acos(-1.0) / 180.0;
+}
+
+START_TEST(settings_that_are_off_within_their_last_digit_are_no_physics)
+{
+    const char *data[SWINGS + 1] = {NULL};
+    double rms = film_rounded(data, NULL);
     fitted f;
     lab_diagnosis *d = diagnosed(&f, data);
     ck_assert_int_eq(d->verdict, LAB_VERDICT_EXPLAINED);
     ck_assert_double_lt(d->chi2_dof_after, 1.1);
     ck_assert_int_eq(d->nsetting_off, 1);
     ck_assert_str_eq(d->setting_off[0].name, "rod.initial.position");
-    double rms = sqrt(square / fitted_ones) * acos(-1.0) / 180.0;
     ck_assert_double_eq_tol(d->setting_off[0].rms, rms, 0.02 * rms);
     ck_assert_ptr_nonnull(strstr(d->reason, "rod.initial.position by 0."));
+    lab_diagnosis_destroy(d);
+    drop(&f);
+}
+END_TEST
+
+/* and no physics imitates them beside what is missing */
+START_TEST(beside_settings_that_are_off_a_cause_is_named_alone)
+{
+    const char *data[SWINGS + 1] = {NULL};
+    double rms = film_rounded(data, "rod.coulomb.T=2 mN m");
+    fitted f;
+    lab_diagnosis *d = diagnosed(&f, data);
+    ck_assert_int_eq(d->verdict, LAB_VERDICT_MISSING_EFFECT);
+    ck_assert_int_eq(d->ncause, 1);
+    ck_assert_str_eq(d->suspect[0].candidate.effect->kind, "coulomb_friction");
+    ck_assert_double_eq_tol(d->suspect[0].amount, 2e-3, 4.0 * d->suspect[0].number[0].sd);
+    ck_assert_int_eq(d->nsetting_off, 1);
+    ck_assert_double_eq_tol(d->setting_off[0].rms, rms, 0.1 * rms);
+    ck_assert_double_lt(d->chi2_dof_after, 1.1);
     lab_diagnosis_destroy(d);
     drop(&f);
 }
@@ -272,6 +298,7 @@ Suite *odd_records_suite(void)
     tcase_add_test(tc, one_record_with_a_wrong_setting_is_named_with_what_would_fit);
     tcase_add_test(tc, a_change_half_way_is_named_with_the_record_behind_which_it_begins);
     tcase_add_test(tc, settings_that_are_off_within_their_last_digit_are_no_physics);
+    tcase_add_test(tc, beside_settings_that_are_off_a_cause_is_named_alone);
     tcase_add_test(tc, what_acts_in_all_records_is_no_change);
     tcase_add_test(tc,
                    a_channel_that_all_records_mirror_has_the_gain_that_fits_in_the_extended_file);
