@@ -58,15 +58,6 @@ static int has_derivatives(const stein_model *model)
            (model->nframe == 0 || model->pose_along != NULL);
 }
 
-int stein__in_space(const stein_model *model)
-{
-    int any = model->nball > 0;
-    for (int i = 0; i < model->nspot; i++) {
-        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
-    }
-    return any;
-}
-
 size_t stein__derivative_size(const stein_model *model)
 {
     return model->nstick == 0 && has_derivatives(model) ? layout(NULL, model) : 0;

@@ -18,7 +18,15 @@ double stein__tanh_of(double x);
 /** x^y for x > 0. */
 double stein__power(double x, double y);
 
-/** Has it bodies that turn in all directions, or contacts in space? */
-int stein__in_space(const stein_model *model);
+/** Has it bodies that turn in all directions, or contacts in space? (Inline: libstein.so shows
+ *  libsteinlab.so its public functions only.) */
+static inline int stein__in_space(const stein_model *model)
+{
+    int any = model->nball > 0;
+    for (int i = 0; i < model->nspot; i++) {
+        any |= model->spots[i].side[0].kind == STEIN_SPHERE;
+    }
+    return any;
+}
 
 #endif
