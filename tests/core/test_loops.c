@@ -474,6 +474,32 @@ START_TEST(what_the_file_states_stays_and_the_rest_closes_the_loop)
 }
 END_TEST
 
+/* the crank stays, the coupler goes to the one or the other side of it; a position would stay */
+START_TEST(a_guess_chooses_the_branch_and_does_not_stay)
+{
+#define GUESSED(coupler, rocker)                                                                \
+    "mechanism: bar\n"                                                                          \
+    "bodies:\n"                                                                                 \
+    "  crank: {joint: R -y, mass: 0.5 kg, inertia: {yy: 5e-4}, points: {p: [0.1, 0, 0]},\n"     \
+    "    initial: {position: 1.1 rad}}\n"                                                       \
+    "  coupler: {parent: crank, at: crank.p, joint: R -y, mass: 0.8 kg, inertia: {yy: 6e-3},\n" \
+    "    points: {e: [0.3, 0, 0]}, initial: {guess: " coupler "}}\n"                            \
+    "  rocker: {at: [0.3, 0, 0], joint: R -y, mass: 0.6 kg, inertia: {yy: 2e-3},\n"             \
+    "    points: {e: [0.2, 0, 0]}, initial: {guess: " rocker "}}\n"                             \
+    "loops: {close: {between: [coupler.e, rocker.e]}}\n"
+    static const char *const text[] = {GUESSED("-0.9 rad", "0.9 rad"),
+                                       GUESSED("-2.3 rad", "-2 rad")};
+    double side[2];
+    for (int k = 0; k < 2; k++) {
+        stein_sim *sim = start(text[k]);
+        ck_assert(stein_q(sim)[0] == 1.1 && widest_gap(sim) <= 1e-12);
+        side[k] = stein_q(sim)[2];
+        finish(sim);
+    }
+    ck_assert(side[0] > 0.0 && side[1] < 0.0);
+}
+END_TEST
+
 START_TEST(a_loop_that_lies_flat_and_open_is_closed)
 {
     stein_sim *sim = start(FOUR_BAR("", "{from: coupler.e, to: rocker.e}"));
@@ -602,6 +628,7 @@ Suite *loops_suite(void)
     tcase_add_test(all, a_run_of_controlled_error_ends_closed_where_short_steps_do);
     tcase_add_test(all, one_block_holds_all_and_a_saved_state_goes_on_with_the_same_bits);
     tcase_add_test(all, what_the_file_states_stays_and_the_rest_closes_the_loop);
+    tcase_add_test(all, a_guess_chooses_the_branch_and_does_not_stay);
     tcase_add_test(all, a_loop_that_lies_flat_and_open_is_closed);
     tcase_add_test(all, a_loop_that_cannot_be_closed_is_named_with_its_gap);
     tcase_add_test(all, a_singular_start_is_told);
