@@ -384,7 +384,8 @@ static stein_status call_import(uint64_t *result, stein_err *err)
 {
     lab_imported done;
     uint64_t heard = STEIN_HASH;
-    stein_status status = lab_import_mbs("tests/mbs/arm.mbs", thing->out, hear, &heard, &done, err);
+    stein_status status =
+        lab_import("tests/mbs/arm.mbs", thing->out, LAB_INERTIA_REFUSE, hear, &heard, &done, err);
     *result = status == STEIN_OK ? files_hash(thing->out) ^ heard : 0;
     return status;
 }
