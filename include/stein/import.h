@@ -35,6 +35,10 @@ typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab
  *  world while all joints are at 0; an axis askew to all of them is reached by hinges that are
  *  held at the angles of its frame.
  *
+ *  A model of MuJoCo (MJCF, `mujoco`): bodies with orientations, inertials or the mass of their
+ * geoms (solids; not meshes), joints of all types with range, damping, stiffness, frictionloss,
+ * default classes, equalities connect, weld and joint, actuators of joints as torques.
+ *
  *  What a mechanism file cannot carry is reported piece by piece and listed at the head of the file
  *  that is written: laws in code of the project, orientations of sensors, meshes.
  *  @param to      the mechanism file, or "-"

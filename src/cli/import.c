@@ -97,7 +97,7 @@ static const cli_option options[] = {
 
 const cli_command cli_import = {
     .name = "import",
-    .summary = "a mechanism of another program (ROBOTRAN, URDF) as a mechanism file",
+    .summary = "a mechanism of another program (ROBOTRAN, URDF, MJCF) as a mechanism file",
     .operands = "FILE",
     .noperands = 1,
     .options = options,
@@ -127,9 +127,16 @@ const cli_command cli_import = {
         "held\n"
         "at constant angles. Gravity is 9.81 m/s^2 along -z.\n"
         "\n"
+        "A model of MuJoCo (MJCF): bodies with their orientations, inertials or the mass of their\n"
+        "geoms, joints (hinge, slide, ball, free) with range, damping, stiffness and "
+        "frictionloss,\n"
+        "default classes, equalities (connect, weld, joint) and actuators of joints, as torques.\n"
+        "What a model includes or repeats has to be written out, as MuJoCo saves it.\n"
+        "\n"
         "What a mechanism file cannot carry is reported on standard error and listed at the head\n"
         "of the file: laws in C code of the project, with the names of the inputs and numbers to\n"
-        "be filled; meshes, transmissions; names that had to be changed. Drawings are passed "
+        "be filled; contacts, meshes, sensors, tendons, armature; names that had to be changed. "
+        "Drawings are passed "
         "over.\n"
         "What is added to the file afterwards - springs, contacts, friction - is described in\n"
         "docs/mechanism-files.md.\n"

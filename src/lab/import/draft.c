@@ -266,3 +266,21 @@ double draft_number(draft *d, const xml_node *at, const char *text)
     }
     return value;
 }
+
+int draft_numbers(draft *d, const xml_node *at, double *x, int most)
+{
+    const char *text = at->text;
+    int n = 0;
+    for (text += strspn(text, " \t\r\n"); *text != '\0'; text += strspn(text, " \t\r\n")) {
+        char word[64];
+        size_t length = strcspn(text, " \t\r\n");
+        snprintf(word, sizeof word, "%.*s", (int)length, text);
+        double value = draft_number(d, at, word);
+        if (n < most) {
+            x[n] = value;
+        }
+        n++;
+        text += length;
+    }
+    return n;
+}

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * draft.h - a mechanism between a file of another program and a mechanism file.
  *
- *   xml.c    the file as a tree of elements       mbs.c, urdf.c  elements -> a draft
- *   draft.c  names, notes, parts                  write.c        a draft -> a mechanism file
- *   import.c lab_import
+ *   xml.c    the file as a tree of elements   mbs.c, urdf.c, mjcf.c  elements -> a draft
+ *   draft.c  names, notes, parts              write.c  a draft -> a mechanism file
+ *   frames.c axes turned against each other   import.c lab_import
  * Included by: this folder.
  */
 #ifndef DRAFT_H
@@ -41,6 +41,7 @@ typedef struct draft_body {
     double q, qd;            /* initial [rad or m], [rad/s or m/s] */
     int limited;             /* `range` is there */
     double range[2];         /* [rad or m] */
+    double stiffness, rest;  /* of a spring [N m/rad or N/m], [rad or m] */
     double damping, coulomb; /* [N m s/rad or N s/m], [N m or N] */
 } draft_body;
 
@@ -137,16 +138,38 @@ const char *draft_need(draft *d, const xml_node *node, const char *child);
 /** A number [SI] of a text that belongs to an element; 0 and an error when it is none. */
 double draft_number(draft *d, const xml_node *at, const char *text);
 
+/** Numbers with blanks between them. @return how many there are; beyond `most` they are not stored
+ */
+int draft_numbers(draft *d, const xml_node *at, double *x, int most);
+
+/* ---- frames.c: rotations are row-major, from the axes of a frame to those of what holds it ----
+ */
+
+void frame_multiply(const double A[9], const double B[9], double C[9]);
+void frame_turn(const double A[9], const double x[3], double y[3]);
+void frame_transpose(const double A[9], double B[9]);
+/** Rz(yaw) Ry(pitch) Rx(roll); multiples of 90 deg are exact. */
+void frame_rotation(const double rpy[3], double R[9]);
+/** Inertia xx yy zz xy xz yz in axes that T turns to those of the body. */
+void frame_mass(draft_body *b, const double T[9], const double inertia[6]);
+/** The axis of a joint along `direction`, in axes that C turns to those of the body; `joint->at` is
+ *  known. Where it is askew, `parent` becomes the last of the hinges that are held before it, and
+ *  `at` and C are those behind them. */
+void frame_axis(draft *d, const xml_node *at, const char *label, const double direction[3],
+                double C[9], draft_body *joint, int *parent);
+
 /* ---- write.c ---- */
 
 /** The mechanism file. @return OK, ENOMEM (the text is freed by the caller) */
 stein_status draft_text(const draft *d, char **text, size_t *size, stein_err *err);
 
-/* ---- mbs.c, urdf.c: the elements have to live as long as the draft ---- */
+/* ---- mbs.c, urdf.c, mjcf.c: the elements have to live as long as the draft ---- */
 
 /** ROBOTRAN's project, <mbsDescR7>. @return OK, EPARSE, ENOMEM */
 stein_status mbs_take(draft *d, const xml_node *root);
 /** The robot of ROS, <robot>. @return OK, EPARSE, ENOMEM */
 stein_status urdf_take(draft *d, const xml_node *root);
+/** MuJoCo's model, <mujoco>. @return OK, EPARSE, ENOMEM */
+stein_status mjcf_take(draft *d, const xml_node *root);
 
 #endif

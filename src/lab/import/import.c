@@ -51,9 +51,12 @@ static stein_status take(draft *d, const xml_node *root)
     if (strcmp(root->name, "robot") == 0) {
         return urdf_take(d, root);
     }
+    if (strcmp(root->name, "mujoco") == 0) {
+        return mjcf_take(d, root);
+    }
     return draft_wrong(d, root,
-                       "<%.40s>, expected <mbsDescR7>, a project of ROBOTRAN, or <robot>, a robot "
-                       "of ROS (URDF)",
+                       "<%.40s>, expected <mbsDescR7>, a project of ROBOTRAN, <robot>, a robot of "
+                       "ROS (URDF), or <mujoco>, a model of MuJoCo (MJCF)",
                        root->name);
 }
 

@@ -6,13 +6,7 @@
  *     joint name type: parent link; child link; origin xyz rpy; axis xyz; limit lower upper;
  *                      dynamics damping friction; mimic joint multiplier offset
  *
- * Frames of a URDF are turned against each other by rpy: R = Rz(yaw) Ry(pitch) Rx(roll). A
- * mechanism file has no such turns: all its bodies have parallel axes while all joints are at 0. So
- * a body here has the axes of the root link at 0, and the rotation C from those to the axes of the
- * link turns its centre, inertia and joints once, in this file. That serves while the axis of a
- * joint is parallel to x, y or z of the root link. One that is askew hangs on hinges about z, y, x
- * that are held at the angles of its frame, after which C is that of the link again.
- *
+ * Frames are turned against each other by rpy: R = Rz(yaw) Ry(pitch) Rx(roll); see frames.c.
  * A link without mass on a fixed joint is a point of what carries it.
  *
  * Angles of rpy within 1e-3 of a multiple of 90 deg, as 1.57 is, are taken as that multiple.
@@ -25,7 +19,6 @@
 
 static const double pi = 3.141592653589793;
 static const double rounding = 1e-3; /* of a right angle written with few digits [rad] */
-static const double parallel = 1e-9; /* components of an axis along the two others */
 
 typedef struct urdf_link {
     const char *label;
@@ -43,64 +36,6 @@ typedef struct urdf_robot {
     const xml_node *joint[DRAFT_BODIES]; /* of the bodies of the draft, NULL: none */
 } urdf_robot;
 
-/* ---- small matrices ---- */
-
-static void multiply(const double A[9], const double B[9], double C[9])
-{
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
-        }
-    }
-}
-
-static void turn(const double A[9], const double x[3], double y[3])
-{
-    for (int i = 0; i < 3; i++) {
-        y[i] = A[3 * i] * x[0] + A[3 * i + 1] * x[1] + A[3 * i + 2] * x[2];
-    }
-}
-
-/* sine and cosine of a multiple of 90 deg are exact */
-static void sine(double angle, double *s, double *c)
-{
-    static const double of[4] = {0.0, 1.0, 0.0, -1.0};
-    double quarters = angle / (0.5 * pi), whole = round(quarters);
-    *s = sin(angle);
-    *c = cos(angle);
-    if (fabs(angle - whole * 0.5 * pi) < 1e-12) {
-        int k = (int)fmod(fmod(whole, 4.0) + 4.0, 4.0);
-        *s = of[k];
-        *c = of[(k + 1) % 4];
-    }
-}
-
-static void rotation(const double rpy[3], double R[9])
-{
-    double s[3], c[3];
-    for (int i = 0; i < 3; i++) {
-        sine(rpy[i], &s[i], &c[i]);
-    }
-    R[0] = c[2] * c[1];
-    R[1] = c[2] * s[1] * s[0] - s[2] * c[0];
-    R[2] = c[2] * s[1] * c[0] + s[2] * s[0];
-    R[3] = s[2] * c[1];
-    R[4] = s[2] * s[1] * s[0] + c[2] * c[0];
-    R[5] = s[2] * s[1] * c[0] - c[2] * s[0];
-    R[6] = -s[1];
-    R[7] = c[1] * s[0];
-    R[8] = c[1] * c[0];
-}
-
-/* roll, pitch, yaw of a rotation */
-static void angles(const double R[9], double rpy[3])
-{
-    double level = sqrt(R[0] * R[0] + R[3] * R[3]);
-    rpy[1] = atan2(-R[6], level);
-    rpy[0] = level > parallel ? atan2(R[7], R[8]) : atan2(-R[5], R[4]);
-    rpy[2] = level > parallel ? atan2(R[3], R[0]) : 0.0;
-}
-
 /* ---- attributes ---- */
 
 static const char *text_of(const xml_node *node, const char *attribute)
@@ -116,25 +51,11 @@ static double number(draft *d, const xml_node *node, const char *attribute, doub
     return n != NULL ? draft_number(d, n, n->text) : otherwise;
 }
 
-/* three numbers with blanks between them; untouched when there is no such attribute */
+/* three numbers; untouched when there is no such attribute */
 static void three(draft *d, const xml_node *node, const char *attribute, double x[3])
 {
     const xml_node *n = xml_child(node, attribute);
-    const char *at = n != NULL ? n->text : "";
-    for (int i = 0; i < 3 && n != NULL; i++) {
-        char word[64];
-        size_t length;
-        at += strspn(at, " \t\r\n");
-        length = strcspn(at, " \t\r\n");
-        if (length == 0 || length >= sizeof word) {
-            draft_wrong(d, n, "%s is \"%.60s\", expected three numbers", attribute + 1, n->text);
-            return;
-        }
-        snprintf(word, sizeof word, "%.*s", (int)length, at);
-        x[i] = draft_number(d, n, word);
-        at += length;
-    }
-    if (at[strspn(at, " \t\r\n")] != '\0') {
+    if (n != NULL && draft_numbers(d, n, x, 3) != 3) {
         draft_wrong(d, n, "%s is \"%.60s\", expected three numbers", attribute + 1, n->text);
     }
 }
@@ -149,7 +70,7 @@ static void origin(draft *d, const xml_node *node, double x[3], double R[9], con
         three(d, n, "@xyz", x);
         three(d, n, "@rpy", rpy);
     }
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3 && n != NULL; i++) {
         double right = 0.5 * pi * round(rpy[i] / (0.5 * pi));
         double off = fabs(rpy[i] - right);
         if (off > 1e-9 && off < rounding) {
@@ -158,7 +79,7 @@ static void origin(draft *d, const xml_node *node, double x[3], double R[9], con
         }
         rpy[i] = off < rounding ? right : rpy[i];
     }
-    rotation(rpy, R);
+    frame_rotation(rpy, R);
 }
 
 /* ---- links ---- */
@@ -178,31 +99,21 @@ static urdf_link *find_link(urdf_robot *r, const char *label)
 static void take_inertial(urdf_robot *r, const urdf_link *l, draft_body *b)
 {
     static const char *const element[] = {"@ixx", "@iyy", "@izz", "@ixy", "@ixz", "@iyz"};
-    static const int place[] = {0, 4, 8, 1, 2, 5};
     draft *d = r->d;
     const xml_node *n = xml_child(l->node, "inertial");
     const xml_node *mass = xml_child(n, "mass"), *inertia = xml_child(n, "inertia");
-    double x[3], R[9], T[9], I[9], J[9], K[9];
+    double x[3], R[9], T[9], I[6];
     if (n == NULL) {
         return;
     }
     origin(d, n, x, R, l->label);
-    turn(l->C, x, b->centre);
-    multiply(l->C, R, T);
+    frame_turn(l->C, x, b->centre);
+    frame_multiply(l->C, R, T);
     b->mass = mass != NULL ? number(d, mass, "@value", 0.0) : 0.0;
     for (int e = 0; e < 6; e++) {
-        double value = inertia != NULL ? number(d, inertia, element[e], 0.0) : 0.0;
-        I[place[e]] = value;
-        I[3 * (place[e] % 3) + place[e] / 3] = value;
+        I[e] = inertia != NULL ? number(d, inertia, element[e], 0.0) : 0.0;
     }
-    multiply(T, I, J);
-    for (int i = 0; i < 9; i++) {
-        R[i] = T[3 * (i % 3) + i / 3];
-    }
-    multiply(J, R, K);
-    for (int e = 0; e < 6; e++) {
-        b->inertia[e] = K[place[e]];
-    }
+    frame_mass(b, T, I);
     draft_note_others(d, n, " origin mass inertia ", l->label);
 }
 
@@ -229,105 +140,6 @@ static void note_link(urdf_robot *r, const urdf_link *l)
 }
 
 /* ---- joints ---- */
-
-static void held(urdf_robot *r, const xml_node *node, const char *label, int *parent, double at[3],
-                 const double C[9])
-{
-    draft *d = r->d;
-    double rpy[3];
-    angles(C, rpy);
-    for (int i = 2; i >= 0; i--) {
-        char name[80];
-        draft_body *b = rpy[i] != 0.0 ? draft_add_body(d, node) : NULL;
-        if (b == NULL) {
-            continue;
-        }
-        snprintf(name, sizeof name, "%.20s_held_%c", label, "xyz"[i]);
-        draft_name(d, b->name, name, NULL, DRAFT_PART, 0);
-        b->joint = 'R';
-        b->axis = "xyz"[i];
-        b->parent = *parent;
-        memcpy(b->at, at, sizeof b->at);
-        b->start = DRAFT_STATED;
-        b->q = rpy[i];
-        snprintf(name, sizeof name, "%.24s_at", b->name);
-        draft_add_input(d, name, DRAFT_MOTION, d->nbody - 1, 0);
-        *parent = d->nbody - 1;
-        at[0] = at[1] = at[2] = 0.0;
-    }
-    draft_note(d, "joint %.60s is askew to x, y and z: hinges before it are held at its angles",
-               label);
-}
-
-/* @return which of x, y, z a direction is parallel to, -1: none; its sign */
-static int along(const double a[3], int *sign)
-{
-    for (int i = 0; i < 3; i++) {
-        if (fabs(a[(i + 1) % 3]) < parallel && fabs(a[(i + 2) % 3]) < parallel) {
-            *sign = a[i] < 0.0 ? -1 : 1;
-            return i;
-        }
-    }
-    return -1;
-}
-
-/* a frame whose x is along a: the columns of B */
-static void frame_along(const double a[3], double B[9])
-{
-    int least = fabs(a[0]) <= fabs(a[1]) && fabs(a[0]) <= fabs(a[2]) ? 0
-                : fabs(a[1]) <= fabs(a[2])                           ? 1
-                                                                     : 2;
-    double y[3], z[3], size = sqrt(1.0 - a[least] * a[least]);
-    for (int i = 0; i < 3; i++) {
-        y[i] = ((i == least) - a[least] * a[i]) / size;
-    }
-    for (int i = 0; i < 3; i++) {
-        z[i] = a[(i + 1) % 3] * y[(i + 2) % 3] - a[(i + 2) % 3] * y[(i + 1) % 3];
-        B[3 * i] = a[i];
-        B[3 * i + 1] = y[i];
-        B[3 * i + 2] = z[i];
-    }
-}
-
-static void transpose(const double A[9], double B[9])
-{
-    for (int i = 0; i < 9; i++) {
-        B[i] = A[3 * (i % 3) + i / 3];
-    }
-}
-
-/* the axis of a joint that turns or slides; before it hinges that are held, if it is askew */
-static void take_axis(urdf_robot *r, urdf_link *l, draft_body *joint, int *parent)
-{
-    draft *d = r->d;
-    const xml_node *node = xml_child(l->joint, "axis");
-    double a[3] = {1.0, 0.0, 0.0}, in_body[3];
-    if (node != NULL) {
-        three(d, node, "@xyz", a);
-    }
-    double size = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    if (d->status == STEIN_OK && !(size > 0.0)) {
-        draft_wrong(d, node, "the axis of joint \"%.60s\" has no direction",
-                    text_of(l->joint, "@name"));
-    }
-    for (int i = 0; i < 3 && d->status == STEIN_OK; i++) {
-        a[i] /= size;
-    }
-    turn(l->C, a, in_body);
-    int axis = along(in_body, &joint->sign);
-    if (axis < 0 && d->status == STEIN_OK) {
-        double B[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, C[9];
-        if ((axis = along(a, &joint->sign)) < 0) {
-            frame_along(a, B);
-            axis = 0;
-            joint->sign = 1;
-        }
-        multiply(l->C, B, C); // of the held frame
-        held(r, l->joint, text_of(l->joint, "@name"), parent, joint->at, C);
-        transpose(B, l->C);
-    }
-    joint->axis = (char)('x' + (axis < 0 ? 0 : axis));
-}
 
 static void take_limit(urdf_robot *r, const xml_node *joint, draft_body *b, int turns_on)
 {
@@ -401,11 +213,11 @@ static void take_child(urdf_robot *r, urdf_link *l, const urdf_link *above)
                     type);
     }
     origin(d, l->joint, x, R, name);
-    turn(above->C, x, joint.at);
+    frame_turn(above->C, x, joint.at);
     for (int i = 0; i < 3; i++) {
         joint.at[i] += above->o[i];
     }
-    multiply(above->C, R, l->C);
+    frame_multiply(above->C, R, l->C);
     if (joint.joint == 'F' && xml_child(l->node, "inertial") == NULL) {
         draft_point *p = draft_add_point(d, l->joint, above->body, l->label);
         if (p != NULL) {
@@ -415,8 +227,16 @@ static void take_child(urdf_robot *r, urdf_link *l, const urdf_link *above)
         }
         return;
     }
-    if (joint.joint == 'R' || joint.joint == 'T') {
-        take_axis(r, l, &joint, &parent);
+    if ((joint.joint == 'R' || joint.joint == 'T') && d->status == STEIN_OK) {
+        const xml_node *axis = xml_child(l->joint, "axis");
+        double a[3] = {1.0, 0.0, 0.0};
+        if (axis != NULL) {
+            three(d, axis, "@xyz", a);
+        }
+        if (d->status != STEIN_OK) {
+            return;
+        }
+        frame_axis(d, axis != NULL ? axis : l->joint, name, a, l->C, &joint, &parent);
         take_limit(r, l->joint, &joint, strcmp(type, "continuous") == 0);
     }
     draft_body *b = d->status == STEIN_OK ? draft_add_body(d, l->joint) : NULL;

@@ -152,6 +152,10 @@ static void write_law(FILE *f, const draft *d, int body)
 {
     const draft_body *b = &d->body[body];
     char number[2][LAB_NUMBER];
+    if (b->stiffness != 0.0) {
+        fprintf(f, "    spring: {k: %s, %s: %s}\n", lab__number(number[0], b->stiffness),
+                b->joint == 'T' ? "x0" : "theta0", lab__number(number[1], b->rest));
+    }
     if (b->damping != 0.0) {
         fprintf(f, "    damping: %s\n", lab__number(number[0], b->damping));
     }

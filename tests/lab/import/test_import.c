@@ -2,34 +2,9 @@
  * test_import.c - ROBOTRAN projects become mechanism files with the same M and c as mechanisms that
  * were written by hand; what is left out is told; files that are not in order are refused by place.
  */
-#include "lab_support.h"
-#include "stein/import.h"
+#include "import_support.h"
 
 enum { STATES = 20, MOST_NQ = 8 };
-
-static char *said; /* notes of the last import, a line each */
-
-static void on_note(void *ctx, const char *message)
-{
-    (void)ctx;
-    char *longer = lab__text("%s%s\n", said != NULL ? said : "", message);
-    free(said);
-    said = longer;
-}
-
-static lab_imported import_as(const char *file, const char *to, lab_inertia inertia)
-{
-    lab_imported done;
-    free(said);
-    said = NULL;
-    ck_assert_stein(lab_import(file, to, inertia, on_note, NULL, &done, err));
-    return done;
-}
-
-static lab_imported import(const char *file, const char *to)
-{
-    return import_as(file, to, LAB_INERTIA_REFUSE);
-}
 
 /* M, c of both at the same states; joint i of the one is joint map[i] of the other */
 static void same_equations(const lab_model *one, const lab_model *other, const int *map)
@@ -249,19 +224,6 @@ START_TEST(an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked)
 }
 END_TEST
 
-/* the text with the first `from` replaced; into a file */
-static const char *changed(const char *text, const char *from, const char *to)
-{
-    const char *at = strstr(text, from);
-    ck_assert_msg(at != NULL, "no \"%s\"", from);
-    const char *path = in_folder("changed.mbs");
-    FILE *f = fopen(path, "wb");
-    ck_assert_ptr_nonnull(f);
-    fprintf(f, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
-    ck_assert_int_eq(fclose(f), 0);
-    return path;
-}
-
 START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
 {
     char *text = NULL, *yaml = NULL;
@@ -387,182 +349,6 @@ START_TEST(half_a_file_is_refused_wherever_it_ends)
 }
 END_TEST
 
-/* ---- URDF ---- */
-
-/* tests/mbs/arm.urdf as one would write it, in the axes of the base. %s: what tip has in the axes
- * of the link "tool", which is turned by 0.5 rad against those of "slide" */
-static const char robot_by_hand[] =
-    "mechanism: by_hand\n"
-    "bodies:\n"
-    "  upper: {joint: R -y, at: [0.1, 0.2, 0.3], mass: 1.3, centre: [0.05, -0.02, 0.01],\n"
-    "          inertia: {xx: 0.002, yy: 0.0025, zz: 0.001, xz: -0.0001}, limits: [-2, 2.5]}\n"
-    "  slide: {parent: upper, joint: T z, at: [0.3, -0.1, 0], mass: 0.4, centre: [0, -0.03, 0],\n"
-    "          inertia: {xx: 1e-4, yy: 1.4e-4, zz: 1.2e-4}, limits: [-0.1, 0.1], damping: 3,\n"
-    "          coulomb: {T: 0.2, w: 0.05}}\n"
-    "  finger: {parent: upper, joint: R y, at: [0.3, 0, 0], mass: 0.2, centre: [0.04, 0, 0],\n"
-    "           inertia: {xx: 2e-4, yy: 4e-4, zz: 3e-4}}\n"
-    "  tip: {parent: slide, joint: R -y, mass: 0.1, %s}\n"
-    "couplings: {c: {joint: finger, follows: upper, ratio: -2, offset: 0.1}}\n";
-
-static char *tip_by_hand(void)
-{
-    double c = cos(0.5), s = sin(0.5);
-    char tip[300];
-    snprintf(tip, sizeof tip,
-             "at: [%.17g, 0, %.17g], centre: [%.17g, 0, %.17g],\n"
-             "        inertia: {xx: %.17g, yy: 2.5e-5, zz: %.17g, xz: %.17g}",
-             0.01 * c, 0.1 + 0.01 * s, 0.02 * c, 0.02 * s, 1e-5 * c * c + 2e-5 * s * s,
-             1e-5 * s * s + 2e-5 * c * c, -1e-5 * c * s);
-    return lab__text(robot_by_hand, tip);
-}
-
-START_TEST(a_robot_has_the_accelerations_of_the_file_written_by_hand)
-{
-    lab_options options = lab_options_default();
-    lab_model *model[2] = {NULL, NULL};
-    stein_sim *sim[2];
-    char *by_hand = tip_by_hand();
-    lab_imported done = import("tests/mbs/arm.urdf", in_folder("arm.yaml"));
-    ck_assert_str_eq(done.name, "arm_1");
-    ck_assert(done.bodies == 4 && done.joints == 4 && done.points == 1 && done.loops == 1);
-    static const char *const told[] = {
-        "an angle of lift (line 18) is 1.5708 rad: taken as 90 deg",
-        "limits of effort and velocity of joint lift", "1 <collision> of link upper",
-        "friction of joint push is smooth below 0.05 m/s", "<transmission> of the robot"};
-    text_has(said, told, sizeof told / sizeof *told);
-    ck_assert_stein(lab_open(&model[0], in_folder("arm.yaml"), &options, err));
-    ck_assert_stein(
-        lab__open_text(&model[1], "by_hand.yaml", by_hand, strlen(by_hand), &options, err));
-    free(by_hand);
-    unsigned long long seed = 42;
-    for (int k = 0; k < 2; k++) {
-        ck_assert_stein(lab_sim(model[k], NULL, &sim[k], err));
-        ck_assert_int_eq(stein_freedom(sim[k]), 3);
-    }
-    for (int s = 0; s < STATES; s++) { // beyond the limits as well
-        double q[4], qd[4], qdd[2][4];
-        for (int i = 0; i < 4; i++) {
-            q[i] = (i == 1 ? 0.15 : 2.9) * noise(&seed);
-            qd[i] = 1.7 * noise(&seed);
-        }
-        q[2] = -2.0 * q[0] + 0.1;
-        qd[2] = -2.0 * qd[0];
-        for (int k = 0; k < 2; k++) {
-            ck_assert_stein(stein_acceleration(sim[k], 0.0, q, qd, qdd[k], err));
-        }
-        for (int i = 0; i < 4; i++) {
-            ck_assert_close(qdd[0][i], qdd[1][i], 1e-12, 1e-12);
-        }
-    }
-    for (int k = 0; k < 2; k++) {
-        stein_sim_destroy(sim[k]);
-        lab_close(model[k]);
-    }
-}
-END_TEST
-
-static const char askew[] =
-    "<robot name='askew'><link name='world'/>"
-    "<link name='bar'><inertial><origin xyz='0.1 -0.2 0.3'/><mass value='0.7'/>"
-    "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0.001' ixz='-0.002' iyz='0.003'/></inertial>"
-    "</link>"
-    "<joint name='hinge' type='continuous'><parent link='world'/><child link='bar'/>"
-    "<origin xyz='1 2 3' rpy='0.3 -0.4 0.5'/><axis xyz='1 2 %s'/></joint></robot>";
-
-static const char *robot_file(const char *format, const char *word)
-{
-    const char *path = in_folder("robot.urdf");
-    FILE *f = fopen(path, "wb");
-    ck_assert_ptr_nonnull(f);
-    ck_assert(fprintf(f, format, word) > 0 && fclose(f) == 0);
-    return path;
-}
-
-/* Rz(0.5) Ry(-0.4) Rx(0.3) x, each turn by itself */
-static void turned(const double x[3], double y[3])
-{
-    static const double angle[] = {0.3, -0.4, 0.5};
-    double v[3] = {x[0], x[1], x[2]};
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        double c = cos(angle[i]), s = sin(angle[i]), a = v[j], b = v[k];
-        v[j] = c * a - s * b;
-        v[k] = s * a + c * b;
-    }
-    memcpy(y, v, sizeof v);
-}
-
-/* qdd = a . (r x m g) / (a . (I a) + m |a x r|^2), whatever the axis */
-START_TEST(an_axis_that_is_askew_is_that_of_the_robot)
-{
-    static const double a[3] = {1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0}, r[3] = {0.1, -0.2, 0.3};
-    static const double I[9] = {0.01, 0.001, -0.002, 0.001, 0.02, 0.003, -0.002, 0.003, 0.025};
-    static const double mass = 0.7, gravity = -9.81;
-    lab_options options = lab_options_default();
-    lab_model *model = NULL;
-    stein_sim *sim = NULL;
-    double axis[3], centre[3], inertia = 0.0;
-    import(robot_file(askew, "2"), in_folder("askew.yaml"));
-    ck_assert_ptr_nonnull(strstr(said, "joint hinge is askew to x, y and z"));
-    turned(a, axis);
-    turned(r, centre);
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        double across = a[j] * r[k] - a[k] * r[j];
-        inertia += mass * across * across;
-        for (int e = 0; e < 3; e++) {
-            inertia += a[i] * I[3 * i + e] * a[e];
-        }
-    }
-    double torque = mass * gravity * (axis[0] * centre[1] - axis[1] * centre[0]);
-    ck_assert_stein(lab_open(&model, in_folder("askew.yaml"), &options, err));
-    ck_assert_stein(lab_sim(model, NULL, &sim, err));
-    int bar = stein_find_body(lab_equations(model), "bar");
-    ck_assert_close(stein_qdd(sim)[bar], torque / inertia, 1e-12, 1e-12);
-    stein_sim_destroy(sim);
-    lab_close(model);
-}
-END_TEST
-
-START_TEST(robots_that_are_not_in_order_are_refused_by_place)
-{
-    static const struct {
-        const char *from, *to, *told;
-    } bad[] = {
-        {"type=\"prismatic\"", "type=\"planar\"", "a joint of type \"planar\", expected revolute"},
-        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 0 0\"/>",
-         "axis of joint \"push\" has no direction"},
-        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 2\"/>", ":21:30: xyz is \"0 2\", expected three"},
-        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 2 0 1\"/>", "expected three numbers"},
-        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 two 0\"/>", "xyz is \"two\", expected a number"},
-        {"mimic joint=\"lift\"", "mimic joint=\"mount\"",
-         "<mimic> of joint \"mount\", which is no"},
-        {"<parent link=\"slide\"/>", "<parent link=\"tip\"/>", "link \"tool\" hangs on itself"},
-        {"<parent link=\"slide\"/>", "<parent link=\"rail\"/>",
-         "joint \"mount\" is at \"rail\", which is no link"},
-        {"<parent link=\"slide\"/>", "", "<joint> \"mount\" without a <parent>"},
-        {"<child link=\"tip\"/>", "<child link=\"tool\"/>", "link \"tool\" hangs on two joints"},
-        {"<link name=\"tool\"/>", "<link name=\"tool\"/><link name=\"tool\"/>", "a second link"},
-        {"<link name=\"tool\"/>", "<link name=\"tool\"/><link name=\"loose\"/>",
-         "2 links without a joint"},
-        {"<link name=\"tool\"/>", "<link/>", "<link> without name="},
-        {"<mass value=\"0.4\"/>", "<mass value=\"0,4\"/>", "value is \"0,4\", expected a number"},
-    };
-    char *text = NULL;
-    size_t size;
-    stein_err told = {STEIN_OK, ""};
-    ck_assert_stein(lab__read_file("tests/mbs/arm.urdf", &text, &size, err));
-    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        const char *file = changed(text, bad[i].from, bad[i].to), *to = in_folder("never.yaml");
-        ck_assert_int_eq(lab_import(file, to, LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
-                         STEIN_EPARSE);
-        ck_assert_msg(strstr(told.msg, bad[i].told) != NULL, "%s: %s", bad[i].told, told.msg);
-        ck_assert_int_ne(access(to, F_OK), 0);
-    }
-    free(text);
-}
-END_TEST
-
 Suite *import_suite(void)
 {
     Suite *s = suite_create("import");
@@ -576,9 +362,6 @@ Suite *import_suite(void)
     tcase_add_test(t, an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked);
     tcase_add_test(t, names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing);
     tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
-    tcase_add_test(t, a_robot_has_the_accelerations_of_the_file_written_by_hand);
-    tcase_add_test(t, an_axis_that_is_askew_is_that_of_the_robot);
-    tcase_add_test(t, robots_that_are_not_in_order_are_refused_by_place);
     tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);
     suite_add_tcase(s, t);
     return s;
