@@ -37,7 +37,9 @@ static void write_points(FILE *f, const draft *d, int body, const char *indent)
     for (int i = 0; i < d->npoint; i++) {
         const draft_point *p = &d->point[i];
         if (p->body == body) {
-            fprintf(f, n++ == 0 ? "%spoints:\n" : "", indent);
+            if (n++ == 0) {
+                fprintf(f, "%spoints:\n", indent);
+            }
             fprintf(f, "%s  %s: ", indent, p->name);
             triple(f, "", p->x);
             fprintf(f, "\n");
