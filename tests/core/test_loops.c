@@ -375,6 +375,29 @@ START_TEST(what_a_prescribed_motion_needs_is_the_energy_it_brings)
 }
 END_TEST
 
+/* Two routes to the torque at the crank: the loops' forces, by which the core takes what is missing
+ * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none. */
+START_TEST(what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics)
+{
+    stein_sim *sim = make_sim(&stein_model_slider_crank, STEIN_RK4, 1e-4);
+    int n = stein_model_slider_crank.nq;
+    ck_assert_stein(stein_drive(sim, "drive", turn, NULL, err));
+    ck_assert_stein(stein_reset(sim, err));
+    for (int i = 1; i <= 50; i++) {
+        double torque, Q[MOST], power = 0.0, size = 0.0;
+        ck_assert_stein(stein_run(sim, 0.00413 * i, err));
+        ck_assert_stein(stein_read_name(sim, "torque", &torque, err));
+        stein_inverse(sim, stein_q(sim), stein_qd(sim), stein_qdd(sim), NULL, NULL, Q);
+        for (int j = 0; j < n; j++) {
+            power += stein_qd(sim)[j] * Q[j];
+            size += fabs(stein_qd(sim)[j] * Q[j]);
+        }
+        ck_assert_close(torque * stein_qd(sim)[0], power, 0.0, 1e-12 * size);
+    }
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 /* ---- closed ---- */
 
 START_TEST(loops_stay_closed_with_both_methods_and_whatever_the_step)
@@ -623,6 +646,7 @@ Suite *loops_suite(void)
     tcase_add_test(all, qdd_is_that_of_all_unknowns_at_once);
     tcase_add_test(all, coupled_joints_move_as_one_with_the_inertia_of_all);
     tcase_add_test(all, what_a_prescribed_motion_needs_is_the_energy_it_brings);
+    tcase_add_test(all, what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics);
     tcase_add_test(all, loops_stay_closed_with_both_methods_and_whatever_the_step);
     tcase_add_test(all, nothing_drifts_in_many_steps);
     tcase_add_test(all, a_run_of_controlled_error_ends_closed_where_short_steps_do);
