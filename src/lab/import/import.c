@@ -10,12 +10,12 @@
 static void on_warning(void *ctx, const char *message)
 {
     const draft *d = ctx;
-    char *text = strstr(message, "warning: ") != NULL ? lab__text("%s", message)
-                                                      : lab__text("warning: %s", message);
-    if (text != NULL && d->report != NULL) {
+    char text[400];
+    snprintf(text, sizeof text, "%s%s",
+             strstr(message, "warning: ") != NULL ? "" : "warning: ", message);
+    if (d->report != NULL) {
         d->report(d->ctx, text);
     }
-    free(text);
 }
 
 /* what was written is read before anybody else does it: a file may hold what no body can have */
