@@ -32,9 +32,9 @@ says "with a warning, too" 'the inertia of wheel is balanced'
 claim 2 "no other way" "$stein" import tests/mbs/rig.mbs --inertia yes
 claim 0 "a mechanism with loops runs" "$stein" simulate "$dir/rig.yaml" --until 5ms -o "$dir/rig.csv"
 claim 0 "a robot of ROS" "$stein" import tests/mbs/arm.urdf -o "$dir/urdf.yaml"
-shows "with its couplings" '4 bodies, 4 joints, 1 points, 1 loops and links'
+shows "with its couplings" '6 bodies, 4 joints, 2 points, 1 loops and links'
 claim 0 "a model of MuJoCo" "$stein" import tests/mbs/arm.xml -o "$dir/mjcf.yaml"
-shows "with its equalities" '5 bodies, 4 joints, 1 points, 1 loops and links'
+shows "with its equalities" '6 bodies, 4 joints, 2 points, 1 loops and links'
 claim 1 "no project" "$stein" import $pendulum -o "$dir/c.yaml"
 says "is named" 'pendulum.yaml:'
 claim 1 "none that is there" "$stein" import "$dir/none.mbs"

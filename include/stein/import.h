@@ -31,7 +31,8 @@ typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab
  *  links springs without stiffness, sensors and joints outputs.
  *
  *  A robot of ROS (URDF, `robot`): links with inertial, joints of all types but planar, with axis,
- *  origin, limits of position, damping, friction, mimic. Every body's axes are those of the
+ *  origin, limits of position, damping, friction, mimic. Links on fixed joints become part of
+ *  what carries them, and points. Every body's axes are those of the
  *  world while all joints are at 0; an axis askew to all of them is reached by hinges that are
  *  held at the angles of its frame.
  *

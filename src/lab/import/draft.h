@@ -18,6 +18,7 @@ enum {
     DRAFT_BODIES = 120,
     DRAFT_POINTS = 256,
     DRAFT_THINGS = 128, /* loops, couplings, links, inputs, outputs: of each */
+    DRAFT_LINKS = 512,  /* of a robot; those that are fixed are no bodies of their own */
     DRAFT_INERTIA = 6
 };
 
@@ -33,7 +34,7 @@ typedef struct draft_body {
     int parent;   /* -1: the frame */
     int anchor;   /* point of the parent where the joint is, -1: `at` */
     double at[3]; /* [m], in the parent's axes */
-    char joint;   /* 'R', 'T', 'F' fixed, 'B' ball, 'W' free */
+    char joint;   /* 'R', 'T', 'B' ball, 'W' free */
     char axis;    /* 'x', 'y', 'z' */
     int sign;     /* 1, -1 */
     double mass, centre[3], inertia[DRAFT_INERTIA]; /* xx yy zz xy xz yz, about the centre */
@@ -152,6 +153,10 @@ void frame_transpose(const double A[9], double B[9]);
 void frame_rotation(const double rpy[3], double R[9]);
 /** Inertia xx yy zz xy xz yz in axes that T turns to those of the body. */
 void frame_mass(draft_body *b, const double T[9], const double inertia[6]);
+/** Inertia of a point mass about the origin, added to xx yy zz xy xz yz. */
+void frame_point(double inertia[6], double mass, const double x[3]);
+/** A part, in axes and from the origin of the body, becomes one body with it. */
+void frame_join(draft_body *to, const draft_body *part);
 /** The axis of a joint along `direction`, in axes that C turns to those of the body; `joint->at` is
  *  known. Where it is askew, `parent` becomes the last of the hinges that are held before it, and
  *  `at` and C are those behind them. */

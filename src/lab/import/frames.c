@@ -94,6 +94,35 @@ void frame_mass(draft_body *b, const double T[9], const double inertia[6])
     }
 }
 
+void frame_point(double inertia[6], double mass, const double x[3])
+{
+    double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    for (int i = 0; i < 3; i++) {
+        inertia[i] += mass * (square - x[i] * x[i]);
+    }
+    inertia[3] -= mass * x[0] * x[1];
+    inertia[4] -= mass * x[0] * x[2];
+    inertia[5] -= mass * x[1] * x[2];
+}
+
+void frame_join(draft_body *to, const draft_body *part)
+{
+    double mass = to->mass + part->mass, a[3], b[3];
+    for (int i = 0; i < 3; i++) {
+        double centre =
+            mass > 0.0 ? (to->mass * to->centre[i] + part->mass * part->centre[i]) / mass : 0.0;
+        a[i] = to->centre[i] - centre;
+        b[i] = part->centre[i] - centre;
+        to->centre[i] = centre;
+    }
+    for (int e = 0; e < 6; e++) {
+        to->inertia[e] += part->inertia[e];
+    }
+    frame_point(to->inertia, to->mass, a);
+    frame_point(to->inertia, part->mass, b);
+    to->mass = mass;
+}
+
 static void hold(draft *d, const xml_node *node, const char *label, int *parent, double at[3],
                  const double C[9])
 {

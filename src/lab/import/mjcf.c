@@ -9,8 +9,8 @@
  *     actuator:  motor...
  *
  * The joints of a body follow each other; each is at a place of its own in the frame of the body.
- * In a draft each carries a body whose origin is there. A body without a joint is fixed, and
- * without a mass as well a point. Axes: frames.c. Attributes that an element does not have are
+ * In a draft each carries a body whose origin is there. A body without a joint is part of what
+ * carries it, and a point there. Axes: frames.c. Attributes that an element does not have are
  * those of its class: `class` of its own, or `childclass` of the nearest body around it.
  *
  * Mass and inertia are those of <inertial>, otherwise of the geoms: mjcf_geoms.c.
@@ -300,42 +300,29 @@ static void note_body(mjcf *m, const xml_node *node, const mjcf_body *b)
     }
 }
 
-/* the last body of the draft carries the mass; without joints it is fixed, without mass a point */
-static void take_carrier(mjcf *m, const xml_node *node, mjcf_body *b, int parent, double at[3],
-                         int jointed)
+/* The body of the last joint has the mass. Without a joint it is part of what carries the body, or
+ * of the frame, where it does not matter; its origin is a point there. */
+static void take_carrier(mjcf *m, const xml_node *node, mjcf_body *b, int carrier,
+                         const double at[3], int jointed)
 {
     draft *d = m->d;
-    double mass = 0.0;
-    draft_body with = {.anchor = -1, .sign = 1, .joint = 'F', .axis = 'x', .parent = parent};
-    if (!jointed) {
-        memset(b->o, 0, sizeof b->o);
-        memcpy(with.at, at, sizeof with.at);
-    }
-    mjcf_mass(m, node, b, &with, &mass);
-    if (d->status != STEIN_OK) {
+    draft_body part = {.mass = 0.0};
+    b->body = carrier;
+    if (jointed) {
+        mjcf_mass(m, node, b, &d->body[carrier]);
+        draft_name(d, d->body[carrier].name, b->label, "body", DRAFT_PART, 0);
         return;
     }
-    if (!jointed && mass == 0.0) {
-        draft_point *p = draft_add_point(d, node, parent, b->label);
-        if (p != NULL) {
-            memcpy(p->x, at, sizeof p->x);
-            memcpy(b->o, at, sizeof b->o);
-        }
-        b->body = parent;
-        return;
+    memcpy(b->o, at, sizeof b->o);
+    draft_point *p = draft_add_point(d, node, carrier, b->label);
+    if (p != NULL) {
+        memcpy(p->x, at, sizeof p->x);
+        mjcf_mass(m, node, b, &part);
     }
-    draft_body *made = jointed ? &d->body[parent] : draft_add_body(d, node);
-    if (made == NULL) {
-        return;
+    if (part.mass != 0.0 && carrier >= 0) {
+        frame_join(&d->body[carrier], &part);
+        draft_note(d, "body %.60s is fixed: part of %s", b->label, d->body[carrier].name);
     }
-    if (!jointed) {
-        *made = with;
-    }
-    made->mass = with.mass;
-    memcpy(made->centre, with.centre, sizeof made->centre);
-    memcpy(made->inertia, with.inertia, sizeof made->inertia);
-    b->body = (int)(made - d->body);
-    draft_name(d, made->name, b->label, "body", DRAFT_PART, 0);
 }
 
 static void take_body(mjcf *m, const xml_node *node, int above)
@@ -343,8 +330,8 @@ static void take_body(mjcf *m, const xml_node *node, int above)
     draft *d = m->d;
     const mjcf_body *on = &m->body[above];
     double pos[3] = {0.0, 0.0, 0.0}, R[9], at[3];
-    if (m->nbody == DRAFT_BODIES) {
-        draft_wrong(d, node, "more than %d bodies", (int)DRAFT_BODIES);
+    if (m->nbody == DRAFT_LINKS) {
+        draft_wrong(d, node, "more than %d bodies", (int)DRAFT_LINKS - 1);
         return;
     }
     int index = m->nbody++;

@@ -26,7 +26,7 @@ typedef struct mjcf {
     const xml_node *root;
     double angle;     /* unit of angles [rad] */
     char eulerseq[4]; /* order of turns */
-    mjcf_body body[DRAFT_BODIES + 1];
+    mjcf_body body[DRAFT_LINKS];
     int nbody;
     const char *joint[DRAFT_BODIES]; /* name of the joint of each body of the draft, or NULL */
 } mjcf;
@@ -43,9 +43,9 @@ double mjcf_number(const mjcf *m, const xml_node *node, const char *name, double
 /** From the axes of an element to those of what holds it. */
 void mjcf_orientation(const mjcf *m, const xml_node *node, double R[9]);
 
-/** Mass, centre and inertia of a body by <inertial> or by its geoms. @param to  has them then
- *  @param mass  out [kg] */
-void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to, double *mass);
+/** Mass, centre and inertia of a body by <inertial> or by its geoms, in axes and from the origin of
+ *  what carries it. @param to  has them then */
+void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to);
 /** Equalities, actuators, and notes of what else there is. */
 void mjcf_rest(mjcf *m);
 

@@ -124,18 +124,6 @@ static int take_solid(mjcf *m, const xml_node *node, const char *label, solid *s
     return m->d->status == STEIN_OK && mass > 0.0;
 }
 
-/* inertia of a point mass, added `times` to xx yy zz xy xz yz */
-static void add_point(double inertia[6], double times, const double x[3])
-{
-    double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-    for (int i = 0; i < 3; i++) {
-        inertia[i] += times * (square - x[i] * x[i]);
-    }
-    inertia[3] -= times * x[0] * x[1];
-    inertia[4] -= times * x[0] * x[2];
-    inertia[5] -= times * x[1] * x[2];
-}
-
 /* in the axes of the body of the draft: about its origin, then about the centre */
 static void of_geoms(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to)
 {
@@ -157,13 +145,13 @@ static void of_geoms(mjcf *m, const xml_node *node, const mjcf_body *b, draft_bo
         for (int e = 0; e < 6; e++) {
             about[e] += part.inertia[e];
         }
-        add_point(about, s.mass, x);
+        frame_point(about, s.mass, x);
         to->mass += s.mass;
     }
     for (int i = 0; i < 3 && to->mass > 0.0; i++) {
         to->centre[i] /= to->mass;
     }
-    add_point(about, -to->mass, to->centre);
+    frame_point(about, -to->mass, to->centre);
     memcpy(to->inertia, about, sizeof about);
 }
 
@@ -184,7 +172,7 @@ static void of_inertial(mjcf *m, const xml_node *n, const mjcf_body *b, draft_bo
     }
 }
 
-void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to, double *mass)
+void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to)
 {
     const xml_node *stated = xml_child(node, "inertial");
     const xml_node *compiler = xml_child(m->root, "compiler");
@@ -195,5 +183,4 @@ void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to
     } else if (by == NULL || strcmp(by->text, "false") != 0) {
         of_geoms(m, node, b, to);
     }
-    *mass = to->mass;
 }

@@ -7,7 +7,7 @@
  *                      dynamics damping friction; mimic joint multiplier offset
  *
  * Frames are turned against each other by rpy: R = Rz(yaw) Ry(pitch) Rx(roll); see frames.c.
- * A link without mass on a fixed joint is a point of what carries it.
+ * A link on a fixed joint is part of what carries it, and a point there.
  *
  * Angles of rpy within 1e-3 of a multiple of 90 deg, as 1.57 is, are taken as that multiple.
  */
@@ -31,7 +31,7 @@ typedef struct urdf_link {
 
 typedef struct urdf_robot {
     draft *d;
-    urdf_link link[DRAFT_BODIES];
+    urdf_link link[DRAFT_LINKS];
     int nlink;
     const xml_node *joint[DRAFT_BODIES]; /* of the bodies of the draft, NULL: none */
 } urdf_robot;
@@ -108,6 +108,9 @@ static void take_inertial(urdf_robot *r, const urdf_link *l, draft_body *b)
     }
     origin(d, n, x, R, l->label);
     frame_turn(l->C, x, b->centre);
+    for (int i = 0; i < 3; i++) {
+        b->centre[i] += l->o[i];
+    }
     frame_multiply(l->C, R, T);
     b->mass = mass != NULL ? number(d, mass, "@value", 0.0) : 0.0;
     for (int e = 0; e < 6; e++) {
@@ -198,6 +201,26 @@ static char kind_of(const char *type)
     return 0;
 }
 
+/* a link on a fixed joint is part of what carries it, or of the frame, where it does not matter;
+ * its origin is a point there */
+static void take_fixed(urdf_robot *r, urdf_link *l, int carrier, const double at[3])
+{
+    draft *d = r->d;
+    draft_body part = {.mass = 0.0};
+    draft_point *p = draft_add_point(d, l->joint, carrier, l->label);
+    l->body = carrier;
+    memcpy(l->o, at, sizeof l->o);
+    if (p != NULL) {
+        memcpy(p->x, at, sizeof p->x);
+        take_inertial(r, l, &part);
+    }
+    if (part.mass != 0.0 && carrier >= 0) {
+        frame_join(&d->body[carrier], &part);
+        draft_note(d, "link %.60s is fixed: part of %s", l->label, d->body[carrier].name);
+    }
+    d->bodies++;
+}
+
 /* a link whose parent has its body */
 static void take_child(urdf_robot *r, urdf_link *l, const urdf_link *above)
 {
@@ -218,13 +241,8 @@ static void take_child(urdf_robot *r, urdf_link *l, const urdf_link *above)
         joint.at[i] += above->o[i];
     }
     frame_multiply(above->C, R, l->C);
-    if (joint.joint == 'F' && xml_child(l->node, "inertial") == NULL) {
-        draft_point *p = draft_add_point(d, l->joint, above->body, l->label);
-        if (p != NULL) {
-            memcpy(p->x, joint.at, sizeof p->x);
-            memcpy(l->o, joint.at, sizeof l->o);
-            l->body = above->body;
-        }
+    if (joint.joint == 'F') {
+        take_fixed(r, l, above->body, joint.at);
         return;
     }
     if ((joint.joint == 'R' || joint.joint == 'T') && d->status == STEIN_OK) {
@@ -297,8 +315,8 @@ static void list_links(urdf_robot *r, const xml_node *root)
         const char *label = draft_need(d, n, "@name");
         if (d->status == STEIN_OK && find_link(r, label) != NULL) {
             draft_wrong(d, n, "a second link \"%.60s\"", label);
-        } else if (r->nlink == DRAFT_BODIES) {
-            draft_wrong(d, n, "more than %d links", (int)DRAFT_BODIES);
+        } else if (r->nlink == DRAFT_LINKS) {
+            draft_wrong(d, n, "more than %d links", (int)DRAFT_LINKS);
         } else {
             r->link[r->nlink++] = (urdf_link){.label = label, .node = n, .body = -2};
         }

@@ -63,7 +63,6 @@ static void write_joint(FILE *f, const draft *d, const draft_body *b)
         fprintf(f, "\n");
     }
     switch (b->joint) {
-    case 'F': fprintf(f, "    joint: fixed\n"); break;
     case 'B': fprintf(f, "    joint: ball\n"); break;
     case 'W': fprintf(f, "    joint: free\n"); break;
     default: fprintf(f, "    joint: %c %s%c\n", b->joint, b->sign < 0 ? "-" : "", b->axis);

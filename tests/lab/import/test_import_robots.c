@@ -18,6 +18,8 @@ static const char robot_by_hand[] =
     "          coulomb: {T: 0.2, w: 0.05}}\n"
     "  finger: {parent: upper, joint: R y, at: [0.3, 0, 0], mass: 0.2, centre: [0.04, 0, 0],\n"
     "           inertia: {xx: 2e-4, yy: 4e-4, zz: 3e-4}}\n"
+    "  plate: {parent: finger, joint: fixed, at: [0.08, -0.02, 0], mass: 0.05,\n"
+    "          centre: [0, 0, 0.01], inertia: {xx: 3e-5, yy: 5e-5, zz: 4e-5}}\n"
     "  tip: {parent: slide, joint: R -y, mass: 0.1, %s}\n"
     "couplings: {c: {joint: finger, follows: upper, ratio: -2, offset: 0.1}}\n";
 
@@ -85,11 +87,13 @@ START_TEST(a_robot_of_ros_has_the_accelerations_of_the_file_written_by_hand)
 {
     lab_imported done = import("tests/mbs/arm.urdf", in_folder("arm.yaml"));
     ck_assert_str_eq(done.name, "arm_1");
-    ck_assert(done.bodies == 4 && done.joints == 4 && done.points == 1 && done.loops == 1);
-    static const char *const told[] = {
-        "an angle of lift (line 18) is 1.5708 rad: taken as 90 deg",
-        "limits of effort and velocity of joint lift", "1 <collision> of link upper",
-        "friction of joint push is smooth below 0.05 m/s", "<transmission> of the robot"};
+    ck_assert(done.bodies == 6 && done.joints == 4 && done.points == 2 && done.loops == 1);
+    static const char *const told[] = {"an angle of lift (line 20) is 1.5708 rad: taken as 90 deg",
+                                       "limits of effort and velocity of joint lift",
+                                       "1 <collision> of link upper",
+                                       "link plate is fixed: part of finger",
+                                       "friction of joint push is smooth below 0.05 m/s",
+                                       "<transmission> of the robot"};
     text_has(said, told, sizeof told / sizeof *told);
     same_accelerations(in_folder("arm.yaml"));
 }
@@ -99,10 +103,13 @@ START_TEST(a_model_of_mujoco_has_the_accelerations_of_the_file_written_by_hand)
 {
     lab_imported done = import("tests/mbs/arm.xml", in_folder("arm.yaml"));
     ck_assert_str_eq(done.name, "arm_1");
-    ck_assert(done.bodies == 5 && done.joints == 4 && done.points == 1 && done.loops == 1);
-    static const char *const told[] = {"contacts of 1 <geom> of upper", "<site> of tip",
+    ck_assert(done.bodies == 6 && done.joints == 4 && done.points == 2 && done.loops == 1);
+    static const char *const told[] = {"contacts of 1 <geom> of upper",
+                                       "body plate is fixed: part of finger",
+                                       "<site> of tip",
                                        "friction of joint push is smooth below 0.05 m/s",
-                                       "actuator <position> \"twist\"", "<sensor> of the model"};
+                                       "actuator <position> \"twist\"",
+                                       "<sensor> of the model"};
     text_has(said, told, sizeof told / sizeof *told);
     same_accelerations(in_folder("arm.yaml"));
 }
@@ -179,7 +186,7 @@ START_TEST(robots_that_are_not_in_order_are_refused_by_place)
         {"type=\"prismatic\"", "type=\"planar\"", "a joint of type \"planar\", expected revolute"},
         {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 0 0\"/>",
          "axis of joint \"push\" has no direction"},
-        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 2\"/>", ":21:30: xyz is \"0 2\", expected three"},
+        {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 2\"/>", ":23:30: xyz is \"0 2\", expected three"},
         {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 2 0 1\"/>", "expected three numbers"},
         {"<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 two 0\"/>", "xyz is \"two\", expected a number"},
         {"mimic joint=\"lift\"", "mimic joint=\"mount\"",
