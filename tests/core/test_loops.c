@@ -376,7 +376,8 @@ START_TEST(what_a_prescribed_motion_needs_is_the_energy_it_brings)
 END_TEST
 
 /* Two routes to the torque at the crank: the loops' forces, by which the core takes what is missing
- * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none. */
+ * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none.
+ */
 START_TEST(what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics)
 {
     stein_sim *sim = make_sim(&stein_model_slider_crank, STEIN_RK4, 1e-4);
