@@ -13,6 +13,7 @@
     X(core)          \
     X(realtime)      \
     X(import)        \
+    X(import_robots) \
     X(formats)       \
     X(derivative)    \
     X(sensitivity)   \

@@ -10,12 +10,12 @@ action=models/stein1788.yaml pendulum=models/pendulum.yaml
 # ---- import
 claim 0 "a project to standard output" "$stein" import tests/mbs/arm.mbs
 shows "it is a mechanism file" '^mechanism: '
-says "what was read is told beside" '^[a-z_0-9]*: [0-9]* bodies, [0-9]* joints, [0-9]* points$'
+says "what was read is told beside" '^[a-z_0-9]*: [0-9]* bodies, [0-9]* joints, [0-9]* points, [0-9]* loops and links$'
 says "what is left out, too" '^left out or changed: '
 cp "$dir/out" "$dir/arm.yaml"
 left=$(grep -c '^left out' "$dir/err")
 claim 0 "a project to a file" "$stein" import tests/mbs/arm.mbs -o "$dir/a.yaml"
-shows "the file is named" " points in $dir/a.yaml\$"
+shows "the file is named" " links in $dir/a.yaml\$"
 same "the same file" "$dir/arm.yaml" "$dir/a.yaml"
 claim 0 "a project as JSON" "$stein" import tests/mbs/arm.mbs -o "$dir/b.yaml" --json
 for part in '"model": "' "\"file\": \"$dir/b.yaml\"" '"bodies": [0-9]' '"joints": [0-9]' '"left_out": \['; do
@@ -23,6 +23,18 @@ for part in '"model": "' "\"file\": \"$dir/b.yaml\"" '"bodies": [0-9]' '"joints"
 done
 if [ -s "$dir/err" ]; then fail "nothing is told beside JSON"; else pass; fi
 if [ "$left" -ge 1 ]; then pass; else fail "all that is left out is told: $left"; fi
+claim 1 "an inertia that no body has" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml"
+says "is refused with what to say" 'inertia of wheel is not possible.*accept or balance'
+claim 0 "unless it is to be taken" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml" --inertia accept
+says "with a warning" '^warning: .*the inertia of wheel is taken as it is'
+claim 0 "or balanced" "$stein" import tests/mbs/rig.mbs -o "$dir/rig.yaml" --inertia balance
+says "with a warning, too" 'the inertia of wheel is balanced'
+claim 2 "no other way" "$stein" import tests/mbs/rig.mbs --inertia yes
+claim 0 "a mechanism with loops runs" "$stein" simulate "$dir/rig.yaml" --until 5ms -o "$dir/rig.csv"
+claim 0 "a robot of ROS" "$stein" import tests/mbs/arm.urdf -o "$dir/urdf.yaml"
+shows "with its couplings" '6 bodies, 4 joints, 2 points, 1 loops and links'
+claim 0 "a model of MuJoCo" "$stein" import tests/mbs/arm.xml -o "$dir/mjcf.yaml"
+shows "with its equalities" '6 bodies, 4 joints, 2 points, 1 loops and links'
 claim 1 "no project" "$stein" import $pendulum -o "$dir/c.yaml"
 says "is named" 'pendulum.yaml:'
 claim 1 "none that is there" "$stein" import "$dir/none.mbs"

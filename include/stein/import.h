@@ -14,22 +14,42 @@ extern "C" {
 typedef struct lab_imported {
     char name[33];              /* of the mechanism */
     int bodies, joints, points; /* of the file; a body with several joints becomes several bodies */
-    int left_out;               /* messages to `report` */
+    int loops;                  /* cuts, links and couplings */
+    int left_out;               /* messages to `report` of what is left out or changed */
 } lab_imported;
 
-/** Read ROBOTRAN's project file (XML, `mbsDescR7`): gravity, the tree of bodies with their joints,
- *  masses, centres, inertias, points and initial values; driven joints become inputs, every joint
- *  an output. What a mechanism file cannot carry is reported piece by piece and listed at the head
- *  of the file that is written: cuts (loops), links and user models, whose laws are in C code of
- *  their own, sensors and external forces, drawings.
+/** What becomes of an inertia that no body can have, a principal moment above the sum of the other
+ *  two: the import fails; it is taken with a warning; its three moments become equal. */
+typedef enum { LAB_INERTIA_REFUSE, LAB_INERTIA_ACCEPT, LAB_INERTIA_BALANCE } lab_inertia;
+
+/** Read a file of another program and write the same mechanism as a mechanism file.
+ *
+ *  ROBOTRAN's project (XML, `mbsDescR7`): gravity, the tree of bodies with joints, masses, centres,
+ *  inertias, points and initial values. Cuts become loops (ball: the points meet, rod, solid: a
+ *  weld); the start of dependent joints is a guess from which loops are closed. Driven and locked
+ *  joints become prescribed motions, actuated ones torques, external forces three forces each,
+ *  links springs without stiffness, sensors and joints outputs.
+ *
+ *  A robot of ROS (URDF, `robot`): links with inertial, joints of all types but planar, with axis,
+ *  origin, limits of position, damping, friction, mimic. Links on fixed joints become part of
+ *  what carries them, and points. Every body's axes are those of the
+ *  world while all joints are at 0; an axis askew to all of them is reached by hinges that are
+ *  held at the angles of its frame.
+ *
+ *  A model of MuJoCo (MJCF, `mujoco`): bodies with orientations, inertials or the mass of their
+ * geoms (solids; not meshes), joints of all types with range, damping, stiffness, frictionloss,
+ * default classes, equalities connect, weld and joint, actuators of joints as torques.
+ *
+ *  What a mechanism file cannot carry is reported piece by piece and listed at the head of the file
+ *  that is written: laws in code of the project, orientations of sensors, meshes.
  *  @param to      the mechanism file, or "-"
- *  @param report  is called with what is left out or renamed; may be NULL
+ *  @param report  is called with what is left out or changed, and with warnings; may be NULL
  *  @param done    out, may be NULL; untouched on failure
- *  @return OK; EIO; EPARSE: "file:line:column: what, expected what"; ENOMEM. A project with numbers
- *          that no mechanism can have, an inertia beyond that of any body, is written all the same,
+ *  @return OK; EIO; EPARSE: "file:line:column: what, expected what"; ENOMEM. A file with numbers
+ *          that no mechanism can have, as an inertia that is refused, is written all the same,
  *          and EPARSE names the line of what was written */
-stein_status lab_import_mbs(const char *file, const char *to, lab_report_fn *report, void *ctx,
-                            lab_imported *done, stein_err *err);
+stein_status lab_import(const char *file, const char *to, lab_inertia inertia,
+                        lab_report_fn *report, void *ctx, lab_imported *done, stein_err *err);
 
 #ifdef __cplusplus
 }

@@ -24,7 +24,8 @@ static void on_note(void *ctx, const char *message)
         t->n += t->text[t->n] != NULL;
     }
     if (!t->quiet) {
-        fprintf(stderr, "left out or changed: %s\n", message);
+        fprintf(stderr, "%s%s\n",
+                strstr(message, "warning: ") != NULL ? "" : "left out or changed: ", message);
     }
 }
 
@@ -37,12 +38,22 @@ static void print_json(const lab_imported *done, const char *to, const notes *t)
     lab__json_int(&out, "bodies", done->bodies);
     lab__json_int(&out, "joints", done->joints);
     lab__json_int(&out, "points", done->points);
+    lab__json_int(&out, "loops", done->loops);
     lab__json_open(&out, "left_out", '[');
     for (int i = 0; i < t->n; i++) {
         lab__json_text(&out, NULL, t->text[i]);
     }
     lab__json_close(&out);
     lab__json_close(&out);
+}
+
+static lab_inertia inertia_of(const cli_args *args)
+{
+    const char *text = cli_value(args, "inertia");
+    return text == NULL                   ? LAB_INERTIA_REFUSE
+           : strcmp(text, "accept") == 0  ? LAB_INERTIA_ACCEPT
+           : strcmp(text, "balance") == 0 ? LAB_INERTIA_BALANCE
+                                          : LAB_INERTIA_REFUSE;
 }
 
 static int run(const cli_args *args)
@@ -56,12 +67,14 @@ static int run(const cli_args *args)
     if (json && lab__is_stdout(to)) {
         return cli_misuse(args->command, "--json and -o %s both want standard output", to);
     }
-    stein_status status = lab_import_mbs(args->operand[0], to, on_note, &t, &done, &err);
+    stein_status status =
+        lab_import(args->operand[0], to, inertia_of(args), on_note, &t, &done, &err);
     if (status == STEIN_OK && json) {
         print_json(&done, to, &t);
     } else if (status == STEIN_OK) {
-        fprintf(lab__is_stdout(to) ? stderr : stdout, "%s: %d bodies, %d joints, %d points%s%s\n",
-                done.name, done.bodies, done.joints, done.points, lab__is_stdout(to) ? "" : " in ",
+        fprintf(lab__is_stdout(to) ? stderr : stdout,
+                "%s: %d bodies, %d joints, %d points, %d loops and links%s%s\n", done.name,
+                done.bodies, done.joints, done.points, done.loops, lab__is_stdout(to) ? "" : " in ",
                 lab__is_stdout(to) ? "" : to);
     }
     for (int i = 0; i < t.n; i++) {
@@ -75,38 +88,68 @@ static const cli_option options[] = {
     {"output", 'o', "FILE.yaml",
      "The mechanism file; - is standard output, which is the default. A file appears whole or\n"
      "not at all."},
+    {"inertia", 0, "accept|balance|refuse",
+     "What becomes of an inertia that no body can have: taken with a warning, replaced by\n"
+     "three equal moments, or refused (the default). The file that is written says so."},
     {"json", 0, NULL, "Print one JSON object on standard output and nothing else there."},
     {"help", 'h', NULL, "Print this page."},
     {NULL, 0, NULL, NULL}};
 
 const cli_command cli_import = {
     .name = "import",
-    .summary = "a ROBOTRAN project as a mechanism file",
-    .operands = "PROJECT.mbs",
+    .summary = "a mechanism of another program (ROBOTRAN, URDF, MJCF) as a mechanism file",
+    .operands = "FILE",
     .noperands = 1,
     .options = options,
     .description =
-        "Reads the project file of ROBOTRAN (XML, written by MBsysPad) and writes the same tree\n"
-        "as a mechanism file: gravity, bodies with mass, centre, inertia and points, joints T1 to\n"
-        "R3 with their initial values. A body with several joints becomes a chain of massless\n"
-        "bodies, called like the joints, and itself. Driven and locked joints become inputs that\n"
-        "hold their joint while nothing drives them, and every joint an output. M and c are those\n"
-        "of the project, coordinate by coordinate, with the joints in the order of the file,\n"
-        "parents first.\n"
+        "Reads a mechanism of another program and writes it as a mechanism file. What that is, "
+        "its\n"
+        "first element tells.\n"
         "\n"
-        "What a mechanism file cannot carry is reported on standard error and listed at the head "
-        "of\n"
-        "the file: cuts, so that loops stay open and dependent joints are free; links, external\n"
-        "forces and user models, whose laws are C code of the project; sensors; names that had\n"
-        "to be changed. Drawings are passed over. What is added to the file afterwards - springs,\n"
-        "contacts, friction - is described in docs/mechanism-files.md.\n"
+        "A project of ROBOTRAN (.mbs, XML by MBsysPad): gravity, bodies with mass, centre, "
+        "inertia\n"
+        "and points, joints T1 to R3 with their initial values. A body with several joints "
+        "becomes\n"
+        "a chain of massless bodies, called like the joints, and itself. M and c are those of the\n"
+        "project, coordinate by coordinate, with the joints in the order of the file, parents\n"
+        "first. Cuts become loops: ball, rod (with its length), solid (a weld). Independent "
+        "joints\n"
+        "keep their initial position, that of dependent ones is where the search for a closed\n"
+        "position begins. Driven and locked joints become inputs that hold their joint while\n"
+        "nothing drives them, actuated ones torques, every external force three inputs along the\n"
+        "fixed axes, and joints and sensors outputs. Links become springs without stiffness.\n"
         "\n"
-        "Projects may hold numbers that no body has, such as a moment of inertia above the sum of\n"
-        "the other two. The file is then written, the line is reported, and the exit status is 1.",
-    .output = "The mechanism file. A line with the number of bodies, joints and points, or with\n"
-              "--json: {\"model\", \"file\", \"bodies\", \"joints\", \"points\", \"left_out\": "
-              "[...]}.",
+        "A robot of ROS (URDF): links with their inertials, joints (revolute, continuous,\n"
+        "prismatic, fixed, floating) with axis, origin, limits of position, damping, friction and\n"
+        "mimic. Names of bodies are those of the links; a link on a fixed joint becomes part of\n"
+        "what carries it, and a point there. Bodies have the axes of the world while "
+        "all\n"
+        "joints are at 0; a joint whose axis is askew to all of them hangs on hinges that are "
+        "held\n"
+        "at constant angles. Gravity is 9.81 m/s^2 along -z.\n"
+        "\n"
+        "A model of MuJoCo (MJCF): bodies with their orientations, inertials or the mass of their\n"
+        "geoms, joints (hinge, slide, ball, free) with range, damping, stiffness and "
+        "frictionloss,\n"
+        "default classes, equalities (connect, weld, joint) and actuators of joints, as torques.\n"
+        "What a model includes or repeats has to be written out, as MuJoCo saves it.\n"
+        "\n"
+        "What a mechanism file cannot carry is reported on standard error and listed at the head\n"
+        "of the file: laws in C code of the project, with the names of the inputs and numbers to\n"
+        "be filled; contacts, meshes, sensors, tendons, armature; names that had to be changed.\n"
+        "Drawings are passed over.\n"
+        "What is added to the file afterwards - springs, contacts, friction - is described in\n"
+        "docs/mechanism-files.md.\n"
+        "\n"
+        "A file may hold numbers that no body has, such as a moment of inertia above the sum of\n"
+        "the other two. It is then written, the line is reported, and the exit status is 1, "
+        "unless\n"
+        "--inertia says what becomes of them.",
+    .output = "The mechanism file. A line with the number of bodies, joints, points and loops, or\n"
+              "with --json: {\"model\", \"file\", \"bodies\", \"joints\", \"points\", "
+              "\"loops\",\n\"left_out\": [...]}.",
     .examples = "stein import dataR/Suspension.mbs -o suspension.yaml\n"
+                "stein import robot.urdf --inertia balance -o robot.yaml\n"
                 "stein check suspension.yaml",
     .run = run,
 };

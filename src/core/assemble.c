@@ -133,17 +133,21 @@ static int is_path(const char *name, const char *body, const char *what)
     return rest != NULL && *rest == '\0';
 }
 
-/* joints of which the file states the position or speed; one that is not 0 is stated as well */
+/* Joints of which the file states the position or speed. One that is not 0 is stated as well,
+ * unless the file gives a guess: where the search for a closed position begins. */
 static void mark_stated(stein_sim *sim, const char *what, const double *value)
 {
     const stein_model *model = sim->model;
     unsigned char *kept = sim->loop.kept;
     for (int j = 0; j < model->nq; j++) {
-        kept[j] = value[j] != 0.0;
+        const char *body = model->bodies[j].name;
+        int stated = 0, guessed = 0;
         for (int i = 0; i < model->np; i++) {
             const stein_param *p = &model->params[i];
-            kept[j] |= (unsigned char)(p->stated && is_path(p->name, model->bodies[j].name, what));
+            stated |= p->stated && is_path(p->name, body, what);
+            guessed |= is_path(p->name, body, ".initial.guess");
         }
+        kept[j] = (unsigned char)(stated || (value[j] != 0.0 && !guessed));
     }
 }
 

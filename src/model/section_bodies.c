@@ -364,13 +364,17 @@ static void read_inertia(mech__reader *rd, mech_body *b, const mech__node *entry
 static void read_joint_numbers(mech__reader *rd, mech_body *b, const mech__node *entry)
 {
     const mech__node *initial = mech__get(entry, "initial");
+    const mech__node *guess = mech__get(initial, "guess");
     int turns = b->type == 'R';
 
     mech__joint_law(rd, b, entry);
     mech__limits(rd, b, mech__get(entry, "limits"));
-    mech__keys(rd, initial, "initial", "position speed");
-    mech__number(rd, &b->q0, turns ? "rad" : "m", 0, mech__get(initial, "position"), 0.0,
-                 "%s.initial.position", b->name);
+    mech__keys(rd, initial, "initial", "position guess speed");
+    if (guess && mech__get(initial, "position")) {
+        mech__problem_at(rd, guess->key, "position and guess exclude each other");
+    }
+    mech__number(rd, &b->q0, turns ? "rad" : "m", 0, guess ? guess : mech__get(initial, "position"),
+                 0.0, guess ? "%s.initial.guess" : "%s.initial.position", b->name);
     mech__number(rd, &b->qd0, turns ? "rad/s" : "m/s", 0, mech__get(initial, "speed"), 0.0,
                  "%s.initial.speed", b->name);
 }

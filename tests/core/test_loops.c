@@ -375,6 +375,30 @@ START_TEST(what_a_prescribed_motion_needs_is_the_energy_it_brings)
 }
 END_TEST
 
+/* Two routes to the torque at the crank: the loops' forces, by which the core takes what is missing
+ * at the dependent joints to the driven one; and the power of M qdd + c, of which those have none.
+ */
+START_TEST(what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics)
+{
+    stein_sim *sim = make_sim(&stein_model_slider_crank, STEIN_RK4, 1e-4);
+    int n = stein_model_slider_crank.nq;
+    ck_assert_stein(stein_drive(sim, "drive", turn, NULL, err));
+    ck_assert_stein(stein_reset(sim, err));
+    for (int i = 1; i <= 50; i++) {
+        double torque, Q[MOST], power = 0.0, size = 0.0;
+        ck_assert_stein(stein_run(sim, 0.00413 * i, err));
+        ck_assert_stein(stein_read_name(sim, "torque", &torque, err));
+        stein_inverse(sim, stein_q(sim), stein_qd(sim), stein_qdd(sim), NULL, NULL, Q);
+        for (int j = 0; j < n; j++) {
+            power += stein_qd(sim)[j] * Q[j];
+            size += fabs(stein_qd(sim)[j] * Q[j]);
+        }
+        ck_assert_close(torque * stein_qd(sim)[0], power, 0.0, 1e-12 * size);
+    }
+    stein_sim_destroy(sim);
+}
+END_TEST
+
 /* ---- closed ---- */
 
 START_TEST(loops_stay_closed_with_both_methods_and_whatever_the_step)
@@ -471,6 +495,32 @@ START_TEST(what_the_file_states_stays_and_the_rest_closes_the_loop)
     ck_assert(widest_gap(sim) <= 1e-12);
     ck_assert_int_eq(stein_freedom(sim), 1);
     finish(sim);
+}
+END_TEST
+
+/* the crank stays, the coupler goes to the one or the other side of it; a position would stay */
+START_TEST(a_guess_chooses_the_branch_and_does_not_stay)
+{
+#define GUESSED(coupler, rocker)                                                                \
+    "mechanism: bar\n"                                                                          \
+    "bodies:\n"                                                                                 \
+    "  crank: {joint: R -y, mass: 0.5 kg, inertia: {yy: 5e-4}, points: {p: [0.1, 0, 0]},\n"     \
+    "    initial: {position: 1.1 rad}}\n"                                                       \
+    "  coupler: {parent: crank, at: crank.p, joint: R -y, mass: 0.8 kg, inertia: {yy: 6e-3},\n" \
+    "    points: {e: [0.3, 0, 0]}, initial: {guess: " coupler "}}\n"                            \
+    "  rocker: {at: [0.3, 0, 0], joint: R -y, mass: 0.6 kg, inertia: {yy: 2e-3},\n"             \
+    "    points: {e: [0.2, 0, 0]}, initial: {guess: " rocker "}}\n"                             \
+    "loops: {close: {between: [coupler.e, rocker.e]}}\n"
+    static const char *const text[] = {GUESSED("-0.9 rad", "0.9 rad"),
+                                       GUESSED("-2.3 rad", "-2 rad")};
+    double side[2];
+    for (int k = 0; k < 2; k++) {
+        stein_sim *sim = start(text[k]);
+        ck_assert(stein_q(sim)[0] == 1.1 && widest_gap(sim) <= 1e-12);
+        side[k] = stein_q(sim)[2];
+        finish(sim);
+    }
+    ck_assert(side[0] > 0.0 && side[1] < 0.0);
 }
 END_TEST
 
@@ -597,11 +647,13 @@ Suite *loops_suite(void)
     tcase_add_test(all, qdd_is_that_of_all_unknowns_at_once);
     tcase_add_test(all, coupled_joints_move_as_one_with_the_inertia_of_all);
     tcase_add_test(all, what_a_prescribed_motion_needs_is_the_energy_it_brings);
+    tcase_add_test(all, what_a_prescribed_motion_needs_is_the_power_of_inverse_dynamics);
     tcase_add_test(all, loops_stay_closed_with_both_methods_and_whatever_the_step);
     tcase_add_test(all, nothing_drifts_in_many_steps);
     tcase_add_test(all, a_run_of_controlled_error_ends_closed_where_short_steps_do);
     tcase_add_test(all, one_block_holds_all_and_a_saved_state_goes_on_with_the_same_bits);
     tcase_add_test(all, what_the_file_states_stays_and_the_rest_closes_the_loop);
+    tcase_add_test(all, a_guess_chooses_the_branch_and_does_not_stay);
     tcase_add_test(all, a_loop_that_lies_flat_and_open_is_closed);
     tcase_add_test(all, a_loop_that_cannot_be_closed_is_named_with_its_gap);
     tcase_add_test(all, a_singular_start_is_told);

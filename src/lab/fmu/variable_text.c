@@ -62,6 +62,7 @@ static const struct ending {
     {"adhesion.F", "contact, pull-off force"},
     {"adhesion.range", "contact, range of the adhesion"},
     {"initial.position", "position at the start"},
+    {"initial.guess", "position from which loops are closed at the start"},
     {"initial.speed", "speed at the start"},
     {"sensor.gain", "instrument, gain"},
     {"sensor.offset", "instrument, offset"},

@@ -1,419 +1,41 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * mbs.c - the elements of a ROBOTRAN project: tree, joints, masses, points, and what is left out.
+ * mbs.c - a ROBOTRAN project as a draft of a mechanism.
  *
  *   mbsDescR7
  *     mbsname, base: gravity, point...
  *     bodytree: body...: bodyname, parent: bodyname, pointname; joint...: jointname, type, nature,
- *               initialvalue: q, qd; mass; com; inertia: Ixx...; point...: pointname, coordinates
- *     cuts, links, user_models, x3D
+ *               initialvalue: q, qd; actuated; mass; com; inertia: Ixx...;
+ *               point...: pointname, coordinates, sensor, extforce
+ *     cuts:     ball... rod... solid...: name, endpoint1, endpoint2: bodyname, pointname;
+ *               length of a rod; ignore: x, y, z
+ *     links: link... link3D...; user_models; x3D
  *
  * A body hangs on its parent by any number of joints; here each joint carries a body, so all but
  * the last carry massless ones. The inertia tensor is about the centre of mass in both.
+ *
+ * A cut closes a loop: ball: the points meet; rod: they keep a distance; solid: the axes of both
+ * bodies are parallel as well. The project removes redundant conditions by `ignore`; here all are
+ * written, since those that say nothing new do no harm. Independent joints keep their initial
+ * position, that of dependent ones is where the search for a closed position begins.
  */
-#include "mbs.h"
-
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* say that something is left out or renamed */
-static void note(mbs_project *p, const char *format, ...)
-{
-    char text[240];
-    va_list list;
-    va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
-    va_end(list);
-    char **more = realloc(p->note, ((size_t)p->nnote + 1) * sizeof *more);
-    char *copy = lab__text("%s", lab__one_line(text)); // a name may hold anything
-    p->note = more != NULL ? more : p->note;
-    if (more == NULL || copy == NULL) {
-        free(copy);
-        p->status = lab__no_memory(p->err);
-        return;
-    }
-    p->note[p->nnote++] = copy;
-    if (p->report != NULL) {
-        p->report(p->ctx, copy);
-    }
-}
+#include "draft.h"
 
-static stein_status wrong(mbs_project *p, const xml_node *at, const char *format, ...)
-{
-    char text[160];
-    va_list list;
-    va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
-    va_end(list);
-    return lab__fail(p->err, STEIN_EPARSE, "%s:%d:%d: %s", p->file, at->line, at->column, text);
-}
+/** A body of the project; its joints are bodies of the draft that follow each other. */
+typedef struct mbs_body {
+    const char *label;
+    const xml_node *node;
+    int first, last; /* bodies of the draft; the last one has mass and points */
+} mbs_body;
 
-/* ---- names ---- */
-
-static int is_word_of_c(const char *name)
-{
-    static const char words[] = " auto break case char const continue default do double else enum "
-                                "extern float for goto if inline int long register restrict return "
-                                "short signed sizeof static struct switch typedef union unsigned "
-                                "void volatile while frame load ";
-    char spaced[MECH_NAME + 2];
-    snprintf(spaced, sizeof spaced, " %s ", name);
-    return strstr(words, spaced) != NULL;
-}
-
-/* a name that a mechanism file takes; room for a suffix is left */
-static void clean(char name[MECH_NAME], const char *label)
-{
-    int n = 0;
-    if (!((label[0] | 32) >= 'a' && (label[0] | 32) <= 'z')) {
-        name[n++] = 'n';
-    }
-    for (; *label != '\0' && n < MECH_NAME - 5; label++) {
-        int fine = ((*label | 32) >= 'a' && (*label | 32) <= 'z') ||
-                   (*label >= '0' && *label <= '9') || *label == '_';
-        name[n++] = '_';
-        if (fine) {
-            name[n - 1] = *label;
-        }
-    }
-    name[n] = '\0';
-    if (is_word_of_c(name)) {
-        name[n] = '_';
-        name[n + 1] = '\0';
-    }
-}
-
-static void copy_name(char to[MECH_NAME], const char *from)
-{
-    size_t n = strlen(from);
-    n = n < MECH_NAME ? n : MECH_NAME - 1;
-    memmove(to, from, n);
-    to[n] = '\0';
-}
-
-/* the same name with a number behind it */
-static void number_name(char name[MECH_NAME], const char *base, int i)
-{
-    snprintf(name, MECH_NAME, "%.27s_%d", base, i % 1000);
-}
-
-/* clean, and no other name than those that `taken` knows */
-static void give_name(mbs_project *p, char name[MECH_NAME], const char *label, const char *what,
-                      int (*taken)(const mbs_project *p, const char *name, int owner), int owner)
-{
-    char base[MECH_NAME];
-    clean(base, label);
-    copy_name(name, base);
-    for (int i = 2; taken(p, name, owner); i++) {
-        number_name(name, base, i);
-    }
-    if (strcmp(name, label) != 0) {
-        note(p, "%s \"%.60s\" is called %s here", what, label, name);
-    }
-}
-
-static int body_taken(const mbs_project *p, const char *name, int owner)
-{
-    (void)owner;
-    for (int i = 0; i < p->nbody; i++) {
-        if (strcmp(p->body[i].name, name) == 0) {
-            return 1;
-        }
-    }
-    for (int i = 0; i < p->njoint; i++) {
-        if (strcmp(p->joint[i].carries, name) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-static int joint_taken(const mbs_project *p, const char *name, int owner)
-{
-    (void)owner;
-    for (int i = 0; i < p->njoint; i++) {
-        if (strcmp(p->joint[i].name, name) == 0) {
-            return 1;
-        }
-    }
-    return strcmp(name, "time") == 0;
-}
-
-static int point_taken(const mbs_project *p, const char *name, int owner)
-{
-    for (int i = 0; i < p->npoint; i++) {
-        if (p->point[i].body == owner && strcmp(p->point[i].name, name) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-/* ---- parts ---- */
-
-/* text of a child that has to be there */
-static stein_status need(mbs_project *p, const xml_node *node, const char *child, const char **text)
-{
-    const xml_node *n = xml_child(node, child);
-    if (n == NULL || n->text[0] == '\0') {
-        return wrong(p, n != NULL ? n : node, "<%s> without a <%s>, expected one", node->name,
-                     child);
-    }
-    *text = n->text;
-    return STEIN_OK;
-}
-
-/* a number [SI] of a child; it stays 0 when there is none */
-static stein_status number(mbs_project *p, const xml_node *node, const char *child, double *value)
-{
-    const xml_node *n = xml_child(node, child);
-    stein_err why;
-    if (n == NULL || n->text[0] == '\0') {
-        return STEIN_OK;
-    }
-    if (xml_next(node, n, child) != NULL) {
-        return wrong(p, xml_next(node, n, child), "<%s> twice in <%s>, expected once", child,
-                     node->name);
-    }
-    if (mech_parse_quantity(n->text, (mech_dim){0}, value, &why) != STEIN_OK) {
-        return wrong(p, n, "<%s> is \"%.40s\", expected a number", child, n->text);
-    }
-    return STEIN_OK;
-}
-
-/* x, y, z of <coordinates> in a child, or in the node itself */
-static stein_status place(mbs_project *p, const xml_node *node, double x[3])
-{
-    static const char *const name[] = {"x", "y", "z"};
-    const xml_node *at = xml_child(node, "coordinates");
-    stein_status status = STEIN_OK;
-    for (int i = 0; i < 3 && at != NULL && status == STEIN_OK; i++) {
-        status = number(p, at, name[i], &x[i]);
-    }
-    return status;
-}
-
-/* unknown elements are reported, except drawings */
-static void note_others(mbs_project *p, const xml_node *node, const char *known, const char *where)
-{
-    for (const xml_node *n = node != NULL ? node->first : NULL; n != NULL; n = n->next) {
-        char spaced[64];
-        snprintf(spaced, sizeof spaced, " %.60s ", n->name);
-        if (strstr(known, spaced) == NULL && n->name[0] != '@') {
-            note(p, "<%.60s> of %.60s (line %d)", n->name, where, n->line);
-        }
-    }
-}
-
-static stein_status take_point(mbs_project *p, const xml_node *node, int body, const char *where)
-{
-    if (p->npoint == MBS_POINTS) {
-        return wrong(p, node, "more than %d points", (int)MBS_POINTS);
-    }
-    mbs_point *point = &p->point[p->npoint];
-    *point = (mbs_point){.body = body};
-    stein_status status = need(p, node, "pointname", &point->label);
-    status = status == STEIN_OK ? place(p, node, point->x) : status;
-    if (status != STEIN_OK) {
-        return status;
-    }
-    give_name(p, point->name, point->label, "point", point_taken, body);
-    p->npoint++;
-    note_others(p, node, " pointname coordinates graphics symbols sensor extforce ", point->label);
-    if (xml_child(node, "sensor") != NULL) {
-        const xml_node *name = xml_child(xml_child(node, "sensor"), "@name");
-        note(p, "sensor \"%.40s\": read it as an output, {point: %s.%s, read: z}",
-             name != NULL ? name->text : "", body < 0 ? "frame" : p->body[body].name, point->name);
-    }
-    if (xml_child(node, "extforce") != NULL) {
-        const xml_node *name = xml_child(xml_child(node, "extforce"), "@name");
-        note(p, "external force \"%.40s\" on %.40s.%s: its law is in user code",
-             name != NULL ? name->text : "", where, point->name);
-    }
-    return STEIN_OK;
-}
-
-static stein_status take_points(mbs_project *p, const xml_node *node, int body, const char *where)
-{
-    stein_status status = STEIN_OK;
-    for (const xml_node *n = xml_child(node, "point"); n != NULL && status == STEIN_OK;
-         n = xml_next(node, n, "point")) {
-        status = take_point(p, n, body, where);
-    }
-    return status;
-}
-
-static stein_status take_joint(mbs_project *p, const xml_node *node, int body)
-{
-    const char *type = "", *nature = "independent";
-    if (p->njoint == MBS_JOINTS) {
-        return wrong(p, node, "more than %d joints", (int)MBS_JOINTS);
-    }
-    mbs_joint j = {.body = body};
-    stein_status status = need(p, node, "jointname", &j.label);
-    status = status == STEIN_OK ? need(p, node, "type", &type) : status;
-    if (status != STEIN_OK) {
-        return status;
-    }
-    if ((type[0] != 'R' && type[0] != 'T') || type[1] < '1' || type[1] > '3' || type[2] != '\0') {
-        return wrong(p, xml_child(node, "type"),
-                     "a joint of type \"%.20s\", expected T1 T2 T3 R1 "
-                     "R2 R3",
-                     type);
-    }
-    const xml_node *initial = xml_child(node, "initialvalue"), *is = xml_child(node, "nature");
-    j.type = type[0];
-    j.axis = (char)('x' + type[1] - '1');
-    nature = is != NULL ? is->text : nature;
-    j.driven = strcmp(nature, "driven") == 0 || strcmp(nature, "locked") == 0;
-    if (initial != NULL) {
-        status = number(p, initial, "q", &j.q);
-        status = status == STEIN_OK ? number(p, initial, "qd", &j.qd) : status;
-        note_others(p, initial, " q qd ", j.label);
-    }
-    if (status != STEIN_OK) {
-        return status;
-    }
-    give_name(p, j.name, j.label, "joint", joint_taken, 0);
-    note_others(p, node, " jointname type nature initialvalue graphics symbols ", j.label);
-    if (strcmp(nature, "dependent") == 0) {
-        note(p, "joint %s depends on a loop, which stays open: here it is free", j.name);
-    } else if (!j.driven && strcmp(nature, "independent") != 0) {
-        note(p, "joint %s is \"%.40s\": here it is free", j.name, nature);
-    }
-    p->joint[p->njoint++] = j;
-    return STEIN_OK;
-}
-
-/* the joints of a body; all but the last carry a massless one, called like the joint */
-static stein_status take_joints(mbs_project *p, const xml_node *node, int body)
-{
-    int first = p->njoint;
-    stein_status status = STEIN_OK;
-    for (const xml_node *n = xml_child(node, "joint"); n != NULL && status == STEIN_OK;
-         n = xml_next(node, n, "joint")) {
-        status = take_joint(p, n, body);
-    }
-    if (status == STEIN_OK && p->njoint == first) {
-        return wrong(p, node, "body \"%.60s\" has no joint, expected at least one",
-                     p->body[body].label);
-    }
-    return status;
-}
-
-static void name_carriers(mbs_project *p)
-{
-    for (int i = 0; i < p->njoint; i++) {
-        mbs_joint *j = &p->joint[i];
-        int last = i + 1 == p->njoint || p->joint[i + 1].body != j->body;
-        if (last) {
-            copy_name(j->carries, p->body[j->body].name);
-            continue;
-        }
-        char name[MECH_NAME];
-        copy_name(name, j->name);
-        for (int k = 2; body_taken(p, name, 0); k++) {
-            number_name(name, j->name, k);
-        }
-        copy_name(j->carries, name);
-    }
-}
-
-static stein_status take_body(mbs_project *p, const xml_node *node)
-{
-    static const char *const inertia[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
-    if (p->nbody == MBS_BODIES) {
-        return wrong(p, node, "more than %d bodies", (int)MBS_BODIES);
-    }
-    int body = p->nbody;
-    mbs_body *b = &p->body[body];
-    *b = (mbs_body){.node = node};
-    stein_status status = need(p, node, "bodyname", &b->label);
-    status = status == STEIN_OK ? number(p, node, "mass", &b->mass) : status;
-    const xml_node *com = xml_child(node, "com"), *tensor = xml_child(node, "inertia");
-    status = status == STEIN_OK && com != NULL ? place(p, com, b->centre) : status;
-    for (int i = 0; i < MBS_INERTIA && tensor != NULL && status == STEIN_OK; i++) {
-        status = number(p, tensor, inertia[i], &b->inertia[i]);
-    }
-    if (status != STEIN_OK) {
-        return status;
-    }
-    give_name(p, b->name, b->label, "body", body_taken, 0);
-    p->nbody++;
-    note_others(p, tensor, " Ixx Iyy Izz Ixy Ixz Iyz symbols ", b->label);
-    note_others(p, node, " bodyname parent joint mass com inertia point graphics symbols ",
-                b->label);
-    status = take_joints(p, node, body);
-    return status == STEIN_OK ? take_points(p, node, body, b->name) : status;
-}
-
-/* ---- the tree ---- */
-
-/* body by its name in the file; -1: the base, -2: none */
-static int find_body(const mbs_project *p, const char *label)
-{
-    for (int i = 0; i < p->nbody; i++) {
-        if (strcmp(p->body[i].label, label) == 0) {
-            return i;
-        }
-    }
-    return strcmp(label, "base") == 0 ? -1 : -2;
-}
-
-/* point of a body by its name in the file; -1: its origin, -2: none */
-static int find_point(const mbs_project *p, int body, const char *label)
-{
-    for (int i = 0; i < p->npoint; i++) {
-        if (p->point[i].body == body && strcmp(p->point[i].label, label) == 0) {
-            return i;
-        }
-    }
-    return strcmp(label, "origin") == 0 ? -1 : -2;
-}
-
-static stein_status find_parent(mbs_project *p, mbs_body *b)
-{
-    const xml_node *parent = xml_child(b->node, "parent");
-    const char *label = "", *anchor = "origin";
-    if (parent == NULL) {
-        return wrong(p, b->node, "body \"%.60s\" has no <parent>, expected one", b->label);
-    }
-    stein_status status = need(p, parent, "bodyname", &label);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    const xml_node *at = xml_child(parent, "pointname");
-    anchor = at != NULL ? at->text : anchor;
-    b->parent = find_body(p, label);
-    if (b->parent == -2) {
-        return wrong(p, parent, "body \"%.50s\" hangs on \"%.50s\", which is no body", b->label,
-                     label);
-    }
-    b->anchor = find_point(p, b->parent, anchor);
-    if (b->anchor == -2) {
-        return wrong(p, at, "body \"%.40s\" hangs on \"%.40s.%.40s\", which is no point", b->label,
-                     label, anchor);
-    }
-    return STEIN_OK;
-}
-
-/* every body ends at the base when one goes from parent to parent */
-static stein_status check_tree(mbs_project *p)
-{
-    for (int i = 0; i < p->nbody; i++) {
-        int at = i, steps = 0;
-        while (at >= 0 && steps <= p->nbody) {
-            at = p->body[at].parent;
-            steps++;
-        }
-        if (at >= 0) {
-            return wrong(p, p->body[i].node, "body \"%.60s\" hangs on itself", p->body[i].label);
-        }
-    }
-    return STEIN_OK;
-}
-
-/* ---- what is left out ---- */
+typedef struct mbs_project {
+    draft *d;
+    mbs_body body[DRAFT_BODIES];
+    int nbody, ncut;
+    const char *joint[DRAFT_BODIES]; /* label of the joint of each body of the draft */
+} mbs_project;
 
 static const char *text_of(const xml_node *node, const char *child)
 {
@@ -421,64 +43,453 @@ static const char *text_of(const xml_node *node, const char *child)
     return n != NULL ? n->text : "";
 }
 
-static void note_pair(mbs_project *p, const xml_node *n, const char *what, const char *then)
+/* a number [SI] of a child; 0 when there is none */
+static double number(draft *d, const xml_node *node, const char *child)
 {
-    const xml_node *a = xml_child(n, "endpoint1"), *b = xml_child(n, "endpoint2");
-    note(p, "%s \"%.30s\" between %.30s.%.30s and %.30s.%.30s: %s", what, text_of(n, "name"),
-         text_of(a, "bodyname"), text_of(a, "pointname"), text_of(b, "bodyname"),
-         text_of(b, "pointname"), then);
+    const xml_node *n = xml_child(node, child);
+    if (n == NULL || n->text[0] == '\0') {
+        return 0.0;
+    }
+    if (xml_next(node, n, child) != NULL) {
+        draft_wrong(d, xml_next(node, n, child), "<%s> twice in <%s>, expected once", child,
+                    node->name);
+    }
+    return draft_number(d, n, n->text);
 }
 
-static void note_rest(mbs_project *p, const xml_node *root)
+/* x, y, z of <coordinates> */
+static void place(draft *d, const xml_node *node, double x[3])
 {
-    const xml_node *cuts = xml_child(root, "cuts"), *links = xml_child(root, "links"),
-                   *models = xml_child(root, "user_models");
+    static const char *const name[] = {"x", "y", "z"};
+    const xml_node *at = xml_child(node, "coordinates");
+    for (int i = 0; i < 3 && at != NULL; i++) {
+        x[i] = number(d, at, name[i]);
+    }
+}
+
+/* ---- points ---- */
+
+static void three(draft *d, const char *label, int point, int velocity)
+{
+    static const char *const axis[2][3] = {{"x", "y", "z"}, {"vx", "vy", "vz"}};
+    for (int i = 0; i < 3; i++) {
+        char name[80];
+        snprintf(name, sizeof name, "%.24s_%s", label, axis[velocity][i]);
+        draft_add_output(d, name, 0, point, 3 * velocity + i);
+    }
+}
+
+static void take_sensor(draft *d, const xml_node *node, int point)
+{
+    static const char *const rest[] = {"@Rot", "@Om", "@Acc", "@Omp", "@Jac"};
+    const char *name = text_of(node, "@name"), *label = d->point[point].label;
+    name = name[0] != '\0' ? name : label;
+    three(d, name, point, 0);
+    if (strcmp(text_of(node, "@Vit"), "true") == 0) {
+        three(d, name, point, 1);
+    }
+    for (int i = 0; i < 5; i++) {
+        if (strcmp(text_of(node, rest[i]), "true") == 0) {
+            draft_note(d, "sensor \"%.60s\": %s is not read here", name, rest[i] + 1);
+        }
+    }
+}
+
+static void take_force(draft *d, const xml_node *node, int point, const char *where)
+{
+    const char *label = text_of(node, "@name");
+    char base[MECH_NAME];
+    snprintf(base, sizeof base, "%.24s", label[0] != '\0' ? label : d->point[point].label);
+    for (int i = 0; i < 3; i++) {
+        char name[MECH_NAME];
+        snprintf(name, sizeof name, "%.24s_%c", base, "xyz"[i]);
+        draft_add_input(d, name, DRAFT_FORCE, point, i);
+    }
+    draft_note(d,
+               "external force \"%.40s\" on %.40s.%s: its law is in user code (user_ExtForces); "
+               "inputs are its components along the fixed axes, a moment is left out",
+               label, where, d->point[point].name);
+}
+
+static void take_points(draft *d, const xml_node *node, int body, const char *where)
+{
+    for (const xml_node *n = xml_child(node, "point"); n != NULL && d->status == STEIN_OK;
+         n = xml_next(node, n, "point")) {
+        draft_point *p = draft_add_point(d, n, body, draft_need(d, n, "pointname"));
+        if (p == NULL) {
+            return;
+        }
+        int index = d->npoint - 1;
+        place(d, n, p->x);
+        draft_note_others(d, n, " pointname coordinates graphics symbols sensor extforce ",
+                          p->label);
+        if (xml_child(n, "sensor") != NULL) {
+            take_sensor(d, xml_child(n, "sensor"), index);
+        }
+        if (xml_child(n, "extforce") != NULL) {
+            take_force(d, xml_child(n, "extforce"), index, where);
+        }
+    }
+}
+
+/* ---- joints ---- */
+
+static void take_nature(mbs_project *p, const xml_node *node, draft_body *b, const char *name)
+{
+    draft *d = p->d;
+    int body = d->nbody - 1;
+    const char *nature = text_of(node, "nature");
+    char label[MECH_NAME];
+    b->start = DRAFT_STATED;
+    if (strcmp(nature, "driven") == 0 || strcmp(nature, "locked") == 0) {
+        snprintf(label, sizeof label, "drive_%.26s", name);
+        draft_add_input(d, label, DRAFT_MOTION, body, 0);
+    } else if (strcmp(nature, "dependent") == 0 && p->ncut > 0) {
+        b->start = DRAFT_GUESSED;
+        b->qd = 0.0;
+    } else if (strcmp(nature, "dependent") == 0) {
+        draft_note(d,
+                   "joint %s is dependent, but there are no cuts: its condition is in user code "
+                   "(user_cons_hJ); here it is free",
+                   name);
+    } else if (nature[0] != '\0' && strcmp(nature, "independent") != 0) {
+        draft_note(d, "joint %s is \"%.40s\": here it is free", name, nature);
+    }
+    if (xml_child(node, "actuated") != NULL) {
+        snprintf(label, sizeof label, "motor_%.26s", name);
+        draft_add_input(d, label, DRAFT_TORQUE, body, 0);
+    }
+}
+
+static void take_joint(mbs_project *p, const xml_node *node, int above)
+{
+    draft *d = p->d;
+    const char *label = draft_need(d, node, "jointname"), *type = draft_need(d, node, "type");
+    const xml_node *initial = xml_child(node, "initialvalue");
+    draft_body *b = d->status == STEIN_OK ? draft_add_body(d, node) : NULL;
+    if (b == NULL) {
+        return;
+    }
+    if ((type[0] != 'R' && type[0] != 'T') || type[1] < '1' || type[1] > '3' || type[2] != '\0') {
+        draft_wrong(d, xml_child(node, "type"),
+                    "a joint of type \"%.20s\", expected T1 T2 T3 R1 R2 R3", type);
+        return;
+    }
+    b->joint = type[0];
+    b->axis = (char)('x' + type[1] - '1');
+    b->parent = above;
+    if (initial != NULL) {
+        b->q = number(d, initial, "q");
+        b->qd = number(d, initial, "qd");
+        draft_note_others(d, initial, " q qd qdd ", label);
+    }
+    p->joint[d->nbody - 1] = label;
+    draft_add_output(d, label, d->nbody - 1, -1, 0);
+    const char *name = d->output[d->noutput - 1].name;
+    if (strcmp(name, label) != 0) {
+        draft_note(d, "joint \"%.60s\" is called %s here", label, name);
+    }
+    draft_note_others(d, node, " jointname type nature initialvalue actuated graphics symbols ",
+                      label);
+    take_nature(p, node, b, name);
+    d->joints++;
+}
+
+/* ---- bodies ---- */
+
+static void take_mass(draft *d, const xml_node *node, draft_body *b)
+{
+    static const char *const inertia[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
+    const xml_node *com = xml_child(node, "com"), *tensor = xml_child(node, "inertia");
+    b->mass = number(d, node, "mass");
+    if (com != NULL) {
+        place(d, com, b->centre);
+    }
+    for (int i = 0; i < DRAFT_INERTIA && tensor != NULL; i++) {
+        b->inertia[i] = number(d, tensor, inertia[i]);
+    }
+}
+
+static void take_body(mbs_project *p, const xml_node *node)
+{
+    draft *d = p->d;
+    if (p->nbody == DRAFT_BODIES) {
+        draft_wrong(d, node, "more than %d bodies", (int)DRAFT_BODIES);
+        return;
+    }
+    mbs_body *body = &p->body[p->nbody];
+    *body = (mbs_body){.label = draft_need(d, node, "bodyname"), .node = node, .first = d->nbody};
+    for (const xml_node *n = xml_child(node, "joint"); n != NULL && d->status == STEIN_OK;
+         n = xml_next(node, n, "joint")) {
+        take_joint(p, n, d->nbody > body->first ? d->nbody - 1 : -1);
+    }
+    body->last = d->nbody - 1;
+    if (d->status == STEIN_OK && body->last < body->first) {
+        draft_wrong(d, node, "body \"%.60s\" has no joint, expected at least one", body->label);
+    }
+    if (d->status != STEIN_OK) {
+        return;
+    }
+    draft_body *b = &d->body[body->last];
+    draft_name(d, b->name, body->label, "body", DRAFT_PART, 0);
+    take_mass(d, node, b);
+    draft_note_others(d, xml_child(node, "inertia"), " Ixx Iyy Izz Ixy Ixz Iyz symbols ",
+                      body->label);
+    draft_note_others(d, node, " bodyname parent joint mass com inertia point graphics symbols ",
+                      body->label);
+    p->nbody++;
+    d->bodies++;
+    take_points(d, node, body->last, b->name);
+}
+
+/* massless bodies between joints are called like the joint before them */
+static void name_carriers(mbs_project *p)
+{
+    draft *d = p->d;
+    for (int i = 0; i < d->nbody; i++) {
+        if (d->body[i].name[0] == '\0') {
+            draft_name(d, d->body[i].name, p->joint[i], NULL, DRAFT_PART, 0);
+        }
+    }
+}
+
+/* ---- the tree ---- */
+
+enum { BASE = -1, NONE = -2 };
+
+/* body of the project by its name; BASE, NONE */
+static int find_body(const mbs_project *p, const char *label)
+{
+    for (int i = 0; i < p->nbody; i++) {
+        if (strcmp(p->body[i].label, label) == 0) {
+            return i;
+        }
+    }
+    return strcmp(label, "base") == 0 ? BASE : NONE;
+}
+
+/* point of a body of the draft by its name in the file; -1: its origin, NONE */
+static int find_point(const draft *d, int body, const char *label)
+{
+    for (int i = 0; i < d->npoint; i++) {
+        if (d->point[i].body == body && strcmp(d->point[i].label, label) == 0) {
+            return i;
+        }
+    }
+    return strcmp(label, "origin") == 0 || label[0] == '\0' ? -1 : NONE;
+}
+
+static void find_parent(mbs_project *p, const mbs_body *body)
+{
+    draft *d = p->d;
+    draft_body *b = &d->body[body->first];
+    const xml_node *parent = xml_child(body->node, "parent");
+    if (parent == NULL) {
+        draft_wrong(d, body->node, "body \"%.60s\" has no <parent>, expected one", body->label);
+        return;
+    }
+    const char *label = draft_need(d, parent, "bodyname"), *anchor = text_of(parent, "pointname");
+    int above = d->status == STEIN_OK ? find_body(p, label) : BASE;
+    if (above == NONE) {
+        draft_wrong(d, parent, "body \"%.50s\" hangs on \"%.50s\", which is no body", body->label,
+                    label);
+        return;
+    }
+    b->parent = above == BASE ? -1 : p->body[above].last;
+    b->anchor = find_point(d, b->parent, anchor);
+    if (b->anchor == NONE) {
+        draft_wrong(d, parent, "body \"%.40s\" hangs on \"%.40s.%.40s\", which is no point",
+                    body->label, label, anchor);
+    }
+}
+
+/* every body ends at the base when one goes from parent to parent */
+static void check_tree(mbs_project *p)
+{
+    const draft *d = p->d;
+    for (int i = 0; i < p->nbody; i++) {
+        int at = p->body[i].first, steps = 0;
+        while (at >= 0 && steps <= d->nbody) {
+            at = d->body[at].parent;
+            steps++;
+        }
+        if (at >= 0) {
+            draft_wrong(p->d, p->body[i].node, "body \"%.60s\" hangs on itself", p->body[i].label);
+        }
+    }
+}
+
+/* ---- cuts and links ---- */
+
+/* @return point of the draft that an <endpoint1> or <endpoint2> names */
+static int find_end(mbs_project *p, const xml_node *node, const char *end)
+{
+    draft *d = p->d;
+    static const double zero[3];
+    const xml_node *at = xml_child(node, end);
+    if (at == NULL) {
+        draft_wrong(d, node, "<%s> \"%.40s\" without an <%s>, expected one", node->name,
+                    text_of(node, "name"), end);
+        return -1;
+    }
+    int body = find_body(p, text_of(at, "bodyname"));
+    int carrier = body >= 0 ? p->body[body].last : -1;
+    int point = body == NONE ? NONE : find_point(d, carrier, text_of(at, "pointname"));
+    if (point == NONE) {
+        draft_wrong(d, at, "<%s> \"%.40s\" ends at \"%.40s.%.40s\", which is no point", node->name,
+                    text_of(node, "name"), text_of(at, "bodyname"), text_of(at, "pointname"));
+        return -1;
+    }
+    return point >= 0 ? point : draft_point_at(d, at, carrier, zero, "origin");
+}
+
+/* @return a pair of points of the project, NULL with an error */
+static draft_loop *take_pair(mbs_project *p, const xml_node *n)
+{
+    draft *d = p->d;
+    int a = find_end(p, n, "endpoint1"), b = find_end(p, n, "endpoint2");
+    const char *label = text_of(n, "name");
+    draft_loop *l =
+        d->status == STEIN_OK ? draft_add_loop(d, n, label[0] != '\0' ? label : n->name) : NULL;
+    if (l != NULL) {
+        l->point[0] = a;
+        l->point[1] = b;
+    }
+    return l;
+}
+
+static void take_cut(mbs_project *p, const xml_node *n)
+{
+    draft *d = p->d;
+    int ball = strcmp(n->name, "ball") == 0, rod = strcmp(n->name, "rod") == 0;
+    if (!ball && !rod && strcmp(n->name, "solid") != 0) {
+        draft_wrong(d, n, "a cut <%.40s>, expected <ball>, <rod> or <solid>", n->name);
+        return;
+    }
+    draft_loop *l = take_pair(p, n);
+    if (l == NULL) {
+        return;
+    }
+    l->kind = ball ? DRAFT_MEET : rod ? DRAFT_ROD : DRAFT_WELD;
+    if (rod) {
+        const xml_node *length = xml_child(n, "length");
+        const char *text = draft_need(d, n, "length");
+        l->length = d->status == STEIN_OK ? draft_number(d, length, text) : 0.0;
+    }
+    if (xml_child(n, "ignore") != NULL && xml_child(n, "ignore")->first != NULL) {
+        draft_note(d,
+                   "cut %s ignores some of its conditions: here all hold; compare the degrees of "
+                   "freedom of stein check with the independent joints",
+                   l->name);
+    }
+    draft_note_others(d, n, " name endpoint1 endpoint2 length ignore graphics symbols ", l->name);
+}
+
+static void take_link(mbs_project *p, const xml_node *n)
+{
+    draft *d = p->d;
+    if (strcmp(n->name, "link") != 0) {
+        draft_note(d, "<%.40s> \"%.60s\": its law is in user code (user_Link3DForces)", n->name,
+                   text_of(n, "name"));
+        return;
+    }
+    draft_loop *l = take_pair(p, n);
+    if (l == NULL) {
+        return;
+    }
+    l->kind = DRAFT_LINK;
+    draft_note(d,
+               "link %s: its law is in user code (user_LinkForces); here it has no stiffness, set "
+               "%s.k, %s.length and %s.damping",
+               l->name, l->name, l->name, l->name);
+}
+
+static void take_pairs(mbs_project *p, const xml_node *root)
+{
+    const xml_node *cuts = xml_child(root, "cuts"), *links = xml_child(root, "links");
     for (const xml_node *n = cuts != NULL ? cuts->first : NULL; n != NULL; n = n->next) {
-        char what[80];
-        snprintf(what, sizeof what, "cut (%.60s)", n->name);
-        note_pair(p, n, what, "the loop stays open");
+        if (p->d->status == STEIN_OK && n->name[0] != '@') {
+            take_cut(p, n);
+        }
     }
     for (const xml_node *n = links != NULL ? links->first : NULL; n != NULL; n = n->next) {
-        note_pair(p, n, "link", "its law is in user code, see links: k, length, damping");
+        if (p->d->status == STEIN_OK && n->name[0] != '@') {
+            take_link(p, n);
+        }
     }
-    for (const xml_node *n = models != NULL ? models->first : NULL; n != NULL; n = n->next) {
-        note(p, "user model \"%.60s\"", text_of(n, "name"));
-    }
-    note_others(p, root,
-                " mbsname mbsyspad_version base bodytree cuts links user_models x3D "
-                "graphics ",
-                "the project");
-    note_others(p, xml_child(root, "base"), " gravity baseBodyName graphics point symbols ",
-                "the base");
 }
 
-stein_status mbs_take(mbs_project *p, const xml_node *root)
+/* ---- all of it ---- */
+
+static int count_cuts(const xml_node *cuts)
 {
+    int k = 0;
+    for (const xml_node *n = cuts != NULL ? cuts->first : NULL; n != NULL; n = n->next) {
+        k += n->name[0] != '@';
+    }
+    return k;
+}
+
+static void note_rest(draft *d, const xml_node *root)
+{
+    const xml_node *models = xml_child(root, "user_models");
+    for (const xml_node *n = models != NULL ? models->first : NULL; n != NULL; n = n->next) {
+        draft_note(d, "user model \"%.60s\"", text_of(n, "name"));
+    }
+    draft_note_others(d, xml_child(root, "bodytree"), " body ", "the tree");
+    draft_note_others(d, root,
+                      " mbsname mbsyspad_version base bodytree cuts links user_models x3D "
+                      "graphics ",
+                      "the project");
+    draft_note_others(d, xml_child(root, "base"), " gravity baseBodyName graphics point symbols ",
+                      "the base");
+}
+
+static void take_all(mbs_project *p, const xml_node *root)
+{
+    draft *d = p->d;
     const xml_node *base = xml_child(root, "base"), *tree = xml_child(root, "bodytree");
-    if (strncmp(root->name, "mbsDesc", 7) != 0 || tree == NULL) {
-        return wrong(p, root, "<%.40s>, expected a ROBOTRAN project: <mbsDescR7> with a <bodytree>",
-                     root->name);
+    if (tree == NULL) {
+        draft_wrong(d, root, "<%s> without a <bodytree>, expected a project of ROBOTRAN",
+                    root->name);
+        return;
     }
-    clean(p->name, text_of(root, "mbsname")[0] != '\0' ? text_of(root, "mbsname") : "imported");
-    const xml_node *gravity = xml_child(base, "gravity");
-    stein_status status = gravity != NULL ? place(p, gravity, p->gravity) : STEIN_OK;
-    status = status == STEIN_OK && base != NULL ? take_points(p, base, -1, "base") : status;
-    for (const xml_node *n = xml_child(tree, "body"); n != NULL && status == STEIN_OK;
+    if (base != NULL) {
+        if (xml_child(base, "gravity") != NULL) {
+            place(d, xml_child(base, "gravity"), d->gravity);
+        }
+        take_points(d, base, -1, "base");
+    }
+    p->ncut = count_cuts(xml_child(root, "cuts"));
+    for (const xml_node *n = xml_child(tree, "body"); n != NULL && d->status == STEIN_OK;
          n = xml_next(tree, n, "body")) {
-        status = take_body(p, n);
+        take_body(p, n);
     }
-    for (int i = 0; i < p->nbody && status == STEIN_OK; i++) {
-        status = find_parent(p, &p->body[i]);
+    if (d->status == STEIN_OK && p->nbody == 0) {
+        draft_wrong(d, tree, "<bodytree> without a <body>, expected one");
     }
-    status = status == STEIN_OK ? check_tree(p) : status;
-    if (status == STEIN_OK && p->nbody == 0) {
-        status = wrong(p, tree, "<bodytree> without a <body>, expected one");
+    for (int i = 0; i < p->nbody && d->status == STEIN_OK; i++) {
+        find_parent(p, &p->body[i]);
     }
-    if (status == STEIN_OK) {
+    if (d->status == STEIN_OK) {
+        check_tree(p);
         name_carriers(p);
-        note_others(p, tree, " body ", "the tree");
-        note_rest(p, root);
-        status = p->status;
+        take_pairs(p, root);
+        note_rest(d, root);
     }
-    return status;
+}
+
+stein_status mbs_take(draft *d, const xml_node *root)
+{
+    mbs_project *p = calloc(1, sizeof *p);
+    const char *name = text_of(root, "mbsname");
+    if (p == NULL) {
+        return lab__no_memory(d->err);
+    }
+    p->d = d;
+    d->program = "ROBOTRAN's project";
+    draft_name(d, d->name, name[0] != '\0' ? name : "imported", NULL, DRAFT_PART, 0);
+    take_all(p, root);
+    free(p);
+    return d->status;
 }

@@ -2,29 +2,9 @@
  * test_import.c - ROBOTRAN projects become mechanism files with the same M and c as mechanisms that
  * were written by hand; what is left out is told; files that are not in order are refused by place.
  */
-#include "lab_support.h"
-#include "stein/import.h"
+#include "import_support.h"
 
 enum { STATES = 20, MOST_NQ = 8 };
-
-static char *said; /* notes of the last import, a line each */
-
-static void on_note(void *ctx, const char *message)
-{
-    (void)ctx;
-    char *longer = lab__text("%s%s\n", said != NULL ? said : "", message);
-    free(said);
-    said = longer;
-}
-
-static lab_imported import(const char *file, const char *to)
-{
-    lab_imported done;
-    free(said);
-    said = NULL;
-    ck_assert_stein(lab_import_mbs(file, to, on_note, NULL, &done, err));
-    return done;
-}
 
 /* M, c of both at the same states; joint i of the one is joint map[i] of the other */
 static void same_equations(const lab_model *one, const lab_model *other, const int *map)
@@ -35,7 +15,7 @@ static void same_equations(const lab_model *one, const lab_model *other, const i
     ck_assert_int_eq(lab_equations(other)->nq, n);
     ck_assert_stein(lab_sim(one, NULL, &sim[0], err));
     ck_assert_stein(lab_sim(other, NULL, &sim[1], err));
-    for (int i = 0; i < n; i++) { // initial values come over as well
+    for (int i = 0; i < n && lab_equations(one)->nrow == 0; i++) { // initial values as well
         ck_assert_close(stein_q(sim[0])[i], stein_q(sim[1])[map[i]], 1e-15, 0.0);
         ck_assert_close(stein_qd(sim[0])[i], stein_qd(sim[1])[map[i]], 1e-15, 0.0);
     }
@@ -64,20 +44,21 @@ START_TEST(a_planar_project_has_the_equations_of_the_file_written_by_hand)
     lab_options options = lab_options_default();
     lab_model *mine = NULL, *theirs = NULL;
     const char *set[] = {"block.initial.position=0.185", "crank.initial.speed=100"};
-    int map[4];
+    int back[4]; // joint of theirs -> of mine
     lab_imported done = import("tests/mbs/piston.mbs", in_folder("piston.yaml"));
     ck_assert_str_eq(done.name, "piston");
-    ck_assert(done.bodies == 4 && done.joints == 4 && done.points == 2 && done.left_out == 3);
-    ck_assert_ptr_nonnull(strstr(said, "\"Piston\" between rod.head and piston.origin"));
+    ck_assert(done.bodies == 4 && done.joints == 4 && done.points == 3 && done.left_out == 0);
+    ck_assert_int_eq(done.loops, 1);
     ck_assert_stein(lab_open(&theirs, in_folder("piston.yaml"), &options, err));
     options.set = set;
     options.nset = 2;
     ck_assert_stein(lab_open(&mine, "models/robotran/piston.yaml", &options, err));
     for (int i = 0; i < 4; i++) {
-        map[i] = stein_find_body(lab_equations(theirs), lab_equations(mine)->bodies[i].name);
-        ck_assert_int_ge(map[i], 0);
+        back[i] = stein_find_body(lab_equations(mine), lab_equations(theirs)->bodies[i].name);
+        ck_assert_int_ge(back[i], 0);
     }
-    same_equations(mine, theirs, map);
+    ck_assert(lab_equations(theirs)->nrow == 2 && lab_equations(mine)->nrow == 0);
+    same_equations(theirs, mine, back);
     ck_assert_int_eq(lab_equations(theirs)->ops_mass_bias.mul,
                      lab_equations(mine)->ops_mass_bias.mul);
     lab_close(mine);
@@ -111,14 +92,14 @@ START_TEST(a_spatial_project_with_several_joints_a_body_does_so_too)
     lab_model *mine = NULL, *theirs = NULL;
     lab_imported done = import("tests/mbs/arm.mbs", in_folder("arm.yaml"));
     ck_assert_str_eq(done.name, "n6_axes");
-    ck_assert(done.bodies == 2 && done.joints == 5 && done.points == 3);
+    ck_assert(done.bodies == 2 && done.joints == 5 && done.points == 4);
     static const char *const told[] = {"\"struct\" is called struct_",
                                        "\"tilt angle\"",
                                        "\"left up\" is called left_up_2",
-                                       "sensor \"eye\"",
-                                       "external force \"wind\"",
+                                       "sensor \"eye\": Om is not read here",
+                                       "external force \"wind\" on struct_.left_up_2: its law is",
                                        "\"springy\"",
-                                       "link \"rope\" between struct.left/up and hand.origin",
+                                       "link rope: its law is in user code",
                                        "user model \"Motor\"",
                                        "<novelty> of the project (line"};
     text_has(said, told, sizeof told / sizeof *told);
@@ -149,18 +130,99 @@ START_TEST(a_spatial_project_with_several_joints_a_body_does_so_too)
 }
 END_TEST
 
-/* the text with the first `from` replaced; into a file */
-static const char *changed(const char *text, const char *from, const char *to)
+/* tests/mbs/rig.mbs as one would write it */
+static const char rig_by_hand[] =
+    "mechanism: by_hand\n"
+    "inertia: accept\n"
+    "gravity: [0, 0, -9.81]\n"
+    "points: {a: [0.01, 0, 0.02], b: [0.31, 0, 0.02], c: [0.1, 0.07, 0]}\n"
+    "bodies:\n"
+    "  crank: {joint: R y, at: frame.a, mass: 0.5, centre: [0.05, 0, 0.01], inertia: {yy: 5e-4},\n"
+    "          points: {p: [0.1, 0, 0]}, initial: {position: -1.1, speed: 3}}\n"
+    "  coupler: {parent: crank, at: crank.p, joint: R y, mass: 0.8, centre: [0.15, 0, 0],\n"
+    "            inertia: {yy: 6e-3}, points: {e: [0.3, 0, 0]}, initial: {guess: 0.9}}\n"
+    "  rocker: {joint: R y, at: frame.b, mass: 0.6, centre: [0.1, 0, 0], inertia: {yy: 2e-3},\n"
+    "           points: {e: [0.2, 0, 0]}, initial: {guess: -0.9}}\n"
+    "  wheel: {parent: rocker, at: rocker.e, joint: R y, mass: 1.5,\n"
+    "          inertia: {xx: 0.1, yy: 0.8, zz: 0.1}, initial: {position: 0.4}}\n"
+    "  slider: {joint: T z, at: frame.c, mass: 0.7, points: {o: [0, 0, 0]},\n"
+    "           initial: {guess: -0.3}}\n"
+    "  fly_x: {joint: T x, mass: 0}\n"
+    "  fly_z: {parent: fly_x, joint: T z, mass: 0}\n"
+    "  plate: {parent: fly_z, joint: R y, mass: 0.2, centre: [0.02, 0, 0], inertia: {yy: 3e-4},\n"
+    "          points: {m: [0.03, 0, 0.01]}}\n"
+    "loops:\n"
+    "  pin: {between: [coupler.e, rocker.e]}\n"
+    "  pull: {between: [crank.p, slider.o], rod: 0.5}\n"
+    "  glue: {between: [plate.m, rocker.e], weld: yes}\n"
+    "inputs: {turn: {motion: wheel, idle: hold}, motor: {torque: slider}}\n"
+    "outputs: {tip: {point: rocker.e, read: x}}\n";
+
+static void constant(void *ctx, double t, double u[3])
 {
-    const char *at = strstr(text, from);
-    ck_assert_msg(at != NULL, "no \"%s\"", from);
-    const char *path = in_folder("changed.mbs");
-    FILE *f = fopen(path, "wb");
-    ck_assert_ptr_nonnull(f);
-    fprintf(f, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
-    ck_assert_int_eq(fclose(f), 0);
-    return path;
+    (void)t;
+    u[0] = *(const double *)ctx;
+    u[1] = u[2] = 0.0;
 }
+
+START_TEST(cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand)
+{
+    lab_options options = lab_options_default();
+    lab_model *model[2] = {NULL, NULL};
+    stein_sim *sim[2];
+    double force = 2.3;
+    lab_imported done = import_as("tests/mbs/rig.mbs", in_folder("rig.yaml"), LAB_INERTIA_ACCEPT);
+    ck_assert(done.bodies == 6 && done.joints == 8 && done.loops == 4);
+    static const char *const told[] = {"cut pin ignores some of its conditions",
+                                       "link spring: its law is in user code (user_LinkForces)",
+                                       "external force \"gust\"",
+                                       "the inertia of wheel is taken as it is"};
+    text_has(said, told, sizeof told / sizeof *told);
+    ck_assert_stein(lab_open(&model[0], in_folder("rig.yaml"), &options, err));
+    ck_assert_stein(lab__open_text(&model[1], "by_hand.yaml", rig_by_hand, sizeof rig_by_hand - 1,
+                                   &options, err));
+    for (int k = 0; k < 2; k++) {
+        const char *motor[] = {"motor_slide", "motor"};
+        ck_assert_stein(lab_sim(model[k], NULL, &sim[k], err));
+        ck_assert_int_eq(stein_freedom(sim[k]), 1); // the crank
+        ck_assert(stein_q(sim[k])[0] == -1.1 && stein_q(sim[k])[3] == 0.4);
+        ck_assert_stein(stein_drive(sim[k], motor[k], constant, &force, err));
+    }
+    for (int step = 0; step < 3; step++) {
+        for (int i = 0; i < lab_equations(model[0])->nq; i++) {
+            ck_assert_close(stein_q(sim[0])[i], stein_q(sim[1])[i], 1e-12, 1e-12);
+            ck_assert_close(stein_qdd(sim[0])[i], stein_qdd(sim[1])[i], 1e-12, 1e-12);
+        }
+        ck_assert_stein(stein_run(sim[0], 0.02 * (step + 1), err));
+        ck_assert_stein(stein_run(sim[1], 0.02 * (step + 1), err));
+    }
+    double before = stein_qdd(sim[0])[0]; // forces by name act where the project says
+    ck_assert_stein(stein_drive(sim[0], "gust_x", constant, &force, err));
+    ck_assert(fabs(stein_qdd(sim[0])[0] - before) > 0.1);
+    for (int k = 0; k < 2; k++) {
+        stein_sim_destroy(sim[k]);
+        lab_close(model[k]);
+    }
+}
+END_TEST
+
+START_TEST(an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked)
+{
+    stein_err told = {STEIN_OK, ""};
+    const char *to = in_folder("rig.yaml");
+    char *text = NULL;
+    size_t size;
+    ck_assert_int_eq(
+        lab_import("tests/mbs/rig.mbs", to, LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
+        STEIN_EPARSE);
+    ck_assert_msg(strstr(told.msg, "the inertia of wheel is not possible") != NULL, "%s", told.msg);
+    import_as("tests/mbs/rig.mbs", to, LAB_INERTIA_BALANCE);
+    ck_assert_ptr_nonnull(strstr(said, "the inertia of wheel is balanced: all three moments are"));
+    ck_assert_stein(lab__read_file(to, &text, &size, err));
+    ck_assert_ptr_nonnull(strstr(text, "\ninertia: balance\n"));
+    free(text);
+}
+END_TEST
 
 START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
 {
@@ -172,9 +234,10 @@ START_TEST(names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing)
                    "<point><pointname>{aft}</pointname><sensor><kind/></sensor><extforce/></point>"
                    "<point><pointname>post"),
            to);
-    ck_assert_ptr_nonnull(strstr(said, "sensor \"\": read it as an output, {point: "));
     ck_assert_ptr_nonnull(strstr(said, "external force \"\" on "));
     ck_assert_stein(lab__read_file(to, &yaml, &size, err));
+    ck_assert_ptr_nonnull(strstr(yaml, "n_aft__z: {point: frame.n_aft_, read: z}"));
+    ck_assert_ptr_nonnull(strstr(yaml, "n_aft__z: {force: frame.n_aft_, direction: [0, 0, 1]}"));
     ck_assert_msg(strstr(yaml, "n_aft_:") != NULL, "%.900s", yaml);
     free(yaml);
     import(changed(text, "<x>0.021</x>", "<x></x>"), to);
@@ -215,26 +278,49 @@ START_TEST(projects_that_are_not_in_order_are_refused_by_place)
          "<a><a><a><a><a><a><a><a><a><a><a>",
          "more than 32 elements"},
     };
+    static const struct {
+        const char *from, *to, *told;
+    } cut[] = {
+        {"<length>0.5</length>", "", "changed.mbs:50:5: <rod> without a <length>"},
+        {"<length>0.5</length>", "<length>half</length>", "<length> is \"half\""},
+        {"<pointname>p</pointname></endpoint1>", "<pointname>pp</pointname></endpoint1>",
+         "<rod> \"pull\" ends at \"crank.pp\", which is no point"},
+        {"<solid>", "<hinge/><solid>", "a cut <hinge>, expected <ball>, <rod> or <solid>"},
+        {"<endpoint1><bodyname>plate</bodyname><pointname>m</pointname></endpoint1>", "",
+         "<solid> \"glue\" without an <endpoint1>"},
+    };
     char *text = NULL;
     size_t size;
     stein_err told = {STEIN_OK, ""};
     lab_imported done = {.bodies = -7};
+    ck_assert_stein(lab__read_file("tests/mbs/rig.mbs", &text, &size, err));
+    for (size_t i = 0; i < sizeof cut / sizeof *cut; i++) {
+        const char *file = changed(text, cut[i].from, cut[i].to), *to = in_folder("never.yaml");
+        ck_assert_int_eq(lab_import(file, to, LAB_INERTIA_ACCEPT, NULL, NULL, &done, &told),
+                         STEIN_EPARSE);
+        ck_assert_msg(strstr(told.msg, cut[i].told) != NULL, "%s: %s", cut[i].told, told.msg);
+    }
+    free(text);
+    text = NULL;
     ck_assert_stein(lab__read_file("tests/mbs/arm.mbs", &text, &size, err));
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         const char *file = changed(text, bad[i].from, bad[i].to), *to = in_folder("never.yaml");
-        ck_assert_int_eq(lab_import_mbs(file, to, NULL, NULL, &done, &told), STEIN_EPARSE);
+        ck_assert_int_eq(lab_import(file, to, LAB_INERTIA_REFUSE, NULL, NULL, &done, &told),
+                         STEIN_EPARSE);
         ck_assert_msg(strstr(told.msg, bad[i].told) != NULL, "%s: %s", bad[i].told, told.msg);
         ck_assert_int_ne(access(to, F_OK), 0);
     }
     ck_assert_int_eq(done.bodies, -7);
-    ck_assert_int_eq(lab_import_mbs("models/pendulum.yaml", "-", NULL, NULL, NULL, &told),
-                     STEIN_EPARSE);
-    ck_assert_int_eq(lab_import_mbs(in_folder("none"), "-", NULL, NULL, NULL, &told), STEIN_EIO);
+    ck_assert_int_eq(
+        lab_import("models/pendulum.yaml", "-", LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
+        STEIN_EPARSE);
+    ck_assert_int_eq(
+        lab_import(in_folder("none"), "-", LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told), STEIN_EIO);
 
     // an inertia that no body has: written, and told by the line of what was written
     const char *to = in_folder("heavy.yaml");
-    ck_assert_int_eq(lab_import_mbs(changed(text, "<Ixx>0.017</Ixx>", "<Ixx>1.7</Ixx>"), to, NULL,
-                                    NULL, NULL, &told),
+    ck_assert_int_eq(lab_import(changed(text, "<Ixx>0.017</Ixx>", "<Ixx>1.7</Ixx>"), to,
+                                LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
                      STEIN_EPARSE);
     ck_assert_msg(strstr(told.msg, "heavy.yaml:") && strstr(told.msg, "inertia"), "%s", told.msg);
     ck_assert_int_eq(access(to, F_OK), 0);
@@ -254,8 +340,9 @@ START_TEST(half_a_file_is_refused_wherever_it_ends)
         FILE *f = fopen(file, "wb");
         ck_assert_uint_eq(fwrite(text, 1, n, f), n);
         fclose(f);
-        ck_assert_int_eq(lab_import_mbs(file, in_folder("half.yaml"), NULL, NULL, NULL, &told),
-                         STEIN_EPARSE);
+        ck_assert_int_eq(
+            lab_import(file, in_folder("half.yaml"), LAB_INERTIA_REFUSE, NULL, NULL, NULL, &told),
+            STEIN_EPARSE);
     }
     ck_assert_int_ne(access(in_folder("half.yaml"), F_OK), 0);
     free(text);
@@ -271,6 +358,8 @@ Suite *import_suite(void)
     tcase_add_checked_fixture(t, make_folder, remove_folder);
     tcase_add_test(t, a_planar_project_has_the_equations_of_the_file_written_by_hand);
     tcase_add_test(t, a_spatial_project_with_several_joints_a_body_does_so_too);
+    tcase_add_test(t, cuts_are_loops_and_the_motion_is_that_of_the_file_written_by_hand);
+    tcase_add_test(t, an_inertia_that_no_body_has_is_refused_taken_or_balanced_as_asked);
     tcase_add_test(t, names_that_no_file_takes_are_changed_and_what_is_empty_is_nothing);
     tcase_add_test(t, projects_that_are_not_in_order_are_refused_by_place);
     tcase_add_test(t, half_a_file_is_refused_wherever_it_ends);

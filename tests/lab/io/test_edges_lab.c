@@ -37,7 +37,8 @@ static void refuse_project(const char *path, const char *says)
 {
     stein_err why = {STEIN_OK, ""};
     const char *to = in_folder("never.yaml");
-    ck_assert_int_eq(lab_import_mbs(path, to, NULL, NULL, NULL, &why), STEIN_EPARSE);
+    ck_assert_int_eq(lab_import(path, to, LAB_INERTIA_REFUSE, NULL, NULL, NULL, &why),
+                     STEIN_EPARSE);
     ck_assert_msg(strncmp(why.msg, path, strlen(path)) == 0 && strstr(why.msg, says) != NULL,
                   "%s, expected \"%s\"", why.msg, says);
     ck_assert_int_ne(access(to, F_OK), 0);
@@ -48,8 +49,8 @@ START_TEST(a_project_without_what_it_needs_is_refused)
     static const struct {
         const char *text, *says;
     } bad[] = {
-        {"<other/>", ":1:1: <other>, expected a ROBOTRAN project"},
-        {"<mbsDescR7/>", ":1:1: <mbsDescR7>, expected a ROBOTRAN project"},
+        {"<other/>", ":1:1: <other>, expected <mbsDescR7>, a project of ROBOTRAN"},
+        {"<mbsDescR7/>", ":1:1: <mbsDescR7> without a <bodytree>, expected a project of ROBOTRAN"},
         {"<mbsDescR7><bodytree/></mbsDescR7>", ":1:12: <bodytree> without a <body>"},
         {"<mbsDescR7><base><gravity><coordinates><z>down</z></coordinates></gravity></base>"
          "<bodytree/></mbsDescR7>",
@@ -58,8 +59,8 @@ START_TEST(a_project_without_what_it_needs_is_refused)
          "<point> without a <pointname>"},
         {"<mbsDescR7><bodytree><body><bodyname>b</bodyname></body></bodytree></mbsDescR7>",
          "body \"b\" has no joint"},
-        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><mass>m</mass></body></bodytree>"
-         "</mbsDescR7>",
+        {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><joint><jointname>j</jointname>"
+         "<type>T1</type></joint><mass>m</mass></body></bodytree></mbsDescR7>",
          "<mass> is \"m\", expected a number"},
         {"<mbsDescR7><bodytree><body><bodyname>b</bodyname><joint><jointname>j</jointname>"
          "<type>T1</type><initialvalue><qd>x</qd></initialvalue></joint></body></bodytree>"
@@ -82,9 +83,9 @@ START_TEST(a_project_can_be_so_large_and_no_larger)
         const char *before, *each, *after, *says;
         int most; /* that are read */
     } limit[] = {
-        {"", "<body><bodyname>b%d</bodyname>" JOINT BODY_END "</body>", "", "more than 64 bodies",
-         64},
-        {"<body><bodyname>b</bodyname>" BODY_END, JOINT, "</body>", "more than 64 joints", 64},
+        {"", "<body><bodyname>b%d</bodyname>" JOINT BODY_END "</body>", "", "more than 120 bodies",
+         120},
+        {"<body><bodyname>b</bodyname>" BODY_END, JOINT, "</body>", "more than 120 bodies", 120},
         {"<body><bodyname>b</bodyname><joint><jointname>j</jointname><type>T1</type></"
          "joint>" BODY_END,
          POINT, "</body>", "more than 256 points", 256},
@@ -95,7 +96,7 @@ START_TEST(a_project_can_be_so_large_and_no_larger)
         lab_imported done;
         stein_err why = {STEIN_OK, ""};
         stein_status status =
-            lab_import_mbs(path, in_folder("large.yaml"), NULL, NULL, &done, &why);
+            lab_import(path, in_folder("large.yaml"), LAB_INERTIA_REFUSE, NULL, NULL, &done, &why);
         if (i == 1) { // so many joints are read, and then do not carry a mass each
             ck_assert_int_eq(status, STEIN_EPARSE);
             ck_assert_ptr_nonnull(strstr(why.msg, "has no inertia to move"));
@@ -147,7 +148,8 @@ START_TEST(names_of_a_project_become_names_of_a_file)
     char *text = NULL;
     size_t size;
     notes[0] = '\0';
-    ck_assert_stein(lab_import_mbs(path, in_folder("names.yaml"), keep_note, NULL, &done, err));
+    ck_assert_stein(
+        lab_import(path, in_folder("names.yaml"), LAB_INERTIA_REFUSE, keep_note, NULL, &done, err));
     ck_assert_str_eq(done.name, "imported"); // it says none
     static const char *const told[] = {
         "body \"double\" is called double_ here", "body \"double_\" is called double__2 here",

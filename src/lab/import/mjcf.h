@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * mjcf.h - what the files that read a model of MuJoCo share.
+ *
+ *   mjcf.c  attributes, joints, bodies    mjcf_geoms.c  mass and inertia
+ *   mjcf_rest.c  equalities, actuators, what is left out
+ * Included by: this folder.
+ */
+#ifndef MJCF_H
+#define MJCF_H
+
+#include "draft.h"
+
+/** A body of the model, 0: the world. */
+typedef struct mjcf_body {
+    const char *label;
+    const xml_node *node;
+    int body;    /* of the draft that carries it; -1: the frame */
+    double o[3]; /* [m] its origin, in the axes of that from its origin */
+    double C[9]; /* from its axes to those of that */
+    double X[3]; /* [m] its origin while all joints are at their reference, in the world */
+    double W[9]; /* from its axes to those of the world, likewise */
+} mjcf_body;
+
+typedef struct mjcf {
+    draft *d;
+    const xml_node *root;
+    double angle;     /* unit of angles [rad] */
+    char eulerseq[4]; /* order of turns */
+    mjcf_body body[DRAFT_LINKS];
+    int nbody;
+    const char *joint[DRAFT_BODIES]; /* name of the joint of each body of the draft, or NULL */
+} mjcf;
+
+/** An attribute of an element or of its class; NULL: none. */
+const xml_node *mjcf_attribute(const mjcf *m, const xml_node *node, const char *name);
+/** Its text, "" when there is none. */
+const char *mjcf_text(const mjcf *m, const xml_node *node, const char *name);
+/** Its numbers, an error when there are fewer than `least` or more than `most`.
+ *  @return how many, 0: no such attribute */
+int mjcf_numbers(const mjcf *m, const xml_node *node, const char *name, double *x, int least,
+                 int most);
+double mjcf_number(const mjcf *m, const xml_node *node, const char *name, double otherwise);
+/** From the axes of an element to those of what holds it. */
+void mjcf_orientation(const mjcf *m, const xml_node *node, double R[9]);
+
+/** Mass, centre and inertia of a body by <inertial> or by its geoms, in axes and from the origin of
+ *  what carries it. @param to  has them then */
+void mjcf_mass(mjcf *m, const xml_node *node, const mjcf_body *b, draft_body *to);
+/** Equalities, actuators, and notes of what else there is. */
+void mjcf_rest(mjcf *m);
+
+#endif
