@@ -18,7 +18,8 @@
 #include "core.h"
 
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
-enum { MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
+static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+enum { LOCATED = 3, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__guards_inside(stein_sim *sim, double h, double theta)
 {
@@ -32,7 +33,7 @@ void stein__guards_inside(stein_sim *sim, double h, double theta)
     (void)stein__evaluate(sim, t, sim->xq, sim->xqd, sim->hold.qdd, NULL);
 }
 
-static double guard_at(stein_sim *sim, double h, double theta, int i)
+double stein__guard_at(stein_sim *sim, double h, double theta, int i)
 {
     if (i >= sim->nguard) {
         stein__guards_inside(sim, h, theta);
@@ -42,19 +43,25 @@ static double guard_at(stein_sim *sim, double h, double theta, int i)
     return stein__guard(sim, sim->xq, i);
 }
 
+/* is guard i with the value g on the other side of its mode? */
+static int is_beyond(const stein_sim *sim, int i, double g)
+{
+    return i < sim->nguard ? (g > 0.0) != sim->mode[i] : g < 0.0;
+}
+
 static int is_crossed(const stein_sim *sim, int i)
 {
-    return i < sim->nguard ? (sim->guard[i] > 0.0) != sim->mode[i] : sim->guard[i] < 0.0;
+    return is_beyond(sim, i, sim->guard[i]);
 }
 
 /* root of guard i in begin..end of the trial step: regula falsi with the Illinois change, kept in
  * the bracket */
 static double root(stein_sim *sim, double h, double begin, double end, int i, double g1)
 {
-    double lo = begin, hi = end, glo = guard_at(sim, h, begin, i), ghi = g1;
+    double lo = begin, hi = end, glo = stein__guard_at(sim, h, begin, i), ghi = g1;
     if (i >= sim->nguard && !(glo > 0.0)) { // a place that has just let go is at rest
         lo = begin + just_behind * (end - begin);
-        glo = guard_at(sim, h, lo, i);
+        glo = stein__guard_at(sim, h, lo, i);
     }
     if ((glo > 0.0) == (ghi > 0.0)) {
         return begin; // on the wrong side from the start, by rounding: switch at once
@@ -65,7 +72,7 @@ static double root(stein_sim *sim, double h, double begin, double end, int i, do
         if (!(theta > lo && theta < hi) || n % 8 == 7) {
             theta = 0.5 * (lo + hi);
         }
-        double g = guard_at(sim, h, theta, i);
+        double g = stein__guard_at(sim, h, theta, i);
         if (g == 0.0) {
             return theta;
         }
@@ -168,13 +175,19 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
         theta[i] = sim->guard[i]; // its value at the end, until the root is known
     }
     for (int i = 0; i < n; i++) {
-        if (sim->crossed[i]) {
+        if (!sim->crossed[i]) {
+            continue;
+        }
+        double known = fmin(first + at_once, end);
+        if (first < end && !is_beyond(sim, i, stein__guard_at(sim, h, known, i))) {
+            sim->crossed[i] = 0; // its root is behind the first one
+        } else {
             theta[i] = root(sim, h, begin, end, i, theta[i]);
             first = fmin(first, theta[i]);
         }
     }
     for (int i = 0; i < n; i++) {
-        sim->crossed[i] = sim->crossed[i] && theta[i] - first <= 1e-12;
+        sim->crossed[i] = sim->crossed[i] && theta[i] - first <= at_once;
     }
     return first;
 }
@@ -190,7 +203,7 @@ int stein__any_crossed(const stein_sim *sim)
 }
 
 /* a trial step that left the numbers is not looked at any further */
-static stein_status check_finite(stein_sim *sim, double h, stein_err *err)
+stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err)
 {
     for (int j = 0; j < sim->model->nq; j++) {
         if (!isfinite(sim->q1[j]) || !isfinite(sim->qd1[j]) || !isfinite(sim->qdd1[j])) {
@@ -224,7 +237,7 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     if (sim->implicit != NULL) {
         sim->implicit->inside = implicit;
     }
-    return status == STEIN_OK ? check_finite(sim, h, err) : status;
+    return status == STEIN_OK ? stein__check_finite(sim, h, err) : status;
 }
 
 void stein__flip_crossed(stein_sim *sim)
@@ -252,8 +265,42 @@ void stein__flip_crossed(stein_sim *sim)
     }
 }
 
-/* one sub-step towards `target`: all the way, or to the first event and its switch */
-static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *err)
+/* is the state at an event that of the dense output? */
+static int is_dense(const stein_sim *sim, int n)
+{
+    // what holds constraints corrects its states at the ends of steps only
+    return n > 0 && sim->model->nrow == 0 && sim->model->nstick == 0;
+}
+
+/* the state at theta of the trial step of h, event n of the step */
+static stein_status go_to_event(stein_sim *sim, double h, double theta, int n, stein_err *err)
+{
+    size_t nq = (size_t)sim->model->nq;
+    double t1 = sim->head->t + theta * h;
+    if (is_dense(sim, n)) {
+        stein__interpolate(sim, h, theta, sim->e, sim->e + nq);
+    }
+    if (!is_dense(sim, n) || sim->rider != NULL) { // which needs the stages
+        stein_status status = stein__try(sim, t1 - sim->head->t, 0, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+    }
+    if (is_dense(sim, n)) {
+        memcpy(sim->q1, sim->e, sizeof *sim->e * nq);
+        memcpy(sim->qd1, sim->e + nq, sizeof *sim->e * nq);
+    }
+    stein__accept(sim, t1);
+    return STEIN_OK;
+}
+
+static int most_located(const stein_sim *sim)
+{
+    return sim->model->nstick > 0 ? LOCATED_STICKING : LOCATED;
+}
+
+/* sub-step n towards `target`: all the way, or to the first event and its switch */
+static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein_err *err)
 {
     stein_status status = sim->fresh == STALE ? stein__refresh(sim, err) : STEIN_OK;
     if (status != STEIN_OK) {
@@ -268,21 +315,22 @@ static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *e
         stein__accept(sim, target);
         return STEIN_OK;
     }
-    double t1 = sim->head->t + stein__first_root(sim, h, 0.0, 1.0) * h;
-    if (t1 > sim->head->t) {
-        status = stein__try(sim, t1 - sim->head->t, 0, err);
-        if (status != STEIN_OK) {
-            return status;
-        }
-        stein__accept(sim, t1);
+    int located = n < most_located(sim);
+    double theta = located ? stein__first_root(sim, h, 0.0, 1.0) : 0.0;
+    int moves = sim->head->t + theta * h > sim->head->t;
+    if (!located || (!moves && n > 0 && sim->model->nstick == 0)) {
+        return stein__take_rest(sim, target, err);
     }
-    stein__flip_crossed(sim);
-    return STEIN_OK;
+    status = moves ? go_to_event(sim, h, theta, n, err) : STEIN_OK;
+    if (status == STEIN_OK) {
+        stein__flip_crossed(sim);
+    }
+    return status;
 }
 
-static stein_status substep(stein_sim *sim, double target, stein_err *err)
+static stein_status substep(stein_sim *sim, double target, int n, stein_err *err)
 {
-    stein_status status = substep_in_chart(sim, target, err);
+    stein_status status = substep_in_chart(sim, target, n, err);
     if (status == STEIN_OK) {
         (void)stein__rechart(sim);
     }
@@ -302,13 +350,7 @@ stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
         return advance_controlled(sim, target, err);
     }
     for (int n = 0; sim->head->t < target; n++) {
-        if (n > MAX_EVENTS_PER_STEP) {
-            stein_err why;
-            stein__fail(&why, STEIN_ECHATTER, "more than %d contact events in one step",
-                        (int)MAX_EVENTS_PER_STEP);
-            return stein__blame(sim, sim->def.dt, STEIN_ECHATTER, why.msg, err);
-        }
-        stein_status status = substep(sim, target, err);
+        stein_status status = substep(sim, target, n, err);
         if (status != STEIN_OK) {
             sim->fresh = STALE;
             return status;
