@@ -561,6 +561,10 @@ double stein__angle(double y, double x);
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 #endif
+#if STEIN_LANES > 0
+/* may the trial step of h of a fixed step be unstable? */
+INNER mask stein__abrupt(const stein_sim *sim, real h);
+#endif
 /* what a trial step of controlled error is worth */
 typedef struct stein__grade {
     real e, log_e; /* its error in tolerances, INFINITY where that is no number; the logarithm */
@@ -695,6 +699,10 @@ stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pac
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* ENONFINITE where the end of the trial step of h is no number */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
+/* rest.c: an abrupt trial step to `target`, if it is too long for a contact: *taken, implicitly.
+ * Else it stays as it is, and the forces are not those of its end (KNOWN).
+ * @return as stein__take_rest */
+stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein_err *err);
 /* rest.c: from a trial step to `target` that has events to `target`, whose events are not located.
  * @return OK, ECHATTER (a contact is too short for it), ENONFINITE, ESINGULAR */
 stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err);

@@ -7,30 +7,40 @@
  *      trial --nothing met--> taken      --met--> on, trial again --> taken
  *        '---- a contact ends that has just begun: it is shorter than the step --> implicit
  *
- * An explicit step over a contact that begins and ends within it makes energy: damping that grows
- * with depth (Hunt & Crossley) is stiff there. One linearly implicit step of Euler does not,
+ * An explicit step that is too long for a contact makes energy: damping that grows with depth (Hunt
+ * & Crossley) is stiff. One linearly implicit step of Euler does not,
  *
  *      (M + h sum (B + h K) p p^T) dqd = h (Q - c + sum p e),   q1 = q + h (qd + dqd),
  *
  * p the generalised force of a unit force along the normal, K and B the derivatives of the normal
- * force by depth and rate, e what it grows by at the present speed. It is of order 1 and takes
- * energy out of springs: a contact whose spring alone is faster than the step, so that a bounce
- * would be lost, is refused.
+ * force by depth and rate, e what it grows by at the present speed. It is of order 1. It takes the
+ * place of a step whose stages differ by much (trial.c), where a contact has h (B + h K) > 3 m at
+ * the depth that it reaches, and of the rest where a contact begins and ends.
+ * It also takes energy out of springs: where a whole bounce would be lost, as the spring alone is
+ * faster than the step, it is refused.
  */
 #include <math.h>
 #include <string.h>
 
 #include "core.h"
 
-static const double begun = 1e-12;             /* [m] a contact as deep as that has just begun */
+static const double begun = 1e-12;              /* [m] a contact as deep as that has just begun */
+static const double early = 0.01;               /* in a step: there it has been deeper */
 static const double little = 1e-9, slow = 1e-6; /* [m], [m/s] for derivatives of a law */
-static const double fastest = 3.0;             /* of h sqrt(K/m): a bounce lasts pi */
+static const double bounce = 3.0;               /* of h sqrt(K/m): half a period is pi */
+static const double too_long = 3.0;             /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
 
 static stein_status refuse(stein_sim *sim, double h, stein_err *err)
 {
     stein_err why;
-    stein__fail(&why, STEIN_ECHATTER, "a contact begins and ends more than once in one step");
+    stein__fail(&why, STEIN_ECHATTER, "a contact begins and ends within one step");
     return stein__blame(sim, h, STEIN_ECHATTER, why.msg, err);
+}
+
+static int knows_implicit(const stein_sim *sim)
+{
+    const stein_model *m = sim->model;
+    return m->nrow == 0 && m->nball == 0 && m->nstick == 0 && sim->rider == NULL;
 }
 
 /* ---- the implicit step ---- */
@@ -72,34 +82,37 @@ static void substitute(int n, const double *A, double *b)
 
 /* the normal force of what touches, linear about where it is or first presses */
 typedef struct tangent {
-    double K, B, e; /* e: what it has grown by after h at the present rate */
-    double spring;  /* K of a contact at rest */
+    double K, B, e;  /* e: what it has grown by after h at the present rate */
+    double spring;   /* K at rest */
+    double per_mass; /* 1/m along the normal */
 } tangent;
 
-static tangent linear(const touch *t, double h)
+static double slope(const touch *t, double x, double rate, double dx, double drate)
 {
     const double *law = t->pair->normal;
     int parts = t->pair->parts;
-    double x = fmax(t->depth, little), f = stein__normal(law, parts, x, t->rate);
-    double K = (stein__normal(law, parts, x + little, t->rate) - f) / little;
-    double B = (stein__normal(law, parts, x, t->rate + slow) - f) / slow;
-    double spring = (stein__normal(law, parts, x + little, 0.0) - stein__normal(law, parts, x, 0.0)) /
-                    little;
-    double missing = t->depth < little ? f + K * (t->depth - x) - t->normal : 0.0;
-    return (tangent){K, B, missing + h * K * t->rate, spring};
+    return (stein__normal(law, parts, x + dx, rate + drate) - stein__normal(law, parts, x, rate)) /
+           (dx + drate);
 }
 
-/* The touch into A and b. free [n], p [n] and y [n] are room. @return 0, -1: its spring is too
- * fast. `M` is factored. */
-static int add_touch(stein_sim *sim, const touch *t, double h, const double *M, double *A,
-                     double *b)
+static tangent linear(const touch *t, double h, double x)
+{
+    double K = slope(t, x, t->rate, little, 0.0), missing = 0.0;
+    if (t->depth < little) {
+        double f = stein__normal(t->pair->normal, t->pair->parts, x, t->rate);
+        missing = f + K * (t->depth - x) - t->normal;
+    }
+    return (tangent){.K = fmax(K, 0.0),
+                     .B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0),
+                     .e = missing + h * K * t->rate,
+                     .spring = fmax(slope(t, x, 0.0, little, 0.0), 0.0)};
+}
+
+/* p [nq] into Q, 1/m along it; M is factored */
+static double per_mass(stein_sim *sim, const touch *t, const double *M)
 {
     int n = sim->model->nq;
-    double *p = sim->Q, *y = sim->e, per_mass = 0.0;
-    tangent f = linear(t, h);
-    if (!(t->depth + h * t->rate > 0.0) || (!(f.K > 0.0) && !(f.B > 0.0))) {
-        return 0; // it does not press
-    }
+    double *p = sim->Q, *y = sim->e, sum = 0.0;
     memset(p, 0, sizeof *p * (size_t)n);
     stein__probe(sim, t, 0);
     for (int j = 0; j < n; j++) {
@@ -108,26 +121,15 @@ static int add_touch(stein_sim *sim, const touch *t, double h, const double *M, 
     }
     substitute(n, M, y);
     for (int j = 0; j < n; j++) {
-        per_mass += p[j] * y[j];
+        sum += p[j] * y[j];
     }
-    if (h * sqrt(fmax(f.spring, 0.0) * per_mass) > fastest) {
-        return -1;
-    }
-    double share = h * (fmax(f.B, 0.0) + h * fmax(f.K, 0.0));
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j <= i; j++) {
-            A[i * n + j] += share * p[i] * p[j];
-        }
-        b[i] += p[i] * f.e;
-    }
-    return 0;
+    return sum;
 }
 
-/* dqd [n] into b. @return 0, -1: the step is too long for a contact, or M is singular */
-static int solve(stein_sim *sim, double h, double *b)
+/* A = M and b = Q - c of the present state, `M` factored. @return 0, -1: M is singular */
+static int assemble(stein_sim *sim, double *A, double *M, double *b)
 {
     int n = sim->model->nq;
-    double *A = sim->M, *M = sim->work;
     sim->model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, A, sim->c);
     for (int j = 0; j < n; j++) {
         b[j] = sim->Q[j] - sim->c[j];
@@ -136,12 +138,40 @@ static int solve(stein_sim *sim, double h, double *b)
         stein__prescribe(sim, A, b);
     }
     memcpy(M, A, sizeof *M * (size_t)n * (size_t)n);
-    if (factor(n, M) != 0) {
+    return factor(n, M);
+}
+
+/* Does a touch press by the end of a step of h? */
+static int presses(const touch *t, double h)
+{
+    return fmax(t->depth, t->depth + h * t->rate) > 0.0;
+}
+
+/* dqd [n] into b, of the state that was evaluated. @return 0, -1: M is singular, or `whole` bounces
+ * would be lost */
+static int solve(stein_sim *sim, double h, int whole, double *b)
+{
+    int n = sim->model->nq;
+    double *A = sim->M, *M = sim->work, *p = sim->Q;
+    if (assemble(sim, A, M, b) != 0) {
         return -1;
     }
-    for (int i = 0; i < sim->ntouch; i++) {
-        if (add_touch(sim, &sim->touch[i], h, M, A, b) != 0) {
+    for (int k = 0; k < sim->ntouch; k++) {
+        const touch *t = &sim->touch[k];
+        if (!presses(t, h)) {
+            continue;
+        }
+        tangent f = linear(t, h, fmax(t->depth, little));
+        f.per_mass = per_mass(sim, t, M);
+        if (whole && h * sqrt(f.spring * f.per_mass) > bounce) {
             return -1;
+        }
+        double share = h * (f.B + h * f.K);
+        for (int i = 0; i < n; i++) {
+            for (int j = 0; j <= i; j++) {
+                A[i * n + j] += share * p[i] * p[j];
+            }
+            b[i] += p[i] * f.e;
         }
     }
     for (int j = 0; j < n; j++) {
@@ -154,20 +184,19 @@ static int solve(stein_sim *sim, double h, double *b)
     return 0;
 }
 
-/* The state at `target` by one implicit step, with the modes as they are. */
-static stein_status step_implicitly(stein_sim *sim, double target, stein_err *err)
+static void switch_over(stein_sim *sim)
+{
+    stein__mark_crossed(sim);
+    stein__flip_crossed(sim);
+}
+
+/* the state at `target` by one implicit step, and what has switched by then; the present state has
+ * been evaluated */
+static stein_status step_implicitly(stein_sim *sim, double target, int whole, stein_err *err)
 {
     int n = sim->model->nq;
     double h = target - sim->head->t, *dqd = sim->work + n * n;
-    if (sim->model->nrow > 0 || sim->model->nball > 0 || sim->rider != NULL) {
-        return refuse(sim, h, err); // what goes along knows explicit steps only
-    }
-    sim->fresh = STALE;
-    stein_status status = stein__refresh(sim, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    if (solve(sim, h, dqd) != 0) {
+    if (solve(sim, h, whole, dqd) != 0) {
         return refuse(sim, h, err);
     }
     for (int j = 0; j < n; j++) {
@@ -175,7 +204,7 @@ static stein_status step_implicitly(stein_sim *sim, double target, stein_err *er
         sim->q1[j] = sim->q[j] + h * sim->qd1[j];
         sim->qdd1[j] = dqd[j] / h;
     }
-    status = stein__check_finite(sim, h, err);
+    stein_status status = stein__check_finite(sim, h, err);
     if (status == STEIN_OK) {
         stein__drive_from(sim, target, sim->q1, sim->qd1); // given joints exactly on track
         copy(sim->q1, sim->xq, n);
@@ -184,7 +213,55 @@ static stein_status step_implicitly(stein_sim *sim, double target, stein_err *er
         sim->fresh = STALE;
         status = stein__refresh(sim, err);
     }
+    if (status == STEIN_OK) {
+        switch_over(sim);
+    }
     return status;
+}
+
+static stein_status evaluate(stein_sim *sim, stein_err *err)
+{
+    return stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+}
+
+/* ---- abrupt steps ---- */
+
+/* is a step of h too long for a contact, at the depth that it reaches? */
+static int is_too_long(stein_sim *sim, double h)
+{
+    int n = sim->model->nq;
+    if (assemble(sim, sim->M, sim->work, sim->work + n * n) != 0) {
+        return 0;
+    }
+    for (int k = 0; k < sim->ntouch; k++) {
+        const touch *t = &sim->touch[k];
+        if (presses(t, h)) {
+            tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + 0.5 * h * t->rate), little));
+            if (h * (f.B + h * f.K) * per_mass(sim, t, sim->work) > too_long) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein_err *err)
+{
+    double h = target - sim->head->t;
+    if (!knows_implicit(sim)) {
+        return STEIN_OK;
+    }
+    stein_status status = evaluate(sim, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    *taken = is_too_long(sim, h);
+    if (!*taken) {
+        stein__guards_inside(sim, h, 1.0);
+        return STEIN_OK;
+    }
+    status = evaluate(sim, err);
+    return status == STEIN_OK ? step_implicitly(sim, target, 0, err) : status;
 }
 
 /* ---- the rest ---- */
@@ -194,7 +271,7 @@ static int is_over(stein_sim *sim, double h)
 {
     for (int i = 0; i < sim->nguard; i++) {
         if (sim->crossed[i] && sim->mode[i] && !stein__is_region(sim, i) &&
-            stein__guard_at(sim, h, 0.0, i) <= begun) {
+            stein__guard_at(sim, h, 0.0, i) <= begun && stein__guard_at(sim, h, early, i) > begun) {
             return 1;
         }
     }
@@ -213,12 +290,6 @@ static int only_met(stein_sim *sim)
     return any;
 }
 
-static void switch_over(stein_sim *sim)
-{
-    stein__mark_crossed(sim);
-    stein__flip_crossed(sim);
-}
-
 stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err)
 {
     double h = target - sim->head->t;
@@ -235,13 +306,14 @@ stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err)
         stein__mark_crossed(sim);
         over = is_over(sim, h);
     }
-    if (over) {
-        status = step_implicitly(sim, target, err);
-    } else {
+    if (!over) {
         stein__accept(sim, target);
-    }
-    if (status == STEIN_OK) {
         switch_over(sim);
+        return STEIN_OK;
     }
-    return status;
+    if (!knows_implicit(sim)) {
+        return refuse(sim, h, err);
+    }
+    status = evaluate(sim, err);
+    return status == STEIN_OK ? step_implicitly(sim, target, 1, err) : status;
 }

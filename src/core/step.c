@@ -6,11 +6,16 @@
  * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
  * (implicit.c has its own).
  *
- * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
- * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
- * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
- * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
- * the force jumps, any accuracy at all.
+ * A step that ends with a guard on the other side of its mode ends at the first root of that guard,
+ * in the state of the dense output; there the mode flips, the derivative is taken anew and the rest
+ * of the step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event
+ * times are as accurate as the method. Stepping over a switch would cost the order and, at
+ * escapement where the force jumps, any accuracy at all. What holds constraints corrects its states
+ * at the ends of steps only: with loops or friction that sticks the step is repeated up to the root.
+ *
+ * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
+ * begun, what is left of the step is taken in one piece (rest.c). Friction that sticks needs every
+ * one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -18,7 +23,8 @@
 #include "core.h"
 
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
-static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+static const double at_once = 1e-7;     /* events that far apart are one, in steps */
+static const double narrow = 1e-13;     /* the bracket of a root, in steps */
 enum { LOCATED = 3, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__guards_inside(stein_sim *sim, double h, double theta)
@@ -49,6 +55,11 @@ static int is_beyond(const stein_sim *sim, int i, double g)
     return i < sim->nguard ? (g > 0.0) != sim->mode[i] : g < 0.0;
 }
 
+static int is_beyond_at(stein_sim *sim, double h, double theta, int i)
+{
+    return is_beyond(sim, i, stein__guard_at(sim, h, theta, i));
+}
+
 static int is_crossed(const stein_sim *sim, int i)
 {
     return is_beyond(sim, i, sim->guard[i]);
@@ -67,11 +78,12 @@ static double root(stein_sim *sim, double h, double begin, double end, int i, do
         return begin; // on the wrong side from the start, by rounding: switch at once
     }
     int side = 0;
-    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > 1e-13; n++) {
+    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > narrow; n++) {
         double theta = (lo * ghi - hi * glo) / (ghi - glo);
         if (!(theta > lo && theta < hi) || n % 8 == 7) {
             theta = 0.5 * (lo + hi);
         }
+        theta = fmin(fmax(theta, lo + 0.5 * narrow), hi - 0.5 * narrow); // the other side closes in
         double g = stein__guard_at(sim, h, theta, i);
         if (g == 0.0) {
             return theta;
@@ -178,9 +190,11 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
         if (!sim->crossed[i]) {
             continue;
         }
-        double known = fmin(first + at_once, end);
-        if (first < end && !is_beyond(sim, i, stein__guard_at(sim, h, known, i))) {
+        if (first < end && !is_beyond_at(sim, h, fmin(first + at_once, end), i)) {
             sim->crossed[i] = 0; // its root is behind the first one
+        } else if (first > begin && first < end &&
+                   !is_beyond_at(sim, h, fmax(first - at_once, begin), i)) {
+            theta[i] = first; // as the edges of a notch, which are one corner
         } else {
             theta[i] = root(sim, h, begin, end, i, theta[i]);
             first = fmin(first, theta[i]);
@@ -265,28 +279,28 @@ void stein__flip_crossed(stein_sim *sim)
     }
 }
 
-/* is the state at an event that of the dense output? */
-static int is_dense(const stein_sim *sim, int n)
+/* is the trial step repeated up to an event? */
+static int repeats(const stein_sim *sim)
 {
-    // what holds constraints corrects its states at the ends of steps only
-    return n > 0 && sim->model->nrow == 0 && sim->model->nstick == 0;
+    return sim->model->nrow > 0 || sim->model->nstick > 0;
 }
 
-/* the state at theta of the trial step of h, event n of the step */
-static stein_status go_to_event(stein_sim *sim, double h, double theta, int n, stein_err *err)
+/* the state at theta of the trial step of h */
+static stein_status go_to_event(stein_sim *sim, double h, double theta, stein_err *err)
 {
     size_t nq = (size_t)sim->model->nq;
     double t1 = sim->head->t + theta * h;
-    if (is_dense(sim, n)) {
+    int dense = !repeats(sim);
+    if (dense) {
         stein__interpolate(sim, h, theta, sim->e, sim->e + nq);
     }
-    if (!is_dense(sim, n) || sim->rider != NULL) { // which needs the stages
+    if (!dense || sim->rider != NULL) { // which needs the stages
         stein_status status = stein__try(sim, t1 - sim->head->t, 0, err);
         if (status != STEIN_OK) {
             return status;
         }
     }
-    if (is_dense(sim, n)) {
+    if (dense) {
         memcpy(sim->q1, sim->e, sizeof *sim->e * nq);
         memcpy(sim->qd1, sim->e + nq, sizeof *sim->e * nq);
     }
@@ -311,8 +325,14 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     if (status != STEIN_OK) {
         return status;
     }
+    int abrupt = stein__abrupt(sim, h), taken = 0;
+    status = abrupt ? stein__take_abrupt(sim, target, &taken, err) : STEIN_OK;
+    if (status != STEIN_OK || taken) {
+        return status;
+    }
     if (!stein__any_crossed(sim)) {
         stein__accept(sim, target);
+        sim->fresh = abrupt ? KNOWN : FRESH;
         return STEIN_OK;
     }
     int located = n < most_located(sim);
@@ -321,7 +341,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     if (!located || (!moves && n > 0 && sim->model->nstick == 0)) {
         return stein__take_rest(sim, target, err);
     }
-    status = moves ? go_to_event(sim, h, theta, n, err) : STEIN_OK;
+    status = moves ? go_to_event(sim, h, theta, err) : STEIN_OK;
     if (status == STEIN_OK) {
         stein__flip_crossed(sim);
     }
