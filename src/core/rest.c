@@ -30,11 +30,10 @@ static const double little = 1e-9, slow = 1e-6; /* [m], [m/s] for derivatives of
 static const double bounce = 3.0;               /* of h sqrt(K/m): half a period is pi */
 static const double too_long = 3.0;             /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
 
-static stein_status refuse(stein_sim *sim, double h, stein_err *err)
+static stein_status refuse(stein_sim *sim, stein_err *err)
 {
-    stein_err why;
-    stein__fail(&why, STEIN_ECHATTER, "a contact begins and ends within one step");
-    return stein__blame(sim, h, STEIN_ECHATTER, why.msg, err);
+    return stein__blame(sim, sim->def.dt, STEIN_ECHATTER,
+                        "a contact begins and ends within one step", err);
 }
 
 static int knows_implicit(const stein_sim *sim)
@@ -147,9 +146,9 @@ static int presses(const touch *t, double h)
     return fmax(t->depth, t->depth + h * t->rate) > 0.0;
 }
 
-/* dqd [n] into b, of the state that was evaluated. @return 0, -1: M is singular, or `whole` bounces
- * would be lost */
-static int solve(stein_sim *sim, double h, int whole, double *b)
+/* dqd [n] into b, of the state that was evaluated. @return 0, -1: M is singular, or a whole
+ * bounce would be lost */
+static int solve(stein_sim *sim, double h, double *b)
 {
     int n = sim->model->nq;
     double *A = sim->M, *M = sim->work, *p = sim->Q;
@@ -163,7 +162,7 @@ static int solve(stein_sim *sim, double h, int whole, double *b)
         }
         tangent f = linear(t, h, fmax(t->depth, little));
         f.per_mass = per_mass(sim, t, M);
-        if (whole && h * sqrt(f.spring * f.per_mass) > bounce) {
+        if (h * sqrt(f.spring * f.per_mass) > bounce) {
             return -1;
         }
         double share = h * (f.B + h * f.K);
@@ -184,20 +183,14 @@ static int solve(stein_sim *sim, double h, int whole, double *b)
     return 0;
 }
 
-static void switch_over(stein_sim *sim)
-{
-    stein__mark_crossed(sim);
-    stein__flip_crossed(sim);
-}
-
 /* the state at `target` by one implicit step, and what has switched by then; the present state has
  * been evaluated */
-static stein_status step_implicitly(stein_sim *sim, double target, int whole, stein_err *err)
+static stein_status step_implicitly(stein_sim *sim, double target, stein_err *err)
 {
     int n = sim->model->nq;
     double h = target - sim->head->t, *dqd = sim->work + n * n;
-    if (solve(sim, h, whole, dqd) != 0) {
-        return refuse(sim, h, err);
+    if (solve(sim, h, dqd) != 0) {
+        return refuse(sim, err);
     }
     for (int j = 0; j < n; j++) {
         sim->qd1[j] = sim->qd[j] + dqd[j];
@@ -214,7 +207,8 @@ static stein_status step_implicitly(stein_sim *sim, double target, int whole, st
         status = stein__refresh(sim, err);
     }
     if (status == STEIN_OK) {
-        switch_over(sim);
+        stein__mark_crossed(sim);
+        stein__flip_crossed(sim);
     }
     return status;
 }
@@ -261,7 +255,7 @@ stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein
         return STEIN_OK;
     }
     status = evaluate(sim, err);
-    return status == STEIN_OK ? step_implicitly(sim, target, 0, err) : status;
+    return status == STEIN_OK ? step_implicitly(sim, target, err) : status;
 }
 
 /* ---- the rest ---- */
@@ -307,13 +301,14 @@ stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err)
         over = is_over(sim, h);
     }
     if (!over) {
+        stein__mark_crossed(sim); // before others look at the step
         stein__accept(sim, target);
-        switch_over(sim);
+        stein__flip_crossed(sim);
         return STEIN_OK;
     }
     if (!knows_implicit(sim)) {
-        return refuse(sim, h, err);
+        return refuse(sim, err);
     }
     status = evaluate(sim, err);
-    return status == STEIN_OK ? step_implicitly(sim, target, 1, err) : status;
+    return status == STEIN_OK ? step_implicitly(sim, target, err) : status;
 }

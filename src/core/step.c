@@ -6,16 +6,15 @@
  * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
  * (implicit.c has its own).
  *
- * A step that ends with a guard on the other side of its mode ends at the first root of that guard,
- * in the state of the dense output; there the mode flips, the derivative is taken anew and the rest
- * of the step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event
- * times are as accurate as the method. Stepping over a switch would cost the order and, at
- * escapement where the force jumps, any accuracy at all. What holds constraints corrects its states
- * at the ends of steps only: with loops or friction that sticks the step is repeated up to the root.
+ * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
+ * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
+ * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
+ * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
+ * the force jumps, any accuracy at all.
  *
  * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
- * begun, what is left of the step is taken in one piece (rest.c). Friction that sticks needs every
- * one of its events, 200 at most.
+ * begun, what is left of the step is taken in one piece (rest.c), and so is a step that is too long
+ * for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -23,9 +22,9 @@
 #include "core.h"
 
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
-static const double at_once = 1e-7;     /* events that far apart are one, in steps */
-static const double narrow = 1e-13;     /* the bracket of a root, in steps */
-enum { LOCATED = 3, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
+static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+static const double sure = 1e-7;        /* a root that far behind another one, in steps, is not it */
+enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__guards_inside(stein_sim *sim, double h, double theta)
 {
@@ -78,12 +77,11 @@ static double root(stein_sim *sim, double h, double begin, double end, int i, do
         return begin; // on the wrong side from the start, by rounding: switch at once
     }
     int side = 0;
-    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > narrow; n++) {
+    for (int n = 0; n < MAX_ROOT_ITERATIONS && hi - lo > 1e-13; n++) {
         double theta = (lo * ghi - hi * glo) / (ghi - glo);
         if (!(theta > lo && theta < hi) || n % 8 == 7) {
             theta = 0.5 * (lo + hi);
         }
-        theta = fmin(fmax(theta, lo + 0.5 * narrow), hi - 0.5 * narrow); // the other side closes in
         double g = stein__guard_at(sim, h, theta, i);
         if (g == 0.0) {
             return theta;
@@ -177,6 +175,20 @@ void stein__mark_crossed(stein_sim *sim)
     }
 }
 
+/* a guard before guard i whose root is known and is that of i: the edges of a notch are one corner.
+ * -1: none */
+static int twin_of(stein_sim *sim, double h, int i)
+{
+    for (int k = 0; k < i && i < sim->nguard; k++) {
+        if (sim->crossed[k] && fabs(sim->guard[k]) == fabs(sim->guard[i])) {
+            double theta = sim->root[k];
+            double one = fabs(stein__guard_at(sim, h, theta, k));
+            return one == fabs(stein__guard_at(sim, h, theta, i)) ? k : -1;
+        }
+    }
+    return -1;
+}
+
 double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
     int n = sim->nswitch;
@@ -190,11 +202,11 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
         if (!sim->crossed[i]) {
             continue;
         }
-        if (first < end && !is_beyond_at(sim, h, fmin(first + at_once, end), i)) {
+        int twin = twin_of(sim, h, i);
+        if (twin >= 0) {
+            theta[i] = theta[twin];
+        } else if (first < end && !is_beyond_at(sim, h, fmin(first + sure, end), i)) {
             sim->crossed[i] = 0; // its root is behind the first one
-        } else if (first > begin && first < end &&
-                   !is_beyond_at(sim, h, fmax(first - at_once, begin), i)) {
-            theta[i] = first; // as the edges of a notch, which are one corner
         } else {
             theta[i] = root(sim, h, begin, end, i, theta[i]);
             first = fmin(first, theta[i]);
@@ -279,35 +291,6 @@ void stein__flip_crossed(stein_sim *sim)
     }
 }
 
-/* is the trial step repeated up to an event? */
-static int repeats(const stein_sim *sim)
-{
-    return sim->model->nrow > 0 || sim->model->nstick > 0;
-}
-
-/* the state at theta of the trial step of h */
-static stein_status go_to_event(stein_sim *sim, double h, double theta, stein_err *err)
-{
-    size_t nq = (size_t)sim->model->nq;
-    double t1 = sim->head->t + theta * h;
-    int dense = !repeats(sim);
-    if (dense) {
-        stein__interpolate(sim, h, theta, sim->e, sim->e + nq);
-    }
-    if (!dense || sim->rider != NULL) { // which needs the stages
-        stein_status status = stein__try(sim, t1 - sim->head->t, 0, err);
-        if (status != STEIN_OK) {
-            return status;
-        }
-    }
-    if (dense) {
-        memcpy(sim->q1, sim->e, sizeof *sim->e * nq);
-        memcpy(sim->qd1, sim->e + nq, sizeof *sim->e * nq);
-    }
-    stein__accept(sim, t1);
-    return STEIN_OK;
-}
-
 static int most_located(const stein_sim *sim)
 {
     return sim->model->nstick > 0 ? LOCATED_STICKING : LOCATED;
@@ -332,7 +315,7 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     }
     if (!stein__any_crossed(sim)) {
         stein__accept(sim, target);
-        sim->fresh = abrupt ? KNOWN : FRESH;
+        sim->fresh = abrupt ? KNOWN : sim->fresh;
         return STEIN_OK;
     }
     int located = n < most_located(sim);
@@ -341,11 +324,16 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
     if (!located || (!moves && n > 0 && sim->model->nstick == 0)) {
         return stein__take_rest(sim, target, err);
     }
-    status = moves ? go_to_event(sim, h, theta, err) : STEIN_OK;
-    if (status == STEIN_OK) {
-        stein__flip_crossed(sim);
+    if (moves) {
+        double t1 = sim->head->t + theta * h;
+        status = stein__try(sim, t1 - sim->head->t, 0, err);
+        if (status != STEIN_OK) {
+            return status;
+        }
+        stein__accept(sim, t1);
     }
-    return status;
+    stein__flip_crossed(sim);
+    return STEIN_OK;
 }
 
 static stein_status substep(stein_sim *sim, double target, int n, stein_err *err)
