@@ -227,27 +227,29 @@ static void add_points(text *x, const tree *t)
         on[n + k] = t->m->points[k].body;
     }
     text_quiet(x, "/* named points in the fixed frame */\n");
-    text_add(x, "static void point(const double *q, const double *qd, const double *sc, const double "
-                "*d,\n                  double *x, double *v, double *J, double *jdqd)\n{\n");
+    text_add(x,
+             "static void point(const double *q, const double *qd, const double *sc, const double "
+             "*d,\n                  double *x, double *v, double *J, double *jdqd)\n{\n");
     add_table(x, "parent", n, on);
     add_table(x, "body", np, on + n);
-    text_add(x,
-             "    double e[%d], o[%d];\n"
-             "    places(q, qd, sc, d, x, v, jdqd, e, o);\n"
-             "    for (int i = 0; i < %d; i++) {\n"
-             "        J[i] = 0.0;\n"
-             "    }\n"
-             "    for (int k = 0; k < %d; k++) {\n"
-             "        for (int j = body[k]; j >= 0; j = parent[j]) {\n"
-             "            for (int i = 0; i < 3; i++) {\n"
-             "                int l = (i + 1) %% 3, m = (i + 2) %% 3;\n"
-             "                J[(3 * k + i) * %d + j] = e[3 * j + l] * (x[3 * k + m] - o[3 * j + m]) -\n"
-             "                                          e[3 * j + m] * (x[3 * k + l] - o[3 * j + l]);\n"
-             "            }\n"
-             "        }\n"
-             "    }\n"
-             "}\n\n",
-             3 * n, 3 * n, 3 * np * n, np, n);
+    text_add(
+        x,
+        "    double e[%d], o[%d];\n"
+        "    places(q, qd, sc, d, x, v, jdqd, e, o);\n"
+        "    for (int i = 0; i < %d; i++) {\n"
+        "        J[i] = 0.0;\n"
+        "    }\n"
+        "    for (int k = 0; k < %d; k++) {\n"
+        "        for (int j = body[k]; j >= 0; j = parent[j]) {\n"
+        "            for (int i = 0; i < 3; i++) {\n"
+        "                int l = (i + 1) %% 3, m = (i + 2) %% 3;\n"
+        "                J[(3 * k + i) * %d + j] = e[3 * j + l] * (x[3 * k + m] - o[3 * j + m]) -\n"
+        "                                          e[3 * j + m] * (x[3 * k + l] - o[3 * j + l]);\n"
+        "            }\n"
+        "        }\n"
+        "    }\n"
+        "}\n\n",
+        3 * n, 3 * n, 3 * np * n, np, n);
     free(on);
 }
 

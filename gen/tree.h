@@ -188,7 +188,8 @@ void kin_pose3(walk *ps, ex *out);
 /** v of the axes of orientation `up` in those of `to`. */
 vec kin_turn(walk *w, vec v, int up, int to);
 void kin_point(walk *ps, ex *out);
-/** o, v, a: point k, its velocity, its acceleration while qdd = 0. arm: from the origin of its body.
+/** o, v, a: point k, its velocity, its acceleration while qdd = 0. arm: from the origin of its
+ * body.
  */
 placed kin_point_of(walk *w, const placed *all, int k);
 void kin_energy(walk *ps, ex *out);

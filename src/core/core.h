@@ -5,6 +5,7 @@
  *      sim.c       create, parameters                  settle.c    static equilibrium, reset
  *      state.c     the state as a block                blame.c     why a motion ended
  *      dynamics.c  (t, q, qd) -> qdd                   step.c      fixed steps, located events
+ *                                                      rest.c      what is left of them
  *      channel.c   output channels                     adapt.c     steps of controlled error
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions

@@ -277,8 +277,8 @@ static int only_met(stein_sim *sim)
 {
     int any = 0;
     for (int i = 0; i < sim->nswitch; i++) {
-        sim->crossed[i] = i < sim->nguard && sim->crossed[i] && !sim->mode[i] &&
-                          !stein__is_region(sim, i);
+        sim->crossed[i] =
+            i < sim->nguard && sim->crossed[i] && !sim->mode[i] && !stein__is_region(sim, i);
         any |= sim->crossed[i];
     }
     return any;

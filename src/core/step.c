@@ -23,7 +23,7 @@
 
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
 static const double at_once = 1e-12;    /* events that far apart are one, in steps */
-static const double sure = 1e-7;        /* a root that far behind another one, in steps, is not it */
+static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
 enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__guards_inside(stein_sim *sim, double h, double theta)

@@ -415,8 +415,8 @@ END_TEST
 
 /* ---- the work of a step ---- */
 
-/* evaluations of a step of RK4, which has 4, with two located events, whose rest is taken anew and then
- * implicitly, every trial being looked at for contacts that are too stiff */
+/* evaluations of a step of RK4, which has 4, with two located events, whose rest is taken anew and
+ * then implicitly, every trial being looked at for contacts that are too stiff */
 enum { MOST_EVALUATIONS = 33, GESTURES = SANITIZED ? 60 : 600 };
 
 static void count(void *ctx, double t, const double *q, const double *qd, double *Q)
