@@ -3,8 +3,8 @@
  *
  *     build/bench [FILTER] [--csv FILE] [--plot FILE.svg]
  *
- * FILTER: only cases whose model or name contains this text are run; `instrument`, `stiff` and
- * `precision` select those groups of cases. Run from the root of the sources (it opens
+ * FILTER: only cases whose model or name contains this text are run; `instrument`, `stiff`, `worst`
+ * and `precision` select those groups of cases. Run from the root of the sources (it opens
  * models/stein1788.yaml). Compare ratios within one run, not nanoseconds between two. Ends with 1
  * when anything that was timed is not right.
  */
@@ -81,6 +81,9 @@ int main(int argc, char **argv)
     }
     if (has_part(&o, "stiff")) {
         stiff_rows();
+    }
+    if (has_part(&o, "worst")) {
+        worst_rows();
     }
     if (has_part(&o, "precision")) {
         precision_rows(o.plot, csv);

@@ -90,6 +90,7 @@ void derivative_add(void);
 void derivative_rows(void);
 void instrument_rows(void);
 void stiff_rows(void);
+void worst_rows(void);
 /** @param picture  where the work-precision plot goes, CSV beside it; NULL: none */
 void precision_rows(const char *picture, FILE *csv);
 

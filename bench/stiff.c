@@ -12,7 +12,6 @@
 #include "bench.h"
 
 enum { SEEN = 10, REPEATS = 9, NQ = 4 };
-static const double wanted = 1e-6; /* error of any joint [rad or m] */
 
 static double exact[SEEN][NQ];
 
@@ -38,11 +37,12 @@ static int run_ours(stein_sim *sim, double tolerance, double q[SEEN][NQ])
 }
 
 #ifdef BENCH_CVODE
-
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
+
+static const double wanted = 1e-6; /* error of any joint [rad or m] */
 
 static int right_side(realtype t, N_Vector y, N_Vector f, void *ctx)
 {

@@ -133,7 +133,9 @@ static void emit_rates(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_pose,
         .stays = always};
-    if (f->articulated.nout) { // then lanes have no use for M
+    if (f->momenta.nout) {
+        emit_func(x, t, l, &f->articulated, &articulated);
+    } else if (f->articulated.nout) { // then lanes have no use for M
         emission asked = unloaded;
         asked.seldom = GEN_HUGE;
         text_add(x, "#if STEIN_LANES == 1\n");
@@ -283,9 +285,13 @@ void emit_functions(text *x, const tree *t, const layout *l, const funcs *f)
         .unused = {[EX_Q] = "q", [EX_QD] = "qd", [EX_NVAR] = "d", [EX_NVAR + 1] = "sc"},
         .target = target_closure};
     emit_rates(x, t, l, f);
-    emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    if (!f->momenta.nout) {
+        emit_func(x, t, l, &f->mass_bias, &mass_bias);
+    }
     emit_func(x, t, l, &f->inverse, &inverse);
-    if (t->m->npoint) {
+    if (f->momenta.nout) {
+        emit_long(x, t, l, f);
+    } else if (t->m->npoint) {
         emit_func(x, t, l, &f->point, &point);
     }
     emit_func(x, t, l, &f->energy, &energy);

@@ -11,7 +11,7 @@
 #include "gen_internal.h"
 
 enum {
-    MAX_BODY = 120,   /* signed char choices, stack of angle sums; far above any action */
+    MAX_BODY = 220,   /* bodies and a load; the reader has as many */
     MAX_SLOPES = 4000 /* joints times operations of the inverse dynamics */
 };
 
@@ -231,6 +231,9 @@ static int make_route(funcs *f, const tree *t)
     if (!dyn_articulates(t)) {
         return 0;
     }
+    if (tree_is_long(t)) {
+        return func_search(a, t, dyn_articulated, 2 * t->n);
+    }
     if (func_search(a, t, dyn_articulated, 2 * t->n)) {
         return -1;
     }
@@ -241,14 +244,34 @@ static int make_route(funcs *f, const tree *t)
     return 0;
 }
 
-static int make_functions(funcs *f, const tree *t)
+/* n times a, and b */
+static stein_ops times(int n, stein_ops a, stein_ops b)
+{
+    return (stein_ops){n * a.add + b.add, n * a.mul + b.mul, n * a.neg + b.neg, n * a.div + b.div,
+                       n * a.trig + b.trig};
+}
+
+/* M, c, inverse dynamics and points */
+static int make_equations(funcs *f, const tree *t)
 {
     int n = t->n, np = t->m->npoint;
+    if (tree_is_long(t)) {
+        int failed = func_search(&f->inverse, t, dyn_inverse, n) ||
+                     func_search(&f->momenta, t, long_momenta, n) ||
+                     func_search(&f->point, t, long_points, 9 * np + 6 * n);
+        f->mass_bias.ops = f->unloaded.ops = times(n, f->momenta.ops, f->inverse.ops);
+        return failed;
+    }
     return func_search(&f->mass_bias, t, dyn_mass_bias, n * n + n) ||
            func_like(&f->unloaded, t, &f->mass_bias, dyn_unloaded, n * n + n) ||
            func_search(&f->inverse, t, dyn_inverse, n) ||
-           func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
-           func_search(&f->point, t, kin_point, 9 * np + 3 * np * n) ||
+           func_search(&f->point, t, kin_point, 9 * np + 3 * np * n);
+}
+
+static int make_functions(funcs *f, const tree *t)
+{
+    int n = t->n;
+    return make_equations(f, t) || func_search(&f->pose, t, kin_pose, 7 * t->ncarrier) ||
            func_search(&f->energy, t, kin_energy, 2) ||
            (t->nsolid && func_search(&f->pose3, t, kin_pose3, POSE3 * t->nsolid)) ||
            (t->nrow && func_search(&f->closure, t, loop_closure, t->nrow * (2 + n))) ||
@@ -257,8 +280,12 @@ static int make_functions(funcs *f, const tree *t)
 
 static void make_layout(layout *l, const tree *t, const funcs *f)
 {
-    layout_add_func(l, t, &f->mass_bias);
-    layout_add_func(l, t, &f->unloaded);
+    if (f->momenta.nout) {
+        layout_add_func(l, t, &f->momenta);
+    } else {
+        layout_add_func(l, t, &f->mass_bias);
+        layout_add_func(l, t, &f->unloaded);
+    }
     layout_add_func(l, t, &f->inverse);
     layout_add_func(l, t, &f->pose);
     layout_add_func(l, t, &f->point);
@@ -337,6 +364,7 @@ stein_status gen_equations(gen_result *out, const mechanism *m, stein_err *err)
     }
     func_free(&f.mass_bias);
     func_free(&f.unloaded);
+    func_free(&f.momenta);
     func_free(&f.articulated);
     func_free(&f.inverse);
     func_free(&f.pose);

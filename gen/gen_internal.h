@@ -128,6 +128,7 @@ void emit_solve(text *x, const tree *t);
 typedef struct funcs {
     func mass_bias, inverse, pose, point, energy;
     func unloaded;          /* mass_bias without external forces, in the same frames */
+    func momenta;           /* M qdd alone, of a long tree, which has no mass_bias and unloaded */
     func articulated;       /* only where it costs less than M and its solution: nout is 0 else */
     func slopes;            /* of a large tree, or with loops, there is none: nout is 0 */
     func along, pose_along; /* likewise of one with loops */
@@ -136,6 +137,8 @@ typedef struct funcs {
     stein_ops setup;
 } funcs;
 
+/* long.c: M, c and points of a long tree */
+void emit_long(text *x, const tree *t, const layout *l, const funcs *f);
 void emit_functions(text *x, const tree *t, const layout *l, const funcs *f);
 /** Derivatives: exact, by forward mode (derive.c). */
 void emit_slopes(text *x, const tree *t, const layout *l, const funcs *f);

@@ -27,6 +27,19 @@ vec kin_bend(ex_graph *g, vec om, vec omp, vec r)
     return out;
 }
 
+vec kin_turn(walk *w, vec v, int up, int to)
+{
+    if (w->world == NULL || up < 0 || to >= 0) {
+        return rotate(w, v, up, to);
+    }
+    vec out;
+    for (int i = 0; i < 3; i++) {
+        const ex *row = w->world[up].x[i];
+        out.x[i] = vec_dot(w->g, (vec){{row[0], row[1], row[2]}}, v);
+    }
+    return out;
+}
+
 void kin_place(walk *w, placed *all, int i, int top)
 {
     ex_graph *g = w->g;
@@ -38,7 +51,7 @@ void kin_place(walk *w, placed *all, int i, int top)
     ex qd = tree_rate(w->t, g, EX_QD, i);
     g->pass = PASS_FORWARD;
     g->body = i;
-    s->axis = rotate(w, vec_axis(b->axis, ex_num(g, b->sign)), up, to);
+    s->axis = kin_turn(w, vec_axis(b->axis, ex_num(g, b->sign)), up, to);
     vec_name(g, s->axis, "E", i, -1);
     s->om = p->om;
     s->omp = p->omp;
@@ -55,7 +68,7 @@ void kin_place(walk *w, placed *all, int i, int top)
         relative = vec_scale(g, qd, s->axis);
         coriolis = vec_cross(g, p->om, relative);
     }
-    s->arm = rotate(w, at, up, to);
+    s->arm = kin_turn(w, at, up, to);
     vec_name(g, s->arm, "RL", i, -1);
     s->o = vec_add(g, p->o, s->arm);
     vec_name(g, s->o, "PO", i, -1);
@@ -129,26 +142,36 @@ void kin_pose3(walk *w, ex *out)
 
 /* ---- points --------------------------------------------------------------------------------- */
 
+placed kin_point_of(walk *w, const placed *all, int k)
+{
+    ex_graph *g = w->g;
+    const tree *t = w->t;
+    int i = t->m->points[k].body;
+    vec at = vec_const(g, tree_vector(t, t->m->points[k].at));
+    placed p = {.arm = at, .o = at};
+    g->pass = PASS_POINT;
+    g->body = k;
+    if (i >= 0) {
+        p.arm = kin_turn(w, at, t->body[i].orient, -1);
+        vec_name(g, p.arm, "RP", k, -1);
+        p.o = vec_add(g, all[i].o, p.arm);
+        p.v = vec_add(g, all[i].v, vec_cross(g, all[i].om, p.arm));
+        p.a = vec_add(g, all[i].a, kin_bend(g, all[i].om, all[i].omp, p.arm));
+    }
+    return p;
+}
+
 static void one_point(walk *w, const placed *all, int k, ex *out)
 {
     ex_graph *g = w->g;
     const tree *t = w->t;
     int n = t->n, np = t->m->npoint, i = t->m->points[k].body;
-    vec at = vec_const(g, tree_vector(t, t->m->points[k].at)), v = vec_zero(), a = vec_zero();
-    vec r = at, x = at;
-    g->pass = PASS_POINT;
-    g->body = k;
-    if (i >= 0) {
-        r = rotate(w, at, t->body[i].orient, -1);
-        vec_name(g, r, "RP", k, -1);
-        x = vec_add(g, all[i].o, r);
-        v = vec_add(g, all[i].v, vec_cross(g, all[i].om, r));
-        a = vec_add(g, all[i].a, kin_bend(g, all[i].om, all[i].omp, r));
-    }
+    placed p = kin_point_of(w, all, k);
+    vec r = p.arm;
     for (int c = 0; c < 3; c++) {
-        out[3 * k + c] = x.x[c];
-        out[3 * np + 3 * k + c] = v.x[c];
-        out[6 * np + 3 * np * n + 3 * k + c] = a.x[c];
+        out[3 * k + c] = p.o.x[c];
+        out[3 * np + 3 * k + c] = p.v.x[c];
+        out[6 * np + 3 * np * n + 3 * k + c] = p.a.x[c];
     }
     for (int j = i; j >= 0; j = t->body[j].parent) {
         vec column = t->body[j].turns ? vec_cross(g, all[j].axis, r) : all[j].axis;
@@ -169,6 +192,25 @@ void kin_point(walk *w, ex *out)
 }
 
 /* ---- energies ------------------------------------------------------------------------------- */
+
+static ex kinetic_of_long(walk *w)
+{
+    ex_graph *g = w->g;
+    int n = w->t->n;
+    ex *p = calloc((size_t)n, sizeof *p), sum = 0;
+    if (!p) {
+        g->failed = 1;
+        return 0;
+    }
+    dyn_momenta(w, EX_QD, p);
+    g->pass = PASS_OUTPUT;
+    g->body = -1;
+    for (int i = 0; i < n; i++) {
+        sum = ex_add(g, sum, ex_mul(g, ex_var(g, EX_QD, i), p[i]));
+    }
+    free(p);
+    return ex_mul(g, ex_num(g, 0.5), sum);
+}
 
 static ex kinetic(walk *w)
 {
@@ -218,6 +260,6 @@ static ex potential(walk *w)
 
 void kin_energy(walk *w, ex *out)
 {
-    out[0] = kinetic(w);
+    out[0] = tree_is_long(w->t) ? kinetic_of_long(w) : kinetic(w);
     out[1] = potential(w);
 }

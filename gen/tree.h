@@ -100,6 +100,7 @@ typedef struct walk {
     const choice *ch;
     int *frame;   /* [n] working frame of a body: orientation index, -1 fixed */
     int unloaded; /* 1: no external forces and moments */
+    mat *world;   /* [n] axes of the bodies in the fixed frame; NULL: turned joint by joint */
 } walk;
 
 /* recombine.c */
@@ -154,6 +155,14 @@ void dyn_inverse(walk *ps, ex *out);
 /** c alone: the same at qdd = 0. */
 void dyn_bias(walk *ps, ex *out);
 
+/* long.c */
+/** Has it so many joints in so long branches that functions of quadratic size are loops? */
+int tree_is_long(const tree *t);
+/** M a, a being EX_QD or EX_QDD; all joints turn. */
+void dyn_momenta(walk *w, ex_var_kind rate, ex *out);
+void long_momenta(walk *w, ex *out);
+void long_points(walk *w, ex *out);
+
 /* articulated.c */
 /** 1: all joints turn, and none of them is ever given. */
 int dyn_articulates(const tree *t);
@@ -176,7 +185,13 @@ void kin_place(walk *ps, placed *all, int i, int top);
 void kin_pose(walk *ps, ex *out);
 enum { POSE3 = 18 };
 void kin_pose3(walk *ps, ex *out);
+/** v of the axes of orientation `up` in those of `to`. */
+vec kin_turn(walk *w, vec v, int up, int to);
 void kin_point(walk *ps, ex *out);
+/** o, v, a: point k, its velocity, its acceleration while qdd = 0. arm: from the origin of its
+ * body.
+ */
+placed kin_point_of(walk *w, const placed *all, int k);
 void kin_energy(walk *ps, ex *out);
 
 /* loops.c */

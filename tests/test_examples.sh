@@ -50,6 +50,8 @@ ok "61 actions play: $(tail -n 1 "$dir/out")" $?
 sed 's/^/test_examples: audio, /' "$dir/out"
 grep -q '^all keys at once: up to 61 keys awake' "$dir/out"
 ok "all keys move at once" $?
+grep -q '^[0-9]* steps, 0 failed' "$dir/out"
+ok "no step of the piece fails ($(sed -n 's/ steps, .*//p' "$dir/out") steps)" $?
 awake=$(sed -n 's/^ten fingers: up to \([0-9]*\) keys.*/\1/p' "$dir/out")
 within "$awake" 10 40
 ok "keys at rest fall asleep ($awake awake)" $?

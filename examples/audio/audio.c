@@ -6,6 +6,8 @@
  * A step is four samples: escapement 0.03 mm and peak force 2 % off those of short steps, and there
  * is time for all 61 keys to move at once. Keys at rest cost nothing.
  *
+ * A step that fails (ECHATTER, ENONFINITE) is counted, and its action begins again at rest.
+ *
  * The callback steps every action that is awake, hands the force of each head to its string, and
  * adds up the strings. It allocates nothing, waits for nothing and makes no system call: with
  * --sandbox the process is killed for one. A host (JACK, LV2, a plugin) would call it; here a
@@ -35,6 +37,7 @@ typedef struct note {
     int force;         /* channel of the head's force on the string */
     double finger;     /* [N] on the key's front */
     int resting;       /* samples for which nothing has moved; REST: asleep */
+    int steps, failed; /* that were made; of those, that ended with an error */
     double line[LINE]; /* of the string, a wave that goes round */
     int length, at;    /* of the wave; where it is read */
     double before;     /* sample that was read last */
@@ -59,7 +62,15 @@ static double step(note *n)
         return 0.0;
     }
     n->resting = moves(n) ? 0 : n->resting + STEP;
-    return stein_step(n->sim, NULL) == STEIN_OK ? stein_read(n->sim, n->force) : 0.0;
+    n->steps++;
+    if (stein_step(n->sim, NULL) != STEIN_OK) { // silent and at rest, not stuck where it failed
+        n->failed++;
+        if (stein_reset(n->sim, NULL) == STEIN_OK) {
+            stein_load_lift(n->sim);
+        }
+        return 0.0;
+    }
+    return stein_read(n->sim, n->force);
 }
 
 /* a wave on a string (Karplus and Strong 1983), pushed at a ninth of its length */
@@ -178,6 +189,17 @@ static void tell(const char *what, int first, int n)
            what, most, 100.0 * sum / n, 100.0 * used[first + n * 99 / 100]);
 }
 
+/* what the steps ended with */
+static void tell_steps(const note *notes)
+{
+    int steps = 0, failed = 0;
+    for (int i = 0; i < KEYS; i++) {
+        steps += notes[i].steps;
+        failed += notes[i].failed;
+    }
+    printf("%d steps, %d failed and began at rest again\n", steps, failed);
+}
+
 /* 32-bit floats, one channel */
 static int write_wav(int file)
 {
@@ -211,6 +233,7 @@ int main(int argc, char **argv)
     perform(notes, 1);
     tell("ten fingers", 0, PIECE);
     tell("all keys at once", PIECE, BLOCKS - PIECE);
+    tell_steps(notes);
     for (int i = 0; i < KEYS; i++) {
         stein_sim_destroy(notes[i].sim);
     }

@@ -84,7 +84,9 @@ static void run(LV2_Handle handle, uint32_t samples)
         if (a->at == 0) {
             a->finger = (double)a->port[FINGER][i] * (double)*a->port[WEIGHT];
             stein_handover_take(a->handover, a->sim);
-            stein_step(a->sim, NULL);
+            if (stein_step(a->sim, NULL) != STEIN_OK) {
+                activate(handle); // at rest again, not stuck where it failed
+            }
         }
         a->port[STRING][i] = (float)(0.1 * stein_read(a->sim, a->force));
     }

@@ -83,7 +83,10 @@ int stein_freedom(const stein_sim *sim);
  * are the last that were tried */
 stein_status stein_settle(stein_sim *sim, stein_err *err);
 /** One step of dt, split at located events. On ENONFINITE, ESINGULAR or ECHATTER the state is kept
- *  as it was before the failing sub-step, for inspection. */
+ *  as it was before the failing sub-step, for inspection. Two events are located, what is left of
+ *  the step is taken in one piece, of lower order. A step that is too long for the damping of a
+ *  contact is taken implicitly, also of lower order; one in which a whole bounce would be lost is
+ *  ECHATTER. */
 stein_status stein_step(stein_sim *sim, stein_err *err);
 /** Steps of dt up to exactly t_end [s]; the last one is shorter when t_end is off the grid.
  *  @return as stein_step; EINVAL when t_end is before the current time or not finite */

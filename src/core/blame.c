@@ -21,7 +21,7 @@
 #include "core.h"
 
 /* a unit force at what touches, along its normal or across it, into Q */
-static void probe(stein_sim *sim, const touch *t, int across)
+void stein__probe(stein_sim *sim, const touch *t, int across)
 {
     if (t->pair->solid) {
         stein__solid_probe(sim, t, across);
@@ -41,7 +41,7 @@ static double mobility(stein_sim *sim, const touch *t, int across)
     size_t nq = (size_t)model->nq;
     double *a = sim->work, sum = 0.0;
     memset(sim->Q, 0, sizeof *sim->Q * nq);
-    probe(sim, t, across);
+    stein__probe(sim, t, across);
     model->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
     memcpy(a, sim->Q, sizeof *a * nq);
     if (stein__solved(sim, a) >= 0) {

@@ -5,6 +5,7 @@
  *      sim.c       create, parameters                  settle.c    static equilibrium, reset
  *      state.c     the state as a block                blame.c     why a motion ended
  *      dynamics.c  (t, q, qd) -> qdd                   step.c      fixed steps, located events
+ *                                                      rest.c      what is left of them
  *      channel.c   output channels                     adapt.c     steps of controlled error
  *      linalg.c    M x = b, and any A x = b            handover.c  parameters from another thread
  *      law.c       the laws for others                 elementary.c  far and rare functions
@@ -561,6 +562,10 @@ double stein__angle(double y, double x);
 #if STEIN_LANES > 0
 INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err);
 #endif
+#if STEIN_LANES > 0
+/* may the trial step of h of a fixed step be unstable? */
+INNER mask stein__abrupt(const stein_sim *sim, real h);
+#endif
 /* what a trial step of controlled error is worth */
 typedef struct stein__grade {
     real e, log_e; /* its error in tolerances, INFINITY where that is no number; the logarithm */
@@ -634,6 +639,13 @@ int stein__any_crossed(const stein_sim *sim);
 void stein__mark_crossed(stein_sim *sim);
 /* all guards at theta of the trial step */
 void stein__guards_inside(stein_sim *sim, double h, double theta);
+/* guard i at theta of the trial step */
+double stein__guard_at(stein_sim *sim, double h, double theta, int i);
+/* is guard i that of the region of a notch? */
+static inline int stein__is_region(const stein_sim *sim, int i)
+{
+    return i >= sim->model->nspot && (i - sim->model->nspot) % NOTCH_GUARDS == NOTCH_REGION;
+}
 /* theta of the first root in begin..end of those that are at `end`, where they were evaluated;
  * crossed[] marks what switches there */
 double stein__first_root(stein_sim *sim, double h, double begin, double end);
@@ -686,6 +698,17 @@ stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p
 /* stein_run_adaptive without its end: the grid of fixed steps stays */
 stein_status stein__run_controlled(stein_sim *sim, double t_end, stein_pace *pace, stein_err *err);
 void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
+/* ENONFINITE where the end of the trial step of h is no number */
+stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
+/* rest.c: an abrupt trial step to `target`, if it is too long for a contact: *taken, implicitly.
+ * Else it stays as it is, and the forces are not those of its end (KNOWN).
+ * @return as stein__take_rest */
+stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein_err *err);
+/* rest.c: from a trial step to `target` that has events to `target`, whose events are not located.
+ * @return OK, ECHATTER (a contact is too short for it), ENONFINITE, ESINGULAR */
+stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err);
+/* blame.c: a unit force at what touches, along its normal or across it, into Q, which is zero */
+void stein__probe(stein_sim *sim, const touch *t, int across);
 /* blame.c: what happened in a step of h from the current state, and why, into err (nullable): a
  * signal or hook without a number, a contact that is too stiff, and what it needs. Returns code. */
 stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,

@@ -181,7 +181,7 @@ static unsigned grazes(void *wide, const double *h)
 static mask step(stein_sim *sim, real t, real h, mask wanted)
 {
     mask good = try_step(sim, t, h, wanted);
-    good = both(good, no(crossed(sim)));
+    good = both(good, no(either(crossed(sim), stein__abrupt(sim, h))));
     for (int j = 0; j < sim->model->nq; j++) {
         sim->q[j] = sel(good, sim->q1[j], sim->q[j]);
         sim->qd[j] = sel(good, sim->qd1[j], sim->qd[j]);

@@ -11,6 +11,10 @@
  * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
  * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
  * the force jumps, any accuracy at all.
+ *
+ * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
+ * begun, what is left of the step is taken in one piece (rest.c), and so is a step that is too long
+ * for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -18,7 +22,9 @@
 #include "core.h"
 
 static const double just_behind = 1e-3; /* the begin of a step, in steps */
-enum { MAX_EVENTS_PER_STEP = 200, MAX_ROOT_ITERATIONS = 80 };
+static const double at_once = 1e-12;    /* events that far apart are one, in steps */
+static const double sure = 1e-7; /* a root that far behind another one, in steps, is not it */
+enum { LOCATED = 2, LOCATED_STICKING = 200, MAX_ROOT_ITERATIONS = 80 };
 
 void stein__guards_inside(stein_sim *sim, double h, double theta)
 {
@@ -32,7 +38,7 @@ void stein__guards_inside(stein_sim *sim, double h, double theta)
     (void)stein__evaluate(sim, t, sim->xq, sim->xqd, sim->hold.qdd, NULL);
 }
 
-static double guard_at(stein_sim *sim, double h, double theta, int i)
+double stein__guard_at(stein_sim *sim, double h, double theta, int i)
 {
     if (i >= sim->nguard) {
         stein__guards_inside(sim, h, theta);
@@ -42,19 +48,30 @@ static double guard_at(stein_sim *sim, double h, double theta, int i)
     return stein__guard(sim, sim->xq, i);
 }
 
+/* is guard i with the value g on the other side of its mode? */
+static int is_beyond(const stein_sim *sim, int i, double g)
+{
+    return i < sim->nguard ? (g > 0.0) != sim->mode[i] : g < 0.0;
+}
+
+static int is_beyond_at(stein_sim *sim, double h, double theta, int i)
+{
+    return is_beyond(sim, i, stein__guard_at(sim, h, theta, i));
+}
+
 static int is_crossed(const stein_sim *sim, int i)
 {
-    return i < sim->nguard ? (sim->guard[i] > 0.0) != sim->mode[i] : sim->guard[i] < 0.0;
+    return is_beyond(sim, i, sim->guard[i]);
 }
 
 /* root of guard i in begin..end of the trial step: regula falsi with the Illinois change, kept in
  * the bracket */
 static double root(stein_sim *sim, double h, double begin, double end, int i, double g1)
 {
-    double lo = begin, hi = end, glo = guard_at(sim, h, begin, i), ghi = g1;
+    double lo = begin, hi = end, glo = stein__guard_at(sim, h, begin, i), ghi = g1;
     if (i >= sim->nguard && !(glo > 0.0)) { // a place that has just let go is at rest
         lo = begin + just_behind * (end - begin);
-        glo = guard_at(sim, h, lo, i);
+        glo = stein__guard_at(sim, h, lo, i);
     }
     if ((glo > 0.0) == (ghi > 0.0)) {
         return begin; // on the wrong side from the start, by rounding: switch at once
@@ -65,7 +82,7 @@ static double root(stein_sim *sim, double h, double begin, double end, int i, do
         if (!(theta > lo && theta < hi) || n % 8 == 7) {
             theta = 0.5 * (lo + hi);
         }
-        double g = guard_at(sim, h, theta, i);
+        double g = stein__guard_at(sim, h, theta, i);
         if (g == 0.0) {
             return theta;
         }
@@ -158,6 +175,20 @@ void stein__mark_crossed(stein_sim *sim)
     }
 }
 
+/* a guard before guard i whose root is known and is that of i: the edges of a notch are one corner.
+ * -1: none */
+static int twin_of(stein_sim *sim, double h, int i)
+{
+    for (int k = 0; k < i && i < sim->nguard; k++) {
+        if (sim->crossed[k] && fabs(sim->guard[k]) == fabs(sim->guard[i])) {
+            double theta = sim->root[k];
+            double one = fabs(stein__guard_at(sim, h, theta, k));
+            return one == fabs(stein__guard_at(sim, h, theta, i)) ? k : -1;
+        }
+    }
+    return -1;
+}
+
 double stein__first_root(stein_sim *sim, double h, double begin, double end)
 {
     int n = sim->nswitch;
@@ -168,13 +199,21 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
         theta[i] = sim->guard[i]; // its value at the end, until the root is known
     }
     for (int i = 0; i < n; i++) {
-        if (sim->crossed[i]) {
+        if (!sim->crossed[i]) {
+            continue;
+        }
+        int twin = twin_of(sim, h, i);
+        if (twin >= 0) {
+            theta[i] = theta[twin];
+        } else if (first < end && !is_beyond_at(sim, h, fmin(first + sure, end), i)) {
+            sim->crossed[i] = 0; // its root is behind the first one
+        } else {
             theta[i] = root(sim, h, begin, end, i, theta[i]);
             first = fmin(first, theta[i]);
         }
     }
     for (int i = 0; i < n; i++) {
-        sim->crossed[i] = sim->crossed[i] && theta[i] - first <= 1e-12;
+        sim->crossed[i] = sim->crossed[i] && theta[i] - first <= at_once;
     }
     return first;
 }
@@ -190,7 +229,7 @@ int stein__any_crossed(const stein_sim *sim)
 }
 
 /* a trial step that left the numbers is not looked at any further */
-static stein_status check_finite(stein_sim *sim, double h, stein_err *err)
+stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err)
 {
     for (int j = 0; j < sim->model->nq; j++) {
         if (!isfinite(sim->q1[j]) || !isfinite(sim->qd1[j]) || !isfinite(sim->qdd1[j])) {
@@ -224,7 +263,7 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
     if (sim->implicit != NULL) {
         sim->implicit->inside = implicit;
     }
-    return status == STEIN_OK ? check_finite(sim, h, err) : status;
+    return status == STEIN_OK ? stein__check_finite(sim, h, err) : status;
 }
 
 void stein__flip_crossed(stein_sim *sim)
@@ -252,8 +291,13 @@ void stein__flip_crossed(stein_sim *sim)
     }
 }
 
-/* one sub-step towards `target`: all the way, or to the first event and its switch */
-static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *err)
+static int most_located(const stein_sim *sim)
+{
+    return sim->model->nstick > 0 ? LOCATED_STICKING : LOCATED;
+}
+
+/* sub-step n towards `target`: all the way, or to the first event and its switch */
+static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein_err *err)
 {
     stein_status status = sim->fresh == STALE ? stein__refresh(sim, err) : STEIN_OK;
     if (status != STEIN_OK) {
@@ -264,12 +308,24 @@ static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *e
     if (status != STEIN_OK) {
         return status;
     }
+    int abrupt = stein__abrupt(sim, h), taken = 0;
+    status = abrupt ? stein__take_abrupt(sim, target, &taken, err) : STEIN_OK;
+    if (status != STEIN_OK || taken) {
+        return status;
+    }
     if (!stein__any_crossed(sim)) {
         stein__accept(sim, target);
+        sim->fresh = abrupt ? KNOWN : sim->fresh;
         return STEIN_OK;
     }
-    double t1 = sim->head->t + stein__first_root(sim, h, 0.0, 1.0) * h;
-    if (t1 > sim->head->t) {
+    int located = n < most_located(sim);
+    double theta = located ? stein__first_root(sim, h, 0.0, 1.0) : 0.0;
+    int moves = sim->head->t + theta * h > sim->head->t;
+    if (!located || (!moves && n > 0 && sim->model->nstick == 0)) {
+        return stein__take_rest(sim, target, err);
+    }
+    if (moves) {
+        double t1 = sim->head->t + theta * h;
         status = stein__try(sim, t1 - sim->head->t, 0, err);
         if (status != STEIN_OK) {
             return status;
@@ -280,9 +336,9 @@ static stein_status substep_in_chart(stein_sim *sim, double target, stein_err *e
     return STEIN_OK;
 }
 
-static stein_status substep(stein_sim *sim, double target, stein_err *err)
+static stein_status substep(stein_sim *sim, double target, int n, stein_err *err)
 {
-    stein_status status = substep_in_chart(sim, target, err);
+    stein_status status = substep_in_chart(sim, target, n, err);
     if (status == STEIN_OK) {
         (void)stein__rechart(sim);
     }
@@ -302,13 +358,7 @@ stein_status stein__advance(stein_sim *sim, double target, stein_err *err)
         return advance_controlled(sim, target, err);
     }
     for (int n = 0; sim->head->t < target; n++) {
-        if (n > MAX_EVENTS_PER_STEP) {
-            stein_err why;
-            stein__fail(&why, STEIN_ECHATTER, "more than %d contact events in one step",
-                        (int)MAX_EVENTS_PER_STEP);
-            return stein__blame(sim, sim->def.dt, STEIN_ECHATTER, why.msg, err);
-        }
-        stein_status status = substep(sim, target, err);
+        stein_status status = substep(sim, target, n, err);
         if (status != STEIN_OK) {
             sim->fresh = STALE;
             return status;

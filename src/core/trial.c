@@ -45,6 +45,9 @@ static const tableau dp5 = {
     .embedded = 1,
 };
 
+/* an explicit step is abrupt where its stages differ by that share of the speeds */
+static const double share = 0.1;
+
 /* the larger one; b where a is no number */
 static inline real larger(real a, real b)
 {
@@ -139,6 +142,30 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
     factor = sel(more(factor, least), factor, same(least));
     return (stein__grade){sel(is_number, e, same((double)INFINITY)), log_e,
                           sel(is_number, factor, same(least)), same(0.0)};
+}
+
+/* RK4 has two stages in its middle, DP5 has an estimate. */
+static real doubt(const stein_sim *sim, real h)
+{
+    const real *k2 = sim->k + sim->width, *k3 = k2 + sim->width;
+    int nq = sim->model->nq;
+    real most = same(0.0);
+    if (sim->def.integrator != STEIN_RK4) {
+        return sim->eqd;
+    }
+    for (int j = nq; j < 2 * nq; j++) {
+        most = larger(magnitude(h * (k3[j] - k2[j])), most);
+    }
+    return most;
+}
+
+INNER mask stein__abrupt(const stein_sim *sim, real h)
+{
+    real speed = same(0.0);
+    for (int j = 0; j < sim->model->nq; j++) {
+        speed = larger(magnitude(sim->qd1[j]), speed);
+    }
+    return more(doubt(sim, h), share * speed);
 }
 
 /* The end derivative is stage 6 of every tableau. */

@@ -21,7 +21,7 @@ enum {
     MECH__MAX_NESTING = 16,   /* lists and mappings inside each other */
     MECH__MAX_ENTRIES = 1024, /* of one list or mapping */
     MECH__MAX_PROBLEMS = 50,  /* reported in one run */
-    MECH__MAX_BODIES = 120,
+    MECH__MAX_BODIES = 220,
     MECH__MAX_POINTS = 256,
     MECH__MAX_THINGS = 128,   /* contacts, notches, links, tables, inputs, outputs: of each */
     MECH__MAX_TABLE = 64,     /* points of one table */

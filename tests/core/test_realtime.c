@@ -413,6 +413,80 @@ START_TEST(sets_of_another_thread_come_whole_and_in_order)
 }
 END_TEST
 
+/* ---- the work of a step ---- */
+
+/* evaluations of a step of RK4, which has 4, with two located events, whose rest is taken anew and
+ * then implicitly, every trial being looked at for contacts that are too stiff */
+enum { MOST_EVALUATIONS = 33, GESTURES = SANITIZED ? 60 : 600 };
+
+static void count(void *ctx, double t, const double *q, const double *qd, double *Q)
+{
+    (void)t, (void)q, (void)qd, (void)Q;
+    ++*(int *)ctx;
+}
+
+static void push_key(void *ctx, double t, double u[3])
+{
+    (void)t;
+    u[0] = *(const double *)ctx;
+}
+
+/* in 0..1 */
+static double share_of(unsigned long long *seed)
+{
+    *seed = *seed * 6364136223846793005ull + 1442695040888963407ull;
+    return (double)(*seed >> 11) * 0x1p-53;
+}
+
+/* another regulation, within the ranges of the file, in the middle of a motion */
+static void turn(stein_sim *of, unsigned long long *seed)
+{
+    static const struct {
+        const char *name;
+        double from, to;
+    } hand[] = {{"pawl.stop_shift", -1.4e-3, 0.4e-3},
+                {"pawl.spring.k", 0.01, 0.1},
+                {"notch.friction.A", 0.05, 0.6},
+                {"pawl.notch_angle", 1.22, 2.09}};
+    for (int i = 0; i < 4; i++) {
+        double value = hand[i].from + share_of(seed) * (hand[i].to - hand[i].from);
+        if (share_of(seed) < 0.3) {
+            ck_assert_stein(stein_set(of, hand[i].name, value, err));
+        }
+    }
+}
+
+START_TEST(the_work_of_a_step_is_bounded_and_none_fails)
+{
+    static const double rate[] = {48000.0, 12000.0};
+    stein_sim *of = make_sim(&stein_model_stein1788, STEIN_RK4, 1.0 / rate[_i]);
+    unsigned long long seed = 1788;
+    double finger = 0.0;
+    int evaluations = 0, most = 0;
+    stein_on_force(of, count, &evaluations);
+    ck_assert_stein(stein_drive(of, "finger", push_key, &finger, err));
+    for (int k = 0; k < GESTURES; k++) {
+        finger = fmax(0.0, 20.0 * share_of(&seed) - 8.0);
+        turn(of, &seed);
+        if (share_of(&seed) < 0.5) {
+            stein_load_lift(of);
+        } else {
+            ck_assert_stein(stein_load_place(of, err));
+        }
+        int steps = (int)(rate[_i] * (0.01 + 0.1 * share_of(&seed)));
+        for (int i = 0; i < steps; i++) {
+            evaluations = 0;
+            ck_assert_stein(stein_step(of, err));
+            most = evaluations > most ? evaluations : most;
+        }
+    }
+    printf("%g Hz: %d evaluations in the longest step\n", rate[_i], most);
+    ck_assert_int_gt(most, 9); // there were events
+    ck_assert_int_le(most, MOST_EVALUATIONS);
+    stein_sim_destroy(of);
+}
+END_TEST
+
 Suite *realtime_suite(void)
 {
     Suite *s = suite_create("realtime");
@@ -423,6 +497,7 @@ Suite *realtime_suite(void)
     tcase_add_test(t, the_sandbox_kills_for_one_system_call);
 #endif
     tcase_add_test(t, failures_leave_errno_alone_too);
+    tcase_add_loop_test(t, the_work_of_a_step_is_bounded_and_none_fails, 0, 2);
     tcase_add_test(t, what_was_published_last_is_taken_and_nothing_else_is_touched);
     tcase_add_test(t, a_pace_is_kept_in_simulated_time_and_the_end_is_met_exactly);
     tcase_add_test(t, a_pace_keeps_energy_out_of_a_closed_contact);

@@ -476,22 +476,22 @@ START_TEST(a_formula_may_be_as_deep_as_the_stack_and_no_deeper)
 END_TEST
 
 /* more than a file may have: copies of its only body, side by side */
-START_TEST(equations_have_up_to_120_bodies)
+START_TEST(equations_have_up_to_220_bodies)
 {
     mechanism *m = read_text("mechanism: star\nbodies:\n  b: {joint: T x, mass: 1 kg}\n", NULL, 0);
-    mech_body *own = m->bodies, many[121];
-    for (int n = 120; n <= 121; n++) {
+    mech_body *own = m->bodies, many[221];
+    for (int n = 220; n <= 221; n++) {
         for (int i = 0; i < n; i++) {
             many[i] = own[0];
             snprintf(many[i].name, sizeof many[i].name, "b%d", i);
         }
         m->bodies = many;
         m->nbody = n;
-        if (n == 120) {
+        if (n == 220) {
             gen_result r = generate(m);
             gen_free(&r);
         } else {
-            refused(m, "1 to 120");
+            refused(m, "1 to 220");
         }
     }
     m->bodies = own;
@@ -525,7 +525,7 @@ void generator_text_cases(Suite *suite)
     tcase_add_test(t, hostile_names_stay_in_string_literals);
     tcase_add_loop_test(t, every_refusal_names_the_cause, 0, BAD_END);
     tcase_add_test(t, a_formula_may_be_as_deep_as_the_stack_and_no_deeper);
-    tcase_add_test(t, equations_have_up_to_120_bodies);
+    tcase_add_test(t, equations_have_up_to_220_bodies);
     tcase_add_test(t, freeing_nothing_is_fine);
     suite_add_tcase(suite, t);
 }

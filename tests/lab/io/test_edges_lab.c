@@ -207,7 +207,7 @@ static const char *spoil(mechanism *m, int what)
     case 31: m->inputs[0].index = -1; return "finger: the input acts on nothing";
     case 32: m->inputs[1].index = m->nbody; return "drive: the input acts on nothing";
     case 33: m->links[0].point[1] = -1; return "tie: it refers to no point";
-    default: m->nbody = 121; return "121 bodies, expected 1 to 120";
+    default: m->nbody = 221; return "221 bodies, expected 1 to 220";
     }
 }
 enum { SPOILT = 35 };
