@@ -96,7 +96,7 @@ says "is named, with time and the step it needs" 't = 0\.2257.* s: contact "floo
 test "$(ls -A "$dir/kept")" = motion.csv && test "$(cat "$dir/kept/motion.csv")" = kept
 ok "and the file of before is there, alone and unharmed" $?
 claim 3 "a step far too large" "$stein" strike models/stein1788.yaml --dt 1ms -o "$dir/kept/motion.csv"
-says "with a place and a hint" 't = 0\.0[0-9]* s: contact "load" is too stiff for steps of .* it needs [0-9.e-]* s or less'
+says "with a place and a hint" 't = 0\.0[0-9]* s: contact "stop" is too stiff for steps of .* it needs [0-9.e-]* s or less'
 test "$(cat "$dir/kept/motion.csv")" = kept
 ok "and no other file either" $?
 claim 1 "a body without inertia" "$stein" simulate models/falling_ball.yaml --set ball.mass=0

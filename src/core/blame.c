@@ -245,6 +245,8 @@ stein_status stein__blame(stein_sim *sim, double h, stein_status code, const cha
                            "parallel there (gimbal lock): another order of axes carries it through",
                            what, t, model->bodies[first].name, model->bodies[last].name);
     }
+    // where it fails may be a part of a fixed step
+    h = stein__is_controlled(sim->def.integrator) ? h : fmax(h, sim->def.dt);
     int index = -1;
     double rate = stiffest_of_step(sim, h, &index);
     if (stein__is_controlled(sim->def.integrator) && !(rate * h > 1.0)) {

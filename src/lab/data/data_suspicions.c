@@ -211,6 +211,15 @@ static int begins_group(const lab_data *d, int k)
     return before == 0 && same > 1;
 }
 
+static int is_first(const lab_data *d, int k)
+{
+    int i = 0;
+    while (strcmp(d->column[i].unit, d->column[k].unit) != 0) {
+        i++;
+    }
+    return i == k;
+}
+
 static void offer_all(data__suspects *a, const lab_data *d)
 {
     a->nguess = 0;
@@ -222,6 +231,10 @@ static void offer_all(data__suspects *a, const lab_data *d)
         double factor[] = {1e-3, 1e3, 1.0 / odd, odd, -1.0};
         for (int i = 0; i < 5; i++) {
             offer(a, (data__guess){.a = c->name, .factor = factor[i], .time = 1.0});
+            // milliseconds and degrees come from one program that knows no units
+            if ((i == 0 || i == 2) && is_first(d, k)) {
+                offer(a, (data__guess){.unit = c->unit, .factor = factor[i], .time = 1e-3});
+            }
             if (i < 4 && begins_group(d, k)) {
                 offer(a, (data__guess){.unit = c->unit, .factor = factor[i], .time = 1.0});
             }

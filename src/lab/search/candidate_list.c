@@ -162,6 +162,10 @@ static const char *untestable(const diag__problem *q, const lab_candidate *c)
     if (was_off(q, c)) {
         return "every record was made without it";
     }
+    if (strcmp(c->effect->kind, "sensor_offset") == 0 &&
+        lab_equations(q->model)->channels[c->channel].read == STEIN_READ_INPUT_FORCE) {
+        return "a preload says the same";
+    }
     for (int i = 0; i < q->def->nfree; i++) {
         if (c->effect->site == LAB_AT_PARAMETER && strcmp(q->def->free[i], c->place) == 0) {
             return "it is refitted anyhow";

@@ -145,16 +145,19 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
     return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
 }
 
+static const diag__proposer *const proposer[] = {
+    &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
+    &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
+enum { PROPOSERS = sizeof proposer / sizeof *proposer };
+
+/* @param list  [PROPOSERS * PROPOSALS] out, the most valuable ones first  @return how many */
 static int collect(const diag__problem *q, const diag__table *t, const diag__linear *l,
                    diag__proposal *list)
 {
-    const diag__proposer *all[] = {
-        &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
-        &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
     int n = 0, row = diag__index(t, l->row);
     double excess = diag__excess(l->row);
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-        n += all[i]->propose(q, t, l, list + n, PROPOSALS);
+    for (size_t i = 0; i < PROPOSERS; i++) {
+        n += proposer[i]->propose(q, t, l, list + n, PROPOSALS);
     }
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
@@ -211,7 +214,7 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
 static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int look,
                            stein_err *err)
 {
-    diag__proposal list[7 * PROPOSALS];
+    diag__proposal list[PROPOSERS * PROPOSALS];
     diag__linear l;
     stein_err why = {STEIN_OK, ""};
     double gain = look == HELD ? held : 0.0;

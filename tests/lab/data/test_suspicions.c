@@ -13,7 +13,7 @@ static const double degree = 57.295779513082321;
 
 /* what is done to the columns of a file; column 0 is the time */
 typedef struct slip {
-    int column, other; /* exchanged when other > 0 */
+    int column, other; /* exchanged when other > 0; column -1: all, and the time is in ms */
     double factor;
 } slip;
 
@@ -42,7 +42,8 @@ static void copy_with(const char *from, const char *to, slip s)
         for (int k = 0; k < n - 1; k++) {
             int source = s.other == 0 ? k : k == s.column ? s.other : k == s.other ? s.column : k;
             const char *text = cell[source];
-            double factor = s.other == 0 && k == s.column ? s.factor : 1.0;
+            int scaled = s.other == 0 && (k == s.column || s.column < 0);
+            double factor = !scaled ? 1.0 : s.column < 0 && k == 0 ? 1e3 : s.factor;
             fprintf(g, *text == '\0' ? "%s" : "%s%.12g", k > 0 ? "," : "", factor * atof(text));
         }
         fputc('\n', g);
@@ -295,6 +296,10 @@ START_TEST(slips_are_noticed_where_the_start_is_unknown)
               "upper_angle and lower_angle");
     suspected(swings_with(1, SWINGS, (slip){0, 0, 1e3}), LAB_DOUBT_TIME,
               "read as ms instead of s it fits");
+    suspected(swings_with(1, SWINGS, (slip){-1, 0, degree}),
+              LAB_DOUBT_TIME,
+              "with time read as ms instead of s, and upper_angle, lower_angle as deg instead of "
+              "rad, it fits");
     suspected(swings_with(2, 2, (slip){2, 0, degree}), LAB_DOUBT_SCALE,
               "record_2.csv: lower_angle");
 }
