@@ -64,10 +64,9 @@ static char *describe(const data__suspects *a, const data__guess *g, const char 
         list_columns(names, sizeof names, d, g->unit);
         return lab__text("%s: time and %s: the record lasts %s, the model moves on another time "
                          "scale; with time read %s, and %s %s, it fits (%s)",
-                         d->file, names,
-                         data__quantity(x, d->time[d->nrow - 1] - d->time[0], "s"),
-                         units_of(unit, "s", g->time), names,
-                         units_of(y, g->unit, g->factor), misfit);
+                         d->file, names, data__quantity(x, d->time[d->nrow - 1] - d->time[0], "s"),
+                         units_of(unit, "s", g->time), names, units_of(y, g->unit, g->factor),
+                         misfit);
     }
     if (g->time != 1.0) {
         return lab__text("%s: time: the record lasts %s, the model moves on another time scale; "
