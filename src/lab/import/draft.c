@@ -211,15 +211,14 @@ int draft_point_at(draft *d, const xml_node *at, int body, const double x[3], co
     return d->npoint - 1;
 }
 
-void draft_add_input(draft *d, const char *label, int kind, int index, int axis)
+void draft_add_input(draft *d, const char *label, draft_drive kind, int index, int axis)
 {
     if (d->ninput == DRAFT_THINGS) {
         draft_note(d, "input \"%.60s\": a mechanism file has at most %d", label, DRAFT_THINGS);
         return;
     }
     draft_input *in = &d->input[d->ninput];
-    *in = (draft_input){.index = index, .axis = axis};
-    in->kind = kind;
+    *in = (draft_input){.kind = kind, .index = index, .axis = axis};
     draft_name(d, in->name, label, NULL, DRAFT_PART, 0);
     d->ninput++;
 }
