@@ -111,8 +111,8 @@ static double power_of_joints(stein_balance *b, const stein_sim *sim)
 {
     double *lost = b->power + first_of(b->model, STEIN_WORK_JOINT), elastic = 0.0;
     for (int k = 0; k < sim->nacting; k++) {
-        int j = sim->acting[k], parts = sim->joint_parts[j];
-        const double *law = sim->d + b->model->bodies[j].joint;
+        int j = sim->acting[k].joint, parts = sim->acting[k].parts;
+        const double *law = sim->acting[k].law;
         double mu = stein__joint_mu(sim, k);
         double still = stein__joint(law, parts, sim->xq[j], 0.0, 0.0);
         double whole = stein__joint(law, parts, sim->xq[j], sim->xqd[j], mu);
@@ -239,7 +239,7 @@ static void carry(void *ctx, stein_sim *sim, double h)
         double there = energy_of(b, sim, sim->q0, sim->qd0);
         b->taken += b->now - there;
     }
-    sim->inside = 1;
+    sim->inside = INSIDE;
     for (int i = 0; i < 3; i++) {
         double t = sim->head->t - (1.0 - node[i]) * h;
         stein__interpolate(sim, h, node[i], b->q, b->qd);
@@ -247,7 +247,7 @@ static void carry(void *ctx, stein_sim *sim, double h)
             add_node(b, sim, weight[i] * h);
         }
     }
-    sim->inside = 0;
+    sim->inside = AT_END;
     b->now = energy_of(b, sim, sim->q1, sim->qd1);
     keep_end(b, sim->q1, sim->qd1);
     sim->fresh = KNOWN;

@@ -15,22 +15,23 @@
  */
 #include "press.h"
 
-/* of side 0 or 1; most second sides are fixed */
-static inline vec2 centre_of(const stein_sim *sim, const site *s, int side)
+/* what is known of a spot where it is compiled, beside the rest of it */
+typedef struct shape {
+    int line, round;
+    stein__known of;
+} shape;
+
+static inline shape shape_of(const site *s)
 {
-    const real *shape = side ? s->b : s->a;
-    real x = shape[STEIN_SHAPE_X], z = shape[STEIN_SHAPE_Z];
-    int frame = s->pair.frame[side];
-    return frame < 0 ? (vec2){x, z} : place(&sim->pose[frame], x, z);
+    return (shape){s->line, s->round, {s->pair.frame[1] < 0, 0, AT_END}};
 }
 
 /* unit normal on side 0, which is r away from side 1 */
-static inline vec2 facing(const stein_sim *sim, const site *s, vec2 r)
+ALWAYS vec2 facing(const site *s, vec2 r, shape is)
 {
-    if (s->line) {
+    if (is.line) {
         real x = s->b[STEIN_SHAPE_NX], z = s->b[STEIN_SHAPE_NZ];
-        int frame = s->pair.frame[1];
-        return frame < 0 ? (vec2){x, z} : turn(&sim->pose[frame], x, z);
+        return is.of.fixed ? (vec2){x, z} : turn(s->pair.pose[1], x, z);
     }
     real distance = root_of(r.x * r.x + r.z * r.z);
     mask is_apart = more(distance, 0.0);
@@ -44,19 +45,21 @@ typedef struct meeting {
     real depth;        /* deformation x; < 0 apart */
 } meeting;
 
-ALWAYS meeting meet(const stein_sim *sim, const site *s)
+ALWAYS meeting meet(const site *s, shape is)
 {
-    vec2 pa = centre_of(sim, s, 0), pb = centre_of(sim, s, 1);
-    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(sim, s, r);
+    real x = s->b[STEIN_SHAPE_X], z = s->b[STEIN_SHAPE_Z];
+    vec2 pa = place(s->pair.pose[0], s->a[STEIN_SHAPE_X], s->a[STEIN_SHAPE_Z]);
+    vec2 pb = is.of.fixed ? (vec2){x, z} : place(s->pair.pose[1], x, z);
+    vec2 r = {pa.x - pb.x, pa.z - pb.z}, n = facing(s, r, is);
     return (meeting){pa, r, n, s->reach - (r.x * n.x + r.z * n.z)};
 }
 
 /* the guard of a spot, > 0 where forces may act: depth and adhesion's range, within the line's ends
  */
-ALWAYS real guard_of(const site *s, const meeting *m)
+ALWAYS real guard_of(const site *s, const meeting *m, shape is)
 {
     real guard = m->depth + s->pair.normal[STEIN_NORMAL_RANGE];
-    if (s->line) {
+    if (is.line) {
         real along = m->r.x * m->n.z - m->r.z * m->n.x;
         guard = smaller(guard, smaller(along - s->b[STEIN_SHAPE_LO], s->b[STEIN_SHAPE_HI] - along));
     }
@@ -69,45 +72,70 @@ static inline mask is_lifted(const stein_sim *sim, int contact)
     return contact == sim->model->load.contact ? no(sim->head->load_present) : (mask){0};
 }
 
-ALWAYS void press_spot(stein_sim *sim, int i, mask on, const meeting *m)
+ALWAYS void press_spot(stein_sim *sim, int i, mask on, const meeting *m, shape is)
 {
     const site *s = &sim->site[i];
     vec2 at = m->centre;
-    if (s->round) {
+    if (is.round) {
         real radius = s->a[STEIN_SHAPE_R];
         at = (vec2){at.x - radius * m->n.x, at.z - radius * m->n.z};
     }
-    stein__press(sim, &s->pair, on, at, m->n, m->depth, &sim->spot[i]);
+    stein__press(sim, &s->pair, on, at, m->n, m->depth, &sim->spot[i], is.of);
+}
+
+/* forces of a spot that is on, inside of a step: gap, guard and that there is no force are asked
+ * for at its end */
+ALWAYS void spot_inside(stein_sim *sim, int i, mask on, shape is)
+{
+    const site *s = &sim->site[i];
+    if (!is.of.plain) {
+        sim->spot[i] = (spot_force){.gap = sim->spot[i].gap};
+    }
+    meeting m = meet(s, is);
+    press_spot(sim, i, on, &m, is);
+}
+
+ALWAYS void spot_at_end(stein_sim *sim, int i, mask on, shape is)
+{
+    const site *s = &sim->site[i];
+    meeting m = meet(s, is);
+#if STEIN_LANES == 1
+    sim->spot[i] = (spot_force){.gap = -m.depth};
+#endif
+    sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, is));
+    if (any(on)) {
+        press_spot(sim, i, on, &m, is);
+    }
 }
 
 INNER void stein__spot_forces(stein_sim *sim)
 {
-    int n = sim->model->nspot, inside = sim->inside;
+    static const shape fixed_line = {1, 0, {1, 1, IN_STAGE}},
+                       moving_line = {1, 0, {0, 1, IN_STAGE}};
+    int n = sim->model->nspot;
+    place_in_step inside = sim->inside;
     for (int i = 0; i < n; i++) {
+        mask on = mask_of(sim->mode[i]);
+        if (inside != AT_END && !any(on)) {
+            continue;
+        }
         const site *s = &sim->site[i];
-        spot_force *f = &sim->spot[i];
 #if STEIN_LANES == 1
         if (s->pair.solid) {
             stein__solid_forces(sim, i);
             continue;
         }
 #endif
-        mask on = mask_of(sim->mode[i]);
-        if (inside && !any(on)) {
-            continue; // gap, guard and that there is no force are asked for at the end of the step
-        }
-        if (TELLS_FORCES) {
-            f->depth = f->normal = f->tangent = same(0.0);
-        }
-        meeting m = meet(sim, s);
-        if (!inside) {
-            if (TELLS_FORCES) {
-                f->gap = -m.depth;
-            }
-            sim->guard[i] = sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m));
-        }
-        if (any(on)) {
-            press_spot(sim, i, on, &m);
+        if (inside == AT_END) {
+            spot_at_end(sim, i, on, shape_of(s));
+        } else if (inside == IN_STAGE && s->kind == ON_FIXED_LINE) {
+            spot_inside(sim, i, on, fixed_line);
+        } else if (inside == IN_STAGE && s->kind == ON_LINE) {
+            spot_inside(sim, i, on, moving_line);
+        } else {
+            shape is = shape_of(s);
+            is.of.inside = inside;
+            spot_inside(sim, i, on, is);
         }
     }
 }
@@ -120,15 +148,16 @@ INNER real stein__spot_guard(const stein_sim *sim, int i)
         return stein__solid_guard(sim, i);
     }
 #endif
-    meeting m = meet(sim, s);
-    return sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m));
+    meeting m = meet(s, shape_of(s));
+    return sel(is_lifted(sim, s->pair.index), same(-1.0), guard_of(s, &m, shape_of(s)));
 }
 
 #if STEIN_LANES == 1
 
 double stein__spot_gap(const stein_sim *sim, int i)
 {
-    return sim->site[i].pair.solid ? stein__solid_gap(sim, i) : -meet(sim, &sim->site[i]).depth;
+    return sim->site[i].pair.solid ? stein__solid_gap(sim, i)
+                                   : -meet(&sim->site[i], shape_of(&sim->site[i])).depth;
 }
 
 /* plane angle through which a frame has turned */
@@ -149,7 +178,7 @@ double stein__spot_slid(const stein_sim *sim, int i)
     if (!s->line) {
         return 0.0;
     }
-    meeting m = meet(sim, s);
+    meeting m = meet(s, shape_of(s));
     double turned = angle_of(sim, s->pair.frame[0]) - angle_of(sim, s->pair.frame[1]);
     return m.r.x * m.n.z - m.r.z * m.n.x + s->a[STEIN_SHAPE_R] * turned;
 }
@@ -187,7 +216,7 @@ double stein__spot_bias(const stein_sim *sim, int i, const touch *t)
 {
     const site *s = &sim->site[i];
     const stein_pose *a = &sim->pose[s->pair.frame[0]], *b = &sim->pose[s->pair.frame[1]];
-    meeting m = meet(sim, s);
+    meeting m = meet(s, shape_of(s));
     vec2 n = m.n, centre = velocity(a, m.centre), turns; // turns: rate of n
     if (s->line) {
         turns = cross(b->w, n);

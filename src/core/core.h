@@ -18,7 +18,7 @@
  *   in the words of real.h, once more for each number of lanes
  *      layout.c    memory                              contact.c   spots: where and how deep
  *      inputs.c    what drives it from outside         notch.c     the notch and its memory
- *      forces.c    all other forces, qdd               touch.c     forces of what touches and rubs
+ *      forces.c    all other forces, qdd               touch.c     pairs that touch and their laws
  *      trial.c     RK4, DP5                            table.c     laws given by points
  *      inside.c    within a trial step                 laws.h, elementary.h  inline
  *
@@ -50,12 +50,27 @@
 
 enum { NOTCH_TIP, NOTCH_CORNER, NOTCH_FACE, NOTCH_REGION, NOTCH_GUARDS };
 
+/* numbers that a register holds: alone two, in lanes one of each lane; four registers are a block
+ */
+#if STEIN_LANES == 1
+typedef double some __attribute__((vector_size(16)));
+#define SOME(x) ((some){x, x})
+#else
+typedef real some;
+#define SOME(x) (x)
+#endif
+enum { STEIN__SUMS = 4 * sizeof(some) / sizeof(real) };
+
 typedef struct vec2 {
     real x, z;
 } vec2;
 
 /* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
 enum { STALE, KNOWN, FRESH };
+
+/* Where an evaluation is in a step. Inside, guards and gaps of what is apart are not asked; in a
+ * stage of a trial nobody asks what presses where, either. */
+typedef enum place_in_step { AT_END, INSIDE, IN_STAGE } place_in_step;
 
 /** Forces of one spot or of one notch, from the last evaluation. */
 typedef struct spot_force {
@@ -65,10 +80,6 @@ typedef struct spot_force {
     real depth, rate; /* of what touches deepest [m], [m/s]; depth <= 0: nothing touches */
 } spot_force;
 
-/* Who asks for the forces of a place between steps asks a simulation that is alone: out of a lane
- * come states only, and what nobody asks for is not written there. */
-enum { TELLS_FORCES = STEIN_LANES <= 1 };
-
 /** Wrench on a frame about its body's origin: force [N] and plane moment [N m]. */
 typedef struct wrench {
     real x, z, m;
@@ -76,11 +87,14 @@ typedef struct wrench {
 
 /** Two bodies that press on each other, and the laws of it: where they are in d and the poses. */
 typedef struct pair {
-    int index;    /* of the contact; ncontact + that of the notch */
-    int solid;    /* 1: in space, frames are those of pose3 */
-    int frame[2]; /* the second one may be fixed, -1 */
+    const stein_pose *pose[2]; /* in the plane; the second one may be fixed */
+    wrench *wrench[2];
     const real *normal, *friction;
+    int index;       /* of the contact; ncontact + that of the notch */
+    int solid;       /* 1: in space, frames are those of pose3 */
+    int frame[2];    /* the second one may be fixed, -1 */
     int parts;       /* of both laws */
+    int plain;       /* 1: a polynomial, damping and tanh are all there is to them */
     int stick;       /* place where its friction sticks, -1: it does not */
     real inverse_vt; /* of its friction [s/m] */
 } pair;
@@ -110,14 +124,27 @@ typedef struct touch3 {
  * one).
  */
 typedef struct limb {
+    wrench *wrench, *onto; /* of the body and of its parent, NULL: the fixed frame */
+    const stein_pose *pose, *parent_pose;
     int joint, parent;
     enum { LIMB_TURNS, LIMB_ALONG_X, LIMB_ALONG_Z } kind;
     double sign;
 } limb;
 
+/** The most usual spots: a point on a line, both laws plain. */
+typedef enum site_kind { ANY_SPOT, ON_FIXED_LINE, ON_LINE } site_kind;
+
+/** A joint whose law is not 0. */
+typedef struct acting {
+    const real *law;
+    int joint, parts;
+    real inverse_vt; /* of its friction [s/rad or s/m] */
+} acting;
+
 /** A spot with its numbers. */
 typedef struct site {
     pair pair;
+    site_kind kind;
     int line;          /* 1: the second side is a line, 0: a circle */
     int round;         /* 1: the first side has a radius */
     const real *a, *b; /* both sides */
@@ -219,14 +246,12 @@ struct stein_sim {
     real *slope;    /* of the points of all tables, behind each other */
     flag *table_on; /* [ntable] 1: not 0 everywhere */
     int ntable_on;
-    int *parent; /* [nq] joint that the body of a joint hangs on, -1: none */
-    int *acting; /* [nacting] joints whose law is not 0 */
+    int *parent;    /* [nq] joint that the body of a joint hangs on, -1: none */
+    acting *acting; /* [nacting] joints whose law is not 0 */
     int nacting;
-    int *joint_parts; /* [nq] of the laws of the joints */
-    real *inverse_vt; /* [nq] of the friction in a joint [s/rad or s/m] */
-    limb *limb;       /* [nframe] */
-    site *site;       /* [nspot] */
-    pair *catch;      /* [nnotch] beak and catcher */
+    limb *limb;  /* [nframe] */
+    site *site;  /* [nspot] */
+    pair *catch; /* [nnotch] beak and catcher */
 
     /* result of the last evaluation (stein__evaluate) */
     real *qdd;        /* [nq] */
@@ -238,7 +263,7 @@ struct stein_sim {
     long long trials; /* of steps of controlled error, since it was created */
     stein_step_counts counts;  /* those that were taken */
     stein__implicit *implicit; /* NULL: none */
-    int inside; /* 1: inside of a step, where guards and gaps of what is apart are not asked */
+    place_in_step inside;
 
     /* workspace */
     stein_pose *pose; /* [nframe], and at -1 that of the fixed frame */
@@ -255,13 +280,13 @@ struct stein_sim {
     double *sc_asked;             /* [2*nq] the same of what somebody asks about */
     real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
-    int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of four */
+    int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of STEIN__SUMS */
     real *y0, *y1;                /* [width] trial step: where it began, its end */
     real *k;                      /* [7*width] its derivatives {qd, qdd}: stages, end */
     real *q1, *qd1, *qdd0, *qdd1; /* [nq] parts of them: end, derivatives at both ends */
     real *q0, *qd0;               /* [nq] where it began */
     real *e;                      /* [width] its error */
-    real *zero;                   /* [3*nq+4] */
+    real *zero;                   /* [3*nq+STEIN__SUMS] */
     double *work;                 /* [nq*nq + 2*nq] */
     double *root;                 /* [nswitch] */
     int *pivot;                   /* [nq] */
@@ -324,10 +349,11 @@ static inline double stein__touch_mu(const stein_sim *sim, int i)
 
 static inline double stein__joint_mu(const stein_sim *sim, int k)
 {
-    int j = sim->acting[k], at = sim->ntouch + k, place = sim->hold.joint[j];
-    const double *law = sim->d + sim->model->bodies[j].joint + STEIN_JOINT_FRICTION;
+    const acting *a = &sim->acting[k];
+    int at = sim->ntouch + k, place = sim->hold.joint[a->joint];
+    const double *law = a->law + STEIN_JOINT_FRICTION;
     return place >= 0 ? stein__slips(sim, place) * law[STEIN_FRICTION_A]
-                      : stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
+                      : stein__mu(law, a->parts, sim->slip[at], sim->grip[at]);
 }
 #endif
 
@@ -370,8 +396,6 @@ void stein__state_clear(stein_sim *sim);
 INNER void stein__gather(stein_sim *sim);
 /* parameters have changed */
 INNER void stein__pairs_prepare(stein_sim *sim);
-/* friction of all touches and joints, forces of the touches into the wrenches */
-INNER void stein__rub(stein_sim *sim);
 
 /* contact.c; the guard of a contact that is gone with the load is -1 */
 INNER real stein__spot_guard(const stein_sim *sim, int spot);
@@ -396,20 +420,36 @@ static inline vec2 place(const stein_pose *p, real x, real z)
     return (vec2){p->x + p->c * x - p->s * z, p->z + p->s * x + p->c * z};
 }
 
-/* velocity of the body's material at a place of the fixed frame */
-static inline vec2 velocity(const stein_pose *p, vec2 at)
+/* from a body's origin to a place of the fixed frame */
+static inline vec2 arm_to(const stein_pose *p, vec2 at)
 {
-    return (vec2){p->vx - p->w * (at.z - p->z), p->vz + p->w * (at.x - p->x)};
+    return (vec2){at.x - p->x, at.z - p->z};
 }
 
-/* a force on a frame's body at a place of the fixed frame, into its wrench about the origin */
-static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
+/* velocity of the body's material there */
+static inline vec2 velocity_at(const stein_pose *p, vec2 arm)
 {
-    const stein_pose *p = &sim->pose[frame];
-    wrench *w = &sim->wrench[frame];
+    return (vec2){p->vx - p->w * arm.z, p->vz + p->w * arm.x};
+}
+
+/* at a place of the fixed frame */
+static inline vec2 velocity(const stein_pose *p, vec2 at)
+{
+    return velocity_at(p, arm_to(p, at));
+}
+
+/* a force at the end of an arm into the wrench of a body about its origin */
+static inline void push_at(wrench *w, vec2 arm, vec2 force)
+{
     w->x += force.x;
     w->z += force.z;
-    w->m += (at.x - p->x) * force.z - (at.z - p->z) * force.x;
+    w->m += arm.x * force.z - arm.z * force.x;
+}
+
+/* a force on a frame's body at a place of the fixed frame */
+static inline void apply(stein_sim *sim, int frame, vec2 at, vec2 force)
+{
+    push_at(&sim->wrench[frame], arm_to(&sim->pose[frame], at), force);
 }
 
 #if STEIN_LANES > 0
@@ -424,10 +464,25 @@ static inline void turn_joints(const stein_model *model, const real *q, real *sc
 }
 #endif
 
+/* by two: of a few numbers, a call of memcpy takes longer than they do */
 static inline void copy(real *restrict to, const real *restrict from, int n)
 {
-    for (int j = 0; j < n; j++) {
+    for (int j = 0; j + 1 < n; j += 2) {
         to[j] = from[j];
+        to[j + 1] = from[j + 1];
+    }
+    if (n % 2 != 0) {
+        to[n - 1] = from[n - 1];
+    }
+}
+
+static inline void clear(real *x, int n)
+{
+    for (int j = 0; j + 1 < n; j += 2) {
+        x[j] = x[j + 1] = same(0.0);
+    }
+    if (n % 2 != 0) {
+        x[n - 1] = same(0.0);
     }
 }
 
@@ -536,8 +591,6 @@ void stein__place3(stein_sim *sim, const double *q, const double *qd);
 double stein__solid_gap(const stein_sim *sim, int spot);
 double stein__solid_guard(const stein_sim *sim, int spot);
 void stein__solid_forces(stein_sim *sim, int spot);
-/* the force of a touch with this friction, into the wrenches */
-void stein__solid_push(stein_sim *sim, const touch *t, double mu);
 /* a unit force along its normal or across it instead */
 void stein__solid_probe(stein_sim *sim, const touch *t, int across);
 /* the wrenches into Q */

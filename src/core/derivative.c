@@ -181,9 +181,9 @@ stein_status stein__derivative_at(stein_derivative *s, stein_sim *sim, double t,
     stein_status status;
     s->sim = NULL;
     sim->fresh = STALE;
-    sim->inside = 1; // nobody asks about guards
+    sim->inside = INSIDE; // nobody asks about guards
     status = stein__evaluate(sim, t, q, qd, s->qdd, err);
-    sim->inside = 0;
+    sim->inside = AT_END;
     if (status != STEIN_OK) {
         return status;
     }

@@ -168,7 +168,7 @@ static inline real stein__tanh_near(real z)
 }
 
 /** Hyperbolic tangent of u. */
-static inline real stein__tanh(real u)
+ALWAYS real stein__tanh(real u)
 {
     real y = magnitude(u), from = same(1.0), top = same(2.0), bottom, low;
     mask near = less(y, 0.55), full = more(y, 20.0);

@@ -14,17 +14,17 @@
  * moment counted from +x towards +z is a moment about -y. */
 INNER void stein__wrenches_to_joints(stein_sim *sim)
 {
-    for (int i = sim->model->nframe - 1; i >= 0; i--) {
-        const limb *l = &sim->limb[i];
-        const stein_pose *p = &sim->pose[i];
-        const wrench *w = &sim->wrench[i];
+    real *Q = sim->Q;
+    for (const limb *first = sim->limb, *l = first + sim->model->nframe; l-- > first;) {
+        const wrench *w = l->wrench;
+        const stein_pose *p = l->pose;
         real along = l->kind == LIMB_TURNS     ? -w->m
                      : l->kind == LIMB_ALONG_X ? p->c * w->x + p->s * w->z
                                                : p->c * w->z - p->s * w->x;
-        sim->Q[l->joint] += l->sign * along;
-        if (l->parent >= 0) {
-            apply(sim, l->parent, (vec2){p->x, p->z}, (vec2){w->x, w->z});
-            sim->wrench[l->parent].m += w->m;
+        Q[l->joint] += l->sign * along;
+        if (l->onto != NULL) {
+            push_at(l->onto, arm_to(l->parent_pose, (vec2){p->x, p->z}), (vec2){w->x, w->z});
+            l->onto->m += w->m;
         }
     }
 }
@@ -101,23 +101,25 @@ INNER void stein__joints_prepare(stein_sim *sim)
     sim->nacting = 0;
     for (int j = 0; j < sim->model->nq; j++) {
         const real *law = sim->d + sim->model->bodies[j].joint;
-        sim->joint_parts[j] = stein__joint_parts(law);
-        if (stein__joint_acts(sim->joint_parts[j])) {
-            sim->acting[sim->nacting++] = j;
+        int parts = stein__joint_parts(law);
+        if (stein__joint_acts(parts)) {
+            sim->acting[sim->nacting++] =
+                (acting){law, j, parts, stein__inverse_vt(law + STEIN_JOINT_FRICTION)};
         }
-        sim->inverse_vt[j] = stein__inverse_vt(law + STEIN_JOINT_FRICTION);
     }
 }
 
 /* of the k-th acting joint */
-static real joint_friction(const stein_sim *sim, int k)
+static inline real joint_friction(stein_sim *sim, int k, real qd)
 {
+    const acting *a = &sim->acting[k];
+    real slip = qd * a->inverse_vt, grip = stein__tanh(slip);
 #if STEIN_LANES == 1
+    sim->slip[sim->ntouch + k] = slip;
+    sim->grip[sim->ntouch + k] = grip;
     return stein__joint_mu(sim, k);
 #else
-    int j = sim->acting[k], at = sim->ntouch + k;
-    const real *law = sim->d + sim->model->bodies[j].joint + STEIN_JOINT_FRICTION;
-    return stein__mu(law, sim->joint_parts[j], sim->slip[at], sim->grip[at]);
+    return stein__mu(a->law + STEIN_JOINT_FRICTION, a->parts, slip, grip);
 #endif
 }
 
@@ -125,9 +127,9 @@ static void joint_forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
     for (int k = 0; k < sim->nacting; k++) {
-        int j = sim->acting[k], parts = sim->joint_parts[j];
-        const real *law = sim->d + model->bodies[j].joint;
-        sim->Q[j] += stein__joint(law, parts, sim->xq[j], sim->xqd[j], joint_friction(sim, k));
+        const acting *a = &sim->acting[k];
+        real q = sim->xq[a->joint], qd = sim->xqd[a->joint];
+        sim->Q[a->joint] += stein__joint(a->law, a->parts, q, qd, joint_friction(sim, k, qd));
     }
     for (int i = 0; i < model->nlimit; i++) {
         int j = model->limits[i].joint;
@@ -141,9 +143,9 @@ static void joint_forces(stein_sim *sim)
 INNER void stein__forces(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    memset(sim->Q, 0, sizeof *sim->Q * (size_t)model->nq);
+    clear(sim->Q, model->nq);
     if (model->nframe > 0) {
-        memset(sim->wrench, 0, sizeof *sim->wrench * (size_t)model->nframe);
+        clear(&sim->wrench->x, 3 * model->nframe);
 #if STEIN_LANES > 0 // else they are in place
         EQUATIONS(sim)->pose(sim->xq, sim->xqd, sim->sc, sim->d, sim->pose);
 #endif
@@ -156,7 +158,6 @@ INNER void stein__forces(stein_sim *sim)
     sim->ntouch = 0;
     stein__spot_forces(sim);
     stein__notch_forces(sim);
-    stein__rub(sim);
 #if STEIN_LANES == 1
     if (sim->jacobians) {
         model->point(sim->xq, sim->xqd, sim->sc, sim->d, sim->px, sim->pv, sim->pJ, sim->pa);
@@ -169,7 +170,9 @@ INNER void stein__forces(stein_sim *sim)
     joint_forces(sim);
     stein__wrenches_to_joints(sim);
 #if STEIN_LANES == 1
-    stein__solids_to_joints(sim);
+    if (model->npose3 > 0 || model->nball > 0) {
+        stein__solids_to_joints(sim);
+    }
 #endif
 }
 
@@ -201,14 +204,15 @@ INNER stein_solved stein__accelerate(stein_sim *sim, real *qdd)
         return articulate(sim, qdd);
     }
     EQUATIONS(sim)->unloaded(sim->xq, sim->xqd, sim->sc, sim->d, sim->M, sim->c);
+    const real *Q = sim->Q, *c = sim->c;
     for (int j = 0; j < nq; j++) {
-        qdd[j] = sim->Q[j] - sim->c[j];
+        qdd[j] = Q[j] - c[j];
     }
     if (stein__prescribes(sim)) {
         stein__prescribe(sim, sim->M, qdd);
     }
 #if STEIN_LANES == 1
-    return stein__solved(sim, qdd);
+    return sim->model->solve != NULL ? sim->model->solve(sim->M, qdd) : stein__solved(sim, qdd);
 #else
     return EQUATIONS(sim)->solve(sim->M, qdd);
 #endif

@@ -126,8 +126,6 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->table_on = carve(a, sizeof *s->table_on * (size_t)m->ntable);
     s->parent = carve(a, sizeof *s->parent * (size_t)nq);
     s->acting = carve(a, sizeof *s->acting * (size_t)nq);
-    s->joint_parts = carve(a, sizeof *s->joint_parts * (size_t)nq);
-    s->inverse_vt = reals(a, nq);
     s->limb = carve(a, sizeof *s->limb * (size_t)m->nframe);
     s->site = carve(a, sizeof *s->site * (size_t)m->nspot);
     s->catch = carve(a, sizeof *s->catch * (size_t)m->nnotch);
@@ -155,7 +153,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->pv = reals(a, 3 * m->npoint);
     s->pJ = reals(a, 3 * m->npoint * nq);
     s->pa = reals(a, 3 * m->npoint);
-    s->width = (2 * nq + 3) / 4 * 4;
+    s->width = (2 * nq + STEIN__SUMS - 1) / STEIN__SUMS * STEIN__SUMS;
     s->x = reals(a, s->width);
     s->xq = part(a, s->x, 0);
     s->xqd = part(a, s->x, nq);
@@ -169,7 +167,7 @@ static void carve_all(stein_sim *s, arena *a, const stein_model *m)
     s->qd1 = part(a, s->y1, nq);
     s->qdd0 = part(a, s->k, nq);
     s->qdd1 = part(a, s->k, 6 * s->width + nq);
-    s->zero = reals(a, 3 * nq + 4);
+    s->zero = reals(a, 3 * nq + STEIN__SUMS);
     s->work = doubles(a, nq * nq + 2 * nq);
     s->root = doubles(a, s->nswitch);
     s->pivot = carve(a, sizeof *s->pivot * (size_t)nq);

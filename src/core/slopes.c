@@ -219,9 +219,9 @@ static void add_joints(stein_derivative *s, double *Qq, double *Qqd)
     const stein_sim *sim = s->sim;
     int nq = s->model->nq;
     for (int k = 0; k < sim->nacting; k++) {
-        int j = sim->acting[k], at = sim->ntouch + k;
-        const double *law = sim->d + s->model->bodies[j].joint;
-        double by_q, by_qd, grips = sim->inverse_vt[j];
+        int j = sim->acting[k].joint, at = sim->ntouch + k;
+        const double *law = sim->acting[k].law;
+        double by_q, by_qd, grips = sim->acting[k].inverse_vt;
         if (grips != 0.0) {
             grips *= stein__mu_slope(law + STEIN_JOINT_FRICTION, sim->slip[at], sim->grip[at]);
         }

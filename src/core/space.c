@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "core.h"
+#include "press.h"
 
 static double dot(const double a[3], const double b[3])
 {
@@ -110,7 +110,21 @@ static void relative_velocity(const stein_sim *sim, const pair *p, const double 
     }
 }
 
-/* the normal force now, that of friction with all others (touch.c) */
+/* a force on the first body at a place, the opposite one on the second */
+static void apply3(stein_sim *sim, const pair *p, const double at[3], const double force[3])
+{
+    for (int side = 0; side < 2; side++) {
+        wrench3 *w = &sim->wrench3[p->frame[side]];
+        double arm[3], f[3];
+        for (int i = 0; i < 3; i++) {
+            f[i] = side ? -force[i] : force[i];
+            arm[i] = at[i] - sim->pose3[p->frame[side]].o[i];
+            w->f[i] += f[i];
+        }
+        add_cross(w->m, arm, f);
+    }
+}
+
 static void press(stein_sim *sim, const site *s, const meeting3 *m, spot_force *f)
 {
     const pair *p = &s->pair;
@@ -133,56 +147,35 @@ static void press(stein_sim *sim, const site *s, const meeting3 *m, spot_force *
     if (sim->ntable_on > 0) {
         normal = stein__tables_normal(sim, p->index, normal, m->depth, rate);
     }
+    double slip = speed * p->inverse_vt, grip = stein__tanh(slip);
+    double rub = normal > 0.0 ? normal * stein__pair_mu(sim, p, slip, grip) : 0.0, force[3];
+    for (int i = 0; i < 3; i++) {
+        force[i] = normal * where->n[i] - rub * where->t[i];
+    }
+    apply3(sim, p, where->at, force);
     f->depth = m->depth;
     f->rate = rate;
-    sim->touch[sim->ntouch] = (touch){
+    touch told = {
         .pair = p, .normal = normal, .depth = m->depth, .rate = rate, .speed = speed, .sum = f};
-    sim->slip[sim->ntouch++] = speed * p->inverse_vt;
+    stein__tell(sim, &told, slip, grip, rub);
 }
 
 void stein__solid_forces(stein_sim *sim, int spot)
 {
     spot_force *f = &sim->spot[spot];
     int on = sim->mode[spot];
-    if (sim->inside && !on) {
+    if (sim->inside != AT_END && !on) {
         return; // gap, guard and that there is no force are asked for at the end of the step
     }
     f->depth = f->normal = f->tangent = 0.0;
     meeting3 m = meet(sim, spot);
-    if (!sim->inside) {
+    if (sim->inside == AT_END) {
         f->gap = -m.depth;
         sim->guard[spot] = m.depth + sim->site[spot].pair.normal[STEIN_NORMAL_RANGE];
     }
     if (on) {
         press(sim, &sim->site[spot], &m, f);
     }
-}
-
-/* a force on the first body at a place, the opposite one on the second */
-static void apply3(stein_sim *sim, const pair *p, const double at[3], const double force[3])
-{
-    for (int side = 0; side < 2; side++) {
-        wrench3 *w = &sim->wrench3[p->frame[side]];
-        double arm[3], f[3];
-        for (int i = 0; i < 3; i++) {
-            f[i] = side ? -force[i] : force[i];
-            arm[i] = at[i] - sim->pose3[p->frame[side]].o[i];
-            w->f[i] += f[i];
-        }
-        add_cross(w->m, arm, f);
-    }
-}
-
-void stein__solid_push(stein_sim *sim, const touch *t, double mu)
-{
-    const touch3 *where = &sim->touch3[t - sim->touch];
-    double rub = t->normal > 0.0 ? t->normal * mu : 0.0, force[3];
-    for (int i = 0; i < 3; i++) {
-        force[i] = t->normal * where->n[i] - rub * where->t[i];
-    }
-    apply3(sim, t->pair, where->at, force);
-    t->sum->normal += t->normal;
-    t->sum->tangent += rub;
 }
 
 void stein__solid_probe(stein_sim *sim, const touch *t, int across)

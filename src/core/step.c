@@ -220,19 +220,27 @@ double stein__first_root(stein_sim *sim, double h, double begin, double end)
 
 int stein__any_crossed(const stein_sim *sim)
 {
-    for (int i = 0; i < sim->nswitch; i++) {
-        if (is_crossed(sim, i)) {
-            return 1;
-        }
+    int crossed = 0;
+    for (int i = 0; i < sim->nguard; i++) {
+        crossed |= (sim->guard[i] > 0.0) ^ sim->mode[i];
     }
-    return 0;
+    for (int i = sim->nguard; i < sim->nswitch; i++) {
+        crossed |= sim->guard[i] < 0.0;
+    }
+    return crossed;
 }
 
 /* a trial step that left the numbers is not looked at any further */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err)
 {
-    for (int j = 0; j < sim->model->nq; j++) {
-        if (!isfinite(sim->q1[j]) || !isfinite(sim->qd1[j]) || !isfinite(sim->qdd1[j])) {
+    int nq = sim->model->nq;
+    const double *q = sim->q1, *qd = sim->qd1, *qdd = sim->qdd1;
+    double none = 0.0; // of a number x - x is 0
+    for (int j = 0; j < nq; j++) {
+        none += (q[j] - q[j]) + (qd[j] - qd[j]) + (qdd[j] - qdd[j]);
+    }
+    for (int j = 0; none != 0.0 && j < nq; j++) {
+        if (!isfinite(q[j]) || !isfinite(qd[j]) || !isfinite(qdd[j])) {
             stein_err why;
             stein__fail(&why, STEIN_ENONFINITE, "the state of joint \"%s\" is no longer finite",
                         sim->model->bodies[j].name);

@@ -424,7 +424,7 @@ void stein__stick_hold(stein_sim *sim, double *qdd)
             hold(sim, qdd);
         }
     }
-    if (!sim->inside) {
+    if (sim->inside == AT_END) {
         write_guards(sim);
         guard_shares(sim);
     }
@@ -473,9 +473,9 @@ stein_status stein__stick_project(stein_sim *sim, double t, stein_err *err)
     if (!any) {
         return STEIN_OK;
     }
-    sim->inside = 1;
+    sim->inside = INSIDE;
     stein_status status = stein__evaluate(sim, t, sim->xq, sim->xqd, sim->hold.qdd, err);
-    sim->inside = 0;
+    sim->inside = AT_END;
     if (status == STEIN_OK && sim->hold.nrow > 0) {
         return_to_anchors(sim);
         stein__stick_stop(sim, sim->xqd);

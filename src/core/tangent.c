@@ -139,7 +139,7 @@ void stein__tangent_forces(void *tangent, const stein__direction *way, double *d
 {
     stein_sim *sim = tangent;
     turn_to(sim, way);
-    sim->inside = 1; // nobody asks about guards
+    sim->inside = IN_STAGE; // nobody asks about guards
     stein__forces(sim);
     slopes_to(sim->Q, sim->model->nq, dQ);
     turn_back(sim, way);
@@ -150,8 +150,8 @@ void stein__tangent_guards(void *tangent, const stein__direction *way, double *d
     stein_sim *sim = tangent;
     turn_to(sim, way);
     for (int i = 0; i < sim->model->nspot; i++) {
-        meeting m = meet(sim, &sim->site[i]);
-        sim->guard[i] = guard_of(&sim->site[i], &m);
+        meeting m = meet(&sim->site[i], shape_of(&sim->site[i]));
+        sim->guard[i] = guard_of(&sim->site[i], &m, shape_of(&sim->site[i]));
     }
     for (int i = 0; i < sim->model->nnotch; i++) {
         real overlap;

@@ -83,27 +83,31 @@ const double *stein__weights(stein_integrator integrator, int i)
 }
 #endif
 
-/* y = y0 + h sum of w_i k_i over the first n stages, four sums at a time */
+/* y = y0 + h sum of w_i k_i over the first n stages, those that have a weight: four registers full
+ * of such sums at a time */
 static void combine(const stein_sim *sim, const double *w, int n, real h, const real *y0, real *y)
 {
     int width = sim->width;
-    real hw[MAX_STAGES + 1];
-    for (int i = 0; i < n; i++) {
-        hw[i] = h * w[i];
-    }
-    for (int at = 0; at < width; at += 4) {
-        const real *k = sim->k + at;
-        real s0 = y0[at], s1 = y0[at + 1], s2 = y0[at + 2], s3 = y0[at + 3];
-        for (int i = 0; i < n; i++, k += width) {
-            s0 += hw[i] * k[0];
-            s1 += hw[i] * k[1];
-            s2 += hw[i] * k[2];
-            s3 += hw[i] * k[3];
+    for (int at = 0; at < width; at += STEIN__SUMS) {
+        const some *from = (const some *)(const void *)(y0 + at);
+        some *to = (some *)(void *)(y + at);
+        some s0 = from[0], s1 = from[1], s2 = from[2], s3 = from[3];
+        const real *each = sim->k + at;
+        for (int i = 0; i < n; i++, each += width) {
+            const some *k = (const some *)(const void *)each;
+            if (w[i] != 0.0) {
+                real weight = h * w[i];
+                some hw = SOME(weight);
+                s0 += hw * k[0];
+                s1 += hw * k[1];
+                s2 += hw * k[2];
+                s3 += hw * k[3];
+            }
         }
-        y[at] = s0;
-        y[at + 1] = s1;
-        y[at + 2] = s2;
-        y[at + 3] = s3;
+        to[0] = s0;
+        to[1] = s1;
+        to[2] = s2;
+        to[3] = s3;
     }
 }
 
@@ -178,12 +182,12 @@ INNER stein_status stein__trial(stein_sim *sim, real t, real h, stein_err *err)
     copy(sim->qd0, sim->qd, nq);
     copy(sim->qdd0, sim->qdd, nq);
     copy(sim->k, sim->qd, nq);
-    sim->inside = 1;
+    sim->inside = IN_STAGE;
     for (int i = 1; status == STEIN_OK && i < rk->stages; i++) {
         combine(sim, rk->a[i], i, h, sim->y0, sim->x);
         status = derive(sim, i, t + rk->c[i] * h, err);
     }
-    sim->inside = 0;
+    sim->inside = AT_END;
     if (status != STEIN_OK) {
         return status;
     }
