@@ -133,8 +133,7 @@ draft_coupling *draft_add_coupling(draft *d, const xml_node *at, const char *lab
 /** @return index of a point of this place, a new one where there is none; -1: no more room */
 int draft_point_at(draft *d, const xml_node *at, int body, const double x[3], const char *label);
 /** Inputs and outputs. When there is no more room, that is reported. */
-void draft_add_input(draft *d, const char *label, draft_drive kind, int index,
-                     int axis);
+void draft_add_input(draft *d, const char *label, draft_drive kind, int index, int axis);
 void draft_add_output(draft *d, const char *label, int body, int point, int axis);
 
 /** Text of a child that has to be there; "" and an error when it is not. */
