@@ -11,7 +11,6 @@
 #include "gen_internal.h"
 
 enum {
-    MAX_BODY = 220,   /* bodies and a load; the reader has as many */
     MAX_SLOPES = 4000 /* joints times operations of the inverse dynamics */
 };
 
@@ -188,9 +187,9 @@ static stein_status check(const mechanism *m, stein_err *err)
         return fail(err, STEIN_EGENERATE,
                     "the mechanism's name is no identifier of up to 32 signs");
     }
-    if (m->nbody < 1 || m->nbody > MAX_BODY) {
+    if (m->nbody < 1 || m->nbody > MECH_BODIES) {
         return fail(err, STEIN_EGENERATE, "%s: %d bodies, expected 1 to %d", m->name, m->nbody,
-                    MAX_BODY);
+                    MECH_BODIES);
     }
     if (!scalar_ok(m, m->gravity, 3)) {
         return fail(err, STEIN_EGENERATE, "%s: gravity refers to no parameter", m->name);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * long.c - long trees: the functions whose text would grow with the square of the joints.
+ * long.c - mechanisms with long branches: M, kinetic energy and Jacobians of points as loops, since
+ * written out their text grows with the square of the number of joints.
  *
  * M, the kinetic energy and the Jacobians of points have a number for every joint and every one
  * below it. In long branches that is text which compilers take minutes for, and none of it is in a

@@ -68,8 +68,8 @@ typedef struct vec2 {
 /* of the last evaluation nothing, qdd alone, or all of it belongs to the current state */
 enum { STALE, KNOWN, FRESH };
 
-/* Where an evaluation is in a step. Inside, guards and gaps of what is apart are not asked; in a
- * stage of a trial nobody asks what presses where, either. */
+/* Where an evaluation is in a step. INSIDE: guards and gaps of places that are apart are left out.
+ * IN_STAGE, a stage of a trial step: the forces of single places are left out, too. */
 typedef enum place_in_step { AT_END, INSIDE, IN_STAGE } place_in_step;
 
 /** Forces of one spot or of one notch, from the last evaluation. */
@@ -134,7 +134,7 @@ typedef struct limb {
 /** The most usual spots: a point on a line, both laws plain. */
 typedef enum site_kind { ANY_SPOT, ON_FIXED_LINE, ON_LINE } site_kind;
 
-/** A joint whose law is not 0. */
+/** A joint with a law of its own: friction, damping, a spring, a limit. */
 typedef struct acting {
     const real *law;
     int joint, parts;
@@ -754,9 +754,11 @@ void stein__pace_end(stein_sim *sim, stein_pace *pace, double t_end);
 /* ENONFINITE where the end of the trial step of h is no number */
 stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err);
 /* rest.c: an abrupt trial step to `target`, if it is too long for a contact: *taken, implicitly.
- * Else it stays as it is, and the forces are not those of its end (KNOWN).
+ * Else it stays as it is, and the forces are not those of its end (KNOWN). lost: its end is no
+ * number.
  * @return as stein__take_rest */
-stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein_err *err);
+stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken,
+                                stein_err *err);
 /* rest.c: from a trial step to `target` that has events to `target`, whose events are not located.
  * @return OK, ECHATTER (a contact is too short for it), ENONFINITE, ESINGULAR */
 stein_status stein__take_rest(stein_sim *sim, double target, stein_err *err);

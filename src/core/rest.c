@@ -23,12 +23,13 @@
 #include <string.h>
 
 #include "core.h"
+#include "direction.h"
 
-static const double begun = 1e-12;              /* [m] a contact as deep as that has just begun */
-static const double early = 0.01;               /* in a step: there it has been deeper */
-static const double little = 1e-9, slow = 1e-6; /* [m], [m/s] for derivatives of a law */
-static const double bounce = 3.0;               /* of h sqrt(K/m): half a period is pi */
-static const double too_long = 3.0;             /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
+static const double begun = 1e-12;  /* [m] a contact as deep as that has just begun */
+static const double early = 0.01;   /* in a step: there it has been deeper */
+static const double little = 1e-9;  /* [m] where a law of what just touches is taken */
+static const double bounce = 3.0;   /* of h sqrt(K/m): half a period is pi */
+static const double too_long = 3.0; /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
 
 static stein_status refuse(stein_sim *sim, stein_err *err)
 {
@@ -44,41 +45,6 @@ static int knows_implicit(const stein_sim *sim)
 
 /* ---- the implicit step ---- */
 
-/* A = L D L^T in place, A [n][n] symmetric and positive definite */
-static int factor(int n, double *A)
-{
-    for (int j = 0; j < n; j++) {
-        for (int k = 0; k < j; k++) {
-            A[j * n + j] -= A[j * n + k] * A[j * n + k] * A[k * n + k];
-        }
-        if (!(A[j * n + j] > 0.0)) {
-            return -1;
-        }
-        for (int i = j + 1; i < n; i++) {
-            for (int k = 0; k < j; k++) {
-                A[i * n + j] -= A[i * n + k] * A[j * n + k] * A[k * n + k];
-            }
-            A[i * n + j] /= A[j * n + j];
-        }
-    }
-    return 0;
-}
-
-static void substitute(int n, const double *A, double *b)
-{
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) {
-            b[i] -= A[i * n + k] * b[k];
-        }
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        b[i] /= A[i * n + i];
-        for (int k = i + 1; k < n; k++) {
-            b[i] -= A[k * n + i] * b[k];
-        }
-    }
-}
-
 /* the normal force of what touches, linear about where it is or first presses */
 typedef struct tangent {
     double K, B, e;  /* e: what it has grown by after h at the present rate */
@@ -86,25 +52,20 @@ typedef struct tangent {
     double per_mass; /* 1/m along the normal */
 } tangent;
 
-static double slope(const touch *t, double x, double rate, double dx, double drate)
-{
-    const double *law = t->pair->normal;
-    int parts = t->pair->parts;
-    return (stein__normal(law, parts, x + dx, rate + drate) - stein__normal(law, parts, x, rate)) /
-           (dx + drate);
-}
-
 static tangent linear(const touch *t, double h, double x)
 {
-    double K = slope(t, x, t->rate, little, 0.0), missing = 0.0;
+    const double *law = t->pair->normal;
+    double K, B, spring, none, missing = 0.0;
+    stein__normal_slopes(law, x, t->rate, &K, &B);
+    stein__normal_slopes(law, x, 0.0, &spring, &none);
     if (t->depth < little) {
-        double f = stein__normal(t->pair->normal, t->pair->parts, x, t->rate);
+        double f = stein__normal(law, t->pair->parts, x, t->rate);
         missing = f + K * (t->depth - x) - t->normal;
     }
     return (tangent){.K = fmax(K, 0.0),
-                     .B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0),
+                     .B = fmax(B, 0.0),
                      .e = missing + h * K * t->rate,
-                     .spring = fmax(slope(t, x, 0.0, little, 0.0), 0.0)};
+                     .spring = fmax(spring, 0.0)};
 }
 
 /* p [nq] into Q, 1/m along it; M is factored */
@@ -118,7 +79,7 @@ static double per_mass(stein_sim *sim, const touch *t, const double *M)
         p[j] = stein__driver_of(sim, j) == STEIN__FREE ? p[j] : 0.0;
         y[j] = p[j];
     }
-    substitute(n, M, y);
+    stein__substitute(n, sim->parent, M, sim->inverse, y, 1);
     for (int j = 0; j < n; j++) {
         sum += p[j] * y[j];
     }
@@ -137,7 +98,7 @@ static int assemble(stein_sim *sim, double *A, double *M, double *b)
         stein__prescribe(sim, A, b);
     }
     memcpy(M, A, sizeof *M * (size_t)n * (size_t)n);
-    return factor(n, M);
+    return stein__factor(n, sim->parent, M, sim->inverse) < 0 ? 0 : -1;
 }
 
 /* Does a touch press by the end of a step of h? */
@@ -167,7 +128,7 @@ static int solve(stein_sim *sim, double h, double *b)
         }
         double share = h * (f.B + h * f.K);
         for (int i = 0; i < n; i++) {
-            for (int j = 0; j <= i; j++) {
+            for (int j = 0; j < n; j++) {
                 A[i * n + j] += share * p[i] * p[j];
             }
             b[i] += p[i] * f.e;
@@ -176,11 +137,7 @@ static int solve(stein_sim *sim, double h, double *b)
     for (int j = 0; j < n; j++) {
         b[j] *= h;
     }
-    if (factor(n, A) != 0) {
-        return -1;
-    }
-    substitute(n, A, b);
-    return 0;
+    return stein__solve_general(n, A, sim->pivot, b);
 }
 
 /* the state at `target` by one implicit step, and what has switched by then; the present state has
@@ -220,8 +177,8 @@ static stein_status evaluate(stein_sim *sim, stein_err *err)
 
 /* ---- abrupt steps ---- */
 
-/* is a step of h too long for a contact, at the depth that it reaches? */
-static int is_too_long(stein_sim *sim, double h)
+/* is a step of h too long for a contact, at the depth that it reaches after `share` of the step? */
+static int is_too_long(stein_sim *sim, double h, double share)
 {
     int n = sim->model->nq;
     if (assemble(sim, sim->M, sim->work, sim->work + n * n) != 0) {
@@ -230,7 +187,7 @@ static int is_too_long(stein_sim *sim, double h)
     for (int k = 0; k < sim->ntouch; k++) {
         const touch *t = &sim->touch[k];
         if (presses(t, h)) {
-            tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + 0.5 * h * t->rate), little));
+            tangent f = linear(t, h, fmax(fmax(t->depth, t->depth + share * h * t->rate), little));
             if (h * (f.B + h * f.K) * per_mass(sim, t, sim->work) > too_long) {
                 return 1;
             }
@@ -239,7 +196,7 @@ static int is_too_long(stein_sim *sim, double h)
     return 0;
 }
 
-stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein_err *err)
+stein_status stein__take_abrupt(stein_sim *sim, double target, int lost, int *taken, stein_err *err)
 {
     double h = target - sim->head->t;
     if (!knows_implicit(sim)) {
@@ -249,13 +206,13 @@ stein_status stein__take_abrupt(stein_sim *sim, double target, int *taken, stein
     if (status != STEIN_OK) {
         return status;
     }
-    *taken = is_too_long(sim, h);
-    if (!*taken) {
+    *taken = is_too_long(sim, h, lost ? 1.0 : 0.5);
+    if (!*taken && !lost) {
         stein__guards_inside(sim, h, 1.0);
         return STEIN_OK;
     }
-    status = evaluate(sim, err);
-    return status == STEIN_OK ? step_implicitly(sim, target, err) : status;
+    status = *taken ? evaluate(sim, err) : STEIN_OK;
+    return status == STEIN_OK && *taken ? step_implicitly(sim, target, err) : status;
 }
 
 /* ---- the rest ---- */

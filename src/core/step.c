@@ -312,14 +312,15 @@ static stein_status substep_in_chart(stein_sim *sim, double target, int n, stein
         return status;
     }
     double h = target - sim->head->t;
-    status = stein__try(sim, h, 0, err);
-    if (status != STEIN_OK) {
-        return status;
-    }
-    int abrupt = stein__abrupt(sim, h), taken = 0;
-    status = abrupt ? stein__take_abrupt(sim, target, &taken, err) : STEIN_OK;
+    stein_status tried = stein__try(sim, h, 0, NULL);
+    int lost = tried == STEIN_ENONFINITE, taken = 0;
+    int abrupt = lost || (tried == STEIN_OK && stein__abrupt(sim, h));
+    status = abrupt ? stein__take_abrupt(sim, target, lost, &taken, err) : STEIN_OK;
     if (status != STEIN_OK || taken) {
         return status;
+    }
+    if (tried != STEIN_OK) {
+        return stein__try(sim, h, 0, err); // once more, for the message
     }
     if (!stein__any_crossed(sim)) {
         stein__accept(sim, target);

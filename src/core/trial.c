@@ -148,10 +148,12 @@ INNER stein__grade stein__graded(const stein_sim *sim, real h, real tolerance, r
                           sel(is_number, factor, same(least)), same(0.0)};
 }
 
-/* RK4 has two stages in its middle, DP5 has an estimate. */
+/* What is uncertain about the speeds at the end of a step. RK4 has two stages in its middle, and an
+ * end that is far from the beginning is as bad as a difference of those by a `share`: of a step
+ * that makes energy the last stage alone may be huge, and with it the end. DP5 has an estimate. */
 static real doubt(const stein_sim *sim, real h)
 {
-    const real *k2 = sim->k + sim->width, *k3 = k2 + sim->width;
+    const real *k1 = sim->k, *k2 = k1 + sim->width, *k3 = k2 + sim->width, *k4 = k3 + sim->width;
     int nq = sim->model->nq;
     real most = same(0.0);
     if (sim->def.integrator != STEIN_RK4) {
@@ -159,6 +161,7 @@ static real doubt(const stein_sim *sim, real h)
     }
     for (int j = nq; j < 2 * nq; j++) {
         most = larger(magnitude(h * (k3[j] - k2[j])), most);
+        most = larger(magnitude(share * h * (k4[j] - k1[j])), most);
     }
     return most;
 }

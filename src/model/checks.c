@@ -12,7 +12,7 @@
 #include "reader.h"
 #include "stein/model.h"
 
-enum { N = MECH__MAX_BODIES, CONFIGURATIONS = 3 };
+enum { N = MECH_BODIES, CONFIGURATIONS = 3 };
 
 typedef struct vec {
     double x[3];

@@ -48,7 +48,7 @@ static void join(mech__reader *rd, int i)
 
 /** Where the bodies are once those that are fixed are gone: their carrier's place, -1 the frame. */
 typedef struct moved {
-    int to[MECH__MAX_BODIES];
+    int to[MECH_BODIES];
 } moved;
 
 static void move_body(const moved *w, int *body)

@@ -17,6 +17,9 @@
 
 enum { MECH_NAME = 33, MECH_PATH = 100, MECH_UNIT = 24, MECH_STACK = 16 };
 
+/** Most bodies of a mechanism. */
+enum { MECH_BODIES = 220 };
+
 /** Dimension of a quantity: exponents of kg, m, s and of the angle (for units only: an angle is a
  *  pure number in formulas). */
 typedef struct mech_dim {

@@ -108,7 +108,7 @@ void mech__warn_at(mech__reader *rd, const mech__node *node, const char *format,
     va_start(args, format);
     char *text = placed(rd, node->line, node->column, format, args);
     va_end(args);
-    if (text && rd->nwarning < MECH__MAX_BODIES) {
+    if (text && rd->nwarning < MECH_BODIES) {
         rd->warnings[rd->nwarning++] = text;
     }
 }

@@ -21,7 +21,6 @@ enum {
     MECH__MAX_NESTING = 16,   /* lists and mappings inside each other */
     MECH__MAX_ENTRIES = 1024, /* of one list or mapping */
     MECH__MAX_PROBLEMS = 50,  /* reported in one run */
-    MECH__MAX_BODIES = 220,
     MECH__MAX_POINTS = 256,
     MECH__MAX_THINGS = 128,   /* contacts, notches, links, tables, inputs, outputs: of each */
     MECH__MAX_TABLE = 64,     /* points of one table */
@@ -120,11 +119,11 @@ typedef struct mech__reader {
     int nslot, depth;
     double *values; /* of the parameters found so far */
     mech__copy *copies, *last_copy;
-    const mech__node *table_at[MECH__MAX_THINGS];  /* the list of each table, in their order */
-    const mech__node *body_node[MECH__MAX_BODIES]; /* entries in the order of m->bodies */
-    char orphan[MECH__MAX_BODIES]; /* the parent could not be found, which is told already */
+    const mech__node *table_at[MECH__MAX_THINGS]; /* the list of each table, in their order */
+    const mech__node *body_node[MECH_BODIES];     /* entries in the order of m->bodies */
+    char orphan[MECH_BODIES]; /* the parent could not be found, which is told already */
     mech__problem problems[MECH__MAX_PROBLEMS + 1];
-    const char *warnings[MECH__MAX_BODIES]; /* of what is taken all the same */
+    const char *warnings[MECH_BODIES]; /* of what is taken all the same */
     mech__inertia inertia;
     int nproblem, nwarning, nomem;
     void *arena;

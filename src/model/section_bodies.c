@@ -12,10 +12,10 @@
 
 /** The bodies while they are sorted: indices count entries of the file. */
 typedef struct family {
-    const mech__node *entry[MECH__MAX_BODIES];
-    int parent[MECH__MAX_BODIES]; /* -1 frame */
-    int place[MECH__MAX_BODIES];  /* in the sorted order, -1 not yet */
-    char orphan[MECH__MAX_BODIES], part[MECH__MAX_BODIES];
+    const mech__node *entry[MECH_BODIES];
+    int parent[MECH_BODIES]; /* -1 frame */
+    int place[MECH_BODIES];  /* in the sorted order, -1 not yet */
+    char orphan[MECH_BODIES], part[MECH_BODIES];
     int n, fits; /* fits: there is room for all joints of balls */
 } family;
 
@@ -455,7 +455,7 @@ static void list_bodies(mech__reader *rd, family *f, const mech__node *section, 
     for (; entry; entry = entry->next) {
         const char *name = entry->key->text;
 
-        if (strcmp(name, "frame") == 0 || (strcmp(name, "load") == 0 && max < MECH__MAX_BODIES)) {
+        if (strcmp(name, "frame") == 0 || (strcmp(name, "load") == 0 && max < MECH_BODIES)) {
             mech__problem_at(rd, entry->key, "no body can be called \"%s\": it is the name of %s",
                              name, name[0] == 'f' ? "the fixed frame" : "the free load");
             continue;
@@ -490,13 +490,13 @@ void mech__section_bodies(mech__reader *rd)
     const mech__node *section = mech__need(rd, rd->root, "bodies", "the mechanism");
     const mech__node *frame = mech__get(rd->root, "points");
 
-    m->bodies = mech__array(rd, MECH__MAX_BODIES, sizeof *m->bodies);
+    m->bodies = mech__array(rd, MECH_BODIES, sizeof *m->bodies);
     m->points = mech__array(rd, MECH__MAX_POINTS, sizeof *m->points);
     if (rd->nomem) {
         return;
     }
-    list_bodies(rd, f, section, load ? MECH__MAX_BODIES - 1 : MECH__MAX_BODIES);
-    f->fits = have_room(rd, f, load ? MECH__MAX_BODIES - 1 : MECH__MAX_BODIES);
+    list_bodies(rd, f, section, load ? MECH_BODIES - 1 : MECH_BODIES);
+    f->fits = have_room(rd, f, load ? MECH_BODIES - 1 : MECH_BODIES);
     sort_bodies(rd, f);
     for (int i = 0; i < m->nbody; i++) {
         read_joint(rd, i);

@@ -145,7 +145,7 @@ function theDials(engine) {
   const worst = slow.reduce((a, b) => (b[2] > a[2] ? b : a));
   const worstJump = jump.reduce((a, b) => (b[2] > a[2] ? b : a));
   claim("no dial that is turned shoves like a blow", worst[2] < 0.2, worst);
-  claim("one that jumps would", worstJump[2] > 1, worstJump);
+  claim("one that jumps would", worstJump[2] > 1 && worstJump[2] > 5 * worst[2], worstJump);
   // all the way, with everything lying in its place
   const calm = model.dials.flatMap((d) => [d.from, d.to].map((end) => {
     const most = shove(engine, 100, () => engine.aim(d.param, end, paceOf(page.html, d)), 6200, false);

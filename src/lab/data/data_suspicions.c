@@ -5,7 +5,8 @@
  * Every record is compared with the model as it is (data_compare.c). Where that fits, nothing is
  * asked. Where it does not, the readings that slips lead to are tried: factors of 1000 and 100, the
  * factor between degrees and radians, the opposite sign, two columns exchanged, milliseconds for
- * seconds. A reading is suspected when what was far off fits with it:
+ * seconds, alone or with degrees or thousandths. A reading is suspected when what was far off fits
+ * with it:
  *
  *   - the misfit of the affected channels falls below `fits` and by the factor `better`, or
  *   - channels that could not be compared (misfit above `apart`) move about as they should, by the

@@ -151,7 +151,7 @@ static int room(draft *d, const xml_node *at, int n, int most, const char *what)
 
 draft_body *draft_add_body(draft *d, const xml_node *at)
 {
-    if (!room(d, at, d->nbody, DRAFT_BODIES, "bodies and joints")) {
+    if (!room(d, at, d->nbody, MECH_BODIES, "bodies and joints")) {
         return NULL;
     }
     draft_body *b = &d->body[d->nbody++];

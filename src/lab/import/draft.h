@@ -15,7 +15,6 @@
 
 /* of one file; what a mechanism file takes */
 enum {
-    DRAFT_BODIES = 120,
     DRAFT_POINTS = 256,
     DRAFT_THINGS = 128, /* loops, couplings, links, inputs, outputs: of each */
     DRAFT_LINKS = 512,  /* of a robot; those that are fixed are no bodies of their own */
@@ -90,7 +89,7 @@ typedef struct draft {
     lab_inertia inertia;
     char name[MECH_NAME];
     double gravity[3];
-    draft_body body[DRAFT_BODIES];
+    draft_body body[MECH_BODIES];
     draft_point point[DRAFT_POINTS];
     draft_loop loop[DRAFT_THINGS];
     draft_coupling coupling[DRAFT_THINGS];

@@ -32,9 +32,9 @@ typedef struct mbs_body {
 
 typedef struct mbs_project {
     draft *d;
-    mbs_body body[DRAFT_BODIES];
+    mbs_body body[MECH_BODIES];
     int nbody, ncut;
-    const char *joint[DRAFT_BODIES]; /* label of the joint of each body of the draft */
+    const char *joint[MECH_BODIES]; /* label of the joint of each body of the draft */
 } mbs_project;
 
 static const char *text_of(const xml_node *node, const char *child)
@@ -213,8 +213,8 @@ static void take_mass(draft *d, const xml_node *node, draft_body *b)
 static void take_body(mbs_project *p, const xml_node *node)
 {
     draft *d = p->d;
-    if (p->nbody == DRAFT_BODIES) {
-        draft_wrong(d, node, "more than %d bodies", (int)DRAFT_BODIES);
+    if (p->nbody == MECH_BODIES) {
+        draft_wrong(d, node, "more than %d bodies", (int)MECH_BODIES);
         return;
     }
     mbs_body *body = &p->body[p->nbody];

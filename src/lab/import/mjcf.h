@@ -28,7 +28,7 @@ typedef struct mjcf {
     char eulerseq[4]; /* order of turns */
     mjcf_body body[DRAFT_LINKS];
     int nbody;
-    const char *joint[DRAFT_BODIES]; /* name of the joint of each body of the draft, or NULL */
+    const char *joint[MECH_BODIES]; /* name of the joint of each body of the draft, or NULL */
 } mjcf;
 
 /** An attribute of an element or of its class; NULL: none. */

@@ -33,7 +33,7 @@ typedef struct urdf_robot {
     draft *d;
     urdf_link link[DRAFT_LINKS];
     int nlink;
-    const xml_node *joint[DRAFT_BODIES]; /* of the bodies of the draft, NULL: none */
+    const xml_node *joint[MECH_BODIES]; /* of the bodies of the draft, NULL: none */
 } urdf_robot;
 
 /* ---- attributes ---- */
