@@ -23,13 +23,12 @@
 #include <string.h>
 
 #include "core.h"
-#include "direction.h"
 
-static const double begun = 1e-12;  /* [m] a contact as deep as that has just begun */
-static const double early = 0.01;   /* in a step: there it has been deeper */
-static const double little = 1e-9;  /* [m] where a law of what just touches is taken */
-static const double bounce = 3.0;   /* of h sqrt(K/m): half a period is pi */
-static const double too_long = 3.0; /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
+static const double begun = 1e-12;              /* [m] a contact as deep as that has just begun */
+static const double early = 0.01;               /* in a step: there it has been deeper */
+static const double little = 1e-9, slow = 1e-6; /* [m], [m/s] for slopes of a law */
+static const double bounce = 3.0;               /* of h sqrt(K/m): half a period is pi */
+static const double too_long = 3.0;             /* of h (B + h K)/m: Runge-Kutta follows to 2.8 */
 
 static stein_status refuse(stein_sim *sim, stein_err *err)
 {
@@ -52,20 +51,27 @@ typedef struct tangent {
     double per_mass; /* 1/m along the normal */
 } tangent;
 
-static tangent linear(const touch *t, double h, double x)
+/* The slope of a normal force by differences: pages and FMUs of explicit steps go without the
+ * exact derivatives. */
+static double slope(const touch *t, double x, double rate, double dx, double drate)
 {
     const double *law = t->pair->normal;
-    double K, B, spring, none, missing = 0.0;
-    stein__normal_slopes(law, x, t->rate, &K, &B);
-    stein__normal_slopes(law, x, 0.0, &spring, &none);
+    int parts = t->pair->parts;
+    return (stein__normal(law, parts, x + dx, rate + drate) - stein__normal(law, parts, x, rate)) /
+           (dx + drate);
+}
+
+static tangent linear(const touch *t, double h, double x)
+{
+    double K = slope(t, x, t->rate, little, 0.0), missing = 0.0;
     if (t->depth < little) {
-        double f = stein__normal(law, t->pair->parts, x, t->rate);
+        double f = stein__normal(t->pair->normal, t->pair->parts, x, t->rate);
         missing = f + K * (t->depth - x) - t->normal;
     }
     return (tangent){.K = fmax(K, 0.0),
-                     .B = fmax(B, 0.0),
+                     .B = fmax(slope(t, x, t->rate, 0.0, slow), 0.0),
                      .e = missing + h * K * t->rate,
-                     .spring = fmax(spring, 0.0)};
+                     .spring = fmax(slope(t, x, 0.0, little, 0.0), 0.0)};
 }
 
 /* p [nq] into Q, 1/m along it; M is factored */

@@ -83,9 +83,9 @@ START_TEST(a_project_can_be_so_large_and_no_larger)
         const char *before, *each, *after, *says;
         int most; /* that are read */
     } limit[] = {
-        {"", "<body><bodyname>b%d</bodyname>" JOINT BODY_END "</body>", "", "more than 120 bodies",
-         120},
-        {"<body><bodyname>b</bodyname>" BODY_END, JOINT, "</body>", "more than 120 bodies", 120},
+        {"", "<body><bodyname>b%d</bodyname>" JOINT BODY_END "</body>", "", "more than 220 bodies",
+         220},
+        {"<body><bodyname>b</bodyname>" BODY_END, JOINT, "</body>", "more than 220 bodies", 220},
         {"<body><bodyname>b</bodyname><joint><jointname>j</jointname><type>T1</type></"
          "joint>" BODY_END,
          POINT, "</body>", "more than 256 points", 256},
