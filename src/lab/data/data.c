@@ -41,6 +41,7 @@ void lab_data_close(lab_data *data)
     free(out->set);
     free(out->note);
     free(out->file);
+    free(out->source);
     free(out->text);
     free(out);
 }
@@ -339,17 +340,23 @@ static void check_columns(data__reader *r)
     }
 }
 
-/* cut the columns to their length and hand them to the public part */
-static void hand_over(data__reader *r)
+void data__hand_over(data__file *out)
 {
-    data__file *out = r->out;
-    out->data.nrow = r->rows;
     out->data.time = out->time;
     out->data.column = out->column;
     out->data.set = out->set;
     out->data.note = out->note;
     out->data.file = out->file;
+    out->data.source = out->source;
     out->data.text = out->text;
+}
+
+/* cut the columns to their length and hand them to the public part */
+static void hand_over(data__reader *r)
+{
+    data__file *out = r->out;
+    data__hand_over(out);
+    out->data.nrow = out->data.file_rows = r->rows;
     out->data.hash = r->lines.hash;
     for (int k = 1; k < r->ntitle; k++) {
         const data__title *t = &r->title[k];
@@ -419,11 +426,12 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
     r.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (r.out != NULL) {
         r.out->file = lab__text("%s", file);
+        r.out->source = lab__text("%s", file);
         r.out->text = text != NULL ? lab__text("%s", text) : NULL;
         r.out->data.model = options->model;
     }
     stein_status status = STEIN_OK;
-    if (r.out == NULL || r.out->file == NULL || (text != NULL && r.out->text == NULL) ||
+    if (r.out == NULL || r.out->file == NULL || r.out->source == NULL || (text != NULL && r.out->text == NULL) ||
         r.c == (locale_t)0) {
         status = lab__no_memory(err);
     } else {

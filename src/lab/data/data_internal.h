@@ -111,12 +111,14 @@ int data__has_last_word(const stein_model *m, const char *param);
 /** The public structs grown while reading; `data` comes first and is what users hold. */
 typedef struct data__file {
     lab_data data;
-    char *file, *text; /* text NULL: it was read from the file */
+    char *file, *source, *text; /* text NULL: it was read from the file */
     double *time;
     lab_column *column; /* [DATA_COLUMNS]; without the time */
     lab_setting *set;
     lab_note *note;
 } data__file;
+/** The public part points to what was grown. */
+void data__hand_over(data__file *out);
 
 /** A `# noise` until the header is known. */
 typedef struct data__noise {

@@ -2,6 +2,7 @@
  * diagnose.c - from a mechanism file and records to a verdict.
  *
  *   audit      noise, rests and slips of the records, before anything is fitted
+ *   cut        records of chaotic motion, into windows (windows.c)
  *   split      records that are fitted, and those that report, read after the table is closed
  *   search     the table of hypotheses (search/)
  *   conclude   the closed table, to all that is reported (conclude.c)
@@ -36,7 +37,8 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
         return lab__no_memory(err);
     }
     for (int s = 0; s < data->n; s++) {
-        int held = d->def->held_out != NULL ? d->def->held_out[s] : diag__reports(s, data->n);
+        int record = d->cut ? d->record_of[s] : s;
+        int held = d->def->held_out != NULL ? d->def->held_out[record] : diag__reports(s, data->n);
         lab_dataset *to = held ? report : fit;
         to->stroke[to->n++] = data->stroke[s];
     }
@@ -98,6 +100,22 @@ static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_
     }
     lab_doubts_free(doubts);
     return status;
+}
+
+/* records that are too long to be followed: what is fitted are their windows then */
+static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset *data,
+                        stein_err *err)
+{
+    char *line = NULL;
+    stein_err why;
+    stein_status status = diag__cut(d, model, data, &line, &why);
+    if (status != STEIN_OK || line == NULL) {
+        return fit__forgive(status, err);
+    }
+    if (d->def->report != NULL) {
+        d->def->report(d->def->ctx, line);
+    }
+    return add_finding(d->out, line, 1, err);
 }
 
 static stein_status check_step(diagnosis *d, stein_err *err)
@@ -194,10 +212,12 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     d.out->gain.lo = d.out->gain.hi = NAN;
     d.out->noise_floor = 1.0;
     diag__progress(&d, 0.0, "audit");
-    stein_status status = split(&d, data, err);
-    status = status == STEIN_OK ? audit(&d, data, err) : status;
+    stein_status status = audit(&d, data, err);
     status = status == STEIN_OK ? check_slips(&d, model, data, err) : status;
-    if (status == STEIN_OK && d.out->verdict != LAB_VERDICT_UNUSABLE_MODEL) {
+    int usable = d.out->verdict != LAB_VERDICT_UNUSABLE_MODEL;
+    status = status == STEIN_OK && usable ? cut(&d, model, data, err) : status;
+    status = status == STEIN_OK ? split(&d, d.cut ? d.windows : data, err) : status;
+    if (status == STEIN_OK && usable) {
         status = search(&d, file, model, err);
         status = status == STEIN_OK ? diag__conclude(&d, err) : status;
     }
@@ -209,6 +229,8 @@ stein_status lab_diagnose(lab_diagnosis **out, const char *file, const lab_model
     diag__reported_free(&d.after);
     diag__table_free(&d.t);
     diag__problem_close(&d.q);
+    lab_dataset_close(d.windows);
+    free(d.record_of);
     free(d.fitted.stroke);
     free(d.reporting.stroke);
     if (status == STEIN_OK) {

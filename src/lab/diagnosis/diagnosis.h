@@ -2,6 +2,7 @@
  * diagnosis.h - one diagnosis on its way, from records to a verdict.
  *
  *   diagnose.c   records, audit, slips, split, search
+ *   windows.c    records of chaotic motion, cut into windows
  *   conclude.c   the closed table -> finding, causes, law, what is written
  *   held_out.c   records that report, predicted with and without the causes
  *   shown.c      where the model departs, the force it lacks, the motion check
@@ -19,7 +20,9 @@ typedef struct diagnosis {
     diag__table t;
     diag__judgement j;
     diag__setting setting;
-    lab_dataset fitted, reporting;
+    lab_dataset *windows;          /* the records as they are cut; NULL: they are not */
+    int *record_of, cut;           /* of each window; 1: the windows are used */
+    lab_dataset fitted, reporting; /* of the records or windows */
     const lab_diagnose_def *def;
     diag__laws laws;
     diag__reported before, after;
@@ -38,6 +41,15 @@ static inline void diag__progress(const diagnosis *d, double fraction, const cha
 
 /** Does record number `record` of n, from 0, report, if nobody says which ones do? */
 int diag__reports(int record, int n);
+
+/* ---- windows.c ---- */
+
+/** Cuts records of chaotic motion into windows, d->windows, where the records show the states that
+ *  these begin in: d->cut.
+ *  @param line  out, for free(): what was done; NULL: nothing
+ *  @return OK, ENOMEM, the failure of making a simulation */
+stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *data, char **line,
+                       stein_err *err);
 
 /* ---- conclude.c ---- */
 

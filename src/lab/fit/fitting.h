@@ -9,6 +9,7 @@
  *   start_state.c  one state out of these, start_state.h
  *   initial.c      initial states from the records
  *   start_follow.c the initial state from which a simulation follows a record's beginning
+ *   horizon.c      how far ahead a stroke can be predicted
  *   setup.c        what keeps a record from beginning as the model moves: sense, zero, plane
  *   simulate.c     one stroke at the data's own times
  *   observer.c     the same, held near the data
@@ -361,6 +362,18 @@ typedef struct fit__follow {
  *  @return objective per sample; INFINITY when it cannot be simulated */
 double fit__follow_start(const fit__problem *p, fit__bench *b, int stroke, const fit__follow *how,
                          double *x);
+
+/* ---- horizon.c ---- */
+
+/** What becomes of a small error of a stroke's initial position. */
+typedef struct fit__horizon {
+    double time;   /* at which it has grown as many times as was asked for, from the start of the
+                      record [s]; INFINITY: it never does, or nobody knows */
+    double growth; /* how many times it has grown at most; 0: nobody knows */
+} fit__horizon;
+/** Of every stroke at x = 0. @param of  [nstroke] out
+ *  @return OK, ENOMEM, the failure of making a simulation */
+stein_status fit__horizons(const fit__problem *p, double by, fit__horizon *of, stein_err *err);
 
 /* ---- setup.c ---- */
 

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "data_cut.h"
 #include "search.h"
 #include "structure.h"
 
@@ -229,24 +230,67 @@ static stein_status open_null(diag__problem *q, stein_err *err)
 
 /* ---- mechanisms ---- */
 
-stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
-                              stein_err *err)
+/* Is record i a window of the same file as the one before? */
+static int is_next_window(const lab_dataset *set, int i)
+{
+    const lab_data *d = set->stroke[i], *before = i > 0 ? set->stroke[i - 1] : NULL;
+    return before != NULL && data__is_window(d) && data__is_window(before) &&
+           d->first_row > before->first_row && strcmp(d->source, before->source) == 0;
+}
+
+/* the files of a set, each once, in the order of its records */
+static stein_status read_files(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                               stein_err *err)
 {
     lab_data_options options = lab_data_options_default(lab_equations(model));
     const char **file = malloc(sizeof *file * 2 * (size_t)(set->n + 1)), **text = file + set->n;
+    int n = 0;
     if (file == NULL) {
         return lab__no_memory(err);
     }
     for (int i = 0; i < set->n; i++) {
-        file[i] = set->stroke[i]->file;
-        text[i] = set->stroke[i]->text;
+        const lab_data *d = set->stroke[i];
+        if (!is_next_window(set, i)) {
+            file[n] = d->source;
+            text[n++] = d->text;
+        }
     }
     options.text = text;
-    stein_status status = set->n > 0 ? lab_dataset_open(to, file, set->n, &options, err) : STEIN_OK;
-    for (int i = 0; status == STEIN_OK && i < set->n; i++) {
-        (*to)->stroke[i]->number = set->stroke[i]->number;
-    }
+    stein_status status = lab_dataset_open(to, file, n, &options, err);
     free(file);
+    return status;
+}
+
+stein_status diag__read_again(const lab_dataset *set, const lab_model *model, lab_dataset **to,
+                              stein_err *err)
+{
+    lab_dataset *whole = NULL, *own = calloc(1, sizeof *own);
+    if (own == NULL || (own->stroke = calloc((size_t)set->n + 1, sizeof(lab_data *))) == NULL) {
+        free(own);
+        return lab__no_memory(err);
+    }
+    stein_status status = set->n > 0 ? read_files(set, model, &whole, err) : STEIN_OK;
+    for (int i = 0, k = -1; status == STEIN_OK && i < set->n; i++) {
+        const lab_data *d = set->stroke[i];
+        k += !is_next_window(set, i);
+        if (data__is_window(d)) {
+            status = data__cut(&own->stroke[i], whole->stroke[k], d->first_row,
+                               d->first_row + d->nrow, err);
+        } else {
+            own->stroke[i] = whole->stroke[k];
+            whole->stroke[k] = NULL;
+        }
+        own->n += status == STEIN_OK;
+        if (status == STEIN_OK) {
+            own->stroke[i]->number = d->number;
+        }
+    }
+    lab_dataset_close(whole);
+    if (status == STEIN_OK) {
+        *to = own;
+    } else {
+        lab_dataset_close(own);
+    }
     return status;
 }
 

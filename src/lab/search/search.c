@@ -140,7 +140,8 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
                        const diag__proposal *p)
 {
     int stated = l->gain > 0.0 && l->row->scale <= 1.0;
-    double each = stated ? fmax(worth, of_excess * excess) : worth;
+    double drop = stated ? excess : l->row->objective - p->expected;
+    double each = fmax(worth, of_excess * drop);
     int partly = has_scoped(q, &p->h) && l->row->chi2_dof > near;
     return p->expected + p->h.n * each + (partly ? of_scope * excess : 0.0);
 }

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * windows.c - records of chaotic motion, cut into windows that can be predicted.
+ *
+ * Where a small error of the initial state grows exponentially, a whole record can be followed with
+ * no number of the mechanism, and its sum of squares has a minimum every few noises (as in multiple
+ * shooting: Bock, in: Modelling of Chemical Reaction Systems, Springer 1981, 102-125). A window
+ * begins in a state of its own, read from its first samples, and ends where an error of it has grown
+ * `grown` times. What the record says of the mechanism is in the windows, each of which loses no
+ * more than its initial state.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "data_cut.h"
+#include "diagnosis.h"
+
+enum { LEAST_ROWS = 24, ROUNDS = 3 };
+static const double chaotic = 1000.0; /* times: regular motion of a record does not reach that */
+static const double grown = 10.0;
+static const double too_long = 0.25; /* share of windows at whose ends it has grown 3 grown */
+
+/* how the records' motion can be predicted, one problem made for that alone */
+typedef struct outlook {
+    fit__horizon *horizon; /* [n] */
+    int shown;             /* the records show every position that they begin in */
+} outlook;
+
+static stein_status look_ahead(const diagnosis *d, const lab_model *model, const lab_dataset *data,
+                               outlook *o, stein_err *err)
+{
+    lab_fit_def def = lab_fit_def_default();
+    fit__problem p;
+    def.threads = d->def->threads > 0 ? d->def->threads : 1;
+    def.stop = d->def->stop;
+    def.ctx = d->def->ctx;
+    o->shown = 1;
+    o->horizon = calloc((size_t)data->n, sizeof *o->horizon);
+    if (o->horizon == NULL) {
+        return lab__no_memory(err);
+    }
+    stein_status status = fit__problem_make_open(&p, model, data, &def, err);
+    if (status == STEIN_OK) {
+        p.tolerance = diag__tolerance_of(&p);
+        status = fit__horizons(&p, grown, o->horizon, err);
+    }
+    for (int k = p.np; status == STEIN_OK && k < p.nu; k++) {
+        o->shown &= !(p.unknown[k].kind == FIT__POSITION && p.unknown[k].prior);
+    }
+    fit__problem_free(&p);
+    return status;
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* a quantile of the times at which errors have grown; those where they have not count as `whole` */
+static double time_at(const fit__horizon *of, const int *counts, int n, double share, double whole)
+{
+    double *t = malloc(sizeof *t * ((size_t)n + 1)), at = NAN;
+    int m = 0;
+    for (int i = 0; t != NULL && i < n; i++) {
+        if (counts == NULL || counts[i]) {
+            t[m++] = fmin(of[i].time, whole);
+        }
+    }
+    if (m > 0) {
+        qsort(t, (size_t)m, sizeof *t, compare);
+        at = t[(int)(share * (m - 1))];
+    }
+    free(t);
+    return at;
+}
+
+/* length[s] of windows, INFINITY of those of regular motion */
+static void set_lengths(double *length, const int *is_chaotic, int n, double at)
+{
+    for (int s = 0; s < n; s++) {
+        length[s] = is_chaotic[s] ? at : (double)INFINITY;
+    }
+}
+
+/* windows of a length at which three quarters of them can be predicted. @return as cut_all */
+static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset *data,
+                        const int *is_chaotic, double *at, stein_err *err)
+{
+    double *length = malloc(sizeof *length * (size_t)data->n);
+    stein_status status = length != NULL ? STEIN_OK : lab__no_memory(err);
+    int again = 1;
+    for (int round = 0; status == STEIN_OK && again && round < ROUNDS; round++) {
+        outlook o = {.horizon = NULL};
+        lab_dataset_close(d->windows);
+        free(d->record_of);
+        d->windows = NULL;
+        d->record_of = NULL;
+        set_lengths(length, is_chaotic, data->n, *at);
+        status = data__cut_all(&d->windows, data, length, LEAST_ROWS, &d->record_of, err);
+        status = status == STEIN_OK ? look_ahead(d, model, d->windows, &o, err) : status;
+        int n = 0, bad = 0;
+        for (int w = 0; status == STEIN_OK && w < d->windows->n; w++) {
+            n += is_chaotic[d->record_of[w]];
+            bad += is_chaotic[d->record_of[w]] && o.horizon[w].growth > 3.0 * grown;
+        }
+        again = status == STEIN_OK && bad > too_long * n;
+        if (again) {
+            *at = time_at(o.horizon, NULL, d->windows->n, too_long, *at);
+        }
+        d->cut = status == STEIN_OK && o.shown;
+        free(o.horizon);
+    }
+    free(length);
+    return status;
+}
+
+static char *tell(const diagnosis *d, const lab_dataset *data, int n, double growth, double at)
+{
+    return lab__text("%s%s: the motion is chaotic, an error of the initial state grows %.1g times "
+                     "in a record; cut into windows of %.3g s, %d in all",
+                     data->stroke[0]->file, n > 1 ? " and others" : "", growth, at, d->windows->n);
+}
+
+stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *data, char **line,
+                       stein_err *err)
+{
+    outlook o = {.horizon = NULL};
+    int *is_chaotic = calloc((size_t)data->n, sizeof *is_chaotic), n = 0;
+    double growth = 0.0;
+    *line = NULL;
+    stein_status status = is_chaotic != NULL ? look_ahead(d, model, data, &o, err)
+                                             : lab__no_memory(err);
+    for (int s = 0; status == STEIN_OK && s < data->n; s++) {
+        is_chaotic[s] = o.horizon[s].growth > chaotic;
+        n += is_chaotic[s];
+        growth = fmax(growth, o.horizon[s].growth);
+    }
+    double at = n > 0 ? time_at(o.horizon, is_chaotic, data->n, 0.5, INFINITY) : (double)NAN;
+    if (n > 0 && o.shown && isfinite(at)) {
+        status = cut(d, model, data, is_chaotic, &at, err);
+        *line = d->cut ? tell(d, data, n, growth, at) : NULL;
+    }
+    free(is_chaotic);
+    free(o.horizon);
+    return status;
+}
