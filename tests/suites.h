@@ -59,6 +59,7 @@
     X(odd_records)   \
     X(coupling)      \
     X(posed)         \
+    X(windows)       \
     X(show)          \
     X(report)        \
     X(seen)          \

@@ -93,6 +93,7 @@ typedef struct lab_data {
     /* A long record may be cut into windows: `file` is "FILE, 1.2 s to 3.4 s" then */
     const char *source;       /* the file itself */
     int first_row, file_rows; /* of the file's rows: the first one here, from 0; all of them */
+    int gap_from, gap_to;     /* of the file's rows: no output is present from..to - 1 */
 } lab_data;
 
 /** Progress of reading, 0 <= fraction <= 1 of all bytes of all files. */

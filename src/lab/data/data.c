@@ -431,8 +431,8 @@ static stein_status open_one(lab_data **data, const char *file, const char *text
         r.out->data.model = options->model;
     }
     stein_status status = STEIN_OK;
-    if (r.out == NULL || r.out->file == NULL || r.out->source == NULL || (text != NULL && r.out->text == NULL) ||
-        r.c == (locale_t)0) {
+    if (r.out == NULL || r.out->file == NULL || r.out->source == NULL ||
+        (text != NULL && r.out->text == NULL) || r.c == (locale_t)0) {
         status = lab__no_memory(err);
     } else {
         r.problems.file = r.out->file;

@@ -7,12 +7,19 @@
 
 #include "stein/data.h"
 
+/** Rows [from, to) of a file, and those of them where no output counts, [gap_from, gap_to). */
+typedef struct data__window {
+    int from, to, gap_from, gap_to;
+} data__window;
+
 /** Is it part of its file only? */
 int data__is_window(const lab_data *data);
-/** Rows [from, to) of a record as a record of its own, with its settings and notes; what it states
+/** Which part. */
+data__window data__window_of(const lab_data *data);
+/** A window of a whole record as a record of its own, with its settings and notes; what it states
  *  of its initial state is kept by a window that begins with the record. Nothing refers to `whole`.
  *  @return OK, ENOMEM */
-stein_status data__cut(lab_data **window, const lab_data *whole, int from, int to, stein_err *err);
+stein_status data__cut(lab_data **out, const lab_data *whole, data__window window, stein_err *err);
 /** Records cut into windows of equal numbers of rows; number counts the windows.
  *  @param length [whole->n] how long a window of each record may last [s]; INFINITY: it stays whole
  *  @param least  rows of a window, at least
@@ -20,5 +27,11 @@ stein_status data__cut(lab_data **window, const lab_data *whole, int from, int t
  *  @return OK, ENOMEM */
 stein_status data__cut_all(lab_dataset **out, const lab_dataset *whole, const double *length,
                            int least, int **of, stein_err *err);
+/** Every record as two windows, of six blocks numbered from 0: the first five without the block 2,
+ *  and from block 2 on without 3 and 4. So each fitted sample is in one of them and each held out
+ *  one in the other, and both keep the phase of a motion over nearly the whole record.
+ *  @param of  [2 whole->n] out, for free()  @return OK, ENOMEM */
+stein_status data__hold_blocks(lab_dataset **out, const lab_dataset *whole, int **of,
+                               stein_err *err);
 
 #endif

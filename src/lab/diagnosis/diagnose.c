@@ -13,8 +13,6 @@
 
 #include "diagnosis.h"
 
-enum { HOLD_EVERY = 3 };
-
 lab_diagnose_def lab_diagnose_def_default(void)
 {
     return (lab_diagnose_def){.threads = 1};
@@ -38,7 +36,9 @@ static stein_status split(diagnosis *d, const lab_dataset *data, stein_err *err)
     }
     for (int s = 0; s < data->n; s++) {
         int record = d->cut ? d->record_of[s] : s;
-        int held = d->def->held_out != NULL ? d->def->held_out[record] : diag__reports(s, data->n);
+        int held = d->blocks                  ? s % 2
+                   : d->def->held_out != NULL ? d->def->held_out[record]
+                                              : diag__reports(s, data->n);
         lab_dataset *to = held ? report : fit;
         to->stroke[to->n++] = data->stroke[s];
     }
@@ -102,7 +102,7 @@ static stein_status check_slips(diagnosis *d, const lab_model *model, const lab_
     return status;
 }
 
-/* records that are too long to be followed: what is fitted are their windows then */
+/* records that are too long to be followed, or too few: their windows take their places */
 static stein_status cut(diagnosis *d, const lab_model *model, const lab_dataset *data,
                         stein_err *err)
 {

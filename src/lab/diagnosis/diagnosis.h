@@ -2,7 +2,7 @@
  * diagnosis.h - one diagnosis on its way, from records to a verdict.
  *
  *   diagnose.c   records, audit, slips, split, search
- *   windows.c    records of chaotic motion, cut into windows
+ *   windows.c    records of chaotic motion, or too few of them, cut into windows
  *   conclude.c   the closed table -> finding, causes, law, what is written
  *   held_out.c   records that report, predicted with and without the causes
  *   shown.c      where the model departs, the force it lacks, the motion check
@@ -21,7 +21,9 @@ typedef struct diagnosis {
     diag__judgement j;
     diag__setting setting;
     lab_dataset *windows;          /* the records as they are cut; NULL: they are not */
-    int *record_of, cut;           /* of each window; 1: the windows are used */
+    int *record_of;                /* of each window */
+    int cut;                       /* 1: the windows are used */
+    int blocks;                    /* 1: every second window holds samples that report */
     lab_dataset fitted, reporting; /* of the records or windows */
     const lab_diagnose_def *def;
     diag__laws laws;
@@ -39,13 +41,16 @@ static inline void diag__progress(const diagnosis *d, double fraction, const cha
 
 /* ---- diagnose.c ---- */
 
+enum { HOLD_EVERY = 3 }; /* one of so many records reports */
+
 /** Does record number `record` of n, from 0, report, if nobody says which ones do? */
 int diag__reports(int record, int n);
 
 /* ---- windows.c ---- */
 
-/** Cuts records of chaotic motion into windows, d->windows, where the records show the states that
- *  these begin in: d->cut.
+/** Cuts records of chaotic motion into windows, d->windows, and one or two records of which nobody
+ *  says what to hold out into blocks, where the records show the positions that these begin in:
+ *  d->cut.
  *  @param line  out, for free(): what was done; NULL: nothing
  *  @return OK, ENOMEM, the failure of making a simulation */
 stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *data, char **line,

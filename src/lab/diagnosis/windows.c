@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * windows.c - records of chaotic motion, cut into windows that can be predicted.
+ * windows.c - records of chaotic motion, cut into windows that can be predicted, and blocks of one
+ * or two records, held out.
  *
  * Where a small error of the initial state grows exponentially, a whole record can be followed with
  * no number of the mechanism, and its sum of squares has a minimum every few noises (as in multiple
  * shooting: Bock, in: Modelling of Chemical Reaction Systems, Springer 1981, 102-125). A window
- * begins in a state of its own, read from its first samples, and ends where an error of it has grown
- * `grown` times. What the record says of the mechanism is in the windows, each of which loses no
- * more than its initial state.
+ * begins in a state of its own, read from its first samples, and ends where an error of it has
+ * grown `grown` times. What the record says of the mechanism is in the windows, each of which loses
+ * no more than its initial state.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -22,7 +23,9 @@ static const double too_long = 0.25; /* share of windows at whose ends it has gr
 /* how the records' motion can be predicted, one problem made for that alone */
 typedef struct outlook {
     fit__horizon *horizon; /* [n] */
+    int free;              /* an initial position is unknown */
     int shown;             /* the records show every position that they begin in */
+    double half;           /* longest half of a swing [s]; 0: one of them does not swing */
 } outlook;
 
 static stein_status look_ahead(const diagnosis *d, const lab_model *model, const lab_dataset *data,
@@ -44,7 +47,13 @@ static stein_status look_ahead(const diagnosis *d, const lab_model *model, const
         status = fit__horizons(&p, grown, o->horizon, err);
     }
     for (int k = p.np; status == STEIN_OK && k < p.nu; k++) {
-        o->shown &= !(p.unknown[k].kind == FIT__POSITION && p.unknown[k].prior);
+        int position = p.unknown[k].kind == FIT__POSITION;
+        o->free |= position;
+        o->shown &= !(position && p.unknown[k].prior);
+    }
+    for (int s = 0; status == STEIN_OK && s < p.nstroke; s++) {
+        double half = p.stroke[s].half;
+        o->half = half > 0.0 && (s == 0 || o->half > 0.0) ? fmax(o->half, half) : 0.0;
     }
     fit__problem_free(&p);
     return status;
@@ -121,6 +130,28 @@ static char *tell(const diagnosis *d, const lab_dataset *data, int n, double gro
                      data->stroke[0]->file, n > 1 ? " and others" : "", growth, at, d->windows->n);
 }
 
+/* what of each record is held out */
+static char *tell_blocks(const lab_dataset *windows)
+{
+    const lab_data *fitted = windows->stroke[0], *held = windows->stroke[1];
+    const double *t = held->time;
+    int gap = held->gap_to - held->first_row;
+    return lab__text("%s: held out is what lies from %.4g s to %.4g s and from %.4g s to %.4g s%s",
+                     fitted->source, t[0], t[held->gap_from - held->first_row - 1], t[gap],
+                     t[held->nrow - 1], windows->n > 2 ? ", and the same of the other record" : "");
+}
+
+/* Do six blocks of every record show swings, and enough samples? */
+static int has_blocks(const outlook *o, const lab_dataset *data)
+{
+    int yes = o->free && o->shown && o->half > 0.0;
+    for (int s = 0; s < data->n; s++) {
+        const lab_data *t = data->stroke[s];
+        yes &= t->nrow >= 6 * LEAST_ROWS && t->time[t->nrow - 1] - t->time[0] >= 6.0 * o->half;
+    }
+    return yes;
+}
+
 stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *data, char **line,
                        stein_err *err)
 {
@@ -128,8 +159,8 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
     int *is_chaotic = calloc((size_t)data->n, sizeof *is_chaotic), n = 0;
     double growth = 0.0;
     *line = NULL;
-    stein_status status = is_chaotic != NULL ? look_ahead(d, model, data, &o, err)
-                                             : lab__no_memory(err);
+    stein_status status =
+        is_chaotic != NULL ? look_ahead(d, model, data, &o, err) : lab__no_memory(err);
     for (int s = 0; status == STEIN_OK && s < data->n; s++) {
         is_chaotic[s] = o.horizon[s].growth > chaotic;
         n += is_chaotic[s];
@@ -139,6 +170,11 @@ stein_status diag__cut(diagnosis *d, const lab_model *model, const lab_dataset *
     if (n > 0 && o.shown && isfinite(at)) {
         status = cut(d, model, data, is_chaotic, &at, err);
         *line = d->cut ? tell(d, data, n, growth, at) : NULL;
+    } else if (status == STEIN_OK && n == 0 && data->n < HOLD_EVERY && d->def->held_out == NULL &&
+               has_blocks(&o, data)) {
+        status = data__hold_blocks(&d->windows, data, &d->record_of, err);
+        d->cut = d->blocks = status == STEIN_OK;
+        *line = d->blocks ? tell_blocks(d->windows) : NULL;
     }
     free(is_chaotic);
     free(o.horizon);

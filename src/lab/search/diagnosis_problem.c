@@ -274,8 +274,7 @@ stein_status diag__read_again(const lab_dataset *set, const lab_model *model, la
         const lab_data *d = set->stroke[i];
         k += !is_next_window(set, i);
         if (data__is_window(d)) {
-            status = data__cut(&own->stroke[i], whole->stroke[k], d->first_row,
-                               d->first_row + d->nrow, err);
+            status = data__cut(&own->stroke[i], whole->stroke[k], data__window_of(d), err);
         } else {
             own->stroke[i] = whole->stroke[k];
             whole->stroke[k] = NULL;
