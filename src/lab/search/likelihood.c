@@ -9,11 +9,16 @@
  * beta the parameters with their priors; u what differs from stroke to stroke: trigger and offsets
  * with theirs, friction and drive with variances D that are estimated; alpha amounts of
  * candidates, each with the prior N(0, 1).
+ *
+ * What has no prior (initial states that the data decide) is profiled, not marginalised: its
+ * determinant ln det(1 + Z'Z), nearly the same for every hypothesis, is left out.
  */
+#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "search.h"
 
 enum { ROUNDS = 40, SLOTS = 64 };
@@ -107,6 +112,13 @@ static void negative(double *to, const double *from, size_t n, double times)
     }
 }
 
+/* Is d the residual where this unknown is 0? One that is fitted counts from where it is, of which
+ * the mixed model knows (at); one without a prior from anywhere. */
+static int counts_from_zero(const fit__problem *p, int u)
+{
+    return u < p->np ? !is_free(p, u) : p->unknown[u].prior || p->unknown[u].idle;
+}
+
 /* columns of a stroke: F, the candidates, d, Z */
 static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, const double *x,
                  const double *J, const double *r, const int *beta, const double *const *column,
@@ -120,7 +132,7 @@ static void fill(lab__mixed *m, const fit__problem *p, const slots *l, int s, co
     for (int k = 0; k < p->np + t->own; k++) {
         int u = k < p->np ? k : t->first + k - p->np;
         const double *j = J + fit__column(p, s, k);
-        for (size_t i = 0; x[u] != 0.0 && i < n; i++) {
+        for (size_t i = 0; counts_from_zero(p, u) && x[u] != 0.0 && i < n; i++) {
             d[i] -= j[i] * x[u];
         }
         int slot = k < p->np ? -1 : slot_of(l, t, &p->unknown[u]);
@@ -166,6 +178,9 @@ stein_status diag__mixed_at(lab__mixed *m, const fit__problem *p, const double *
     stein_status status = beta != NULL ? lab__mixed_make(m, p->nstroke, nf, nc, l.n, l.class, NULL,
                                                          scatter, LAB_SCATTERS, err)
                                        : lab__no_memory(err); // NOLINT(clang-analyzer-unix.Malloc)
+    for (int k = 0; status == STEIN_OK && k < nf; k++) {
+        m->at[k] = x[beta[k]];
+    }
     m->worth = diag__scatter_worth(p->nstroke);
     double *C = malloc(sizeof *C * ((size_t)p->rows * (size_t)(nf + nc + 1 + l.n) + 1));
     if (status == STEIN_OK && C == NULL) {
@@ -230,6 +245,40 @@ stein_status diag__local_open(diag__local *l, const fit__problem *p, const doubl
     return l->beta == NULL ? lab__no_memory(err) : status;
 }
 
+/* ln det(1 + Z'Z) of a stroke's unknowns without a prior; 0: it has none, or they have no finite
+ * derivatives */
+static double free_determinant(const fit__problem *p, int s, const double *J)
+{
+    const fit__stroke *t = &p->stroke[s];
+    const size_t n = (size_t)t->nch * (size_t)t->n;
+    const double *z[SLOTS];
+    double A[SLOTS * SLOTS], det = 0.0;
+    int m = 0;
+    for (int k = 0; k < t->own && m < SLOTS; k++) {
+        const fit__unknown *u = &p->unknown[t->first + k];
+        if (!u->prior && !u->idle) {
+            z[m++] = J + fit__column(p, s, p->np + k);
+        }
+    }
+    for (int i = 0; i < m; i++) {
+        for (int k = 0; k <= i; k++) {
+            double a = flat * flat * lab__dot(z[i], z[k], n) + (i == k);
+            A[i * m + k] = A[k * m + i] = a;
+        }
+    }
+    if (m == 0) {
+        return 0.0;
+    }
+    gsl_matrix_view view = gsl_matrix_view_array(A, (size_t)m, (size_t)m);
+    if (gsl_linalg_cholesky_decomp1(&view.matrix) != 0) {
+        return 0.0;
+    }
+    for (int i = 0; i < m; i++) {
+        det += 2.0 * stein__log_of(A[i * m + i]);
+    }
+    return det;
+}
+
 stein_status diag__likelihood(const fit__problem *p, const double *x, const double *J,
                               const double *r, double *D, double *sd, double *objective,
                               stein_err *err)
@@ -240,6 +289,9 @@ stein_status diag__likelihood(const fit__problem *p, const double *x, const doub
         double more = unkept(&l.m, p, x, r, l.beta);
         double found = more + lab__mixed_scatter(&l.m, NULL, 0, ROUNDS, l.beta, l.cov);
         memcpy(D, l.m.D, sizeof l.m.D);
+        for (int s = 0; s < p->nstroke; s++) {
+            found -= free_determinant(p, s, J);
+        }
         *objective = found;
         memset(sd, 0, sizeof *sd * (size_t)p->np);
         for (int i = 0; i < l.nfree; i++) {

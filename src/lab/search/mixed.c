@@ -73,8 +73,9 @@ stein_status lab__mixed_make(lab__mixed *m, int nstroke, int nf, int ncand, int 
     m->work = calloc(2 * nz * nc + nc * nc + 1, sizeof *m->work);
     m->pick = calloc(nc, sizeof *m->pick);
     m->flat = calloc((size_t)nf + 1, sizeof *m->flat);
+    m->at = calloc((size_t)nf + 1, sizeof *m->at);
     m->zclass = calloc(nz + 1, sizeof *m->zclass);
-    if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->pick || !m->flat ||
+    if (!m->Q || !m->QZ || !m->ZZ || !m->W || !m->A || !m->work || !m->pick || !m->flat || !m->at ||
         !m->zclass) {
         return lab__no_memory(err);
     }
@@ -119,6 +120,7 @@ void lab__mixed_free(lab__mixed *m)
     free(m->work);
     free(m->pick);
     free(m->flat);
+    free(m->at);
 }
 
 /* ---- weighing ---- */
@@ -193,11 +195,28 @@ static void weigh_with(lab__mixed *m, const int *with, int nwith)
     weigh(m, (size_t)n + 1);
 }
 
+/* what unknown i wants to change by: F' V^-1 r, less the pull of its prior */
+static double pull_of(const lab__mixed *m, const int *with, int i)
+{
+    double pull = i < m->nf && !m->flat[i] ? m->at[i] : 0.0;
+    return m->A[col(m, with, i) * m->ncol + m->ncol - 1] - pull;
+}
+
+/* r'V^-1 r and the priors where r was taken */
+static double square_of(const lab__mixed *m)
+{
+    double sum = m->A[m->ncol * m->ncol - 1];
+    for (int i = 0; i < m->nf; i++) {
+        sum += m->flat[i] ? 0.0 : m->at[i] * m->at[i];
+    }
+    return sum;
+}
+
 /* lab__mixed_solve, and the sum of squares at the minimum, priors included */
 static double solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov,
                     double *square)
 {
-    int n = m->nf + nwith, nc = m->ncol, r = nc - 1;
+    int n = m->nf + nwith, nc = m->ncol;
     double *S = malloc(sizeof *S * (size_t)(n * n + 1)), logdet = 0.0;
     if (S == NULL) {
         return INFINITY;
@@ -208,14 +227,14 @@ static double solve(const lab__mixed *m, const int *with, int nwith, double *bet
         }
         S[i * n + i] += i < m->nf && m->flat[i] ? 1e-9 : 1.0;
     }
-    double objective = m->A[r * nc + r];
+    double objective = square_of(m);
     int ok = n == 0 || invert(S, n, &logdet);
     for (int i = 0; ok && i < n; i++) {
         beta[i] = 0.0;
         for (int k = 0; k < n; k++) {
-            beta[i] += S[i * n + k] * m->A[col(m, with, k) * nc + r];
+            beta[i] += S[i * n + k] * pull_of(m, with, k);
         }
-        objective -= beta[i] * m->A[col(m, with, i) * nc + r];
+        objective -= beta[i] * pull_of(m, with, i);
     }
     if (ok && cov != NULL) {
         memcpy(cov, S, sizeof *S * (size_t)(n * n));
@@ -314,15 +333,17 @@ int lab__mixed_project(const lab__mixed *m, double *I, double *s, double *square
         for (int c = 0; c < n; c++) {
             T[i * n + c] = 0.0;
             for (int k = 0; k < nf; k++) {
-                T[i * n + c] += S[i * nf + k] * m->A[k * n + c];
+                double a = c == n - 1 ? pull_of(m, NULL, k) : m->A[k * n + c];
+                T[i * n + c] += S[i * nf + k] * a;
             }
         }
     }
     for (int a = 0; ok && a <= nc; a++) { // the last one is r
         for (int b = 0; b <= nc; b++) {
-            double v = m->A[(nf + a) * n + nf + b];
+            double v = a == nc && b == nc ? square_of(m) : m->A[(nf + a) * n + nf + b];
             for (int i = 0; i < nf; i++) {
-                v -= m->A[(nf + a) * n + i] * T[i * n + nf + b];
+                double of = a == nc ? pull_of(m, NULL, i) : m->A[(nf + a) * n + i];
+                v -= of * T[i * n + nf + b];
             }
             double *to = a == nc && b == nc ? square
                          : b == nc          ? &s[a]

@@ -21,6 +21,9 @@ typedef struct lab__mixed {
     int nstroke, nclass;
     int *zclass; /* [nz] kind of scatter of a column of Z; -1: variance 1 */
     int *flat;   /* [nf] 1: no prior; 0: N(0, 1) */
+    /* [nf] r is what is left at this beta: sums of squares stay those of the misfit, however long
+     * the columns of F are. The prior is that of beta itself; what is solved for is its change */
+    double *at;
     lab__scatter limit[LAB_SCATTERS];
     double D[LAB_SCATTERS]; /* present variances */
     double worth;        /* of what is known of them before, in columns of Z: lab__mixed_scatter */
@@ -42,7 +45,7 @@ void lab__mixed_stroke(lab__mixed *m, int stroke, int n, const double *C);
 /** A of all columns and W at the present variances. */
 void lab__mixed_weigh(lab__mixed *m);
 /** Fit F and the candidates `with` [nwith], whose amounts have the prior N(0, 1).
- *  @param beta  [nf + nwith] out; cov [square] out, may be NULL
+ *  @param beta  [nf + nwith] out, of F its change from `at`; cov [square] out, may be NULL
  *  @return -2 log marginal likelihood up to a constant, INFINITY without a solution */
 double lab__mixed_solve(const lab__mixed *m, const int *with, int nwith, double *beta, double *cov);
 /** Sum of squares where F and the candidates `with` fit best, priors included, at the present

@@ -31,7 +31,7 @@ static int solve(lab__shares *h, const lab__mixed *m, const int *with)
             h->S[i * n + k] = A[column(m, with, (int)k)];
         }
         h->S[i * n + i] += i < (size_t)m->nf && m->flat[i] ? 1e-9 : 1.0;
-        h->b[i] = A[nc - 1];
+        h->b[i] = A[nc - 1] - (i < (size_t)m->nf && !m->flat[i] ? m->at[i] : 0.0);
     }
     if (n == 0) {
         return 1;

@@ -157,12 +157,11 @@ static int flat(const fit__problem *p)
     return n;
 }
 
-/* Where noise is estimated: marginalised over k unknowns without a prior, n samples of unknown
- * noise v count as n - k; of those one in m counts. What they determine is in the rest as ln
- * det(J'J/v). */
+/* Where noise is estimated: beside k unknowns without a prior, n samples of unknown noise v count
+ * as n - k; of those one in m counts. */
 double diag__weighed(const diag__problem *q, const diag__row *row)
 {
-    double k = flat(&row->p), dof = (row->p.samples - k) / q->memory + k;
+    double k = flat(&row->p), dof = (row->p.samples - k) / q->memory;
     return q->scale_free ? dof * stein__log_of(row->chi2_dof) + row->rest : row->objective;
 }
 

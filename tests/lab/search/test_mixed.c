@@ -268,6 +268,36 @@ START_TEST(candidates_that_say_the_same_cost_nothing)
 }
 END_TEST
 
+/* Two numbers whose columns are a million noises long and nearly the same, as in motion that is
+ * nearly chaotic, fitted to their end: nothing is left to gain but what their priors cost. */
+START_TEST(long_columns_leave_the_sum_of_squares_alone)
+{
+    enum { LONG = 2000, POINTS = 3 };
+    static double c[POINTS * LONG];
+    static const double sure[] = {1.5, -2.0, 0.3}, x[2] = {2.0, -1.0};
+    double *f = c, *g = c + LONG, *r = g + LONG, left = 0.0, beta[2], fr = 0.0, gr = 0.0;
+    for (int i = 0; i < LONG; i++) {
+        double a = i % 2 ? 1.0 : -1.0, b = i / 2 % 2 ? 1.0 : -1.0; // orthogonal
+        f[i] = 1e6 * a;
+        g[i] = 1e6 * a + 10.0 * b;
+        r[i] = sure[i / 4 % 3] * (i % 4 == 0 || i % 4 == 3 ? 1.0 : -1.0); // to both
+        left += r[i] * r[i];
+        fr += f[i] * r[i];
+        gr += g[i] * r[i];
+    }
+    ck_assert_double_eq(fr, 0.0);
+    ck_assert_double_eq(gr, 0.0);
+    lab__mixed m;
+    ck_assert_stein(lab__mixed_make(&m, 1, 2, 0, 0, zclass, NULL, &scatter, 0, err));
+    lab__mixed_stroke(&m, 0, LONG, c);
+    memcpy(m.at, x, sizeof x);
+    double square = lab__mixed_least(&m, NULL, 0, beta);
+    lab__mixed_free(&m);
+    ck_assert_close(square, left + x[0] * x[0] + x[1] * x[1], 0.0, 1e-3);
+    ck_assert_double_lt(fabs(beta[0]) + fabs(beta[1]), 1e-3);
+}
+END_TEST
+
 Suite *mixed_suite(void)
 {
     Suite *suite = suite_create("mixed");
@@ -280,6 +310,7 @@ Suite *mixed_suite(void)
     tcase_add_test(tc, a_candidate_in_a_part_of_the_strokes_is_a_column_of_that_part);
     tcase_add_test(tc, a_prior_of_the_scatter_counts_as_so_many_strokes);
     tcase_add_test(tc, candidates_that_say_the_same_cost_nothing);
+    tcase_add_test(tc, long_columns_leave_the_sum_of_squares_alone);
     suite_add_tcase(suite, tc);
     return suite;
 }
