@@ -7,6 +7,7 @@
  * that was not within reach then: no exchange of one at a time leads there.
  */
 #include <math.h>
+#include <string.h>
 
 #include "proposing.h"
 
@@ -89,6 +90,37 @@ static int drop(const diag__problem *q, const diag__table *t, const diag__linear
     return found;
 }
 
+/* Is b one of the kinds that the table calls hard to tell from a, at the same place? */
+static int is_twin(const lab_candidate *a, const lab_candidate *b)
+{
+    const char *at = strstr(a->effect->twins, b->effect->kind);
+    size_t n = strlen(b->effect->kind);
+    int is_word =
+        at != NULL && (at == a->effect->twins || at[-1] == ' ') && (at[n] == ' ' || at[n] == '\0');
+    return is_word && strcmp(a->place, b->place) == 0;
+}
+
+/* What looks like a cause, in its place, whatever a linear model lets expect: a large cause of the
+ * wrong kind bends everything that is fitted beside it, and where it is, the right one is not
+ * within reach of a linear model (a gap of nothing in a spring for the spring itself). */
+static int twin(const diag__problem *q, const diag__table *t, const diag__linear *l,
+                diag__proposal *out, int most)
+{
+    int found = 0;
+    (void)t;
+    for (int i = 0; i < l->own; i++) {
+        const lab_candidate *own = diag__base(q, l->cause[i]);
+        for (int c = l->own; c < l->n && found < most; c++) {
+            const lab_candidate *other = diag__base(q, l->cause[c]);
+            if (!diag__is_scoped(q, l->cause[c]) && (is_twin(own, other) || is_twin(other, own)) &&
+                take(l, i, i, c, &out[found])) {
+                out[found++].source = 'L';
+            }
+        }
+    }
+    return found;
+}
+
 /* The amounts that the linear model at the row wants, where they are far from the row's: its fit
  * has ended in another minimum. Numbers beside an amount from further on and further back. */
 static int restart(const diag__problem *q, const diag__table *t, const diag__linear *l,
@@ -125,4 +157,5 @@ static int restart(const diag__problem *q, const diag__table *t, const diag__lin
 const diag__proposer diag__propose_exchange = {'X', "another cause in the place of one", exchange},
                      diag__propose_merge = {'M', "one cause in the place of two", merge},
                      diag__propose_drop = {'D', "a cause less", drop},
+                     diag__propose_twin = {'L', "what looks like a cause", twin},
                      diag__propose_restart = {'R', "other amounts", restart};

@@ -147,8 +147,8 @@ static double value_of(const diag__problem *q, const diag__linear *l, double exc
 }
 
 static const diag__proposer *const proposer[] = {
-    &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,   &diag__propose_exchange,
-    &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart};
+    &diag__propose_add,   &diag__propose_moved, &diag__propose_pair,    &diag__propose_exchange,
+    &diag__propose_merge, &diag__propose_drop,  &diag__propose_restart, &diag__propose_twin};
 enum { PROPOSERS = sizeof proposer / sizeof *proposer };
 
 /* @param list  [PROPOSERS * PROPOSALS] out, the most valuable ones first  @return how many */
@@ -163,7 +163,7 @@ static int collect(const diag__problem *q, const diag__table *t, const diag__lin
     for (int i = 0; i < n; i++) {
         list[i].parent = row;
         list[i].held = l->gain > 0.0;
-        list[i].value = value_of(q, l, excess, &list[i]);
+        list[i].value = list[i].source == 'L' ? -INFINITY : value_of(q, l, excess, &list[i]);
     }
     qsort(list, (size_t)n, sizeof *list, by_value);
     return n;
@@ -198,6 +198,9 @@ static int is_worth(const diag__problem *q, const diag__table *t, const diag__li
     if (drops_scoped(q, l->row, &p->h)) {
         return had == NULL;
     }
+    if (p->source == 'L') { // where the best row is not the answer yet
+        return had == NULL && l->row == best && !diag__leaves_noise(best);
+    }
     if (p->source == 'T') { // it is no answer to what leaves much more than noise
         return had == NULL && l->row->chi2_dof < noise_like;
     }
@@ -227,12 +230,12 @@ static stein_status expand(diag__problem *q, diag__table *t, diag__row *row, int
     stein_status status = diag__linearise(q, row, gain, records, &l, &why);
     int n = status == STEIN_OK ? collect(q, t, &l, list) : 0, tried = 0;
     int most = diag__leaves_noise(row) ? TRIED_NEAR : TRIED_FAR, found = 0;
-    for (int i = 0; i < n && tried < most && !found && status == STEIN_OK && !diag__is_spent(q);
-         i++) {
+    for (int i = 0; i < n && !found && status == STEIN_OK && !diag__is_spent(q); i++) {
         diag__row *one = NULL;
-        if (is_worth(q, t, &l, &list[i])) {
+        int twin = list[i].source == 'L'; // few, and before more causes are asked for
+        if ((twin || tried < most) && is_worth(q, t, &l, &list[i])) {
             status = diag__try(q, t, &list[i], &one, err);
-            tried++;
+            tried += !twin;
         }
         if (status == STEIN_OK && one != NULL && one->failed == NULL &&
             one->objective <= diag__incumbent(q, t)->objective) { // also of no possible sign

@@ -356,7 +356,8 @@ typedef struct diag__proposer {
                    diag__proposal *out, int most);
 } diag__proposer;
 extern const diag__proposer diag__propose_moved, diag__propose_add, diag__propose_pair,
-    diag__propose_exchange, diag__propose_merge, diag__propose_drop, diag__propose_restart;
+    diag__propose_exchange, diag__propose_merge, diag__propose_drop, diag__propose_restart,
+    diag__propose_twin;
 
 /* ---- search.c ---- */
 
