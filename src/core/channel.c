@@ -142,6 +142,18 @@ static stein_status prepare(stein_sim *sim, const stein_channel *channel)
     return STEIN_OK;
 }
 
+double stein__channel_slope(stein_sim *sim, int i)
+{
+    const stein_channel *channel = &sim->model->channels[i];
+    const double *sensor = sim->d + channel->sensor;
+    double slope = sensor[STEIN_SENSOR_GAIN];
+    if (sensor[STEIN_SENSOR_SQUARE] != 0.0 && prepare(sim, channel) == STEIN_OK) {
+        double moved = channel->sign * reading(sim, channel) - sim->rest[2 * i];
+        slope += 2.0 * sensor[STEIN_SENSOR_SQUARE] * moved;
+    }
+    return channel->sign * slope;
+}
+
 double stein_read(stein_sim *sim, int i)
 {
     if (i < 0 || i >= sim->model->nchannel) {

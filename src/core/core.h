@@ -27,7 +27,7 @@
  *      batch*.c    many simulations in lanes           slopes.c    the same for what touches
  *      processor.c how many lanes there are            derivative.c  derivatives of qdd
  *      balance.c   energies of a motion                sensitivity.c  derivatives of a motion
- *                                                      points.c    points off the plane along them
+ *      linear*.c   a mechanism linearised              points.c    points off the plane along them
  *
  * Guards. Every switch of the mechanism is a guard function g(q) and one byte of memory that says
  * on which side the motion is (mode 1: g > 0). Modes are constant within a Runge-Kutta step; a step
@@ -771,6 +771,8 @@ stein_status stein__blame(stein_sim *sim, double h, stein_status code, const cha
 
 /* channel.c */
 void stein__note_rest(stein_sim *sim);
+/* what the instrument of a channel makes of a change of its reading, in the current state */
+double stein__channel_slope(stein_sim *sim, int channel);
 
 /* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
  * `index` (a notch: ncontact + its index) with what its tables say */

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT
+ * linear_differences.c - slopes of accelerations and outputs along a direction of q and qd, by
+ * differences.
+ *
+ * Central differences at h, h/2, h/4 .. and Neville's extrapolation to h = 0, of which that one is
+ * taken whose two neighbours it differs from least (Ridders 1982). Long steps are good where the
+ * motion is smooth, short ones where a contact is pressed in by little: each number finds its own.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+
+enum { LEVELS = 26 };
+static const double longest = 0x1p-6; /* [rad or m], [rad/s or m/s] along the direction */
+
+int stein__linear_levels(void)
+{
+    return LEVELS;
+}
+
+/* accelerations and channels at `share` of the direction from the state, added `times` to sum */
+static stein_status look(stein_linear *l, const double *dq, const double *dqd, double share,
+                         double times, double *sum, stein_err *err)
+{
+    stein_sim *sim = l->sim;
+    int n = l->model->nq;
+    for (int j = 0; j < n; j++) {
+        sim->q[j] = l->q[j] + share * dq[j];
+        sim->qd[j] = l->qd[j] + share * dqd[j];
+    }
+    sim->fresh = STALE;
+    stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
+    if (status != STEIN_OK) {
+        return status;
+    }
+    sim->fresh = FRESH;
+    for (int j = 0; j < n; j++) {
+        sum[j] += times * sim->qdd[j];
+    }
+    for (int i = 0; i < l->model->nchannel; i++) {
+        sum[n + i] += times * stein_read(sim, i);
+    }
+    return STEIN_OK;
+}
+
+/* the best extrapolation of differences [LEVELS], `stride` apart */
+static double extrapolate(const double *differences, int stride, double *off)
+{
+    double row[LEVELS], before[LEVELS], best = NAN;
+    *off = INFINITY;
+    for (int k = 0; k < LEVELS; k++) {
+        double power = 1.0;
+        row[0] = differences[k * stride];
+        for (int j = 1; j <= k; j++) {
+            power *= 4.0;
+            row[j] = (power * row[j - 1] - before[j - 1]) / (power - 1.0);
+            double e = fmax(fabs(row[j] - row[j - 1]), fabs(row[j] - before[j - 1]));
+            if (e < *off) {
+                *off = e;
+                best = row[j];
+            }
+        }
+        memcpy(before, row, sizeof *row * (size_t)(k + 1));
+    }
+    return best;
+}
+
+stein_status stein__linear_differences(stein_linear *l, const double *dq, const double *dqd,
+                                       stein_err *err)
+{
+    int size = l->model->nq + l->model->nchannel;
+    double h = longest;
+    stein_status status = STEIN_OK;
+    memset(l->table, 0, sizeof *l->table * (size_t)(LEVELS * size));
+    for (int k = 0; k < LEVELS && status == STEIN_OK; k++, h *= 0.5) {
+        double *at = l->table + k * size;
+        status = look(l, dq, dqd, h, 0.5 / h, at, err);
+        status = status == STEIN_OK ? look(l, dq, dqd, -h, -0.5 / h, at, err) : status;
+    }
+    for (int i = 0; i < size && status == STEIN_OK; i++) {
+        l->slope[i] = extrapolate(l->table + i, size, &l->off[i]);
+    }
+    return status;
+}

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT
+ * linear_outputs.c - outputs of a linearised mechanism, and where it is at the edge of a force.
+ *
+ * By differences are those outputs alone of which nothing here knows the derivative: gaps and
+ * forces of contacts and notches, energies, attitudes, and speeds of points of what moves.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "linear.h"
+
+/* ---- C and D ---- */
+
+/* a row of C, [2*n], and one of D, [ninput], before the instrument; 1: both are exact */
+typedef struct rows {
+    double *c, *d;
+} rows;
+
+static int coordinate_of(const stein_linear *l, int joint)
+{
+    int k = l->system.n - 1;
+    while (k >= 0 && l->joint[k] != joint) {
+        k--;
+    }
+    return k;
+}
+
+static int moves(const stein_linear *l)
+{
+    int any = 0;
+    for (int j = 0; j < l->model->nq; j++) {
+        any |= l->qd[j] != 0.0;
+    }
+    return any;
+}
+
+/* sum of by_joint [nq] (1 apart) times a matrix [nq*n] */
+static void times(const stein_linear *l, const double *by_joint, const double *matrix, double *to)
+{
+    int n = l->system.n;
+    for (int k = 0; k < n; k++) {
+        to[k] = 0.0;
+        for (int j = 0; j < l->model->nq; j++) {
+            to[k] += by_joint[j] * matrix[j * n + k];
+        }
+    }
+}
+
+static int joint_rows(stein_linear *l, int joint, stein_read_kind read, rows to)
+{
+    int n = l->system.n, nu = l->system.ninput;
+    const double *T = l->T + joint * n, *W = l->W + joint * n;
+    switch (read) {
+    case STEIN_READ_POSITION: memcpy(to.c, T, sizeof *T * (size_t)n); return 1;
+    case STEIN_READ_SPEED:
+        memcpy(to.c, W, sizeof *W * (size_t)n);
+        memcpy(to.c + n, T, sizeof *T * (size_t)n);
+        return 1;
+    default: break;
+    }
+    for (int k = 0; k < n; k++) { // an acceleration
+        for (int i = 0; i < nu; i++) {
+            to.d[i] += T[k] * l->B[(n + k) * nu + i];
+        }
+        for (int i = 0; i < 2 * n; i++) {
+            to.c[i] += T[k] * l->A[(n + k) * 2 * n + i];
+        }
+    }
+    return l->model->nrow == 0;
+}
+
+static int point_rows(stein_linear *l, int point, stein_read_kind read, rows to)
+{
+    int nq = l->model->nq, speed = read >= STEIN_READ_VX;
+    int axis = (int)read - (int)(speed ? STEIN_READ_VX : STEIN_READ_X);
+    const double *J = l->points + 9 * l->model->npoint + (3 * point + axis) * nq;
+    times(l, J, l->T, to.c + (speed ? l->system.n : 0));
+    return !speed || !moves(l);
+}
+
+/* what input i of the model supplies: itself, or what a prescribed motion needs,
+ * P^T (M qdd + c - Q) for the column P of T that belongs to it */
+static int force_rows(stein_linear *l, int i, rows to)
+{
+    const stein_model *model = l->model;
+    int n = l->system.n, nu = l->system.ninput, p = coordinate_of(l, model->inputs[i].index);
+    for (int u = 0; u < nu; u++) {
+        if (model->inputs[i].kind != STEIN_INPUT_MOTION) {
+            to.d[u] = l->input[u] == i ? l->sim->d[model->inputs[i].signal + STEIN_SIGNAL_GAIN] : 0;
+            continue;
+        }
+        for (int k = 0; p >= 0 && k < n; k++) {
+            to.d[u] += l->mass[p * n + k] * l->B[(n + k) * nu + u];
+        }
+        stein__linear_force(l, l->input[u], l->force);
+        for (int j = 0; p >= 0 && j < model->nq; j++) {
+            to.d[u] -= l->T[j * n + p] * l->force[j];
+        }
+    }
+    return model->inputs[i].kind != STEIN_INPUT_MOTION;
+}
+
+static int value_rows(stein_linear *l, int i, rows to)
+{
+    const stein_input *input = &l->model->inputs[i];
+    int p = input->kind == STEIN_INPUT_MOTION ? coordinate_of(l, input->index) : -1;
+    if (p >= l->system.nfree && l->sim->signal[i] != NULL) {
+        to.c[p] = 1.0;
+    }
+    for (int u = 0; u < l->system.ninput && input->kind != STEIN_INPUT_MOTION; u++) {
+        to.d[u] = l->input[u] == i ? l->sim->d[input->signal + STEIN_SIGNAL_GAIN] : 0.0;
+    }
+    return 1;
+}
+
+/* of channel i; 1: c is exact, 0: it is that by differences, d is exact */
+static int channel_rows(stein_linear *l, int i, rows to)
+{
+    const stein_channel *channel = &l->model->channels[i];
+    switch (channel->read) {
+    case STEIN_READ_TIME:
+    case STEIN_READ_NOTCH_PHASE: return 1;
+    case STEIN_READ_POSITION:
+    case STEIN_READ_SPEED:
+    case STEIN_READ_ACCELERATION: return joint_rows(l, channel->index, channel->read, to);
+    case STEIN_READ_X:
+    case STEIN_READ_Y:
+    case STEIN_READ_Z:
+    case STEIN_READ_VX:
+    case STEIN_READ_VY:
+    case STEIN_READ_VZ: return point_rows(l, channel->index, channel->read, to);
+    case STEIN_READ_INPUT: return value_rows(l, channel->index, to);
+    case STEIN_READ_INPUT_FORCE: return force_rows(l, channel->index, to);
+    default: return 0;
+    }
+}
+
+void stein__linear_outputs(stein_linear *l)
+{
+    int n = l->system.n, nu = l->system.ninput;
+    for (int i = 0; i < l->model->nchannel; i++) {
+        const stein_channel *channel = &l->model->channels[i];
+        rows to = {.c = l->row, .d = l->D + i * nu};
+        memset(to.c, 0, sizeof *to.c * (size_t)(2 * n));
+        memset(to.d, 0, sizeof *to.d * (size_t)nu);
+        int tilts = l->sim->d[channel->sensor + STEIN_SENSOR_TILT] != 0.0;
+        int exact = channel_rows(l, i, to) && !tilts;
+        double slope = stein__channel_slope(l->sim, i);
+        for (int u = 0; u < nu; u++) {
+            to.d[u] *= slope;
+        }
+        for (int k = 0; exact && k < 2 * n; k++) {
+            l->C[i * 2 * n + k] = slope * to.c[k];
+        }
+        l->differences[i] =
+            !exact || (channel->read == STEIN_READ_ACCELERATION && !l->system.exact);
+    }
+}
+
+/* ---- edges ---- */
+
+static void add_edge(stein_linear *l, stein_edge_kind kind, int index, double apart)
+{
+    if (apart <= STEIN_EDGE_OPEN && apart >= -STEIN_EDGE_PRESSED) {
+        l->edge[l->system.nedge++] = (stein_edge){kind, index, apart};
+    }
+}
+
+/* the guard nearest to 0 of n, which is > 0 where it is pressed in */
+static double nearest(const double *guard, int n)
+{
+    double g = guard[0];
+    for (int i = 1; i < n; i++) {
+        g = fabs(guard[i]) < fabs(g) ? guard[i] : g;
+    }
+    return -g;
+}
+
+void stein__linear_edges(stein_linear *l)
+{
+    const stein_model *model = l->model;
+    const stein_sim *sim = l->sim;
+    l->system.nedge = 0;
+    for (int i = 0; i < model->ncontact; i++) {
+        const stein_contact *c = &model->contacts[i];
+        add_edge(l, STEIN_EDGE_CONTACT, i, nearest(sim->guard + c->first_spot, c->nspot));
+    }
+    for (int i = 0; i < model->nnotch; i++) {
+        const double *guard = sim->guard + model->nspot + NOTCH_GUARDS * i;
+        add_edge(l, STEIN_EDGE_NOTCH, i, nearest(guard, NOTCH_REGION));
+    }
+    for (int i = 0; i < model->nlimit; i++) {
+        const double *law = sim->d + model->limits[i].d;
+        double q = l->q[model->limits[i].joint];
+        double room = fmin(law[STEIN_LIMIT_TO] - q, q - law[STEIN_LIMIT_FROM]);
+        if (law[STEIN_LIMIT_K] > 0.0) {
+            add_edge(l, STEIN_EDGE_LIMIT, model->limits[i].joint, room);
+        }
+    }
+    for (int j = 0; j < model->nq; j++) {
+        const double *law = sim->d + model->bodies[j].joint;
+        if (law[STEIN_JOINT_STOP_K] > 0.0) {
+            add_edge(l, STEIN_EDGE_BACKLASH, j, law[STEIN_JOINT_STOP_GAP] - fabs(l->q[j]));
+        }
+    }
+}
