@@ -77,6 +77,7 @@
     X(linkages)      \
     X(space)         \
     X(limits)        \
+    X(linear)        \
     X(stick)         \
     X(seldom)        \
     X(edges)         \

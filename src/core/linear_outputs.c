@@ -78,17 +78,12 @@ static int point_rows(stein_linear *l, int point, stein_read_kind read, rows to)
     return !speed || !moves(l);
 }
 
-/* what input i of the model supplies: itself, or what a prescribed motion needs,
- * P^T (M qdd + c - Q) for the column P of T that belongs to it */
+/* what the prescribed motion of input i needs, P^T (M qdd + c - Q) for its column P of T */
 static int force_rows(stein_linear *l, int i, rows to)
 {
     const stein_model *model = l->model;
     int n = l->system.n, nu = l->system.ninput, p = coordinate_of(l, model->inputs[i].index);
     for (int u = 0; u < nu; u++) {
-        if (model->inputs[i].kind != STEIN_INPUT_MOTION) {
-            to.d[u] = l->input[u] == i ? l->sim->d[model->inputs[i].signal + STEIN_SIGNAL_GAIN] : 0;
-            continue;
-        }
         for (int k = 0; p >= 0 && k < n; k++) {
             to.d[u] += l->mass[p * n + k] * l->B[(n + k) * nu + u];
         }
@@ -97,9 +92,10 @@ static int force_rows(stein_linear *l, int i, rows to)
             to.d[u] -= l->T[j * n + p] * l->force[j];
         }
     }
-    return model->inputs[i].kind != STEIN_INPUT_MOTION;
+    return 0;
 }
 
+/* what input i of the model is */
 static int value_rows(stein_linear *l, int i, rows to)
 {
     const stein_input *input = &l->model->inputs[i];
@@ -130,7 +126,10 @@ static int channel_rows(stein_linear *l, int i, rows to)
     case STEIN_READ_VY:
     case STEIN_READ_VZ: return point_rows(l, channel->index, channel->read, to);
     case STEIN_READ_INPUT: return value_rows(l, channel->index, to);
-    case STEIN_READ_INPUT_FORCE: return force_rows(l, channel->index, to);
+    case STEIN_READ_INPUT_FORCE:
+        return l->model->inputs[channel->index].kind == STEIN_INPUT_MOTION
+                   ? force_rows(l, channel->index, to)
+                   : value_rows(l, channel->index, to);
     default: return 0;
     }
 }

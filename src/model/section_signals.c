@@ -345,11 +345,6 @@ static void read_simulation(mech__reader *rd)
     }
     if (settle) {
         m->settle = mech__choice(rd, settle, "answer", "no yes false true") % 2 == 1;
-        if (m->settle && m->nloop > 0) {
-            mech__problem_at(rd, settle,
-                             "no equilibrium is looked for in a mechanism with loops or "
-                             "couplings, expected settle: no");
-        }
         for (int i = 0; m->settle && i < m->nbody; i++) {
             if (m->bodies[i].ball == 1) {
                 mech__problem_at(rd, settle,
