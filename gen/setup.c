@@ -2,7 +2,9 @@
  * setup.c - the layout of the derived constants d.
  *
  *      initial {q, qd} | clock | laws of the joints | points | contacts | notches | links |
- *      tables | limits | inputs | sensors | constants of the equations
+ *      tables | limits | inputs | sensors | bodies, gravity, ratios | constants of the equations
+ *
+ * Bodies, gravity and ratios are there where an output reads a reaction.
  *
  * Every entry is a node of the setup graph, so that equal formulas are worked out once and a
  * constant that two functions need has one place.
@@ -284,6 +286,38 @@ static void put_rest(layout *l, const tree *t)
     }
 }
 
+int layout_reactions(const mechanism *m)
+{
+    int n = 0;
+    for (int i = 0; i < m->nchannel; i++) {
+        n += m->channels[i].read == STEIN_READ_REACTION;
+    }
+    return n;
+}
+
+static void put_made(layout *l, const tree *t)
+{
+    const mechanism *m = t->m;
+    for (int i = 0; i < m->nbody; i++) {
+        const mech_body *b = &m->bodies[i];
+        mech_scalar v[STEIN_MADE_SIZE];
+        memcpy(v + STEIN_MADE_AT, b->at, sizeof b->at);
+        v[STEIN_MADE_MASS] = b->mass;
+        memcpy(v + STEIN_MADE_CENTRE, b->centre, sizeof b->centre);
+        memcpy(v + STEIN_MADE_TENSOR, b->inertia, sizeof b->inertia);
+        int at = put_block(l, t, v, STEIN_MADE_SIZE, text_safe(b->name), "body",
+                           "at_x at_y at_z mass x y z xx yy zz xy xz yz");
+        l->made = i == 0 ? at : l->made;
+    }
+    l->gravity = put_block(l, t, m->gravity, 3, "frame", "gravity", "x y z");
+    for (int i = 0; i < m->nloop; i++) {
+        int couples = m->loops[i].kind == MECH_COUPLING;
+        l->ratio[i] = couples ? put_block(l, t, &m->loops[i].ratio, 1, text_safe(m->loops[i].name),
+                                          "coupling", "ratio")
+                              : -1;
+    }
+}
+
 int layout_build(layout *l, const tree *t)
 {
     const mechanism *m = t->m;
@@ -293,7 +327,7 @@ int layout_build(layout *l, const tree *t)
         nspot += m->contacts[c].nspot;
     }
     int size = 2 * m->nbody + m->npoint + 2 * m->ncontact + 2 * nspot + 3 * m->nnotch + m->nlink +
-               m->ntable + 2 * m->ninput + m->nchannel;
+               m->ntable + 2 * m->ninput + m->nchannel + m->nloop;
     int *at = l->store = calloc((size_t)size + 1, sizeof *at);
     if (!at) {
         return -1;
@@ -305,7 +339,7 @@ int layout_build(layout *l, const tree *t)
         {&l->shape, 2 * nspot},     {&l->notch, m->nnotch},    {&l->notch_normal, m->nnotch},
         {&l->notch_rub, m->nnotch}, {&l->link, m->nlink},      {&l->direction, m->ninput},
         {&l->signal, m->ninput},    {&l->sensor, m->nchannel}, {&l->table, m->ntable},
-        {&l->point, m->npoint},     {&l->limit, m->nbody}};
+        {&l->point, m->npoint},     {&l->limit, m->nbody},     {&l->ratio, m->nloop}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i].array = at;
         at += parts[i].n;
@@ -315,6 +349,9 @@ int layout_build(layout *l, const tree *t)
     put_contacts(l, t);
     put_notches(l, t);
     put_rest(l, t);
+    if (layout_reactions(m)) {
+        put_made(l, t);
+    }
     l->equations = l->n;
     return l->failed || t->setup->failed ? -1 : 0;
 }

@@ -78,6 +78,7 @@
     X(space)         \
     X(limits)        \
     X(linear)        \
+    X(reaction)      \
     X(stick)         \
     X(seldom)        \
     X(edges)         \

@@ -126,7 +126,8 @@ static const char *output_kind(int read)
                                        "zz",
                                        "wx",
                                        "wy",
-                                       "wz"};
+                                       "wz",
+                                       "reaction"};
     return text[read];
 }
 

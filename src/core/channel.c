@@ -74,6 +74,7 @@ static double reading(stein_sim *sim, const stein_channel *channel)
     case STEIN_READ_POTENTIAL:
         model->energy(sim->xq, sim->xqd, sim->sc, sim->d, e);
         return e[channel->read == STEIN_READ_POTENTIAL];
+    case STEIN_READ_REACTION: return stein__reaction(sim, i);
     default: return stein__attitude(sim, channel->read, i);
     }
 }
@@ -128,7 +129,7 @@ static int shows_place(const stein_channel *channel)
     case STEIN_READ_VY:
     case STEIN_READ_VZ:
     case STEIN_READ_GAP: return 1;
-    default: return channel->read >= STEIN_READ_ROLL;
+    default: return stein_reads_attitude(channel->read);
     }
 }
 

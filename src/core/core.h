@@ -12,6 +12,7 @@
  *      loops.c     closed loops and couplings          partition.c   their linear system
  *      assemble.c  start positions that close them     implicit.c, stiff.c  stiff motions
  *      stick.c     friction that sticks: what holds    stuck.c     when it begins and ends
+ *      reaction.c  what joints and loops transmit
  *      status.c    errors                              identity.c  one hash of all that computes
  *      chart.c     joints that turn in all directions  space.c     contacts in space
  *
@@ -293,6 +294,9 @@ struct stein_sim {
     unsigned char *crossed;       /* [nswitch] guards that switch at the located root */
     stein__loops loop;
     stein__sticks hold;
+
+    unsigned char *reaction; /* work of reaction.c, where a reaction is read */
+    int notes_pulls;         /* 1: forces at points go to it as well (stein__note_pull) */
 
     int jacobians; /* 1: a force acts at a point of a body without a pose */
     int signals;   /* 1: an input has a signal */
@@ -773,6 +777,15 @@ stein_status stein__blame(stein_sim *sim, double h, stein_status code, const cha
 void stein__note_rest(stein_sim *sim);
 /* what the instrument of a channel makes of a change of its reading, in the current state */
 double stein__channel_slope(stein_sim *sim, int channel);
+
+/* reaction.c: the reading of stein_model.reactions[i] at the last evaluation, which is made STALE
+ * where something sticks; its work in a simulation's block [bytes]; a force at a point of a body
+ * without a pose, where px is that of all points */
+#if STEIN_LANES == 1
+double stein__reaction(stein_sim *sim, int i);
+void stein__note_pull(stein_sim *sim, int point, const double f[3]);
+#endif
+size_t stein__reaction_size(const stein_model *model);
 
 /* table.c: parameters have changed; forces of tables in joints, into Q; the normal force of contact
  * `index` (a notch: ncontact + its index) with what its tables say */

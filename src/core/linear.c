@@ -218,8 +218,8 @@ stein_status stein_linear_at(stein_linear *l, stein_sim *sim, const stein_linear
     l->system.exact = l->system.why == NULL;
     status = stein__linear_matrices(l, err);
     status = status == STEIN_OK ? check_rest(l, err) : status;
+    status = status == STEIN_OK ? stein__linear_outputs(l, err) : status;
     if (status == STEIN_OK) {
-        stein__linear_outputs(l);
         show(l);
         *system = &l->system;
     }

@@ -12,6 +12,15 @@
 #include "slopes.h"
 #include "stein/linear.h"
 
+/* an input that is moved: what drives it otherwise, and how far */
+typedef struct stein__nudge {
+    stein_signal_fn *signal;
+    void *ctx;
+    double rest[2]; /* its value and rate without a signal */
+    int which;      /* derivative that is moved: 0 its value, 2 the second one, of a motion */
+    double more;
+} stein__nudge;
+
 struct stein_linear {
     const stein_model *model;
     stein_sim_def def;
@@ -49,15 +58,18 @@ stein_status stein__linear_joints(stein_linear *l, stein_err *err);
 void stein__linear_coordinates(stein_linear *l);
 /* T, masses, A, B, and C by differences. @return OK, ESINGULAR */
 stein_status stein__linear_matrices(stein_linear *l, stein_err *err);
-/* qdd [nq], then all channels, along dq, dqd [nq] with modes of contacts as they are: to slope, the
- * estimate of its errors to off. @return OK, ESINGULAR */
+/* qdd [nq], then all channels, along dq, dqd [nq] with modes of contacts as they are, or, where
+ * these are NULL, by an input (nullable), a motion by its acceleration: to slope, the estimate of
+ * its errors to off. @return OK, ESINGULAR */
 stein_status stein__linear_differences(stein_linear *l, const double *dq, const double *dqd,
-                                       stein_err *err);
+                                       stein__nudge *nudge, stein_err *err);
 int stein__linear_levels(void);
 /* the generalised forces [nq] of a unit of input i of the model; 0 of a motion */
 void stein__linear_force(const stein_linear *l, int i, double *force);
-/* C and D, when A, B and C by differences are there */
-void stein__linear_outputs(stein_linear *l);
+/* C and D, when A, B and C by differences are there. @return OK, ESINGULAR */
+stein_status stein__linear_outputs(stein_linear *l, stein_err *err);
+/* the state as it was, after differences */
+void stein__linear_restore(stein_linear *l);
 /* at the last evaluation */
 void stein__linear_edges(stein_linear *l);
 

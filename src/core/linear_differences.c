@@ -19,15 +19,24 @@ int stein__linear_levels(void)
     return LEVELS;
 }
 
+/* what a derivative is along */
+typedef struct way {
+    const double *dq, *dqd; /* NULL: 0 */
+    stein__nudge *nudge;
+} way;
+
 /* accelerations and channels at `share` of the direction from the state, added `times` to sum */
-static stein_status look(stein_linear *l, const double *dq, const double *dqd, double share,
-                         double times, double *sum, stein_err *err)
+static stein_status look(stein_linear *l, const way *w, double share, double times, double *sum,
+                         stein_err *err)
 {
     stein_sim *sim = l->sim;
     int n = l->model->nq;
     for (int j = 0; j < n; j++) {
-        sim->q[j] = l->q[j] + share * dq[j];
-        sim->qd[j] = l->qd[j] + share * dqd[j];
+        sim->q[j] = l->q[j] + (w->dq != NULL ? share * w->dq[j] : 0.0);
+        sim->qd[j] = l->qd[j] + (w->dqd != NULL ? share * w->dqd[j] : 0.0);
+    }
+    if (w->nudge != NULL) {
+        w->nudge->more = share;
     }
     sim->fresh = STALE;
     stein_status status = stein__evaluate(sim, sim->head->t, sim->q, sim->qd, sim->qdd, err);
@@ -67,16 +76,17 @@ static double extrapolate(const double *differences, int stride, double *off)
 }
 
 stein_status stein__linear_differences(stein_linear *l, const double *dq, const double *dqd,
-                                       stein_err *err)
+                                       stein__nudge *nudge, stein_err *err)
 {
+    const way w = {dq, dqd, nudge};
     int size = l->model->nq + l->model->nchannel;
     double h = longest;
     stein_status status = STEIN_OK;
     memset(l->table, 0, sizeof *l->table * (size_t)(LEVELS * size));
     for (int k = 0; k < LEVELS && status == STEIN_OK; k++, h *= 0.5) {
         double *at = l->table + k * size;
-        status = look(l, dq, dqd, h, 0.5 / h, at, err);
-        status = status == STEIN_OK ? look(l, dq, dqd, -h, -0.5 / h, at, err) : status;
+        status = look(l, &w, h, 0.5 / h, at, err);
+        status = status == STEIN_OK ? look(l, &w, -h, -0.5 / h, at, err) : status;
     }
     for (int i = 0; i < size && status == STEIN_OK; i++) {
         l->slope[i] = extrapolate(l->table + i, size, &l->off[i]);

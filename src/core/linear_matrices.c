@@ -248,7 +248,7 @@ static stein_status difference(stein_linear *l, int k, stein_err *err)
     double *dq = l->by_q, *dqd = l->by_qd; // not needed any more
     direction(l, k < n ? l->T : NULL, k % n, dq);
     direction(l, k < n ? l->W : l->T, k % n, dqd);
-    stein_status status = stein__linear_differences(l, dq, dqd, err);
+    stein_status status = stein__linear_differences(l, dq, dqd, NULL, err);
     for (int i = 0; status == STEIN_OK && !l->system.exact && i < l->system.nfree; i++) {
         int j = l->joint[i];
         l->A[(n + i) * 2 * n + k] = l->slope[j];
@@ -286,11 +286,17 @@ static void let_go(stein_linear *l)
 static void take_back(stein_linear *l)
 {
     stein_sim *sim = l->sim;
-    int nq = l->model->nq;
     memcpy(sim->signal, l->signal, sizeof *l->signal * (size_t)l->model->ninput);
     for (int k = l->system.nfree; k < l->system.n; k++) {
         sim->held[l->joint[k]] = 0;
     }
+    stein__linear_restore(l);
+}
+
+void stein__linear_restore(stein_linear *l)
+{
+    stein_sim *sim = l->sim;
+    int nq = l->model->nq;
     memcpy(sim->q, l->kept, sizeof *l->kept * (size_t)nq);
     memcpy(sim->qd, l->kept + nq, sizeof *l->kept * (size_t)nq);
     sim->fresh = STALE;

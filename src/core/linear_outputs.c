@@ -2,7 +2,8 @@
  * linear_outputs.c - outputs of a linearised mechanism, and where it is at the edge of a force.
  *
  * By differences are those outputs alone of which nothing here knows the derivative: gaps and
- * forces of contacts and notches, energies, attitudes, and speeds of points of what moves.
+ * forces of contacts and notches, energies, attitudes, reactions, and speeds of points of what
+ * moves.
  */
 #include <math.h>
 #include <string.h>
@@ -134,7 +135,69 @@ static int channel_rows(stein_linear *l, int i, rows to)
     }
 }
 
-void stein__linear_outputs(stein_linear *l)
+/* ---- forces by inputs ---- */
+
+static void nudged(void *ctx, double t, double u[3])
+{
+    const stein__nudge *n = ctx;
+    if (n->signal != NULL) {
+        n->signal(n->ctx, t, u);
+    } else {
+        u[0] = n->rest[0];
+        u[1] = n->rest[1];
+    }
+    u[n->which] += n->more;
+}
+
+/* a signal in place of another one, without a new look at the loops */
+static void bind(stein_sim *sim, int i, stein_signal_fn *fn, void *ctx)
+{
+    int rank = sim->loop.rank;
+    sim->signal[i] = fn;
+    sim->signal_ctx[i] = ctx;
+    sim->ustate[3 * i] = sim->ustate[3 * i + 1] = sim->ustate[3 * i + 2] = 0.0;
+    stein__wire(sim);
+    sim->loop.rank = rank;
+    sim->fresh = STALE;
+}
+
+/* D of reactions by input u: they depend on forces themselves */
+static stein_status reactions_by(stein_linear *l, int u, stein_err *err)
+{
+    const stein_model *model = l->model;
+    stein_sim *sim = l->sim;
+    int i = l->input[u], moves = model->inputs[i].kind == STEIN_INPUT_MOTION;
+    double gain = sim->d[model->inputs[i].signal + STEIN_SIGNAL_GAIN];
+    stein__nudge nudge = {.signal = sim->signal[i], .ctx = sim->signal_ctx[i], .which = 2 * moves};
+    if (gain == 0.0) {
+        return STEIN_OK;
+    }
+    if (moves) {
+        nudge.rest[0] = l->q[model->inputs[i].index] / gain;
+        nudge.rest[1] = l->qd[model->inputs[i].index] / gain;
+    }
+    bind(sim, i, nudged, &nudge);
+    stein_status status = stein__linear_differences(l, NULL, NULL, &nudge, err);
+    bind(sim, i, nudge.signal, nudge.ctx);
+    stein__linear_restore(l);
+    for (int k = 0; k < model->nchannel && status == STEIN_OK; k++) {
+        if (model->channels[k].read == STEIN_READ_REACTION) {
+            l->D[k * l->system.ninput + u] = l->slope[model->nq + k];
+        }
+    }
+    return status;
+}
+
+static stein_status find_reactions(stein_linear *l, stein_err *err)
+{
+    stein_status status = STEIN_OK;
+    for (int u = 0; l->model->nreaction > 0 && u < l->system.ninput && status == STEIN_OK; u++) {
+        status = reactions_by(l, u, err);
+    }
+    return status;
+}
+
+stein_status stein__linear_outputs(stein_linear *l, stein_err *err)
 {
     int n = l->system.n, nu = l->system.ninput;
     for (int i = 0; i < l->model->nchannel; i++) {
@@ -154,6 +217,7 @@ void stein__linear_outputs(stein_linear *l)
         l->differences[i] =
             !exact || (channel->read == STEIN_READ_ACCELERATION && !l->system.exact);
     }
+    return find_reactions(l, err);
 }
 
 /* ---- edges ---- */

@@ -162,6 +162,36 @@ START_TEST(a_curved_instrument_has_its_slope_there)
 }
 END_TEST
 
+/* A point on a rod under a torque and a moved pin: f_x = u/l - by the torque, and by the pin's
+ * acceleration nothing, as the point stays where it is; f_z = m g, and the size is that. By the
+ * angle f_x = - m g q, as the weight turns it back. */
+START_TEST(a_reaction_has_its_slopes_by_states_and_inputs)
+{
+    linearised x = linear_begin(
+        "mechanism: pin\n"
+        "bodies:\n"
+        "  cart: {joint: T x, mass: 0.2 kg}\n"
+        "  rod: {parent: cart, joint: R -y, mass: 0.5 kg, centre: [0, 0, -0.4 m]}\n"
+        "inputs: {motor: {torque: rod, gain: 2}, shake: {motion: cart, idle: hold, gain: 3}}\n"
+        "outputs:\n"
+        "  fx: {joint: rod, read: reaction, component: fx}\n"
+        "  size: {joint: rod, read: reaction, sign: -1}\n"
+        "  cart: {joint: cart, read: reaction, component: fx}\n");
+    ck_assert_stein(stein_settle(x.sim, err));
+    linear_look(&x);
+    const double *C = x.s->C, *D = x.s->D;
+    ck_assert_int_eq(x.s->joint[0], 1);
+    ck_assert_close(C[4], -0.5 * g, 1e-9, 0.0); // fx by the angle
+    ck_assert_close(D[2], 2.0 / 0.4, 1e-9, 0.0);
+    ck_assert_double_lt(fabs(D[3]), 1e-9);
+    ck_assert_double_lt(fabs(C[8]) + fabs(D[4]) + fabs(D[5]), 1e-8); // the size
+    ck_assert_close(D[6], 2.0 / 0.4, 1e-9, 0.0); // the cart takes what the rod needs, and its own
+    ck_assert_close(D[7], 3.0 * 0.2, 1e-9, 0.0);
+    ck_assert_double_lt(fabs(stein_qdd(x.sim)[1]), 1e-12); // neither acts any more
+    linear_end(&x);
+}
+END_TEST
+
 /* ---- contacts ---- */
 
 /* m g = c x + b x^2; slopes (c + 2 b x)/m and D m g/m. A weight that lies on it presses harder. */
@@ -391,6 +421,7 @@ Suite *linear_suite(void)
     tcase_add_test(tc, a_pole_on_a_cart_has_its_unstable_pole);
     tcase_add_test(tc, a_driven_spring_has_its_transfer_functions);
     tcase_add_test(tc, a_curved_instrument_has_its_slope_there);
+    tcase_add_test(tc, a_reaction_has_its_slopes_by_states_and_inputs);
     tcase_add_test(tc, a_closed_contact_acts_with_its_slope);
     tcase_add_test(tc, what_is_at_its_edge_is_told);
     tcase_add_test(tc, a_parallel_linkage_is_a_pendulum);
