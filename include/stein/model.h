@@ -363,12 +363,6 @@ typedef enum {
 } stein_read_kind;
 /* clang-format on */
 
-/** Is it a reading of the attitude of a body? */
-static inline int stein_reads_attitude(int read)
-{
-    return read >= STEIN_READ_ROLL && read <= STEIN_READ_WZ;
-}
-
 /** What a joint or a loop transmits: the force that the parent exerts on the child at the child's
  *  origin, or the body of a loop's first point on that of the second one at the second point, and
  *  the moment about that place. It includes what acts in the joint itself (springs, motors, gears).

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "functions.h"
 #include "reader.h"
 
 /** Places on body i into the axes of its parent. A place at a named point follows that. */
@@ -90,7 +91,7 @@ static void move_references(mechanism *m, const moved *w)
         mech_channel *c = &m->channels[i];
         int of_joint = c->read == STEIN_READ_REACTION && !c->loop;
         if ((c->read >= STEIN_READ_POSITION && c->read <= STEIN_READ_ACCELERATION) ||
-            stein_reads_attitude(c->read) || of_joint) {
+            stein__reads_attitude(c->read) || of_joint) {
             move_body(w, &c->index);
         }
         move_body(w, &c->axes);

@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "functions.h"
 #include "page.h"
 
 enum { FEW = 3, MOST = 10 }; /* sliders without a section regulation */
@@ -245,7 +246,7 @@ static void put_channels(writer *w)
         lab__json_text(j, "name", c->name);
         lab__json_text(j, "unit", c->unit);
         lab__json_text(j, "read",
-                       stein_reads_attitude(c->read)    ? "attitude"
+                       stein__reads_attitude(c->read)   ? "attitude"
                        : c->read == STEIN_READ_REACTION ? "reaction"
                                                         : read[c->read]);
         lab__json_int(j, "index", c->index);
