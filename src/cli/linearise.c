@@ -109,7 +109,7 @@ static int read_options(job *j)
             : strcmp(at, "initial") == 0                 ? INITIAL
                                                          : STATED;
     int code = read_values(j, "input", find_input, j->input, &j->ninput);
-    if (code == CLI_OK && j->at == STATED && strchr(at, '=') == NULL) {
+    if (code == CLI_OK && at != NULL && j->at == STATED && strchr(at, '=') == NULL) {
         return cli_misuse(j->args->command,
                           "--at %s: expected equilibrium, initial, or JOINT=VALUE[unit],...", at);
     }

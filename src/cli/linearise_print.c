@@ -298,8 +298,8 @@ static int write_notes(const cli_linear *l, char **lines)
 
 stein_status cli_linear_csv(const cli_linear *l, const char *path, stein_err *err)
 {
-    size_t most =
-        (size_t)(MOST_NOTES + l->args->nset + l->model->nq + l->modes->n + l->system->nedge);
+    size_t most = MOST_NOTES + (size_t)l->args->nset + (size_t)l->model->nq + (size_t)l->modes->n +
+                  (size_t)l->system->nedge;
     char **lines = calloc(most, sizeof *lines);
     int complete = lines != NULL && write_notes(l, lines);
     stein_status status =

@@ -26,13 +26,10 @@
 #include <string.h>
 
 #include "core.h"
+#include "wrench.h"
 
 enum { MOST_FORCES = 6 };           /* of a loop */
 static const double unfelt = 1e-10; /* of the largest column */
-
-typedef struct wrench6 {
-    double f[3], n[3]; /* n about the origin of the fixed frame */
-} wrench6;
 
 typedef struct body {
     double R[9], o[3];        /* axes and origin in the fixed frame */
@@ -70,86 +67,45 @@ static size_t take(size_t *used, size_t size)
     return at;
 }
 
-static size_t cut(const stein_model *m, unsigned char *block, work *k)
+/* where the parts of a block begin. @return its size */
+enum { PARTS = 8 };
+static size_t measure(const stein_model *m, size_t at[PARTS])
 {
     size_t used = 0, n = (size_t)m->nq, u = (size_t)most_forces(m);
-    const size_t at[] = {take(&used, n * sizeof(body)),
-                         take(&used, u * sizeof(wrench6)),
-                         take(&used, u * n * sizeof(double)),
-                         take(&used, u * u * sizeof(double)),
-                         take(&used, u * sizeof(double)),
-                         take(&used, n * sizeof(double)),
-                         take(&used, ((size_t)m->nloop + 1) * sizeof(int)),
-                         take(&used, u * sizeof(int))};
-    if (block != NULL) {
-        k->body = (body *)(void *)(block + at[0]);
-        k->unit = (wrench6 *)(void *)(block + at[1]);
-        k->column = (double *)(void *)(block + at[2]);
-        k->R = (double *)(void *)(block + at[3]);
-        k->mu = (double *)(void *)(block + at[4]);
-        k->lack = (double *)(void *)(block + at[5]);
-        k->first = (int *)(void *)(block + at[6]);
-        k->order = (int *)(void *)(block + at[7]);
+    const size_t size[PARTS] = {n * sizeof(body),
+                                u * sizeof(wrench6),
+                                u * n * sizeof(double),
+                                u * u * sizeof(double),
+                                u * sizeof(double),
+                                n * sizeof(double),
+                                ((size_t)m->nloop + 1) * sizeof(int),
+                                u * sizeof(int)};
+    for (int i = 0; i < PARTS; i++) {
+        at[i] = take(&used, size[i]);
     }
     return used;
 }
 
+static work work_of(stein_sim *sim)
+{
+    size_t at[PARTS];
+    unsigned char *block = sim->reaction;
+    (void)measure(sim->model, at);
+    return (work){.sim = sim,
+                  .body = (body *)(void *)(block + at[0]),
+                  .unit = (wrench6 *)(void *)(block + at[1]),
+                  .column = (double *)(void *)(block + at[2]),
+                  .R = (double *)(void *)(block + at[3]),
+                  .mu = (double *)(void *)(block + at[4]),
+                  .lack = (double *)(void *)(block + at[5]),
+                  .first = (int *)(void *)(block + at[6]),
+                  .order = (int *)(void *)(block + at[7])};
+}
+
 size_t stein__reaction_size(const stein_model *model)
 {
-    return model->nreaction > 0 ? cut(model, NULL, NULL) : 0;
-}
-
-/* ---- vectors ---- */
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void add(double to[3], double k, const double a[3])
-{
-    for (int i = 0; i < 3; i++) {
-        to[i] += k * a[i];
-    }
-}
-
-static void add_cross(double to[3], const double a[3], const double b[3])
-{
-    to[0] += a[1] * b[2] - a[2] * b[1];
-    to[1] += a[2] * b[0] - a[0] * b[2];
-    to[2] += a[0] * b[1] - a[1] * b[0];
-}
-
-/* R u, or R^T u */
-static void turned(const double R[9], const double u[3], int back, double to[3])
-{
-    for (int i = 0; i < 3; i++) {
-        to[i] = 0.0;
-        for (int k = 0; k < 3; k++) {
-            to[i] += R[back ? 3 * k + i : 3 * i + k] * u[k];
-        }
-    }
-}
-
-static void column_of(const double R[9], int k, double to[3])
-{
-    for (int i = 0; i < 3; i++) {
-        to[i] = R[3 * i + k];
-    }
-}
-
-/* a force at a place, and a moment */
-static void push(wrench6 *to, double k, const double f[3], const double at[3])
-{
-    double arm[3] = {k * at[0], k * at[1], k * at[2]};
-    add(to->f, k, f);
-    add_cross(to->n, arm, f);
-}
-
-static void join(wrench6 *to, double k, const wrench6 *w)
-{
-    add(to->f, k, w->f);
-    add(to->n, k, w->n);
+    size_t at[PARTS];
+    return model->nreaction > 0 ? measure(model, at) : 0;
 }
 
 /* ---- motion of the bodies ---- */
@@ -253,8 +209,7 @@ static void move_all(work *k)
 
 void stein__note_pull(stein_sim *sim, int point, const double f[3])
 {
-    work k;
-    (void)cut(sim->model, sim->reaction, &k);
+    work k = work_of(sim);
     push(&k.body[sim->model->points[point].body].given, 1.0, f, sim->px + 3 * point);
 }
 
@@ -602,8 +557,7 @@ static wrench6 wrench_of(const work *k, const stein_reaction *r, double at[3])
 double stein__reaction(stein_sim *sim, int i)
 {
     const stein_reaction *r = &sim->model->reactions[i];
-    work k = {.sim = sim};
-    (void)cut(sim->model, sim->reaction, &k);
+    work k = work_of(sim);
     find_all(&k, sim);
     if (r->loop && sim->model->ties[r->index].kind == STEIN_TIE_COUPLING) {
         return k.mu[k.first[r->index]];
