@@ -129,7 +129,7 @@ static int shows_place(const stein_channel *channel)
     case STEIN_READ_VY:
     case STEIN_READ_VZ:
     case STEIN_READ_GAP: return 1;
-    default: return stein__reads_attitude(channel->read);
+    default: return stein__reads_attitude((int)channel->read);
     }
 }
 

@@ -246,9 +246,9 @@ static void put_channels(writer *w)
         lab__json_text(j, "name", c->name);
         lab__json_text(j, "unit", c->unit);
         lab__json_text(j, "read",
-                       stein__reads_attitude(c->read)   ? "attitude"
-                       : c->read == STEIN_READ_REACTION ? "reaction"
-                                                        : read[c->read]);
+                       stein__reads_attitude((int)c->read) ? "attitude"
+                       : c->read == STEIN_READ_REACTION    ? "reaction"
+                                                           : read[c->read]);
         lab__json_int(j, "index", c->index);
         lab__json_int(j, "sign", c->sign);
         lab__json_bool(j, "rest", c->from_rest);
