@@ -3,7 +3,7 @@
  * differences.
  *
  * Central differences at h, h/2, h/4 .. and Neville's extrapolation to h = 0, of which that one is
- * taken whose two neighbours it differs from least (Ridders 1982). Long steps are good where the
+ * taken whose neighbours it differs from least (Ridders 1982). Long steps are good where the
  * motion is smooth, short ones where a contact is pressed in by little: each number finds its own.
  */
 #include <math.h>
@@ -11,8 +11,8 @@
 
 #include "linear.h"
 
-enum { LEVELS = 26 };
-static const double longest = 0x1p-6; /* [rad or m], [rad/s or m/s] along the direction */
+enum { LEVELS = 26, MIDDLE = 10, ORDERS = 4 }; /* steps; extrapolations of each, to h^10 */
+static const double longest = 0x1p-6;          /* [rad or m], [rad/s or m/s] along the direction */
 
 int stein__linear_levels(void)
 {
@@ -53,24 +53,35 @@ static stein_status look(stein_linear *l, const way *w, double share, double tim
     return STEIN_OK;
 }
 
-/* the best extrapolation of differences [LEVELS], `stride` apart */
-static double extrapolate(const double *differences, int stride, double *off)
+static double power_of_half(int k)
 {
-    double row[LEVELS], before[LEVELS], best = NAN;
+    return 1.0 / (double)(1u << k);
+}
+
+/* The best extrapolation of differences [LEVELS], `stride` apart. Neighbours may agree by chance or
+ * because they are rounded alike: what counts is the worse one of two levels, and what rounding of
+ * numbers of this size does to a difference. */
+static double extrapolate(const double *differences, int stride, double size, double *off)
+{
+    double row[ORDERS + 1] = {0.0}, before[ORDERS + 1] = {0.0};
+    double e[ORDERS + 1] = {0.0}, e_before[ORDERS + 1] = {0.0}, best = NAN;
     *off = INFINITY;
     for (int k = 0; k < LEVELS; k++) {
         double power = 1.0;
         row[0] = differences[k * stride];
-        for (int j = 1; j <= k; j++) {
+        for (int j = 1; j <= k && j <= ORDERS; j++) {
             power *= 4.0;
             row[j] = (power * row[j - 1] - before[j - 1]) / (power - 1.0);
-            double e = fmax(fabs(row[j] - row[j - 1]), fabs(row[j] - before[j - 1]));
-            if (e < *off) {
-                *off = e;
+            e[j] = fmax(fabs(row[j] - row[j - 1]), fabs(row[j] - before[j - 1])) +
+                   0x1p-52 * size / (longest * power_of_half(k));
+            double worse = j < k ? fmax(e[j], e_before[j]) : INFINITY;
+            if (worse < *off) {
+                *off = worse;
                 best = row[j];
             }
         }
-        memcpy(before, row, sizeof *row * (size_t)(k + 1));
+        memcpy(before, row, sizeof row);
+        memcpy(e_before, e, sizeof e);
     }
     return best;
 }
@@ -88,8 +99,14 @@ stein_status stein__linear_differences(stein_linear *l, const double *dq, const 
         status = look(l, &w, h, 0.5 / h, at, err);
         status = status == STEIN_OK ? look(l, &w, -h, -0.5 / h, at, err) : status;
     }
+    const double *middle = l->table + MIDDLE * size;
+    double largest = 0.0; // accelerations are made of the same forces
+    for (int j = 0; j < l->model->nq; j++) {
+        largest = fmax(largest, fabs(middle[j]));
+    }
     for (int i = 0; i < size && status == STEIN_OK; i++) {
-        l->slope[i] = extrapolate(l->table + i, size, &l->off[i]);
+        double own = i < l->model->nq ? largest : fabs(middle[i]);
+        l->slope[i] = extrapolate(l->table + i, size, own, &l->off[i]);
     }
     return status;
 }
