@@ -164,7 +164,7 @@ stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pac
         stein__fail(&why, STEIN_ECHATTER,
                     "the motion is too stiff: steps of %g s at t = %g s would never end", pace->h,
                     sim->head->t);
-        return stein__blame(sim, pace->h, STEIN_ECHATTER, why.msg, err);
+        return stein__explain_failure(sim, pace->h, STEIN_ECHATTER, why.msg, err);
     }
     sim->trials++;
     double left = p->t_end - sim->head->t;

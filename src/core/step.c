@@ -13,8 +13,8 @@
  * the force jumps, any accuracy at all.
  *
  * The work of a step is bounded. After LOCATED events, or where a contact ends where it has just
- * begun, what is left of the step is taken in one piece (rest.c), and so is a step that is too long
- * for a contact. Friction that sticks needs every one of its events, 200 at most.
+ * begun, what is left of the step is taken in one piece (step_remainder.c), and so is a step that
+ * is too long for a contact. Friction that sticks needs every one of its events, 200 at most.
  */
 #include <math.h>
 #include <string.h>
@@ -244,7 +244,7 @@ stein_status stein__check_finite(stein_sim *sim, double h, stein_err *err)
             stein_err why;
             stein__fail(&why, STEIN_ENONFINITE, "the state of joint \"%s\" is no longer finite",
                         sim->model->bodies[j].name);
-            return stein__blame(sim, h, STEIN_ENONFINITE, why.msg, err);
+            return stein__explain_failure(sim, h, STEIN_ENONFINITE, why.msg, err);
         }
     }
     return STEIN_OK;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * stick.c - dry friction that sticks: what holds the places that stick now (stuck.c says which).
+ * stick.c - dry friction that sticks: what holds the places that stick now (stick_events.c says
+ * which).
  *
  * A place is a joint or a spot of a contact. While it slips, its friction is the level of its law
  * against the sliding, of which the direction is kept: no jump within a step. While it sticks, its

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * diagnosis_detectability.c - the list of all candidates by their detectability (power.c).
+ * diagnosis_detectability.c - the list of all candidates by their detectability (detectability.c).
  */
 #include <math.h>
 

@@ -11,7 +11,8 @@
  *   linear.c       the same, all else refitted linearly
  *   propose_*.c    proposers: which hypothesis, from which start, is worth its cost
  *   search.c       proposals in the order of their expected gain, until the budget is spent
- *   simpler.c, each.c     hypotheses that no proposer makes: without an idle cause, single ones
+ *   simpler.c      hypotheses that no proposer makes: without an idle cause
+ *   single_causes.c  likewise: every single cause
  *   bodies.c       masses, centres and inertias without a tolerance, refitted where nothing fits
  *   trace.c        one JSON line a row
  *   likelihood.c, mixed.c, shares.c   the records as a mixed model
@@ -254,7 +255,7 @@ stein_status diag__everywhere(diag__problem *q, diag__table *t, const diag__row 
  *  @param again  out: the row that stands for the null hypothesis now, NULL: as before */
 stein_status diag__null_again(diag__problem *q, diag__table *t, diag__row **again, stein_err *err);
 
-/* ---- each.c ---- */
+/* ---- single_causes.c ---- */
 
 /** Single causes that have no row yet, while no row leaves noise. @return OK, ENOMEM */
 stein_status diag__try_each(diag__problem *q, diag__table *t, stein_err *err);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * press.h - the forces of a place where a pair presses and rubs, for spots and notches.
+ * pair_force.h - the forces of a place where a pair presses and rubs, for spots and notches.
  *
  * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees,
  * the second body gets the opposite one at the same place; f_n from the depth and its rate, v the
  * speed of sliding along t.
  * Included by: this folder.
  */
-#ifndef STEIN_PRESS_H
-#define STEIN_PRESS_H
+#ifndef STEIN_PAIR_FORCE_H
+#define STEIN_PAIR_FORCE_H
 
 #include "core.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * stuck.c - when friction that sticks lets go, reverses, and sticks again (stick.c says what it
- * holds).
+ * stick_events.c - when friction that sticks lets go, reverses, and sticks again (stick.c says what
+ * it holds).
  *
  *                 |f| > limit: against f
  *        STUCK ----------------------------> FORWARDS, BACKWARDS

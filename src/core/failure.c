@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * blame.c - why a motion ended: which contact is too stiff for a step, who gave no number.
+ * failure.c - why a motion ended: which contact is too stiff for a step, who gave no number.
  *
  * A contact at the depth x presses with f_n(x, xdot) and rubs with mu(v) f_n on what it meets
  * there: an effective mass 1/m = J M^-1 J^T along its normal, and another one along its tangent. So
@@ -218,8 +218,8 @@ static const char *bad_hook(stein_sim *sim, double t)
     return NULL;
 }
 
-stein_status stein__blame(stein_sim *sim, double h, stein_status code, const char *what,
-                          stein_err *err)
+stein_status stein__explain_failure(stein_sim *sim, double h, stein_status code, const char *what,
+                                    stein_err *err)
 {
     const stein_model *model = sim->model;
     double t = sim->head->t;
