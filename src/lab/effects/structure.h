@@ -3,6 +3,7 @@
  *
  *   yaml_edit.c      changes in the text of a mechanism file
  *   candidates.c     effects at places
+ *   limits.c         their largest plausible sizes
  *   sites.c          where a part can sit
  *   alias.c          equivalent candidates
  *   structure.c      the parts
@@ -124,6 +125,23 @@ typedef struct lab__touching {
  *  @param to  [ncontact + nnotch], of a notch only touch and depth
  *  @return OK, ENOMEM, what stein_sim_create says */
 stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err *err);
+
+/* ---- limits.c ---- */
+
+/** What limits come from, by joint [nq] and by channel [nchannel]; units of the joint. */
+typedef struct lab__scales {
+    double *weight, *spring, *energy, *speed, *travel, *length, *inertia, *range;
+    double *room;     /* memory of all of them */
+    double heaviness; /* of the whole tree [N] */
+} lab__scales;
+/** Largest plausible size of an effect; NAN: limits.c does not know its kind.
+ *  @param j      joint
+ *  @param value  of its parameter in the file */
+double lab__joint_limit(const char *kind, const lab__scales *s, int j);
+double lab__body_limit(const char *kind, const lab__scales *s, int j, double value);
+double lab__contact_limit(const char *kind, const lab__scales *s, double value);
+double lab__channel_limit(const char *kind, const lab__scales *s, int channel);
+double lab__input_limit(const char *kind);
 
 /* ---- candidates.c, alias.c ---- */
 
