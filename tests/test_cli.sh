@@ -65,6 +65,7 @@ done
 claim 0 "check looks at data" "$stein" check models/stein1788.yaml models/strokes/stroke_01.csv
 shows "their audit is shown" 'stroke_01.csv: [0-9]* rows'
 shows "and that nothing is suspected" 'suspicions (0)'
+if grep -q '^operations\|^parameters' "$dir/out"; then fail "the mechanism is not listed again"; else pass; fi
 awk -F, '/^#/ || /^time/ { print; next } { print $1 "," $2 "," ($3 == "" ? "" : -$3) }' \
     models/strokes/stroke_01.csv >"$dir/mirrored.csv"
 claim 1 "check suspects a sign" "$stein" check models/stein1788.yaml "$dir/mirrored.csv"
@@ -85,7 +86,17 @@ json "and the regulation" \
     "[(d['label'], d['from'], d['to']) for d in v['regulation'] if d['name'] == 'pawl.stop_shift'] == [('stop (dx)', -1.4e-3, 4e-4)]"
 claim 1 "an absent file" "$stein" check "$dir/absent.yaml"
 says "is named" 'absent.yaml'
+says "with the reason" 'No such file or directory'
 quiet "and standard output stays empty"
+claim 1 "a folder" "$stein" check "$dir"
+says "is no file" "$dir: the file cannot be read: Is a directory"
+claim 1 "an empty path" "$stein" check ""
+says "is told" 'the path of the mechanism file is empty'
+if [ "$(id -u)" != 0 ]; then
+    cp models/pendulum.yaml "$dir/locked.yaml" && chmod 000 "$dir/locked.yaml"
+    claim 1 "a file without permission" "$stein" check "$dir/locked.yaml"
+    says "has that as its reason" 'Permission denied'
+fi
 claim 1 "an override of nothing" "$stein" check models/stein1788.yaml --set pawl.stop_shfit=1mm --json
 says "names the nearest" 'pawl.stop_shift'
 quiet "and prints no JSON"

@@ -9,7 +9,12 @@ set -u
 claim 0 "a file to begin with" "$stein" new "$dir/swing"
 shows "its path is printed" "^$dir/swing.yaml\$"
 shows "it has the name that was given" '^mechanism: swing$' "$dir/swing.yaml"
-if grep -q NAME "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
+shows "its commands are those that work here" "^#  .*  $stein check $dir/swing.yaml\$" "$dir/swing.yaml"
+says "as are those that come next" "^  $stein show $dir/swing.yaml -o $dir/swing.svg\$"
+mkdir "$dir/two words"
+claim 0 "a folder that a shell has to quote" "$stein" new "$dir/two words/swing"
+shows "is left out of the commands" "^#  .*  $stein check swing.yaml\$" "$dir/two words/swing.yaml"
+if grep -q 'NAME\|FILE\|PROGRAM' "$dir/swing.yaml"; then fail "nothing is left to be named"; else pass; fi
 claim 1 "a file that is there stays" "$stein" new "$dir/swing.yaml"
 says "and it is told" 'is there already'
 claim 2 "a name that no mechanism can have" "$stein" new "$dir/7 swings"

@@ -323,7 +323,7 @@ static void print_operations(const gen_result *g)
     }
 }
 
-static void print_text(const checked *c)
+static void print_title(const checked *c)
 {
     const mechanism *m = c->m;
     char dt[CLI_TEXT], until[CLI_TEXT];
@@ -331,12 +331,32 @@ static void print_text(const checked *c)
            c->g->equations, mech_integrator(m->integrator), cli_quantity(dt, m->dt, "s"),
            cli_quantity(until, m->until, "s"),
            m->settle ? "static equilibrium" : "its initial values");
+}
+
+/* all that the mechanism file says */
+static int print_text(const checked *c, const cli_args *args)
+{
+    const mechanism *m = c->m;
+    print_title(c);
     print_bodies(m);
     print_parameters(m);
     print_contacts(m);
     print_tables(m);
     print_signals(m);
     print_regulation(m);
+    int code = cli_check_loops(args, m, NULL);
+    print_operations(c->g);
+    return code;
+}
+
+/* the records, which are what was asked for */
+static int print_data(const checked *c, const cli_args *args)
+{
+    print_title(c);
+    int code = cli_check_data(args, NULL);
+    printf("\nbodies, parameters, outputs and operations of the mechanism: %s check %s\n",
+           args->program, c->m->file);
+    return code;
 }
 
 /* ---- JSON ---- */
@@ -566,12 +586,7 @@ static int check(const cli_args *args)
         if (cli_value(args, "json") != NULL) {
             code = print_json(&c, args);
         } else {
-            print_text(&c);
-            code = cli_check_loops(args, m, NULL);
-            print_operations(&g);
-            if (code == CLI_OK && args->noperand > 1) {
-                code = cli_check_data(args, NULL);
-            }
+            code = args->noperand > 1 ? print_data(&c, args) : print_text(&c, args);
         }
         gen_free(&g);
     }
@@ -613,15 +628,16 @@ const cli_command cli_check = {
         "exchanged, a record of another mechanism, and a `# set` that its record contradicts.\n"
         "Nothing is fitted: it takes milliseconds a record.",
     .output =
-        "Bodies with joint, parent and mass; parameters with value, unit and tolerance; contacts,\n"
-        "notches, links; points, inputs, outputs and regulation; and the operations of the\n"
-        "equations, counted as ROBOTRAN counts: additions, multiplications, unary minuses,\n"
-        "divisions, and each sine and cosine as one. M_c and inverse_dynamics are done at every\n"
-        "evaluation with external forces and moments on all bodies; setup is done once a\n"
-        "parameter set.\n"
+        "Without DATA: bodies with joint, parent and mass; parameters with value, unit and\n"
+        "tolerance; contacts, notches, links; points, inputs, outputs and regulation; and the\n"
+        "operations of the equations, counted as ROBOTRAN counts: additions, multiplications,\n"
+        "unary minuses, divisions, and each sine and cosine as one. M_c and inverse_dynamics are\n"
+        "done at every evaluation with external forces and moments on all bodies; setup is done\n"
+        "once a parameter set.\n"
         "\n"
-        "With DATA: the audit of every record, its findings behind `!`; and the suspicions, those\n"
-        "behind `!` leave no diagnosis to be trusted, and the exit status is 1.\n"
+        "With DATA only the records: the audit of each, its findings behind `!`; and the\n"
+        "suspicions. With a suspicion behind `!` a diagnosis cannot be trusted; the exit status\n"
+        "is then 1.\n"
         "\n"
         "With --json: {\"model\", \"file\", \"equations\" (hash), \"bodies\", \"parameters\",\n"
         "\"contacts\", \"notches\", \"links\", \"points\", \"inputs\", \"outputs\",\n"

@@ -94,7 +94,7 @@ START_TEST(a_number_of_the_wrong_kind_is_refused)
         {"radius: 1.9 mm", "radius: +- 1.9 mm", "+- 1.9", "expected a"},
         {"3.9 g", "3.9 g heavy", "heavy", "unknown unit \"heavy\""},
         {"3.9 g", "3.9 g 7", "7\n    inertia: {yy: 4.1", "unexpected text"},
-        {"3.9 g", "3.9 kgg", "kgg", "unknown unit \"kgg\", did you mean \"kg g\"?"},
+        {"3.9 g", "3.9 kgg", "kgg", "unknown unit \"kgg\", did you mean \"kg\"?"},
         {"3.9 g", "-3.9 g", "-3.9 g", "pawl.mass|must not be negative"},
         {"3.9 g", "[3.9 g]", "[3.9 g]", "a single number [kg], found a list"},
         {"3.9 g", "{value: 3.9 g}", "{value: 3.9", "a single number [kg], found a mapping"},
