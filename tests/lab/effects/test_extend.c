@@ -25,9 +25,9 @@ static lab_fit_value fitted[] = {
     {.name = "string.height", .unit = "m", .start = 74.553e-3, .value = 74.601e-3, .sd = 3e-5},
     {.name = "notch.friction.A", .unit = "1", .start = 0.3133, .value = 0.3271, .sd = 0.011}};
 
-static lab_trace shown[] = {{.file = "strokes/f6_01.csv"},
-                            {.file = "strokes/f6_01.csv"},
-                            {.file = "strokes/f6_07.csv", .held_out = 1}};
+static lab_seen record[] = {{.file = "strokes/f6_01.csv"},
+                            {.file = "strokes/f6_02.csv"},
+                            {.file = "strokes/f6_07.csv", .reporting = 1}};
 static char *finding[] = {"f6_01.csv: 2 frames are missing"};
 
 static lab_suspect suspect(const lab_candidate *c, double amount)
@@ -63,8 +63,8 @@ static lab_diagnosis diagnosis(lab_suspect *list, int n)
                        .value = fitted,
                        .nfinding = 1,
                        .finding = finding,
-                       .ntrace = 3,
-                       .trace = shown};
+                       .nrecord = 3,
+                       .record = record};
     d.gain.ratio = 0.31, d.gain.lo = 0.28, d.gain.hi = 0.36;
     return d;
 }
@@ -294,7 +294,7 @@ START_TEST(the_head_says_what_was_added_and_from_which_data)
         "#     k_to_F0 = ",
         "# From 12 records, and 6 held out, on which the error is 0.31 of what it was, 95 %: 0.28 ",
         " .. 0.36\n",
-        "#   data f6_01.csv\n#   data f6_07.csv (held out)\n",
+        "#   data f6_01.csv\n#   data f6_02.csv\n#   data f6_07.csv (held out)\n",
         "#   audit f6_01.csv: 2 frames are missing\n",
         "#   key.mass = 0.070912 +- 0.00021 kg (was 0.07045)\n",
         "mass: 70.9123456789012 g +- 0.21 g ",
