@@ -88,6 +88,8 @@ claim 1 "an absent file" "$stein" check "$dir/absent.yaml"
 says "is named" 'absent.yaml'
 says "with the reason" 'No such file or directory'
 quiet "and standard output stays empty"
+if [ "$("$stein" effects models/stein1788.yaml 2>"$dir/err" | head -n 1 | wc -l)" = 1 ]; then pass; else fail "a list is cut"; fi
+if [ -s "$dir/err" ]; then fail "which is no mistake"; else pass; fi
 claim 1 "a folder" "$stein" check "$dir"
 says "is no file" "$dir: the file cannot be read: Is a directory"
 claim 1 "an empty path" "$stein" check ""
@@ -172,6 +174,8 @@ same "as well" "$dir/t.csv" "$dir/out"
 awk 'BEGIN {print "time [ms],push [N m]"; for (i = 0; i <= 50; i++) print 4 * i "," 0.2 * sin(i / 5)}' >"$dir/push.csv"
 claim 0 "an input driven by a file" "$stein" simulate models/pendulum.yaml --drive "$dir/push.csv" --until 0.2s --json
 json "moves otherwise" "abs(v['final']['time'] - 0.2) < 1e-15"
+claim 1 "a mechanism file is nothing to import" "$stein" import models/pendulum.yaml -o "$dir/x.yaml"
+says "which is told" 'pendulum.yaml:1:[0-9]*: this is no XML file, expected a ROBOTRAN project'
 printf 'time [s],push [N m]\n0,1\n1,x\n' >"$dir/push.csv"
 claim 1 "a drive that is no number" "$stein" simulate models/pendulum.yaml --drive "$dir/push.csv"
 says "is told by line" 'push.csv:3:'

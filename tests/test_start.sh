@@ -38,7 +38,7 @@ awk -F, 'BEGIN { print "# noise angle: 1 mrad" } /^#/ { next } /^time/ { print $
     { printf "%s,%.9f\n", $1, $2 + 1e-3 * ((n++ * 7919) % 13 - 6) / 3.74 }' "$dir/run.csv" >"$dir/record.csv"
 claim 0 "its record is diagnosed" "$stein" diagnose "$dir/swing.yaml" "$dir/record.csv" -o "$dir/found"
 if [ "$(wc -l <"$dir/out")" -le 12 ]; then pass; else fail "in 12 lines: $(wc -l <"$dir/out")"; fi
-shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records fitted'
+shows "the verdict comes first" '^swing: [a-z_]* ([0-9]* records* fitted'
 shows "the cause has its size" '^cause: [a-z_]* at rod'
 shows "the report is named" "^$dir/found/report.html\$"
 
@@ -61,6 +61,11 @@ for model in models/*.yaml models/robotran/*.yaml; do
         ok "$model: its drawing is XML" $?
     fi
 done
+claim 2 "a drawing that is no SVG" "$stein" show "$dir/swing.yaml" -o "$dir/swing.png"
+says "is told" 'swing.png: the drawing is an SVG, expected FILE.svg'
+sed 's/damping: .*/damping:/' "$dir/swing.yaml" >"$dir/unsaid.yaml"
+claim 0 "a number that is not there" "$stein" check "$dir/unsaid.yaml"
+says "is a warning" 'unsaid.yaml:[0-9]*:5: warning: "damping" in a body has no value and is left out'
 claim 0 "a drawing to standard output" "$stein" show "$dir/swing.yaml"
 shows "is an SVG" '^<svg '
 claim 0 "at another place" "$stein" show "$dir/swing.yaml" --set rod.initial.position=90deg

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * show.c - stein show: a mechanism as a drawing with names.
  */
+#include <string.h>
+
 #include "cli.h"
 #include "draw.h"
 
@@ -13,6 +15,10 @@ static int run(const cli_args *args)
     if (lab__is_stdout(path) && cli_value(args, "json") != NULL) {
         return cli_misuse(args->command, "--json and the drawing both need the standard output: "
                                          "expected -o FILE.svg");
+    }
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash != NULL ? slash : path, '.');
+    if (dot != NULL && strcmp(dot, ".svg") != 0) {
+        return cli_misuse(args->command, "-o %s: the drawing is an SVG, expected FILE.svg", path);
     }
     stein_status status = cli_open(&model, args, &err);
     status = status == STEIN_OK ? lab__draw(path, model, &err) : status;

@@ -45,6 +45,8 @@ START_TEST(a_missing_key_is_named_at_what_lacks_it)
         {"{k: 0.0413 N m/rad, theta0: -0.347 rad}", "{theta0: 1}", "spring: {theta0",
          "the spring of a turning joint lacks \"k\""},
         {"  pawl:\n    joint: R -y\n", "  pawl:\n", "pawl:\n", "a body lacks \"joint\""},
+        {"  pawl:\n    joint: R -y\n", "  pawl:\n    preload: 1 N\n", "pawl:\n",
+         "a body lacks \"joint\""}, // its unit is not known then
         {", length: 0.127 m", "", "tie:", "a link lacks \"length\""},
         {", k: 93 N/m", "", "tie:", "a link lacks \"k\""},
         {"from: frame.anchor, ", "", "tie:", "a link lacks \"from\""},

@@ -326,6 +326,7 @@ static void add_time(data__reader *r, data__title *t)
                       "the first column is \"%s%s%s%s\": "
                       "expected time [s]",
                       t->name, t->has_unit ? " [" : "", t->unit, t->has_unit ? "]" : "");
+        r->stop = 1; // rows without time have no order
         return;
     }
     snprintf(t->name, sizeof t->name, "time");
