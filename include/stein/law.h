@@ -3,7 +3,7 @@
  *
  * Both laws are those of Hirschkorn's action model as used for the Stein action: Hunt & Crossley
  * (1975) with a cubic polynomial in place of the power, and Cull & Tucker's (1999) smooth Coulomb
- * friction. A law is a block of four doubles, in the order of the enums of model.h.
+ * friction. A law is a block of doubles, in the order of its enum in model.h.
  */
 #ifndef STEIN_LAW_H
 #define STEIN_LAW_H
