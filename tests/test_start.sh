@@ -51,7 +51,8 @@ for model in models/*.yaml models/robotran/*.yaml; do
     claim 0 "$model is drawn" "$stein" show "$model" -o "$dir/a.svg"
     "$stein" check "$model" >"$dir/listed"
     sed -n '/^bodies/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p; /^contacts/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p
-        /^points/,/^$/s/^  \([a-z][a-z0-9_.]*\)$/\1/p; /^notches/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p' "$dir/listed" |
+        /^points/,/^$/s/^  \([a-z][a-z0-9_.]*\)$/\1/p; /^notches/,/^$/s/^  \([a-z][a-z0-9_]*\) .*/\1/p
+        /^loops/,/^$/{/ times /d;s/^  \([a-z][a-z0-9_]*\) .*/\1/p}' "$dir/listed" |
         while read -r name; do grep -q ">$name</text>" "$dir/a.svg" || echo "$name"; done >"$dir/unnamed"
     test ! -s "$dir/unnamed"
     ok "$model: its parts have their names in it ($(tr '\n' ' ' <"$dir/unnamed"))" $?

@@ -49,7 +49,8 @@ const cli_command cli_show = {
         "Draws MODEL to scale in the state that its file begins with, seen in the plane that it\n"
         "moves in (x-z where there are contacts): bodies from their joint to all that they carry,\n"
         "revolute joints as rings, sliding ones as boxes, centres of mass as dots, surfaces of\n"
-        "contacts and notches, links as springs, inputs as arrows, each with its name.",
+        "contacts and notches, links as springs, loops as rods or rings, inputs as arrows, each\n"
+        "with its name.",
     .output = "An SVG that any browser shows, light or dark. With -o its path is printed; with\n"
               "--json: {\"model\", \"file\"}.",
     .examples = "stein show models/stein1788.yaml -o action.svg\n"
