@@ -2,7 +2,7 @@
  * batch.h - many simulations of one model, stepped side by side in the lanes of the processor.
  *
  * A batch steps simulations that belong to its user. Each has parameters, time, step length, events
- * and a subscriber of its own; whether it rides in a lane or runs alone, its motion is the same to
+ * and a subscriber of its own; in a lane or alone, its motion is the same to
  * the last bit. Lanes need not be full, and a simulation that is done makes room for the next one:
  *
  *      put(batch, i, sim)  ->  step ... step  ->  sim(batch, i), read, put(batch, i, next)
@@ -42,7 +42,7 @@ void stein_batch_destroy(stein_batch *batch);
  *  @return OK; EINVAL (no such place, other equations, or another integrator than the batch's) */
 stein_status stein_batch_put(stein_batch *batch, int i, stein_sim *sim, stein_err *err);
 /** The simulation in place i, up to date, or NULL. It may be read and changed in any way: its lane
- *  takes all of it anew. */
+ *  takes all of it again. */
 stein_sim *stein_batch_sim(stein_batch *batch, int i);
 /** The same, only to be read: its lane goes on as it is, which costs less. */
 stein_sim *stein_batch_look(stein_batch *batch, int i);

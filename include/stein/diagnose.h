@@ -143,7 +143,7 @@ typedef enum {
     LAB_VERDICT_EXPLAINED,       /* nothing to find: the residual is noise and scatter */
     LAB_VERDICT_WRONG_PARAMETER, /* a number of the file is another one */
     LAB_VERDICT_SENSOR,          /* an instrument */
-    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record says */
+    LAB_VERDICT_INPUT,           /* what drives the mechanism is not what the record states */
     LAB_VERDICT_MISSING_EFFECT,  /* physics that the file lacks */
     LAB_VERDICT_UNKNOWN_EFFECT,  /* there is something, and no candidate explains it */
     LAB_VERDICT_NOT_CONVERGED,   /* no fit to trust, so no verdict on physics */
@@ -310,7 +310,7 @@ typedef struct lab_check {
     int n;
     struct lab_checked {
         char name[LAB_PLACE];
-        double file;             /* what the model says [SI] */
+        double file;             /* the value of the model [SI] */
     } number[LAB_CHECK_NUMBERS]; /* that it finds */
     double noise; /* sd of one reading: of the angle [rad], of the value [its unit], of an instant
                      [s], of the error [1]; of a press in the force that is read (check.c) [1] */

@@ -269,7 +269,7 @@ typedef struct lab_point {
     lab_stroke stroke; /* when status is OK */
 } lab_point;
 
-/** One published fact and what the simulation says. */
+/** One published fact and what the simulation gives. */
 typedef struct lab_fact {
     const char *fact, *paper;
     char simulated[64];

@@ -59,7 +59,7 @@ stein_status stein_set(stein_sim *sim, const char *name, double value, stein_err
 /** Set all parameters at once, p [np] in the order of model->params; all or none.
  *  @return OK, EINVAL */
 stein_status stein_set_all(stein_sim *sim, const double *p, stein_err *err);
-/** The same for who searches: values outside of their ranges are taken, as long as they are finite.
+/** The same for searches: values outside of their ranges are taken, as long as they are finite.
  *  What is simulated with them need be no physics. @return OK, EINVAL */
 stein_status stein_try_all(stein_sim *sim, const double *p, stein_err *err);
 /** Value of a parameter [SI]. @return OK, ENAME */
@@ -101,7 +101,7 @@ typedef struct stein_pace {
     double longest;   /* longest step [s], > 0 */
     double h;         /* step to begin with [s], > 0; out: the one that would be next */
     double next;      /* first time to look at [s], not before the present one; out: the next one */
-    stein_look_fn *look; /* NULL: nobody looks */
+    stein_look_fn *look; /* NULL: not called */
     void *ctx;
 } stein_pace;
 /** Run to exactly t_end [s] with steps of controlled error that end at events and at t_end, of

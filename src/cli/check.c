@@ -333,7 +333,7 @@ static void print_title(const checked *c)
            m->settle ? "static equilibrium" : "its initial values");
 }
 
-/* all that the mechanism file says */
+/* all that the mechanism file holds */
 static int print_text(const checked *c, const cli_args *args)
 {
     const mechanism *m = c->m;

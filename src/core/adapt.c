@@ -47,7 +47,7 @@ static void look_inside(stein_sim *sim, double t1, stein_pace *pace)
 }
 
 /* The trial step to t1 becomes the state. Forces and gaps are those of where one looked inside
- * last; they are evaluated anew when somebody asks, while qdd is known. */
+ * last; they are evaluated again when they are asked for, while qdd is known. */
 static void finish(stein_sim *sim, double t1, stein_pace *pace, int implicit)
 {
     sim->counts.taken++;

@@ -270,14 +270,14 @@ struct stein_sim {
     touch *touch;     /* [ntouch], up to nspot + 3*nnotch */
     int ntouch;
     real *slip, *grip;            /* u = v / vt of touches, then of acting joints, and its tanh */
-    wrench *wrench;               /* [nframe], and at -1 what nobody asks about */
+    wrench *wrench;               /* [nframe], and at -1 what is not asked for */
     stein_pose3 *pose3;           /* [npose3], and at -1 that of the fixed frame */
     wrench3 *wrench3;             /* [npose3], likewise */
     touch3 *touch3;               /* [ntouch], of those in space */
     real *M, *c, *inverse;        /* [nq*nq], [nq], [nq] */
     real *x, *xq, *xqd;           /* [width] {q, qd} as evaluated: prescribed ones in place */
     real *sc;                     /* [2*nq] sines and cosines of xq */
-    double *sc_asked;             /* [2*nq] the same of what somebody asks about */
+    double *sc_asked;             /* [2*nq] the same at a state that is asked for */
     real *ustate;                 /* [3*ninput] signals at the last evaluation */
     real *px, *pv, *pJ, *pa;      /* points */
     int width;                    /* 2*nq rounded up: a state {q, qd} in blocks of STEIN__SUMS */
@@ -309,13 +309,13 @@ struct stein_sim {
     double span;      /* of the last trial step [s] */
     double tolerance; /* of a step of controlled error [rad or m] */
     unsigned taken;   /* how often parameters have been */
-    void *rider; /* what goes along with the motion (sensitivity.c, balance.c), told of every step
-                  * taken, of every switch, before and after, and when it is to get off; NULL:
-                  * nothing */
-    void (*on_accept)(void *rider, stein_sim *sim, double h);
-    void (*on_switch)(void *rider, stein_sim *sim, int flipped);
-    void (*on_end)(void *rider);
-    int rides_with_explicit; /* 1: the rider knows explicit steps only */
+    void *follower;   /* what follows the motion (sensitivity.c, balance.c), told of every step
+                       * taken, of every switch, before and after, and when it is to get off; NULL:
+                       * nothing */
+    void (*on_accept)(void *follower, stein_sim *sim, double h);
+    void (*on_switch)(void *follower, stein_sim *sim, int flipped);
+    void (*on_end)(void *follower);
+    int follower_is_explicit; /* 1: the follower knows explicit steps only */
 #if STEIN_LANES > 1
     const stein_lanes *lanes;
     mask *bound;              /* [ninput] lanes with a signal there */
@@ -664,7 +664,7 @@ static inline int stein__next_end(const stein_sim *sim, double t_end, double *en
     return whole;
 }
 
-/* a run is at its end: the grid begins anew there */
+/* a run is at its end: the grid begins again there */
 static inline void stein__end_run(stein_sim *sim, double t_end)
 {
     sim->head->t0 = t_end;
@@ -743,7 +743,7 @@ stein_status stein__pace_begin(stein_sim *sim, double t_end, const stein_pace *p
                                stein__pacer *p, stein_err *err);
 stein_status stein__pace_next(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                               stein_err *err);
-/* a trial of p->h; who makes it elsewhere grades it, too, unless it is a repeated one */
+/* a trial of p->h, judged as well. (A trial made in a lane is judged by stein__pace_judge.) */
 stein_status stein__pace_try(stein_sim *sim, const stein_pace *pace, stein__pacer *p,
                              stein_err *err);
 stein_status stein__pace_judge(stein_sim *sim, stein_pace *pace, stein__pacer *p,

@@ -3,7 +3,7 @@
  *
  *      M qdd + c = Q + J^T lambda,    J qdd = -Jdot qd
  *
- * Coordinate partitioning (Wehage & Haug 1982) with pivots chosen anew in every evaluation:
+ * Coordinate partitioning (Wehage & Haug 1982) with pivots chosen again in every evaluation:
  * Gauss-Jordan elimination of J with complete pivoting gives the dependent accelerations by the
  * independent ones, v = s - A u, and what is left is a small positive definite system,
  *

@@ -12,7 +12,7 @@
 #include "core.h"
 
 #if STEIN_LANES == 1
-/* a place for whoever asks, and its forces added to f */
+/* a place is kept for queries, and its forces are added to f */
 ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip, double tangent)
 {
     spot_force *f = t->sum;
@@ -28,8 +28,8 @@ ALWAYS void stein__tell(stein_sim *sim, const touch *t, double slip, double grip
 }
 #endif
 
-/* Are the forces of a place told? In a stage nobody asks for them but friction that sticks, and a
- * lane is never asked. */
+/* Are the forces of a place kept? In a stage only friction that sticks needs them, and in a lane
+ * nothing does. */
 ALWAYS int stein__tells(const stein_sim *sim, place_in_step inside)
 {
     return STEIN_LANES == 1 && (inside != IN_STAGE || sim->model->nstick > 0);

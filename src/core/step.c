@@ -7,7 +7,7 @@
  * (implicit.c has its own).
  *
  * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
- * first root of that guard; there the mode flips, the derivative is taken anew and the rest of the
+ * first root of that guard; there the mode flips, the derivative is taken again and the rest of the
  * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
  * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
  * the force jumps, any accuracy at all.
@@ -258,8 +258,8 @@ void stein__accept(stein_sim *sim, double t1)
     memcpy(sim->qdd, sim->qdd1, sizeof *sim->qdd * nq);
     sim->head->t = t1;
     sim->fresh = FRESH;
-    if (sim->rider != NULL) {
-        sim->on_accept(sim->rider, sim, sim->span);
+    if (sim->follower != NULL) {
+        sim->on_accept(sim->follower, sim, sim->span);
     }
 }
 
@@ -277,8 +277,8 @@ stein_status stein__try(stein_sim *sim, double h, int implicit, stein_err *err)
 void stein__flip_crossed(stein_sim *sim)
 {
     const stein_model *model = sim->model;
-    if (sim->rider != NULL) {
-        sim->on_switch(sim->rider, sim, 0);
+    if (sim->follower != NULL) {
+        sim->on_switch(sim->follower, sim, 0);
     }
     for (int i = 0; i < model->nspot; i++) {
         if (sim->crossed[i]) {
@@ -294,8 +294,8 @@ void stein__flip_crossed(stein_sim *sim)
     if (model->nstick > 0) {
         stein__stick_switch(sim);
     }
-    if (sim->rider != NULL) {
-        sim->on_switch(sim->rider, sim, 1);
+    if (sim->follower != NULL) {
+        sim->on_switch(sim->follower, sim, 1);
     }
 }
 

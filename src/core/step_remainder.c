@@ -39,7 +39,7 @@ static stein_status refuse(stein_sim *sim, stein_err *err)
 static int knows_implicit(const stein_sim *sim)
 {
     const stein_model *m = sim->model;
-    return m->nrow == 0 && m->nball == 0 && m->nstick == 0 && sim->rider == NULL;
+    return m->nrow == 0 && m->nball == 0 && m->nstick == 0 && sim->follower == NULL;
 }
 
 /* ---- the implicit step ---- */

@@ -134,8 +134,8 @@ static int is_locked(const stein_sim *sim, int r)
     return !(sim->hold.S[r * sim->hold.nrow + r] > locked * usual);
 }
 
-/* How much of a row is new, in shares of its size; 0: nothing, or it is not to be independent. Who
- * has held goes before others, who has shared goes on until it has parted. */
+/* How much of a row is new, in shares of its size; 0: nothing, or it is not to be independent. A
+ * place that has held comes before others; one that has shared does so until it has parted. */
 static double is_new(const stein_sim *sim, int r)
 {
     const stein__sticks *s = &sim->hold;

@@ -2,8 +2,8 @@
  * data_findings.c - an audit in words: what limits a fit, and all of it as lines of text.
  *
  * A finding is a sentence with its figures, so that the reader can disagree. The trigger is judged
- * only where t = 0 means something: the file says that it is synchronised, or says nothing and the
- * mechanism has a stroke.
+ * only where t = 0 means something: the file states that it is synchronised, or says nothing and
+ * the mechanism has a stroke.
  */
 #include <math.h>
 #include <stdarg.h>

@@ -123,7 +123,7 @@ typedef struct lab__touching {
 } lab__touching;
 /** In one run of the file; of one that fails nothing touches.
  *  @param to  [ncontact + nnotch], of a notch only touch and depth
- *  @return OK, ENOMEM, what stein_sim_create says */
+ *  @return OK, ENOMEM, the statuses of stein_sim_create */
 stein_status lab__touchings(lab__touching *to, const lab_model *model, stein_err *err);
 
 /* ---- limits.c ---- */

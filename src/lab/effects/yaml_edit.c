@@ -9,7 +9,7 @@
  *        key: {joint: R y}                     # the lever
  *                                              key: {parent: key_axis, joint: R y}
  *
- * Writing the tree out anew would lose all that. Marks count characters, the text is bytes: one
+ * Writing the tree out again would lose all that. Marks count characters, the text is bytes: one
  * table translates.
  */
 #include <stdlib.h>

@@ -19,7 +19,7 @@
  *
  *      problem -> [proposer -> proposal -> evaluate -> row -> table] ... -> judge (verdict/)
  *
- * A hypothesis is a set of causes. Whatever is believed about one comes from evaluate(): proposers
+ * A hypothesis is a set of causes. All that is known of one comes from evaluate(): proposers
  * predict by linear models, and their predictions order the work, nothing else.
  *
  * A model that lacks a cause leaves the records after the first event that comes late, and then its
@@ -82,7 +82,7 @@ typedef struct diag__problem {
     diag__mechanism **mechanism; /* made when they are asked for */
     int nmechanism;
     double input_share; /* what noise of measured forces adds to chi2/dof (input_noise.c) */
-    int scale_free; /* noise is estimated with every fit: nobody stated it, or the best hypothesis
+    int scale_free; /* noise is estimated with every fit: it is not stated, or the best hypothesis
                      * leaves more or less than was stated */
     double
         least_noise; /* variance, in that of file or audit: an audit sees what a fit takes away */
