@@ -288,7 +288,7 @@ static const cli_option options[] = {
      "Variation from record to record: joint friction 5 %, contact friction 8 %, drive 0.3 %.\n"
      "yes, no or auto (default): yes with four records or more."},
     {"initial", 0, "HOW",
-     "Initial state of every record: free, fixed as the file says, or auto (default): free\n"
+     "Initial state of every record: free, fixed as in the file, or auto (default): free\n"
      "where the mechanism does not settle and the record does not set it."},
     CLI_COMMON};
 
