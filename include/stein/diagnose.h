@@ -416,8 +416,8 @@ typedef struct lab_verified {
     double table, file; /* [noise] */
 } lab_verified;
 
-/** One record: what is left of it without and with the causes (RMS, in noise), and the amount of
- * the first cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
+/** One record: its RMS residual without and with the causes [noise]. The amount of the first
+ * cause that fits it alone, all else as fitted [the cause's unit]; NAN: it does not act
  * there, or the record was not fitted. */
 typedef struct lab_seen {
     int number; /* of lab_data */

@@ -159,8 +159,8 @@ void lab_fit_apply(const lab_fit *fit, double *p);
 /** The fit as JSON, what `stein fit --json` prints; "-" is standard output. @param model  its name
  *  @return OK, EIO */
 stein_status lab_fit_json(const char *path, const char *model, const lab_fit *fit, stein_err *err);
-/** Write the mechanism file with the fitted numbers (and the overrides) in their places, everything
- *  else as it was, and a comment at the head that says what was fitted to what.
+/** Write the mechanism file with the fitted numbers (and the overrides) in their places.
+ * Everything else stays, and a comment at the head tells what was fitted to which records.
  *  @param file     the mechanism file of the model
  *  @param options  those of lab_open: its overrides are part of the result
  *  @return OK, EIO, EPARSE, EINVAL (a number has no place in the file), ENOMEM */

@@ -258,9 +258,9 @@ typedef struct stein_link {
     int point[2]; /* indices into points */
     int d;        /* base of a STEIN_LINK block */
 } stein_link;
-/** What a link does: k [N/m], length [m], damping [N s/m]; slack [-], the share of its pull that it
- *  lacks; let-off: the share of its force that it loses when its first end is above z [m], over a
- *  range [m]. */
+/** Law of a link: k [N/m], length [m], damping [N s/m]. slack [-] is the share of its pull that
+ * is missing. Let-off is the share of its force that is lost when its first end is above z [m],
+ * over a range [m]. */
 enum {
     STEIN_LINK_K,
     STEIN_LINK_LENGTH,

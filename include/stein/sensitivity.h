@@ -2,9 +2,9 @@
  * sensitivity.h - how a motion changes with its initial state and its parameters, worked out while
  * it goes on.
  *
- * Directions follow a simulation: each is a change dq, dqd of the state and dp of the
- * parameters, and every step that the simulation takes carries it on by the derivatives of the same
- * step (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
+ * Directions follow a simulation. Each is a change dq, dqd of the state and dp of the parameters.
+ * With every step of the simulation it is integrated by the derivatives of the same step
+ * (derivative.h), stage by stage. Where contacts or the notch switch, the instant moves too:
  *
  *      dt = - dg / gdot            g the guard that is 0 there
  *      dqd jumps by (qdd before - qdd after) dt

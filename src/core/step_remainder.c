@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * step_remainder.c - the rest of a fixed step that has more events than are located.
+ * step_remainder.c - what is left of a fixed step with more events than are located.
  *
  * Two Runge-Kutta steps at most, without any search: contacts that are met on the way are on from
  * the beginning, as their laws give no force before; everything else changes its mode at the end.

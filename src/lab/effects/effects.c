@@ -9,8 +9,7 @@
  * A table instead of code per effect: enumerating, testing, fitting, writing and explaining a
  * candidate are then each written once, and a new effect is one entry here and one term of a law.
  * Effects that add a coordinate or a part say so (`needs`): no parameter of the present equations
- * stands for them, and to score them as if one did would be pretence. Theirs is a number of the
- * mechanism in which lab_candidate_open puts that part.
+ * stands for them. Theirs is a number of the mechanism to which lab_candidate_open adds that part.
  */
 #include <string.h>
 

@@ -6,8 +6,8 @@
  *
  *      fit -> queue of strokes -> a free seat of a row ... side by side ... -> the fit goes on
  *
- * There is a row for each thread of the problem. One of the fits that wait drives it, for whoever
- * sits there; it does not move while seats are free and a fit is busy that may soon ask for one.
+ * There is a row for each thread of the problem. One of the waiting fits steps it, for all jobs
+ * in it. It does not step while seats are free and a busy fit may soon need one.
  */
 #include <pthread.h>
 #include <stdlib.h>

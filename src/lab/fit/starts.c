@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * starts.c - the search for the one minimum, from several places and down the ladder.
+ * starts.c - multi-start search for one minimum, with a ladder of observer gains.
  *
  *      start 0   from the file, free-running
  *      start 1.. from points of a Sobol sequence within the priors, free-running

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * curve.c - an effect that is in no table: which law, of what, and where.
+ * curve.c - a law that is in no table: its place, its variable, its curve.
  *
  * sites    every joint over its position and its speed, every contact over its depth and its rate,
  *          where the records go (curve_site.c)
