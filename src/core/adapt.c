@@ -7,10 +7,10 @@
  *
  * (Gustafsson's PI controller with the exponents of Hairer's DOPRI5.)
  *
- * Contact modes are constant within a trial step, so its estimate is as good across a switch as it
- * is elsewhere: a trial step that passes the control and holds an event is repeated up to the first
- * root, which its dense output gives to order 6 (4 in implicit steps), and the next step begins
- * behind the switch. A trial step that does not pass is not asked for its events.
+ * Contact modes are constant within a trial step, so its estimate is as good across a switch as
+ * elsewhere. A trial step that passes the control and contains an event is repeated up to the
+ * first root. The dense output gives that root to order 6 (4 in implicit steps). The next step
+ * begins after the switch. A trial step that does not pass is not asked for its events.
  *
  *      next --> trial of h --> judge --> too coarse: a shorter one
  *                  ^             |-----> no event: taken

@@ -15,9 +15,9 @@
  *
  *      (g - B - A/g) u_qd = r_qd + A r_q / g,    u_q = (u_qd + r_q) / g
  *
- * Order 5 rather than Rodas4's 4: with 1e-12 a step, which is what a run asks for by itself, its
- * steps are four times as long at 8 stages against 6, and errors control the next step by the same
- * exponents as those of Dormand & Prince. Rejected: BDF, which begins again with order 1 at every
+ * Order 5 rather than Rodas4's 4: with the default tolerance of 1e-12 a step its steps are four
+ * times as long, at 8 stages against 6. Errors control the next step by the same exponents as
+ * those of Dormand & Prince. Rejected: BDF, which begins again with order 1 at every
  * contact; implicit Runge-Kutta, whose Newton iterations cost more here than exact derivatives.
  */
 #include <math.h>

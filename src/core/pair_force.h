@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * pair_force.h - the forces of a place where a pair presses and rubs, for spots and notches.
  *
- * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees,
- * the second body gets the opposite one at the same place; f_n from the depth and its rate, v the
- * speed of sliding along t.
+ * The force on the first body of a pair is f_n n - mu(v) f_n t, t being n turned by -90 degrees.
+ * The second body gets the opposite one at the same place. f_n follows from the depth and its
+ * rate; v is the speed of sliding along t.
  * Included by: this folder.
  */
 #ifndef STEIN_PAIR_FORCE_H

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT
  * step.c - fixed-step Runge-Kutta with located events.
  *
- * The derivative at the end of a step is evaluated anyway: it is the first stage of the next step,
- * it gives the guards their end values for nothing, and with it q is known to order 6 inside the
- * step (quintic Hermite from q, qd, qdd at both ends) - one dense output for both methods
- * (implicit.c has its own).
+ * The derivative at the end of a step is evaluated anyway: it is the first stage of the next
+ * step, and gives the guards their end values at no cost. With it q is known to order 6 inside
+ * the step (quintic Hermite from q, qd, qdd at both ends). That is one dense output for both
+ * methods (implicit.c has its own).
  *
- * A step that ends with a guard on the other side of its mode is thrown away and repeated up to the
- * first root of that guard; there the mode flips, the derivative is taken again and the rest of the
- * step follows. So no Runge-Kutta step ever spans a switch of the force laws, and event times are
+ * A step that ends with a guard on the other side of its mode is rejected and repeated up to the
+ * first root of that guard. There the mode flips, the derivative is evaluated again and the rest
+ * of the step follows.
+ * So no Runge-Kutta step ever spans a switch of the force laws, and event times are
  * as accurate as the method. Stepping over a switch would cost the order and, at escapement where
  * the force jumps, any accuracy at all.
  *

@@ -25,9 +25,9 @@
  * Guards, all >= 0 until a place changes: limit - |f| while it sticks, the speed in its direction
  * while it slips.
  *
- * A joint that sticks keeps its coordinate to the bit. A spot on a line returns to where it has
- * stuck at the end of every step, so that nothing creeps; between two circles v is the rate of no
- * function of q, and only its speed is held.
+ * A joint that sticks keeps its coordinate to the bit. A spot on a line returns at the end of
+ * every step to where it has stuck, so that nothing creeps. Between two circles v is the rate of
+ * no function of q, so only the speed is held.
  */
 #include <math.h>
 #include <string.h>
